@@ -1,0 +1,1 @@
+"""Mechanics and statistics: mesh, materials, forward model, sensitivities, fit. Knows no device and no window."""

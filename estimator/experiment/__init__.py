@@ -1,0 +1,31 @@
+"""The experiment folder ``retraction-experiment/1``: its types, reader, writer and checks."""
+
+from estimator.experiment.model import (
+    PHASES,
+    TRAJECTORY_KINDS,
+    Box,
+    Environment,
+    Experiment,
+    Grasp,
+    Phantom,
+    SensorNoise,
+)
+from estimator.experiment.reading import read_case, read_experiment
+from estimator.experiment.validation import check_experiment
+from estimator.experiment.writing import replace_experiment, write_experiment
+
+__all__ = [
+    "PHASES",
+    "TRAJECTORY_KINDS",
+    "Box",
+    "Environment",
+    "Experiment",
+    "Grasp",
+    "Phantom",
+    "SensorNoise",
+    "check_experiment",
+    "read_case",
+    "read_experiment",
+    "replace_experiment",
+    "write_experiment",
+]

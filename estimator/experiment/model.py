@@ -1,0 +1,148 @@
+"""What one retraction of one phantom is: stated facts and synchronised observations.
+
+SI units, in the tissue frame: right-handed, fixed to the table, z up, origin at the phantom's centre at rest.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+FloatArray = NDArray[np.float64]
+Vector = tuple[float, float, float]
+
+Shape = Literal["block", "surface"]
+TrajectoryKind = Literal["pull", "gradual_tangent_pull", "twist_and_pull", "other"]
+SurfaceBelow = Literal["table", "none"]
+
+FORMAT = "retraction-experiment/1"
+EXPERIMENT_FILE = "experiment.toml"
+OBSERVATIONS_FILE = "observations.csv"
+SURFACE_FILE = "phantom.stl"
+
+PHASES: tuple[str, ...] = ("ramp", "hold", "return", "return_hold")
+TRAJECTORY_KINDS: tuple[str, ...] = get_args(TrajectoryKind)
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """An axis-aligned box given by its lower and upper corner, m; it may be flat. Its faces belong to it."""
+
+    lower: Vector
+    upper: Vector
+
+    def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """Tell for each of the points (..., 3) whether it lies in the box."""
+        coordinates = np.asarray(points, dtype=np.float64)
+        inside = (coordinates >= self.lower) & (coordinates <= self.upper)
+        return np.asarray(inside.all(axis=-1))
+
+    def intersection(self, other: "Box") -> "Box | None":
+        """Return what the two boxes share, None where they share nothing."""
+        lower = np.maximum(self.lower, other.lower)
+        upper = np.minimum(self.upper, other.upper)
+        if np.any(lower > upper):
+            return None
+        return Box((lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2]))
+
+
+@dataclass(frozen=True, slots=True)
+class Phantom:
+    """The body at rest.
+
+    Attributes
+    ----------
+    shape : ``"block"``, or ``"surface"`` for a closed triangulated surface
+    size_m : edges of the block, or of the surface's bounding box, m
+    surface : STL file in metres; None for a block
+    density : kg/m³
+    """
+
+    shape: Shape
+    size_m: Vector
+    surface: Path | None = None
+    density: float = 1070.0
+
+
+@dataclass(frozen=True, slots=True)
+class Grasp:
+    """Tissue in ``box`` moves with the gripper, whose frame has its origin at ``centre`` at rest, m."""
+
+    box: Box
+    centre: Vector
+
+
+@dataclass(frozen=True, slots=True)
+class SensorNoise:
+    """Standard deviation of the noise of one value in one row, and the tool that is already compensated.
+
+    Attributes
+    ----------
+    force_std : N
+    torque_std : N·m
+    fiducial_std : m, each coordinate
+    position_std : m, the gripper's reported position
+    tool_mass : kg beyond the sensor
+    tool_centre : its centre of mass in the gripper frame, m
+    """
+
+    force_std: float
+    torque_std: float
+    fiducial_std: float
+    position_std: float
+    tool_mass: float = 0.0
+    tool_centre: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Environment:
+    """Gravity in the tissue frame, m/s², and what the phantom lies on (a table at z = −size_m[2]/2)."""
+
+    gravity: Vector = (0.0, 0.0, -9.81)
+    surface_below: SurfaceBelow = "table"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Experiment:
+    """One synchronised retraction with n rows and m fiducials. NaN stands for a value that was not measured.
+
+    Attributes
+    ----------
+    name : free text
+    phantom_id : experiments with the same id are of one phantom in one mounting
+    order : 1 for the first experiment on that mounting
+    phantom, grasp, environment, sensor : as their types say
+    anchors : tissue in any of these boxes does not move
+    trajectory_kind : one of ``TRAJECTORY_KINDS``
+    fiducials_rest : (m, 3) at rest, m
+    time : (n,) since the first row, ascending, s
+    phase : n of ``PHASES``
+    step : (n,) number of the retraction step, 0 at rest
+    position : (n, 3) origin of the gripper frame, m
+    quaternion_wxyz : (n, 4) its orientation, unit, scalar first, identity at rest
+    wrench : (n, 6) force (N) that the tissue exerts on the gripper, and its torque (N·m) about the gripper
+        frame's present origin
+    fiducials : (n, m, 3) m
+    path : the folder it was read from; None where it was made in memory
+    """
+
+    name: str
+    phantom_id: str
+    order: int
+    phantom: Phantom
+    anchors: tuple[Box, ...]
+    grasp: Grasp
+    trajectory_kind: TrajectoryKind
+    environment: Environment
+    sensor: SensorNoise
+    fiducials_rest: FloatArray
+    time: FloatArray
+    phase: tuple[str, ...]
+    step: NDArray[np.int64]
+    position: FloatArray
+    quaternion_wxyz: FloatArray
+    wrench: FloatArray
+    fiducials: FloatArray
+    path: Path | None = None

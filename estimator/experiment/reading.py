@@ -1,0 +1,135 @@
+"""Reads experiment folders and cases; what comes back has passed every check."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+
+from estimator.errors import InputError
+from estimator.experiment.model import (
+    EXPERIMENT_FILE,
+    FORMAT,
+    OBSERVATIONS_FILE,
+    TRAJECTORY_KINDS,
+    Environment,
+    Experiment,
+    Grasp,
+    Phantom,
+    SensorNoise,
+    SurfaceBelow,
+    TrajectoryKind,
+)
+from estimator.experiment.observations import read_observations
+from estimator.experiment.stl import read_stl
+from estimator.experiment.tables import TomlTable
+from estimator.experiment.validation import check_experiment
+
+
+def read_experiment(path: Path | str) -> Experiment:
+    """Read and check one experiment folder; quaternions come back with unit norm to the last digit.
+
+    Unknown keys are ignored. Keys that may be missing: ``name`` (then the folder's name), ``phantom_id`` (the
+    name of the folder above), ``order`` (1), ``density`` (1070), the grasp's ``centre`` (its box's), ``kind``
+    ("other"), ``gravity`` (0, 0, −9.81), ``surface_below`` ("table"), ``tool_mass`` (0), ``tool_centre``
+    (0, 0, 0), a surface's ``size`` (its bounding box's), and the whole table of fiducials (none).
+
+    Raises
+    ------
+    InputError
+        Something is missing, unreadable or implausible; the message names file, line and column or key.
+    """
+    folder = Path(path)
+    if not folder.is_dir():
+        raise InputError(f"{folder}: there is no such folder; give a folder that holds {EXPERIMENT_FILE}")
+    file = folder / EXPERIMENT_FILE
+    stated = TomlTable.read(file)
+    if (found := stated.text("format")) != FORMAT:
+        raise InputError(f'{file}: format is "{found}"; only "{FORMAT}" can be read')
+    fiducials_rest = stated.table("fiducials").points("rest")
+    observed = read_observations(folder / OBSERVATIONS_FILE, len(fiducials_rest))
+    kind = stated.table("trajectory").choice("kind", TRAJECTORY_KINDS, "other")
+    experiment = Experiment(
+        name=stated.text("name", folder.resolve().name),
+        phantom_id=stated.text("phantom_id", folder.resolve().parent.name),
+        order=stated.integer("order", 1),
+        phantom=_phantom(stated.table("phantom"), folder),
+        anchors=tuple(anchor.box("box") for anchor in stated.tables("anchor")),
+        grasp=_grasp(stated.table("grasp")),
+        trajectory_kind=cast(TrajectoryKind, kind),
+        environment=_environment(stated.table("environment")),
+        sensor=_sensor(stated.table("sensor")),
+        fiducials_rest=fiducials_rest,
+        time=observed.time - observed.time[0],
+        phase=observed.phase,
+        step=observed.step,
+        position=observed.position,
+        quaternion_wxyz=observed.quaternion_wxyz,
+        wrench=observed.wrench,
+        fiducials=observed.fiducials,
+        path=folder,
+    )
+    check_experiment(experiment)
+    norm = np.linalg.norm(experiment.quaternion_wxyz, axis=1, keepdims=True)
+    return replace(experiment, quaternion_wxyz=experiment.quaternion_wxyz / norm)
+
+
+def read_case(path: Path | str) -> list[Experiment]:
+    """Read a folder of experiments of one phantom, sorted by ``order``, or one experiment as a list of one.
+
+    Raises
+    ------
+    InputError
+        The folder holds no experiment, or experiments of several phantoms; or as :func:`read_experiment`.
+    """
+    folder = Path(path)
+    if (folder / EXPERIMENT_FILE).exists():
+        return [read_experiment(folder)]
+    if not folder.is_dir():
+        raise InputError(f"{folder}: there is no such folder; give an experiment or a folder of experiments")
+    members = sorted(file.parent for file in folder.glob(f"*/{EXPERIMENT_FILE}"))
+    if not members:
+        raise InputError(
+            f"{folder}: neither it nor a folder in it holds {EXPERIMENT_FILE}; give another folder"
+        )
+    experiments = [read_experiment(member) for member in members]
+    phantoms = sorted({experiment.phantom_id for experiment in experiments})
+    if len(phantoms) > 1:
+        raise InputError(
+            f"{folder}: experiments of {len(phantoms)} phantoms ({', '.join(phantoms)}); a case is of one: "
+            "sort them into folders, or correct phantom_id"
+        )
+    return sorted(experiments, key=lambda experiment: experiment.order)
+
+
+def _phantom(table: TomlTable, folder: Path) -> Phantom:
+    density = table.number("density", 1070.0)
+    if table.choice("shape", ("block", "surface")) == "block":
+        return Phantom("block", table.vector("size"), None, density)
+    surface = folder / table.text("surface")
+    corners = read_stl(surface).reshape(-1, 3)
+    x, y, z = np.ptp(corners, axis=0).tolist()
+    return Phantom("surface", table.vector("size", (x, y, z)), surface, density)
+
+
+def _grasp(table: TomlTable) -> Grasp:
+    box = table.box("box")
+    x, y, z = np.mean([box.lower, box.upper], axis=0).tolist()
+    return Grasp(box, table.vector("centre", (x, y, z)))
+
+
+def _environment(table: TomlTable) -> Environment:
+    default = Environment()
+    below = table.choice("surface_below", ("table", "none"), default.surface_below)
+    return Environment(table.vector("gravity", default.gravity), cast(SurfaceBelow, below))
+
+
+def _sensor(table: TomlTable) -> SensorNoise:
+    return SensorNoise(
+        force_std=table.number("force_std"),
+        torque_std=table.number("torque_std"),
+        fiducial_std=table.number("fiducial_std"),
+        position_std=table.number("position_std"),
+        tool_mass=table.number("tool_mass", 0.0),
+        tool_centre=table.vector("tool_centre", (0.0, 0.0, 0.0)),
+    )

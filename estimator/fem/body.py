@@ -1,0 +1,144 @@
+"""A meshed body ready for integration, and the energy of a law on it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.errors import SolverError
+from estimator.fem.elements import reference_element
+from estimator.fem.kernels import deformation_gradient, element_forces, element_stiffness, invariants
+from estimator.fem.mesh import Mesh
+from estimator.materials.law import EnergyDerivatives
+from estimator.materials.material import Material
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Body:
+    """A mesh with its integration data.
+
+    Attributes
+    ----------
+    mesh : Mesh
+    gradient : (e, q, k, 3) float64, derivatives of the shape functions by the rest position, 1/m
+    volume : (e, q) float64, quadrature weight times reference volume, m³
+    basis : (e, q, r) float64, functions of the projected dilatation, orthonormal in each element, m^−3/2
+    """
+
+    mesh: Mesh
+    gradient: FloatArray
+    volume: FloatArray
+    basis: FloatArray
+
+
+@dataclass(frozen=True)
+class Response:
+    """What the material answers to a displacement field.
+
+    Attributes
+    ----------
+    F : (e, q, 3, 3) deformation gradient
+    energy : strain energy, J
+    slope : (3, e, q) derivatives of the energy density by I1, I2, J
+    pressure_by_lame : (e, q) projected dilatation: the derivative of ``slope[2]`` by Lamé's λ
+    law : the law's own derivatives at the e·q points
+    """
+
+    F: FloatArray
+    energy: float
+    slope: FloatArray
+    pressure_by_lame: FloatArray
+    law: EnergyDerivatives
+
+
+def build_body(mesh: Mesh) -> Body:
+    """Precompute the integration data of a mesh.
+
+    Raises
+    ------
+    SolverError
+        An element has a non-positive volume.
+    """
+    element = reference_element(mesh.kind)
+    corners = mesh.points[mesh.cells]
+    jacobian = np.einsum("ekx,qkr->eqxr", corners, element.gradient, optimize=True)
+    determinant = np.linalg.det(jacobian)
+    if determinant.min() <= 0.0:
+        bad = int(np.argmin(determinant.min(axis=1)))
+        raise SolverError(f"element {bad} of the mesh has a negative volume; reorder its nodes or mesh again")
+    gradient = np.einsum("qkr,eqrx->eqkx", element.gradient, np.linalg.inv(jacobian), optimize=True)
+    volume = determinant * element.weights
+    return Body(mesh, np.ascontiguousarray(gradient), volume, _orthonormal(element.dilatation_basis, volume))
+
+
+def respond(body: Body, material: Material, displacement: FloatArray) -> Response:
+    """Evaluate a material at nodal displacements (n, 3).
+
+    Raises
+    ------
+    SolverError
+        The displacement turns an element inside out, or leaves the domain of the law.
+    """
+    F = deformation_gradient(displacement, body.mesh.cells, body.gradient)
+    i1, i2, j = invariants(F)
+    if not j.min() > 0.0:
+        raise SolverError("an element is turned inside out")
+    law = material.law.derivatives(i1.ravel(), i2.ravel(), j.ravel(), material.shape)
+    dilatation = j - 1.0
+    if body.basis.shape[2]:
+        coefficients = np.einsum("eqr,eq,eq->er", body.basis, body.volume, dilatation, optimize=True)
+        dilatation = np.einsum("eqr,er->eq", body.basis, coefficients, optimize=True)
+    mu, lame = material.lame
+    slope = mu * law.first.reshape(3, *j.shape)
+    slope[2] += lame * dilatation
+    energy = mu * float(np.sum(body.volume.ravel() * law.value))
+    energy += 0.5 * lame * float(np.sum(body.volume * dilatation**2))
+    return Response(F, energy, slope, dilatation, law)
+
+
+def nodal_forces(body: Body, response: Response, slope: FloatArray) -> FloatArray:
+    """Return the nodal forces (n, 3), N, of energy slopes (3, e, q) at the deformation of ``response``."""
+    per_element = element_forces(response.F, body.gradient, body.volume, slope)
+    count = len(body.mesh.points)
+    nodes = body.mesh.cells.ravel()
+    flat = per_element.reshape(-1, 3)
+    return np.stack([np.bincount(nodes, flat[:, i], minlength=count) for i in range(3)], axis=1)
+
+
+def slopes_by_parameter(material: Material, response: Response) -> dict[str, FloatArray]:
+    """Return the derivative of ``response.slope`` by each parameter of the material, at fixed deformation."""
+    shape = response.slope.shape
+    by_mu = response.law.first.reshape(shape)
+    by_lame = np.zeros(shape)
+    by_lame[2] = response.pressure_by_lame
+    slopes = {name: mu * by_mu + lame * by_lame for name, (mu, lame) in material.lame_derivatives.items()}
+    mu = material.lame[0]
+    for n, parameter in enumerate(material.law.shape_parameters):
+        slopes[parameter.name] = mu * response.law.first_by_shape[n].reshape(shape)
+    return slopes
+
+
+def stiffness(body: Body, material: Material, response: Response) -> FloatArray:
+    """Return the tangent stiffness of each element, (e, 3k, 3k), lower triangle filled."""
+    mu, lame = material.lame
+    count, rule = body.volume.shape
+    curvature = mu * response.law.second.reshape(6, count, rule)
+    if not body.basis.shape[2]:
+        curvature[5] += lame
+    bulk = np.full(count, lame)
+    return element_stiffness(
+        response.F, body.gradient, body.volume, response.slope, curvature, body.basis, bulk
+    )
+
+
+def _orthonormal(basis: FloatArray, volume: FloatArray) -> FloatArray:
+    """Orthonormalise the functions (q, r) in each element under its quadrature (e, q): (e, q, r)."""
+    if not basis.shape[1]:
+        return np.zeros((*volume.shape, 0))
+    mass = np.einsum("qr,eq,qs->ers", basis, volume, basis, optimize=True)
+    factor = np.linalg.cholesky(mass)
+    return np.ascontiguousarray(
+        np.linalg.solve(factor, np.broadcast_to(basis.T, (len(volume), *basis.T.shape))).transpose(0, 2, 1)
+    )

@@ -1,0 +1,207 @@
+"""Static equilibrium under a given motion of the gripper, by Newton's method with automatic cutback."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.errors import SolverError
+from estimator.fem.body import Response, nodal_forces, respond, stiffness
+from estimator.fem.motion import GripperPose
+from estimator.fem.problem import RetractionProblem
+from estimator.fem.tangent import Tangent, TangentAssembler
+from estimator.materials.material import Material
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class NewtonSettings:
+    """When Newton's iteration ends and how far a step may be cut.
+
+    The residual counts as zero below ``tolerance`` times the norm of the gripping forces. The tangent is renewed
+    where a correction has lowered the residual by less than ``chord_rate``. An indefinite tangent mostly means too
+    long a step; it is followed only in steps of ``unstable_fraction`` or less, where the equilibrium is unstable.
+    """
+
+    tolerance: float = 1e-9
+    iterations: int = 20
+    chord_rate: float = 0.05
+    smallest_fraction: float = 1.0 / 256.0
+    unstable_fraction: float = 1.0 / 16.0
+
+
+@dataclass(frozen=True)
+class EquilibriumState:
+    """A solved state.
+
+    Attributes
+    ----------
+    pose : of the gripper frame in the tissue frame
+    material : that it was solved for
+    displacement : (n, 3) float64, m
+    response : of the material
+    forces : (n, 3) float64, internal nodal forces, N; zero but at held nodes
+    tangent : assembled at the solution
+    by_pose : (nf, 6) derivative of the free displacements by the gripper's translation (m) and rotation (rad)
+    iterations : Newton iterations spent on it
+    """
+
+    pose: GripperPose
+    material: Material
+    displacement: FloatArray
+    response: Response
+    forces: FloatArray
+    tangent: Tangent
+    by_pose: FloatArray
+    iterations: int
+
+
+def rigid_modes(problem: RetractionProblem, pose: GripperPose) -> FloatArray:
+    """Return the displacement (ng, 6) of the gripped degrees of freedom per unit of translation and rotation."""
+    arms = problem.gripped_positions(pose) - pose.position
+    modes = np.zeros((len(arms), 3, 6))
+    modes[:, :, :3] = np.eye(3)
+    for axis in range(3):
+        modes[:, :, 3 + axis] = np.cross(np.eye(3)[axis], arms)
+    return modes.reshape(-1, 6)
+
+
+class EquilibriumSolver:
+    """Solves one retraction problem for any material and motion; keeps the symbolic factorisation between calls."""
+
+    def __init__(self, problem: RetractionProblem, settings: NewtonSettings | None = None) -> None:
+        self.problem = problem
+        self.settings = settings or NewtonSettings()
+        self._assembler = TangentAssembler(problem.pattern)
+
+    def rest(self, material: Material) -> EquilibriumState:
+        """Return the unloaded state."""
+        pose = GripperPose.from_quaternion(self.problem.grasp_centre, np.array([1.0, 0, 0, 0]))
+        trial = self._trial(material, np.zeros_like(self.problem.body.mesh.points))
+        return self._finish(trial, pose, 0)
+
+    def solve(self, pose: GripperPose, material: Material, start: EquilibriumState) -> EquilibriumState:
+        """Return the equilibrium at ``pose``, approached from ``start`` in one step or, where that fails, in several.
+
+        Raises
+        ------
+        SolverError
+            Equilibrium could not be reached even in the smallest permitted steps; the message tells how far it came.
+        """
+        reached, fraction, step = start, 0.0, 1.0
+        while fraction < 1.0:
+            target = min(1.0, fraction + step)
+            goal = pose if target == 1.0 else start.pose.between(pose, target)
+            try:
+                trial = self._predict(goal, material, reached)
+                reached = self._newton(goal, trial, accept_unstable=step <= self.settings.unstable_fraction)
+            except SolverError as failure:
+                step /= 2.0
+                if step < self.settings.smallest_fraction:
+                    raise SolverError(
+                        f"no equilibrium beyond {100 * fraction:.0f} % of the motion to "
+                        f"{np.round(1e3 * pose.position, 2).tolist()} mm: {failure}"
+                    ) from failure
+                continue
+            fraction, step = target, min(2.0 * step, 1.0)
+        return reached
+
+    def refine(self, pose: GripperPose, material: Material, guess: FloatArray) -> EquilibriumState:
+        """Return the equilibrium near a guessed field of displacements (n, 3), m; gripped nodes are set to the pose.
+
+        Raises
+        ------
+        SolverError
+            The iteration does not converge from there.
+        """
+        return self._newton(pose, self._trial(material, self._impose(pose, guess)), accept_unstable=False)
+
+    def _newton(self, pose: GripperPose, trial: _Trial, *, accept_unstable: bool) -> EquilibriumState:
+        tangent: Tangent | None = None
+        size = self._residual(trial)
+        for iteration in range(self.settings.iterations + 1):
+            if size <= self.settings.tolerance * self._force_scale(trial):
+                return self._finish(trial, pose, iteration)
+            if tangent is None:
+                tangent = self._assemble(trial)
+                if not (tangent.positive_definite or accept_unstable):
+                    raise SolverError("the tissue is unstable on the way")
+            trial, previous = self._correct(trial, tangent), size
+            size = self._residual(trial)
+            if size > self.settings.chord_rate * previous:
+                tangent = None
+        raise SolverError(f"Newton's method did not converge in {self.settings.iterations} iterations")
+
+    def _predict(self, pose: GripperPose, material: Material, start: EquilibriumState) -> _Trial:
+        """Extrapolate the field along the motion; where that turns an element, move the gripped nodes alone."""
+        predicted = start.displacement.copy().reshape(-1)
+        predicted[self.problem.pattern.free] += start.by_pose @ start.pose.increment_to(pose)
+        try:
+            return self._trial(material, self._impose(pose, predicted.reshape(-1, 3)))
+        except SolverError:
+            return self._trial(material, self._impose(pose, start.displacement))
+
+    def _impose(self, pose: GripperPose, displacement: FloatArray) -> FloatArray:
+        gripped = self.problem.gripped
+        imposed = displacement.copy()
+        imposed[gripped] = self.problem.gripped_positions(pose) - self.problem.body.mesh.points[gripped]
+        return imposed
+
+    def _correct(self, trial: _Trial, tangent: Tangent) -> _Trial:
+        """Return the trial after a Newton correction, shortened until the residual falls and no element turns."""
+        free = self.problem.pattern.free
+        correction: FloatArray = np.zeros(trial.displacement.size)
+        correction[free] = -tangent.free.solve(trial.forces.reshape(-1)[free])
+        correction = correction.reshape(trial.displacement.shape)
+        size, share = self._residual(trial), 1.0
+        while share > 1e-3:
+            try:
+                shortened = self._trial(trial.material, trial.displacement + share * correction)
+            except SolverError:
+                share /= 2.0
+                continue
+            if self._residual(shortened) < (1.0 - 1e-4 * share) * size or share < 0.1:
+                return shortened
+            share /= 2.0
+        raise SolverError("every correction turns an element inside out")
+
+    def _trial(self, material: Material, displacement: FloatArray) -> _Trial:
+        response = respond(self.problem.body, material, displacement)
+        forces = nodal_forces(self.problem.body, response, response.slope)
+        return _Trial(material, displacement, response, forces)
+
+    def _residual(self, trial: _Trial) -> float:
+        return float(np.linalg.norm(trial.forces.reshape(-1)[self.problem.pattern.free]))
+
+    def _force_scale(self, trial: _Trial) -> float:
+        """Norm of the gripping forces, but no less than a millionth of μ times the cross-section."""
+        floor = 1e-6 * trial.material.lame[0] * float(self.problem.body.volume.sum()) ** (2 / 3)
+        return max(float(np.linalg.norm(trial.forces[self.problem.gripped])), floor)
+
+    def _assemble(self, trial: _Trial) -> Tangent:
+        return self._assembler.assemble(stiffness(self.problem.body, trial.material, trial.response))
+
+    def _finish(self, trial: _Trial, pose: GripperPose, iterations: int) -> EquilibriumState:
+        tangent = self._assemble(trial)
+        by_pose = -tangent.free.solve(tangent.gripped_free.T @ rigid_modes(self.problem, pose))
+        return EquilibriumState(
+            pose,
+            trial.material,
+            trial.displacement,
+            trial.response,
+            trial.forces,
+            tangent,
+            by_pose,
+            iterations,
+        )
+
+
+@dataclass(frozen=True)
+class _Trial:
+    material: Material
+    displacement: FloatArray
+    response: Response
+    forces: FloatArray

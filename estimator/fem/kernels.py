@@ -1,0 +1,211 @@
+"""The element loops, compiled: kinematics, internal forces and tangent stiffness.
+
+First Piola–Kirchhoff stress and tangent follow from the energy W(I1, I2, J) by the chain rule (Bonet & Wood,
+"Nonlinear Continuum Mechanics for Finite Element Analysis", 2nd ed., ch. 5 and 8):
+
+    P = Σ_i W_i G_i,   A = Σ_ij W_ij G_i ⊗ G_j + Σ_i W_i ∂G_i/∂F,
+    G_1 = 2F,   G_2 = 2(I1 F − F C),   G_3 = cof F.
+"""
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@njit(cache=True, parallel=True, fastmath={"contract", "reassoc", "nsz"})
+def deformation_gradient(displacement: FloatArray, cells: IntArray, gradient: FloatArray) -> FloatArray:
+    """Return F (e, q, 3, 3) from nodal displacements (n, 3) and material shape gradients (e, q, k, 3)."""
+    count, rule, nodes, _ = gradient.shape
+    out = np.empty((count, rule, 3, 3))
+    for e in prange(count):
+        for q in range(rule):
+            for i in range(3):
+                for j in range(3):
+                    total = 1.0 if i == j else 0.0
+                    for a in range(nodes):
+                        total += displacement[cells[e, a], i] * gradient[e, q, a, j]
+                    out[e, q, i, j] = total
+    return out
+
+
+@njit(cache=True)
+def _cofactor(F: FloatArray, out: FloatArray) -> None:
+    for i in range(3):
+        for j in range(3):
+            i1, i2, j1, j2 = (i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3
+            out[i, j] = F[i1, j1] * F[i2, j2] - F[i1, j2] * F[i2, j1]
+
+
+@njit(cache=True, parallel=True)
+def invariants(F: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return I1, I2 and J, each (e, q), of deformation gradients (e, q, 3, 3)."""
+    count, rule = F.shape[:2]
+    first, second, jacobian = np.empty((count, rule)), np.empty((count, rule)), np.empty((count, rule))
+    for e in prange(count):
+        for q in range(rule):
+            f = F[e, q]
+            trace, square = 0.0, 0.0
+            for i in range(3):
+                for j in range(3):
+                    trace += f[i, j] * f[i, j]
+                    c = f[0, i] * f[0, j] + f[1, i] * f[1, j] + f[2, i] * f[2, j]
+                    square += c * c
+            first[e, q] = trace
+            second[e, q] = 0.5 * (trace * trace - square)
+            jacobian[e, q] = (
+                f[0, 0] * (f[1, 1] * f[2, 2] - f[1, 2] * f[2, 1])
+                - f[0, 1] * (f[1, 0] * f[2, 2] - f[1, 2] * f[2, 0])
+                + f[0, 2] * (f[1, 0] * f[2, 1] - f[1, 1] * f[2, 0])
+            )
+    return first, second, jacobian
+
+
+@njit(cache=True)
+def _invariant_gradients(F: FloatArray, G: FloatArray) -> None:
+    """Fill G (3, 3, 3) with the derivatives of I1, I2 and J by F."""
+    trace = 0.0
+    for i in range(3):
+        for j in range(3):
+            trace += F[i, j] * F[i, j]
+    _cofactor(F, G[2])
+    for i in range(3):
+        for j in range(3):
+            fc = 0.0
+            for m in range(3):
+                fc += F[i, m] * (F[0, m] * F[0, j] + F[1, m] * F[1, j] + F[2, m] * F[2, j])
+            G[0, i, j] = 2.0 * F[i, j]
+            G[1, i, j] = 2.0 * (trace * F[i, j] - fc)
+
+
+@njit(cache=True, parallel=True, fastmath={"contract", "reassoc", "nsz"})
+def element_forces(F: FloatArray, gradient: FloatArray, volume: FloatArray, slope: FloatArray) -> FloatArray:
+    """Return the internal force of each element (e, k, 3).
+
+    ``volume`` (e, q) holds quadrature weight times reference volume; ``slope`` (3, e, q) the energy's derivatives by
+    I1, I2 and J.
+    """
+    count, rule, nodes, _ = gradient.shape
+    out = np.zeros((count, nodes, 3))
+    for e in prange(count):
+        G = np.empty((3, 3, 3))
+        for q in range(rule):
+            _invariant_gradients(F[e, q], G)
+            for i in range(3):
+                p = np.empty(3)
+                for j in range(3):
+                    p[j] = volume[e, q] * (
+                        slope[0, e, q] * G[0, i, j]
+                        + slope[1, e, q] * G[1, i, j]
+                        + slope[2, e, q] * G[2, i, j]
+                    )
+                for a in range(nodes):
+                    g = gradient[e, q, a]
+                    out[e, a, i] += p[0] * g[0] + p[1] * g[1] + p[2] * g[2]
+    return out
+
+
+@njit(cache=True)
+def _elasticity(F: FloatArray, G: FloatArray, w: FloatArray, h: FloatArray, A: FloatArray) -> None:
+    """Fill A (9, 9), the derivative of P by F, from first (3,) and second (6,) derivatives of the energy."""
+    b, c = np.zeros((3, 3)), np.zeros((3, 3))
+    trace = 0.0
+    for i in range(3):
+        for j in range(3):
+            trace += F[i, j] * F[i, j]
+            for m in range(3):
+                b[i, j] += F[i, m] * F[j, m]
+                c[i, j] += F[m, i] * F[m, j]
+    for i in range(3):
+        for j in range(3):
+            g1, g2, g3 = G[0, i, j], G[1, i, j], G[2, i, j]
+            a1 = h[0] * g1 + h[1] * g2 + h[2] * g3
+            a2 = h[1] * g1 + h[3] * g2 + h[4] * g3
+            a3 = h[2] * g1 + h[4] * g2 + h[5] * g3
+            for k in range(3):
+                for l in range(3):  # noqa: E741 - i, j, k, l are the indices of the tangent
+                    value = a1 * G[0, k, l] + a2 * G[1, k, l] + a3 * G[2, k, l]
+                    value += w[1] * (4.0 * F[i, j] * F[k, l] - 2.0 * F[i, l] * F[k, j])
+                    if i == k:
+                        value -= 2.0 * w[1] * c[j, l]
+                    if j == l:
+                        value -= 2.0 * w[1] * b[i, k]
+                        if i == k:
+                            value += 2.0 * w[0] + 2.0 * w[1] * trace
+                    if i != k and j != l:
+                        m, n = 3 - i - k, 3 - j - l
+                        sign = 1.0 if ((k - i) % 3 == 1) == ((l - j) % 3 == 1) else -1.0
+                        value += w[2] * sign * F[m, n]
+                    A[3 * i + j, 3 * k + l] = value
+
+
+@njit(cache=True, parallel=True, fastmath={"contract", "reassoc", "nsz"})
+def element_stiffness(
+    F: FloatArray,
+    gradient: FloatArray,
+    volume: FloatArray,
+    slope: FloatArray,
+    curvature: FloatArray,
+    basis: FloatArray,
+    bulk: FloatArray,
+) -> FloatArray:
+    """Return the tangent stiffness of each element, (e, 3k, 3k), lower triangle filled.
+
+    ``curvature`` (6, e, q) holds the energy's second derivatives by I1I1, I1I2, I1J, I2I2, I2J, JJ. The projected
+    dilatation adds Σ_r bulk_e (∂b_r/∂u)(∂b_r/∂u)ᵀ with b_r = ∫ basis_r J dV, ``basis`` (e, q, r) orthonormal in
+    each element.
+    """
+    count, rule, nodes, _ = gradient.shape
+    modes = basis.shape[2]
+    size = 3 * nodes
+    out = np.zeros((count, size, size))
+    for e in prange(count):
+        G, A, T = np.empty((3, 3, 3)), np.empty((9, 9)), np.empty((9, size))
+        w, h = np.empty(3), np.empty(6)
+        D = np.zeros((modes, size))
+        K = out[e]
+        for q in range(rule):
+            dv = volume[e, q]
+            for n in range(3):
+                w[n] = slope[n, e, q] * dv
+            for n in range(6):
+                h[n] = curvature[n, e, q] * dv
+            _invariant_gradients(F[e, q], G)
+            _elasticity(F[e, q], G, w, h, A)
+            for row in range(9):
+                for b in range(nodes):
+                    g = gradient[e, q, b]
+                    for k in range(3):
+                        T[row, 3 * b + k] = (
+                            A[row, 3 * k] * g[0] + A[row, 3 * k + 1] * g[1] + A[row, 3 * k + 2] * g[2]
+                        )
+            for a in range(nodes):
+                g0, g1, g2 = gradient[e, q, a, 0], gradient[e, q, a, 1], gradient[e, q, a, 2]
+                last = 3 * (a + 1)
+                for i in range(3):
+                    target, t0, t1, t2 = K[3 * a + i], T[3 * i], T[3 * i + 1], T[3 * i + 2]
+                    for column in range(last):
+                        target[column] += g0 * t0[column] + g1 * t1[column] + g2 * t2[column]
+                    cofactor = G[2, i, 0] * g0 + G[2, i, 1] * g1 + G[2, i, 2] * g2
+                    for r in range(modes):
+                        D[r, 3 * a + i] += dv * basis[e, q, r] * cofactor
+        for r in range(modes):
+            for row in range(size):
+                factor = bulk[e] * D[r, row]
+                for column in range(row + 1):
+                    K[row, column] += factor * D[r, column]
+    return out
+
+
+@njit(cache=True, parallel=True)
+def gather(start: IntArray, source: IntArray, values: FloatArray) -> FloatArray:
+    """Sum element entries into matrix entries: out[n] = Σ values[source[start[n]:start[n+1]]]."""
+    out = np.empty(len(start) - 1)
+    for n in prange(len(out)):
+        total = 0.0
+        for s in range(start[n], start[n + 1]):
+            total += values[source[s]]
+        out[n] = total
+    return out

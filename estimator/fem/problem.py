@@ -1,0 +1,94 @@
+"""The retraction as a boundary value problem: a body, its anchors, its grasp and its fiducials."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.errors import InputError
+from estimator.fem.body import Body, build_body
+from estimator.fem.mesh import Mesh, interpolation_rows
+from estimator.fem.motion import GripperPose
+from estimator.fem.tangent import TangentPattern, tangent_pattern
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class RetractionProblem:
+    """Everything about a retraction but the material and the motion.
+
+    Attributes
+    ----------
+    body : Body
+    fixed, gripped : (n,) bool, nodes that stand still, and nodes that move with the gripper
+    grasp_centre : (3,) float64, origin of the gripper frame at rest, tissue frame, m
+    pattern : TangentPattern
+    fiducials_rest : (m, 3) float64, m
+    fiducials_gripped : (m,) bool, fiducials on gripped tissue, which move rigidly
+    fiducial_nodes, fiducial_weights : (m, k), interpolation of the others from nodes
+    """
+
+    body: Body
+    fixed: BoolArray
+    gripped: BoolArray
+    grasp_centre: FloatArray
+    pattern: TangentPattern
+    fiducials_rest: FloatArray
+    fiducials_gripped: BoolArray
+    fiducial_nodes: IntArray
+    fiducial_weights: FloatArray
+
+    def fiducial_positions(self, displacement: FloatArray, pose: GripperPose) -> FloatArray:
+        """Return the positions (m, 3) of the fiducials, m, at nodal displacements (n, 3) and the gripper's pose."""
+        moved = np.einsum("mk,mkx->mx", self.fiducial_weights, displacement[self.fiducial_nodes])
+        positions = self.fiducials_rest + moved
+        arms = self.fiducials_rest[self.fiducials_gripped] - self.grasp_centre
+        positions[self.fiducials_gripped] = pose.position + pose.rotation.apply(arms)
+        return positions
+
+    def gripped_positions(self, pose: GripperPose) -> FloatArray:
+        """Return the positions (g, 3) of the gripped nodes, m, when the gripper frame is at ``pose``."""
+        arms = self.body.mesh.points[self.gripped] - self.grasp_centre
+        return pose.position + pose.rotation.apply(arms)
+
+
+def retraction_problem(
+    mesh: Mesh,
+    fixed: BoolArray,
+    gripped: BoolArray,
+    grasp_centre: FloatArray,
+    fiducials_rest: FloatArray,
+    fiducials_gripped: BoolArray,
+    fiducial_tolerance_m: float = 1e-3,
+) -> RetractionProblem:
+    """Pose a retraction on a mesh; gripped nodes that are anchored as well count as gripped.
+
+    Raises
+    ------
+    InputError
+        No node is anchored or none is gripped, or a fiducial lies off the tissue.
+    """
+    if not gripped.any():
+        raise InputError("the grasp box holds no tissue; correct [grasp] box")
+    anchored = fixed & ~gripped
+    if not anchored.any():
+        raise InputError("no anchor box holds tissue; correct [[anchor]] box")
+    count = mesh.cells.shape[1]
+    nodes = np.zeros((len(fiducials_rest), count), dtype=np.int64)
+    weights = np.zeros((len(fiducials_rest), count))
+    loose = ~fiducials_gripped
+    nodes[loose], weights[loose] = interpolation_rows(mesh, fiducials_rest[loose], fiducial_tolerance_m)
+    return RetractionProblem(
+        build_body(mesh),
+        anchored,
+        gripped,
+        grasp_centre,
+        tangent_pattern(mesh, anchored, gripped),
+        fiducials_rest,
+        fiducials_gripped,
+        nodes,
+        weights,
+    )

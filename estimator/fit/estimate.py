@@ -1,0 +1,169 @@
+"""Young's modulus and Poisson's ratio from retractions: the estimation as a whole.
+
+It goes from coarse to fine: a few states of each experiment until that converges, then all states, then the
+discretisation error, measured on a finer mesh, corrected for, and kept as an uncertainty.
+"""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.errors import FitError, InputError
+from estimator.experiment import Experiment
+from estimator.fem.observation import Observation
+from estimator.fit.discretisation import change_on_finer_mesh
+from estimator.fit.gauss_newton import Iterate, marginal_step, minimise, moved
+from estimator.fit.parameters import POISSON_RATIO, YOUNGS_MODULUS
+from estimator.fit.residuals import StateMean, WhitenedSystem, predicted_channels, state_means, whiten
+from estimator.fit.result import Estimate
+from estimator.fit.summary import FitOutcome, summarise
+from estimator.forward.meshing import mesh_experiment
+from estimator.forward.model import ForwardModel
+from estimator.forward.schedule import spread_states
+from estimator.materials import NeoHookean
+from estimator.materials.material import Material
+
+FloatArray = NDArray[np.float64]
+# Called with what is being done, how many of its states are done, and how many there are.
+Progress = Callable[[str, int, int], None]
+Values = dict[str, float]
+
+_PARAMETERS = (YOUNGS_MODULUS, POISSON_RATIO)
+_FIRST_POISSON_RATIO = 0.4
+_STATES_AT_FIRST = 4
+# A relative change of E or of 1 − 2ν this small is taken by the linearisation alone: its error is the square of it.
+_LINEAR_STEP = 0.01
+# What remains of the discretisation error once the change on the finer mesh has been added, as a share of that
+# change: a third at second order with half the element size; a half is on the safe side.
+_REMAINING_ERROR = 0.5
+
+
+def estimate(experiments: Sequence[Experiment], progress: Progress | None = None) -> Estimate:
+    """Estimate E and ν from the experiments of one phantom in one mounting.
+
+    Parameters
+    ----------
+    experiments : with the same phantom, anchors, grasp and fiducials
+    progress : told about every solved state
+
+    Raises
+    ------
+    InputError
+        There is no experiment, they are not of one phantom, or they cannot be meshed.
+    FitError
+        The data do not determine the parameters, or the fit does not converge.
+    SolverError
+        The motion has no equilibrium at the first guess.
+    """
+    started = time.perf_counter()
+    _check_one_phantom(experiments)
+    tell = progress or (lambda stage, done, total: None)
+    model = ForwardModel(mesh_experiment(experiments[0]), experiments)
+    means = state_means(experiments, model.schedules)
+
+    few = _Linearisation(
+        model, means, [spread_states(s, _STATES_AT_FIRST) for s in model.schedules], "a few states", tell
+    )
+    rough, _ = minimise(few, _PARAMETERS, few.first_guess(), _LINEAR_STEP)
+    every = _Linearisation(
+        model, means, [list(range(len(s.poses))) for s in model.schedules], "all states", tell
+    )
+    fine, _ = minimise(every, _PARAMETERS, rough[-1].values, _LINEAR_STEP)
+    values = fine[-1].values
+
+    change, solved = change_on_finer_mesh(
+        experiments, _material(values), every.predictions, lambda done, total: tell("finer mesh", done, total)
+    )
+    corrected = [replace(m, mean=m.mean - change[m.experiment, m.state]) for m in means]
+    remaining = {state: _REMAINING_ERROR * c for state, c in change.items()}
+    system = whiten(corrected, every.predictions, _slopes(values), remaining)
+    last = marginal_step(system)
+    final = moved(_PARAMETERS, values, last.step)
+    outcome = FitOutcome(
+        experiments=tuple(experiments),
+        model=model,
+        parameters=_PARAMETERS,
+        values=final,
+        step={name: final[name] - values[name] for name in final},
+        iterates=(*rough, *fine[1:], Iterate(final, last.chi2)),
+        predictions=every.predictions,
+        change=change,
+        last=last,
+        forward_solves=model.solved_states + solved,
+    )
+    return summarise(outcome, time.perf_counter() - started)
+
+
+class _Linearisation:
+    """The whitened problem on a choice of states, as a function of the parameters; keeps the last predictions."""
+
+    def __init__(
+        self,
+        model: ForwardModel,
+        means: Sequence[StateMean],
+        selection: Sequence[Sequence[int]],
+        stage: str,
+        tell: Progress,
+    ) -> None:
+        self._model, self._means, self._selection = model, means, selection
+        self._stage, self._tell = stage, tell
+        self.predictions: list[dict[int, Observation]] = []
+
+    def __call__(self, values: Values) -> WhitenedSystem:
+        self.predictions = self._model.predict(
+            _material(values), self._selection, lambda done, total: self._tell(self._stage, done, total)
+        )
+        return whiten(self._means, self.predictions, _slopes(values), {})
+
+    def first_guess(self) -> Values:
+        """Return E from one prediction: every force is proportional to it.
+
+        Raises
+        ------
+        FitError
+            The measured forces do not oppose the motion.
+        """
+        values: Values = {"youngs_modulus": 1e4, "poisson_ratio": _FIRST_POISSON_RATIO}
+        self(values)
+        measured_by_predicted, predicted_squared = 0.0, 0.0
+        for mean in self._means:
+            observation = self.predictions[mean.experiment].get(mean.state)
+            if observation is not None and mean.count[:3].all():
+                predicted = predicted_channels(observation)[:3]
+                measured_by_predicted += float(predicted @ mean.mean[:3])
+                predicted_squared += float(predicted @ predicted)
+        if not measured_by_predicted > 0:
+            raise FitError(
+                "the measured force does not oppose the motion as an elastic tissue's would; "
+                "check the sign and the axes of fx fy fz, and that the gripper holds the tissue"
+            )
+        return {**values, "youngs_modulus": 1e4 * measured_by_predicted / predicted_squared}
+
+
+def _material(values: Mapping[str, float]) -> Material:
+    return Material(NeoHookean(), values["youngs_modulus"], values["poisson_ratio"])
+
+
+def _slopes(values: Mapping[str, float]) -> dict[str, float]:
+    return {p.name: p.slope(values[p.name]) for p in _PARAMETERS}
+
+
+def _check_one_phantom(experiments: Sequence[Experiment]) -> None:
+    if not experiments:
+        raise InputError("no experiment to estimate from; name one or more experiment folders")
+    first = experiments[0]
+    for other in experiments[1:]:
+        same = (
+            other.phantom == first.phantom
+            and other.anchors == first.anchors
+            and other.grasp == first.grasp
+            and np.array_equal(other.fiducials_rest, first.fiducials_rest)
+        )
+        if not same or other.phantom_id != first.phantom_id:
+            raise InputError(
+                f"{other.path or other.name} is not of the same mounting as {first.path or first.name} "
+                "(phantom_id, phantom, anchors, grasp and fiducials must agree); estimate them one by one"
+            )

@@ -1,0 +1,160 @@
+"""The whitened misfit between measurements and prediction, with the nuisances that every laboratory has.
+
+All rows of one state have one prediction, so their mean per channel carries all that they say about it. With n rows,
+prediction f(θ) and its derivative T by the gripper's position, a state's mean measurement is
+
+    ȳ = f(θ) + T δ + tare + rest offsets + c d + noise,     cov = σ²/n + T Tᵀ σ_p²/n
+
+where δ is the error of the reported position (σ_p a row), the tare is that of the experiment (the sensor was zeroed
+with the noise of a row), the rest offsets are those of the beads' stated rest positions, and d is the discretisation
+error of the prediction. δ goes into the covariance; the others are free, with priors. ``np.linalg.lstsq`` over all
+states then is the marginal maximum likelihood (Kaipio & Somersalo 2005, section 5.8).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+
+from estimator.experiment import Experiment
+from estimator.fem.observation import Observation
+from estimator.forward.schedule import PoseSchedule
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class StateMean:
+    """What was measured at one state.
+
+    Attributes
+    ----------
+    experiment : number of the experiment in the case
+    state : number of the state in its schedule
+    mean : (c,) means of the six wrench channels and 3m fiducial coordinates, NaN where nothing was measured
+    count : (c,) rows that made them
+    variance : (c,) of one row, from the sensor's stated noise
+    position_variance : of the mean position of the gripper, m²
+    """
+
+    experiment: int
+    state: int
+    mean: FloatArray
+    count: NDArray[np.int64]
+    variance: FloatArray
+    position_variance: float
+
+
+@dataclass(frozen=True)
+class WhitenedSystem:
+    """The linearised least-squares problem.
+
+    Attributes
+    ----------
+    residual : (r,) measured minus predicted, unit variance
+    by_parameter : (r, p) derivative of the prediction by each internal parameter
+    by_nuisance : (r, k) derivative by each nuisance in units of its prior's standard deviation
+    """
+
+    residual: FloatArray
+    by_parameter: FloatArray
+    by_nuisance: FloatArray
+
+
+def state_means(experiments: Sequence[Experiment], schedules: Sequence[PoseSchedule]) -> list[StateMean]:
+    """Average the rows of every state of every experiment."""
+    means = []
+    for number, (experiment, schedule) in enumerate(zip(experiments, schedules, strict=True)):
+        rows = measured_rows(experiment)
+        variance = channel_variance(experiment)
+        for state in range(len(schedule.poses)):
+            of_state = rows[schedule.state_of_row == state]
+            count = np.isfinite(of_state).sum(axis=0)
+            total = np.nansum(of_state, axis=0)
+            mean = np.divide(total, count, out=np.full(len(count), np.nan), where=count > 0)
+            position_variance = experiment.sensor.position_std**2 / len(of_state)
+            means.append(StateMean(number, state, mean, count, variance, position_variance))
+    return means
+
+
+def measured_rows(experiment: Experiment) -> FloatArray:
+    """Return wrench and fiducials side by side, (n, 6 + 3m)."""
+    return np.hstack([experiment.wrench, experiment.fiducials.reshape(len(experiment.time), -1)])
+
+
+def channel_variance(experiment: Experiment) -> FloatArray:
+    """Return the stated variance of each channel of one row, (6 + 3m,)."""
+    sensor = experiment.sensor
+    deviations = [sensor.force_std] * 3 + [sensor.torque_std] * 3
+    deviations += [sensor.fiducial_std] * (3 * len(experiment.fiducials_rest))
+    return np.square(deviations)
+
+
+def predicted_channels(observation: Observation) -> FloatArray:
+    """Return a prediction in the order of :func:`measured_rows`, (6 + 3m,)."""
+    return np.concatenate([observation.wrench, observation.fiducials.reshape(-1)])
+
+
+def channels_by(observation: Observation, name: str) -> FloatArray:
+    """Return the derivative of :func:`predicted_channels` by a material parameter."""
+    return np.concatenate([observation.wrench_by[name], observation.fiducials_by[name].reshape(-1)])
+
+
+def whiten(
+    means: Sequence[StateMean],
+    predictions: Sequence[Mapping[int, Observation]],
+    slopes: Mapping[str, float],
+    discretisation: Mapping[tuple[int, int], FloatArray],
+) -> WhitenedSystem:
+    """Set up the least-squares problem for the states that were predicted.
+
+    Parameters
+    ----------
+    means : of all states
+    predictions : for each experiment, the observation of each solved state
+    slopes : derivative of each parameter by its internal variable; its order is that of the columns
+    discretisation : for each (experiment, state) the known error of the prediction, (c,), one standard deviation of it
+    """
+    experiments = len(predictions)
+    blocks: list[tuple[FloatArray, FloatArray, FloatArray]] = []
+    for mean in means:
+        observation = predictions[mean.experiment].get(mean.state)
+        if observation is None:
+            continue
+        seen = mean.count > 0
+        error = mean.mean[seen] - predicted_channels(observation)[seen]
+        derivative = np.stack([channels_by(observation, n) * s for n, s in slopes.items()], axis=1)[seen]
+        columns = [_nuisance_columns(mean, experiments)[seen]]
+        if discretisation:
+            columns.append(discretisation[mean.experiment, mean.state][seen, None])
+        root = np.linalg.cholesky(_covariance(mean, observation, seen))
+        stacked = np.column_stack([error, derivative, *columns])
+        whitened = solve_triangular(root, stacked, lower=True, check_finite=False)
+        parameters = 1 + len(slopes)
+        blocks.append((whitened[:, 0], whitened[:, 1:parameters], whitened[:, parameters:]))
+    return WhitenedSystem(
+        np.concatenate([b[0] for b in blocks]),
+        np.concatenate([b[1] for b in blocks]),
+        np.concatenate([b[2] for b in blocks]),
+    )
+
+
+def _covariance(mean: StateMean, observation: Observation, seen: NDArray[np.bool_]) -> FloatArray:
+    by_position = np.concatenate(
+        [observation.wrench_by_pose[:, :3], observation.fiducials_by_pose.reshape(-1, 6)[:, :3]]
+    )[seen]
+    return (
+        np.diag(mean.variance[seen] / mean.count[seen]) + mean.position_variance * by_position @ by_position.T
+    )
+
+
+def _nuisance_columns(mean: StateMean, experiments: int) -> FloatArray:
+    """Tares of all experiments, then rest offsets of all fiducials, each scaled by its prior deviation."""
+    channels = len(mean.variance)
+    columns = np.zeros((channels, 6 * experiments + channels - 6))
+    deviation = np.sqrt(mean.variance)
+    columns[:6, 6 * mean.experiment : 6 * mean.experiment + 6] = np.diag(deviation[:6])
+    columns[6:, 6 * experiments :] = np.diag(deviation[6:])
+    return columns

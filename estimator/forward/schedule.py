@@ -1,0 +1,90 @@
+"""Which poses of the gripper have to be solved for an experiment.
+
+The reported pose carries noise of a known size, and a retraction returns to poses where it has been. Rows whose
+poses agree within that noise share one state, at their mean pose: its error is smaller than that of any single row.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from estimator.experiment import Experiment
+from estimator.fem.motion import GripperPose
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# Two readings of one pose differ by less than this many standard deviations of a coordinate, 999 times in 1000.
+_AGREEMENT = 6.0
+# A rotation counts as the motion that it gives a point at this distance from the gripper frame's origin, m.
+_LEVER_M = 0.01
+
+
+@dataclass(frozen=True)
+class PoseSchedule:
+    """The states of an experiment.
+
+    Attributes
+    ----------
+    poses : the s distinct poses, in the order of their first row
+    state_of_row : (n,) int64
+    rows_per_state : (s,) int64
+    """
+
+    poses: tuple[GripperPose, ...]
+    state_of_row: IntArray
+    rows_per_state: IntArray
+
+
+def schedule_poses(experiment: Experiment) -> PoseSchedule:
+    """Group the rows of an experiment into states."""
+    position = experiment.position
+    rotation = Rotation.from_quat(experiment.quaternion_wxyz, scalar_first=True)
+    tolerance = _tolerance(experiment, rotation)
+    leaders: list[int] = []
+    state_of_row = np.empty(len(position), dtype=np.int64)
+    for row in range(len(position)):
+        if leaders:
+            distances = _distance(position[leaders], rotation[leaders], position[row], rotation[row])
+            nearest = int(np.argmin(distances))
+            if distances[nearest] <= tolerance:
+                state_of_row[row] = nearest
+                continue
+        state_of_row[row] = len(leaders)
+        leaders.append(row)
+    poses = []
+    for state in range(len(leaders)):
+        rows = np.flatnonzero(state_of_row == state)
+        poses.append(GripperPose(position[rows].mean(axis=0), rotation[rows].mean()))
+    return PoseSchedule(tuple(poses), state_of_row, np.bincount(state_of_row, minlength=len(leaders)))
+
+
+def spread_states(schedule: PoseSchedule, count: int) -> list[int]:
+    """Return up to ``count`` states spread evenly along the motion, the farthest among them, in its order."""
+    way = travel(schedule)
+    wanted = np.linspace(0.0, way.max(), count + 1)[1:]
+    return sorted({int(np.argmin(np.abs(way - w))) for w in wanted})
+
+
+def travel(schedule: PoseSchedule) -> FloatArray:
+    """Return how far each state lies from the first, m; rotations count by their lever."""
+    origin = schedule.poses[0]
+    return np.array([_length(origin.increment_to(pose)) for pose in schedule.poses])
+
+
+def _tolerance(experiment: Experiment, rotation: Rotation) -> float:
+    steps = _distance(experiment.position[1:], rotation[1:], experiment.position[:-1], rotation[:-1])
+    noise = _AGREEMENT * experiment.sensor.position_std
+    moved = steps[steps > noise]
+    return min(noise, 0.3 * float(np.median(moved))) if len(moved) else noise
+
+
+def _distance(position: FloatArray, rotation: Rotation, at: FloatArray, turned: Rotation) -> FloatArray:
+    angle = np.asarray((rotation * turned.inv()).magnitude())
+    return np.hypot(np.linalg.norm(position - at, axis=-1), _LEVER_M * angle)
+
+
+def _length(increment: FloatArray) -> float:
+    return float(np.hypot(np.linalg.norm(increment[:3]), _LEVER_M * np.linalg.norm(increment[3:])))

@@ -1,0 +1,1 @@
+"""The operator's window over the laboratory; no other room imports it."""

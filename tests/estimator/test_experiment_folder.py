@@ -1,0 +1,455 @@
+"""The experiment folder: what is read, what is refused and with which words, and what is written."""
+
+import re
+import struct
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from estimator.errors import InputError
+from estimator.experiment import (
+    Box,
+    Environment,
+    Experiment,
+    Phantom,
+    read_case,
+    read_experiment,
+    replace_experiment,
+    write_experiment,
+)
+
+TOML = """\
+format = "retraction-experiment/1"
+name = "first pull"
+phantom_id = "P07"
+order = 2
+unknown_key = "is ignored"
+
+[phantom]
+shape = "block"
+size = [0.10, 0.10, 0.01]
+density = 1080.0
+
+[[anchor]]
+box = [[-0.0499, 0.0501, 0.0051], [-0.0501, -0.0501, -0.0051]]
+
+[[anchor]]
+box = [[-0.0501, 0.0499, -0.0051], [0.0501, 0.0501, 0.0051]]
+
+[grasp]
+box = [[0.03, -0.01, -0.0051], [0.05, 0.01, 0.0051]]
+centre = [0.04, 0.0, 0.0]
+
+[trajectory]
+kind = "pull"
+
+[environment]
+gravity = [0.0, 0.0, -9.81]
+surface_below = "none"
+
+[sensor]
+force_std = 0.02
+torque_std = 0.0005
+fiducial_std = 5.0e-5
+position_std = 3.0e-5
+tool_mass = 0.35
+tool_centre = [0.0, 0.0, 0.06]
+
+[fiducials]
+rest = [[-0.03, -0.03, 0.005], [-0.01, -0.03, 0.005]]
+"""
+
+CSV = """\
+time,phase,step,px,py,pz,qw,qx,qy,qz,fx,fy,fz,tx,ty,tz,m00x,m00y,m00z,m01x,m01y,m01z
+0.0,hold,0,0.04,0,0,1,0,0,0,0.01,0,0,0,0,0,-0.03,-0.03,0.005,-0.01,-0.03,0.005
+0.5,ramp,1,0.044,0,0,1,0,0,0,-0.5,,,0,0,0,-0.0298,-0.03,0.005,,,
+1.0,hold,1,0.048,0,0,1,0,0,0,-0.9,0,0,0,0,0,-0.0296,-0.03,0.005,-0.009,-0.03,0.005
+1.5,ramp,2,0.052,0,0,1,0,0,0,-1.4,0,0,0,0,0,-0.0294,-0.03,0.005,-0.008,-0.03,0.005
+2.0,hold,2,0.056,0,0,1,0,0,0,-1.9,0,0,0,0,0,-0.0292,-0.03,0.005,-0.007,-0.03,0.005
+2.5,return,3,0.06,0,0,0.99984770,0.01745241,0,0,-2.3,0,0,0,0,0,-0.029,-0.03,0.005,-0.006,-0.03,0.005
+3.0,return_hold,3,0.062,0,0,1,0,0,0,-2.5,0,0,0,0,0,-0.0288,-0.03,0.005,-0.005,-0.03,0.005
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    folder = tmp_path / "P07" / "pull"
+    folder.mkdir(parents=True)
+    (folder / "experiment.toml").write_text(TOML)
+    (folder / "observations.csv").write_text(CSV)
+    return folder
+
+
+def edit(file: Path, old: str, new: str) -> None:
+    text = file.read_text()
+    assert old in text
+    file.write_text(text.replace(old, new))
+
+
+def assert_equal(a: Experiment, b: Experiment) -> None:
+    for field in fields(Experiment):
+        if field.name == "path":
+            continue
+        one, other = getattr(a, field.name), getattr(b, field.name)
+        if isinstance(one, np.ndarray):
+            np.testing.assert_array_equal(one, other, err_msg=field.name)
+        else:
+            assert one == other, field.name
+
+
+def write_cube_stl(file: Path, half_edge: float) -> None:
+    """A binary STL of a cube about the origin."""
+    corners = half_edge * np.array(np.meshgrid(*[[-1.0, 1.0]] * 3, indexing="ij")).reshape(3, -1).T
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = [t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))]
+    body = b"".join(struct.pack("<12fH", 0, 0, 0, *corners[list(t)].ravel(), 0) for t in triangles)
+    file.write_bytes(bytes(80) + struct.pack("<I", len(triangles)) + body)
+
+
+def as_surface(folder: Path) -> None:
+    edit(folder / "experiment.toml", 'shape = "block"', 'shape = "surface"\nsurface = "phantom.stl"')
+
+
+def test_an_experiment_reads_as_written_by_hand(folder: Path) -> None:
+    experiment = read_experiment(folder)
+    assert (experiment.name, experiment.phantom_id, experiment.order) == ("first pull", "P07", 2)
+    assert experiment.phantom == Phantom("block", (0.1, 0.1, 0.01), None, 1080.0)
+    assert experiment.anchors[0] == Box((-0.0501, -0.0501, -0.0051), (-0.0499, 0.0501, 0.0051))
+    assert len(experiment.anchors) == 2
+    assert experiment.grasp.box == Box((0.03, -0.01, -0.0051), (0.05, 0.01, 0.0051))
+    assert experiment.grasp.centre == (0.04, 0.0, 0.0)
+    assert experiment.trajectory_kind == "pull"
+    assert experiment.environment == Environment((0.0, 0.0, -9.81), "none")
+    assert (experiment.sensor.torque_std, experiment.sensor.tool_centre) == (0.0005, (0.0, 0.0, 0.06))
+    assert experiment.phase[:2] == ("hold", "ramp")
+    assert experiment.step.tolist() == [0, 1, 1, 2, 2, 3, 3]
+    assert experiment.position[3].tolist() == [0.052, 0.0, 0.0]
+    assert experiment.wrench.shape == (7, 6)
+    assert experiment.fiducials.shape == (7, 2, 3)
+    assert experiment.fiducials[6, 1].tolist() == [-0.005, -0.03, 0.005]
+    assert experiment.path == folder
+
+
+def test_an_empty_field_is_a_value_that_was_not_measured(folder: Path) -> None:
+    experiment = read_experiment(folder)
+    assert np.flatnonzero(np.isnan(experiment.wrench[1])).tolist() == [1, 2]
+    assert np.isnan(experiment.fiducials[1, 1]).all()
+    assert np.isnan(experiment.wrench).sum() + np.isnan(experiment.fiducials).sum() == 5
+
+
+def test_quaternions_come_back_with_unit_norm(folder: Path) -> None:
+    norm = np.linalg.norm(read_experiment(folder).quaternion_wxyz, axis=1)
+    np.testing.assert_allclose(norm, 1.0, rtol=0, atol=4e-16)
+
+
+def test_time_counts_from_the_first_row(folder: Path) -> None:
+    lines = CSV.splitlines()
+    late = [f"{float(line.split(',')[0]) + 100}," + line.split(",", 1)[1] for line in lines[1:]]
+    (folder / "observations.csv").write_text("\n".join([lines[0], *late]))
+    assert read_experiment(folder).time.tolist() == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0]
+
+
+def test_columns_may_stand_in_any_order_and_more_may_stand_beside_them(folder: Path) -> None:
+    expected = read_experiment(folder)
+    rows = [line.split(",")[::-1] for line in CSV.splitlines()]
+    shuffled = [",".join([*row, "note" if i == 0 else "x"]) for i, row in enumerate(rows)]
+    (folder / "observations.csv").write_text("\n".join(shuffled) + "\n\n")
+    assert_equal(read_experiment(folder), expected)
+
+
+def test_optional_keys_have_their_documented_defaults(folder: Path) -> None:
+    file = folder / "experiment.toml"
+    for key in ("name", "phantom_id", "order", "density", "centre", "kind", "gravity", "surface_below"):
+        file.write_text(re.sub(rf"^{key} = .*\n", "", file.read_text(), flags=re.MULTILINE))
+    for key in ("tool_mass", "tool_centre"):
+        file.write_text(re.sub(rf"^{key} = .*\n", "", file.read_text(), flags=re.MULTILINE))
+    experiment = read_experiment(folder)
+    assert (experiment.name, experiment.phantom_id, experiment.order) == ("pull", "P07", 1)
+    assert experiment.phantom.density == 1070.0
+    assert experiment.grasp.centre == pytest.approx((0.04, 0.0, 0.0))
+    assert experiment.trajectory_kind == "other"
+    assert experiment.environment == Environment((0.0, 0.0, -9.81), "table")
+    assert (experiment.sensor.tool_mass, experiment.sensor.tool_centre) == (0.0, (0.0, 0.0, 0.0))
+
+
+def test_an_experiment_without_cameras_has_no_fiducials(folder: Path) -> None:
+    (folder / "experiment.toml").write_text(TOML.split("[fiducials]")[0])
+    (folder / "observations.csv").write_text(
+        "".join(",".join(line.split(",")[:16]) + "\n" for line in CSV.splitlines())
+    )
+    experiment = read_experiment(folder)
+    assert experiment.fiducials_rest.shape == (0, 3)
+    assert experiment.fiducials.shape == (7, 0, 3)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"retraction-experiment/1"', '"retraction-experiment/2"', r"format is .*/2.*only .*/1"),
+        ('format = "retraction-experiment/1"', "", r"experiment\.toml: format is missing"),
+        ("order = 2", "order = 2.5", r"order is 2\.5; write a whole number"),
+        ("order = 2", "order = 0", r"number the experiments from 1"),
+        ("order = 2", "order = ", r"not readable as TOML: .*line 4"),
+        ('shape = "block"', 'shape = "ball"', r'\[phantom\] shape is "ball"; write one of block, surface'),
+        ("size = [0.10, 0.10, 0.01]", "size = [0.1, 0.1]", r"\[phantom\] size is .*write three numbers"),
+        ("size = [0.10, 0.10, 0.01]", "size = [0.1, nan, 0.1]", r"\[phantom\] size is .*write three numbers"),
+        ("size = [0.10, 0.10, 0.01]", "", r"\[phantom\] size is missing"),
+        ("size = [0.10, 0.10, 0.01]", "size = [0.1, 0.1, 0.0]", r"every edge must be above 0"),
+        ("size = [0.10, 0.10, 0.01]", "size = [100, 100, 10]", r"edge of 100 m; write metres"),
+        ("density = 1080.0", "density = 1.08", r"density is 1\.08.*write kg/m3"),
+        (
+            "[[0.03, -0.01, -0.0051], [0.05, 0.01, 0.0051]]",
+            "[0.03, 0.05]",
+            r"\[grasp\] box .*opposite corners",
+        ),
+        (
+            "[[0.03, -0.01, -0.0051], [0.05, 0.01, 0.0051]]",
+            "[[30, -10, -5.1], [50, 10, 5.1]]",
+            r"\[grasp\] box holds no tissue .*metres",
+        ),
+        (
+            "[[0.03, -0.01, -0.0051], [0.05, 0.01, 0.0051]]",
+            "[[0.05, 0.05, -0.01], [0.06, 0.06, 0.01]]",  # touches along an edge
+            r"\[grasp\] box holds no tissue",
+        ),
+        (
+            "[[-0.0499, 0.0501, 0.0051], [-0.0501,",
+            "[[-0.06, 0.0501, 0.0051], [-0.07,",
+            r"\[\[anchor\]\] 1 box holds no",
+        ),
+        ("[0.05, 0.01, 0.0051]]", "[0.05, 0.0499, 0.0051]]", r"\[\[anchor\]\] 2 box overlaps \[grasp\]"),
+        ("centre = [0.04, 0.0, 0.0]", "centre = [40, 0.0, 0.0]", r"line 2: the gripper starts 39\.96 m off"),
+        ('kind = "pull"', 'kind = "push"', r"\[trajectory\] kind is .push.; write one of pull, "),
+        ("-9.81", "-9810", r"gravity is 9810 m/s2"),
+        ('surface_below = "none"', 'surface_below = "sea"', r"\[environment\] surface_below is"),
+        ("force_std = 0.02", "force_std = 0", r"\[sensor\] force_std is 0; .*above 0 N"),
+        ("torque_std = 0.0005", 'torque_std = "low"', r"torque_std is 'low'; write a finite number"),
+        ("fiducial_std = 5.0e-5", "fiducial_std = -1.0", r"fiducial_std is -1; .*above 0 m"),
+        ("fiducial_std = 5.0e-5", "fiducial_std = 0.05", r"fiducial_std is 0\.05 m on a phantom of 0\.1 m"),
+        ("position_std = 3.0e-5", "", r"\[sensor\] position_std is missing"),
+        ("tool_mass = 0.35", "tool_mass = 350", r"tool_mass is 350 kg; .*kilograms"),
+        ("[0.0, 0.0, 0.06]", "[0.0, 0.0, 60.0]", r"tool_centre is metres away"),
+        ("[-0.01, -0.03, 0.005]]", "[-10, -30, 5]]", r"rest number 1 .*off the phantom; write metres"),
+        ("[-0.01, -0.03, 0.005]]", "[-0.01, -0.03]]", r"rest number 1 .*write three numbers"),
+    ],
+)
+def test_a_false_statement_is_refused_with_its_key(folder: Path, old: str, new: str, message: str) -> None:
+    edit(folder / "experiment.toml", old, new)
+    with pytest.raises(InputError, match=message) as caught:
+        read_experiment(folder)
+    assert "\n" not in str(caught.value)
+    assert str(folder) in str(caught.value)
+
+
+def test_an_experiment_without_anchor_is_refused(folder: Path) -> None:
+    file = folder / "experiment.toml"
+    file.write_text(re.sub(r"\[\[anchor\]\]\nbox.*\n", "", file.read_text()))
+    with pytest.raises(InputError, match=r"no \[\[anchor\]\]; state at least one"):
+        read_experiment(folder)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("fx,", "force,", r"line 1: column fx is missing"),
+        ("fy,", "fx,", r"line 1: column fx stands there twice"),
+        ("m01x,m01y,m01z", "m01x,m01y,note", r"line 1: 5 fiducial columns.*2 fiducials, which need 6 .*m01z"),
+        ("m01x,m01y,m01z", "m02x,m02y,m02z", r"first difference: m01x"),
+        (",", ";", r"line 1: only one column; separate the columns by commas"),
+        ("1.0,hold,1,0.048", "1.0,hold,1,O.048", r"line 4, column px: 'O\.048' is no number"),
+        ("-0.5,,,", "-0.5,none,,", r"line 3, column fy: 'none' is no number"),
+        ("-0.5,,,", "-0.5,inf,,", r"line 3, column fy: 'inf' is infinite"),
+        ("1.0,hold,1,0.048", "1.0,hold,1,", r"line 4, column px: ''.*must be known in every row"),
+        ("1.0,hold,1,0.048", ",hold,1,0.048", r"line 4, column time: ''"),
+        ("1.0,hold,1,0.048,0,0,1", "1.0,hold,1,0.048,0,0,nan", r"line 4, column qw: 'nan'"),
+        ("1.0,hold,1", "0.5,hold,1", r"line 4, column time: time does not ascend"),
+        ("1.0,hold,1", "1.0,wait,1", r"line 4, column phase: 'wait' is no phase; write one of ramp, "),
+        ("1.0,hold,1", "1.0,hold,1.5", r"line 4, column step: '1\.5' is no step number"),
+        ("0.048,0,0,1,0,0,0", "0.048,0,0,0.9,0,0,0", r"line 4, column qw: .*no unit quaternion"),
+        (
+            "0,0.04,0,0,1,0,0,0,",
+            "0,0.04,0,0,0,0,0,1,",
+            r"line 2: the gripper starts turned by 180.0 deg.*scalar first",
+        ),
+        ("0,0.04,0,0,1", "0,0.02,0,0,1", r"line 2: the gripper starts 0\.02 m off \[grasp\] centre"),
+        ("hold,1,0.048", "hold,1,48", r"line 4, column px: the gripper is more than 10 phantoms away"),
+        ("-0.9,0,0,0,0,0", "-900,0,0,0,0,0", r"line 4, column fx: the wrench exceeds 400 N"),
+        ("-0.9,0,0,0,0,0", "-0.9,0,0,0,0,30", r"line 4, column tz: the wrench exceeds 20 N·m"),
+        (
+            "-0.0296,-0.03,0.005",
+            "-29.6,-30,5",
+            r"line 4, column m00x: a fiducial is more than 1 m away.*metres",
+        ),
+        ("-0.009,-0.03,0.005\n", "-0.009,-0.03\n", r"line 4: 21 fields, but the header has 22"),
+    ],
+)
+def test_a_false_row_is_refused_with_its_line(folder: Path, old: str, new: str, message: str) -> None:
+    edit(folder / "observations.csv", old, new)
+    with pytest.raises(InputError, match=message) as caught:
+        read_experiment(folder)
+    assert "\n" not in str(caught.value)
+    assert f"{folder / 'observations.csv'}, line " in str(caught.value)
+
+
+def test_forces_of_the_gripper_on_the_tissue_are_refused(folder: Path) -> None:
+    text = re.sub(r"(,1,0,0,0|,0\.9998.*?,0,0),-", r"\1,", CSV)
+    (folder / "observations.csv").write_text(text)
+    with pytest.raises(InputError, match="force grows along the gripper's motion"):
+        read_experiment(folder)
+
+
+def test_a_table_without_measurements_is_refused(folder: Path) -> None:
+    lines = CSV.splitlines()
+    bare = [",".join([*line.split(",")[:10], *[""] * 12]) for line in lines[1:]]
+    (folder / "observations.csv").write_text("\n".join([lines[0], *bare]))
+    with pytest.raises(InputError, match="neither a wrench nor a fiducial is given"):
+        read_experiment(folder)
+
+
+def test_a_table_of_one_row_is_refused(folder: Path) -> None:
+    (folder / "observations.csv").write_text("\n".join(CSV.splitlines()[:2]))
+    with pytest.raises(InputError, match="1 rows below the header; at least two"):
+        read_experiment(folder)
+
+
+@pytest.mark.parametrize("name", ["experiment.toml", "observations.csv"])
+def test_a_missing_file_is_named(folder: Path, name: str) -> None:
+    (folder / name).unlink()
+    with pytest.raises(InputError, match=f"{name}: there is no such file"):
+        read_experiment(folder)
+
+
+def test_a_missing_folder_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="nowhere: there is no such folder"):
+        read_experiment(tmp_path / "nowhere")
+    with pytest.raises(InputError, match="nowhere: there is no such folder"):
+        read_case(tmp_path / "nowhere")
+
+
+def test_a_surface_phantom_takes_its_size_from_the_surface(folder: Path) -> None:
+    as_surface(folder)
+    edit(folder / "experiment.toml", "size = [0.10, 0.10, 0.01]", "")
+    write_cube_stl(folder / "phantom.stl", 0.05)
+    phantom = read_experiment(folder).phantom
+    assert (phantom.shape, phantom.surface) == ("surface", folder / "phantom.stl")
+    assert phantom.size_m == pytest.approx((0.1, 0.1, 0.1))
+
+
+def test_a_text_stl_reads_too(folder: Path) -> None:
+    as_surface(folder)
+    facet = "facet normal 0 0 1\nouter loop\n{}endloop\nendfacet\n"
+    loops = [
+        ((-0.05, -0.05, -0.005), (0.05, -0.05, -0.005), (0.05, 0.05, 0.005)),
+        ((-0.05, -0.05, -0.005), (0.05, 0.05, 0.005), (-0.05, 0.05, 0.005)),
+    ]
+    body = "".join(facet.format("".join(f"vertex {x} {y:e} {z}\n" for x, y, z in loop)) for loop in loops)
+    (folder / "phantom.stl").write_text(f"solid sheet\n{body}endsolid sheet\n")
+    assert read_experiment(folder).phantom.shape == "surface"
+
+
+def test_a_surface_that_is_missing_broken_or_in_millimetres_is_refused(folder: Path) -> None:
+    as_surface(folder)
+    with pytest.raises(InputError, match=r"phantom\.stl: there is no such file"):
+        read_experiment(folder)
+    write_cube_stl(folder / "phantom.stl", 50.0)
+    with pytest.raises(InputError, match=r"phantom\.stl: the surface is 100 m long; export it in metres"):
+        read_experiment(folder)
+    whole = (folder / "phantom.stl").read_bytes()
+    (folder / "phantom.stl").write_bytes(whole[:-7])
+    with pytest.raises(InputError, match=r"phantom\.stl: not a complete STL file"):
+        read_experiment(folder)
+
+
+def test_what_is_written_reads_back_the_same(folder: Path, tmp_path: Path) -> None:
+    original = replace(read_experiment(folder), name='say "pull" ü \x7f\n')
+    written = write_experiment(original, tmp_path / "new" / "copy")
+    assert written.path == tmp_path / "new" / "copy"
+    assert ",-0.5,,,0.0," in (written.path / "observations.csv").read_text().splitlines()[2]
+    again = read_experiment(written.path)
+    np.testing.assert_allclose(again.quaternion_wxyz, original.quaternion_wxyz, rtol=0, atol=4e-16)
+    assert_equal(replace(again, quaternion_wxyz=original.quaternion_wxyz), original)
+
+
+def test_a_surface_is_written_with_its_experiment(folder: Path, tmp_path: Path) -> None:
+    as_surface(folder)
+    write_cube_stl(folder / "phantom.stl", 0.05)
+    written = write_experiment(read_experiment(folder), tmp_path / "copy")
+    assert written.phantom.surface == tmp_path / "copy" / "phantom.stl"
+    assert read_experiment(tmp_path / "copy").phantom == written.phantom
+    assert (tmp_path / "copy" / "phantom.stl").read_bytes() == (folder / "phantom.stl").read_bytes()
+
+
+def test_writing_over_an_experiment_needs_the_other_function(folder: Path) -> None:
+    changed = replace(read_experiment(folder), order=5)
+    with pytest.raises(InputError, match="exists already"):
+        write_experiment(changed, folder)
+    assert read_experiment(folder).order == 2
+    replace_experiment(changed, folder)
+    assert read_experiment(folder).order == 5
+
+
+def test_replacing_never_deletes_what_is_no_experiment(folder: Path, tmp_path: Path) -> None:
+    experiment = read_experiment(folder)
+    (folder / "notes.txt").write_text("keep me")
+    with pytest.raises(InputError, match=r"holds notes\.txt, which would be lost"):
+        replace_experiment(experiment, folder)
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match="is no experiment folder"):
+        replace_experiment(experiment, tmp_path / "empty")
+    assert (folder / "notes.txt").read_text() == "keep me"
+
+
+def test_an_experiment_that_would_not_read_is_not_written(folder: Path, tmp_path: Path) -> None:
+    experiment = read_experiment(folder)
+    backwards = replace(experiment, time=-experiment.time)
+    with pytest.raises(
+        InputError, match=r"copy.observations\.csv, line 3, column time: time does not ascend"
+    ):
+        write_experiment(backwards, tmp_path / "out" / "copy")
+    short = replace(experiment, wrench=experiment.wrench[:3])
+    with pytest.raises(InputError, match=r"wrench has the shape \(3, 6\); with 7 times it must be \(7, 6\)"):
+        write_experiment(short, tmp_path / "out" / "copy")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_failed_write_leaves_nothing_behind(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full_disk(*_: object) -> None:
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr("estimator.experiment.writing.write_observations", full_disk)
+    with pytest.raises(OSError, match="no space"):
+        write_experiment(read_experiment(folder), tmp_path / "out" / "copy")
+    assert list((tmp_path / "out").iterdir()) == []
+
+
+def test_a_case_is_read_in_the_order_of_its_experiments(folder: Path) -> None:
+    experiment = read_experiment(folder)
+    for name, order in (("a", 3), ("b", 1)):
+        write_experiment(replace(experiment, name=name, order=order), folder.parent / name)
+    (folder.parent / "truth.toml").write_text("effects = []")
+    (folder.parent / "reports").mkdir()
+    assert [member.name for member in read_case(folder.parent)] == ["b", "first pull", "a"]
+
+
+def test_one_experiment_is_a_case_of_one(folder: Path) -> None:
+    assert [member.name for member in read_case(folder)] == ["first pull"]
+
+
+def test_a_case_of_two_phantoms_is_refused(folder: Path) -> None:
+    write_experiment(replace(read_experiment(folder), phantom_id="P08"), folder.parent / "other")
+    with pytest.raises(InputError, match=r"experiments of 2 phantoms \(P07, P08\)"):
+        read_case(folder.parent)
+
+
+def test_a_folder_without_experiments_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"neither it nor a folder in it holds experiment\.toml"):
+        read_case(tmp_path)
+
+
+def test_a_box_holds_its_faces() -> None:
+    box = Box((0.0, 0.0, 0.0), (1.0, 1.0, 0.0))
+    assert box.contains([[0.0, 0.5, 0.0], [1.0, 1.0, 0.0], [0.5, 0.5, 1e-9]]).tolist() == [True, True, False]

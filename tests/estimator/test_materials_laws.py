@@ -1,0 +1,218 @@
+"""The laws against the textbook formulas, against difference quotients, and against each other."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from estimator.errors import InputError, SolverError
+from estimator.materials import LAWS, Gent, MooneyRivlin, NeoHookean, VerondaWestmann, law_named
+from estimator.materials.law import EnergyDerivatives, FloatArray, Law
+
+TYPICAL_SHAPE = {
+    "neo_hookean": [],
+    "mooney_rivlin": [0.3],
+    "yeoh2": [0.2],
+    "yeoh3": [-0.1, 0.05],
+    "gent": [0.3],
+    "arruda_boyce": [0.25],
+    "veronda_westmann": [0.8, -0.4],
+}
+ALL_LAWS = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS.keys())
+
+
+def typical_shape(law: Law) -> FloatArray:
+    return np.array(TYPICAL_SHAPE[law.name], dtype=float)
+
+
+def null_shape(law: Law) -> FloatArray:
+    return np.array([parameter.null for parameter in law.shape_parameters])
+
+
+def invariants(F: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    C = np.swapaxes(F, -1, -2) @ F
+    i1 = np.trace(C, axis1=-2, axis2=-1)
+    i2 = 0.5 * (i1**2 - np.trace(C @ C, axis1=-2, axis2=-1))
+    return i1, i2, np.linalg.det(F)
+
+
+def deformations(count: int, size: float) -> FloatArray:
+    """Random deformation gradients about the identity, with shear and volume change."""
+    return np.eye(3) + size * np.random.default_rng(7).uniform(-1, 1, (count, 3, 3))
+
+
+def slope(function: Callable[[float], FloatArray], at: FloatArray | float, step: float = 2e-3) -> FloatArray:
+    """Sixth-order central difference quotient."""
+    pairs = zip((45, -9, 1), (1, 2, 3), strict=True)
+    return sum(c * (function(at + k * step) - function(at - k * step)) for c, k in pairs) / (60 * step)
+
+
+def eight_chain_series(i1: FloatArray, a: float) -> FloatArray:
+    """Energy over small-strain shear modulus as finite element manuals print both, a = 1/λm²."""
+    modulus = 1 + 3 / 5 * a + 99 / 175 * a**2 + 513 / 875 * a**3 + 42039 / 67375 * a**4
+    series = (i1 - 3) / 2 + a / 20 * (i1**2 - 9) + 11 * a**2 / 1050 * (i1**3 - 27)
+    series += 19 * a**3 / 7000 * (i1**4 - 81) + 519 * a**4 / 673750 * (i1**5 - 243)
+    return series / modulus
+
+
+@ALL_LAWS
+def test_derivatives_by_the_invariants_agree_with_difference_quotients(law: Law) -> None:
+    shape = typical_shape(law)
+    point = list(invariants(deformations(20, 0.25)))
+    exact = law.derivatives(*point, shape)
+    pairs = {(0, 0): 0, (0, 1): 1, (0, 2): 2, (1, 1): 3, (1, 2): 4, (2, 2): 5}
+    for k in range(3):
+
+        def along(value: FloatArray, k: int = k) -> EnergyDerivatives:
+            return law.derivatives(*point[:k], value, *point[k + 1 :], shape)
+
+        np.testing.assert_allclose(
+            exact.first[k], slope(lambda v: along(v).value, point[k]), rtol=1e-9, atol=1e-10
+        )
+        numeric = slope(lambda v: along(v).first, point[k])
+        for other in range(3):
+            row = pairs[min(k, other), max(k, other)]
+            np.testing.assert_allclose(exact.second[row], numeric[other], rtol=1e-8, atol=1e-9)
+
+
+@ALL_LAWS
+def test_derivatives_by_the_shape_agree_with_difference_quotients(law: Law) -> None:
+    shape = typical_shape(law)
+    point = invariants(deformations(20, 0.25))
+    exact = law.derivatives(*point, shape).first_by_shape
+    assert exact.shape == (len(shape), 3, 20)
+    for n in range(len(shape)):
+
+        def along(value: float, n: int = n) -> FloatArray:
+            changed = shape.copy()
+            changed[n] = value
+            return law.derivatives(*point, changed).first
+
+        np.testing.assert_allclose(exact[n], slope(along, float(shape[n])), rtol=1e-8, atol=1e-9)
+
+
+@ALL_LAWS
+def test_derivatives_by_the_shape_are_exact_at_the_null_too(law: Law) -> None:
+    """Screening starts at the null, where some closed forms are 0/0."""
+    null = null_shape(law)
+    point = invariants(deformations(20, 0.25))
+    exact = law.derivatives(*point, null).first_by_shape
+    step = 1e-6
+    for n in range(len(null)):
+        ahead, further = null.copy(), null.copy()
+        ahead[n] += step
+        further[n] += 2 * step
+        first = [law.derivatives(*point, s).first for s in (null, ahead, further)]
+        one_sided = (-3 * first[0] + 4 * first[1] - first[2]) / (2 * step)
+        np.testing.assert_allclose(exact[n], one_sided, rtol=1e-6, atol=1e-8)
+
+
+@ALL_LAWS
+@pytest.mark.parametrize("shape_of", [typical_shape, null_shape])
+def test_small_strain_energy_is_strain_contracted_with_itself(
+    law: Law, shape_of: Callable[[Law], FloatArray]
+) -> None:
+    size = 1e-4
+    F = deformations(20, size)
+    strain = 0.5 * (F + np.swapaxes(F, 1, 2)) - np.eye(3)
+    expected = np.einsum("nij,nij->n", strain, strain)
+    # x and y are differences of numbers near 3, hence the absolute tolerance of some machine epsilons
+    np.testing.assert_allclose(
+        law.derivatives(*invariants(F), shape_of(law)).value, expected, rtol=30 * size, atol=2e-15
+    )
+
+
+@ALL_LAWS
+def test_the_reference_state_is_free_of_stress_and_energy(law: Law) -> None:
+    energy = law.derivatives(np.array([3.0]), np.array([3.0]), np.array([1.0]), typical_shape(law))
+    assert energy.value[0] == pytest.approx(0.0, abs=1e-15)
+    # dW/dF at F = 1 is a multiple of the identity: 2 W1 + 4 W2 + WJ
+    assert np.array([2.0, 4.0, 1.0]) @ energy.first[:, 0] == pytest.approx(0.0, abs=1e-15)
+
+
+@ALL_LAWS
+def test_the_null_value_gives_the_neo_hookean_law_to_rounding(law: Law) -> None:
+    point = invariants(deformations(20, 0.4))
+    found = law.derivatives(*point, null_shape(law))
+    baseline = NeoHookean().derivatives(*point, np.empty(0))
+    np.testing.assert_allclose(found.value, baseline.value, rtol=1e-14, atol=1e-15)
+    np.testing.assert_allclose(found.first, baseline.first, rtol=1e-15)
+    np.testing.assert_allclose(found.second, baseline.second, rtol=1e-15)
+
+
+def test_neo_hookean_is_the_equation_4_of_the_paper() -> None:
+    mu, lame = 5.0e3, 2.0e4
+    i1, i2, j = invariants(deformations(50, 0.3))
+    i3 = j**2
+    paper = 0.5 * (mu * (i1 - 3) - mu * np.log(i3) + lame * (np.sqrt(i3) - 1) ** 2)
+    ours = mu * NeoHookean().derivatives(i1, i2, j, np.empty(0)).value + lame / 2 * (j - 1) ** 2
+    np.testing.assert_allclose(ours, paper, rtol=1e-13, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "shape", "classical"),
+    [
+        ("mooney_rivlin", [0.25], lambda a, b: 0.375 * a + 0.125 * b),
+        ("yeoh3", [0.2, 0.04], lambda a, b: 0.5 * a + 0.1 * a**2 + 0.02 * a**3),
+        ("gent", [0.25], lambda a, b: -(4 / 2) * np.log(1 - a / 4)),
+        ("arruda_boyce", [0.4], lambda a, b: eight_chain_series(a + 3, 0.4)),
+        ("veronda_westmann", [0.8, -1.0], lambda a, b: 1 / 0.8 * (np.exp(0.8 * a) - 1) - b / 2),
+    ],
+)
+def test_laws_are_the_classical_ones_without_volume_change(
+    name: str, shape: list[float], classical: Callable[[FloatArray, FloatArray], FloatArray]
+) -> None:
+    F = deformations(30, 0.3)
+    i1, i2, j = invariants(F / np.cbrt(np.linalg.det(F))[:, None, None])
+    energy = LAWS[name].derivatives(i1, i2, j, np.array(shape)).value
+    np.testing.assert_allclose(energy, classical(i1 - 3, i2 - 3), rtol=1e-12, atol=1e-14)
+
+
+def test_arruda_boyce_follows_the_inverse_langevin_function() -> None:
+    """Its stress goes as L⁻¹(λ/λm)/λ, λ² = I1/3; the series holds to 0.2 % up to half the locking stretch."""
+
+    def inverse_langevin(y: FloatArray) -> FloatArray:
+        beta = 3 * y
+        for _ in range(50):
+            beta = beta - (1 / np.tanh(beta) - 1 / beta - y) / (1 / beta**2 - 1 / np.sinh(beta) ** 2)
+        return beta
+
+    locking = 4.0
+    i1 = np.linspace(3.0, 3 * (0.5 * locking) ** 2, 20)
+    one = np.ones_like(i1)
+    found = LAWS["arruda_boyce"].derivatives(i1, 3 * one, one, np.array([1 / locking**2])).first[0]
+    stretch = np.sqrt(i1 / 3)
+    chains = inverse_langevin(stretch / locking) / stretch
+    np.testing.assert_allclose(found / found[0], chains / chains[0], rtol=2e-3)
+
+
+def test_gent_refuses_what_lies_beyond_its_limit() -> None:
+    one = np.ones(2)
+    with pytest.raises(SolverError, match=r"limit of the Gent law.*1/Jm = 0\.5"):
+        Gent().derivatives(np.array([4.0, 5.0]), 3 * one, one, np.array([0.5]))
+
+
+def test_veronda_westmann_refuses_an_energy_that_overflows() -> None:
+    one = np.ones(1)
+    with pytest.raises(SolverError, match="overflows"):
+        VerondaWestmann().derivatives(40 * one, 3 * one, one, np.array([20.0, 0.0]))
+
+
+@pytest.mark.parametrize("j", [0.0, -0.5, np.nan])
+def test_every_law_refuses_material_turned_inside_out(j: float) -> None:
+    for law in LAWS.values():
+        with pytest.raises(SolverError, match="inside out"):
+            law.derivatives(np.array([3.0]), np.array([3.0]), np.array([j]), null_shape(law))
+
+
+def test_laws_are_found_by_name_and_an_unknown_name_lists_them() -> None:
+    assert isinstance(law_named("mooney_rivlin"), MooneyRivlin)
+    with pytest.raises(InputError, match=r"no law is called 'hook'.*neo_hookean.*gent"):
+        law_named("hook")
+
+
+@ALL_LAWS
+def test_null_values_lie_within_the_bounds(law: Law) -> None:
+    for parameter in law.shape_parameters:
+        assert parameter.lower <= parameter.null <= parameter.upper
+        assert parameter.scale > 0

@@ -1,0 +1,138 @@
+import ast
+import re
+from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+ROOMS = ("robot_drivers", "estimator", "daq", "gui")
+QT = {"PySide6", "pyqtgraph"}
+FORBIDDEN_IMPORTS = {
+    "robot_drivers": {"estimator", "daq", "gui", "tests"} | QT,
+    "estimator": {"robot_drivers", "daq", "gui", "tests", "cv2", "serial", "can"} | QT,
+    "daq": {"gui", "tests"} | QT,
+    "gui": {"tests"},
+}
+MOST_LINES = 400
+SIMULATED = re.compile(r"emulators?$|^virtual_|^testing$")
+CHOOSES_SIMULATION = re.compile(r"daq\.(cli|demo)\b")
+MACHINE_PATH = re.compile(
+    r"(?<![\w.:/$}>-])/(home|root|Users|opt|mnt|media|srv|work|workspace)/\w|\b[A-Z]:\\+Users"
+)
+UNFINISHED = re.compile(r"\b(TODO|FIXME|XXX|HACK)\b")
+
+
+def module_name(path: Path) -> str:
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+MODULES = {module_name(path): path for room in ROOMS for path in sorted((ROOT / room).rglob("*.py"))}
+
+
+def imports(source: str, module: str, is_package: bool = False) -> Iterator[str]:
+    """Every module that ``source`` imports, anywhere in it; ``from a import b`` gives ``a.b``."""
+    for node in ast.walk(ast.parse(source, filename=module)):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            parents = module.split(".")
+            parents = parents[: len(parents) - node.level + is_package] if node.level else []
+            base = ".".join([*parents, *filter(None, [node.module])])
+            yield from (f"{base}.{alias.name}" for alias in node.names)
+
+
+def imported_by(module: str) -> set[str]:
+    path = MODULES[module]
+    return set(imports(path.read_text(encoding="utf-8"), module, path.name == "__init__.py"))
+
+
+def own_module(name: str) -> str | None:
+    """The module of this project that an imported name lies in; a name may be a class or a function."""
+    while name and name not in MODULES:
+        name = name.rpartition(".")[0]
+    return name or None
+
+
+def modules_of(room: str) -> list[str]:
+    return [module for module in MODULES if module.split(".")[0] == room]
+
+
+def is_simulated(module: str) -> bool:
+    return any(SIMULATED.search(part) for part in module.split("."))
+
+
+def test_the_reader_of_imports_sees_nested_and_relative_ones() -> None:
+    source = "import a.b\ndef f():\n    from ..c import d\nfrom . import e\n"
+    assert set(imports(source, "room.sub.module")) == {"a.b", "room.c.d", "room.sub.e"}
+    assert set(imports("from . import e\nfrom .f import g", "room.sub", is_package=True)) == {
+        "room.sub.e",
+        "room.sub.f.g",
+    }
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_a_room_imports_only_what_it_may_know(room: str) -> None:
+    assert modules_of(room)
+    found = {module: {name.split(".")[0] for name in imported_by(module)} for module in modules_of(room)}
+    assert {
+        m: roots & FORBIDDEN_IMPORTS[room] for m, roots in found.items() if roots & FORBIDDEN_IMPORTS[room]
+    } == {}
+
+
+def test_what_runs_on_the_real_rig_never_imports_a_simulated_device() -> None:
+    found = {
+        (module, name)
+        for module in MODULES
+        if not is_simulated(module) and not CHOOSES_SIMULATION.match(module)
+        for name in imported_by(module)
+        if is_simulated(own_module(name) or "")
+    }
+    assert found == set()
+
+
+def test_no_module_imports_itself_through_others() -> None:
+    graph = {module: {own for name in imported_by(module) if (own := own_module(name))} for module in MODULES}
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        pytest.fail(" imports ".join(reversed(error.args[1])))
+
+
+def test_a_module_is_short_enough_to_be_read_in_one_sitting() -> None:
+    lines = {module: len(path.read_text(encoding="utf-8").splitlines()) for module, path in MODULES.items()}
+    assert {module: count for module, count in lines.items() if count > MOST_LINES} == {}
+
+
+def test_a_module_begins_with_what_it_is_for() -> None:
+    trees = {
+        module: ast.parse(path.read_text(encoding="utf-8"), filename=module)
+        for module, path in MODULES.items()
+    }
+    assert [module for module, tree in trees.items() if not ast.get_docstring(tree)] == []
+
+
+def source_files() -> Iterator[Path]:
+    yield from (
+        ROOT / name for name in ("README.md", "pyproject.toml", "requirements.lock", "run.py", ".ci/run")
+    )
+    for folder in (*ROOMS, "tests"):
+        yield from (
+            path
+            for path in (ROOT / folder).rglob("*")
+            if path.suffix in {".py", ".toml", ".md", ".mod", ".sys"}
+        )
+
+
+@pytest.mark.parametrize("pattern", [MACHINE_PATH, UNFINISHED], ids=["machine-path", "unfinished"])
+def test_no_file_names_a_machine_or_an_unfinished_thing(pattern: re.Pattern[str]) -> None:
+    found = [
+        f"{path.relative_to(ROOT)}:{number}: {line.strip()}"
+        for path in source_files()
+        if path != Path(__file__).resolve()
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1)
+        if pattern.search(line)
+    ]
+    assert found == []
