@@ -15,12 +15,12 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-@njit(cache=True, parallel=True, fastmath={"contract", "reassoc", "nsz"})
+@njit(cache=True, fastmath={"contract", "reassoc", "nsz"})
 def deformation_gradient(displacement: FloatArray, cells: IntArray, gradient: FloatArray) -> FloatArray:
     """Return F (e, q, 3, 3) from nodal displacements (n, 3) and material shape gradients (e, q, k, 3)."""
     count, rule, nodes, _ = gradient.shape
     out = np.empty((count, rule, 3, 3))
-    for e in prange(count):
+    for e in range(count):
         for q in range(rule):
             for i in range(3):
                 for j in range(3):
@@ -39,12 +39,12 @@ def _cofactor(F: FloatArray, out: FloatArray) -> None:
             out[i, j] = F[i1, j1] * F[i2, j2] - F[i1, j2] * F[i2, j1]
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True)
 def invariants(F: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return I1, I2 and J, each (e, q), of deformation gradients (e, q, 3, 3)."""
     count, rule = F.shape[:2]
     first, second, jacobian = np.empty((count, rule)), np.empty((count, rule)), np.empty((count, rule))
-    for e in prange(count):
+    for e in range(count):
         for q in range(rule):
             f = F[e, q]
             trace, square = 0.0, 0.0
@@ -80,7 +80,7 @@ def _invariant_gradients(F: FloatArray, G: FloatArray) -> None:
             G[1, i, j] = 2.0 * (trace * F[i, j] - fc)
 
 
-@njit(cache=True, parallel=True, fastmath={"contract", "reassoc", "nsz"})
+@njit(cache=True, fastmath={"contract", "reassoc", "nsz"})
 def element_forces(F: FloatArray, gradient: FloatArray, volume: FloatArray, slope: FloatArray) -> FloatArray:
     """Return the internal force of each element (e, k, 3).
 
@@ -89,7 +89,7 @@ def element_forces(F: FloatArray, gradient: FloatArray, volume: FloatArray, slop
     """
     count, rule, nodes, _ = gradient.shape
     out = np.zeros((count, nodes, 3))
-    for e in prange(count):
+    for e in range(count):
         G = np.empty((3, 3, 3))
         for q in range(rule):
             _invariant_gradients(F[e, q], G)
@@ -199,11 +199,11 @@ def element_stiffness(
     return out
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True)
 def gather(start: IntArray, source: IntArray, values: FloatArray) -> FloatArray:
     """Sum element entries into matrix entries: out[n] = Σ values[source[start[n]:start[n+1]]]."""
     out = np.empty(len(start) - 1)
-    for n in prange(len(out)):
+    for n in range(len(out)):
         total = 0.0
         for s in range(start[n], start[n + 1]):
             total += values[source[s]]

@@ -1,0 +1,47 @@
+"""The command line ``retract``: one module for each verb, each a thin layer over functions that a script can call."""
+
+import argparse
+import json
+from collections.abc import Sequence
+
+from daq.cli import demo, devices, estimate, export, record, recover, uniaxial
+from daq.cli.verb import Result, fail, write
+from daq.errors import DaqError
+from estimator.errors import EstimatorError
+from robot_drivers.errors import DeviceError
+
+_VERBS = (demo, devices, record, recover, export, estimate, uniaxial)
+
+_EXAMPLES = """examples:
+  retract demo                               the whole chain on a virtual laboratory, a minute and a half
+  retract devices lab.toml                   who answers, and how
+  retract record lab.toml --trajectory pull  record one retraction
+  retract export sessions/2026-05-04_143210_P07_pull --output experiments/pull
+  retract estimate experiments/pull --json
+
+Wherever a rig file is expected, the word "virtual" stands for an emulated laboratory on this computer.
+Exit status: 0 done, 2 wrong input or a failed device (one line on standard error), 130 interrupted."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one verb and return the exit status."""
+    parser = argparse.ArgumentParser(
+        prog="retract",
+        description="Soft-tissue retraction: record, synchronise, estimate.",
+        epilog=_EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    verbs = parser.add_subparsers(metavar="VERB", required=True)
+    for verb in _VERBS:
+        verb.add_parser(verbs)
+    options = parser.parse_args(arguments)
+    try:
+        result: Result = options.run(options)
+    except (DaqError, EstimatorError, DeviceError) as error:
+        return fail(str(error), status=2)
+    except OSError as error:
+        return fail(f"{error.filename or 'file'}: {error.strerror or error}", status=2)
+    except KeyboardInterrupt as interrupt:
+        return fail(str(interrupt) or "interrupted", status=130)
+    write(json.dumps(result.data) if options.json else result.text)
+    return 0

@@ -1,0 +1,45 @@
+"""The drivers that a rig file can name: the one place where concrete devices are known."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from robot_drivers.abb.irb140 import IRB140, IRB140Settings
+from robot_drivers.ati.netft import NetFT
+from robot_drivers.ati.netft_settings import NetFTSettings
+from robot_drivers.cameras.opencv import OpenCVCamera, OpenCVCameraSettings
+from robot_drivers.protocols import Camera, ForceSensor, Pose, Robot, Speed
+
+
+class PathCheckingRobot(Robot, Protocol):
+    """A robot that can tell beforehand whether it could follow a path."""
+
+    def check_trajectory(self, targets: Sequence[Pose], speed: Speed) -> None:
+        """Raise MotionRefusedError where straight lines from here through all ``targets`` break a limit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Devices:
+    """The devices of a rig; the cameras by their names, left one first."""
+
+    force_sensor: ForceSensor
+    robot: PathCheckingRobot
+    cameras: Mapping[str, Camera]
+
+    def all(self) -> dict[str, ForceSensor | Robot | Camera]:
+        """Return every device by its role."""
+        cameras = {f"camera {name}": camera for name, camera in self.cameras.items()}
+        return {"force sensor": self.force_sensor, "robot": self.robot, **cameras}
+
+
+@dataclass(frozen=True, slots=True)
+class Driver:
+    """A driver: the dataclass of its settings, and what makes the device from them."""
+
+    settings: type[Any]
+    make: Callable[[Any], Any]
+
+
+FORCE_SENSORS: Mapping[str, Driver] = {"netft": Driver(NetFTSettings, NetFT)}
+ROBOTS: Mapping[str, Driver] = {"irb140": Driver(IRB140Settings, IRB140)}
+CAMERAS: Mapping[str, Driver] = {"opencv": Driver(OpenCVCameraSettings, OpenCVCamera)}

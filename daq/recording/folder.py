@@ -1,0 +1,174 @@
+"""The session folder: who recorded what with which devices, beside the recorded files.
+
+<session>/
+  session.json        this module
+  rig.toml            copy of the rig file
+  signals.mcap        force, robot, events
+  cameras.mcap        images
+  calibration/        copies of the calibration files in force
+  CHECKSUMS.sha256    of all of them, written at sealing
+"""
+
+import hashlib
+import json
+import platform
+import time
+from dataclasses import asdict, dataclass, field, replace
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any, Literal
+
+from daq.errors import RecordingError
+from daq.recording.recorder import CAMERAS_FILE, SIGNALS_FILE
+from daq.recording.seal import IMAGES, SIGNALS, seal
+from robot_drivers.clock import host_time_ns
+from robot_drivers.protocols import DeviceIdentity
+
+FORMAT = "retraction-session/1"
+INFO_FILE = "session.json"
+RIG_FILE = "rig.toml"
+CALIBRATION_FOLDER = "calibration"
+CHECKSUMS_FILE = "CHECKSUMS.sha256"
+
+_PACKAGES = ("retraction", "numpy", "scipy", "opencv-python-headless", "mcap")
+
+State = Literal["recording", "sealed", "recovered"]
+
+
+@dataclass(frozen=True, slots=True)
+class ClockAnchor:
+    """One instant on both clocks of the host, ns: its monotonic clock and the wall clock (Unix time)."""
+
+    host_time_ns: int
+    wall_time_ns: int
+
+    @classmethod
+    def now(cls) -> "ClockAnchor":
+        """Read both clocks."""
+        return cls(host_time_ns(), time.time_ns())
+
+    @property
+    def iso(self) -> str:
+        """The wall clock as ISO 8601, UTC."""
+        return datetime.fromtimestamp(self.wall_time_ns * 1e-9, UTC).isoformat(timespec="milliseconds")
+
+
+@dataclass(frozen=True, slots=True)
+class SessionInfo:
+    """What ``session.json`` says.
+
+    Attributes
+    ----------
+    name, operator, notes : free text
+    phantom_id, order : of the experiment on its mounting
+    trajectory : its kind and parameters
+    devices : identity of each device by its role
+    checksums : SHA-256 of rig and calibration files, by their name in the folder
+    clock_anchor : taken before recording began
+    versions : of Python and the packages
+    state : ``recording`` until sealed; a folder that stays so was cut off
+    problems : what an analyst must know, such as dropped samples; empty for a flawless session
+    samples : recorded messages by topic, known once sealed
+    """
+
+    name: str
+    phantom_id: str
+    order: int
+    operator: str = ""
+    notes: str = ""
+    trajectory: dict[str, Any] = field(default_factory=dict)
+    devices: dict[str, DeviceIdentity] = field(default_factory=dict)
+    checksums: dict[str, str] = field(default_factory=dict)
+    clock_anchor: ClockAnchor = field(default_factory=ClockAnchor.now)
+    versions: dict[str, str] = field(default_factory=dict)
+    state: State = "recording"
+    problems: tuple[str, ...] = ()
+    samples: dict[str, int] = field(default_factory=dict)
+
+
+def write_info(folder: Path, info: SessionInfo) -> None:
+    """Write ``session.json`` in one step: a reader sees the old one or the new one."""
+    text = json.dumps({"format": FORMAT, "started": info.clock_anchor.iso, **asdict(info)}, indent=2)
+    draft = folder / f"{INFO_FILE}.new"
+    draft.write_text(text + "\n", encoding="utf-8")
+    draft.replace(folder / INFO_FILE)
+
+
+def read_info(folder: Path) -> SessionInfo:
+    """Read ``session.json``; raises RecordingError where there is none or it is of another format."""
+    path = folder / INFO_FILE
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        if content.pop("format") != FORMAT:
+            raise RecordingError(f"{path}: is not of the format {FORMAT}")
+        content.pop("started")
+        devices = {role: DeviceIdentity(**told) for role, told in content.pop("devices").items()}
+        anchor = ClockAnchor(**content.pop("clock_anchor"))
+        problems = tuple(content.pop("problems"))
+        return SessionInfo(devices=devices, clock_anchor=anchor, problems=problems, **content)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise RecordingError(
+            f"{path}: is no session description ({error!r}); name a session folder"
+        ) from error
+
+
+def seal_session(folder: Path, problems: tuple[str, ...] = ()) -> SessionInfo:
+    """Seal the files of a session, write its checksums and its final description."""
+    info, _ = _seal(folder, "sealed", problems)
+    return info
+
+
+def recover_session(folder: Path) -> tuple[SessionInfo, int]:
+    """Seal a session that was cut off; return its description and the bytes of incomplete records left out.
+
+    Raises
+    ------
+    RecordingError
+        It is sealed already, or no session.
+    """
+    info = read_info(folder)
+    if info.state != "recording":
+        raise RecordingError(f"{folder}: is {info.state} already; there is nothing to recover")
+    return _seal(folder, "recovered", (*info.problems, "the recording was cut off and has been recovered"))
+
+
+def _seal(folder: Path, state: State, problems: tuple[str, ...]) -> tuple[SessionInfo, int]:
+    signals = seal(folder / SIGNALS_FILE, SIGNALS)
+    images = seal(folder / CAMERAS_FILE, IMAGES)
+    info = replace(
+        read_info(folder), state=state, problems=problems, samples={**signals.counts, **images.counts}
+    )
+    write_info(folder, info)
+    files = sorted(path for path in folder.rglob("*") if path.is_file() and path.name != CHECKSUMS_FILE)
+    lines = [f"{sha256(path)}  {path.relative_to(folder).as_posix()}\n" for path in files]
+    (folder / CHECKSUMS_FILE).write_text("".join(lines), encoding="utf-8")
+    return info, signals.dropped_bytes + images.dropped_bytes
+
+
+def verify_checksums(folder: Path) -> list[str]:
+    """Return the names of the files that are missing or differ from ``CHECKSUMS.sha256``."""
+    differing = []
+    for line in (folder / CHECKSUMS_FILE).read_text(encoding="utf-8").splitlines():
+        expected, name = line.split(maxsplit=1)
+        path = folder / name
+        if not path.is_file() or sha256(path) != expected:
+            differing.append(name)
+    return differing
+
+
+def sha256(path: Path) -> str:
+    """Return the SHA-256 of a file, hexadecimal."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def package_versions() -> dict[str, str]:
+    """Return the versions of Python, the system and the packages that a recording depends on."""
+    versions = {"python": platform.python_version(), "system": platform.platform()}
+    for package in _PACKAGES:
+        try:
+            versions[package] = version(package)
+        except PackageNotFoundError:
+            versions[package] = "not installed as a package"
+    return versions

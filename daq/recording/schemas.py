@@ -1,0 +1,109 @@
+"""The message types of a recording, as ROS 2 interface definitions with their dependencies.
+
+The device's own counter, clock and status have no place in the standard messages. They travel beside each of them in
+``retraction_msgs/DeviceStamp``, with the same MCAP sequence number and the same time.
+"""
+
+from typing import NamedTuple
+
+
+class Schema(NamedTuple):
+    """Name, encoding and text of a message type as MCAP stores them."""
+
+    name: str
+    encoding: str
+    text: str
+    message_encoding: str
+
+
+_RULE = "=" * 80
+_HEADER = f"""{_RULE}
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+{_RULE}
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+"""
+_VECTOR = f"""{_RULE}
+MSG: geometry_msgs/Vector3
+float64 x
+float64 y
+float64 z
+"""
+
+
+def _ros2(name: str, text: str) -> Schema:
+    return Schema(name, "ros2msg", text, "cdr")
+
+
+WRENCH = _ros2(
+    "geometry_msgs/msg/WrenchStamped",
+    f"""std_msgs/Header header
+geometry_msgs/Wrench wrench
+{_HEADER}{_RULE}
+MSG: geometry_msgs/Wrench
+geometry_msgs/Vector3 force
+geometry_msgs/Vector3 torque
+{_VECTOR}""",
+)
+
+POSE = _ros2(
+    "geometry_msgs/msg/PoseStamped",
+    f"""std_msgs/Header header
+geometry_msgs/Pose pose
+{_HEADER}{_RULE}
+MSG: geometry_msgs/Pose
+geometry_msgs/Point position
+geometry_msgs/Quaternion orientation
+{_RULE}
+MSG: geometry_msgs/Point
+float64 x
+float64 y
+float64 z
+{_RULE}
+MSG: geometry_msgs/Quaternion
+float64 x
+float64 y
+float64 z
+float64 w
+""",
+)
+
+JOINT_STATE = _ros2(
+    "sensor_msgs/msg/JointState",
+    f"""std_msgs/Header header
+string[] name
+float64[] position
+float64[] velocity
+float64[] effort
+{_HEADER}""",
+)
+
+COMPRESSED_IMAGE = _ros2(
+    "sensor_msgs/msg/CompressedImage",
+    f"""std_msgs/Header header
+string format
+uint8[] data
+{_HEADER}""",
+)
+
+DEVICE_STAMP = _ros2(
+    "retraction_msgs/msg/DeviceStamp",
+    """# What a device itself says about the message of the same sequence number and time.
+std_msgs/Header header
+int64 counter          # the device's sample counter, unwrapped; -1 where it tells none
+float64 device_time    # the device's clock, s; NaN where it tells none
+int64 status           # force: status word; robot: 1 while it moves
+bool usable            # false where the device forbids using the sample
+"""
+    + _HEADER,
+)
+
+EVENT = Schema(
+    "retraction.Event",
+    "jsonschema",
+    '{"type": "object", "properties": {"event": {"type": "string"}}, "required": ["event"]}',
+    "json",
+)

@@ -1,0 +1,121 @@
+"""The one thread that writes: device threads hand it packets of finished records through a bounded queue.
+
+A packet that finds the queue full is dropped, counted, and told in the file itself. Nobody waits for the disk but
+the writer.
+"""
+
+import queue
+import threading
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from daq.errors import RecordingError
+from daq.recording.mcap_log import McapLog
+
+_QUEUE_PACKETS = 4096
+_SYNC_PERIOD_S = 1.0
+_EVENT_PATIENCE_S = 5.0
+
+
+class Packet(NamedTuple):
+    """Whole records for one file: ``samples`` of them of one stream."""
+
+    log: McapLog
+    records: bytes
+    stream: str
+    samples: int
+
+
+class RecordWriter:
+    """Appends packets to their files in a thread of its own, and brings the files to the disk every second.
+
+    Attributes
+    ----------
+    written : samples of each stream that are safe from the death of this process
+    """
+
+    def __init__(
+        self,
+        logs: Sequence[McapLog],
+        tell_dropped: Callable[[dict[str, int]], Packet],
+        capacity: int = _QUEUE_PACKETS,
+    ) -> None:
+        self.written: Counter[str] = Counter()
+        self._dropped: Counter[str] = Counter()
+        self._dropped_lock = threading.Lock()
+        self._logs = logs
+        self._tell_dropped = tell_dropped
+        self._queue: queue.Queue[Packet | None] = queue.Queue(capacity)
+        self._error: OSError | None = None
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._write, name="record-writer")
+        self._syncer = threading.Thread(target=self._sync, name="record-sync")
+        self._thread.start()
+        self._syncer.start()
+
+    def offer(self, packet: Packet) -> None:
+        """Hand over samples; never waits."""
+        try:
+            self._queue.put_nowait(packet)
+        except queue.Full:
+            self._drop(packet)
+
+    def insist(self, packet: Packet) -> None:
+        """Hand over what must not be dropped; waits, and raises RecordingError when the disk does not follow."""
+        try:
+            self._queue.put(packet, timeout=_EVENT_PATIENCE_S)
+        except queue.Full:
+            raise RecordingError(
+                f"{packet.log.path}: the disk has not followed for {_EVENT_PATIENCE_S:g} s; use a faster disk"
+            ) from self._error
+
+    def dropped(self) -> dict[str, int]:
+        """Return the samples of each stream that did not get into the file."""
+        with self._dropped_lock:
+            return dict(self._dropped)
+
+    def check(self) -> None:
+        """Raise RecordingError when writing has failed."""
+        if self._error is not None:
+            raise RecordingError(
+                f"{self._error.filename or 'recording'}: cannot be written ({self._error})"
+            ) from self._error
+
+    def close(self) -> None:
+        """Write everything handed over so far and end both threads."""
+        self._queue.put(None)
+        self._thread.join()
+        self._closing.set()
+        self._syncer.join()
+
+    def _write(self) -> None:
+        told: dict[str, int] = {}
+        while (packet := self._queue.get()) is not None:
+            self._append(packet)
+            if (dropped := self.dropped()) != told and self._error is None:
+                told = dropped
+                self._append(self._tell_dropped(told))
+
+    def _append(self, packet: Packet) -> None:
+        if self._error is None:
+            try:
+                packet.log.append(packet.records)
+            except OSError as error:
+                self._error = error
+        if self._error is None:
+            self.written[packet.stream] += packet.samples
+        else:
+            self._drop(packet)
+
+    def _drop(self, packet: Packet) -> None:
+        with self._dropped_lock:
+            self._dropped[packet.stream] += packet.samples
+
+    def _sync(self) -> None:
+        while not self._closing.wait(_SYNC_PERIOD_S):
+            try:
+                for log in self._logs:
+                    log.sync()
+            except OSError as error:
+                self._error = error

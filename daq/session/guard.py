@@ -1,0 +1,195 @@
+"""The software stop: watches every sample where it arrives, and holds the robot when a limit is passed.
+
+It runs in the threads that read the devices, before anything is written. It is no emergency stop: that is a button
+on a wire. Once it has stopped, nothing moves until somebody releases it with the words that say so.
+"""
+
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from daq.errors import SessionError
+from daq.frames import inverse, rotation
+from daq.rig import Frames, Limits
+from robot_drivers.clock import host_time_ns
+from robot_drivers.errors import DeviceError
+from robot_drivers.protocols import FloatArray, Frame, IntArray, Pose, PoseBlock, Robot, WrenchBlock
+
+_SPEED_BASE_S = 0.02
+_STREAMS = ("force sensor", "robot")
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """Why the robot was held.
+
+    Attributes
+    ----------
+    reason : what happened, with value and limit
+    cause_time_ns : receive stamp of the sample that told
+    reaction_s : from that stamp to the return of the robot's ``hold``
+    hold_error : what the robot answered if it could not be held; empty if it could
+    """
+
+    reason: str
+    cause_time_ns: int
+    reaction_s: float
+    hold_error: str = ""
+
+    def describe(self) -> str:
+        """Return one line for the operator."""
+        if self.hold_error:
+            return f"{self.reason}, but the robot could not be held ({self.hold_error}): press the emergency stop"
+        return f"{self.reason}; the robot was held {self.reaction_s * 1e3:.0f} ms after the sample that told"
+
+
+class Guard:
+    """Observes a recording and stops the robot. Until :meth:`arm` it only looks on, and nothing may move.
+
+    The order is :meth:`watch_rest`, a while at rest, :meth:`arm`, and before every motion :meth:`begin_step`.
+
+    The limits of force and torque are on the change since the reading at rest, so an unbiased sensor's offset and
+    the weight of the tool do not count.
+    """
+
+    def __init__(self, limits: Limits, frames: Frames, robot: Robot) -> None:
+        self._limits = limits
+        self._T_tissue_base = inverse(frames.T_base_tissue.pose)
+        self._T_tool_gripper = frames.T_tool_gripper.pose
+        self._robot = robot
+        self._lock = threading.Lock()
+        self._stop: Stop | None = None
+        self._rest_samples: list[FloatArray] = []
+        self._rest_wrench: FloatArray | None = None
+        self._step_origin: FloatArray | None = None
+        self._heard_ns = dict.fromkeys(_STREAMS, host_time_ns())
+        self._speed_base: tuple[float, FloatArray] | None = None
+
+    @property
+    def stop(self) -> Stop | None:
+        """Why the robot was held, None while it was not."""
+        return self._stop
+
+    def watch_rest(self) -> None:
+        """Begin to take the mean reading at rest."""
+        self._rest_samples = []
+
+    def arm(self) -> None:
+        """Begin to guard, with the mean of the readings since :meth:`watch_rest` as zero.
+
+        Raises
+        ------
+        SessionError
+            The force sensor gave no usable reading.
+        """
+        if not self._rest_samples:
+            raise SessionError(
+                "the force sensor gave no usable sample at rest, so nothing may move; check it for saturation"
+            )
+        self._rest_wrench = np.concatenate(self._rest_samples).mean(axis=0)
+
+    def begin_step(self, T_base_tool: Pose) -> None:
+        """Measure the length of the next step from this pose on."""
+        position = np.array([T_base_tool.position])
+        self._step_origin = self._gripper_positions(position, np.array([T_base_tool.quaternion_wxyz]))[0]
+
+    def on_wrench(self, block: WrenchBlock) -> None:
+        """Check force, torque and the usability of a block of samples."""
+        if len(block):
+            self._heard_ns["force sensor"] = int(block.host_time_ns[-1])
+        rest = self._rest_wrench
+        if rest is None:
+            if np.any(block.usable):
+                self._rest_samples.append(block.wrench[block.usable])
+            return
+        if len(block):
+            self._check_wrenches(block, rest)
+        self._check_ages()
+
+    def on_pose(self, block: PoseBlock) -> None:
+        """Check the place, the step and the speed of a block of robot states."""
+        if len(block):
+            self._heard_ns["robot"] = int(block.host_time_ns[-1])
+        if self._rest_wrench is None:
+            return
+        if len(block):
+            self._check_poses(block)
+        self._check_ages()
+
+    def on_frames(self, camera: str, frames: Sequence[Frame]) -> None:
+        """Images stop nothing."""
+
+    def _check_wrenches(self, block: WrenchBlock, rest: FloatArray) -> None:
+        change = block.wrench - rest
+        force = np.linalg.norm(change[:, :3], axis=1)
+        torque = np.linalg.norm(change[:, 3:], axis=1)
+        self._check_below(force, self._limits.force_n, "force", "N", block.host_time_ns)
+        self._check_below(torque, self._limits.torque_nm, "torque", "N·m", block.host_time_ns)
+        if not np.all(block.usable):
+            first = int(np.argmin(block.usable))
+            reason = f"the force sensor is saturated or faulty (status {block.status[first]:#x})"
+            self._hold(reason, int(block.host_time_ns[first]))
+
+    def _check_poses(self, block: PoseBlock) -> None:
+        positions = self._gripper_positions(block.position, block.quaternion_wxyz)
+        inside = self._limits.workspace.contains(positions)
+        if not np.all(inside):
+            first = int(np.argmin(inside))
+            where = ", ".join(f"{value * 1e3:.1f}" for value in positions[first])
+            self._hold(
+                f"the gripper at ({where}) mm is outside the workspace", int(block.host_time_ns[first])
+            )
+        if self._step_origin is not None:
+            steps = np.linalg.norm(positions - self._step_origin, axis=1)
+            self._check_below(steps * 1e3, self._limits.step_m * 1e3, "step", "mm", block.host_time_ns)
+        self._check_speed(block, positions)
+
+    def _check_speed(self, block: PoseBlock, positions: FloatArray) -> None:
+        for time_s, position, stamp in zip(block.device_time_s, positions, block.host_time_ns, strict=True):
+            if self._speed_base is None or time_s < self._speed_base[0]:
+                self._speed_base = (float(time_s), position)
+            elapsed = time_s - self._speed_base[0]
+            if elapsed >= _SPEED_BASE_S:
+                speed = np.array([np.linalg.norm(position - self._speed_base[1]) / elapsed])
+                self._speed_base = (float(time_s), position)
+                limit = self._limits.speed_m_s
+                self._check_below(speed * 1e3, limit * 1e3, "speed", "mm/s", np.array([stamp]))
+
+    def _check_below(self, values: FloatArray, limit: float, name: str, unit: str, stamps: IntArray) -> None:
+        """Hold the robot when one of the values is above the limit, or no number."""
+        beyond = ~(values <= limit)
+        if np.any(beyond):
+            first = int(np.argmax(beyond))
+            reason = f"{name} of {values[first]:.3g} {unit} exceeds the limit of {limit:g} {unit}"
+            self._hold(reason, int(stamps[first]))
+
+    def _check_ages(self) -> None:
+        now = host_time_ns()
+        for stream, heard in self._heard_ns.items():
+            age_s = (now - heard) * 1e-9
+            if age_s > self._limits.communication_age_s:
+                self._hold(
+                    f"the {stream} has been silent for {age_s:.3g} s, "
+                    f"the limit is {self._limits.communication_age_s:g} s",
+                    heard + int(self._limits.communication_age_s * 1e9),
+                )
+
+    def _hold(self, reason: str, cause_time_ns: int) -> None:
+        """Hold the robot, once."""
+        with self._lock:
+            if self._stop is not None:
+                return
+            hold_error = ""
+            try:
+                self._robot.hold()
+            except DeviceError as error:
+                hold_error = str(error)
+            self._stop = Stop(reason, cause_time_ns, (host_time_ns() - cause_time_ns) * 1e-9, hold_error)
+
+    def _gripper_positions(self, position: FloatArray, quaternion_wxyz: FloatArray) -> FloatArray:
+        """Return the gripper's origin (n, 3) in the tissue frame for poses of the tool in the base frame."""
+        in_base = position + rotation(quaternion_wxyz).apply(self._T_tool_gripper.position)
+        R_tissue_base = rotation(self._T_tissue_base.quaternion_wxyz)
+        return R_tissue_base.apply(in_base) + np.asarray(self._T_tissue_base.position)

@@ -1,0 +1,140 @@
+"""From a recording to an experiment: one row for every measuring window, in the tissue frame.
+
+Every stream is put on the host clock by the lower envelope of its own clock, and averaged over the windows that the
+session's events tell. Nothing is interpolated: a window in which a stream has too few samples gives empty fields.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from daq.fiducial_windows import fiducial_means
+from daq.frames import inverse, quaternions_wxyz, rotation
+from daq.progress import Progress
+from daq.recording.folder import RIG_FILE
+from daq.recording.reader import Recording
+from daq.rig import Frames, Rig, read_rig
+from daq.timing.event_times import EventTimes, estimate_event_times
+from daq.windows import Means, Window, in_window, measuring_windows, window_means
+from daq.wrenches import WrenchCompensation
+from estimator.experiment import Experiment, SensorNoise
+from robot_drivers.protocols import FloatArray, PoseBlock, WrenchBlock
+
+
+@dataclass(frozen=True, slots=True)
+class Synchronised:
+    """An experiment, and how its streams came together.
+
+    Attributes
+    ----------
+    times : of each stream, on the host clock
+    samples : how many samples of each stream every row holds
+    """
+
+    experiment: Experiment
+    times: dict[str, EventTimes]
+    samples: dict[str, tuple[int, ...]]
+
+
+def synchronise(recording: Recording, progress: Progress) -> Synchronised:
+    """Turn a recording into an experiment.
+
+    Raises
+    ------
+    SynchronisationError
+        There is no window at rest, or a stream is missing from it, so that nothing can be zeroed.
+    """
+    rig = read_rig(recording.folder / RIG_FILE)
+    windows = measuring_windows(recording.events)
+    progress("averaging force and pose", 0, 1)
+    force, robot = recording.force, recording.robot
+    force_times = estimate_event_times(force.counter, force.host_time_ns)
+    robot_times = estimate_event_times(robot.device_time_s, robot.host_time_ns)
+    position, quaternion = _gripper_in_tissue(robot, rig.frames)
+    positions = window_means(position, robot_times, windows, "robot")
+    orientations = _mean_orientations(quaternion, robot_times, windows)
+    wrenches = _wrench_means(force, force_times, windows, orientations, rig)
+    beads, camera_times = fiducial_means(recording, rig, windows, progress)
+    since_rest = rotation(orientations) * rotation(orientations[0]).inv()
+    experiment = Experiment(
+        name=recording.info.name,
+        phantom_id=recording.info.phantom_id,
+        order=recording.info.order,
+        phantom=rig.specimen.phantom,
+        anchors=rig.specimen.anchors,
+        grasp=rig.specimen.grasp,
+        trajectory_kind=recording.info.trajectory["kind"],
+        environment=rig.specimen.environment,
+        sensor=_noise(rig, positions, wrenches, beads),
+        fiducials_rest=beads.mean[0],
+        time=np.array([window.middle_ns - windows[0].middle_ns for window in windows]) * 1e-9,
+        phase=tuple(window.phase for window in windows),
+        step=np.array([window.number for window in windows], dtype=np.int64),
+        position=positions.mean,
+        quaternion_wxyz=quaternions_wxyz(since_rest),
+        wrench=wrenches.mean,
+        fiducials=beads.mean,
+    )
+    return Synchronised(
+        experiment,
+        times={"force sensor": force_times, "robot": robot_times, **camera_times},
+        samples={
+            "force sensor": wrenches.count,
+            "robot": positions.count,
+            **dict.fromkeys(camera_times, beads.count),
+        },
+    )
+
+
+def _gripper_in_tissue(robot: PoseBlock, frames: Frames) -> tuple[FloatArray, FloatArray]:
+    """Return position (n, 3) and orientation (n, 4) of the gripper in the tissue frame for every robot state."""
+    T_tissue_base = inverse(frames.T_base_tissue.pose)
+    T_tool_gripper = frames.T_tool_gripper.pose
+    R_tissue_base = rotation(T_tissue_base.quaternion_wxyz)
+    R_base_tool = rotation(robot.quaternion_wxyz)
+    in_base = robot.position + R_base_tool.apply(T_tool_gripper.position)
+    position = R_tissue_base.apply(in_base) + np.asarray(T_tissue_base.position)
+    return position, quaternions_wxyz(R_tissue_base * R_base_tool * rotation(T_tool_gripper.quaternion_wxyz))
+
+
+def _wrench_means(
+    force: WrenchBlock, times: EventTimes, windows: Sequence[Window], orientations: FloatArray, rig: Rig
+) -> Means:
+    """Return the wrench of the tissue on the gripper, tissue axes, zero at rest."""
+    readings = np.where(force.usable[:, None], force.wrench, np.nan)
+    compensation = WrenchCompensation(
+        window_means(readings, times, windows[:1], "force sensor").mean[0],
+        orientations[0],
+        rig.frames.T_gripper_sensor.pose,
+        rig.tool,
+        rig.specimen.environment.gravity,
+    )
+    tissue = np.full_like(readings, np.nan)
+    for window, orientation in zip(windows, orientations, strict=True):
+        inside = in_window(times, window)
+        tissue[inside] = compensation.tissue_wrench(readings[inside], orientation)
+    return window_means(tissue, times, windows, "force sensor")
+
+
+def _mean_orientations(quaternion: FloatArray, times: EventTimes, windows: Sequence[Window]) -> FloatArray:
+    """Return the mean orientation (n, 4) of every window; the gripper stands still in it."""
+    found = []
+    for window in windows:
+        inside = quaternion[in_window(times, window)]
+        found.append(quaternions_wxyz(rotation(inside).mean()) if len(inside) else np.full(4, np.nan))
+    return np.array(found)
+
+
+def _noise(rig: Rig, positions: Means, wrenches: Means, beads: Means) -> SensorNoise:
+    """Return the noise of one value in one row: the scatter of the means, and what does not show in it."""
+    extra = rig.uncertainty
+    return SensorNoise(
+        force_std=math.hypot(wrenches.pooled_scatter(0, 1, 2), extra.force_n),
+        torque_std=math.hypot(wrenches.pooled_scatter(3, 4, 5), extra.torque_nm),
+        fiducial_std=math.hypot(beads.pooled_scatter(), extra.fiducial_m),
+        position_std=math.hypot(positions.pooled_scatter(), extra.position_m),
+        tool_mass=rig.tool.mass_kg,
+        tool_centre=rig.tool.centre_m,
+    )

@@ -1,0 +1,109 @@
+"""When the samples of a stream were taken, on the host clock.
+
+The device's counter (of a periodic device) or clock is the better clock, the host's receive stamp the common one.
+Windows of a minute follow the wander of the clocks; between their centres the lines are blended. What no one-way
+method can see is the constant least delay of the transport, which stays in the result.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from daq.errors import SynchronisationError
+from daq.timing.envelope import FloatArray, lower_envelope
+from robot_drivers.protocols import IntArray
+
+WINDOW_S = 60.0
+_RESIDUAL_QUANTILES = (0.5, 0.95, 0.999, 1.0)
+_GAP_PERIODS = 1.5
+
+
+@dataclass(frozen=True, slots=True)
+class EventTimes:
+    """Estimated times of the samples of one stream, and how good they are.
+
+    Attributes
+    ----------
+    time_ns : (n,) host clock
+    period_s : the median time between samples
+    gap_ends : (g,) indices of the samples before which others are missing; a restart counts as a gap
+    resets : how often the device's counter or clock started anew
+    residual_s : 50 %, 95 %, 99.9 % and largest delay of the receive stamps over the estimate, s
+    wander_ppm : largest change of the clock's rate between windows
+    """
+
+    time_ns: IntArray
+    period_s: float
+    gap_ends: IntArray
+    resets: int
+    residual_s: tuple[float, float, float, float]
+    wander_ppm: float
+
+    def has_gap(self, begin_ns: int, end_ns: int) -> bool:
+        """Tell whether samples are missing anywhere between two instants."""
+        before = self.time_ns[self.gap_ends - 1]
+        after = self.time_ns[self.gap_ends]
+        return bool(np.any((before < end_ns) & (after > begin_ns)))
+
+
+def estimate_event_times(
+    device: FloatArray | IntArray, host_time_ns: IntArray, quantum: float = 0.0
+) -> EventTimes:
+    """Map a device's counter or clock to the host clock by the lower envelope.
+
+    Parameters
+    ----------
+    device : (n,) counter or clock of the samples in the order of arrival, in any unit
+    host_time_ns : (n,) receive stamps
+    quantum : resolution of a clock that rounds down, in its unit; 0 for a counter
+
+    Raises
+    ------
+    SynchronisationError
+        Fewer than two samples.
+    """
+    if len(device) < 2:
+        raise SynchronisationError(f"a stream of {len(device)} samples has no clock; record for longer")
+    clock = np.asarray(device - device[0], dtype=np.float64)
+    starts = np.flatnonzero(np.diff(clock) < 0) + 1
+    time_ns = np.empty(len(clock), dtype=np.int64)
+    rates: list[float] = []
+    for part in np.split(np.arange(len(clock)), starts):
+        time_ns[part], part_rates = _map_segment(clock[part], host_time_ns[part], quantum)
+        rates += part_rates
+    residual = np.quantile(host_time_ns - time_ns, _RESIDUAL_QUANTILES) * 1e-9
+    steps = np.diff(time_ns)
+    period = float(np.median(steps))
+    gap_ends = np.union1d(np.flatnonzero(steps > _GAP_PERIODS * period) + 1, starts)
+    return EventTimes(
+        time_ns,
+        period_s=period * 1e-9,
+        gap_ends=gap_ends.astype(np.int64),
+        resets=len(starts),
+        residual_s=(float(residual[0]), float(residual[1]), float(residual[2]), float(residual[3])),
+        wander_ppm=1e6 * (max(rates) / min(rates) - 1.0) if rates else 0.0,
+    )
+
+
+def _map_segment(clock: FloatArray, host_time_ns: IntArray, quantum: float) -> tuple[IntArray, list[float]]:
+    """Map one segment without resets; returns the times and the rate (ns per unit) of each window."""
+    span = clock[-1] - clock[0]
+    host = (host_time_ns - host_time_ns[0]).astype(np.float64)
+    if span == 0 or host[-1] == 0:
+        return host_time_ns.copy(), []
+    # the nominal rate is taken out first, so that the envelope works on small numbers
+    nominal_ns = host[-1] / span
+    elapsed = clock - clock[0]
+    excess = host - nominal_ns * elapsed
+    width = min(WINDOW_S * 1e9 / nominal_ns, span)
+    count = max(1, int(np.ceil(2 * span / width)) - 1)
+    centres = np.linspace(width / 2, span - width / 2, count)
+    lines = []
+    for centre in centres:
+        inside = np.abs(elapsed - centre) <= width / 2
+        lines.append(lower_envelope(elapsed[inside], excess[inside]))
+    intercepts, slopes = np.array(lines).T
+    # lines blended with linear weights are lines of blended coefficients
+    rates = nominal_ns + np.interp(elapsed, centres, slopes)
+    mapped = np.interp(elapsed, centres, intercepts) + rates * (elapsed + quantum / 2)
+    return host_time_ns[0] + np.rint(mapped).astype(np.int64), list(nominal_ns + slopes)

@@ -1,0 +1,86 @@
+"""Starting the virtual rig: its processes, its rig file, its calibration and its truth."""
+
+import multiprocessing
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+from daq.errors import SessionError
+from daq.rig import write_rig
+from daq.virtual_rig.layout import Addresses, rig_description
+from daq.virtual_rig.processes import VirtualRigSettings, run_emulators, solve_phantom
+from daq.virtual_rig.scene import flea2_pair
+
+RIG_FILE = "rig.toml"
+STEREO_FILE = "stereo.toml"
+TRUTH_FILE = "truth.toml"
+
+_START_TIMEOUT_S = 60.0
+_END_TIMEOUT_S = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class VirtualRig:
+    """A running virtual rig: its rig file, and where the true parameters of its phantom are written."""
+
+    rig_path: Path
+    truth_path: Path
+
+
+@contextmanager
+def virtual_rig(folder: Path, settings: VirtualRigSettings) -> Iterator[VirtualRig]:
+    """Run a virtual rig whose files are in ``folder``, an existing one.
+
+    Raises
+    ------
+    SessionError
+        Its processes did not start.
+    """
+    context = multiprocessing.get_context("spawn")
+    control, control_end = context.Pipe()
+    to_solver, from_emulators = context.Pipe()
+    processes = [
+        context.Process(target=solve_phantom, args=(from_emulators, settings.phantom), name="phantom"),
+        context.Process(target=run_emulators, args=(control_end, to_solver, settings), name="emulators"),
+    ]
+    for process in processes:
+        process.start()
+    # the ends that live in the other processes; what stays open here would hide their end from one another
+    for end in (from_emulators, to_solver, control_end):
+        end.close()
+    try:
+        addresses = _addresses(control)
+        pair = flea2_pair()
+        pair.save(folder / STEREO_FILE)
+        write_rig(rig_description(addresses, folder / STEREO_FILE), folder / RIG_FILE)
+        _write_truth(folder / TRUTH_FILE, settings)
+        yield VirtualRig(folder / RIG_FILE, folder / TRUTH_FILE)
+    finally:
+        control.close()
+        for process in reversed(processes):
+            process.join(_END_TIMEOUT_S)
+            if process.is_alive():
+                process.terminate()
+                process.join()
+            process.close()
+
+
+def _addresses(control: Connection) -> Addresses:
+    if not control.poll(_START_TIMEOUT_S):
+        raise SessionError(
+            f"the virtual rig has not started in {_START_TIMEOUT_S:g} s; the computer is too busy"
+        )
+    try:
+        addresses: Addresses = control.recv()
+    except EOFError as error:
+        raise SessionError(
+            "the virtual rig's processes ended at their start; see the messages above"
+        ) from error
+    return addresses
+
+
+def _write_truth(path: Path, settings: VirtualRigSettings) -> None:
+    lines = ["effects = []", *(f"{name} = {value!r}" for name, value in settings.phantom.truth().items())]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")

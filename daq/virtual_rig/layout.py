@@ -1,0 +1,130 @@
+"""Where everything stands in the virtual laboratory.
+
+The phantom lies on a table in front of the robot, the tool points down, its tool data end where the tissue is held,
+and the gripper's axes are those of the tissue at rest. The force sensor sits between flange and gripper, turned about
+the tool's axis, so that its axes are nobody else's.
+"""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from daq.frames import compose, inverse
+from daq.rig import (
+    FORMAT,
+    CameraDevice,
+    Device,
+    Frames,
+    Limits,
+    Rig,
+    Specimen,
+    Tool,
+    Transform,
+    Uncertainty,
+    Vector,
+)
+from estimator.experiment import Box, Environment, Grasp, Phantom
+from robot_drivers.abb.egm import EGMSettings
+from robot_drivers.abb.irb140 import IRB140Settings
+from robot_drivers.ati.netft_settings import NetFTSettings
+from robot_drivers.cameras.opencv import OpenCVCameraSettings
+from robot_drivers.protocols import Pose
+
+GRASP_CENTRE = (0.04, 0.0, 0.0)
+T_FLANGE_TOOL = Pose((0.0, 0.0, 0.14))
+_HALF_TURN_ABOUT_X = (0.0, 1.0, 0.0, 0.0)
+_SENSOR_TURN = math.radians(30.0)
+
+FRAMES = Frames(
+    T_base_tissue=Transform((0.45, 0.0, 0.2)),
+    T_tool_gripper=Transform((0.0, 0.0, 0.0), _HALF_TURN_ABOUT_X),
+    # half a turn about x, then 30° about the sensor's own z
+    T_gripper_sensor=Transform(
+        (0.0, 0.0, 0.10), (0.0, math.cos(_SENSOR_TURN / 2), -math.sin(_SENSOR_TURN / 2), 0.0)
+    ),
+)
+REST_TOOL = compose(
+    compose(FRAMES.T_base_tissue.pose, Pose(GRASP_CENTRE)), inverse(FRAMES.T_tool_gripper.pose)
+)
+TOOL = Tool(mass_kg=0.35, centre_m=(0.0, 0.0, 0.06))
+
+SPECIMEN = Specimen(
+    phantom_id="virtual",
+    phantom=Phantom("block", (0.1, 0.1, 0.01)),
+    anchors=(Box((-0.0501, -0.0501, -0.0051), (-0.0499, 0.0501, 0.0051)),),
+    grasp=Grasp(Box((0.03, -0.01, -0.0051), (0.05, 0.01, 0.0051)), GRASP_CENTRE),
+    environment=Environment(),
+    fiducials_m=tuple((x, y, 0.005) for y in (-0.03, -0.01, 0.01, 0.03) for x in (-0.03, -0.01, 0.01, 0.03)),
+)
+
+LIMITS = Limits(
+    force_n=15.0,
+    torque_nm=1.5,
+    step_m=0.0065,
+    speed_m_s=0.02,
+    workspace=Box((0.03, -0.02, -0.01), (0.07, 0.02, 0.01)),
+    communication_age_s=1.0,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Addresses:
+    """Where the emulators listen, all on this host."""
+
+    rdt_port: int
+    http_port: int
+    ft_command_port: int
+    robot_command_port: int
+    robot_state_port: int
+    egm_port: int
+    camera_urls: tuple[str, str]
+
+
+def placed_beads(seed: int) -> tuple[Vector, ...]:
+    """Return where the beads really are: half a millimetre off the design, none in the gripper, m."""
+    design = np.array(SPECIMEN.fiducials_m)
+    placed = design + np.random.default_rng(seed).normal(0.0, 5e-4, design.shape) * (1.0, 1.0, 0.0)
+    placed[:, 0] = np.minimum(placed[:, 0], 0.0285)
+    return tuple((x, y, z) for x, y, z in placed.tolist())
+
+
+def rig_description(addresses: Addresses, stereo_calibration: Path) -> Rig:
+    """Return the rig file's content for emulators at these addresses."""
+    left, right = addresses.camera_urls
+    return Rig(
+        format=FORMAT,
+        name="virtual rig",
+        stereo_calibration=stereo_calibration,
+        force_sensor=Device(
+            "netft",
+            NetFTSettings(
+                host="127.0.0.1",
+                rdt_port=addresses.rdt_port,
+                http_port=addresses.http_port,
+                command_port=addresses.ft_command_port,
+            ),
+        ),
+        robot=Device(
+            "irb140",
+            IRB140Settings(
+                host="127.0.0.1",
+                command_port=addresses.robot_command_port,
+                state_port=addresses.robot_state_port,
+                egm=EGMSettings(port=addresses.egm_port, bind_address="127.0.0.1"),
+                T_flange_tool=T_FLANGE_TOOL,
+            ),
+        ),
+        cameras=(_camera("left", left), _camera("right", right)),
+        frames=FRAMES,
+        tool=TOOL,
+        limits=LIMITS,
+        specimen=SPECIMEN,
+        uncertainty=Uncertainty(position_m=3e-5),
+    )
+
+
+def _camera(name: str, url: str) -> CameraDevice:
+    settings = OpenCVCameraSettings(url, backend="ffmpeg", embedded_info=("timestamp", "frame_counter"))
+    return CameraDevice(name, "opencv", settings)

@@ -1,0 +1,132 @@
+"""The two processes of the virtual rig: one with the emulated devices, one that solves the phantom.
+
+Both end when the process that started them does, and leave an interrupt from the keyboard to it.
+"""
+
+import signal
+import socket
+from contextlib import ExitStack, closing
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+
+import numpy as np
+
+from daq.virtual_rig.layout import FRAMES, REST_TOOL, SPECIMEN, T_FLANGE_TOOL, TOOL, Addresses
+from daq.virtual_rig.phantom import PhantomModel
+from daq.virtual_rig.scene import Scene, SceneSettings, flea2_pair
+from daq.virtual_rig.world import SimulatedTissue, SimulatedTransducer
+from estimator.errors import SolverError
+from robot_drivers.abb.emulator import ControllerEmulator
+from robot_drivers.abb.emulator_settings import ArmSettings
+from robot_drivers.abb.emulator_settings import EmulatorSettings as ControllerSettings
+from robot_drivers.ati.emulator import EmulatorSettings as SensorSettings
+from robot_drivers.ati.emulator import NetFTEmulator
+from robot_drivers.cameras.emulator import BusClock, CameraEmulator, CameraEmulatorSettings, ImageSource
+from robot_drivers.clock import host_time_ns
+
+
+@dataclass(frozen=True, slots=True)
+class VirtualRigSettings:
+    """What the virtual rig is like.
+
+    Attributes
+    ----------
+    phantom : what is mounted
+    seed : of all noise
+    force_rate_hz : of the force sensor's stream
+    frames_per_s : of both cameras
+    sensor_offset : (6,) what an unbiased sensor reads without load, N and N·m
+    clock_ppm : how much faster than the host's the force sensor's clock runs
+    """
+
+    phantom: PhantomModel
+    seed: int = 0
+    force_rate_hz: int = 1000
+    frames_per_s: float = 5.0
+    sensor_offset: tuple[float, float, float, float, float, float] = (4.0, -7.0, 12.0, 0.3, -0.2, 0.1)
+    clock_ppm: float = 30.0
+
+
+def solve_phantom(connection: Connection, phantom: PhantomModel) -> None:
+    """Answer every pose with the phantom's state, until the other end closes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    solver = phantom.build()
+    while True:
+        try:
+            pose = connection.recv()
+        except EOFError:
+            return
+        try:
+            connection.send(solver.solve(pose))
+        except SolverError as error:
+            connection.send(error)
+
+
+def run_emulators(control: Connection, solver: Connection, settings: VirtualRigSettings) -> None:
+    """Run the devices; tell their addresses over ``control``, and end when it is written to or closes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with ExitStack() as stack:
+        controller = stack.enter_context(
+            ControllerEmulator(
+                ControllerSettings(
+                    arm=ArmSettings(home=REST_TOOL, T_flange_tool=T_FLANGE_TOOL, seed=settings.seed)
+                )
+            )
+        )
+        egm_port = _free_udp_port()
+        controller.start_egm_stream("127.0.0.1", egm_port)
+        tissue = stack.enter_context(closing(SimulatedTissue(solver, controller.pose, FRAMES)))
+        transducer = SimulatedTransducer(tissue, FRAMES, TOOL, np.array(settings.sensor_offset))
+        gravity = np.array(SPECIMEN.environment.gravity)
+        sensor = stack.enter_context(
+            NetFTEmulator(
+                lambda _time_s: transducer.load(gravity),
+                SensorSettings(
+                    rate_hz=settings.force_rate_hz, clock_ppm=settings.clock_ppm, seed=settings.seed
+                ),
+            )
+        )
+        cameras = [stack.enter_context(camera) for camera in _cameras(tissue, settings)]
+        control.send(
+            Addresses(
+                rdt_port=sensor.rdt_port,
+                http_port=sensor.http_port,
+                ft_command_port=sensor.command_port,
+                robot_command_port=controller.command_port,
+                robot_state_port=controller.state_port,
+                egm_port=egm_port,
+                camera_urls=(cameras[0].url, cameras[1].url),
+            )
+        )
+        _wait_for_end(control)
+
+
+def _cameras(tissue: SimulatedTissue, settings: VirtualRigSettings) -> list[CameraEmulator]:
+    pair = flea2_pair()
+    bus = BusClock(host_time_ns(), offset_s=17.0, drift=-20e-6)
+    scene_settings = SceneSettings(phantom_size=SPECIMEN.phantom.size_m)
+    scenes = [
+        Scene(camera, scene_settings, seed=2 * settings.seed + side)
+        for side, camera in enumerate((pair.left, pair.right))
+    ]
+
+    def image_source(scene: Scene) -> ImageSource:
+        return lambda time_s: scene.render(tissue.beads(), round(time_s * settings.frames_per_s))
+
+    emulated = CameraEmulatorSettings(pair.left.width, pair.left.height, settings.frames_per_s)
+    return [CameraEmulator(image_source(scene), emulated, bus) for scene in scenes]
+
+
+def _free_udp_port() -> int:
+    """Return a port that the robot driver will be able to listen on."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+        return port
+
+
+def _wait_for_end(control: Connection) -> None:
+    try:
+        control.recv()
+    except EOFError:
+        return

@@ -1,0 +1,1 @@
+"""Stereo vision of the fiducials: camera model, bead detection, triangulation, identity, calibration."""

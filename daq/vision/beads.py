@@ -1,0 +1,164 @@
+"""Finding beads in one image: candidates by contrast, centres by the elliptic edge model, gates that count.
+
+The centre of the fitted ellipse is taken as the image of the bead's centre. For a flat disc of radius r at
+range d that is wrong by about f (r/d)² sin(tilt), for a ball by less: 0.004 px for 1.5 mm at 0.4 m through an
+8 mm lens.
+"""
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from daq.vision.ellipse_fit import fit_ellipses
+
+FloatArray = NDArray[np.float64]
+
+_SMOOTHING_PX = 1.0
+_WINDOW = 1.6  # of the radius: how far around a bead its pixels are fitted
+_WINDOW_MARGIN_PX = 4.0
+_BACKGROUND_WINDOW = 8.0  # of the largest radius
+
+
+@dataclass(frozen=True, slots=True)
+class BeadSettings:
+    """What counts as a bead.
+
+    Attributes
+    ----------
+    polarity : "dark" beads on a bright surface, or "bright" ones on a dark one
+    pixel_format : of the images, as in :class:`robot_drivers.protocols.Frame`; mosaics are fitted without
+        demosaicing
+    radius_px : smallest and largest radius, px
+    min_contrast : smallest difference of level between bead and surface, DN
+    max_aspect : largest ratio of the axes
+    max_blur : largest width of the edge's blur, as a share of the radius
+    max_misfit : largest rms residual of the fit, as a share of the contrast
+    model_error_px : standard deviation that texture, highlights and the lens add to what the residuals tell
+    """
+
+    polarity: Literal["dark", "bright"] = "dark"
+    pixel_format: Literal["mono8", "bayer_rggb8", "bayer_grbg8", "bayer_gbrg8", "bayer_bggr8"] = "mono8"
+    radius_px: tuple[float, float] = (1.8, 9.0)
+    min_contrast: float = 25.0
+    max_aspect: float = 2.0
+    max_blur: float = 0.7
+    max_misfit: float = 0.2
+    model_error_px: float = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Detections:
+    """The beads of one image.
+
+    Attributes
+    ----------
+    centres : (n, 2) px
+    covariances : (n, 2, 2) px²
+    radii : (n,) px
+    contrasts : (n,) DN, positive
+    rejected : number of candidates that were no bead, by reason
+    """
+
+    centres: FloatArray
+    covariances: FloatArray
+    radii: FloatArray
+    contrasts: FloatArray
+    rejected: Mapping[str, int]
+
+    def __len__(self) -> int:
+        return len(self.centres)
+
+
+def detect_beads(image: NDArray[np.uint8], settings: BeadSettings) -> Detections:
+    """Find the beads of a raw image (height, width)."""
+    rejected: Counter[str] = Counter()
+    starts, radii = _candidates(image, settings, rejected)
+    reach = int(np.ceil(_WINDOW * radii.max(initial=1.0) + _WINDOW_MARGIN_PX)) + 1
+    corners = np.rint(starts).astype(np.intp) - reach
+    inside = np.all((corners >= 0) & (corners + 2 * reach < np.array(image.shape[::-1])), axis=1)
+    _count(rejected, "border", ~inside)
+    starts, radii, corners = starts[inside], radii[inside], corners[inside]
+    if not len(starts):
+        return Detections(np.empty((0, 2)), np.empty((0, 2, 2)), np.empty(0), np.empty(0), rejected)
+
+    steps = np.arange(2 * reach + 1)
+    rows, columns = corners[:, 1, None, None] + steps[:, None], corners[:, 0, None, None] + steps
+    distances = np.hypot(columns - starts[:, 0, None, None], rows - starts[:, 1, None, None])
+    patches = image[rows, columns].astype(np.float64)
+    windows = distances < _WINDOW * radii[:, None, None] + _WINDOW_MARGIN_PX
+    if settings.pixel_format != "mono8":
+        around = windows & (distances > radii[:, None, None] + 2.0)
+        patches = _equalise_mosaic(patches, rows % 2 * 2 + columns % 2, around)
+    middles = corners + reach
+    fits = fit_ellipses(patches, windows.astype(np.float64), starts - middles, radii)
+
+    contrasts = -fits.contrasts if settings.polarity == "dark" else fits.contrasts
+    smallest, largest = settings.radius_px
+    moved = np.linalg.norm(fits.centres - (starts - middles), axis=1)
+    bead = np.ones(len(starts), dtype=np.bool_)
+    for reason, passed in (
+        ("contrast", contrasts >= settings.min_contrast),
+        ("size", (fits.radii >= smallest) & (fits.radii <= largest)),
+        ("shape", fits.aspects <= settings.max_aspect),
+        ("blur", (fits.blurs > 0.0) & (fits.blurs <= settings.max_blur * fits.radii)),
+        ("misfit", (fits.misfits <= settings.max_misfit * contrasts) & (moved <= radii)),
+    ):
+        _count(rejected, reason, bead & ~passed)
+        bead &= passed
+    return Detections(
+        centres=(middles + fits.centres)[bead],
+        covariances=fits.covariances[bead] + settings.model_error_px**2 * np.eye(2),
+        radii=fits.radii[bead],
+        contrasts=contrasts[bead],
+        rejected=rejected,
+    )
+
+
+def _candidates(
+    image: NDArray[np.uint8], settings: BeadSettings, rejected: Counter[str]
+) -> tuple[FloatArray, FloatArray]:
+    """Return centroids (n, 2) and radii (n,), px, of the spots that differ from their surroundings."""
+    dark = image if settings.polarity == "dark" else cv2.bitwise_not(image)
+    smallest, largest = settings.radius_px
+    window = 2 * int(_BACKGROUND_WINDOW * largest / 2) + 1
+    difference = cv2.subtract(cv2.blur(dark, (window, window)), cv2.GaussianBlur(dark, (0, 0), _SMOOTHING_PX))
+    _, mask = cv2.threshold(difference, 0.75 * settings.min_contrast, 1, cv2.THRESH_BINARY)
+    _, _, boxes, centroids = cv2.connectedComponentsWithStats(mask)
+    boxes, starts = boxes[1:], centroids[1:].astype(np.float64)
+    width, height, area = (
+        boxes[:, cv2.CC_STAT_WIDTH],
+        boxes[:, cv2.CC_STAT_HEIGHT],
+        boxes[:, cv2.CC_STAT_AREA],
+    )
+    radii: FloatArray = np.sqrt(area / np.pi)
+    sized = (radii >= 0.7 * smallest) & (radii <= largest + 2.0 * _SMOOTHING_PX)
+    compact = (np.maximum(width, height) <= 1.5 * settings.max_aspect * np.minimum(width, height)) & (
+        area > 0.5 * width * height
+    )
+    _count(rejected, "size", ~sized)
+    _count(rejected, "shape", sized & ~compact)
+    return starts[sized & compact], radii[sized & compact]
+
+
+def _equalise_mosaic(patches: FloatArray, colours: NDArray[np.intp], around: NDArray[np.bool_]) -> FloatArray:
+    """Scale the four planes of a Bayer mosaic so that the surface ``around`` a bead is equally bright in each.
+
+    ``colours`` (n, h, w) holds the plane, 0 to 3, of every pixel.
+    """
+    gains = np.ones_like(patches)
+    for colour in range(4):
+        plane = colours == colour
+        level = np.sum(patches * (plane & around), axis=(1, 2)) / np.sum(plane & around, axis=(1, 2))
+        gains /= np.where(plane, np.maximum(level, 1.0)[:, None, None], 1.0)
+    brightness = np.sum(patches * around, axis=(1, 2)) / np.sum(around, axis=(1, 2))
+    return patches * gains * brightness[:, None, None]
+
+
+def _count(rejected: Counter[str], reason: str, candidates: NDArray[np.bool_]) -> None:
+    if candidates.any():
+        rejected[reason] += int(candidates.sum())

@@ -1,0 +1,88 @@
+"""Residuals by channel: how large they are, and whether the sensors' noise explains them."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.fit.result import ExperimentFit
+
+FloatArray = NDArray[np.float64]
+
+WRENCH_CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
+Unit = Literal["N", "N·m", "m"]
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelResidual:
+    """Measured minus predicted of one channel in one experiment.
+
+    Attributes
+    ----------
+    name : a component of the wrench, or a coordinate of all fiducials
+    unit : of ``rms``
+    count : values that were measured
+    rms : root mean square; NaN where nothing was measured
+    rms_sigma : the same in units of the sensor's stated noise
+    scatter_sigma : without the mean of each signal, which the fit takes as a tare or as a wrong rest position
+    """
+
+    name: str
+    unit: Unit
+    count: int
+    rms: float
+    rms_sigma: float
+    scatter_sigma: float
+
+
+def wrench_residual(fit: ExperimentFit) -> FloatArray:
+    """Return the residual wrench (n, 6) in units of the stated noise."""
+    sensor = fit.experiment.sensor
+    return (fit.experiment.wrench - fit.wrench) / ([sensor.force_std] * 3 + [sensor.torque_std] * 3)
+
+
+def fiducial_residual(fit: ExperimentFit) -> FloatArray:
+    """Return the residual fiducial positions (n, m, 3) in units of the stated noise."""
+    return (fit.experiment.fiducials - fit.fiducials) / fit.experiment.sensor.fiducial_std
+
+
+def channel_residuals(fit: ExperimentFit) -> list[ChannelResidual]:
+    """Return the residuals of an experiment: the six of the wrench, then x, y and z of all fiducials."""
+    sensor = fit.experiment.sensor
+    wrench, fiducials = wrench_residual(fit), fiducial_residual(fit)
+    forces = [_summary(n, "N", sensor.force_std, wrench[:, [i]]) for i, n in enumerate(WRENCH_CHANNELS[:3])]
+    torques = [
+        _summary(n, "N·m", sensor.torque_std, wrench[:, [i]])
+        for i, n in enumerate(WRENCH_CHANNELS[3:], start=3)
+    ]
+    coordinates = [_summary(f"fiducials {n}", "m", sensor.fiducial_std, fiducials[:, :, i]) for i, n in enumerate("xyz")]
+    return [*forces, *torques, *coordinates]
+
+
+def worst_fiducial(fit: ExperimentFit) -> tuple[int, float]:
+    """Return the fiducial that the prediction misses most, and its root mean square residual in units of the noise."""
+    residual = fiducial_residual(fit)
+    by_fiducial = np.array([root_mean_square(residual[:, i]) for i in range(residual.shape[1])])
+    if not np.isfinite(by_fiducial).any():
+        return 0, float("nan")
+    worst = int(np.nanargmax(by_fiducial))
+    return worst, float(by_fiducial[worst])
+
+
+def root_mean_square(values: FloatArray) -> float:
+    """Return the root mean square of what was measured; NaN where nothing was."""
+    measured = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(measured**2))) if len(measured) else float("nan")
+
+
+def _summary(name: str, unit: Unit, std: float, residual: FloatArray) -> ChannelResidual:
+    """Summarise signals (n, s) that are given in units of ``std``."""
+    measured = np.isfinite(residual)
+    count = measured.sum(axis=0)
+    mean = np.nansum(residual, axis=0) / np.maximum(count, 1)
+    freedoms = int(np.maximum(count - 1, 0).sum())
+    squares = float(np.nansum((residual - mean) ** 2))
+    rms = root_mean_square(residual)
+    scatter = float(np.sqrt(squares / freedoms)) if freedoms else float("nan")
+    return ChannelResidual(name, unit, int(count.sum()), rms * std, rms, scatter)

@@ -1,0 +1,143 @@
+"""Force and torque against time: measured, predicted, and what is left in units of the noise."""
+
+from itertools import groupby
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from estimator.experiment import PHASES, Experiment
+from estimator.fit.result import ExperimentFit
+from estimator.report.channels import WRENCH_CHANNELS, wrench_residual
+from estimator.report.theme import GRASP, INK, MEASURED, MUTED, PREDICTED
+
+FloatArray = NDArray[np.float64]
+
+# Shade of each phase: a colour and its opacity; holds are darker, the way back has another hue.
+_SHADES = {
+    "hold": (MUTED, 0.13),
+    "return": (GRASP, 0.10),
+    "return_hold": (GRASP, 0.24),
+}
+_SMALLEST_SHARE = 0.25
+_STRIP_SIGMA = 4.0
+_MOST_VECTOR_POINTS = 400
+
+
+def draw_wrench(sheet: Figure, fit: ExperimentFit) -> None:
+    """Draw force (N) and torque (mN·m) of an experiment, and below each its residual in units of the noise.
+
+    Small channels keep at least a quarter of the span of the largest, so that they look small.
+    """
+    sensor = fit.experiment.sensor
+    axes = sheet.subplots(4, 3, sharex=True, height_ratios=[3, 1.1, 3, 1.1])
+    sheet.subplots_adjust(left=0.06, right=0.99, bottom=0.08, top=0.91, wspace=0.14, hspace=0.24)
+    residual = wrench_residual(fit)
+    reach = _strip_reach(residual)
+    for top, label, first, factor, std in (
+        (0, "force, N", 0, 1.0, sensor.force_std),
+        (2, "torque, mN·m", 3, 1e3, sensor.torque_std),
+    ):
+        measured, predicted = (factor * v[:, first : first + 3] for v in (fit.experiment.wrench, fit.wrench))
+        limits = _limits(measured, predicted, factor * std)
+        for column in range(3):
+            channel = first + column
+            profile, strip = axes[top, column], axes[top + 1, column]
+            _profile(profile, fit.experiment, measured[:, column], predicted[:, column], factor * std)
+            profile.set_ylim(*limits[column])
+            profile.yaxis.set_major_locator(MaxNLocator(5))
+            profile.set_title(WRENCH_CHANNELS[channel])
+            draw_strip(strip, fit.experiment, residual[:, channel], reach)
+        axes[top, 0].set_ylabel(label)
+        axes[top + 1, 0].set_ylabel("residual, σ")
+    for column in axes[-1]:
+        column.set_xlabel("time, s")
+    for row in axes:
+        row[0].yaxis.set_label_coords(-0.13, 0.5)
+    _legend(sheet, axes[0, 0], fit.experiment)
+
+
+def draw_strip(axes: Axes, experiment: Experiment, residual_sigma: FloatArray, reach: float) -> None:
+    """Draw a signal's residual in units of the noise; between the dashed lines lie 95 % of pure noise."""
+    shade_phases(axes, experiment)
+    axes.axhline(0, color=INK, linewidth=0.8)
+    for bound in (-1.96, 1.96):
+        axes.axhline(bound, color=MUTED, linewidth=0.8, linestyle=(0, (4, 3)))
+    axes.plot(
+        experiment.time,
+        residual_sigma,
+        linestyle="none",
+        marker=".",
+        markersize=4,
+        color=MEASURED,
+        rasterized=len(residual_sigma) > _MOST_VECTOR_POINTS,
+    )
+    axes.set_ylim(-reach, reach)
+    axes.yaxis.set_major_locator(MaxNLocator(2, integer=True, symmetric=True))
+    axes.grid(visible=False)
+
+
+def shade_phases(axes: Axes, experiment: Experiment) -> None:
+    """Shade the stretches of time of each phase; they meet half-way between two rows."""
+    time = experiment.time
+    edges = np.concatenate([time[:1], (time[1:] + time[:-1]) / 2, time[-1:]])
+    stretches: dict[str, list[tuple[float, float]]] = {phase: [] for phase in PHASES}
+    row = 0
+    for phase, rows in groupby(experiment.phase):
+        end = row + len(list(rows))
+        stretches[phase].append((edges[row], edges[end] - edges[row]))
+        row = end
+    for phase, (colour, opacity) in _SHADES.items():
+        if stretches[phase]:
+            axes.broken_barh(
+                stretches[phase],
+                (0, 1),
+                transform=axes.get_xaxis_transform(),
+                facecolor=colour,
+                alpha=opacity,
+                linewidth=0,
+                zorder=0,
+            )
+    axes.set_xlim(edges[0], edges[-1])
+
+
+def _profile(axes: Axes, experiment: Experiment, measured: FloatArray, predicted: FloatArray, std: float) -> None:
+    shade_phases(axes, experiment)
+    axes.errorbar(
+        experiment.time,
+        measured,
+        std,
+        fmt="o",
+        markersize=3.2,
+        elinewidth=1,
+        color=MEASURED,
+        label="measured ± 1 σ",
+        rasterized=len(measured) > _MOST_VECTOR_POINTS,
+    )
+    axes.plot(experiment.time, predicted, color=PREDICTED, label="predicted", zorder=3)
+
+
+def _limits(measured: FloatArray, predicted: FloatArray, std: float) -> list[tuple[float, float]]:
+    """Return the limits of each column's axis."""
+    both = np.vstack([measured, predicted])
+    low, high = np.nanmin(both, axis=0) - std, np.nanmax(both, axis=0) + std
+    spans = np.maximum(high - low, _SMALLEST_SHARE * (high - low).max())
+    middle = (low + high) / 2
+    return [(float(m - 0.55 * s), float(m + 0.55 * s)) for m, s in zip(middle, spans, strict=True)]
+
+
+def _strip_reach(residual: FloatArray) -> float:
+    measured = residual[np.isfinite(residual)]
+    return max(_STRIP_SIGMA, 1.1 * float(np.abs(measured).max())) if len(measured) else _STRIP_SIGMA
+
+
+def _legend(sheet: Figure, axes: Axes, experiment: Experiment) -> None:
+    handles: list[Artist] = list(axes.get_legend_handles_labels()[0])
+    for phase, (colour, opacity) in _SHADES.items():
+        if phase in experiment.phase:
+            handles.append(Patch(color=colour, alpha=opacity, linewidth=0, label=phase.replace("_", " ")))
+    sheet.legend(handles=handles, loc="upper right", ncols=len(handles), borderaxespad=0.2)

@@ -1,0 +1,1 @@
+"""Synthetic experiments: what a rig with known truth would have written."""

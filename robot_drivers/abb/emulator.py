@@ -1,0 +1,291 @@
+"""An emulated IRC5 controller with an IRB 140: the RAPID server's TCP ports and EGM, in real time.
+
+``python -m robot_drivers.abb.emulator --command-port 5000 --state-port 5001 --egm 127.0.0.1:6510`` runs it
+alone.
+"""
+
+import argparse
+import queue
+import select
+import socket
+import threading
+import time
+from collections.abc import Callable
+from types import TracebackType
+from typing import Self
+
+from robot_drivers.abb.egm_codec import MciState
+from robot_drivers.abb.emulator_arm import CYCLE_S, Arm
+from robot_drivers.abb.emulator_egm import GENERATIONS, EgmSender, robot_message
+from robot_drivers.abb.emulator_guidance import Guidance, GuidanceSettings, GuidanceState
+from robot_drivers.abb.emulator_ports import CommandPort, ServerPort
+from robot_drivers.abb.emulator_rapid import RapidServer
+from robot_drivers.abb.emulator_settings import ArmSettings, ControllerFaults, EmulatorSettings
+from robot_drivers.errors import ConfigurationError
+from robot_drivers.protocols import Pose
+
+_ORDER_TIMEOUT_S = 5.0
+
+
+class ControllerEmulator:
+    """One controller, alive from :meth:`start` to :meth:`close` or within a ``with`` block.
+
+    A single thread runs the cycle of 4.032 ms: requests, motion, replies, EGM, state stream. The methods may
+    be called from any other thread and return when the cycle has taken notice.
+    """
+
+    def __init__(self, settings: EmulatorSettings | None = None) -> None:
+        self._settings = settings or EmulatorSettings()
+        self._arm = Arm(self._settings.arm)
+        self._rapid = RapidServer(self._settings, self._arm)
+        self._command = CommandPort(self._settings.bind_address, self._settings.command_port)
+        self._state = ServerPort(self._settings.bind_address, self._settings.state_port)
+        self._egm: EgmSender | None = None
+        self._guidance: Guidance | None = None
+        self._generation = GENERATIONS[0]
+        self._egm_number = 0
+        self._state_number = 0
+        self._cycles = 0
+        self._orders: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._bell, self._wake = socket.socketpair()
+        self._stopping = False
+        self._thread = threading.Thread(target=self._run, name="abb-emulator", daemon=True)
+
+    @property
+    def command_port(self) -> int:
+        """TCP port of the command server."""
+        return self._command.port
+
+    @property
+    def state_port(self) -> int:
+        """TCP port of the state stream."""
+        return self._state.port
+
+    def pose(self) -> Pose:
+        """Return where the tool truly is now, ``T_base_tool``; cheap, from any thread."""
+        return self._arm.actual
+
+    def start(self) -> None:
+        """Switch the controller on."""
+        self._thread.start()
+
+    def start_egm_stream(self, host: str, port: int, generation: str = "B'") -> None:
+        """Send the position stream to a PC, in a layout of :mod:`egm_codec`; numbers begin at 0.
+
+        Raises
+        ------
+        ConfigurationError
+            For an unknown generation.
+        """
+        if generation not in GENERATIONS:
+            raise ConfigurationError(f"EGM generation {generation!r} is none of {', '.join(GENERATIONS)}")
+        self._order(lambda: self._start_egm((host, port), generation))
+
+    def start_guidance(
+        self, host: str, port: int, settings: GuidanceSettings, generation: str = "B'"
+    ) -> None:
+        """Let a PC guide the arm, as the RAPID instructions EGMSetupUC, EGMAct… and EGMRun… do."""
+
+        def apply() -> None:
+            self._start_egm((host, port), generation)
+            self._guidance = Guidance(settings, self._arm)
+
+        self._order(apply)
+
+    @property
+    def guidance(self) -> Guidance | None:
+        """The present or last session of guidance, to be looked at only."""
+        return self._guidance
+
+    def stop_egm(self) -> None:
+        """End stream or guidance."""
+        self._order(self._stop_egm)
+
+    def inject(self, faults: ControllerFaults) -> None:
+        """Let these faults, and no others, happen from now on."""
+
+        def apply() -> None:
+            self._rapid.faults = faults
+
+        self._order(apply)
+
+    def stop_program(self) -> None:
+        """Stop the motion program, as the stop button of the pendant does."""
+        self._order(self._rapid.stop_program)
+
+    def start_program(self) -> None:
+        """Start the motion program again."""
+
+        def apply() -> None:
+            self._rapid.program_running = True
+
+        self._order(apply)
+
+    def motors_off(self) -> None:
+        """Switch the motors off, as an emergency stop does; the motion program stops as well."""
+
+        def apply() -> None:
+            self._rapid.motors_on = False
+            self._rapid.stop_program()
+
+        self._order(apply)
+
+    def motors_on(self) -> None:
+        """Switch the motors on."""
+
+        def apply() -> None:
+            self._rapid.motors_on = True
+
+        self._order(apply)
+
+    def drop_connections(self) -> None:
+        """Break both TCP connections."""
+        self._order(self._drop_clients)
+
+    def close(self) -> None:
+        """Switch the controller off and release its ports."""
+        if self._thread.is_alive():
+            self._order(self._end)
+            self._thread.join()
+        for resource in (self._command, self._state, self._bell, self._wake):
+            resource.close()
+        self._stop_egm()
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _order(self, apply: Callable[[], None]) -> None:
+        """Let the cycle's thread carry out a change and wait until it has; at once if it does not run."""
+        if not self._thread.is_alive():
+            apply()
+            return
+        applied = threading.Event()
+
+        def apply_and_tell() -> None:
+            apply()
+            applied.set()
+
+        self._orders.put(apply_and_tell)
+        self._wake.send(b"!")
+        applied.wait(_ORDER_TIMEOUT_S)
+
+    def _run(self) -> None:
+        started = next_cycle = time.monotonic()
+        while not self._stopping:
+            now = time.monotonic()
+            awake = now - started >= self._settings.start_delay_s and not self._rapid.faults.mute
+            sockets = [self._bell, self._command.waiting_on] if awake else [self._bell]
+            select.select(sockets, [], [], max(next_cycle - now, 0.0))
+            self._carry_out_orders()
+            if awake:
+                self._command.serve(self._rapid.begin_session, self._rapid.handle)
+            while time.monotonic() >= next_cycle and not self._stopping:
+                self._cycle(awake)
+                next_cycle += CYCLE_S
+
+    def _cycle(self, awake: bool) -> None:
+        self._cycles += 1
+        for reply in self._rapid.cycle(CYCLE_S, self._command.client_silence_s):
+            self._command.send(reply)
+        drop_at = self._rapid.faults.drop_at_fraction
+        if drop_at is not None and self._arm.fraction_done > drop_at:
+            self._drop_clients()
+        if self._egm is not None:
+            self._send_egm(self._egm)
+        if awake and self._cycles % self._settings.state_period_cycles == 0:
+            self._send_state()
+
+    @property
+    def _controller_us(self) -> int:
+        """The controller's clock since power-up, µs."""
+        return round(self._cycles * CYCLE_S * 1e6)
+
+    def _send_state(self) -> None:
+        if self._state.accept():
+            self._state_number = 0
+        if self._state.has_client:
+            self._state.send(self._rapid.state_frame(self._state_number, self._controller_us))
+            self._state_number += 1
+
+    def _send_egm(self, sender: EgmSender) -> None:
+        guidance = self._guidance
+        if guidance is not None:
+            if not self._rapid.program_running:
+                return
+            guidance.cycle(sender.receive())
+            if guidance.state is not GuidanceState.RUNNING:
+                return
+        message = robot_message(
+            self._generation,
+            self._egm_number,
+            self._controller_us,
+            self._arm.measure(),
+            self._arm.reference(),
+            self._rapid.motors_on,
+            self._rapid.program_running,
+            MciState.STOPPED if guidance is None else MciState.RUNNING,
+            guidance is not None and guidance.converged,
+        )
+        self._egm_number += 1
+        sender.send(message, self._rapid.faults)
+
+    def _start_egm(self, remote: tuple[str, int], generation: str) -> None:
+        self._stop_egm()
+        self._guidance = None
+        self._egm = EgmSender(remote, self._settings.arm.seed)
+        self._generation, self._egm_number = generation, 0
+
+    def _stop_egm(self) -> None:
+        if self._egm is not None:
+            self._egm.close()
+            self._egm = None
+
+    def _drop_clients(self) -> None:
+        self._command.drop_client()
+        self._state.drop_client()
+
+    def _carry_out_orders(self) -> None:
+        while not self._orders.empty():
+            self._bell.recv(1)
+            self._orders.get()()
+
+    def _end(self) -> None:
+        self._stopping = True
+
+
+def main() -> None:
+    """Run an emulated controller until interrupted."""
+    parser = argparse.ArgumentParser(prog="python -m robot_drivers.abb.emulator", description=main.__doc__)
+    parser.add_argument("--bind", default="127.0.0.1", help="address to listen on (default %(default)s)")
+    parser.add_argument("--command-port", type=int, default=5000, help="TCP port (default %(default)s)")
+    parser.add_argument("--state-port", type=int, default=5001, help="TCP port (default %(default)s)")
+    parser.add_argument("--egm", metavar="HOST:PORT", help="send the EGM position stream to this PC")
+    parser.add_argument(
+        "--generation", choices=GENERATIONS, default="B'", help="EGM layout (default %(default)s)"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of all random numbers (default %(default)s)")
+    options = parser.parse_args()
+    settings = EmulatorSettings(
+        arm=ArmSettings(seed=options.seed),
+        bind_address=options.bind,
+        command_port=options.command_port,
+        state_port=options.state_port,
+    )
+    with ControllerEmulator(settings) as emulator:
+        if options.egm:
+            host, _, port = options.egm.rpartition(":")
+            emulator.start_egm_stream(host, int(port), options.generation)
+        try:
+            threading.Event().wait()
+        except KeyboardInterrupt:
+            parser.exit(message="\n")
+
+
+if __name__ == "__main__":
+    main()

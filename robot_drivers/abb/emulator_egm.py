@@ -1,0 +1,143 @@
+"""EGM of the emulated controller: what one datagram holds in each generation, and the position stream."""
+
+import math
+import random
+import socket
+
+from robot_drivers.abb.egm_codec import (
+    EgmCartesian,
+    EgmClock,
+    EgmCollisionInfo,
+    EgmEuler,
+    EgmHeader,
+    EgmJoints,
+    EgmMeasuredForce,
+    EgmMotion,
+    EgmPose,
+    EgmQuaternion,
+    EgmRapidData,
+    EgmRobot,
+    EgmState,
+    EgmTimestamp,
+    MciState,
+    MessageType,
+    MotorState,
+    RapidState,
+)
+from robot_drivers.abb.emulator_arm import Reading
+from robot_drivers.abb.emulator_settings import ControllerFaults
+from robot_drivers.abb.protobuf import encode
+
+GENERATIONS = ("A", "B", "B'", "C", "D")
+
+_NO_FORCE = (0.0,) * 6
+_SEND_DELAY_MS = 4  # a datagram leaves about one cycle after its sample
+_RUBBISH_BYTES = 120
+_UINT32 = 0xFFFFFFFF
+
+
+def robot_message(
+    generation: str,
+    seqno: int,
+    controller_us: int,
+    measured: Reading,
+    planned: Reading,
+    motors_on: bool,
+    rapid_running: bool,
+    mci: MciState = MciState.STOPPED,
+    converged: bool = False,
+) -> EgmRobot:
+    """Return what a controller without force control tells about one sample.
+
+    The generations are those of :mod:`egm_codec`. A and B have neither Euler angles nor utilization, so
+    that a message of B has 301 bytes.
+    """
+    since_610, since_614, newest = generation not in "AB", generation in "CD", generation == "D"
+    return EgmRobot(
+        header=EgmHeader(seqno, (controller_us // 1000 + _SEND_DELAY_MS) & _UINT32, MessageType.DATA),
+        feed_back=_motion(generation, measured, controller_us),
+        planned=_motion(generation, planned, controller_us),
+        motor_state=EgmState(MotorState.ON if motors_on else MotorState.OFF),
+        mci_state=EgmState(mci),
+        mci_convergence_met=converged,
+        rapid_exec_state=EgmState(RapidState.RUNNING if rapid_running else RapidState.STOPPED),
+        measured_force=EgmMeasuredForce(fc_active=False, force=_NO_FORCE) if since_614 else None,
+        utilization_rate=50.0 if since_610 else None,
+        move_index=0 if since_614 else None,
+        collision_info=EgmCollisionInfo(False) if newest else None,
+        rapid_from_robot=EgmRapidData(False, (0.0,)) if newest else None,
+        torque_ref=EgmJoints(_NO_FORCE) if newest else None,
+    )
+
+
+class EgmSender:
+    """Sends datagrams to the PC, and loses, doubles, swaps and spoils some on request."""
+
+    def __init__(self, remote: tuple[str, int], seed: int) -> None:
+        self._remote = remote
+        self._random = random.Random(seed)
+        self._kept_back: bytes | None = None
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+        self._socket.bind(("", 0))
+
+    def send(self, message: EgmRobot, faults: ControllerFaults) -> None:
+        """Send one message, as the faults allow."""
+        datagram = encode(message)
+        if self._happens(faults.egm_loss):
+            return
+        if self._kept_back is None and self._happens(faults.egm_reorder):
+            self._kept_back = datagram
+            return
+        self._transmit(datagram)
+        if self._kept_back is not None:
+            self._transmit(self._kept_back)
+            self._kept_back = None
+        if self._happens(faults.egm_duplicate):
+            self._transmit(datagram)
+        if self._happens(faults.egm_rubbish):
+            self._transmit(self._random.randbytes(_RUBBISH_BYTES))
+
+    def receive(self) -> bytes | None:
+        """Return the next datagram of the PC, None if there is none. A controller takes one in a cycle."""
+        try:
+            return self._socket.recv(4096)
+        except (
+            BlockingIOError,
+            ConnectionRefusedError,
+        ):  # the latter: nobody listened to an earlier datagram
+            return None
+
+    def close(self) -> None:
+        """Release the socket."""
+        self._socket.close()
+
+    def _happens(self, probability: float) -> bool:
+        return probability > 0 and self._random.random() < probability
+
+    def _transmit(self, datagram: bytes) -> None:
+        self._socket.sendto(datagram, self._remote)
+
+
+def _motion(generation: str, reading: Reading, controller_us: int) -> EgmMotion:
+    joints = reading.joints_deg if generation != "A" else tuple(map(math.radians, reading.joints_deg))
+    seconds, microseconds = divmod(controller_us, 1_000_000)
+    return EgmMotion(
+        joints=EgmJoints(joints),
+        cartesian=EgmPose(
+            EgmCartesian(*reading.position_mm),
+            EgmQuaternion(*reading.quaternion_wxyz),
+            None if generation in "AB" else _euler(reading.quaternion_wxyz),
+        ),
+        time=None if generation == "A" else EgmClock(seconds, microseconds),
+        time_stamp=EgmTimestamp(seconds, microseconds * 1000) if generation == "D" else None,
+    )
+
+
+def _euler(quaternion_wxyz: tuple[float, float, float, float]) -> EgmEuler:
+    """Return the angles of R = Rz Ry Rx, degrees."""
+    w, x, y, z = quaternion_wxyz
+    about_x = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    about_y = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
+    about_z = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    return EgmEuler(math.degrees(about_x), math.degrees(about_y), math.degrees(about_z))

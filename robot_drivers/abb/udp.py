@@ -1,0 +1,83 @@
+"""Receiving datagrams with the kernel's receive stamp."""
+
+import select
+import socket
+import struct
+import sys
+from dataclasses import dataclass
+
+from robot_drivers.clock import host_time_ns, wall_to_host_offset_ns
+from robot_drivers.errors import ConfigurationError
+
+_LARGEST_DATAGRAM = 65536
+_MOST_AT_ONCE = 4096  # a sender faster than this loop must not keep it from returning
+_RECEIVE_BUFFER = 1 << 20
+_SO_TIMESTAMPNS = 35  # Linux; the socket module does not name it
+_TIMESPEC = struct.Struct("@ll")
+_KERNEL_STAMPS = sys.platform == "linux" and sys.maxsize > 2**32
+
+
+@dataclass(frozen=True, slots=True)
+class Datagram:
+    """Bytes from the network, receive stamp on the host clock (ns), and the sender's (address, port)."""
+
+    content: bytes
+    host_time_ns: int
+    sender: tuple[str, int]
+
+
+class StampedSocket:
+    """A bound UDP socket that never blocks longer than asked and stamps every datagram."""
+
+    def __init__(self, bind_address: str, port: int) -> None:
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._socket.setblocking(False)
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER)
+            if _KERNEL_STAMPS:
+                self._socket.setsockopt(socket.SOL_SOCKET, _SO_TIMESTAMPNS, 1)
+            self._socket.bind((bind_address, port))
+        except OSError as error:
+            self._socket.close()
+            raise ConfigurationError(
+                f"cannot listen on UDP {bind_address}:{port} ({error.strerror}); "
+                "choose another port or end the program that holds it"
+            ) from error
+
+    @property
+    def port(self) -> int:
+        """The port it is bound to."""
+        return int(self._socket.getsockname()[1])
+
+    def receive(self, timeout_s: float) -> list[Datagram]:
+        """Return everything that has arrived, waiting up to ``timeout_s`` for a first datagram."""
+        readable, _, _ = select.select([self._socket], [], [], max(timeout_s, 0.0))
+        if not readable:
+            return []
+        offset = wall_to_host_offset_ns()
+        datagrams: list[Datagram] = []
+        while len(datagrams) < _MOST_AT_ONCE:
+            try:
+                content, ancillary, _, sender = self._socket.recvmsg(
+                    _LARGEST_DATAGRAM, socket.CMSG_SPACE(_TIMESPEC.size)
+                )
+            except BlockingIOError:
+                break
+            datagrams.append(Datagram(content, _receive_stamp_ns(ancillary, offset), sender))
+        return datagrams
+
+    def send(self, content: bytes, receiver: tuple[str, int]) -> None:
+        """Send one datagram."""
+        self._socket.sendto(content, receiver)
+
+    def close(self) -> None:
+        """Give the port back."""
+        self._socket.close()
+
+
+def _receive_stamp_ns(ancillary: list[tuple[int, int, bytes]], wall_to_host_ns: int) -> int:
+    for level, kind, data in ancillary:
+        if level == socket.SOL_SOCKET and kind == _SO_TIMESTAMPNS and len(data) >= _TIMESPEC.size:
+            seconds, nanoseconds = _TIMESPEC.unpack_from(data)
+            return int(seconds * 1_000_000_000 + nanoseconds + wall_to_host_ns)
+    return host_time_ns()

@@ -1,0 +1,170 @@
+"""An emulated NETCANOEM board on a CAN bus of python-can, written from the tables of its manual."""
+
+import struct
+import threading
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Self
+
+import can
+import numpy as np
+
+from robot_drivers.ati.emulator.box import WrenchSource
+from robot_drivers.ati.gamma import GAGE_MATRIX
+from robot_drivers.clock import host_time_ns
+
+_GAGES_PER_SI = np.linalg.inv(1e-6 * GAGE_MATRIX)
+_EVEN_GAGES, _ODD_GAGES = [0, 2, 4], [1, 3, 5]
+_POLL_S = 0.02
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BoardSettings:
+    """What the emulated board is like.
+
+    Attributes
+    ----------
+    channel, interface : of python-can; ``"virtual"`` reaches this process only
+    base : base identifier, before it is shifted
+    serial, firmware : what it tells about itself
+    calibrations : slots that hold a calibration, all of them that of unit FT33206
+    counts_per_force, counts_per_torque, force_code, torque_code : what it tells about its units
+    noise_std : white noise of every gage, gage counts
+    seed : of noise and faults
+    """
+
+    channel: str
+    interface: str = "virtual"
+    base: int = 0x20
+    serial: str = "FT33206"
+    firmware: tuple[int, int, int] = (3, 8, 27)
+    calibrations: tuple[int, ...] = (0,)
+    counts_per_force: int = 1_000_000
+    counts_per_torque: int = 1_000_000
+    force_code: int = 2
+    torque_code: int = 3
+    noise_std: float = 1.0
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BoardFaults:
+    """Departures from a healthy board; the default is none.
+
+    Attributes
+    ----------
+    silence, halving, cutting : probability for each answer to the gages to be missing, to lack its second frame,
+        or to have a first frame cut short
+    status : bits raised in the status word
+    broken_gages : gages whose cable is broken
+    deaf_to_calibration : whether the selection of a calibration is ignored
+    """
+
+    silence: float = 0.0
+    halving: float = 0.0
+    cutting: float = 0.0
+    status: int = 0
+    broken_gages: tuple[int, ...] = ()
+    deaf_to_calibration: bool = False
+
+
+@dataclass(slots=True)
+class BoardCounts:
+    """Requests for gages, those left without a whole answer, and the frames that were cut short."""
+
+    requests: int = 0
+    unanswered: int = 0
+    cut: int = 0
+
+
+class NetCANOEMEmulator:
+    """A board that senses ``source``; it answers from construction until :meth:`close`.
+
+    Attributes
+    ----------
+    settings : as given
+    faults : those in force; assign others at any time
+    counts : what happened so far
+    """
+
+    def __init__(self, source: WrenchSource, settings: BoardSettings) -> None:
+        self.counts = BoardCounts()
+        self.faults = BoardFaults()
+        self._source = source
+        self.settings = settings
+        self._calibration = 0
+        self._epoch_ns = host_time_ns()
+        self._random = np.random.default_rng(settings.seed)
+        self._bus = can.Bus(channel=settings.channel, interface=settings.interface)
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._serve, name="NETCANOEM emulator")
+        self._thread.start()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Switch the board off."""
+        if not self._closing.is_set():
+            self._closing.set()
+            self._thread.join()
+            self._bus.shutdown()
+
+    def _serve(self) -> None:
+        while not self._closing.is_set():
+            message = self._bus.recv(_POLL_S)
+            if message is not None and message.arbitration_id >> 4 == self.settings.base:
+                for opcode, data in self._answer(message.arbitration_id & 0xF, bytes(message.data)):
+                    identifier = self.settings.base << 4 | opcode
+                    self._bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
+
+    def _answer(self, opcode: int, data: bytes) -> list[tuple[int, bytes]]:
+        settings = self.settings
+        if opcode == 0x0 and not data:
+            return self._gages()
+        if opcode == 0x2 and len(data) == 1 and data[0] < 6:
+            row = GAGE_MATRIX[data[0]]
+            return [(0x2 + k, struct.pack(">2f", *row[2 * k : 2 * k + 2])) for k in range(3)]
+        if opcode == 0x5 and not data:
+            return [(0x5, settings.serial.encode("ascii").ljust(8, b"\0"))]
+        if opcode == 0x6 and len(data) == 1:
+            if not self.faults.deaf_to_calibration:
+                self._calibration = data[0]
+            return [(0x6, bytes([self._calibration]))]
+        if opcode == 0x7 and not data and settings.firmware >= (3, 7):
+            return [(0x7, struct.pack(">II", settings.counts_per_force, settings.counts_per_torque))]
+        if opcode == 0x8 and not data and settings.firmware >= (3, 7):
+            return [(0x8, bytes([settings.force_code, settings.torque_code]))]
+        if opcode == 0xF and not data:
+            return [(0xF, struct.pack(">BBH", *settings.firmware))]
+        return []
+
+    def _gages(self) -> list[tuple[int, bytes]]:
+        silent, halved, cut = self._random.random(3) < (
+            self.faults.silence,
+            self.faults.halving,
+            self.faults.cutting,
+        )
+        time_s = (host_time_ns() - self._epoch_ns) * 1e-9
+        load = _GAGES_PER_SI @ self._source(time_s)
+        gages = np.rint(load + self.settings.noise_std * self._random.standard_normal(6))
+        gages[list(self.faults.broken_gages)] = 32767
+        gages = np.clip(gages, -32768, 32767).astype(np.int64)
+        status = self.faults.status
+        if self._calibration not in self.settings.calibrations:
+            status |= 1 << 15 | 1 << 6
+        even = struct.pack(">H3h", status, *gages[_EVEN_GAGES].tolist())
+        odd = struct.pack(">3h", *gages[_ODD_GAGES].tolist())
+        self.counts.requests += 1
+        self.counts.unanswered += bool(silent or halved or cut)
+        if silent:
+            return []
+        if cut:
+            self.counts.cut += 1
+            return [(0x0, even[:-1]), (0x1, odd)]
+        return [(0x0, even)] if halved else [(0x0, even), (0x1, odd)]

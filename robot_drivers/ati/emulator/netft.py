@@ -1,0 +1,57 @@
+"""An emulated Net F/T box on the network: RDT, web pages and command interface, as a client meets them."""
+
+from contextlib import ExitStack, closing
+from types import TracebackType
+from typing import Self
+
+from robot_drivers.ati.emulator.box import Box, WrenchSource
+from robot_drivers.ati.emulator.command_interface import CommandServer
+from robot_drivers.ati.emulator.faults import Faults, LinkCounts
+from robot_drivers.ati.emulator.rdt import RdtServer
+from robot_drivers.ati.emulator.settings import EmulatorSettings
+from robot_drivers.ati.emulator.web import WebServer
+
+
+class NetFTEmulator:
+    """A box that senses ``source``; serving from construction until :meth:`close`, also as a context manager.
+
+    Attributes
+    ----------
+    rdt_port, http_port, command_port : where it listens
+    epoch_ns : host time at which the device time that the source is asked for is zero
+    """
+
+    def __init__(self, source: WrenchSource, settings: EmulatorSettings | None = None) -> None:
+        self._box = Box(source, settings or EmulatorSettings())
+        self.epoch_ns = self._box.epoch_ns
+        with ExitStack() as servers:
+            self._rdt = servers.enter_context(closing(RdtServer(self._box)))
+            web = servers.enter_context(closing(WebServer(self._box)))
+            command = servers.enter_context(closing(CommandServer(self._box)))
+            self._servers = servers.pop_all()
+        self.rdt_port, self.http_port, self.command_port = self._rdt.port, web.port, command.port
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    @property
+    def counts(self) -> LinkCounts:
+        """What happened to the records so far."""
+        return self._rdt.counts
+
+    def inject(self, faults: Faults) -> None:
+        """Replace the faults in force; ``Faults()`` ends them."""
+        self._box.inject(faults)
+
+    def latch_monitor_condition(self) -> None:
+        """Trip a monitor condition; its latch stays until the client resets it."""
+        self._box.latch()
+
+    def close(self) -> None:
+        """Switch the box off."""
+        self._servers.close()

@@ -1,0 +1,192 @@
+"""Where each RDT record belongs in its stream, and what is missing: 32-bit numbers to unwrapped counters.
+
+``rdt_sequence`` counts the records of one output stream from 1; ``ft_sequence`` counts internal samples
+("ticks") since power-up. A record belongs to the present stream when both moved the same way and by amounts
+that fit each other. That tells a late record from a restarted box, and keeps rubbish that has the length of
+a record out.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot_drivers.protocols import IntArray, StreamStatistics
+
+MAX_TICKS_PER_RECORD = 8000
+"""Internal samples between two records at the slowest output rate, 1 Hz (7912 for the fastest Axia)."""
+
+TRUSTED_STEP = 8192
+"""A record further than this from the newest one needs a second one that confirms it, and is itself not used."""
+
+_REMEMBERED_GAPS = 256
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """The records of a batch that are to be used, in order of arrival.
+
+    Attributes
+    ----------
+    index : (n,) int64, their positions in the batch
+    counter : (n,) int64, record counter: consecutive records differ by 1, and it never starts again
+    tick : (n,) int64, internal samples since power-up, unwrapped. It falls back when the box was powered up
+        again, unless the box had been up for less time than the interruption took
+    """
+
+    index: IntArray
+    counter: IntArray
+    tick: IntArray
+
+
+@dataclass(frozen=True, slots=True)
+class _Position:
+    rdt_sequence: int
+    ft_sequence: int
+    counter: int
+    tick: int
+
+
+class _Gaps:
+    """Counters that were passed over and may still arrive late; the oldest gaps are forgotten."""
+
+    def __init__(self) -> None:
+        self._gaps: list[range] = []
+
+    def add(self, start: int, stop: int) -> None:
+        if start < stop:
+            self._gaps.append(range(start, stop))
+            del self._gaps[:-_REMEMBERED_GAPS]
+
+    def fill(self, counter: int) -> bool:
+        for position, gap in enumerate(self._gaps):
+            if counter in gap:
+                rest = (range(gap.start, counter), range(counter + 1, gap.stop))
+                self._gaps[position : position + 1] = [part for part in rest if part]
+                return True
+        return False
+
+    def clear(self) -> None:
+        self._gaps.clear()
+
+
+class SequenceTracker:
+    """Follows the stream that one start request opened, across restarts."""
+
+    def __init__(self) -> None:
+        self._newest: _Position | None = None
+        self._suspect: tuple[int, int] | None = None
+        self._gaps = _Gaps()
+        self._start_requested = True
+        self._received = self._lost = self._duplicated = self._late = self._restarts = self._strange = 0
+
+    @property
+    def statistics(self) -> StreamStatistics:
+        """Counts so far; ``malformed`` are records that fit no stream."""
+        return StreamStatistics(
+            self._received, self._lost, self._duplicated, self._late, self._restarts, self._strange
+        )
+
+    def expect_start(self) -> None:
+        """Tell that a start request was sent: the next record that steps back begins a new stream."""
+        self._start_requested = True
+
+    def place(self, rdt_sequence: NDArray[np.uint32], ft_sequence: NDArray[np.uint32]) -> Placement:
+        """Place the records of a batch (both (n,), in order of arrival)."""
+        newest = self._newest
+        if newest is None or not len(rdt_sequence):
+            return self._place_singly(rdt_sequence, ft_sequence)
+        steps = np.diff(rdt_sequence, prepend=np.uint32(newest.rdt_sequence))
+        ticks = np.diff(ft_sequence, prepend=np.uint32(newest.ft_sequence))
+        if (steps != 1).any() or (ticks > MAX_TICKS_PER_RECORD).any():
+            return self._place_singly(rdt_sequence, ft_sequence)
+        n = len(rdt_sequence)
+        index = np.arange(n)
+        placement = Placement(
+            index, newest.counter + 1 + index, newest.tick + np.cumsum(ticks, dtype=np.int64)
+        )
+        self._newest = _Position(
+            int(rdt_sequence[-1]), int(ft_sequence[-1]), newest.counter + n, int(placement.tick[-1])
+        )
+        self._suspect = None
+        self._received += n
+        return placement
+
+    def _place_singly(self, rdt_sequence: NDArray[np.uint32], ft_sequence: NDArray[np.uint32]) -> Placement:
+        kept = []
+        for index, (rdt, ft) in enumerate(zip(rdt_sequence.tolist(), ft_sequence.tolist(), strict=True)):
+            position = self._place_one(rdt, ft)
+            if position is not None:
+                kept.append((index, position.counter, position.tick))
+        self._received += len(kept)
+        return Placement(*np.array(kept, np.int64).reshape(-1, 3).T)
+
+    def _place_one(self, rdt: int, ft: int) -> _Position | None:
+        confirmed = self._follows_suspect(rdt, ft)
+        start_expected = self._start_requested and 1 <= rdt <= TRUSTED_STEP
+        newest = self._newest
+        if newest is not None:
+            step = _signed(rdt - newest.rdt_sequence)
+            ticks = _signed(ft - newest.ft_sequence)
+            if _fit(step, ticks) and (confirmed or abs(step) <= TRUSTED_STEP):
+                position = _Position(rdt, ft, newest.counter + step, newest.tick + ticks)
+                if step > 0:
+                    return self._advance(newest, position, confirmed)
+                if self._gaps.fill(position.counter):
+                    self._lost -= 1
+                    self._late += 1
+                    return position
+                if step == 0 or not start_expected:
+                    self._duplicated += 1
+                    return None
+        if rdt == 1 or start_expected:
+            return self._begin(rdt, ft, first=1)
+        if confirmed and self._suspect is not None:
+            self._strange -= 1
+            return self._begin(rdt, ft, first=self._suspect[0])
+        self._suspect = (rdt, ft)
+        self._strange += 1
+        return None
+
+    def _follows_suspect(self, rdt: int, ft: int) -> bool:
+        if self._suspect is None:
+            return False
+        step = _signed(rdt - self._suspect[0])
+        return 0 < step <= TRUSTED_STEP and _fit(step, _signed(ft - self._suspect[1]))
+
+    def _advance(self, newest: _Position, position: _Position, confirmed: bool) -> _Position:
+        if confirmed:  # the suspect was a record of this stream; it was not delivered
+            self._strange -= 1
+        self._lost += position.counter - newest.counter - 1
+        self._gaps.add(newest.counter + 1, position.counter)
+        self._newest, self._suspect = position, None
+        return position
+
+    def _begin(self, rdt: int, ft: int, first: int) -> _Position:
+        """Begin a stream whose first record was ``first``; the counter goes on after the former stream."""
+        newest = self._newest
+        counter, tick = 0, ft
+        if newest is not None:
+            self._restarts += 1
+            counter = newest.counter
+            ticks = _signed(ft - newest.ft_sequence)
+            tick = newest.tick + ticks if ticks >= 0 else ft
+        missing = (rdt - first) % 2**32
+        position = _Position(rdt, ft, counter + missing + 1, tick)
+        self._gaps.clear()
+        self._gaps.add(counter + 1, position.counter)
+        self._lost += missing
+        self._newest, self._suspect, self._start_requested = position, None, False
+        return position
+
+
+def _signed(difference: int) -> int:
+    """Interpret a difference of two 32-bit counters as a step of less than half their range."""
+    return (difference + 2**31) % 2**32 - 2**31
+
+
+def _fit(step: int, ticks: int) -> bool:
+    """Tell whether a step of records and a step of ticks can belong to one stream."""
+    if step < 0:
+        step, ticks = -step, -ticks
+    return 0 <= ticks <= step * MAX_TICKS_PER_RECORD

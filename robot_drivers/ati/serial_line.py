@@ -1,0 +1,144 @@
+"""A serial port, or a ``socket://`` server that forwards one, opened through pyserial and never blocking."""
+
+import sys
+import time
+from typing import Literal
+
+import serial
+
+from robot_drivers.clock import host_time_ns
+from robot_drivers.errors import (
+    ConfigurationError,
+    DeviceProtocolError,
+    DeviceTimeoutError,
+    DeviceUnreachableError,
+)
+
+if sys.platform != "win32":
+    import termios
+
+_READ_BYTES = 65536
+_LOOK_S = 0.001
+_WRITE_TIMEOUT_S = 1.0
+
+
+class SerialLine:
+    """An open line; one thread may write while another reads.
+
+    Parameters
+    ----------
+    port : name of the port (``/dev/ttyUSB0``, ``COM3``) or a URL of pyserial
+    bit_rate : bit/s
+    parity : ``"N"`` or ``"E"``; always 8 data bits and 1 stop bit
+
+    Raises
+    ------
+    DeviceUnreachableError
+        The port is not there, is in use, or has gone; from every method.
+    ConfigurationError
+        The port cannot be set to this bit rate.
+    """
+
+    def __init__(self, port: str, bit_rate: int, parity: Literal["N", "E"]) -> None:
+        self.port = port
+        try:
+            self._port = serial.serial_for_url(
+                port,
+                baudrate=bit_rate,
+                parity=parity,
+                timeout=0,
+                write_timeout=_WRITE_TIMEOUT_S,
+                exclusive=True,
+            )
+        except ValueError as error:
+            raise ConfigurationError(f"serial port {port} at {bit_rate} bit/s: {error}") from error
+        except OSError as error:
+            raise DeviceUnreachableError(
+                f"serial port {port} cannot be opened ({error}): check its name, cable and rights, "
+                "and that no other program uses it"
+            ) from error
+        if parity != "N":
+            _drop_bytes_with_wrong_parity(self._port)
+
+    def write(self, data: bytes) -> None:
+        """Send bytes."""
+        try:
+            self._port.write(data)
+        except OSError as error:
+            raise self._gone(error) from error
+
+    def read(self) -> bytes:
+        """Return what has arrived, without waiting."""
+        pieces = []
+        try:
+            while piece := self._port.read(_READ_BYTES):
+                pieces.append(piece)
+        except OSError as error:
+            if not pieces:
+                raise self._gone(error) from error
+        return b"".join(pieces)
+
+    def read_exactly(self, size: int, timeout_s: float) -> bytes:
+        """Return the next ``size`` bytes, and leave what follows them.
+
+        Raises
+        ------
+        DeviceTimeoutError
+            Fewer came in time.
+        """
+        received = b""
+        deadline_ns = host_time_ns() + round(timeout_s * 1e9)
+        try:
+            while len(received) < size:
+                received += self._port.read(size - len(received))
+                if len(received) < size:
+                    if host_time_ns() > deadline_ns:
+                        raise DeviceTimeoutError(
+                            f"serial port {self.port}: {len(received)} of {size} bytes came in {timeout_s} s"
+                        )
+                    time.sleep(_LOOK_S)
+        except serial.SerialException as error:
+            raise self._gone(error) from error
+        return received
+
+    def read_until_silent(self, silence_s: float, limit_s: float) -> bytes:
+        """Return everything that comes until the line has been silent for ``silence_s``.
+
+        Raises
+        ------
+        DeviceProtocolError
+            The line was not silent within ``limit_s``.
+        """
+        received = b""
+        begin_ns = last_ns = host_time_ns()
+        while (now_ns := host_time_ns()) - last_ns < silence_s * 1e9:
+            if piece := self.read():
+                received += piece
+                last_ns = now_ns
+            if now_ns - begin_ns > limit_s * 1e9:
+                raise DeviceProtocolError(
+                    f"serial port {self.port}: the device does not stop sending ({len(received)} bytes in "
+                    f"{limit_s} s); check bit rate and kind of device"
+                )
+            time.sleep(_LOOK_S)
+        return received
+
+    def close(self) -> None:
+        """Release the port."""
+        self._port.close()
+
+    def _gone(self, error: OSError) -> DeviceUnreachableError:
+        return DeviceUnreachableError(
+            f"serial port {self.port} has failed ({error}): check adapter and cable, then connect again"
+        )
+
+
+def _drop_bytes_with_wrong_parity(port: serial.SerialBase) -> None:
+    """Have the system lose a byte that arrived with wrong parity, which framing notices.
+
+    pyserial passes it on. A checksum modulo 128 does not see a flipped top bit; a missing byte does not escape it.
+    """
+    if sys.platform != "win32" and isinstance(port, serial.Serial):
+        attributes = termios.tcgetattr(port.fileno())
+        attributes[0] |= termios.INPCK | termios.IGNPAR
+        termios.tcsetattr(port.fileno(), termios.TCSANOW, attributes)

@@ -1,0 +1,257 @@
+import threading
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fake_devices import FakeCamera, FakeForceSensor, FakeRobot
+
+from daq.devices import Devices
+from daq.errors import MotionLimitError, SessionError, SoftwareStopError
+from daq.recording.folder import read_info, verify_checksums
+from daq.recording.reader import Recording
+from daq.rig import Rig, read_rig
+from daq.session.checks import gripper_in_tissue
+from daq.session.session import Label, connected, run_session
+from daq.trajectories import PULL, TWIST_AND_PULL, Dwell, Trajectory
+from daq.virtual_rig.layout import REST_TOOL, Addresses, rig_description
+from robot_drivers.errors import DeviceTimeoutError, MotionRefusedError
+from robot_drivers.protocols import Pose, Speed, WrenchBlock
+
+SHORT = replace(
+    PULL, steps=3, return_steps=1, step_length=0.002, dwell=Dwell(rest_s=0.1, settle_s=0.02, measure_s=0.05)
+)
+
+
+def silent(text: str, done: int, total: int) -> None:
+    """No progress is shown."""
+
+
+class Bench:
+    """Fake devices at rest, and a rig that describes them; generous speed limit, for the fakes jump."""
+
+    def __init__(self, folder: Path) -> None:
+        calibration = folder / "stereo.toml"
+        calibration.write_text("[left]\n")
+        addresses = Addresses(1, 2, 3, 4, 5, 6, ("tcp://a:1", "tcp://b:2"))
+        rig = rig_description(addresses, calibration)
+        self.rig: Rig = replace(rig, limits=replace(rig.limits, speed_m_s=5.0))
+        self.force = FakeForceSensor()
+        self.force.wrench[:] = 20.0, -7.0, 3.0, 0.5, 0.2, 0.1
+        self.robot = FakeRobot(REST_TOOL)
+        self.devices = Devices(self.force, self.robot, {"left": FakeCamera(), "right": FakeCamera()})
+        self.folder = folder / "session"
+        self.trajectory: Trajectory = SHORT.trajectory()
+
+    def run(self) -> None:
+        run_session(self.rig, self.devices, self.trajectory, self.folder, Label("test"), silent)
+
+    def later(self, delay_s: float, act: object) -> threading.Timer:
+        timer = threading.Timer(delay_s, act)
+        timer.start()
+        return timer
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Bench:
+    return Bench(tmp_path)
+
+
+def test_a_session_moves_through_every_step_and_back(bench: Bench) -> None:
+    bench.run()
+    inside = [gripper_in_tissue(bench.rig, pose).position for pose in bench.robot.poses]
+    np.testing.assert_allclose(np.array(inside)[:, 0], [0.042, 0.044, 0.046, 0.04], atol=1e-12)
+    assert bench.robot.hold_calls == 0
+
+
+def test_a_turning_trajectory_turns_about_the_grippers_origin(bench: Bench) -> None:
+    bench.trajectory = replace(TWIST_AND_PULL, steps=2, return_steps=0, dwell=SHORT.dwell).trajectory()
+    bench.run()
+    last = gripper_in_tissue(bench.rig, bench.robot.poses[-1])
+    assert last.position == pytest.approx((0.044, 0, 0))
+    half = np.radians(22.5)
+    assert np.abs(last.quaternion_wxyz) == pytest.approx([np.cos(half), np.sin(half), 0, 0], abs=1e-12)
+
+
+def test_the_folder_tells_who_what_and_with_which_devices(bench: Bench) -> None:
+    bench.run()
+    info = read_info(bench.folder)
+    assert info.state == "sealed"
+    assert info.problems == ()
+    assert info.trajectory["kind"] == "pull"
+    assert info.devices["camera left"].kind == "camera"
+    assert info.samples["/force/wrench"] == len(Recording(bench.folder).force)
+    assert verify_checksums(bench.folder) == []
+    assert read_rig(bench.folder / "rig.toml").limits == bench.rig.limits
+    assert (bench.folder / "calibration" / "stereo.toml").is_file()
+
+
+def test_events_tell_the_measuring_windows(bench: Bench) -> None:
+    bench.run()
+    events = Recording(bench.folder).events
+    begins = [event for event in events if event.name == "measure_begin"]
+    ends = [event for event in events if event.name == "measure_end"]
+    assert [(event.details["number"], event.details["phase"]) for event in begins] == [
+        (0, "hold"),
+        (1, "hold"),
+        (2, "hold"),
+        (3, "hold"),
+        (4, "return_hold"),
+    ]
+    windows = [(end.time_ns - begin.time_ns) * 1e-9 for begin, end in zip(begins, ends, strict=True)]
+    assert 0.1 <= windows[0] < 0.5
+    assert all(0.05 <= window < 0.5 for window in windows[1:])
+
+
+@pytest.mark.parametrize(
+    ("wrench", "told"),
+    [
+        ((-16.0, 0, 0, 0, 0, 0), "force of 16 N exceeds the limit of 15 N"),
+        ((0, 0, 0, 0, 1.6, 0), "torque of 1.6 N·m"),
+        ((np.nan, 0, 0, 0, 0, 0), "force of nan N"),
+    ],
+)
+def test_too_large_a_wrench_holds_the_robot_and_seals_the_recording(
+    bench: Bench, wrench: tuple[float, ...], told: str
+) -> None:
+    bench.robot.move_s = 0.2
+    timer = bench.later(0.3, lambda: np.add(bench.force.wrench, wrench, out=bench.force.wrench))
+    with pytest.raises(SoftwareStopError, match=told):
+        bench.run()
+    timer.join()
+    assert bench.robot.held.is_set()
+    info = read_info(bench.folder)
+    assert info.state == "sealed"
+    assert told in info.problems[0]
+    stop = next(event for event in Recording(bench.folder).events if event.name == "session_failed")
+    assert stop.details["guard"]["reaction_s"] < 0.2
+
+
+def test_the_weight_of_the_tool_and_the_sensors_offset_stop_nothing(bench: Bench) -> None:
+    bench.force.wrench[:] = 100.0, 50.0, 200.0, 5.0, 5.0, 5.0
+    bench.run()
+
+
+def test_a_saturated_sensor_holds_the_robot(bench: Bench) -> None:
+    timer = bench.later(0.3, lambda: setattr(bench.force, "usable", False))
+    with pytest.raises(SoftwareStopError, match="saturated or faulty"):
+        bench.run()
+    timer.join()
+
+
+def test_without_a_usable_reading_at_rest_nothing_moves(bench: Bench) -> None:
+    bench.force.usable = False
+    with pytest.raises(SessionError, match="no usable sample at rest"):
+        bench.run()
+    assert bench.robot.poses == []
+
+
+@pytest.mark.parametrize("stream", ["force sensor", "robot"])
+def test_silence_of_a_device_holds_the_robot(bench: Bench, stream: str) -> None:
+    bench.rig = replace(bench.rig, limits=replace(bench.rig.limits, communication_age_s=0.1))
+    silent_device = bench.force if stream == "force sensor" else bench.robot
+    timer = bench.later(0.25, silent_device.silent.set)
+    with pytest.raises(SoftwareStopError, match=f"{stream} has been silent for 0.1"):
+        bench.run()
+    timer.join()
+    assert bench.robot.held.is_set()
+
+
+def test_leaving_the_workspace_holds_the_robot(bench: Bench) -> None:
+    timer = bench.later(0.25, lambda: bench.robot.pushed_m.put(1, 0.05))
+    with pytest.raises(SoftwareStopError, match="outside the workspace"):
+        bench.run()
+    timer.join()
+
+
+def test_a_robot_that_runs_away_from_its_step_is_held(bench: Bench) -> None:
+    bench.robot.move_s = 0.2
+    timer = bench.later(0.3, lambda: bench.robot.pushed_m.put(0, 0.012))
+    with pytest.raises(SoftwareStopError, match=r"step of .* mm exceeds the limit of 6\.5 mm"):
+        bench.run()
+    timer.join()
+
+
+def test_too_fast_a_robot_is_held(bench: Bench) -> None:
+    bench.rig = replace(bench.rig, limits=replace(bench.rig.limits, speed_m_s=0.02))
+    bench.robot.move_s = 0.04
+    with pytest.raises(SoftwareStopError, match=r"speed of .* mm/s exceeds the limit of 20 mm/s"):
+        bench.run()
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"step_length": 0.007}, "step 1: 7.00 mm exceed the limit of 6.5 mm"),
+        ({"steps": 20}, "step 16: the gripper at .* would leave the workspace"),
+        ({"speed": Speed(9.0, 1.0)}, "speed of 9000 mm/s exceeds the limit"),
+    ],
+)
+def test_a_trajectory_beyond_the_limits_is_refused_before_there_is_a_folder(
+    bench: Bench, change: dict[str, object], told: str
+) -> None:
+    bench.trajectory = replace(SHORT, return_steps=0, **change).trajectory()
+    with pytest.raises(MotionLimitError, match=told):
+        bench.run()
+    assert bench.robot.poses == []
+    assert not bench.folder.exists()
+
+
+def test_a_path_that_the_robot_cannot_follow_is_refused_before_anything_moves(bench: Bench) -> None:
+    bench.robot.reach_m = 0.494
+    with pytest.raises(MotionRefusedError, match="reach"):
+        bench.run()
+    assert bench.robot.poses == []
+    assert not bench.folder.exists()
+
+
+def test_a_gripper_elsewhere_than_at_the_grasp_is_refused(bench: Bench) -> None:
+    bench.robot.pose = Pose((0.495, 0.0, 0.2), (0.0, 1.0, 0.0, 0.0))
+    with pytest.raises(SessionError, match=r"5\.0 mm and 0\.0° off the grasp"):
+        bench.run()
+
+
+def test_a_held_robot_is_not_moved_until_it_is_released(bench: Bench) -> None:
+    bench.robot.hold()
+    with pytest.raises(SessionError, match="robot is held"):
+        bench.run()
+    bench.robot.resume()
+    bench.run()
+
+
+def test_an_interrupt_holds_the_robot_and_seals(bench: Bench) -> None:
+    def interrupt(text: str, done: int, total: int) -> None:
+        if done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_session(bench.rig, bench.devices, bench.trajectory, bench.folder, Label("test"), interrupt)
+    assert bench.robot.held.is_set()
+    assert read_info(bench.folder).problems == ("interrupted by the operator",)
+    assert len(Recording(bench.folder).force) > 0
+
+
+def test_a_failing_device_ends_the_session_with_its_own_words(bench: Bench) -> None:
+    def fail(timeout_s: float) -> WrenchBlock:
+        time.sleep(0.2)
+        raise DeviceTimeoutError("force sensor: cable out")
+
+    bench.force.read = fail  # type: ignore[method-assign] # the fake breaks in this test
+    with pytest.raises((DeviceTimeoutError, SessionError), match=r"cable out|no usable sample"):
+        bench.run()
+    assert bench.robot.held.is_set()
+
+
+def test_an_existing_folder_is_never_written_into(bench: Bench) -> None:
+    bench.folder.mkdir()
+    with pytest.raises(Exception, match="name a new folder"):
+        bench.run()
+    assert list(bench.folder.iterdir()) == []
+
+
+def test_all_devices_are_closed_in_the_end(bench: Bench) -> None:
+    with connected(bench.devices):
+        pass
+    devices = (bench.force, bench.robot, *bench.devices.cameras.values())
+    assert all(device.closed for device in devices)

@@ -1,0 +1,242 @@
+"""What every force sensor does, whatever its box: each is tried on its emulator through the protocol alone.
+
+A further sensor joins by a context manager like :func:`netft_bench` in ``BENCHES``.
+"""
+
+import time
+from collections.abc import Callable
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from robot_drivers.ati.emulator import EmulatorSettings, NetFTEmulator
+from robot_drivers.ati.emulator.netcanoem import BoardSettings, NetCANOEMEmulator
+from robot_drivers.ati.netcanoem import NetCANOEM, NetCANOEMSettings
+from robot_drivers.ati.netft import NetFT, NetFTSettings
+from robot_drivers.clock import host_time_ns
+from robot_drivers.errors import DeviceError
+from robot_drivers.protocols import ForceSensor, WrenchBlock
+
+CLOCK_COMPARISON_NS = 10_000  # stamps of the kernel's clock are carried to the host clock batch by batch
+LOAD = np.array([10.0, -20.0, 30.0, 0.1, -0.2, 0.3])
+
+
+@dataclass
+class Bench:
+    """A sensor that feels :data:`LOAD` and streams at ``rate_hz`` once started.
+
+    ``period_tolerance`` is how far its mean period may be off: nothing for a clock of its own.
+    """
+
+    sensor: ForceSensor
+    rate_hz: float
+    period_tolerance: float
+    switch_off: Callable[[], None]
+
+
+@contextmanager
+def netft_bench(mode):
+    with NetFTEmulator(lambda _: LOAD, EmulatorSettings(rate_hz=2000, buffer_size=5)) as emulator:
+        sensor = NetFT(
+            NetFTSettings(
+                host="127.0.0.1",
+                rdt_port=emulator.rdt_port,
+                http_port=emulator.http_port,
+                mode=mode,
+                request_pause_s=0.0,
+            )
+        )
+        try:
+            yield Bench(sensor, 2000, 1e-3, emulator.close)
+        finally:
+            sensor.close()
+
+
+@contextmanager
+def netcanoem_bench():
+    with NetCANOEMEmulator(lambda _: LOAD, BoardSettings(channel="force sensor protocol")) as emulator:
+        sensor = NetCANOEM(NetCANOEMSettings(channel=emulator.settings.channel, interface="virtual"))
+        try:
+            yield Bench(sensor, 500, 0.2, emulator.close)
+        finally:
+            sensor.close()
+
+
+BENCHES = {
+    "Net F/T, real-time": lambda: netft_bench("real-time"),
+    "Net F/T, buffered": lambda: netft_bench("buffered"),
+    "NETCANOEM": netcanoem_bench,
+}
+
+
+@pytest.fixture(params=BENCHES.values(), ids=BENCHES.keys())
+def bench(request):
+    with request.param() as bench:
+        yield bench
+
+
+@pytest.fixture
+def streaming(bench):
+    bench.sensor.connect()
+    bench.sensor.start()
+    return bench
+
+
+def read_for(sensor, seconds):
+    end, blocks = time.monotonic() + seconds, []
+    while time.monotonic() < end:
+        blocks.append(sensor.read(0.05))
+    return joined(blocks)
+
+
+def joined(blocks):
+    names = ("counter", "device_time_s", "host_time_ns", "status", "usable", "wrench")
+    return WrenchBlock(*(np.concatenate([getattr(block, name) for block in blocks]) for name in names))
+
+
+def test_connecting_neither_streams_nor_biases(bench):
+    bench.sensor.connect()
+    bench.sensor.start()
+    block = read_for(bench.sensor, 0.1)
+    np.testing.assert_allclose(block.wrench.mean(axis=0), LOAD, atol=0.01)
+
+
+def test_the_identity_says_who_the_sensor_is(bench):
+    bench.sensor.connect()
+    identity = bench.sensor.identity
+    assert identity.model
+    assert identity.serial
+    assert identity.address
+    assert identity == bench.sensor.identity
+
+
+def test_use_before_connection_is_an_error_with_a_remedy(bench):
+    with pytest.raises(DeviceError, match="connect"):
+        _ = bench.sensor.identity
+    with pytest.raises(DeviceError, match="connect"):
+        bench.sensor.start()
+    with pytest.raises(DeviceError, match="start"):
+        bench.sensor.read(0.0)
+
+
+def test_a_block_is_made_of_arrays_of_one_length_and_the_stated_types(streaming):
+    block = streaming.sensor.read(1.0)
+    n = len(block)
+    assert n > 0
+    assert block.wrench.shape == (n, 6)
+    for name, kind in [
+        ("counter", np.int64),
+        ("device_time_s", np.float64),
+        ("host_time_ns", np.int64),
+        ("status", np.int64),
+        ("usable", np.bool_),
+        ("wrench", np.float64),
+    ]:
+        array = getattr(block, name)
+        assert len(array) == n
+        assert array.dtype == kind
+
+
+def test_samples_are_the_load_in_newtons_and_newton_metres(streaming):
+    block = read_for(streaming.sensor, 0.2)
+    assert block.usable.all()
+    assert not block.status.any()
+    error = np.abs(block.wrench.mean(axis=0) - LOAD)
+    assert (error < [0.005] * 3 + [0.0005] * 3).all()
+
+
+def test_no_sample_is_lost_or_doubled_on_a_sound_link(streaming):
+    block = read_for(streaming.sensor, 0.3)
+    assert (np.diff(block.counter) == 1).all()
+    statistics = streaming.sensor.statistics()
+    assert statistics.received == len(block)
+    assert statistics.lost == statistics.duplicated == statistics.late == 0
+    assert statistics.restarts == statistics.malformed == 0
+
+
+def test_the_device_time_advances_by_the_period(streaming):
+    block = read_for(streaming.sensor, 0.2)
+    steps = np.diff(block.device_time_s)
+    assert steps.min() > 0
+    assert steps.mean() == pytest.approx(1 / streaming.rate_hz, rel=streaming.period_tolerance)
+
+
+def test_host_stamps_are_times_of_arrival(streaming):
+    streaming.sensor.read(1.0)
+    before_ns = host_time_ns()
+    time.sleep(0.1)
+    block = joined([streaming.sensor.read(1.0) for _ in range(5)])
+    after_ns = host_time_ns()
+    assert (np.diff(block.host_time_ns) > -CLOCK_COMPARISON_NS).all()
+    assert block.host_time_ns[-1] <= after_ns
+    # a reader that came late does not make the stamps late: those of its first block spread over its absence
+    assert block.host_time_ns[0] < before_ns + 80_000_000
+
+
+def test_host_and_device_clock_agree_on_durations(streaming):
+    block = read_for(streaming.sensor, 0.4)
+    delay_s = block.host_time_ns * 1e-9 - block.device_time_s
+    quickest = [part.min() for part in np.array_split(delay_s, 2)]
+    assert quickest[1] - quickest[0] == pytest.approx(0, abs=0.02)
+
+
+def test_a_reader_that_paused_gets_all_that_came_meanwhile_at_once(streaming):
+    streaming.sensor.read(1.0)
+    time.sleep(0.2)
+    assert len(streaming.sensor.read(0.0)) >= 0.1 * streaming.rate_hz
+
+
+def test_a_block_is_the_readers_own(streaming):
+    first = streaming.sensor.read(1.0)
+    kept = first.wrench.copy(), first.counter.copy()
+    read_for(streaming.sensor, 0.1)
+    np.testing.assert_array_equal(first.wrench, kept[0])
+    np.testing.assert_array_equal(first.counter, kept[1])
+
+
+def test_silence_gives_empty_blocks_in_the_time_allowed(streaming):
+    streaming.sensor.read(1.0)
+    streaming.switch_off()
+    while len(streaming.sensor.read(0.0)):
+        pass
+    begin = time.monotonic()
+    block = streaming.sensor.read(0.15)
+    assert len(block) == 0
+    assert block.wrench.shape == (0, 6)
+    assert 0.1 < time.monotonic() - begin < 0.5
+
+
+def test_after_stop_what_arrived_can_be_read_and_nothing_more_comes(streaming):
+    time.sleep(0.2)
+    streaming.sensor.stop()
+    assert len(streaming.sensor.read(0.0)) >= 0.1 * streaming.rate_hz
+    while len(streaming.sensor.read(0.1)):
+        pass
+    assert len(streaming.sensor.read(0.1)) == 0
+
+
+def test_a_stream_can_be_started_again_and_begins_its_counts_anew(streaming):
+    read_for(streaming.sensor, 0.1)
+    streaming.sensor.stop()
+    streaming.sensor.start()
+    block = streaming.sensor.read(1.0)
+    statistics = streaming.sensor.statistics()
+    assert statistics.received == len(block)
+    assert statistics.lost == statistics.restarts == 0
+
+
+def test_closing_twice_and_closing_what_never_started_is_harmless(bench):
+    bench.sensor.close()
+    bench.sensor.connect()
+    bench.sensor.start()
+    bench.sensor.close()
+    bench.sensor.close()
+
+
+def test_a_closed_sensor_can_be_used_again(streaming):
+    streaming.sensor.close()
+    streaming.sensor.connect()
+    streaming.sensor.start()
+    assert len(streaming.sensor.read(1.0)) > 0
