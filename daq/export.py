@@ -5,10 +5,11 @@ from pathlib import Path
 
 from daq.errors import RecordingError
 from daq.progress import Progress
-from daq.recording.folder import CHECKSUMS_FILE, package_versions, sha256
+from daq.recording.folder import CHECKSUMS_FILE, sha256
 from daq.recording.reader import Recording
 from daq.sync import Synchronised, synchronise
 from daq.toml_tables import toml_text
+from daq.versions import package_versions
 from estimator.experiment import Experiment, write_experiment
 
 _METHOD = (
@@ -70,7 +71,9 @@ def export_experiment(session: Path, target: Path, progress: Progress) -> tuple[
     """
     recording = Recording(session)
     if recording.info.state == "recording":
-        raise RecordingError(f"{session}: is not sealed; if nothing records into it any more, run `retract recover` on it")
+        raise RecordingError(
+            f"{session}: is not sealed; if nothing records into it any more, run `retract recover` on it"
+        )
     synchronised = synchronise(recording, progress)
     experiment = write_experiment(synchronised.experiment, target)
     provenance = _provenance(recording, synchronised)

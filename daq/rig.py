@@ -12,6 +12,7 @@ from typing import TypeVar
 
 from daq.devices import CAMERAS, FORCE_SENSORS, ROBOTS, Devices, Driver
 from daq.toml_tables import Keys, TomlFile, toml_text
+from daq.vision.fiducials import FiducialSettings
 from estimator.experiment import Box, Environment, Grasp, Phantom
 from robot_drivers.protocols import Pose
 
@@ -136,7 +137,8 @@ class Specimen:
 class Rig:
     """Everything that a session needs to know before it begins.
 
-    ``stereo_calibration`` is the file of the two cameras' calibration; ``cameras`` are left and right of it.
+    ``stereo_calibration`` is the file of the two cameras' calibration, ``cameras`` are left and right of it, and
+    ``vision`` says what their images show.
     """
 
     format: str
@@ -150,6 +152,7 @@ class Rig:
     limits: Limits
     specimen: Specimen
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
+    vision: FiducialSettings = field(default_factory=FiducialSettings)
 
 
 def read_rig(path: Path) -> Rig:

@@ -44,4 +44,4 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt as interrupt:
         return fail(str(interrupt) or "interrupted", status=130)
     write(json.dumps(result.data) if options.json else result.text)
-    return 0
+    return result.status

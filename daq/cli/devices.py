@@ -1,4 +1,7 @@
-"""``retract devices``: connect to every device of a rig and tell who answers. Nothing moves."""
+"""``retract devices``: connect to every device of a rig and tell who answers. Nothing moves.
+
+The exit status is 2 where one does not.
+"""
 
 import argparse
 from dataclasses import asdict
@@ -26,7 +29,8 @@ def run(options: argparse.Namespace) -> Result:
     lines = []
     for role, told in found.items():
         lines.append(f"{role:{width}}  {told['error'] or _describe(told)}")
-    return Result("\n".join(lines), {"devices": found})
+    missing = any(told["error"] for told in found.values())
+    return Result("\n".join(lines), {"devices": found}, status=2 if missing else 0)
 
 
 def _look(device: ForceSensor | Robot | Camera) -> dict[str, object]:

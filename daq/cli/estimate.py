@@ -4,17 +4,21 @@ import argparse
 from pathlib import Path
 
 from daq.cli.verb import Result, Verbs, add_verb, progress
+from daq.versions import package_versions
 from estimator.experiment import read_experiment
 from estimator.fit.estimate import estimate
-from estimator.fit.result import Estimate, ParameterEstimate
+from estimator.report.estimation import write_report
+from estimator.report.findings import summary_text
 
 _EXAMPLES = """  retract estimate experiments/pull
+  retract estimate experiments/pull --report runs/pull.html
   retract estimate experiments/pull experiments/twist_and_pull --json"""
 
 
 def add_parser(verbs: Verbs) -> None:
     """Add the verb."""
     parser = add_verb(verbs, "estimate", "estimate Young's modulus and Poisson's ratio", _EXAMPLES, run)
+    parser.add_argument("--report", type=Path, metavar="FILE", help="write an HTML page")
     parser.add_argument(
         "experiments", type=Path, nargs="+", metavar="EXPERIMENT", help="experiment folders of one phantom"
     )
@@ -25,20 +29,12 @@ def run(options: argparse.Namespace) -> Result:
     experiments = [read_experiment(path) for path in options.experiments]
     with progress() as tell:
         found = estimate(experiments, tell)
-    return Result(describe(found), found.as_json())
-
-
-def describe(found: Estimate) -> str:
-    """Return the estimate as a few lines."""
-    return "\n".join(
-        [
-            f"Young's modulus  {_words(found.youngs_modulus, 1e-3)} kPa",
-            f"Poisson's ratio  {_words(found.poisson_ratio, 1.0)}",
-            f"residuals are {found.noise_ratio:.2f} times the sensors' noise; {found.seconds:.1f} s",
-        ]
-    )
-
-
-def _words(estimate: ParameterEstimate, scale: float) -> str:
-    low, high = (scale * end for end in estimate.interval95)
-    return f"{scale * estimate.value:.4f} ± {scale * estimate.std:.4f} (95 %: {low:.4f} to {high:.4f})"
+    if options.report is not None:
+        write_report(
+            found,
+            options.report,
+            title="Estimation of " + ", ".join(experiment.name for experiment in experiments),
+            truth=None,
+            provenance={"experiments": ", ".join(map(str, options.experiments)), **package_versions()},
+        )
+    return Result(summary_text(found, None), found.as_json())

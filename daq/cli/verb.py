@@ -17,10 +17,11 @@ Verbs: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What a verb has to say: to a person, or with ``--json`` to a program."""
+    """What a verb has to say, to a person or with ``--json`` to a program, and its exit status."""
 
     text: str
     data: dict[str, Any]
+    status: int = 0
 
 
 def add_verb(

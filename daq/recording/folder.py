@@ -11,11 +11,9 @@
 
 import hashlib
 import json
-import platform
 import time
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Literal
 
@@ -30,8 +28,6 @@ INFO_FILE = "session.json"
 RIG_FILE = "rig.toml"
 CALIBRATION_FOLDER = "calibration"
 CHECKSUMS_FILE = "CHECKSUMS.sha256"
-
-_PACKAGES = ("retraction", "numpy", "scipy", "opencv-python-headless", "mcap")
 
 State = Literal["recording", "sealed", "recovered"]
 
@@ -161,14 +157,3 @@ def sha256(path: Path) -> str:
     """Return the SHA-256 of a file, hexadecimal."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-def package_versions() -> dict[str, str]:
-    """Return the versions of Python, the system and the packages that a recording depends on."""
-    versions = {"python": platform.python_version(), "system": platform.platform()}
-    for package in _PACKAGES:
-        try:
-            versions[package] = version(package)
-        except PackageNotFoundError:
-            versions[package] = "not installed as a package"
-    return versions

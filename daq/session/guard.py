@@ -69,8 +69,9 @@ class Guard:
 
     @property
     def stop(self) -> Stop | None:
-        """Why the robot was held, None while it was not."""
-        return self._stop
+        """Why the robot was held, None while it was not; waits for a hold under way."""
+        with self._lock:
+            return self._stop
 
     def watch_rest(self) -> None:
         """Begin to take the mean reading at rest."""

@@ -27,6 +27,7 @@ from daq.session.checks import check_limits, require_rest, tool_targets
 from daq.session.guard import Guard
 from daq.session.steps import StepRunner
 from daq.trajectories import Trajectory
+from daq.versions import package_versions
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import Robot
 
@@ -117,6 +118,7 @@ def _make_folder(rig: Rig, devices: Devices, trajectory: Trajectory, folder: Pat
         operator=label.operator,
         notes=label.notes,
         trajectory=asdict(trajectory),
+        versions=package_versions(),
         devices={role: device.identity for role, device in devices.all().items()},
         checksums={
             path.relative_to(folder).as_posix(): sha256(path) for path in (folder / RIG_FILE, calibration)

@@ -81,7 +81,7 @@ def estimate_event_times(
         gap_ends=gap_ends.astype(np.int64),
         resets=len(starts),
         residual_s=(float(residual[0]), float(residual[1]), float(residual[2]), float(residual[3])),
-        wander_ppm=1e6 * (max(rates) / min(rates) - 1.0) if rates else 0.0,
+        wander_ppm=float(1e6 * (max(rates) / min(rates) - 1.0)) if rates else 0.0,
     )
 
 

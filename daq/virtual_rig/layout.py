@@ -59,13 +59,19 @@ SPECIMEN = Specimen(
     fiducials_m=tuple((x, y, 0.005) for y in (-0.03, -0.01, 0.01, 0.03) for x in (-0.03, -0.01, 0.01, 0.03)),
 )
 
+# The robot's repeatability, and how far the beads that vision finds move otherwise than the rendered ones.
+UNCERTAINTY = Uncertainty(position_m=3e-5, fiducial_m=5e-6)
+
+# An emulated laboratory shares the computer with the recorder; on a busy one nothing answers at once.
+PATIENCE_S = 2.0
+
 LIMITS = Limits(
     force_n=15.0,
     torque_nm=1.5,
     step_m=0.0065,
     speed_m_s=0.02,
     workspace=Box((0.03, -0.02, -0.01), (0.07, 0.02, 0.01)),
-    communication_age_s=1.0,
+    communication_age_s=PATIENCE_S,
 )
 
 
@@ -112,6 +118,7 @@ def rig_description(addresses: Addresses, stereo_calibration: Path) -> Rig:
                 host="127.0.0.1",
                 command_port=addresses.robot_command_port,
                 state_port=addresses.robot_state_port,
+                silence_limit_s=PATIENCE_S,
                 egm=EGMSettings(port=addresses.egm_port, bind_address="127.0.0.1"),
                 T_flange_tool=T_FLANGE_TOOL,
             ),
@@ -121,7 +128,7 @@ def rig_description(addresses: Addresses, stereo_calibration: Path) -> Rig:
         tool=TOOL,
         limits=LIMITS,
         specimen=SPECIMEN,
-        uncertainty=Uncertainty(position_m=3e-5),
+        uncertainty=UNCERTAINTY,
     )
 
 

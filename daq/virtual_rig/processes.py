@@ -3,15 +3,18 @@
 Both end when the process that started them does, and leave an interrupt from the keyboard to it.
 """
 
+import os
 import signal
 import socket
+import sys
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
 import numpy as np
+from numpy.typing import NDArray
 
-from daq.virtual_rig.layout import FRAMES, REST_TOOL, SPECIMEN, T_FLANGE_TOOL, TOOL, Addresses
+from daq.virtual_rig.layout import FRAMES, PATIENCE_S, REST_TOOL, SPECIMEN, T_FLANGE_TOOL, TOOL, Addresses
 from daq.virtual_rig.phantom import PhantomModel
 from daq.virtual_rig.scene import Scene, SceneSettings, flea2_pair
 from daq.virtual_rig.world import SimulatedTissue, SimulatedTransducer
@@ -23,6 +26,11 @@ from robot_drivers.ati.emulator import EmulatorSettings as SensorSettings
 from robot_drivers.ati.emulator import NetFTEmulator
 from robot_drivers.cameras.emulator import BusClock, CameraEmulator, CameraEmulatorSettings, ImageSource
 from robot_drivers.clock import host_time_ns
+
+_BURST_S = 0.005
+_SOLVER_NICENESS = 5
+# rendering must not keep the fast devices waiting
+_SWITCH_INTERVAL_S = 5e-4
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +58,7 @@ class VirtualRigSettings:
 def solve_phantom(connection: Connection, phantom: PhantomModel) -> None:
     """Answer every pose with the phantom's state, until the other end closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.nice(_SOLVER_NICENESS)
     solver = phantom.build()
     while True:
         try:
@@ -65,24 +74,27 @@ def solve_phantom(connection: Connection, phantom: PhantomModel) -> None:
 def run_emulators(control: Connection, solver: Connection, settings: VirtualRigSettings) -> None:
     """Run the devices; tell their addresses over ``control``, and end when it is written to or closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    sys.setswitchinterval(_SWITCH_INTERVAL_S)
     with ExitStack() as stack:
+        arm = ArmSettings(home=REST_TOOL, T_flange_tool=T_FLANGE_TOOL, seed=settings.seed)
         controller = stack.enter_context(
-            ControllerEmulator(
-                ControllerSettings(
-                    arm=ArmSettings(home=REST_TOOL, T_flange_tool=T_FLANGE_TOOL, seed=settings.seed)
-                )
-            )
+            ControllerEmulator(ControllerSettings(arm=arm, watchdog_s=PATIENCE_S))
         )
         egm_port = _free_udp_port()
         controller.start_egm_stream("127.0.0.1", egm_port)
         tissue = stack.enter_context(closing(SimulatedTissue(solver, controller.pose, FRAMES)))
-        transducer = SimulatedTransducer(tissue, FRAMES, TOOL, np.array(settings.sensor_offset))
-        gravity = np.array(SPECIMEN.environment.gravity)
+        transducer = SimulatedTransducer(
+            tissue, FRAMES, TOOL, SPECIMEN.environment.gravity, np.array(settings.sensor_offset)
+        )
+        epoch_ns, host_ns_per_s = host_time_ns(), 1e9 / (1.0 + settings.clock_ppm * 1e-6)
         sensor = stack.enter_context(
             NetFTEmulator(
-                lambda _time_s: transducer.load(gravity),
+                lambda time_s: transducer.load(epoch_ns + round(time_s * host_ns_per_s)),
                 SensorSettings(
-                    rate_hz=settings.force_rate_hz, clock_ppm=settings.clock_ppm, seed=settings.seed
+                    rate_hz=settings.force_rate_hz,
+                    clock_ppm=settings.clock_ppm,
+                    burst_s=_BURST_S,
+                    seed=settings.seed,
                 ),
             )
         )
@@ -111,7 +123,10 @@ def _cameras(tissue: SimulatedTissue, settings: VirtualRigSettings) -> list[Came
     ]
 
     def image_source(scene: Scene) -> ImageSource:
-        return lambda time_s: scene.render(tissue.beads(), round(time_s * settings.frames_per_s))
+        def expose(time_s: float) -> NDArray[np.uint8]:
+            return scene.render(tissue.beads(bus.host_time_ns(time_s)), round(time_s * settings.frames_per_s))
+
+        return expose
 
     emulated = CameraEmulatorSettings(pair.left.width, pair.left.height, settings.frames_per_s)
     return [CameraEmulator(image_source(scene), emulated, bus) for scene in scenes]

@@ -1,30 +1,38 @@
 """The physics between the emulated devices: the tissue follows the gripper, the sensor feels it, beads move."""
 
 import threading
+from bisect import bisect_left
+from collections import deque
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 
 import numpy as np
 
 from daq.frames import compose, inverse, rotation
-from daq.rig import Frames, Tool
+from daq.rig import Frames, Tool, Vector
 from daq.virtual_rig.phantom import PhantomMotion, PhantomState, increment
 from estimator.errors import SolverError
+from robot_drivers.abb import poses
+from robot_drivers.clock import host_time_ns
 from robot_drivers.protocols import FloatArray, Pose
 
 _SOLVE_BEYOND_M = 5e-4
 _SOLVE_BEYOND_RAD = 0.01
 _FIRST_PULL_M = 1e-3
-_IDLE_S = 0.005
+_SAMPLE_S = 0.004
+_REMEMBERED = 2048
 
 
 class SimulatedTissue:
     """Follows the gripper: has the phantom solved, in another process, as soon as the gripper has moved on.
 
+    The devices ask for an instant, not for now: a device that is late still senses what was. The path of the gripper
+    is remembered for that, about eight seconds of it.
+
     Parameters
     ----------
     solver : takes a pose, answers with a :class:`PhantomState` or a SolverError
-    tool_pose : returns ``T_base_tool`` as it truly is
+    tool_pose : returns ``T_base_tool`` as it truly is now
     frames : of the rig
     """
 
@@ -33,35 +41,55 @@ class SimulatedTissue:
         self._tool_pose = tool_pose
         self._T_tissue_base = inverse(frames.T_base_tissue.pose)
         self._T_tool_gripper = frames.T_tool_gripper.pose
-        rest = self.gripper()
+        rest = self._gripper_now()
         x, y, z = rest.position
         pulled = Pose((x + _FIRST_PULL_M, y, z), rest.quaternion_wxyz)
         self._motion = PhantomMotion(self._solve(pulled), self._solve(rest))
+        self._path: deque[tuple[int, Pose]] = deque([(host_time_ns(), rest)], maxlen=_REMEMBERED)
         self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._follow, name="simulated-tissue")
-        self._thread.start()
+        self._threads = [
+            threading.Thread(target=self._sample, name="gripper-path"),
+            threading.Thread(target=self._follow, name="phantom-follower"),
+        ]
+        for thread in self._threads:
+            thread.start()
 
-    def gripper(self) -> Pose:
-        """Return ``T_tissue_gripper`` as it truly is."""
-        return compose(compose(self._T_tissue_base, self._tool_pose()), self._T_tool_gripper)
-
-    def wrench(self) -> tuple[FloatArray, Pose]:
+    def wrench(self, time_ns: int) -> tuple[FloatArray, Pose]:
         """Return the wrench (6,) of the tissue on the gripper, tissue axes, and the pose it belongs to."""
-        pose = self.gripper()
+        pose = self._gripper(time_ns)
         return self._motion.at(pose)[0], pose
 
-    def beads(self) -> FloatArray:
+    def beads(self, time_ns: int) -> FloatArray:
         """Return the beads (m, 3) in the tissue frame, m."""
-        return self._motion.at(self.gripper())[1]
+        return self._motion.at(self._gripper(time_ns))[1]
 
     def close(self) -> None:
         """Stop following."""
         self._stopping.set()
-        self._thread.join()
+        for thread in self._threads:
+            thread.join()
+
+    def _gripper_now(self) -> Pose:
+        return compose(compose(self._T_tissue_base, self._tool_pose()), self._T_tool_gripper)
+
+    def _gripper(self, time_ns: int) -> Pose:
+        """Return ``T_tissue_gripper`` at an instant of the host clock, between the samples of its path."""
+        path = self._path.copy()
+        place = bisect_left(path, time_ns, key=lambda sample: sample[0])
+        if place == 0:
+            return path[0][1]
+        if place == len(path):
+            return path[-1][1]
+        (before_ns, before), (after_ns, after) = path[place - 1], path[place]
+        return poses.interpolate(before, after, (time_ns - before_ns) / (after_ns - before_ns))
+
+    def _sample(self) -> None:
+        while not self._stopping.wait(_SAMPLE_S):
+            self._path.append((host_time_ns(), self._gripper_now()))
 
     def _follow(self) -> None:
-        while not self._stopping.wait(_IDLE_S):
-            pose = self.gripper()
+        while not self._stopping.wait(_SAMPLE_S):
+            pose = self._path[-1][1]
             way = increment(self._motion.newest.T_tissue_gripper, pose)
             if np.linalg.norm(way[:3]) > _SOLVE_BEYOND_M or np.linalg.norm(way[3:]) > _SOLVE_BEYOND_RAD:
                 self._motion = PhantomMotion(self._motion.newest, self._solve(pose))
@@ -80,21 +108,24 @@ class SimulatedTransducer:
     Written out from the equilibrium of the tool, without the transformations that the evaluation of a recording uses.
     """
 
-    def __init__(self, tissue: SimulatedTissue, frames: Frames, tool: Tool, offset: FloatArray) -> None:
+    def __init__(
+        self, tissue: SimulatedTissue, frames: Frames, tool: Tool, gravity: Vector, offset: FloatArray
+    ) -> None:
         self._tissue = tissue
-        self._tool = tool
         self._offset = offset
+        self._weight = tool.mass_kg * np.asarray(gravity)
+        self._mass_arm = np.asarray(tool.centre_m)
         T_gripper_sensor = frames.T_gripper_sensor.pose
         self._sensor_arm = np.asarray(T_gripper_sensor.position)
         self._R_gripper_sensor = rotation(T_gripper_sensor.quaternion_wxyz).as_matrix()
 
-    def load(self, gravity: FloatArray) -> FloatArray:
-        """Return the load (6,) on the sensor now, in its axes and about its origin; gravity in m/s², tissue frame."""
-        wrench, pose = self._tissue.wrench()
+    def load(self, time_ns: int) -> FloatArray:
+        """Return the load (6,) on the sensor at an instant of the host clock, in its axes and about its origin."""
+        wrench, pose = self._tissue.wrench(time_ns)
         R_tissue_gripper = rotation(pose.quaternion_wxyz).as_matrix()
         sensor_arm = R_tissue_gripper @ self._sensor_arm
-        mass_arm = R_tissue_gripper @ np.asarray(self._tool.centre_m)
-        weight = self._tool.mass_kg * gravity
+        mass_arm = R_tissue_gripper @ self._mass_arm
+        weight = self._weight
         force = wrench[:3] + weight
         torque = wrench[3:] + np.cross(mass_arm, weight) - np.cross(sensor_arm, force)
         R_tissue_sensor = R_tissue_gripper @ self._R_gripper_sensor

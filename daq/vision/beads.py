@@ -36,6 +36,8 @@ class BeadSettings:
     radius_px : smallest and largest radius, px
     min_contrast : smallest difference of level between bead and surface, DN
     max_aspect : largest ratio of the axes
+    most_candidates : how many are looked at closely, the darkest (or brightest) first, lest an image take
+        seconds
     max_blur : largest width of the edge's blur, as a share of the radius
     max_misfit : largest rms residual of the fit, as a share of the contrast
     model_error_px : standard deviation that texture, highlights and the lens add to what the residuals tell
@@ -46,8 +48,9 @@ class BeadSettings:
     radius_px: tuple[float, float] = (1.8, 9.0)
     min_contrast: float = 25.0
     max_aspect: float = 2.0
+    most_candidates: int = 64
     max_blur: float = 0.7
-    max_misfit: float = 0.2
+    max_misfit: float = 0.15
     model_error_px: float = 0.02
 
 
@@ -142,7 +145,14 @@ def _candidates(
     )
     _count(rejected, "size", ~sized)
     _count(rejected, "shape", sized & ~compact)
-    return starts[sized & compact], radii[sized & compact]
+    starts, radii = starts[sized & compact], radii[sized & compact]
+    columns, rows = np.rint(starts).astype(np.intp).T
+    strongest_first = np.argsort(difference[rows, columns])[::-1]
+    crowd = len(starts) - settings.most_candidates
+    if crowd > 0:
+        rejected["crowd"] = crowd
+    kept = strongest_first[: settings.most_candidates]
+    return starts[kept], radii[kept]
 
 
 def _equalise_mosaic(patches: FloatArray, colours: NDArray[np.intp], around: NDArray[np.bool_]) -> FloatArray:

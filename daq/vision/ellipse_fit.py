@@ -13,7 +13,7 @@ All patches are fitted at once by Levenberg and Marquardt. Cauchy weights after 
 pulling the centre (Huber and Ronchetti, Robust Statistics, 2nd ed., section 7.8).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,13 +29,13 @@ _NO_OUTLIERS = 1e6  # a Cauchy scale, DN, that amounts to least squares
 _SMALLEST_SPREAD = 0.5  # DN, of rounding and read noise
 _HIGHLIGHT_SIGNIFICANCE = 8.0
 _START_BLUR_PX = 0.9
-_FAR_AWAY = 1e3  # px, where a highlight has no effect
 _TINY = 1e-12
 
-_CENTRE, _SPOT = slice(0, 2), slice(10, 12)
+_CENTRE = slice(0, 2)
 _M11, _M12, _M22, _SHARPNESS, _LEVEL, _SLOPE_X, _SLOPE_Y, _CONTRAST = range(2, 10)
-_SPOT_LEVEL, _SPOT_WIDTH = 12, 13
-_PARAMETERS = 14
+_PLAIN_PARAMETERS = 10
+_SPOT, _SPOT_LEVEL, _SPOT_WIDTH = slice(10, 12), 12, 13
+_GLOSSY_PARAMETERS = 14
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class EllipseFits:
     aspects : (n,) longer over shorter axis
     blurs : (n,) standard deviation of the edge's blur, px
     contrasts : (n,) bead minus surface, DN
-    misfits : (n,) rms of the weighted residuals, DN
+    misfits : (n,) rms residual, dirt included, DN
     """
 
     centres: FloatArray
@@ -101,9 +101,11 @@ def fit_ellipses(
     residuals, _ = _model(plain, patches)
     spreads = np.maximum(_SMALLEST_SPREAD, 1.4826 * _median(np.abs(residuals), patches.weights > 0.0))
     patches = replace(patches, scales=_CAUCHY_TUNING * spreads)
-    fitted = _minimise(plain, patches, _ROBUST_ITERATIONS)
-    _fit_highlights(fitted, plain, -residuals / spreads[:, None], patches)
-    return _summary(fitted, patches)
+    fits = _summary(_minimise(plain, patches, _ROBUST_ITERATIONS), patches)
+    glossy, glossy_fits = _fit_highlights(plain, -residuals / spreads[:, None], patches)
+    for name in (attribute.name for attribute in fields(EllipseFits)):
+        getattr(fits, name)[glossy] = getattr(glossy_fits, name)
+    return fits
 
 
 def _start(patches: _Patches, centres: FloatArray, radii: FloatArray) -> FloatArray:
@@ -114,13 +116,11 @@ def _start(patches: _Patches, centres: FloatArray, radii: FloatArray) -> FloatAr
     reached = (patches.levels - level[:, None]) * contrast[:, None] > 0.5 * contrast[:, None] ** 2
     areas = np.sum(reached & (distance < radii[:, None] + 2.0), axis=1)
     radii = np.sqrt(np.maximum(areas, 1) / np.pi)
-    parameters = np.zeros((len(radii), _PARAMETERS))
+    parameters = np.zeros((len(radii), _PLAIN_PARAMETERS))
     parameters[:, _CENTRE] = centres
     parameters[:, _M11] = parameters[:, _M22] = 1.0 / radii
     parameters[:, _SHARPNESS] = radii / _START_BLUR_PX
     parameters[:, _LEVEL], parameters[:, _CONTRAST] = level, contrast
-    parameters[:, _SPOT] = _FAR_AWAY
-    parameters[:, _SPOT_WIDTH] = 1.0
     return parameters
 
 
@@ -137,7 +137,7 @@ def _fit_highlights(fitted: FloatArray, plain: FloatArray, brightness: FloatArra
     start[:, _SPOT_WIDTH] = _START_BLUR_PX + 0.15 * radii[glossy]
     trial = _minimise(start, patches.select(glossy), _ROBUST_ITERATIONS)
     offset = np.linalg.norm(trial[:, _SPOT] - trial[:, _CENTRE], axis=1)
-    sane = (offset < radii[glossy]) & (np.abs(trial[:, _SPOT_WIDTH]) < radii[glossy])
+    sane = (offset < radii[glossy]) & (np.abs(trial[:, _SPOT_WIDTH]) < 0.5 * radii[glossy])
     sane &= trial[:, _SPOT_LEVEL] > 0.0
     fitted[np.flatnonzero(glossy)[sane]] = trial[sane]
 
@@ -237,7 +237,7 @@ def _summary(parameters: FloatArray, patches: _Patches) -> EllipseFits:
         aspects=axes[:, 1] / axes[:, 0],
         blurs=radii / parameters[:, _SHARPNESS],
         contrasts=parameters[:, _CONTRAST],
-        misfits=np.sqrt(variances),
+        misfits=np.sqrt(np.sum(patches.weights * residuals**2, axis=1) / np.sum(patches.weights, axis=1)),
     )
 
 

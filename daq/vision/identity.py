@@ -1,15 +1,17 @@
 """Which point is which fiducial: first by the rest positions, then by following each one from image to image.
 
-A fiducial is named only when one point, and no other, lies where it must be; else it stays unseen. Two fiducials that
-exchange their names silently would look like tissue that tears.
+A fiducial is named only when one point, and no other, lies where it must be; else it stays unseen. Two
+fiducials that exchange their names silently would look like tissue that tears.
 
-A fiducial in sight is looked for where it was, as far around as it can have moved. Those found give the motion of the
-surface, interpolated by an affine map weighted by distance; against that motion each found point is checked, and by
-that motion those out of sight are carried along, the less certainly the farther they go. Once the search region
-reaches half-way to a neighbour the fiducial is lost, and stays unseen.
+The fiducials seen last are looked for where they were, as far around as they can have moved. Those found give
+the motion of the surface, interpolated by an affine map weighted by distance. By that motion of its
+neighbours each fiducial is carried along, and there it is named; one out of sight the less certainly the
+farther it went. Once the search region reaches half-way to a neighbour the fiducial is lost, and stays
+unseen.
 """
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,11 +20,12 @@ from numpy.typing import ArrayLike, NDArray
 from daq.vision.errors import VisionError
 
 FloatArray = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 _NONE = -1
-_HALF_WAY = 0.45  # of the distance to the nearest other fiducial
+_HALF_WAY = 0.35  # of the distance to the nearest other fiducial
 _DISTINCT = 3.0  # a second candidate has to be farther by this factor
-_FIELD_NEIGHBOURS = 4
+_FEWEST_NEIGHBOURS = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,8 +52,8 @@ class IdentitySettings:
 class Assignment:
     """The row of the point that is each fiducial (n,), -1 where unseen, and the rejections by reason."""
 
-    points: NDArray[np.intp]
-    rejected: Counter[str]
+    points: Indices
+    rejected: Mapping[str, int]
 
 
 class IdentityTracker:
@@ -75,13 +78,17 @@ class IdentityTracker:
         Raises
         ------
         VisionError
-            The first images lack more fiducials than may be hidden.
+            The first images lack more fiducials than may be hidden, or the images are not in order of time.
         """
         rejected: Counter[str] = Counter()
         if self._time_s is None:
             named = self._identify(points, rejected)
-        else:
+        elif time_s > self._time_s:
             named = self._follow(points, time_s - self._time_s, rejected)
+        else:
+            raise VisionError(
+                f"images of {time_s:g} s come after those of {self._time_s:g} s; sort them by time"
+            )
         self._time_s = time_s
         self._seen = named != _NONE
         self._positions[self._seen] = points[named[self._seen]]
@@ -91,7 +98,7 @@ class IdentityTracker:
 
     def _identify(self, points: FloatArray, rejected: Counter[str]) -> Indices:
         tolerance, allowed = self._settings.placement_tolerance_m, self._settings.may_be_hidden
-        named = _name(self._rest, np.full(len(self._rest), tolerance), points, rejected)
+        named, rejected["ambiguous identity"] = _name(self._rest, np.full(len(self._rest), tolerance), points)
         missing = np.flatnonzero(named == _NONE)
         if len(missing) > allowed:
             raise VisionError(
@@ -105,40 +112,23 @@ class IdentityTracker:
         settings = self._settings
         step = settings.max_speed_m_s * elapsed_s
         reach = np.where(self._seen, settings.search_margin_m + step, 0.0)
-        named = _name(self._positions, np.minimum(reach, self._half_way()), points, rejected)
+        named, _ = _name(self._positions, np.minimum(reach, self._half_way()), points)
         found = np.flatnonzero(named != _NONE)
-        moved = np.zeros_like(self._positions)
-        moved[found] = points[named[found]] - self._positions[found]
-        taken = np.zeros(len(points), dtype=np.bool_)
-        taken[named[found]] = True
-
+        moved = points[named[found]] - self._positions[found]
+        motions = np.zeros_like(self._positions)
         for fiducial in range(len(self._rest)):
-            neighbours = found[found != fiducial]
-            if len(neighbours) < _FEWEST_NEIGHBOURS:
+            others = found != fiducial
+            if np.sum(others) >= _FEWEST_NEIGHBOURS:
+                motions[fiducial] = self._motion_at(fiducial, found[others], moved[others])
+                self._doubt[fiducial] += settings.strain * float(np.linalg.norm(motions[fiducial]))
+            else:
                 self._doubt[fiducial] += step
-                continue
-            motion = self._motion_at(fiducial, neighbours, moved)
-            uncertainty = settings.strain * float(np.linalg.norm(motion))
-            if named[fiducial] == _NONE:
-                self._positions[fiducial] += motion
-                self._doubt[fiducial] += uncertainty
-            elif np.linalg.norm(moved[fiducial] - motion) > settings.search_margin_m + uncertainty:
-                named[fiducial] = _NONE
-                self._positions[fiducial] += motion
-                self._doubt[fiducial] += uncertainty
-                rejected["inconsistent motion"] += 1
-        return self._find_again(points, named, taken, rejected)
-
-    def _find_again(
-        self, points: FloatArray, named: Indices, taken: NDArray[np.bool_], rejected: Counter[str]
-    ) -> Indices:
-        """Name the points that are left as the fiducials that were out of sight."""
-        reach = self._settings.search_margin_m + self._doubt
-        searched = (named == _NONE) & (reach <= self._half_way())
-        rejected["lost fiducial"] = int(np.sum((named == _NONE) & ~searched))
-        left = np.flatnonzero(~taken)
-        again = _name(self._positions, np.where(searched, reach, 0.0), points[left], rejected)
-        return np.where((named == _NONE) & (again != _NONE), left[again], named) if len(left) else named
+        self._positions += motions
+        reach = settings.search_margin_m + self._doubt
+        lost = reach > self._half_way()
+        named, rejected["ambiguous identity"] = _name(self._positions, np.where(lost, 0.0, reach), points)
+        rejected["lost fiducial"] = int(np.sum(lost))
+        return named
 
     def _half_way(self) -> FloatArray:
         """Return for each fiducial the share of the distance to the nearest other that may be searched (n,), m."""
@@ -148,28 +138,34 @@ class IdentityTracker:
         return _HALF_WAY * nearest
 
     def _motion_at(self, fiducial: int, neighbours: Indices, moved: FloatArray) -> FloatArray:
-        """Return the motion (3,) at a fiducial by the affine map of its neighbours' motions, nearer ones heavier."""
+        """Return the motion (3,) at a fiducial: the affine map of the motions (k, 3) of its neighbours."""
         offsets = self._rest[neighbours, :2] - self._rest[fiducial, :2]
         distances = np.linalg.norm(offsets, axis=1)
         weights = np.exp(-0.25 * (distances / distances.min()) ** 2)[:, None]
         design = np.column_stack([np.ones(len(neighbours)), offsets / distances.min()])
-        coefficients = np.linalg.lstsq(weights * design, weights * moved[neighbours], rcond=1e-3)[0]
+        coefficients = np.linalg.lstsq(weights * design, weights * moved, rcond=1e-3)[0]
         motion: FloatArray = coefficients[0]
         return motion
 
 
-def _name(expected: FloatArray, reach: FloatArray, points: FloatArray, rejected: Counter[str]) -> Indices:
+def _name(expected: FloatArray, reach: FloatArray, points: FloatArray) -> tuple[Indices, int]:
     """Return for each expected position (n, 3) the row of the one point (m, 3) within reach (n,), else -1.
 
-    Point and fiducial have to be each other's nearest, with no second one nearly as near for either.
+    Point and fiducial have to be each other's nearest, with no second one nearly as near for either; the
+    number of those that fail by this is returned with the rows.
     """
-    if not len(points):
-        return np.full(len(expected), _NONE)
     distances = np.linalg.norm(expected[:, None] - points, axis=2)
     distances[distances > reach[:, None]] = np.inf
-    nearest = distances.argmin(axis=1)
-    best = distances.min(axis=1)
-    alone = _DISTINCT * best <= _second_smallest(distances, axis=1)
-    alone &= _DISTINCT * best <= np.where(
-        distances[:, nearest].T.argmin ...
-    )
+    rival = np.minimum(_least_other(distances), _least_other(distances.T).T)
+    certain = np.isfinite(distances) & (_DISTINCT * distances <= rival)
+    named = np.full(len(expected), _NONE)
+    rows, columns = np.nonzero(certain)
+    named[rows] = columns
+    return named, int(np.sum(np.isfinite(distances).any(axis=1) & (named == _NONE)))
+
+
+def _least_other(values: FloatArray) -> FloatArray:
+    """Return for every entry (n, m) the smallest other entry of its row, infinite where there is none."""
+    padded = np.concatenate([values, np.full((len(values), 2), np.inf)], axis=1)
+    least, second = np.partition(padded, 1, axis=1)[:, :2].T
+    return np.where(values == least[:, None], second[:, None], least[:, None])

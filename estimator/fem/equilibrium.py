@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,12 @@ from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
 
+# The cubic through the last step is trusted for a motion of up to this many times that step.
+_LONGEST_EXTRAPOLATION = 2.0
+
+# Rounding of the nodal forces, relative to the stiffest modulus times the body's cross-section.
+_ROUNDING = 1e-14
+
 
 @dataclass(frozen=True)
 class NewtonSettings:
@@ -28,9 +34,18 @@ class NewtonSettings:
 
     tolerance: float = 1e-9
     iterations: int = 20
-    chord_rate: float = 0.05
+    chord_rate: float = 0.15
     smallest_fraction: float = 1.0 / 256.0
     unstable_fraction: float = 1.0 / 16.0
+
+
+@dataclass(frozen=True)
+class Waypoint:
+    """Where a motion has come by: pose, displacement (n, 3) in m, and the field's derivative by the pose (nf, 6)."""
+
+    pose: GripperPose
+    displacement: FloatArray
+    by_pose: FloatArray
 
 
 @dataclass(frozen=True)
@@ -47,6 +62,7 @@ class EquilibriumState:
     tangent : assembled at the solution
     by_pose : (nf, 6) derivative of the free displacements by the gripper's translation (m) and rotation (rad)
     iterations : Newton iterations spent on it
+    before : the state from which the motion led here; None where that is not known
     """
 
     pose: GripperPose
@@ -57,6 +73,7 @@ class EquilibriumState:
     tangent: Tangent
     by_pose: FloatArray
     iterations: int
+    before: Waypoint | None = None
 
 
 def rigid_modes(problem: RetractionProblem, pose: GripperPose) -> FloatArray:
@@ -97,7 +114,7 @@ class EquilibriumSolver:
             goal = pose if target == 1.0 else start.pose.between(pose, target)
             try:
                 trial = self._predict(goal, material, reached)
-                reached = self._newton(goal, trial, accept_unstable=step <= self.settings.unstable_fraction)
+                state = self._newton(goal, trial, accept_unstable=step <= self.settings.unstable_fraction)
             except SolverError as failure:
                 step /= 2.0
                 if step < self.settings.smallest_fraction:
@@ -106,6 +123,7 @@ class EquilibriumSolver:
                         f"{np.round(1e3 * pose.position, 2).tolist()} mm: {failure}"
                     ) from failure
                 continue
+            reached = replace(state, before=Waypoint(reached.pose, reached.displacement, reached.by_pose))
             fraction, step = target, min(2.0 * step, 1.0)
         return reached
 
@@ -123,7 +141,7 @@ class EquilibriumSolver:
         tangent: Tangent | None = None
         size = self._residual(trial)
         for iteration in range(self.settings.iterations + 1):
-            if size <= self.settings.tolerance * self._force_scale(trial):
+            if size <= self._smallest_residual(trial):
                 return self._finish(trial, pose, iteration)
             if tangent is None:
                 tangent = self._assemble(trial)
@@ -138,11 +156,34 @@ class EquilibriumSolver:
     def _predict(self, pose: GripperPose, material: Material, start: EquilibriumState) -> _Trial:
         """Extrapolate the field along the motion; where that turns an element, move the gripped nodes alone."""
         predicted = start.displacement.copy().reshape(-1)
-        predicted[self.problem.pattern.free] += start.by_pose @ start.pose.increment_to(pose)
+        predicted[self.problem.pattern.free] += self._extrapolate(pose, start)
         try:
             return self._trial(material, self._impose(pose, predicted.reshape(-1, 3)))
         except SolverError:
             return self._trial(material, self._impose(pose, start.displacement))
+
+    def _extrapolate(self, pose: GripperPose, start: EquilibriumState) -> FloatArray:
+        """Return the change of the free displacements (nf,) on the way to ``pose``.
+
+        Linear in the motion, and along the last step's direction by the cubic that agrees with field and derivative
+        at both its ends (Hermite): back at the start of that step it gives the field that was there.
+        """
+        motion = start.pose.increment_to(pose)
+        change: FloatArray = start.by_pose @ motion
+        if start.before is None:
+            return change
+        last_motion = start.before.pose.increment_to(start.pose)
+        modes = rigid_modes(self.problem, start.pose)
+        last_way = modes @ last_motion
+        share = float(last_way @ (modes @ motion)) / max(float(last_way @ last_way), np.finfo(float).tiny)
+        if abs(share) > _LONGEST_EXTRAPOLATION:
+            return change
+        free = self.problem.pattern.free
+        last_change = (start.displacement - start.before.displacement).reshape(-1)[free]
+        slope_before, slope = start.before.by_pose @ last_motion, start.by_pose @ last_motion
+        quadratic = slope_before + 2.0 * slope - 3.0 * last_change
+        cubic = slope_before + slope - 2.0 * last_change
+        return change + share**2 * (quadratic + share * cubic)
 
     def _impose(self, pose: GripperPose, displacement: FloatArray) -> FloatArray:
         gripped = self.problem.gripped
@@ -176,10 +217,12 @@ class EquilibriumSolver:
     def _residual(self, trial: _Trial) -> float:
         return float(np.linalg.norm(trial.forces.reshape(-1)[self.problem.pattern.free]))
 
-    def _force_scale(self, trial: _Trial) -> float:
-        """Norm of the gripping forces, but no less than a millionth of μ times the cross-section."""
-        floor = 1e-6 * trial.material.lame[0] * float(self.problem.body.volume.sum()) ** (2 / 3)
-        return max(float(np.linalg.norm(trial.forces[self.problem.gripped])), floor)
+    def _smallest_residual(self, trial: _Trial) -> float:
+        """Return the residual that counts as zero: a share of the gripping forces, or what rounding leaves."""
+        mu, lame = trial.material.lame
+        area = float(self.problem.body.volume.sum()) ** (2 / 3)
+        reaction = float(np.linalg.norm(trial.forces[self.problem.gripped]))
+        return max(self.settings.tolerance * reaction, _ROUNDING * (lame + 2 * mu) * area)
 
     def _assemble(self, trial: _Trial) -> Tangent:
         return self._assembler.assemble(stiffness(self.problem.body, trial.material, trial.response))

@@ -1,5 +1,8 @@
 """The element loops, compiled: kinematics, internal forces and tangent stiffness.
 
+They run on one thread: an element loop takes milliseconds, and where another process holds the second core a parallel
+loop waits for it at every barrier, which costs more than that core ever gives.
+
 First Piola–Kirchhoff stress and tangent follow from the energy W(I1, I2, J) by the chain rule (Bonet & Wood,
 "Nonlinear Continuum Mechanics for Finite Element Analysis", 2nd ed., ch. 5 and 8):
 
@@ -8,7 +11,7 @@ First Piola–Kirchhoff stress and tangent follow from the energy W(I1, I2, J) b
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
@@ -141,7 +144,7 @@ def _elasticity(F: FloatArray, G: FloatArray, w: FloatArray, h: FloatArray, A: F
                     A[3 * i + j, 3 * k + l] = value
 
 
-@njit(cache=True, parallel=True, fastmath={"contract", "reassoc", "nsz"})
+@njit(cache=True, fastmath={"contract", "reassoc", "nsz"})
 def element_stiffness(
     F: FloatArray,
     gradient: FloatArray,
@@ -161,7 +164,7 @@ def element_stiffness(
     modes = basis.shape[2]
     size = 3 * nodes
     out = np.zeros((count, size, size))
-    for e in prange(count):
+    for e in range(count):
         G, A, T = np.empty((3, 3, 3)), np.empty((9, 9)), np.empty((9, size))
         w, h = np.empty(3), np.empty(6)
         D = np.zeros((modes, size))

@@ -80,7 +80,7 @@ def estimate(experiments: Sequence[Experiment], progress: Progress | None = None
     corrected = [replace(m, mean=m.mean - change[m.experiment, m.state]) for m in means]
     remaining = {state: _REMAINING_ERROR * c for state, c in change.items()}
     system = whiten(corrected, every.predictions, _slopes(values), remaining)
-    last = marginal_step(system)
+    last = marginal_step(system, _PARAMETERS, values)
     final = moved(_PARAMETERS, values, last.step)
     outcome = FitOutcome(
         experiments=tuple(experiments),
@@ -88,7 +88,7 @@ def estimate(experiments: Sequence[Experiment], progress: Progress | None = None
         parameters=_PARAMETERS,
         values=final,
         step={name: final[name] - values[name] for name in final},
-        iterates=(*rough, *fine[1:], Iterate(final, last.chi2)),
+        iterates=(*rough, *fine[1:], Iterate(final, last.chi2_after)),
         predictions=every.predictions,
         change=change,
         last=last,

@@ -76,9 +76,7 @@ def _noise_ratio(outcome: FitOutcome) -> float:
 
     The misfit of the state means and the scatter of the rows about them add up to that of all rows.
     """
-    last = outcome.last
-    squares = last.chi2 - float(last.step @ np.linalg.solve(last.covariance, last.step))
-    count = 0
+    squares, count = outcome.last.chi2_after, 0
     for experiment, schedule in zip(outcome.experiments, outcome.model.schedules, strict=True):
         rows = measured_rows(experiment) / np.sqrt(channel_variance(experiment))
         for state in range(len(schedule.poses)):
@@ -119,9 +117,10 @@ def _predicted_rows(fit: ExperimentFit) -> FloatArray:
 
 
 def _interval(parameter: FitParameter, value: float, internal_std: float) -> ParameterEstimate:
-    """Return the interval that is symmetric in the internal variable."""
+    """Return the interval that is symmetric in the internal variable, cut at the bounds."""
     internal = parameter.to_internal(value)
     ends = [parameter.from_internal(internal + sign * _Z95 * internal_std) for sign in (-1.0, 1.0)]
+    ends = [min(max(end, parameter.lower), parameter.upper) for end in ends]
     return ParameterEstimate(value, internal_std * parameter.slope(value), (ends[0], ends[1]))
 
 

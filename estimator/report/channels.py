@@ -1,7 +1,6 @@
 """Residuals by channel: how large they are, and whether the sensors' noise explains them."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +10,7 @@ from estimator.fit.result import ExperimentFit
 FloatArray = NDArray[np.float64]
 
 WRENCH_CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
-Unit = Literal["N", "N·m", "m"]
+CHANNELS = (*WRENCH_CHANNELS, "fiducials x", "fiducials y", "fiducials z")
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +28,7 @@ class ChannelResidual:
     """
 
     name: str
-    unit: Unit
+    unit: str
     count: int
     rms: float
     rms_sigma: float
@@ -48,24 +47,28 @@ def fiducial_residual(fit: ExperimentFit) -> FloatArray:
 
 
 def channel_residuals(fit: ExperimentFit) -> list[ChannelResidual]:
-    """Return the residuals of an experiment: the six of the wrench, then x, y and z of all fiducials."""
+    """Return the residuals of an experiment in the order of ``CHANNELS``."""
     sensor = fit.experiment.sensor
     wrench, fiducials = wrench_residual(fit), fiducial_residual(fit)
-    forces = [_summary(n, "N", sensor.force_std, wrench[:, [i]]) for i, n in enumerate(WRENCH_CHANNELS[:3])]
-    torques = [
-        _summary(n, "N·m", sensor.torque_std, wrench[:, [i]])
-        for i, n in enumerate(WRENCH_CHANNELS[3:], start=3)
+    signals = [*(wrench[:, [i]] for i in range(6)), *(fiducials[:, :, i] for i in range(3))]
+    units = (
+        [("N", sensor.force_std)] * 3 + [("N·m", sensor.torque_std)] * 3 + [("m", sensor.fiducial_std)] * 3
+    )
+    return [
+        _summary(name, unit, std, signal)
+        for name, (unit, std), signal in zip(CHANNELS, units, signals, strict=True)
     ]
-    coordinates = [_summary(f"fiducials {n}", "m", sensor.fiducial_std, fiducials[:, :, i]) for i, n in enumerate("xyz")]
-    return [*forces, *torques, *coordinates]
 
 
-def worst_fiducial(fit: ExperimentFit) -> tuple[int, float]:
-    """Return the fiducial that the prediction misses most, and its root mean square residual in units of the noise."""
+def worst_fiducial(fit: ExperimentFit) -> tuple[int, float] | None:
+    """Return the fiducial that the prediction misses most, and its root mean square residual in units of the noise.
+
+    None where no fiducial was measured.
+    """
     residual = fiducial_residual(fit)
     by_fiducial = np.array([root_mean_square(residual[:, i]) for i in range(residual.shape[1])])
     if not np.isfinite(by_fiducial).any():
-        return 0, float("nan")
+        return None
     worst = int(np.nanargmax(by_fiducial))
     return worst, float(by_fiducial[worst])
 
@@ -76,7 +79,7 @@ def root_mean_square(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(measured**2))) if len(measured) else float("nan")
 
 
-def _summary(name: str, unit: Unit, std: float, residual: FloatArray) -> ChannelResidual:
+def _summary(name: str, unit: str, std: float, residual: FloatArray) -> ChannelResidual:
     """Summarise signals (n, s) that are given in units of ``std``."""
     measured = np.isfinite(residual)
     count = measured.sum(axis=0)

@@ -18,7 +18,7 @@ _RISE = 1.01
 def draw_convergence(sheet: Figure, estimate: Estimate, truth: Truth | None) -> None:
     """Draw E, ν and the misfit against the iteration; bands are the final 95 % intervals."""
     modulus, ratio, misfit = sheet.subplots(1, 3)
-    sheet.subplots_adjust(left=0.06, right=0.99, bottom=0.17, top=0.88, wspace=0.24)
+    sheet.subplots_adjust(left=0.06, right=0.99, bottom=0.17, top=0.88, wspace=0.32)
     iterates = estimate.iterates
     _parameter(
         modulus,
@@ -50,9 +50,7 @@ def _stage_starts(iterates: Sequence[Iterate]) -> list[int]:
     return [0, *rises, len(iterates)]
 
 
-def _parameter(
-    axes: Axes, values: list[float], interval: tuple[float, float], truth: float | None
-) -> None:
+def _parameter(axes: Axes, values: list[float], interval: tuple[float, float], truth: float | None) -> None:
     axes.axhspan(*interval, color=MEASURED, alpha=0.2, linewidth=0, label="95 % interval")
     if truth is not None:
         axes.axhline(truth, color=TRUTH, linestyle=(0, (5, 3)), label="truth")

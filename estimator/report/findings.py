@@ -55,8 +55,8 @@ def comparison(estimate: Estimate, truth: Truth) -> str:
     modulus, ratio = estimate.youngs_modulus, estimate.poisson_ratio
     relative = 100 * (modulus.value / truth.youngs_modulus - 1)
     return (
-        f"Truth: E = {truth.youngs_modulus / 1e3:.4g} kPa (estimate off by {relative:+.2g} %, "
-        f"{_standing(modulus, truth.youngs_modulus)}), ν = {truth.poisson_ratio:.4g} (off by "
+        f"Truth: E = {truth.youngs_modulus / 1e3:.5g} kPa (estimate off by {relative:+.2g} %, "
+        f"{_standing(modulus, truth.youngs_modulus)}), ν = {truth.poisson_ratio:.5g} (off by "
         f"{ratio.value - truth.poisson_ratio:+.2g}, {_standing(ratio, truth.poisson_ratio)})."
     )
 
@@ -99,10 +99,7 @@ def summary_text(estimate: Estimate, truth: Truth | None) -> str:
 def _with_interval(symbol: str, estimate: ParameterEstimate, unit: str) -> str:
     decimals = min(max(0, 1 - math.floor(math.log10(estimate.std))), 6)
     low, high = estimate.interval95
-    return (
-        f"{symbol} = {estimate.value:.{decimals}f}{unit} "
-        f"(95 % interval {low:.{decimals}f} to {high:.{decimals}f}{unit})"
-    )
+    return f"{symbol} = {estimate.value:.{decimals}f}{unit} (95 %: {low:.{decimals}f} to {high:.{decimals}f})"
 
 
 def _standing(estimate: ParameterEstimate, truth: float) -> str:

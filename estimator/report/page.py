@@ -8,7 +8,6 @@ from importlib.resources import files
 from typing import NewType
 
 import matplotlib
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from estimator.report.theme import PLOT_STYLE, css_variables, themed
@@ -19,7 +18,7 @@ Html = NewType("Html", str)
 # The gid of the artists that a :func:`switched_figure` shows and hides.
 SWITCHED = "switched"
 
-_RASTER_DPI = 150
+_RASTER_DPI = 125
 
 
 def page(title: str, blocks: Iterable[Html]) -> str:
@@ -69,7 +68,9 @@ def warnings(items: Sequence[str]) -> Html:
 def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[str]]) -> Html:
     """Return a table of numbers; the first column names the row."""
     lines = "\n".join(_row("td", row) for row in rows)
-    return _scrolled(f"<table>{_caption(caption)}<thead>{_row('th', head)}</thead><tbody>{lines}</tbody></table>")
+    return _scrolled(
+        f"<table>{_caption(caption)}<thead>{_row('th', head)}</thead><tbody>{lines}</tbody></table>"
+    )
 
 
 def facts(caption: str, items: Mapping[str, str]) -> Html:
@@ -116,7 +117,6 @@ def switched_figure(
 def _svg(draw: Callable[[Figure], None], size_in: tuple[float, float]) -> str:
     with matplotlib.rc_context(PLOT_STYLE):
         sheet = Figure(figsize=size_in)
-        FigureCanvasSVG(sheet)
         draw(sheet)
         buffer = io.StringIO()
         nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
@@ -125,10 +125,14 @@ def _svg(draw: Callable[[Figure], None], size_in: tuple[float, float]) -> str:
 
 
 def _embedded(svg: str) -> str:
-    """Return a stand-alone SVG as a part of a page: no prologue, namespaces or ids that another figure has too."""
+    """Return a stand-alone SVG as a part of a page.
+
+    Prologue, namespaces, the ids that other figures have too and digits below a hundredth of a point go.
+    """
     body = re.sub(r' xmlns(:xlink)?="[^"]*"', "", svg[svg.index("<svg") :].rstrip())
     body = body.replace(f'<g id="{SWITCHED}">', f'<g class="{SWITCHED}">').replace("xlink:href", "href")
-    return re.sub(r'<g id="[^"]*">', "<g>", body)
+    body = re.sub(r'<g id="[^"]*">', "<g>", body)
+    return re.sub(r"(\d\.\d\d)\d+", r"\1", body)
 
 
 def _scrolled(markup: str) -> Html:

@@ -1,4 +1,4 @@
-"""Where things are, in millimetres: the gripped and the anchored tissue at rest and on the way."""
+"""Where the tissue that is held lies, in millimetres, at rest and on the way."""
 
 from itertools import product
 
@@ -11,8 +11,7 @@ from estimator.experiment import Box, Experiment
 FloatArray = NDArray[np.float64]
 
 MM = 1e3
-# Corners of a box in the order of :func:`corners_mm`, around each face.
-BOX_FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+_GRASP_PIECES = 8
 
 
 def farthest_row(experiment: Experiment) -> int:
@@ -20,22 +19,42 @@ def farthest_row(experiment: Experiment) -> int:
     return int(np.argmax(np.linalg.norm(experiment.position - experiment.position[0], axis=1)))
 
 
-def extent_mm(points: FloatArray) -> FloatArray:
-    """Return the lowest and the highest coordinates (2, 3) of points (n, 3) in metres."""
-    return MM * np.stack([points.min(axis=0), points.max(axis=0)])
-
-
 def within_mm(box: Box, extent: FloatArray) -> FloatArray:
     """Return the corners (2, 3) of the part of a box that lies within an extent (2, 3)."""
     return np.clip(MM * np.array([box.lower, box.upper]), extent[0], extent[1])
 
 
-def corners_mm(box: FloatArray) -> FloatArray:
-    """Return the eight corners (8, 3) of a box (2, 3)."""
-    return np.array([[box[i, 0], box[j, 1], box[k, 2]] for i, j, k in product((0, 1), repeat=3)])
+def box_surface(box: FloatArray, pieces: int) -> FloatArray:
+    """Return each face of a box (2, 3) as ``pieces``² quadrilaterals, (6·pieces², 4, 3), anticlockwise from outside."""
+    steps = np.linspace(0.0, 1.0, pieces + 1)
+    quads = []
+    for axis, side in product(range(3), (0, 1)):
+        # One direction in the face, then the other, turn anticlockwise about the outward normal.
+        first, second = ((axis + 1) % 3, (axis + 2) % 3)[:: 1 if side else -1]
+        for i, j in product(range(pieces), repeat=2):
+            share = np.empty((4, 3))
+            share[:, axis] = side
+            share[:, first] = steps[[i, i + 1, i + 1, i]]
+            share[:, second] = steps[[j, j, j + 1, j + 1]]
+            quads.append(box[0] + share * (box[1] - box[0]))
+    return np.array(quads)
 
 
-def moved_with_gripper_mm(points: FloatArray, experiment: Experiment, row: int) -> FloatArray:
-    """Return where points (n, 3) of the gripped tissue at rest are at a row."""
-    rotation = Rotation.from_quat(experiment.quaternion_wxyz[row], scalar_first=True)
-    return MM * experiment.position[row] + rotation.apply(points - MM * np.array(experiment.grasp.centre))
+def box_edges(box: FloatArray) -> FloatArray:
+    """Return the twelve edges (12, 2, 3) of a box (2, 3)."""
+    corners = list(product((0, 1), repeat=3))
+    pairs = [(a, b) for a, b in product(corners, repeat=2) if a < b and np.abs(np.subtract(a, b)).sum() == 1]
+    return box[0] + np.array(pairs) * (box[1] - box[0])
+
+
+def gripped_surface(experiment: Experiment, extent: FloatArray, row: int) -> FloatArray:
+    """Return where the outer faces of the gripped tissue are at a row, as quadrilaterals (f, 4, 3).
+
+    Parameters
+    ----------
+    extent : (2, 3) of the body at rest; faces of the grasp within it are not outer ones
+    """
+    quads = box_surface(within_mm(experiment.grasp.box, extent), _GRASP_PIECES)
+    quads = quads[((quads == extent[0]) | (quads == extent[1])).all(axis=1).any(axis=1)]
+    turn = Rotation.from_quat(experiment.quaternion_wxyz[row], scalar_first=True).as_matrix()
+    return MM * experiment.position[row] + (quads - MM * np.array(experiment.grasp.centre)) @ turn.T

@@ -6,6 +6,7 @@ has a lighter twin for dark backgrounds.
 
 import re
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,18 +26,16 @@ COLOURS = {
     "measured": Colour("#0072b2", "#5db8ec"),
     "predicted": Colour("#d55e00", "#ff8a3d"),
     "truth": Colour("#009e73", "#2bc79b"),
-    "anchor": Colour("#8b5fb0", "#bb95dc"),
+    "anchor": Colour("#b4488f", "#dd86bf"),
     "grasp": Colour("#b98200", "#e9b949"),
 }
 
 INK, MUTED, LINE = COLOURS["ink"].light, COLOURS["muted"].light, COLOURS["line"].light
 MEASURED, PREDICTED, TRUTH = (COLOURS[name].light for name in ("measured", "predicted", "truth"))
 ANCHOR, GRASP = COLOURS["anchor"].light, COLOURS["grasp"].light
-# Told apart in every order, for figures that compare several curves.
-SERIES = (MEASURED, PREDICTED, TRUTH, GRASP, ANCHOR, MUTED)
 
 # What matplotlib is told while a figure is drawn: text stays text, names of clip paths do not change with the run.
-PLOT_STYLE: dict[str, object] = {
+PLOT_STYLE: dict[Any, object] = {
     "svg.fonttype": "none",
     "svg.hashsalt": "report",
     "font.size": 10,

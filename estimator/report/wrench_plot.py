@@ -1,31 +1,21 @@
 """Force and torque against time: measured, predicted, and what is left in units of the noise."""
 
-from itertools import groupby
-
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from estimator.experiment import PHASES, Experiment
+from estimator.experiment import Experiment
 from estimator.fit.result import ExperimentFit
 from estimator.report.channels import WRENCH_CHANNELS, wrench_residual
-from estimator.report.theme import GRASP, INK, MEASURED, MUTED, PREDICTED
+from estimator.report.marks import phase_legend, plot_measured, shade_phases, too_many
+from estimator.report.theme import INK, MEASURED, MUTED, PREDICTED
 
 FloatArray = NDArray[np.float64]
 
-# Shade of each phase: a colour and its opacity; holds are darker, the way back has another hue.
-_SHADES = {
-    "hold": (MUTED, 0.13),
-    "return": (GRASP, 0.10),
-    "return_hold": (GRASP, 0.24),
-}
 _SMALLEST_SHARE = 0.25
 _STRIP_SIGMA = 4.0
-_MOST_VECTOR_POINTS = 400
 
 
 def draw_wrench(sheet: Figure, fit: ExperimentFit) -> None:
@@ -34,8 +24,8 @@ def draw_wrench(sheet: Figure, fit: ExperimentFit) -> None:
     Small channels keep at least a quarter of the span of the largest, so that they look small.
     """
     sensor = fit.experiment.sensor
-    axes = sheet.subplots(4, 3, sharex=True, height_ratios=[3, 1.1, 3, 1.1])
-    sheet.subplots_adjust(left=0.06, right=0.99, bottom=0.08, top=0.91, wspace=0.14, hspace=0.24)
+    axes = sheet.subplots(4, 3, sharex=True, height_ratios=[3, 1.3, 3, 1.3])
+    sheet.subplots_adjust(left=0.07, right=0.99, bottom=0.08, top=0.91, wspace=0.18, hspace=0.24)
     residual = wrench_residual(fit)
     reach = _strip_reach(residual)
     for top, label, first, factor, std in (
@@ -51,61 +41,32 @@ def draw_wrench(sheet: Figure, fit: ExperimentFit) -> None:
             profile.set_ylim(*limits[column])
             profile.yaxis.set_major_locator(MaxNLocator(5))
             profile.set_title(WRENCH_CHANNELS[channel])
-            draw_strip(strip, fit.experiment, residual[:, channel], reach)
+            _strip(strip, fit.experiment, residual[:, channel], reach)
         axes[top, 0].set_ylabel(label)
         axes[top + 1, 0].set_ylabel("residual, σ")
     for column in axes[-1]:
         column.set_xlabel("time, s")
     for row in axes:
-        row[0].yaxis.set_label_coords(-0.13, 0.5)
-    _legend(sheet, axes[0, 0], fit.experiment)
+        row[0].yaxis.set_label_coords(-0.17, 0.5)
+    handles = [*axes[0, 0].get_legend_handles_labels()[0], *phase_legend(fit.experiment)]
+    sheet.legend(handles=handles, loc="upper right", ncols=len(handles), borderaxespad=0.2)
 
 
-def draw_strip(axes: Axes, experiment: Experiment, residual_sigma: FloatArray, reach: float) -> None:
+def _strip(axes: Axes, experiment: Experiment, residual_sigma: FloatArray, reach: float) -> None:
     """Draw a signal's residual in units of the noise; between the dashed lines lie 95 % of pure noise."""
     shade_phases(axes, experiment)
     axes.axhline(0, color=INK, linewidth=0.8)
     for bound in (-1.96, 1.96):
         axes.axhline(bound, color=MUTED, linewidth=0.8, linestyle=(0, (4, 3)))
-    axes.plot(
-        experiment.time,
-        residual_sigma,
-        linestyle="none",
-        marker=".",
-        markersize=4,
-        color=MEASURED,
-        rasterized=len(residual_sigma) > _MOST_VECTOR_POINTS,
-    )
+    plot_measured(axes, experiment.time, residual_sigma, size=2.6)
     axes.set_ylim(-reach, reach)
     axes.yaxis.set_major_locator(MaxNLocator(2, integer=True, symmetric=True))
     axes.grid(visible=False)
 
 
-def shade_phases(axes: Axes, experiment: Experiment) -> None:
-    """Shade the stretches of time of each phase; they meet half-way between two rows."""
-    time = experiment.time
-    edges = np.concatenate([time[:1], (time[1:] + time[:-1]) / 2, time[-1:]])
-    stretches: dict[str, list[tuple[float, float]]] = {phase: [] for phase in PHASES}
-    row = 0
-    for phase, rows in groupby(experiment.phase):
-        end = row + len(list(rows))
-        stretches[phase].append((edges[row], edges[end] - edges[row]))
-        row = end
-    for phase, (colour, opacity) in _SHADES.items():
-        if stretches[phase]:
-            axes.broken_barh(
-                stretches[phase],
-                (0, 1),
-                transform=axes.get_xaxis_transform(),
-                facecolor=colour,
-                alpha=opacity,
-                linewidth=0,
-                zorder=0,
-            )
-    axes.set_xlim(edges[0], edges[-1])
-
-
-def _profile(axes: Axes, experiment: Experiment, measured: FloatArray, predicted: FloatArray, std: float) -> None:
+def _profile(
+    axes: Axes, experiment: Experiment, measured: FloatArray, predicted: FloatArray, std: float
+) -> None:
     shade_phases(axes, experiment)
     axes.errorbar(
         experiment.time,
@@ -116,7 +77,7 @@ def _profile(axes: Axes, experiment: Experiment, measured: FloatArray, predicted
         elinewidth=1,
         color=MEASURED,
         label="measured ± 1 σ",
-        rasterized=len(measured) > _MOST_VECTOR_POINTS,
+        rasterized=too_many(measured),
     )
     axes.plot(experiment.time, predicted, color=PREDICTED, label="predicted", zorder=3)
 
@@ -133,11 +94,3 @@ def _limits(measured: FloatArray, predicted: FloatArray, std: float) -> list[tup
 def _strip_reach(residual: FloatArray) -> float:
     measured = residual[np.isfinite(residual)]
     return max(_STRIP_SIGMA, 1.1 * float(np.abs(measured).max())) if len(measured) else _STRIP_SIGMA
-
-
-def _legend(sheet: Figure, axes: Axes, experiment: Experiment) -> None:
-    handles: list[Artist] = list(axes.get_legend_handles_labels()[0])
-    for phase, (colour, opacity) in _SHADES.items():
-        if phase in experiment.phase:
-            handles.append(Patch(color=colour, alpha=opacity, linewidth=0, label=phase.replace("_", " ")))
-    sheet.legend(handles=handles, loc="upper right", ncols=len(handles), borderaxespad=0.2)

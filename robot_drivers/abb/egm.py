@@ -6,20 +6,17 @@ kernel's receive stamp, the controller's clock and its unwrapped sequence number
 
 import math
 import socket
+import time
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
-from robot_drivers.abb.egm_codec import EgmMeasuredForceB, EgmMotion, EgmRobot, decode_robot
+from robot_drivers.abb.egm_codec import EgmMeasuredForce, EgmMotion, EgmRobot, decode_robot
 from robot_drivers.abb.kinematics import Joints
 from robot_drivers.abb.sequence import SequenceAccount
 from robot_drivers.abb.udp import Datagram, StampedSocket
-from robot_drivers.errors import (
-    ConfigurationError,
-    DeviceProtocolError,
-    DeviceUnreachableError,
-)
+from robot_drivers.errors import ConfigurationError, DeviceProtocolError, DeviceUnreachableError
 from robot_drivers.protocols import Pose, PoseBlock, StreamStatistics
 
 _STANDING_RAD_S = 5e-4  # planned joint speed; a float32 angle near 90° resolves 3e-5 rad/s at 250 Hz
@@ -36,9 +33,8 @@ class EGMSettings:
     port : UDP port of this computer; the controller's UDPUC device names it as remote port
     bind_address : address of the network interface towards the controller
     controller_address : only datagrams from here count; None takes whoever sends the first valid one
-    untimed_joint_unit : unit of the joint angles in messages without a time field (RobotWare 6.00 – 6.06).
-    ABB's
-        client library took them for radians; this was not confirmed on a controller
+    untimed_joint_unit : unit of the joint angles in messages without a time field (RobotWare 6.00 – 6.06). The
+        client library abb_libegm took them for radians; this was not confirmed on a controller
     """
 
     port: int = 6510
@@ -110,8 +106,12 @@ class PositionStream:
 
     def receive(self, timeout_s: float) -> list[EGMSample]:
         """Return the samples that arrived since the last call; wait up to ``timeout_s`` for a first one."""
-        samples = (self._accept(datagram) for datagram in self._opened().receive(timeout_s))
-        return [sample for sample in samples if sample is not None]
+        deadline = time.monotonic() + timeout_s
+        while datagrams := self._opened().receive(deadline - time.monotonic()):
+            samples = [sample for datagram in datagrams if (sample := self._accept(datagram)) is not None]
+            if samples or time.monotonic() > deadline:
+                return samples
+        return []
 
     def read(self, timeout_s: float) -> PoseBlock:
         """Return what :meth:`receive` does as one block; empty when nothing came in that time."""
@@ -204,9 +204,7 @@ def classify(message: EgmRobot) -> str:
         return "D"
     if message.feed_back is None or message.feed_back.time is None:
         return "A"
-    if isinstance(message.measured_force, EgmMeasuredForceB):
-        return "B" if message.utilization_rate is None else "B'"
-    if message.measured_force is not None or message.move_index is not None:
+    if isinstance(message.measured_force, EgmMeasuredForce) or message.move_index is not None:
         return "C"
     return "B" if message.utilization_rate is None else "B'"
 

@@ -1,7 +1,7 @@
 """EGM Position Guidance as a second way to move: this computer generates every reference, 250 times a second.
 
-The controller has no interpolator then, so this one keeps the straight line, the speed, the acceleration and the
-limits. The controller's part is ``rapid/RetractGuidance.mod``. Straight motions by the RAPID server
+The controller has no interpolator then, so this one keeps the straight line, the speed, the acceleration
+and the limits. The controller's part is ``rapid/RetractGuidance.mod``. Straight motions by the RAPID server
 (:mod:`robot_drivers.abb.irb140`) are the better choice for retractions in steps.
 """
 

@@ -21,7 +21,7 @@ from robot_drivers.abb.emulator_guidance import Guidance, GuidanceSettings, Guid
 from robot_drivers.abb.emulator_ports import CommandPort, ServerPort
 from robot_drivers.abb.emulator_rapid import RapidServer
 from robot_drivers.abb.emulator_settings import ArmSettings, ControllerFaults, EmulatorSettings
-from robot_drivers.errors import ConfigurationError
+from robot_drivers.errors import ConfigurationError, DeviceTimeoutError
 from robot_drivers.protocols import Pose
 
 _ORDER_TIMEOUT_S = 5.0
@@ -173,23 +173,28 @@ class ControllerEmulator:
 
         self._orders.put(apply_and_tell)
         self._wake.send(b"!")
-        applied.wait(_ORDER_TIMEOUT_S)
+        if not applied.wait(_ORDER_TIMEOUT_S):
+            raise DeviceTimeoutError("the emulated controller does not react; its thread has ended or hangs")
 
     def _run(self) -> None:
-        started = next_cycle = time.monotonic()
+        next_cycle = time.monotonic()
         while not self._stopping:
-            now = time.monotonic()
-            awake = now - started >= self._settings.start_delay_s and not self._rapid.faults.mute
-            sockets = [self._bell, self._command.waiting_on] if awake else [self._bell]
-            select.select(sockets, [], [], max(next_cycle - now, 0.0))
+            sockets = [self._bell, self._command.waiting_on] if self._awake else [self._bell]
+            select.select(sockets, [], [], max(next_cycle - time.monotonic(), 0.0))
             self._carry_out_orders()
-            if awake:
+            if self._awake:
                 self._command.serve(self._rapid.begin_session, self._rapid.handle)
             while time.monotonic() >= next_cycle and not self._stopping:
-                self._cycle(awake)
+                self._cycle()
                 next_cycle += CYCLE_S
 
-    def _cycle(self, awake: bool) -> None:
+    @property
+    def _awake(self) -> bool:
+        """Whether the RAPID tasks answer."""
+        started = self._cycles * CYCLE_S >= self._settings.start_delay_s
+        return started and not self._rapid.faults.mute
+
+    def _cycle(self) -> None:
         self._cycles += 1
         for reply in self._rapid.cycle(CYCLE_S, self._command.client_silence_s):
             self._command.send(reply)
@@ -198,7 +203,7 @@ class ControllerEmulator:
             self._drop_clients()
         if self._egm is not None:
             self._send_egm(self._egm)
-        if awake and self._cycles % self._settings.state_period_cycles == 0:
+        if self._awake and self._cycles % self._settings.state_period_cycles == 0:
             self._send_state()
 
     @property

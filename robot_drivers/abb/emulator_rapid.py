@@ -27,7 +27,7 @@ MOTORS_ON_BIT, RUNNING_BIT, MOVING_BIT, HOLDING_BIT, WATCHDOG_BIT, ERROR_BIT = 1
 
 _PROTOCOL_VERSION = 1
 _MOVE_SEQUENCES = 4_000_000
-_ERR_ROBLIMIT = 1135.0  # stands for the ERRNO of any error of a motion
+_SOME_ERRNO = 1.0  # the real one depends on what went wrong
 _QUATERNION_TOLERANCE = 1e-3
 
 
@@ -234,7 +234,7 @@ class RapidServer:
                 return []
             kind, code, detail = DONE, OK, 0.0
         elif motion is Motion.FAILED:
-            kind, code, detail = ABORTED, MOTION_ERROR, _ERR_ROBLIMIT
+            kind, code, detail = ABORTED, MOTION_ERROR, _SOME_ERRNO
             self.holding = self._motion_error = True
         else:
             kind, code, detail = ABORTED, self._abort_code, 0.0

@@ -1,7 +1,8 @@
 """What to answer the controller during EGM Position Guidance: one answer to each datagram, and when to give none.
 
-The first answer of a session is the pose that the controller reported; nothing is commanded unless motors are on and
-guidance runs; a new session, a stop, silence or too large a lag ends a motion, and none is taken up again.
+The first answer of a session is the pose that the controller reported; nothing is commanded unless motors
+are on and guidance runs; a new session, a stop, silence or too large a lag ends a motion, and none is taken
+up again.
 """
 
 import math
@@ -43,11 +44,11 @@ class EGMGuidanceSettings:
     limits : bounds of every motion
     T_flange_tool : the controller's tool data
     acceleration : m/s² and rad/s²
-    largest_lag : distance (m) between reference and reported pose that ends a motion. The arm trails by speed / gain:
-        2 mm at 10 mm/s with the controller's default gain of 5 / s
+    largest_lag : distance (m) between reference and reported pose that ends a motion. The arm trails by
+        speed / gain: 2 mm at 10 mm/s with the controller's default gain of 5 / s
     silence_limit_s : time without a datagram after which the session is over
-    position_tolerance, angle_tolerance, settle_s : a motion is finished when the arm has been as close to its target
-        (m, rad) for so long
+    position_tolerance, angle_tolerance, settle_s : a motion is finished when the arm has been as close to
+        its target (m, rad) for so long
     connect_timeout_s : how long to wait for the first datagram
     """
 

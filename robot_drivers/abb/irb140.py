@@ -11,26 +11,12 @@ import math
 import threading
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from typing import Protocol
 
 from robot_drivers.abb import poses
-from robot_drivers.abb.command_connection import CommandConnection, ConnectionSettings, Exchange
-from robot_drivers.abb.egm import EGMSample, EGMSettings, PositionStream
-from robot_drivers.abb.limits import MotionLimits, check_on_line, check_trajectory
-from robot_drivers.abb.rapid_frames import (
-    PROTOCOL_VERSION,
-    Command,
-    Reply,
-    ReplyKind,
-    Status,
-    TextReply,
-    limit_numbers,
-    move_numbers,
-)
-from robot_drivers.abb.state_stream import StateStream
+from robot_drivers.abb.irb140_session import IRB140Settings, Session, done, open_session
+from robot_drivers.abb.limits import check_on_line, check_trajectory
+from robot_drivers.abb.rapid_frames import Command, Reply, ReplyKind, Status, TextReply, move_numbers
 from robot_drivers.errors import (
-    ConfigurationError,
     DeviceError,
     DeviceFaultError,
     DeviceProtocolError,
@@ -40,47 +26,16 @@ from robot_drivers.errors import (
 )
 from robot_drivers.protocols import DeviceIdentity, Pose, PoseBlock, RobotState, Speed, StreamStatistics
 
+__all__ = ["IRB140", "IRB140Settings", "MotionInterruptedError"]
+
 _STANDSTILL_TIMEOUT_S = 2.0
 _WATCH_PERIOD_S = 0.05
-_SAME_POSITION = 0.005  # m
-_SAME_ANGLE = math.radians(2.0)
 _TROUBLES = {
     Status.WATCHDOG_TRIPPED: "the watchdog missed the heartbeat",
     Status.MOTION_ERROR: "a motion failed",
     Status.HOLDING: "holding; call resume()",
 }
 _NEEDS = {Status.MOTORS_ON: "motors are off", Status.PROGRAM_RUNNING: "the motion program is stopped"}
-
-
-@dataclass(frozen=True, slots=True)
-class IRB140Settings:
-    """How to reach the robot and what it may do.
-
-    Attributes
-    ----------
-    host : address of the controller
-    command_port, state_port : TCP ports of the RAPID server
-    egm : where the controller sends its EGM position stream; None if it has no EGM. Without a controller
-        address of its own it must come from ``host``
-    egm_wait_s : how long :meth:`IRB140.connect` waits for that stream before it takes the state stream
-    limits : bounds of every motion
-    T_flange_tool : the tool data of the controller, needed to check joint angles (default: ABB's tool0)
-    position_tolerance, angle_tolerance : how far from its target (m, rad) a finished motion may stand
-    connect_timeout_s, heartbeat_period_s, silence_limit_s : of the command connection
-    """
-
-    host: str
-    command_port: int = 5000
-    state_port: int = 5001
-    egm: EGMSettings | None = field(default_factory=EGMSettings)
-    egm_wait_s: float = 1.0
-    limits: MotionLimits = field(default_factory=MotionLimits)
-    T_flange_tool: Pose = poses.IDENTITY
-    position_tolerance: float = 2e-4
-    angle_tolerance: float = math.radians(0.05)
-    connect_timeout_s: float = 3.0
-    heartbeat_period_s: float = 0.1
-    silence_limit_s: float = 1.0
 
 
 class MotionInterruptedError(DeviceFaultError):
@@ -91,27 +46,12 @@ class MotionInterruptedError(DeviceFaultError):
         self.reached = reached
 
 
-class _PoseSource(Protocol):
-    def read(self, timeout_s: float) -> PoseBlock: ...
-
-    def statistics(self) -> StreamStatistics: ...
-
-    def close(self) -> None: ...
-
-
-@dataclass(frozen=True, slots=True)
-class _Session:
-    command: CommandConnection
-    source: _PoseSource
-    identity: DeviceIdentity
-
-
 class IRB140:
     """One robot. :meth:`hold` works from any thread, also while another waits in :meth:`move_linear`."""
 
     def __init__(self, settings: IRB140Settings) -> None:
         self._settings = settings
-        self._session: _Session | None = None
+        self._session: Session | None = None
         self._one_motion = threading.Lock()
         self._held = False
 
@@ -132,24 +72,11 @@ class IRB140:
         DeviceProtocolError
             When the RAPID modules on the controller are of another version.
         ConfigurationError
-            When the EGM port is taken, or EGM and the RAPID server do not report the same pose.
+            When the tool data or the base frame of the controller are not those of the settings, when the EGM
+            port is taken, or when EGM and the RAPID server do not report the same pose.
         """
         self.close()
-        settings = self._settings
-        with contextlib.ExitStack() as opened:
-            command = CommandConnection(_connection_settings(settings), motion_forbidden=self._held)
-            opened.callback(command.close)
-            hello = _done(command.request(Command.HELLO), "HELLO")
-            if hello.detail != PROTOCOL_VERSION:
-                raise DeviceProtocolError(
-                    f"the RAPID modules speak protocol version {hello.detail:g}, this driver "
-                    f"{PROTOCOL_VERSION}; load the modules that came with it"
-                )
-            _done(command.request(Command.SET_LIMITS, limit_numbers(settings.limits)), "SET_LIMITS")
-            words = command.request_text(Command.IDENTIFY)
-            source, description = _open_source(settings, command)
-            self._session = _Session(command, source, _describe(settings, words, description))
-            opened.pop_all()
+        self._session = open_session(self._settings, motion_forbidden=self._held)
 
     def state(self) -> RobotState:
         """Ask for the present state."""
@@ -200,9 +127,7 @@ class IRB140:
             start = self._ask_state()
             self._check_from(start, [T_base_tool], speed)
             target = poses.normalised(T_base_tool)
-            command = self._connected().command
-            exchange = command.send_move(move_numbers(target, speed.linear, speed.angular))
-            reply = self._wait_for_arrival(command, exchange, start.T_base_tool, target, timeout_s)
+            reply = self._carry_out(start.T_base_tool, target, speed, timeout_s)
             return self._verified(reply, target)
         finally:
             self._one_motion.release()
@@ -218,7 +143,7 @@ class IRB140:
         self._held = True
         command = self._connected().command
         try:
-            _done(command.send_stop().outcome(_STANDSTILL_TIMEOUT_S), "STOP")
+            done(command.send_stop().outcome(_STANDSTILL_TIMEOUT_S), "STOP")
         except DeviceError:
             command.close()
             raise
@@ -232,7 +157,7 @@ class IRB140:
             When the controller cannot take up motion.
         """
         command = self._connected().command
-        _done(command.request(Command.RESUME), "RESUME")
+        done(command.request(Command.RESUME), "RESUME")
         command.allow_motion()
         self._held = False
 
@@ -251,7 +176,7 @@ class IRB140:
             session.command.close()
             session.source.close()
 
-    def _connected(self) -> _Session:
+    def _connected(self) -> Session:
         if self._session is None:
             raise DeviceUnreachableError(
                 f"not connected to the robot at {self._settings.host}; call connect() first"
@@ -259,7 +184,7 @@ class IRB140:
         return self._session
 
     def _ask_state(self) -> Reply:
-        return _done(self._connected().command.request(Command.GET_STATE), "GET_STATE")
+        return done(self._connected().command.request(Command.GET_STATE), "GET_STATE")
 
     def _check_from(self, start: Reply, targets: Sequence[Pose], speed: Speed) -> None:
         settings = self._settings
@@ -267,17 +192,20 @@ class IRB140:
             settings.limits, start.T_base_tool, start.joints, targets, speed, settings.T_flange_tool
         )
 
-    def _wait_for_arrival(
-        self, command: CommandConnection, exchange: Exchange, start: Pose, target: Pose, timeout_s: float
-    ) -> Reply | TextReply:
+    def _carry_out(self, start: Pose, target: Pose, speed: Speed, timeout_s: float) -> Reply | TextReply:
+        """Send the motion and watch it until its final reply."""
+        command = self._connected().command
         deadline = time.monotonic() + timeout_s
         try:
+            exchange = command.send_move(move_numbers(target, speed.linear, speed.angular))
             while (reply := exchange.poll(_WATCH_PERIOD_S)) is None:
                 if time.monotonic() > deadline:
                     raise DeviceTimeoutError(f"motion not finished in {timeout_s:g} s; it was stopped")
                 newest = command.newest_reply
                 if newest is not None:
                     check_on_line(self._settings.limits, start, target, newest.T_base_tool)
+        except MotionRefusedError:
+            raise
         except BaseException:
             # Whoever stops waiting for a motion, Ctrl-C included, must not leave it running. A controller
             # that cannot be told any more stops by its own watchdog.
@@ -302,60 +230,3 @@ class IRB140:
                 "off its target although the controller reports arrival; check load and tool data"
             )
         return reply.T_base_tool
-
-
-def _connection_settings(settings: IRB140Settings) -> ConnectionSettings:
-    return ConnectionSettings(
-        settings.host,
-        settings.command_port,
-        settings.connect_timeout_s,
-        settings.heartbeat_period_s,
-        settings.silence_limit_s,
-    )
-
-
-def _open_source(settings: IRB140Settings, command: CommandConnection) -> tuple[_PoseSource, str]:
-    if settings.egm is not None:
-        address = settings.egm.controller_address or settings.host
-        with contextlib.ExitStack() as opened:
-            stream = PositionStream(replace(settings.egm, controller_address=address))
-            stream.open()
-            opened.callback(stream.close)
-            samples = stream.receive(settings.egm_wait_s)
-            if samples:
-                _check_same_pose(samples[-1], _done(command.request(Command.GET_STATE), "GET_STATE"))
-                opened.pop_all()
-                return stream, f"EGM position stream, layout {stream.generation}"
-    state_stream = StateStream(settings.host, settings.state_port, settings.connect_timeout_s)
-    return state_stream, "RAPID state stream"
-
-
-def _check_same_pose(sample: EGMSample, state: Reply) -> None:
-    """Refuse an EGM stream of another tool, work object or angle unit than that of the RAPID server."""
-    position, angle = poses.distance(sample.pose, state.T_base_tool)
-    joints = max(abs(a - b) for a, b in zip(sample.joints, state.joints, strict=True))
-    if position > _SAME_POSITION or max(angle, joints) > _SAME_ANGLE:
-        raise ConfigurationError(
-            f"EGM reports the tool {position * 1e3:.1f} mm and {math.degrees(angle):.1f}° and a joint "
-            f"{math.degrees(joints):.1f}° from what the RAPID server reports; give both the same tool and work "
-            "object, and check the unit of EGM joints without time"
-        )
-
-
-def _describe(settings: IRB140Settings, words: str, pose_source: str) -> DeviceIdentity:
-    serial, robotware, robot_type = [*words.split("*"), "", ""][:3]
-    return DeviceIdentity(
-        kind="robot",
-        model="ABB IRB 140",
-        serial=serial,
-        address=f"{settings.host}:{settings.command_port}",
-        details={"robotware": robotware, "robot_type": robot_type, "pose_source": pose_source},
-    )
-
-
-def _done(reply: Reply | TextReply, request: str) -> Reply:
-    if isinstance(reply, TextReply):
-        raise DeviceProtocolError(f"text in answer to {request}")
-    if reply.kind is not ReplyKind.DONE:
-        raise DeviceFaultError(f"the controller answered {request} with {reply.kind.name}: {reply.cause}")
-    return reply

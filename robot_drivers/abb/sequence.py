@@ -37,10 +37,11 @@ class SequenceAccount:
         if self._newest is None:
             return self._advance(number, device_time_s, received=1)
         ahead = (number + self._offset - self._newest + _SPAN // 2) % _SPAN - _SPAN // 2
-        if ahead > 0:
+        rebooted = device_time_s < self._newest_time_s - _REBOOT_S
+        if ahead > 0 and not rebooted:
             self._remember_missing(self._newest + 1, self._newest + ahead)
             return self._advance(self._newest + ahead, device_time_s, received=1, lost=ahead - 1)
-        if device_time_s > self._newest_time_s or device_time_s < self._newest_time_s - _REBOOT_S:
+        if rebooted or device_time_s > self._newest_time_s:
             self._missing.clear()
             self._offset = self._newest + 1 - number
             return self._advance(self._newest + 1, device_time_s, received=1, restarts=1)

@@ -14,6 +14,7 @@ _MOST_AT_ONCE = 4096  # a sender faster than this loop must not keep it from ret
 _RECEIVE_BUFFER = 1 << 20
 _SO_TIMESTAMPNS = 35  # Linux; the socket module does not name it
 _TIMESPEC = struct.Struct("@ll")
+_STAMP_SPACE = 64  # bytes: a control message with one timespec
 _KERNEL_STAMPS = sys.platform == "linux" and sys.maxsize > 2**32
 
 
@@ -27,7 +28,11 @@ class Datagram:
 
 
 class StampedSocket:
-    """A bound UDP socket that never blocks longer than asked and stamps every datagram."""
+    """A bound UDP socket that never blocks longer than asked and stamps every datagram.
+
+    Where the kernel stamps (Linux), it begins some milliseconds after the first socket of the system asked for it;
+    until then, and elsewhere, the stamp is that of reading.
+    """
 
     def __init__(self, bind_address: str, port: int) -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -54,16 +59,14 @@ class StampedSocket:
         readable, _, _ = select.select([self._socket], [], [], max(timeout_s, 0.0))
         if not readable:
             return []
-        offset = wall_to_host_offset_ns()
+        receive_one = self._receive_stamped if _KERNEL_STAMPS else self._receive_plain
+        wall_to_host_ns = wall_to_host_offset_ns()
         datagrams: list[Datagram] = []
         while len(datagrams) < _MOST_AT_ONCE:
             try:
-                content, ancillary, _, sender = self._socket.recvmsg(
-                    _LARGEST_DATAGRAM, socket.CMSG_SPACE(_TIMESPEC.size)
-                )
-            except BlockingIOError:
+                datagrams.append(receive_one(wall_to_host_ns))
+            except (BlockingIOError, ConnectionError):  # the latter: Windows, when nobody took an answer
                 break
-            datagrams.append(Datagram(content, _receive_stamp_ns(ancillary, offset), sender))
         return datagrams
 
     def send(self, content: bytes, receiver: tuple[str, int]) -> None:
@@ -74,10 +77,11 @@ class StampedSocket:
         """Give the port back."""
         self._socket.close()
 
+    def _receive_stamped(self, wall_to_host_ns: int) -> Datagram:
+        content, ancillary, _, sender = self._socket.recvmsg(_LARGEST_DATAGRAM, _STAMP_SPACE)
+        seconds, nanoseconds = _TIMESPEC.unpack(ancillary[0][2])
+        return Datagram(content, seconds * 1_000_000_000 + nanoseconds + wall_to_host_ns, sender)
 
-def _receive_stamp_ns(ancillary: list[tuple[int, int, bytes]], wall_to_host_ns: int) -> int:
-    for level, kind, data in ancillary:
-        if level == socket.SOL_SOCKET and kind == _SO_TIMESTAMPNS and len(data) >= _TIMESPEC.size:
-            seconds, nanoseconds = _TIMESPEC.unpack_from(data)
-            return int(seconds * 1_000_000_000 + nanoseconds + wall_to_host_ns)
-    return host_time_ns()
+    def _receive_plain(self, wall_to_host_ns: int) -> Datagram:
+        content, sender = self._socket.recvfrom(_LARGEST_DATAGRAM)
+        return Datagram(content, host_time_ns(), sender)

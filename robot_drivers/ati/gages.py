@@ -83,7 +83,7 @@ class GageCalibration:
 
     def in_range(self, wrench: FloatArray) -> NDArray[np.bool_]:
         """Tell for each wrench (..., 6), N and N·m, whether every axis is within its rating."""
-        return (np.abs(wrench) <= self.rated_wrench).all(axis=-1)
+        return np.logical_and.reduce(np.abs(wrench) <= self.rated_wrench, axis=-1)
 
     def saturation_margin(self, wrench: ArrayLike, bias: ArrayLike = 0) -> FloatArray:
         """Return the share of the gage range that a wrench (..., 6) leaves free in the most loaded gage.
@@ -91,12 +91,12 @@ class GageCalibration:
         Below 0 the load would saturate a gage. This can happen with every axis within its rating, when several
         are loaded together. ``bias`` (6,) are the gages without load.
         """
-        return 1 - np.abs(self.gages(wrench) + bias).max(axis=-1) / HIGHEST_GAGE
+        return 1 - np.abs(self.gages(wrench) + np.asarray(bias)).max(axis=-1) / HIGHEST_GAGE
 
 
 def saturated(gages: NDArray[np.integer]) -> NDArray[np.bool_]:
     """Tell for each sample of gages (..., 6) whether one is at the end of its range."""
-    return ((gages <= LOWEST_GAGE) | (gages >= HIGHEST_GAGE)).any(axis=-1)
+    return np.logical_or.reduce((gages <= LOWEST_GAGE) | (gages >= HIGHEST_GAGE), axis=-1)
 
 
 FT33206 = GageCalibration(

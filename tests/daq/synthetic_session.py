@@ -41,7 +41,7 @@ class SyntheticSession:
     offset: np.ndarray = field(default_factory=lambda: np.array([4.0, -7.0, 12.0, 0.3, -0.2, 0.1]))
     noise: np.ndarray = field(default_factory=lambda: np.array([6e-3, 6e-3, 1.3e-2, 3e-4, 3e-4, 2e-4]))
     lost: tuple[float, float] = (0.0, 0.0)
-    frame_rate: float = 4.0
+    frame_rate: float = 2.0
     seed: int = 0
 
     def write(self, folder: Path) -> Path:

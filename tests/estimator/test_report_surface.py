@@ -39,8 +39,12 @@ def enclosed_volume(points: FloatArray, polygons: NDArray[np.int64]) -> float:
     return float(np.einsum("fx,fx->", centres, area_vectors(points, polygons)) / 3)
 
 
-@pytest.mark.parametrize(("kind", "volume"), [*((k, 8.0) for k in HEXAHEDRA), *((k, 1 / 6) for k in TETRAHEDRA)])
-def test_all_faces_of_one_element_are_on_its_surface_and_look_outwards(kind: ElementKind, volume: float) -> None:
+@pytest.mark.parametrize(
+    ("kind", "volume"), [*((k, 8.0) for k in HEXAHEDRA), *((k, 1 / 6) for k in TETRAHEDRA)]
+)
+def test_all_faces_of_one_element_are_on_its_surface_and_look_outwards(
+    kind: ElementKind, volume: float
+) -> None:
     mesh = one_element(kind)
     polygons = facets(boundary_faces(mesh))
     centre = mesh.points.mean(axis=0)
@@ -70,7 +74,9 @@ def test_the_face_between_two_tetrahedra_is_no_surface() -> None:
     assert enclosed_volume(mesh.points, facets(faces)) == pytest.approx(1 / 6 + 1 / 3)
 
 
-@pytest.mark.parametrize(("kind", "pieces"), [("hex8", 1), ("hex27", 4), ("hex64", 9), ("tet4", 1), ("tet10", 4)])
+@pytest.mark.parametrize(
+    ("kind", "pieces"), [("hex8", 1), ("hex27", 4), ("hex64", 9), ("tet4", 1), ("tet10", 4)]
+)
 def test_a_face_is_split_between_its_nodes(kind: ElementKind, pieces: int) -> None:
     mesh = one_element(kind)
     faces = boundary_faces(mesh)

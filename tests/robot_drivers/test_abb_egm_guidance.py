@@ -50,7 +50,7 @@ from robot_drivers.protocols import Pose, Robot, Speed
 DOWN = (0.0, 0.0, 1.0, 0.0)
 HOME = Pose((0.45, 0.0, 0.35), DOWN)
 SPEED = Speed(linear=0.03, angular=0.3)
-ENDLESS = GuidanceSettings(comm_timeout_s=0.3, cond_time_s=1e6, position_gain=20.0, max_speed_deviation=50.0)
+ENDLESS = GuidanceSettings(comm_timeout_s=0.8, cond_time_s=1e6, position_gain=20.0, max_speed_deviation=50.0)
 
 
 def shifted(dx=0.0, dy=0.0, dz=0.0):
@@ -172,7 +172,9 @@ def guided(emulator, settings=ENDLESS, generation="B'"):
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
     robot = EGMGuidedRobot(
-        EGMGuidanceSettings(egm=EGMSettings(port, "127.0.0.1", "127.0.0.1"), connect_timeout_s=1.0)
+        EGMGuidanceSettings(
+            egm=EGMSettings(port, "127.0.0.1", "127.0.0.1"), silence_limit_s=0.5, connect_timeout_s=1.0
+        )
     )
     emulator.start_guidance("127.0.0.1", port, settings, generation)
     robot.connect()
@@ -259,7 +261,7 @@ def test_silence_of_the_controller_ends_a_guided_motion(emulator):
 def test_closing_lets_the_controller_stop_for_want_of_data(emulator):
     with guided(emulator):
         pass
-    deadline = time.monotonic() + 2.0
+    deadline = time.monotonic() + 4.0
     while emulator.guidance.state is GuidanceState.RUNNING:
         assert time.monotonic() < deadline
         time.sleep(0.01)

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import socket
+import threading
 import time
 
 import numpy as np
@@ -86,10 +87,16 @@ def test_a_datagram_becomes_one_row_in_si_units(stream, wire):
 
 
 def test_the_stamp_is_the_kernels_so_reading_late_costs_nothing(stream, wire):
-    sent = host_time_ns()
-    wire.send(message(0))
-    time.sleep(0.1)
-    assert stream.read(1.0).host_time_ns[0] - sent < 50_000_000
+    """Linux begins to stamp a moment after the first socket of the system asks for it, hence the attempts."""
+    delays = []
+    for number in range(20):
+        sent = host_time_ns()
+        wire.send(message(number))
+        time.sleep(0.1)
+        delays.append(stream.read(1.0).host_time_ns[0] - sent)
+        if delays[-1] < 50_000_000:
+            break
+    assert delays[-1] < 50_000_000
 
 
 def test_silence_gives_an_empty_block_after_the_timeout(stream):
@@ -136,6 +143,20 @@ def test_a_rebooted_controller_is_a_new_session(stream, wire):
     wire.send(message(5000, time_s=90000.0), message(0, time_s=1.0), message(1, time_s=1.004))
     assert stream.read(1.0).counter.tolist() == [5000, 5001, 5002]
     assert stream.statistics().restarts == 1
+
+
+def test_a_rebooted_controller_that_is_further_on_is_a_new_session_too(stream, wire):
+    wire.send(message(5, time_s=90000.0), message(9, time_s=1.0))
+    assert stream.read(1.0).counter.tolist() == [5, 6]
+    assert (stream.statistics().restarts, stream.statistics().lost) == (1, 0)
+
+
+def test_rubbish_does_not_end_the_wait_for_a_first_sample(stream, wire):
+    wire.send(b"rubbish")
+    sender = threading.Timer(0.1, wire.send, [message(0)])
+    sender.start()
+    assert len(stream.read(2.0)) == 1
+    sender.join()
 
 
 def test_the_counter_goes_on_beyond_32_bits(stream, wire):

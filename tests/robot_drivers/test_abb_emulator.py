@@ -125,7 +125,7 @@ def test_a_client_that_falls_silent_is_stopped_by_the_watchdog(emulator, client)
     client.move(1, x=490.0, speed=20.0)
     started = time.monotonic()
     _, kind, status, code, _ = client.receive()
-    assert time.monotonic() - started == pytest.approx(0.5, abs=0.1)
+    assert 0.49 < time.monotonic() - started < 0.8
     assert (kind, code) == (ABORTED, WATCHDOG)
     assert status & HOLDING_BIT
     assert status & WATCHDOG_BIT
@@ -165,8 +165,11 @@ def test_stop_is_accepted_at_once_and_done_at_standstill(emulator, client):
 
 def test_resume_before_standstill_is_rejected(client):
     client.move(1, x=490.0, speed=50.0)
-    client.send(STOP, OTHER)
-    client.send(RESUME, OTHER + 1)
+    stop_and_resume = (
+        struct.pack("<4I12f", 60, seq, command, 0, *[0.0] * 12)
+        for seq, command in ((OTHER, STOP), (OTHER + 1, RESUME))
+    )
+    client.socket.sendall(b"".join(stop_and_resume))
     assert client.next_of(OTHER + 1)[1::2] == (REJECTED, BUSY)
 
 

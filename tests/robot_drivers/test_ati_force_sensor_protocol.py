@@ -11,10 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
+from robot_drivers.ati.controller_ft_emulator import ControllerFTEmulator, ControllerFTEmulatorSettings
+from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
+from robot_drivers.ati.digital_ft_emulator import DigitalFTEmulator
 from robot_drivers.ati.emulator import EmulatorSettings, NetFTEmulator
 from robot_drivers.ati.emulator.netcanoem import BoardSettings, NetCANOEMEmulator
 from robot_drivers.ati.netcanoem import NetCANOEM, NetCANOEMSettings
 from robot_drivers.ati.netft import NetFT, NetFTSettings
+from robot_drivers.ati.serial_line_emulator import LineFaults
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import ForceSensor, WrenchBlock
@@ -27,7 +32,7 @@ LOAD = np.array([10.0, -20.0, 30.0, 0.1, -0.2, 0.3])
 class Bench:
     """A sensor that feels :data:`LOAD` and streams at ``rate_hz`` once started.
 
-    ``period_tolerance`` is how far its mean period may be off: nothing for a clock of its own.
+    ``period_tolerance`` is how far its usual period may be off: not at all with a clock of its own.
     """
 
     sensor: ForceSensor
@@ -38,7 +43,7 @@ class Bench:
 
 @contextmanager
 def netft_bench(mode):
-    with NetFTEmulator(lambda _: LOAD, EmulatorSettings(rate_hz=2000, buffer_size=5)) as emulator:
+    with NetFTEmulator(lambda _: LOAD, EmulatorSettings(rate_hz=1000, buffer_size=5)) as emulator:
         sensor = NetFT(
             NetFTSettings(
                 host="127.0.0.1",
@@ -49,7 +54,7 @@ def netft_bench(mode):
             )
         )
         try:
-            yield Bench(sensor, 2000, 1e-3, emulator.close)
+            yield Bench(sensor, 1000, 1e-9, emulator.close)
         finally:
             sensor.close()
 
@@ -57,16 +62,51 @@ def netft_bench(mode):
 @contextmanager
 def netcanoem_bench():
     with NetCANOEMEmulator(lambda _: LOAD, BoardSettings(channel="force sensor protocol")) as emulator:
-        sensor = NetCANOEM(NetCANOEMSettings(channel=emulator.settings.channel, interface="virtual"))
+        channel = emulator.settings.channel
+        sensor = NetCANOEM(NetCANOEMSettings(channel=channel, interface="virtual", rate_hz=100))
         try:
-            yield Bench(sensor, 500, 0.2, emulator.close)
+            yield Bench(sensor, 100, 0.5, emulator.close)
         finally:
             sensor.close()
+
+
+@contextmanager
+def serial_bench(emulator, make_sensor, rate_hz):
+    """A sensor on a serial line; the line stays when the emulated device is switched off."""
+    with emulator:
+        sensor = make_sensor(emulator.port)
+        try:
+            power_cut = LineFaults(restart_at_s=0.0, restart_for_s=60.0)
+            yield Bench(sensor, rate_hz, 1e-9, lambda: emulator.inject(power_cut))
+        finally:
+            sensor.close()
+
+
+def digital_ft_bench():
+    return serial_bench(
+        DigitalFTEmulator(lambda _: LOAD), lambda port: DigitalFT(DigitalFTSettings(port=port)), 7000
+    )
+
+
+def controller_ft_bench(record_format, bits, rate_hz):
+    line = {"bit_rate": 115200, "counts_per_newton": 1000.0, "counts_per_newton_metre": 10000.0}
+    return serial_bench(
+        ControllerFTEmulator(lambda _: LOAD, ControllerFTEmulatorSettings(record_bits=bits, **line)),
+        lambda port: ControllerFT(
+            ControllerFTSettings(
+                port=port, record_format=record_format, record_bits=bits, record_rate_hz=rate_hz, **line
+            )
+        ),
+        rate_hz,
+    )
 
 
 BENCHES = {
     "Net F/T, real-time": lambda: netft_bench("real-time"),
     "Net F/T, buffered": lambda: netft_bench("buffered"),
+    "Digital F/T": digital_ft_bench,
+    "F/T Controller, ASCII": lambda: controller_ft_bench("ascii", 16, 11520 / 45),
+    "F/T Controller, binary": lambda: controller_ft_bench("binary", 24, 11520 / 19),
     "NETCANOEM": netcanoem_bench,
 }
 
@@ -100,7 +140,7 @@ def test_connecting_neither_streams_nor_biases(bench):
     bench.sensor.connect()
     bench.sensor.start()
     block = read_for(bench.sensor, 0.1)
-    np.testing.assert_allclose(block.wrench.mean(axis=0), LOAD, atol=0.01)
+    np.testing.assert_allclose(block.wrench.mean(axis=0), LOAD, atol=0.02)
 
 
 def test_the_identity_says_who_the_sensor_is(bench):
@@ -144,7 +184,7 @@ def test_samples_are_the_load_in_newtons_and_newton_metres(streaming):
     assert block.usable.all()
     assert not block.status.any()
     error = np.abs(block.wrench.mean(axis=0) - LOAD)
-    assert (error < [0.005] * 3 + [0.0005] * 3).all()
+    assert (error < [0.01] * 3 + [0.001] * 3).all()
 
 
 def test_no_sample_is_lost_or_doubled_on_a_sound_link(streaming):
@@ -160,7 +200,7 @@ def test_the_device_time_advances_by_the_period(streaming):
     block = read_for(streaming.sensor, 0.2)
     steps = np.diff(block.device_time_s)
     assert steps.min() > 0
-    assert steps.mean() == pytest.approx(1 / streaming.rate_hz, rel=streaming.period_tolerance)
+    assert np.median(steps) == pytest.approx(1 / streaming.rate_hz, rel=streaming.period_tolerance)
 
 
 def test_host_stamps_are_times_of_arrival(streaming):
@@ -199,7 +239,7 @@ def test_a_block_is_the_readers_own(streaming):
 def test_silence_gives_empty_blocks_in_the_time_allowed(streaming):
     streaming.sensor.read(1.0)
     streaming.switch_off()
-    while len(streaming.sensor.read(0.0)):
+    while len(streaming.sensor.read(0.05)):
         pass
     begin = time.monotonic()
     block = streaming.sensor.read(0.15)

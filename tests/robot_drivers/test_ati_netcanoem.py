@@ -176,13 +176,37 @@ def test_the_calibration_is_selected_and_its_echo_compared():
             deaf.connect()
 
 
+def test_a_board_that_was_reset_gets_its_calibration_selected_again():
+    with connected(board={"calibrations": (5,)}, calibration=5) as (emulator, sensor):
+        sensor.start()
+        sensor.read(1.0)
+        emulator.faults = BoardFaults(silence=1.0)
+        while len(sensor.read(0.1)):
+            pass
+        emulator.reset()
+        emulator.faults = BoardFaults()
+        block = sensor.read(1.0)
+        assert len(block)
+        assert block.usable.all()
+
+
+def test_a_board_that_does_not_select_its_calibration_again_is_told_by_the_next_read():
+    with connected(calibration=5, board={"calibrations": (5,)}) as (emulator, sensor):
+        sensor.start()
+        sensor.read(1.0)
+        emulator.faults = BoardFaults(silence=1.0, deaf_to_calibration=True)
+        emulator.reset()
+        with pytest.raises(DeviceProtocolError, match="calibration 0 instead of 5"):
+            first_block(sensor, lambda _: False)
+
+
 @pytest.mark.parametrize("missing", ["silence", "halving", "cutting"])
 def test_a_request_without_a_whole_answer_is_one_lost_sample(missing):
-    with connected(answer_timeout_s=0.01) as (emulator, sensor):
-        emulator.faults = BoardFaults(**{missing: 0.2})
+    with connected(answer_timeout_s=0.1) as (emulator, sensor):
+        emulator.faults = BoardFaults(**{missing: 0.1})
         emulator.counts.requests = 0
         sensor.start()
-        blocks = read_for(sensor, 0.4)
+        blocks = read_for(sensor, 0.5)
         sensor.stop()
         blocks.append(sensor.read(0.0))
         statistics, counts = sensor.statistics(), emulator.counts
@@ -246,9 +270,10 @@ def test_a_bus_that_is_not_there_is_unreachable():
 
 
 def test_a_bus_that_fails_is_told_by_the_next_read(monkeypatch):
-    with connected() as (_, sensor):
+    with connected() as (emulator, sensor):
         sensor.start()
         sensor.read(1.0)
+        emulator.close()
 
         def fail(*_args, **_kwargs):
             raise can.CanOperationError("cable pulled")

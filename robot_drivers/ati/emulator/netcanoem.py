@@ -108,6 +108,10 @@ class NetCANOEMEmulator:
     ) -> None:
         self.close()
 
+    def reset(self) -> None:
+        """Do what a loss of power does: select calibration 0."""
+        self._calibration = 0
+
     def close(self) -> None:
         """Switch the board off."""
         if not self._closing.is_set():

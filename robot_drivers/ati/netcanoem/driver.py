@@ -26,7 +26,7 @@ from robot_drivers.ati.netcanoem.settings import NetCANOEMSettings
 from robot_drivers.ati.scaling import Scaling
 from robot_drivers.ati.status import describe
 from robot_drivers.clock import host_time_ns
-from robot_drivers.errors import DeviceError, DeviceFaultError, DeviceProtocolError, DeviceUnreachableError
+from robot_drivers.errors import DeviceError, DeviceFaultError, DeviceUnreachableError
 from robot_drivers.protocols import DeviceIdentity, FloatArray, StreamStatistics, WrenchBlock
 
 _FIRMWARE_THAT_TELLS_UNITS = (3, 7)
@@ -50,7 +50,8 @@ class NetCANOEM:
     ------
     DeviceUnreachableError, DeviceTimeoutError, DeviceProtocolError, DeviceFaultError
         From ``connect``: there is no such bus, no board answers, or it is not fit for use. ``read`` raises the
-        first when the bus fails; a silent board gives empty blocks.
+        first when the bus fails and the third when the board does not select its calibration again after a
+        silence; a silent board gives empty blocks.
     """
 
     def __init__(self, settings: NetCANOEMSettings) -> None:
@@ -102,7 +103,7 @@ class NetCANOEM:
         bus, _ = self._connected()
         self.stop()
         self._start_ns = host_time_ns()
-        self._poller = Poller(self._link(bus), self._settings.rate_hz)
+        self._poller = Poller(self._link(bus), self._settings.calibration, self._settings.rate_hz)
 
     def read(self, timeout_s: float) -> WrenchBlock:
         """Return everything that arrived since the last call; wait up to ``timeout_s`` for a first sample."""
@@ -163,10 +164,7 @@ class NetCANOEM:
 
 
 def _read_board(link: BoardLink, calibration: int) -> _Board:
-    """Select a calibration, which the board forgets at every reset, and read it."""
-    (echo,) = link.ask(Opcode.CALIBRATION, bytes([calibration])).frames
-    if echo[0] != calibration:
-        raise DeviceProtocolError(f"the board selected calibration {echo[0]} instead of {calibration}")
+    link.select_calibration(calibration)
     status, _ = decode_gages(*link.ask(Opcode.GAGES).frames)
     if status & CRITICAL_STATUS:
         raise DeviceFaultError(

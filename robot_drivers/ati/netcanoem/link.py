@@ -6,7 +6,7 @@ import can
 
 from robot_drivers.ati.netcanoem.frames import ANSWER_LENGTHS, Opcode, identifier
 from robot_drivers.clock import host_time_ns, wall_to_host_offset_ns
-from robot_drivers.errors import DeviceTimeoutError, DeviceUnreachableError
+from robot_drivers.errors import DeviceProtocolError, DeviceTimeoutError, DeviceUnreachableError
 
 _CLOCK_COMPARISON_NS = 100_000
 
@@ -61,6 +61,18 @@ class BoardLink:
             raise DeviceUnreachableError(
                 f"CAN bus {self._bus.channel_info} fails ({error}): check adapter, bit rate and termination"
             ) from error
+
+    def select_calibration(self, calibration: int) -> None:
+        """Make a calibration slot the active one; after a reset of the board it is slot 0 again.
+
+        Raises
+        ------
+        DeviceProtocolError
+            The board selected another one.
+        """
+        (echo,) = self.ask(Opcode.CALIBRATION, bytes([calibration])).frames
+        if echo[0] != calibration:
+            raise DeviceProtocolError(f"the board selected calibration {echo[0]} instead of {calibration}")
 
     def _collect(self, opcode: Opcode, requested_ns: int) -> Answer:
         deadline_ns = requested_ns + round(self._timeout_s * 1e9)

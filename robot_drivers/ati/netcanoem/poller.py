@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from robot_drivers.ati.netcanoem.frames import Opcode, decode_gages
 from robot_drivers.ati.netcanoem.link import BoardLink
 from robot_drivers.clock import host_time_ns
-from robot_drivers.errors import DeviceTimeoutError, DeviceUnreachableError
+from robot_drivers.errors import DeviceError, DeviceTimeoutError
 from robot_drivers.protocols import StreamStatistics
 
 
@@ -22,15 +22,21 @@ class GageSample:
 
 
 class Poller:
-    """Polls from construction until :meth:`stop`; the answers wait to be taken."""
+    """Polls from construction until :meth:`stop`; the answers wait to be taken.
 
-    def __init__(self, link: BoardLink, rate_hz: float) -> None:
+    A board that left a request unanswered may have been reset, and then uses another calibration. So the
+    calibration is selected again before the next request.
+    """
+
+    def __init__(self, link: BoardLink, calibration: int, rate_hz: float) -> None:
         self._link = link
+        self._calibration = calibration
+        self._calibration_is_certain = True
         self._period_ns = round(1e9 / rate_hz)
         self._received = 0
         self._lost = 0
         self._waiting: list[GageSample] = []
-        self._failure: DeviceUnreachableError | None = None
+        self._failure: DeviceError | None = None
         self._news = threading.Condition()
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._poll, name="NETCANOEM poller")
@@ -46,8 +52,8 @@ class Poller:
 
         Raises
         ------
-        DeviceUnreachableError
-            The bus has failed, and no sample waits any more.
+        DeviceUnreachableError, DeviceProtocolError
+            The bus has failed, or the board lost its calibration; no sample waits any more.
         """
         with self._news:
             self._news.wait_for(lambda: self._waiting or self._failure, timeout_s)
@@ -69,7 +75,8 @@ class Poller:
                 self._ask(counter)
             except DeviceTimeoutError:
                 self._lost += 1
-            except DeviceUnreachableError as error:
+                self._calibration_is_certain = False
+            except DeviceError as error:
                 with self._news:
                     self._failure = error
                     self._news.notify_all()
@@ -77,6 +84,9 @@ class Poller:
             due_ns = max(due_ns + self._period_ns, host_time_ns())  # missed polls are not made up for
 
     def _ask(self, counter: int) -> None:
+        if not self._calibration_is_certain:
+            self._link.select_calibration(self._calibration)
+            self._calibration_is_certain = True
         answer = self._link.ask(Opcode.GAGES)
         status, gages = decode_gages(*answer.frames)
         sample = GageSample(counter, answer.requested_ns, answer.received_ns, status, gages)

@@ -1,0 +1,45 @@
+"""Moves the boundary of a mesh onto the surface that it stands for.
+
+The mesher leaves its nodes within an envelope around the surface, and bisection puts new ones on chords.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.geometry.holds import HeldSurface
+from estimator.geometry.quality import tetrahedron_volumes
+from estimator.geometry.queries import nearest
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# A move that leaves a tetrahedron less than this share of its volume is not made.
+_LEAST_VOLUME = 0.5
+
+
+def fitted(
+    points: FloatArray, cells: IntArray, free: IntArray, held: Sequence[IntArray], body: HeldSurface
+) -> FloatArray:
+    """Return the nodes (n, 3), m, with those of the boundary moved onto the surface and the walls of the regions.
+
+    Parameters
+    ----------
+    points : (n, 3) float64, m
+    cells : (e, 4) int64
+    free, held : boundary faces (f, 3) that nothing holds, and those that each region holds
+    body : that was meshed
+    """
+    moved = points.copy()
+    outer = np.unique(free)
+    _, moved[outer] = nearest(body.surface.corners, points[outer])
+    for faces, hold in zip(held, body.holds, strict=True):
+        nodes = np.unique(faces)
+        target = body.surface.corners[hold.patch] if hold.core is None else hold.walls
+        _, moved[nodes] = nearest(target, moved[nodes])
+    before = tetrahedron_volumes(points[cells])
+    while np.any(bad := tetrahedron_volumes(moved[cells]) < _LEAST_VOLUME * before):
+        stuck = np.unique(cells[bad])
+        moved[stuck] = points[stuck]
+    return moved

@@ -1,0 +1,113 @@
+"""Imprints the outlines of boxes into a surface: afterwards no triangle lies half in a box.
+
+Triangles are split where a face of the box crosses their edges. An edge is split once for all its triangles, so
+the surface stays closed.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.experiment import Box
+from estimator.geometry.surface import Surface, directed_edges
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+# Neighbouring triangles that meet at a sharper angle than this form an edge of the body.
+_CREASE_COSINE = np.cos(np.radians(30.0))
+# A vertex this close to a plane, as a share of the bounding box's diagonal, lies on it.
+_ON_PLANE = 1e-9
+
+
+def imprint_box(surface: Surface, box: Box, tolerance_m: float) -> tuple[Surface, IntArray]:
+    """Split the triangles that a box's faces cross.
+
+    A face of the box that passes an edge of the body within ``tolerance_m`` means that edge: its vertices count as
+    lying on the face, so that no sliver is cut off beside it.
+
+    Returns
+    -------
+    surface : with the new triangles
+    parent : (t,) int64, the triangle of the given surface that each one is a part of
+    """
+    parent = np.arange(len(surface.triangles))
+    for axis in range(3):
+        for place in (box.lower[axis], box.upper[axis]):
+            surface, origin = _split_by_plane(surface, box, axis, place, tolerance_m)
+            parent = parent[origin]
+    return surface, parent
+
+
+def triangles_in_box(surface: Surface, box: Box, tolerance_m: float) -> BoolArray:
+    """Tell for every triangle (t,) of an imprinted surface whether it lies in the box."""
+    margin = tolerance_m
+    grown = (surface.corners >= np.array(box.lower) - margin) & (surface.corners <= np.array(box.upper) + margin)
+    return np.asarray(grown.all(axis=(1, 2)))
+
+
+def rim(surface: Surface, patch: BoolArray) -> IntArray:
+    """Return the edges (m, 2) between the triangles (t,) of a patch and the others, in the patch's rotation."""
+    directed = directed_edges(surface.triangles[patch])
+    _, number, uses = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True)
+    return directed[uses[number.ravel()] == 1]
+
+
+def _split_by_plane(
+    surface: Surface, box: Box, axis: int, place: float, tolerance_m: float
+) -> tuple[Surface, IntArray]:
+    offset = surface.vertices[:, axis] - place
+    side = np.sign(np.where(np.abs(offset) <= _ON_PLANE * surface.diagonal_m, 0.0, offset))
+    side[_crease_vertices(surface) & (np.abs(offset) <= tolerance_m)] = 0
+    corners = surface.corners
+    near = np.all((corners.max(axis=1) >= box.lower) & (corners.min(axis=1) <= box.upper), axis=1)
+    edges = np.unique(np.sort(directed_edges(surface.triangles[near]), axis=1), axis=0)
+    edges = edges[side[edges].prod(axis=1) < 0]
+    a, b = surface.vertices[edges].transpose(1, 0, 2)
+    share = (place - a[:, axis]) / (b - a)[:, axis]
+    points = a + share[:, None] * (b - a)
+    points[:, axis] = place
+    return _split_edges(surface, edges, points)
+
+
+def _split_edges(surface: Surface, edges: IntArray, points: FloatArray) -> tuple[Surface, IntArray]:
+    """Put ``points`` (m, 3) on ``edges`` (m, 2); a triangle has at most two of them, since a plane crosses no more."""
+    count = len(surface.vertices)
+    keys = edges[:, 0] * count + edges[:, 1]
+    directed = np.sort(directed_edges(surface.triangles), axis=1)
+    key = directed[:, 0] * count + directed[:, 1]
+    place = np.minimum(np.searchsorted(keys, key), max(len(keys) - 1, 0))
+    split = keys[place] == key if len(keys) else np.zeros(len(key), dtype=bool)
+    middle = np.where(split, count + place, -1).reshape(-1, 3)
+    number = np.count_nonzero(middle >= 0, axis=1)
+    # Rotate each triangle so that its first edge is split, and its second is not or is split as well.
+    whole = np.arange(len(middle))
+    first = np.where(
+        number == 2, (np.argmin(middle, axis=1) + 1) % 3, np.argmax(middle, axis=1)
+    )
+    turn = (first[:, None] + np.arange(3)) % 3
+    (v0, v1, v2), (m0, m1, _) = (np.take_along_axis(x, turn, axis=1).T for x in (surface.triangles, middle))
+    once, twice = number == 1, number == 2
+    pieces = [
+        (whole[number == 0], surface.triangles[number == 0]),
+        (whole[once], np.stack([v0, m0, v2], axis=1)[once]),
+        (whole[once], np.stack([m0, v1, v2], axis=1)[once]),
+        (whole[twice], np.stack([m0, v1, m1], axis=1)[twice]),
+        (whole[twice], np.stack([v0, m0, m1], axis=1)[twice]),
+        (whole[twice], np.stack([v0, m1, v2], axis=1)[twice]),
+    ]
+    origin = np.concatenate([piece[0] for piece in pieces])
+    triangles = np.concatenate([piece[1] for piece in pieces])
+    order = np.argsort(origin, kind="stable")
+    return Surface(np.vstack([surface.vertices, points]), triangles[order]), origin[order]
+
+
+def _crease_vertices(surface: Surface) -> BoolArray:
+    """Tell which vertices (n,) lie on an edge of the body."""
+    normals = surface.area_vectors / surface.areas[:, None]
+    directed = np.sort(directed_edges(surface.triangles), axis=1)
+    first, second = np.lexsort(directed.T).reshape(-1, 2).T
+    sharp = np.einsum("ex,ex->e", normals[first // 3], normals[second // 3]) < _CREASE_COSINE
+    found = np.zeros(len(surface.vertices), dtype=bool)
+    found[directed[first[sharp]]] = True
+    return found

@@ -1,0 +1,141 @@
+"""How good a mesh is: the shape of its elements, and how truly it follows the surface and the held regions."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.errors import InputError
+from estimator.geometry.holds import HeldSurface
+from estimator.geometry.queries import nearest
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_MOST_VOLUME_ERROR = 0.02
+_MOST_AREA_ERROR = 0.03
+_LEAST_DIHEDRAL_DEG = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class MeshQuality:
+    """Figures of a mesh of straight tetrahedra.
+
+    Attributes
+    ----------
+    volume_m3 : of the meshed tissue, without what the regions hold entirely
+    volume_error : relative to the surface's
+    dihedral_deg : the smallest and the largest angle between two faces of a tetrahedron
+    radius_ratio : the smallest and the mean of three times inradius over circumradius, 1 for a regular tetrahedron
+    off_surface_m : largest distance of a free face's corners and centre from the surface
+    missed_m : largest distance of a vertex of the surface from the mesh
+    covered : for each region, the area that the mesh holds over the area that it should
+    """
+
+    volume_m3: float
+    volume_error: float
+    dihedral_deg: tuple[float, float]
+    radius_ratio: tuple[float, float]
+    off_surface_m: float
+    missed_m: float
+    covered: tuple[float, ...]
+
+
+def measure_quality(
+    points: FloatArray, cells: IntArray, free: IntArray, held: Sequence[IntArray], body: HeldSurface
+) -> MeshQuality:
+    """Compare a mesh with what it should be.
+
+    Parameters
+    ----------
+    points : (n, 3) float64, m
+    cells : (e, 4) int64
+    free, held : boundary faces (f, 3) that nothing holds, and those that each region holds
+    body : that was meshed
+    """
+    corners = points[cells]
+    volume = float(tetrahedron_volumes(corners).sum())
+    angles, ratios = _dihedral_angles(corners), _radius_ratios(corners)
+    outer = points[free]
+    skin = points[np.concatenate([free, *held])]
+    remaining = body.surface.triangles[body.remaining]
+    covered = [
+        float(triangle_areas(points[faces]).sum()) / hold.area_m2
+        for faces, hold in zip(held, body.holds, strict=True)
+    ]
+    return MeshQuality(
+        volume,
+        volume / body.volume_m3 - 1.0,
+        (float(angles.min()), float(angles.max())),
+        (float(ratios.min()), float(ratios.mean())),
+        _farthest(body.surface.corners, np.concatenate([outer.reshape(-1, 3), outer.mean(axis=1)])),
+        _farthest(skin, body.surface.vertices[np.unique(remaining)]),
+        tuple(covered),
+    )
+
+
+def check_quality(quality: MeshQuality) -> None:
+    """Refuse a mesh from which a wrong answer would come.
+
+    Raises
+    ------
+    InputError
+        Volume or held area is off, or an element is flat.
+    """
+    faults = []
+    if abs(quality.volume_error) > _MOST_VOLUME_ERROR:
+        faults.append(f"its volume is off by {100 * quality.volume_error:+.1f} %")
+    for number, covered in enumerate(quality.covered):
+        if abs(covered - 1.0) > _MOST_AREA_ERROR:
+            faults.append(f"it covers {100 * covered:.1f} % of held region {number} (from 0)")
+    if quality.dihedral_deg[0] < _LEAST_DIHEDRAL_DEG:
+        faults.append(f"an element has an angle of {quality.dihedral_deg[0]:.1f} degrees")
+    if faults:
+        raise InputError(
+            f"the mesh of the surface is bad: {'; '.join(faults)}; give a smaller edge length, "
+            "smooth or decimate the surface, or move the boxes off its small features"
+        )
+
+
+def triangle_areas(corners: FloatArray) -> FloatArray:
+    """Return the areas (t,) of triangles (t, 3, 3)."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+def tetrahedron_volumes(corners: FloatArray) -> FloatArray:
+    """Return the signed volumes (e,) of tetrahedra (e, 4, 3)."""
+    a, b, c, d = np.moveaxis(corners, 1, 0)
+    return np.einsum("ex,ex->e", np.cross(b - a, c - a), d - a) / 6
+
+
+def _dihedral_angles(corners: FloatArray) -> FloatArray:
+    """Return the six angles (e, 6) between the faces of each tetrahedron, degrees."""
+    a, b, c, d = np.moveaxis(corners, 1, 0)
+    normals = np.stack(
+        [np.cross(c - b, d - b), np.cross(d - a, c - a), np.cross(b - a, d - a), np.cross(c - a, b - a)], axis=1
+    )
+    normals /= np.linalg.norm(normals, axis=2, keepdims=True)
+    first, second = np.triu_indices(4, 1)
+    cosine = -np.einsum("efx,efx->ef", normals[:, first], normals[:, second])
+    return np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+
+def _radius_ratios(corners: FloatArray) -> FloatArray:
+    """Return 3 r/R (e,): r = 3V / ΣA, and R by the products of opposite edges (Liu & Joe 1994, section 2)."""
+    a, b, c, d = np.moveaxis(corners, 1, 0)
+    volume = np.abs(tetrahedron_volumes(corners))
+    faces = corners[:, [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]]]
+    area = triangle_areas(faces.reshape(-1, 3, 3)).reshape(-1, 4).sum(axis=1)
+    p, q, r = (
+        np.linalg.norm(u - v, axis=1) * np.linalg.norm(w - x, axis=1)
+        for u, v, w, x in ((a, b, c, d), (a, c, b, d), (a, d, b, c))
+    )
+    circumradius = np.sqrt((p + q + r) * (p + q - r) * (q + r - p) * (r + p - q)) / (24 * volume)
+    return 9 * volume / area / circumradius
+
+
+def _farthest(corners: FloatArray, points: FloatArray) -> float:
+    _, foot = nearest(corners, points)
+    return float(np.linalg.norm(points - foot, axis=1).max(initial=0.0))
