@@ -1,7 +1,7 @@
 """The beads in every measuring window: pairs of images, the beads in space, and their means over the window.
 
-The beads are followed through all pairs from the first window to the last, for a bead is told from its neighbours by
-where it was just before.
+The beads are followed from the first window to the last, for a bead is told from its neighbours by where it was just
+before; between the windows a few pairs are enough for that.
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,6 +21,7 @@ from daq.windows import Means, Window
 from robot_drivers.protocols import FloatArray, IntArray
 
 _DECODED_AHEAD = 4
+_FOLLOW_NS = 400_000_000
 
 ImagePair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
 
@@ -44,7 +45,7 @@ def fiducial_means(
     left_times, right_times = _exposure_times(left), _exposure_times(right)
     pairs = _pairs(left_times, right_times)
     exposed_ns = left_times.time_ns[pairs[:, 0]]
-    used = (exposed_ns >= windows[0].begin_ns) & (exposed_ns <= windows[-1].end_ns)
+    used = _needed(exposed_ns, windows)
     pairs, exposed_ns = pairs[used], exposed_ns[used]
 
     tracker = FiducialTracker(
@@ -84,6 +85,19 @@ def _pairs(left: EventTimes, right: EventTimes) -> IntArray:
     partner = np.where(nearer_before, before, after)
     together = np.abs(right.time_ns[partner] - left.time_ns) < 0.5e9 * left.period_s
     return np.stack([np.flatnonzero(together), partner[together]], axis=1)
+
+
+def _needed(exposed_ns: IntArray, windows: Sequence[Window]) -> NDArray[np.bool_]:
+    """Tell which pairs (p,) are in a window, or follow the last needed one after a while."""
+    needed = np.zeros(len(exposed_ns), dtype=np.bool_)
+    for window in windows:
+        needed |= (exposed_ns >= window.begin_ns) & (exposed_ns <= window.end_ns)
+    last_ns = windows[0].begin_ns
+    for number, time_ns in enumerate(exposed_ns.tolist()):
+        if windows[0].begin_ns <= time_ns <= windows[-1].end_ns:
+            needed[number] |= time_ns - last_ns >= _FOLLOW_NS
+            last_ns = time_ns if needed[number] else last_ns
+    return needed
 
 
 def _decoded(left: Images, right: Images, pairs: IntArray) -> Iterator[ImagePair]:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.virtual_rig.layout import FRAMES, PATIENCE_S, REST_TOOL, SPECIMEN, T_FLANGE_TOOL, TOOL, Addresses
-from daq.virtual_rig.phantom import PhantomModel
+from daq.virtual_rig.phantom import PhantomModel, PhantomSolver, PhantomState
 from daq.virtual_rig.scene import Scene, SceneSettings, flea2_pair
 from daq.virtual_rig.world import SimulatedTissue, SimulatedTransducer
 from estimator.errors import SolverError
@@ -26,6 +26,7 @@ from robot_drivers.ati.emulator import EmulatorSettings as SensorSettings
 from robot_drivers.ati.emulator import NetFTEmulator
 from robot_drivers.cameras.emulator import BusClock, CameraEmulator, CameraEmulatorSettings, ImageSource
 from robot_drivers.clock import host_time_ns
+from robot_drivers.protocols import Pose
 
 _BURST_S = 0.005
 _SOLVER_NICENESS = 5
@@ -62,13 +63,16 @@ def solve_phantom(connection: Connection, phantom: PhantomModel) -> None:
     solver = phantom.build()
     while True:
         try:
-            pose = connection.recv()
-        except EOFError:
+            connection.send(_answer(solver, connection.recv()))
+        except (EOFError, BrokenPipeError):
             return
-        try:
-            connection.send(solver.solve(pose))
-        except SolverError as error:
-            connection.send(error)
+
+
+def _answer(solver: PhantomSolver, pose: Pose) -> PhantomState | SolverError:
+    try:
+        return solver.solve(pose)
+    except SolverError as error:
+        return error
 
 
 def run_emulators(control: Connection, solver: Connection, settings: VirtualRigSettings) -> None:

@@ -19,8 +19,8 @@ from daq.vision.ellipse_fit import fit_ellipses
 FloatArray = NDArray[np.float64]
 
 _SMOOTHING_PX = 1.0
-_WINDOW = 1.6  # of the radius: how far around a bead its pixels are fitted
-_WINDOW_MARGIN_PX = 4.0
+_WINDOW = 1.5  # of the spot's radius: how far around it the pixels are fitted
+_WINDOW_MARGIN_PX = 2.0
 _BACKGROUND_WINDOW = 8.0  # of the largest radius
 
 
@@ -49,7 +49,7 @@ class BeadSettings:
     min_contrast: float = 25.0
     max_aspect: float = 2.0
     most_candidates: int = 64
-    max_blur: float = 0.7
+    max_blur: float = 0.6
     max_misfit: float = 0.15
     model_error_px: float = 0.02
 
@@ -95,7 +95,7 @@ def detect_beads(image: NDArray[np.uint8], settings: BeadSettings) -> Detections
     patches = image[rows, columns].astype(np.float64)
     windows = distances < _WINDOW * radii[:, None, None] + _WINDOW_MARGIN_PX
     if settings.pixel_format != "mono8":
-        around = windows & (distances > radii[:, None, None] + 2.0)
+        around = windows & (distances > radii[:, None, None] + 1.0)
         patches = _equalise_mosaic(patches, rows % 2 * 2 + columns % 2, around)
     middles = corners + reach
     fits = fit_ellipses(patches, windows.astype(np.float64), starts - middles, radii)
@@ -131,7 +131,7 @@ def _candidates(
     window = 2 * int(_BACKGROUND_WINDOW * largest / 2) + 1
     difference = cv2.subtract(cv2.blur(dark, (window, window)), cv2.GaussianBlur(dark, (0, 0), _SMOOTHING_PX))
     _, mask = cv2.threshold(difference, 0.75 * settings.min_contrast, 1, cv2.THRESH_BINARY)
-    _, _, boxes, centroids = cv2.connectedComponentsWithStats(mask)
+    _, _, boxes, centroids = cv2.connectedComponentsWithStats(mask, ltype=cv2.CV_16U)
     boxes, starts = boxes[1:], centroids[1:].astype(np.float64)
     width, height, area = (
         boxes[:, cv2.CC_STAT_WIDTH],

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
+from scipy.optimize import OptimizeResult, least_squares
 from scipy.spatial.distance import pdist
 from scipy.spatial.transform import Rotation
 
@@ -75,7 +75,8 @@ def calibrate(
     Raises
     ------
     VisionError
-        There are fewer than ten pairs of views, or ``reference`` is none of them.
+        There are fewer than ten pairs of views, ``reference`` is none of them, or the views do not determine
+        the lens.
     """
     if len(pairs) < _FEWEST_PAIRS or not 0 <= reference < len(pairs):
         raise VisionError(
@@ -86,22 +87,19 @@ def calibrate(
     used = [k for k in range(len(pairs)) if k not in held_out]
     bundle = _Bundle([pairs[k] for k in used], board.corners, image_size)
     solution = least_squares(bundle.residuals, bundle.start(), x_scale="jac", method="lm")
-    left, right, T_left_boards = bundle.unpack(solution.x)
-
-    T_left_tissue = frames.compose(T_left_boards[used.index(reference)], frames.inverse(T_tissue_board))
+    left, right = bundle.cameras(solution.x)
+    T_left_board = bundle.board_pose(solution.x, used.index(reference))
+    T_left_tissue = frames.compose(T_left_board, frames.inverse(T_tissue_board))
     calibration = StereoCalibration(
         left=replace(left, T_cam_tissue=T_left_tissue),
         right=replace(right, T_cam_tissue=frames.compose(right.T_cam_tissue, T_left_tissue)),
         rms_px=float(np.sqrt(2.0 * np.mean(solution.fun**2))),
     )
-    variance = 2.0 * solution.cost / (len(solution.fun) - len(solution.x))
-    jacobian = np.asarray(solution.jac, dtype=np.float64)
-    variances = variance * np.diag(np.linalg.inv(jacobian.T @ jacobian))
     measured, true = _distances(calibration, [pairs[k] for k in held_out], board.corners)
     return CalibrationReport(
         calibration=calibration,
         pair_rms_px=bundle.pair_rms(solution.fun),
-        intrinsics_std=np.sqrt(variances[: 2 * _INTRINSICS]).reshape(2, _INTRINSICS),
+        intrinsics_std=_standard_deviations(solution)[: 2 * _INTRINSICS].reshape(2, _INTRINSICS),
         held_out_scale=float(measured @ true / (true @ true) - 1.0),
         held_out_rms_m=float(np.sqrt(np.mean((measured - true) ** 2))),
     )
@@ -115,7 +113,6 @@ class _Bundle:
     """
 
     def __init__(self, pairs: Sequence[BoardPair], corners: FloatArray, image_size: tuple[int, int]) -> None:
-        self._pairs = pairs
         self._corners = corners
         self._image_size = image_size
         self._sides = [[pair[side] for pair in pairs] for side in (0, 1)]
@@ -136,7 +133,7 @@ class _Bundle:
 
     def residuals(self, parameters: FloatArray) -> FloatArray:
         """Return reprojected less measured pixels, x and y of every corner, left views then right ones."""
-        left, right, _ = self.unpack(parameters)
+        left, right = self.cameras(parameters)
         boards = parameters[2 * _INTRINSICS + _POSE :].reshape(-1, _POSE)
         rotations = Rotation.from_rotvec(boards[:, :3])
         in_left = [
@@ -149,11 +146,15 @@ class _Bundle:
         ]
         return np.concatenate(errors).ravel()
 
-    def unpack(self, parameters: FloatArray) -> tuple[PinholeCamera, PinholeCamera, list[Pose]]:
-        """Return the cameras in the frame of the left one, and the board's poses in that frame."""
+    def cameras(self, parameters: FloatArray) -> tuple[PinholeCamera, PinholeCamera]:
+        """Return the left and the right camera in the frame of the left one."""
         left, right = parameters[: 2 * _INTRINSICS].reshape(2, _INTRINSICS)
-        T_right_left, *boards = (_pose(values) for values in parameters[2 * _INTRINSICS :].reshape(-1, _POSE))
-        return self._camera(left, frames.IDENTITY), self._camera(right, T_right_left), boards
+        T_right_left = _pose(parameters[2 * _INTRINSICS :][:_POSE])
+        return self._camera(left, frames.IDENTITY), self._camera(right, T_right_left)
+
+    def board_pose(self, parameters: FloatArray, pair: int) -> Pose:
+        """Return the pose of the board in the left camera's frame."""
+        return _pose(parameters[2 * _INTRINSICS + _POSE :].reshape(-1, _POSE)[pair])
 
     def pair_rms(self, residuals: FloatArray) -> FloatArray:
         """Return the rms distance (n,), px, in every pair of views."""
@@ -183,6 +184,17 @@ class _Bundle:
 
 def _pose(parameters: FloatArray) -> Pose:
     return frames.pose(parameters[3:], Rotation.from_rotvec(parameters[:3]))
+
+
+def _standard_deviations(solution: OptimizeResult) -> FloatArray:
+    """Return the standard deviation of every parameter, from the scatter of the residuals."""
+    jacobian = np.asarray(solution.jac, dtype=np.float64)
+    variance = np.sum(solution.fun**2) / (len(solution.fun) - len(solution.x))
+    try:
+        covariance = variance * np.linalg.inv(jacobian.T @ jacobian)
+    except np.linalg.LinAlgError as error:
+        raise VisionError("calibration: the views do not determine the lens; tilt the board more") from error
+    return np.sqrt(np.diag(covariance))
 
 
 def _distances(

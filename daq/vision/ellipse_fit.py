@@ -29,6 +29,7 @@ _NO_OUTLIERS = 1e6  # a Cauchy scale, DN, that amounts to least squares
 _SMALLEST_SPREAD = 0.5  # DN, of rounding and read noise
 _HIGHLIGHT_SIGNIFICANCE = 8.0
 _START_BLUR_PX = 0.9
+_LEAST_DAMPING = 1e-9
 _TINY = 1e-12
 
 _CENTRE = slice(0, 2)
@@ -72,7 +73,7 @@ class _Patches:
     y: FloatArray
     scales: FloatArray
 
-    def select(self, rows: NDArray[np.bool_]) -> "_Patches":
+    def select(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> "_Patches":
         return _Patches(self.levels[rows], self.weights[rows], self.x, self.y, self.scales[rows])
 
 
@@ -124,26 +125,33 @@ def _start(patches: _Patches, centres: FloatArray, radii: FloatArray) -> FloatAr
     return parameters
 
 
-def _fit_highlights(fitted: FloatArray, plain: FloatArray, brightness: FloatArray, patches: _Patches) -> None:
-    """Replace the fits of beads that show a highlight; ``brightness`` (n, p) is the excess over ``plain``."""
-    radii = _half_axes(plain).prod(axis=1) ** 0.5
+def _fit_highlights(
+    plain: FloatArray, brightness: FloatArray, patches: _Patches
+) -> tuple[NDArray[np.intp], EllipseFits]:
+    """Return the rows of the beads on which a highlight was found, and their fits.
+
+    ``brightness`` (n, p) is the excess of the levels over the model ``plain``, in units of the usual residual.
+    """
+    radii = np.sqrt(_half_axes(plain).prod(axis=1))
     distance = np.hypot(patches.x - plain[:, :1], patches.y - plain[:, 1:2])
     brightness = np.where(distance < 0.8 * radii[:, None], brightness, 0.0)
     peaks = brightness.argmax(axis=1)
-    glossy = brightness.max(axis=1) > _HIGHLIGHT_SIGNIFICANCE
-    start = plain[glossy]
-    start[:, _SPOT] = np.stack([patches.x, patches.y], axis=1)[peaks[glossy]]
-    start[:, _SPOT_LEVEL] = (brightness.max(axis=1) * patches.scales / _CAUCHY_TUNING)[glossy]
-    start[:, _SPOT_WIDTH] = _START_BLUR_PX + 0.15 * radii[glossy]
-    trial = _minimise(start, patches.select(glossy), _ROBUST_ITERATIONS)
-    offset = np.linalg.norm(trial[:, _SPOT] - trial[:, _CENTRE], axis=1)
-    sane = (offset < radii[glossy]) & (np.abs(trial[:, _SPOT_WIDTH]) < 0.5 * radii[glossy])
-    sane &= trial[:, _SPOT_LEVEL] > 0.0
-    fitted[np.flatnonzero(glossy)[sane]] = trial[sane]
+    suspected = brightness.max(axis=1) > _HIGHLIGHT_SIGNIFICANCE
+    start = np.zeros((int(suspected.sum()), _GLOSSY_PARAMETERS))
+    start[:, :_PLAIN_PARAMETERS] = plain[suspected]
+    start[:, _SPOT] = np.stack([patches.x, patches.y], axis=1)[peaks[suspected]]
+    start[:, _SPOT_LEVEL] = (brightness.max(axis=1) * patches.scales / _CAUCHY_TUNING)[suspected]
+    start[:, _SPOT_WIDTH] = _START_BLUR_PX + 0.15 * radii[suspected]
+    glossy = _minimise(start, patches.select(suspected), _ROBUST_ITERATIONS)
+    offsets = np.linalg.norm(glossy[:, _SPOT] - glossy[:, _CENTRE], axis=1)
+    found = (glossy[:, _SPOT_LEVEL] > 0.0) & (offsets < radii[suspected])
+    found &= np.abs(glossy[:, _SPOT_WIDTH]) < 0.5 * radii[suspected]
+    rows = np.flatnonzero(suspected)[found]
+    return rows, _summary(glossy[found], patches.select(rows))
 
 
 def _minimise(start: FloatArray, patches: _Patches, iterations: int) -> FloatArray:
-    """Minimise the Cauchy loss from ``start`` (n, 14) by Levenberg and Marquardt; returns new parameters.
+    """Minimise the Cauchy loss from ``start`` (n, k) by Levenberg and Marquardt; returns new parameters.
 
     A patch leaves the iteration once its centre rests.
     """
@@ -152,7 +160,7 @@ def _minimise(start: FloatArray, patches: _Patches, iterations: int) -> FloatArr
     damping = np.full(len(start), 1e-3)
     residuals, jacobian = _model(parameters, patches)
     loss = _loss(residuals, patches)
-    diagonal = np.arange(_PARAMETERS)
+    diagonal = np.arange(start.shape[1])
     for _ in range(iterations):
         robust, hessian = _normal_matrix(residuals, jacobian, patches)
         gradient = jacobian @ (robust * residuals)[..., None]
@@ -164,7 +172,7 @@ def _minimise(start: FloatArray, patches: _Patches, iterations: int) -> FloatArr
         better = trial_loss < loss
         parameters[better], loss[better] = trial[better], trial_loss[better]
         residuals[better], jacobian[better] = trial_residuals[better], trial_jacobian[better]
-        damping *= np.where(better, 0.2, 10.0)
+        damping = np.maximum(damping * np.where(better, 0.2, 10.0), _LEAST_DAMPING)
         result[active] = parameters
         moving = np.any(np.abs(step[:, _CENTRE]) >= _CONVERGED_PX, axis=1)
         if not moving.any():
@@ -175,11 +183,9 @@ def _minimise(start: FloatArray, patches: _Patches, iterations: int) -> FloatArr
 
 
 def _model(parameters: FloatArray, patches: _Patches) -> tuple[FloatArray, FloatArray]:
-    """Return the residuals model - level (n, p) and their Jacobian (n, 14, p)."""
-    x, y = patches.x, patches.y
-    cx, cy, m11, m12, m22, sharpness, level, slope_x, slope_y, contrast, qx, qy, k, w = parameters.T[
-        ..., None
-    ]
+    """Return the residuals model - level (n, p) and their Jacobian (n, k, p), k = 10 or, with highlight, 14."""
+    x, y, columns = patches.x, patches.y, parameters.T[..., None]
+    cx, cy, m11, m12, m22, sharpness, level, slope_x, slope_y, contrast = columns[:_PLAIN_PARAMETERS]
     u, v = x - cx, y - cy
     y1, y2 = m11 * u + m12 * v, m12 * u + m22 * v
     rho = np.maximum(np.sqrt(y1 * y1 + y2 * y2), _TINY)
@@ -187,9 +193,8 @@ def _model(parameters: FloatArray, patches: _Patches) -> tuple[FloatArray, Float
     profile = ndtr(argument)
     by_argument = contrast / np.sqrt(2.0 * np.pi) * np.exp(-0.5 * argument * argument)
     by_rho = -by_argument * sharpness / rho
-    du, dv = (x - qx) / w, (y - qy) / w
-    spot = np.exp(-0.5 * (du * du + dv * dv))
-    jacobian = np.empty((len(parameters), _PARAMETERS, len(x)))
+    residuals = level + slope_x * u + slope_y * v + contrast * profile - patches.levels
+    jacobian = np.empty((*parameters.shape, len(x)))
     jacobian[:, 0] = -by_rho * (m11 * y1 + m12 * y2) - slope_x
     jacobian[:, 1] = -by_rho * (m12 * y1 + m22 * y2) - slope_y
     jacobian[:, _M11] = by_rho * y1 * u
@@ -200,12 +205,18 @@ def _model(parameters: FloatArray, patches: _Patches) -> tuple[FloatArray, Float
     jacobian[:, _SLOPE_X] = u
     jacobian[:, _SLOPE_Y] = v
     jacobian[:, _CONTRAST] = profile
-    jacobian[:, 10] = k * spot * du / w
-    jacobian[:, 11] = k * spot * dv / w
-    jacobian[:, _SPOT_LEVEL] = spot
-    jacobian[:, _SPOT_WIDTH] = k * spot * (du * du + dv * dv) / w
-    model = level + slope_x * u + slope_y * v + contrast * profile + k * spot
-    return model - patches.levels, jacobian
+    if parameters.shape[1] == _GLOSSY_PARAMETERS:
+        qx, qy, spot_level, width = columns[_PLAIN_PARAMETERS:]
+        du, dv = (x - qx) / width, (y - qy) / width
+        squared = du * du + dv * dv
+        shape = np.exp(-0.5 * squared)
+        spot = spot_level * shape
+        residuals += spot
+        jacobian[:, 10] = spot * du / width
+        jacobian[:, 11] = spot * dv / width
+        jacobian[:, _SPOT_LEVEL] = shape
+        jacobian[:, _SPOT_WIDTH] = spot * squared / width
+    return residuals, jacobian
 
 
 def _loss(residuals: FloatArray, patches: _Patches) -> FloatArray:
@@ -217,10 +228,11 @@ def _loss(residuals: FloatArray, patches: _Patches) -> FloatArray:
 def _normal_matrix(
     residuals: FloatArray, jacobian: FloatArray, patches: _Patches
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the Cauchy weights (n, p) and with them the Gauss-Newton Hessian (n, 14, 14)."""
+    """Return the Cauchy weights (n, p) and with them the Gauss-Newton Hessian (n, k, k)."""
     robust = patches.weights / (1.0 + (residuals / patches.scales[:, None]) ** 2)
     hessian = (jacobian * robust[:, None, :]) @ jacobian.transpose(0, 2, 1)
-    hessian[:, range(_PARAMETERS), range(_PARAMETERS)] += _TINY  # a highlight that is far away has no slope
+    # on dirt a parameter can be without any effect; it then stays where it is
+    hessian[:, range(jacobian.shape[1]), range(jacobian.shape[1])] += _TINY
     return robust, hessian
 
 

@@ -7,7 +7,13 @@ from numpy.typing import NDArray
 
 from estimator.errors import SolverError
 from estimator.fem.elements import reference_element
-from estimator.fem.kernels import deformation_gradient, element_forces, element_stiffness, invariants
+from estimator.fem.kernels import (
+    deformation_gradient,
+    dilatation_rate,
+    element_forces,
+    element_stiffness,
+    invariants,
+)
 from estimator.fem.mesh import Mesh
 from estimator.materials.law import EnergyDerivatives
 from estimator.materials.material import Material
@@ -42,14 +48,16 @@ class Response:
     F : (e, q, 3, 3) deformation gradient
     energy : strain energy, J
     slope : (3, e, q) derivatives of the energy density by I1, I2, J
-    pressure_by_lame : (e, q) projected dilatation: the derivative of ``slope[2]`` by Lamé's λ
+    dilatation : (e, q) projected J − 1
+    pressure : (e, q) λ times that, Pa; a part of ``slope[2]``
     law : the law's own derivatives at the e·q points
     """
 
     F: FloatArray
     energy: float
     slope: FloatArray
-    pressure_by_lame: FloatArray
+    dilatation: FloatArray
+    pressure: FloatArray
     law: EnergyDerivatives
 
 
@@ -86,16 +94,13 @@ def respond(body: Body, material: Material, displacement: FloatArray) -> Respons
     if not j.min() > 0.0:
         raise SolverError("an element is turned inside out")
     law = material.law.derivatives(i1.ravel(), i2.ravel(), j.ravel(), material.shape)
-    dilatation = j - 1.0
-    if body.basis.shape[2]:
-        coefficients = np.einsum("eqr,eq,eq->er", body.basis, body.volume, dilatation, optimize=True)
-        dilatation = np.einsum("eqr,er->eq", body.basis, coefficients, optimize=True)
+    dilatation = _projected(body, j - 1.0)
     mu, lame = material.lame
     slope = mu * law.first.reshape(3, *j.shape)
     slope[2] += lame * dilatation
     energy = mu * float(np.sum(body.volume.ravel() * law.value))
     energy += 0.5 * lame * float(np.sum(body.volume * dilatation**2))
-    return Response(F, energy, slope, dilatation, law)
+    return Response(F, energy, slope, dilatation, lame * dilatation, law)
 
 
 def nodal_forces(body: Body, response: Response, slope: FloatArray) -> FloatArray:
@@ -112,7 +117,7 @@ def slopes_by_parameter(material: Material, response: Response) -> dict[str, Flo
     shape = response.slope.shape
     by_mu = response.law.first.reshape(shape)
     by_lame = np.zeros(shape)
-    by_lame[2] = response.pressure_by_lame
+    by_lame[2] = response.dilatation
     slopes = {name: mu * by_mu + lame * by_lame for name, (mu, lame) in material.lame_derivatives.items()}
     mu = material.lame[0]
     for n, parameter in enumerate(material.law.shape_parameters):
@@ -120,17 +125,40 @@ def slopes_by_parameter(material: Material, response: Response) -> dict[str, Flo
     return slopes
 
 
-def stiffness(body: Body, material: Material, response: Response) -> FloatArray:
-    """Return the tangent stiffness of each element, (e, 3k, 3k), lower triangle filled."""
-    mu, lame = material.lame
+def pressure_after(
+    body: Body, material: Material, response: Response, change: FloatArray
+) -> FloatArray:
+    """Return the pressure λ·(projected J − 1), linearised, once the displacements (n, 3) change: (e, q), Pa."""
+    rate = dilatation_rate(response.F, body.mesh.cells, body.gradient, change)
+    return material.lame[1] * (response.dilatation + _projected(body, rate))
+
+
+def stiffness(body: Body, material: Material, response: Response, pressure: FloatArray) -> FloatArray:
+    """Return the tangent stiffness of each element, (e, 3k, 3k), lower triangle filled.
+
+    Parameters
+    ----------
+    pressure : (e, q), Pa; at equilibrium λ·(projected J − 1). On the way there it is better taken from
+        :func:`pressure_after`: the tangent then is that of the mixed formulation with the pressure as an unknown,
+        whose Newton iteration does not suffer from a large λ (Simo & Taylor 1991, section 3).
+    """
+    _, lame = material.lame
     count, rule = body.volume.shape
-    curvature = mu * response.law.second.reshape(6, count, rule)
+    curvature = material.lame[0] * response.law.second.reshape(6, count, rule)
     if not body.basis.shape[2]:
         curvature[5] += lame
+    slope = response.slope.copy()
+    slope[2] += pressure - response.pressure
     bulk = np.full(count, lame)
-    return element_stiffness(
-        response.F, body.gradient, body.volume, response.slope, curvature, body.basis, bulk
-    )
+    return element_stiffness(response.F, body.gradient, body.volume, slope, curvature, body.basis, bulk)
+
+
+def _projected(body: Body, values: FloatArray) -> FloatArray:
+    """Project values (e, q) onto the functions of the dilatation; without any, return them as they are."""
+    if not body.basis.shape[2]:
+        return values
+    coefficients = np.einsum("eqr,eq,eq->er", body.basis, body.volume, values, optimize=True)
+    return np.einsum("eqr,er->eq", body.basis, coefficients, optimize=True)
 
 
 def _orthonormal(basis: FloatArray, volume: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.errors import SolverError
-from estimator.fem.body import Response, nodal_forces, respond, stiffness
+from estimator.fem.body import Response, nodal_forces, pressure_after, respond, stiffness
 from estimator.fem.motion import GripperPose
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.tangent import Tangent, TangentAssembler
@@ -97,7 +97,8 @@ class EquilibriumSolver:
     def rest(self, material: Material) -> EquilibriumState:
         """Return the unloaded state."""
         pose = GripperPose.from_quaternion(self.problem.grasp_centre, np.array([1.0, 0, 0, 0]))
-        trial = self._trial(material, np.zeros_like(self.problem.body.mesh.points))
+        body = self.problem.body
+        trial = self._trial(material, np.zeros_like(body.mesh.points), np.zeros(body.volume.shape))
         return self._finish(trial, pose, 0)
 
     def solve(self, pose: GripperPose, material: Material, start: EquilibriumState) -> EquilibriumState:
@@ -127,15 +128,23 @@ class EquilibriumSolver:
             fraction, step = target, min(2.0 * step, 1.0)
         return reached
 
-    def refine(self, pose: GripperPose, material: Material, guess: FloatArray) -> EquilibriumState:
-        """Return the equilibrium near a guessed field of displacements (n, 3), m; gripped nodes are set to the pose.
+    def refine(
+        self, pose: GripperPose, material: Material, guess: FloatArray, pressure: FloatArray
+    ) -> EquilibriumState:
+        """Return the equilibrium near a guess.
+
+        Parameters
+        ----------
+        guess : (n, 3) displacements, m; gripped nodes are set to the pose
+        pressure : (e, q) λ·(projected J − 1) near that equilibrium, Pa
 
         Raises
         ------
         SolverError
             The iteration does not converge from there.
         """
-        return self._newton(pose, self._trial(material, self._impose(pose, guess)), accept_unstable=False)
+        trial = self._trial(material, self._impose(pose, guess), pressure)
+        return self._newton(pose, trial, accept_unstable=False)
 
     def _newton(self, pose: GripperPose, trial: _Trial, *, accept_unstable: bool) -> EquilibriumState:
         tangent: Tangent | None = None
@@ -157,10 +166,15 @@ class EquilibriumSolver:
         """Extrapolate the field along the motion; where that turns an element, move the gripped nodes alone."""
         predicted = start.displacement.copy().reshape(-1)
         predicted[self.problem.pattern.free] += self._extrapolate(pose, start)
-        try:
-            return self._trial(material, self._impose(pose, predicted.reshape(-1, 3)))
-        except SolverError:
-            return self._trial(material, self._impose(pose, start.displacement))
+        for field in (predicted.reshape(-1, 3), start.displacement):
+            imposed = self._impose(pose, field)
+            change = imposed - start.displacement
+            pressure = pressure_after(self.problem.body, material, start.response, change)
+            try:
+                return self._trial(material, imposed, pressure)
+            except SolverError as turned:
+                failure = turned
+        raise failure
 
     def _extrapolate(self, pose: GripperPose, start: EquilibriumState) -> FloatArray:
         """Return the change of the free displacements (nf,) on the way to ``pose``.
@@ -200,7 +214,9 @@ class EquilibriumSolver:
         size, share = self._residual(trial), 1.0
         while share > 1e-3:
             try:
-                shortened = self._trial(trial.material, trial.displacement + share * correction)
+                change = share * correction
+                pressure = pressure_after(self.problem.body, trial.material, trial.response, change)
+                shortened = self._trial(trial.material, trial.displacement + change, pressure)
             except SolverError:
                 share /= 2.0
                 continue
@@ -209,10 +225,10 @@ class EquilibriumSolver:
             share /= 2.0
         raise SolverError("every correction turns an element inside out")
 
-    def _trial(self, material: Material, displacement: FloatArray) -> _Trial:
+    def _trial(self, material: Material, displacement: FloatArray, pressure: FloatArray) -> _Trial:
         response = respond(self.problem.body, material, displacement)
         forces = nodal_forces(self.problem.body, response, response.slope)
-        return _Trial(material, displacement, response, forces)
+        return _Trial(material, displacement, response, forces, pressure)
 
     def _residual(self, trial: _Trial) -> float:
         return float(np.linalg.norm(trial.forces.reshape(-1)[self.problem.pattern.free]))
@@ -225,10 +241,11 @@ class EquilibriumSolver:
         return max(self.settings.tolerance * reaction, _ROUNDING * (lame + 2 * mu) * area)
 
     def _assemble(self, trial: _Trial) -> Tangent:
-        return self._assembler.assemble(stiffness(self.problem.body, trial.material, trial.response))
+        body = self.problem.body
+        return self._assembler.assemble(stiffness(body, trial.material, trial.response, trial.pressure))
 
     def _finish(self, trial: _Trial, pose: GripperPose, iterations: int) -> EquilibriumState:
-        tangent = self._assemble(trial)
+        tangent = self._assemble(replace(trial, pressure=trial.response.pressure))
         by_pose = -tangent.free.solve(tangent.gripped_free.T @ rigid_modes(self.problem, pose))
         return EquilibriumState(
             pose,
@@ -248,3 +265,4 @@ class _Trial:
     displacement: FloatArray
     response: Response
     forces: FloatArray
+    pressure: FloatArray

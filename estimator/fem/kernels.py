@@ -42,6 +42,26 @@ def _cofactor(F: FloatArray, out: FloatArray) -> None:
             out[i, j] = F[i1, j1] * F[i2, j2] - F[i1, j2] * F[i2, j1]
 
 
+@njit(cache=True, fastmath={"contract", "reassoc", "nsz"})
+def dilatation_rate(F: FloatArray, cells: IntArray, gradient: FloatArray, change: FloatArray) -> FloatArray:
+    """Return the first-order change (e, q) of J = det F for a change of the nodal displacements (n, 3)."""
+    count, rule, nodes, _ = gradient.shape
+    out = np.empty((count, rule))
+    cofactor = np.empty((3, 3))
+    for e in range(count):
+        for q in range(rule):
+            _cofactor(F[e, q], cofactor)
+            total = 0.0
+            for a in range(nodes):
+                for i in range(3):
+                    slope = 0.0
+                    for j in range(3):
+                        slope += cofactor[i, j] * gradient[e, q, a, j]
+                    total += slope * change[cells[e, a], i]
+            out[e, q] = total
+    return out
+
+
 @njit(cache=True)
 def invariants(F: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return I1, I2 and J, each (e, q), of deformation gradients (e, q, 3, 3)."""

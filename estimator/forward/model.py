@@ -31,6 +31,7 @@ class _Track:
 class _Solution:
     material: Material
     displacement: FloatArray
+    pressure: FloatArray
     field_by: dict[str, FloatArray]
 
 
@@ -75,7 +76,9 @@ class ForwardModel:
             for number in states:
                 last = self._solve(track, number, material, last)
                 observations[number] = observation = observe(self.problem, last)
-                track.fields[number] = _Solution(material, last.displacement, observation.field_by)
+                track.fields[number] = _Solution(
+                    material, last.displacement, last.response.pressure, observation.field_by
+                )
                 done += 1
                 if progress is not None:
                     progress(done, total)
@@ -94,7 +97,8 @@ class ForwardModel:
         known = track.fields.get(number)
         if known is not None:
             try:
-                return self._solver.refine(pose, material, self._carried_over(known, material))
+                guess = self._carried_over(known, material)
+                return self._solver.refine(pose, material, guess, known.pressure)
             except SolverError:
                 # The material has moved too far for the old field; follow the motion instead.
                 pass

@@ -1,5 +1,7 @@
 """The deformed body at the farthest state, with what holds it, what pulls it and what was seen of it."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -112,10 +114,10 @@ def _fiducials(axes: Axes, measured: FloatArray, predicted: FloatArray) -> None:
 
 def _triad(axes: Axes, length: float) -> None:
     """Draw the axes of the tissue frame, each of a length in mm, in the lower left corner."""
-    x, y = axes.get_xlim()[0] + 0.5 * length, axes.get_ylim()[0] + 0.4 * length
+    x, y = axes.get_xlim()[0] - 0.2 * length, axes.get_ylim()[0] + 0.4 * length
+    style: dict[str, Any] = {"annotation_clip": False, "color": MUTED, "ha": "center", "va": "center"}
     arrow = {"arrowstyle": "-|>", "color": MUTED, "shrinkA": 0, "shrinkB": 0}
     for (right, up), name in zip(_VIEW.project(length * np.eye(3)), "xyz", strict=True):
         axes.annotate("", (x + right, y + up), (x, y), arrowprops=arrow, annotation_clip=False)
-        place = (x + 1.25 * right, y + 1.25 * up)
-        axes.annotate(name, place, ha="center", va="center", annotation_clip=False)
-    axes.annotate(f"{length:g} mm", (x, y), (0, -8), textcoords="offset points", va="top", color=MUTED)
+        axes.annotate(name, (x + 1.25 * right, y + 1.25 * up), **style)
+    axes.annotate(f"{length:g} mm", (x, y), (0, -12), textcoords="offset points", **style)

@@ -12,6 +12,7 @@ from estimator.fit.result import Estimate, ParameterEstimate
 from estimator.report.findings import Truth
 from estimator.report.theme import MEASURED, PREDICTED, TRUTH
 
+# Within a stage the fit accepts no step that raises the misfit by more than rounding errors.
 _RISE = 1.01
 
 

@@ -136,28 +136,29 @@ class FrameSynchroniser:
         return frames
 
     def _realign(self) -> bool:
-        """Find the one alignment that holds; leave the buffer at the first frame that is good by it."""
-        size, guard = self._size, self._guard
+        """Find the first place where one alignment alone holds; leave the buffer at the first good frame there."""
+        size, needed = self._size, 2 * self._guard + 1
         rows = len(self._buffer) // size - 1
-        if rows < 2 * guard + 1:
+        if rows < needed:
             return False
-        content = np.lib.stride_tricks.sliding_window_view(np.frombuffer(self._buffer, np.uint8), size)
-        fails = ~self._holds(content[: rows * size]).reshape(rows, size)
-        # for each alignment the position of its last failure, or before the buffer where it never failed
-        last_row = rows - 1 - np.argmax(fails[::-1], axis=0)
-        last_failure = np.where(fails.any(axis=0), last_row * size + np.arange(size), -size)
-        begin = np.where(last_failure < 0, np.arange(size), last_failure + size)
-        longest = int(np.argmin(begin))
-        others_failed = np.delete(last_failure, longest) > begin[longest]
-        if begin[longest] + (2 * guard + 1) * size > rows * size or not others_failed.all():
-            self._forget(len(self._buffer) - _SEARCHED_RECORDS * size)
+        strings = np.lib.stride_tricks.sliding_window_view(np.frombuffer(self._buffer, np.uint8), size)
+        fails = ~self._holds(strings[: rows * size]).reshape(rows, size)
+        position = np.arange(rows * size).reshape(rows, size)
+        # for each alignment (column) the position of its last failure so far; before the buffer where it never failed
+        last_failure = np.maximum.accumulate(np.where(fails, position, np.arange(size) - size))
+        alignment = last_failure.argmin(axis=1)
+        run_begin = last_failure.min(axis=1) + size
+        run_length = (np.arange(rows) * size + alignment - run_begin) // size + 1
+        others_failed = np.partition(last_failure, 1, axis=1)[:, 1] > run_begin
+        found = np.flatnonzero((run_length >= needed) & others_failed)
+        if not len(found):
+            self._forget(max(0, rows - _SEARCHED_RECORDS) * size)
             return False
         self._aligned = True
-        self._forget(int(begin[longest]) + guard * size)
+        self._forget(int(run_begin[found[0]]) + self._guard * size)
         return True
 
     def _forget(self, n: int) -> None:
-        n = max(0, n)
         self._buffer = self._buffer[n:]
         self._position += n
 

@@ -201,7 +201,7 @@ def test_a_full_buffer_loses_its_oldest_images_and_counts_them() -> None:
 def test_read_returns_nothing_when_nothing_came_in_time() -> None:
     with (
         CameraEmulator(noise_image, SMALL) as emulator,
-        connected(OpenCVCameraSettings(emulator.url)) as camera,
+        connected(OpenCVCameraSettings(emulator.url, read_timeout_s=0.5)) as camera,
     ):
         emulator.stall()
         wait_until(lambda: not camera.read(timeout_s=0.1))

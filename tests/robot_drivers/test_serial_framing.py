@@ -86,31 +86,43 @@ def test_a_sound_stream_comes_through_whole_but_for_the_last_few():
 
 
 EDITS = st.lists(
-    st.tuples(st.integers(0, 60 * 13 - 1), st.sampled_from(["lose", "insert", "change"]), st.integers(1, 40)),
+    # Bytes since the edit before, kind, size. Edits that leave the length of one record as it was (several in it,
+    # or whole records lost) are what the checksum alone guards against: they are a test of their own.
+    st.tuples(
+        st.integers(80, 200),
+        st.sampled_from(["lose", "insert", "change"]),
+        st.integers(1, 40).filter(lambda size: size % 13),
+    ),
     max_size=6,
 )
 
 
-@settings(max_examples=300, deadline=None)
+def edited(data, edits, random):
+    """Bytes with edits from front to back; inserted ones are random."""
+    edited, position = bytearray(data), 0
+    for distance, what, size in edits:
+        position += distance
+        if what == "lose":
+            del edited[position : position + size]
+        elif what == "insert":
+            edited[position:position] = random.bytes(size)
+        else:  # in its lower bits: the top bit escapes any checksum of seven bits
+            edited[position] ^= 1 + size % 127
+    return bytes(edited)
+
+
+@settings(max_examples=100, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),
     edits=EDITS,
     chunks=st.lists(st.integers(1, 200), min_size=1, max_size=5),
 )
 @example(seed=0, edits=[(0, "lose", 1)], chunks=[1])
-@example(seed=0, edits=[(300, "insert", 13)], chunks=[7])
+@example(seed=0, edits=[(0, "insert", 5), (117, "lose", 5)], chunks=[7])
 def test_whatever_happens_to_the_bytes_only_samples_that_were_sent_are_delivered(seed, edits, chunks):
-    gages = wild(90, seed)
-    random = np.random.default_rng(seed + 1)
-    data = bytearray(stream(gages))
-    for position, what, size in sorted(edits, reverse=True):
-        if what == "lose":
-            del data[position : position + size]
-        elif what == "insert":
-            data[position:position] = random.bytes(size)
-        else:  # in its lower bits: the top bit escapes any checksum of seven bits
-            data[position] ^= 1 + size % 127
-    values, _, index, end, damages = decoded(bytes(data), chunks)
+    gages = wild(150, seed)
+    data = edited(stream(gages), edits, np.random.default_rng(seed + 1))
+    values, _, index, end, damages = decoded(data, chunks)
     assert sent_earlier(values, gages)
     assert (np.diff(index) > 0).all()
     assert (np.diff(end) > 0).all()
@@ -119,21 +131,28 @@ def test_whatever_happens_to_the_bytes_only_samples_that_were_sent_are_delivered
     np.testing.assert_array_equal(values[-1], gages[-1 - GUARD])
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), edits=EDITS, chunks=st.lists(st.integers(1, 200), min_size=1, max_size=5))
 def test_the_result_does_not_depend_on_how_the_bytes_are_cut(seed, edits, chunks):
-    data = bytearray(stream(wild(90, seed)))
-    for position, _, size in sorted(edits, reverse=True):
-        del data[position : position + size]
-    at_once, in_pieces = decoded(bytes(data), [len(data)]), decoded(bytes(data), chunks)
+    data = edited(stream(wild(150, seed)), edits, np.random.default_rng(seed + 1))
+    at_once, in_pieces = decoded(data, [len(data)]), decoded(data, chunks)
     for name, one, other in zip(("values", "status", "index", "end"), at_once, in_pieces, strict=False):
         np.testing.assert_array_equal(one, other, err_msg=name)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(data=st.binary(max_size=3000), chunks=st.lists(st.integers(1, 200), min_size=1, max_size=5))
 def test_rubbish_raises_nothing(data, chunks):
     decoded(GOLDEN * 3 + data, chunks)
+
+
+def test_one_in_128_of_two_samples_fused_into_one_is_not_seen():
+    fused = 0
+    for seed in range(2000):
+        data = stream(wild(20, seed))
+        values, *_ = decoded(data[: 10 * 13 + 6] + data[11 * 13 + 6 :])
+        fused += not sent_earlier(values, wild(20, seed))
+    assert fused == pytest.approx(2000 / 128, abs=12)  # three standard deviations
 
 
 @pytest.mark.parametrize("lost", range(1, 13))
@@ -165,8 +184,8 @@ def wrongly_delivered(guard, events):
 
 
 def test_neighbours_that_hold_too_keep_false_samples_out():
-    assert wrongly_delivered(guard=0, events=1000) > 5
-    assert wrongly_delivered(guard=GUARD, events=1000) == 0
+    assert wrongly_delivered(guard=0, events=500) > 2
+    assert wrongly_delivered(guard=GUARD, events=500) == 0
 
 
 def test_nothing_is_delivered_while_two_alignments_hold():
