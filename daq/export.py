@@ -5,7 +5,7 @@ from pathlib import Path
 
 from daq.errors import RecordingError
 from daq.progress import Progress
-from daq.recording.folder import CHECKSUMS_FILE, sha256
+from daq.recording.folder import CHECKSUMS_FILE, sha256, verify_checksums
 from daq.recording.reader import Recording
 from daq.sync import Synchronised, synchronise
 from daq.toml_tables import toml_text
@@ -73,6 +73,10 @@ def export_experiment(session: Path, target: Path, progress: Progress) -> tuple[
     if recording.info.state == "recording":
         raise RecordingError(
             f"{session}: is not sealed; if nothing records into it any more, run `retract recover` on it"
+        )
+    if altered := verify_checksums(session):
+        raise RecordingError(
+            f"{session}: {', '.join(altered)} differ from what was sealed; restore them from a copy"
         )
     synchronised = synchronise(recording, progress)
     experiment = write_experiment(synchronised.experiment, target)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from daq.errors import SynchronisationError
 from daq.fiducial_windows import fiducial_means
 from daq.frames import inverse, quaternions_wxyz, rotation
 from daq.progress import Progress
@@ -44,7 +45,8 @@ def synchronise(recording: Recording, progress: Progress) -> Synchronised:
     Raises
     ------
     SynchronisationError
-        There is no window at rest, or a stream is missing from it, so that nothing can be zeroed.
+        There is no window at rest, a stream is missing from it, so that nothing can be zeroed, or the robot's poses
+        are missing from any window.
     """
     rig = read_rig(recording.folder / RIG_FILE)
     windows = measuring_windows(recording.events)
@@ -123,7 +125,11 @@ def _mean_orientations(quaternion: FloatArray, times: EventTimes, windows: Seque
     found = []
     for window in windows:
         inside = quaternion[in_window(times, window)]
-        found.append(quaternions_wxyz(rotation(inside).mean()) if len(inside) else np.full(4, np.nan))
+        if len(inside) == 0:
+            raise SynchronisationError(
+                f"step {window.number}: the robot told no pose while it was measured; record the retraction again"
+            )
+        found.append(quaternions_wxyz(rotation(inside).mean()))
     return np.array(found)
 
 

@@ -5,6 +5,7 @@ file and line. ``tomllib`` keeps no line numbers, so the line is looked up by th
 """
 
 import dataclasses
+import json
 import math
 import re
 import tomllib
@@ -164,8 +165,7 @@ def _literal(value: object, base: Path) -> str:
     if isinstance(value, Path):
         return _literal(str(value.relative_to(base)) if value.is_relative_to(base) else str(value), base)
     if isinstance(value, str):
-        escaped = value.replace("\\", "\\\\").replace('"', '\\"')
-        return f'"{escaped}"'
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, tuple):
         return f"[{', '.join(_literal(entry, base) for entry in value)}]"
     raise TypeError(f"no TOML form for {value!r}")

@@ -47,17 +47,6 @@ class Trajectory:
     speed: Speed
     steps: tuple[Step, ...]
 
-    @property
-    def duration_s(self) -> float:
-        """Time for moving at the speed, settling and measuring, s; without acceleration."""
-        total = 0.0
-        present = IDENTITY
-        for step in self.steps:
-            length = math.dist(present.position, step.T_rest_gripper.position)
-            total += length / self.speed.linear + step.settle_s + step.measure_s
-            present = step.T_rest_gripper
-        return total
-
 
 @dataclass(frozen=True, slots=True)
 class Dwell:

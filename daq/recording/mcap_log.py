@@ -60,7 +60,7 @@ class McapLog:
 
     def sync(self) -> None:
         """Wait until everything appended so far is on the disk; may be called from another thread."""
-        os.fdatasync(self._file.fileno())
+        os.fsync(self._file.fileno())
 
     def close(self) -> None:
         """Bring everything to the disk and close the file, unsealed."""

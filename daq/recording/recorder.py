@@ -6,12 +6,13 @@ Topics: ``/force/wrench``, ``/robot/pose``, ``/robot/joints`` and ``/camera/<nam
 """
 
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Sized
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
-from typing import Protocol, Self
+from typing import Protocol, Self, TypeVar
 
+from daq.errors import RecordingError
 from daq.recording import schemas
 from daq.recording.mcap_log import McapLog
 from daq.recording.rows import EventRows, FrameRows, PoseRows, WrenchRows
@@ -27,6 +28,9 @@ FORCE_FRAME = "force_sensor"
 ROBOT_FRAME = "robot_base"
 
 _READ_TIMEOUT_S = 0.02
+
+Block = TypeVar("Block", bound=Sized)
+Loop = Callable[[], None]
 
 
 class Observer(Protocol):
@@ -62,9 +66,9 @@ class Recorder:
         self._signals = self._logs.enter_context(McapLog(folder / SIGNALS_FILE))
         self._images = self._logs.enter_context(McapLog(folder / CAMERAS_FILE))
         self._event_rows = EventRows(self._signals.add_channel(EVENTS, schemas.EVENT))
+        self._writer = RecordWriter((self._signals, self._images), self._dropped_packet)
         loops = [self._force_loop(force_sensor), self._robot_loop(robot)]
         loops += [self._camera_loop(name, camera) for name, camera in cameras.items()]
-        self._writer = RecordWriter((self._signals, self._images), self._dropped_packet)
         self._threads = [threading.Thread(target=loop, name=f"record-{n}") for n, loop in enumerate(loops)]
         for thread in self._threads:
             thread.start()
@@ -76,14 +80,14 @@ class Recorder:
         return now
 
     def check(self) -> None:
-        """Raise when a device or the disk has failed."""
+        """Raise when a device, the disk, or this program has failed."""
         self._writer.check()
         if self._failures:
             raise self._failures[0]
-
-    def written(self) -> dict[str, int]:
-        """Return the samples of each stream that the file holds."""
-        return dict(self._writer.written)
+        if not all(thread.is_alive() for thread in self._threads):
+            raise RecordingError(
+                "a recording thread has ended by a programming error; see its traceback above"
+            )
 
     def dropped(self) -> dict[str, int]:
         """Return the samples of each stream that were received but not written."""
@@ -105,69 +109,67 @@ class Recorder:
     ) -> None:
         self.close()
 
-    def _force_loop(self, sensor: ForceSensor) -> Callable[[], None]:
+    def _force_loop(self, sensor: ForceSensor) -> Loop:
+        def show(block: WrenchBlock) -> None:
+            for observer in self._observers:
+                observer.on_wrench(block)
+
         rows = WrenchRows(
             self._signals.add_channel("/force/wrench", schemas.WRENCH),
             self._signals.add_channel("/force/device", schemas.DEVICE_STAMP),
             frame_id=FORCE_FRAME,
         )
+        return self._loop("force", self._signals, sensor.read, show, rows.pack)
 
-        def take(sequence: int) -> int:
-            block = sensor.read(_READ_TIMEOUT_S)
+    def _robot_loop(self, robot: Robot) -> Loop:
+        def show(block: PoseBlock) -> None:
             for observer in self._observers:
-                observer.on_wrench(block)
-            if len(block):
-                self._writer.offer(Packet(self._signals, rows.pack(block, sequence), "force", len(block)))
-            return len(block)
+                observer.on_pose(block)
 
-        return lambda: self._run("force", take)
-
-    def _robot_loop(self, robot: Robot) -> Callable[[], None]:
         rows = PoseRows(
             self._signals.add_channel("/robot/pose", schemas.POSE),
             self._signals.add_channel("/robot/joints", schemas.JOINT_STATE),
             self._signals.add_channel("/robot/device", schemas.DEVICE_STAMP),
             frame_id=ROBOT_FRAME,
         )
+        return self._loop("robot", self._signals, robot.read, show, rows.pack)
 
-        def take(sequence: int) -> int:
-            block = robot.read(_READ_TIMEOUT_S)
-            for observer in self._observers:
-                observer.on_pose(block)
-            if len(block):
-                self._writer.offer(Packet(self._signals, rows.pack(block, sequence), "robot", len(block)))
-            return len(block)
-
-        return lambda: self._run("robot", take)
-
-    def _camera_loop(self, name: str, camera: Camera) -> Callable[[], None]:
-        stream = f"camera/{name}"
-        rows = FrameRows(
-            self._images.add_channel(f"/{stream}/image", schemas.COMPRESSED_IMAGE),
-            self._images.add_channel(f"/{stream}/device", schemas.DEVICE_STAMP),
-            frame_id=camera_frame(name),
-        )
-
-        def take(sequence: int) -> int:
-            frames = camera.read(_READ_TIMEOUT_S)
+    def _camera_loop(self, name: str, camera: Camera) -> Loop:
+        def show(frames: Sequence[Frame]) -> None:
             for observer in self._observers:
                 observer.on_frames(name, frames)
-            for number, frame in enumerate(frames):
-                records = rows.pack(frame, sequence + number)
-                self._writer.offer(Packet(self._images, records, stream, 1))
-            return len(frames)
 
-        return lambda: self._run(stream, take)
+        rows = FrameRows(
+            self._images.add_channel(f"/camera/{name}/image", schemas.COMPRESSED_IMAGE),
+            self._images.add_channel(f"/camera/{name}/device", schemas.DEVICE_STAMP),
+            frame_id=camera_frame(name),
+        )
+        return self._loop(f"camera/{name}", self._images, camera.read, show, rows.pack)
 
-    def _run(self, stream: str, take: Callable[[int], int]) -> None:
-        """Read one device until the end, or until it fails."""
-        sequence = 0
-        try:
-            while not self._stopping.is_set():
-                sequence += take(sequence)
-        except DeviceError as error:
-            self._failures.append(error)
-            self.event("device_failed", stream=stream, message=str(error))
+    def _loop(
+        self,
+        stream: str,
+        log: McapLog,
+        read: Callable[[float], Block],
+        show: Callable[[Block], None],
+        pack: Callable[[Block, int], bytes],
+    ) -> Loop:
+        """Return what the thread of a device does until the end, or until the device fails."""
+
+        def loop() -> None:
+            sequence = 0
+            try:
+                while not self._stopping.is_set():
+                    block = read(_READ_TIMEOUT_S)
+                    show(block)
+                    if len(block):
+                        self._writer.offer(Packet(log, pack(block, sequence), stream, len(block)))
+                        sequence += len(block)
+            except DeviceError as error:
+                self._failures.append(error)
+                self.event("device_failed", stream=stream, message=str(error))
+
+        return loop
 
     def _event_packet(self, event: Mapping[str, object], time_ns: int) -> Packet:
         with self._event_lock:

@@ -7,8 +7,7 @@ read.
 """
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
 import cv2
 import numpy as np
@@ -16,7 +15,7 @@ from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
 from daq.recording.cdr import CdrLayout
-from robot_drivers.protocols import Frame, IntArray, PoseBlock, WrenchBlock
+from robot_drivers.protocols import FloatArray, Frame, IntArray, PoseBlock, WrenchBlock
 
 RECORD = np.dtype(
     [
@@ -71,87 +70,88 @@ def image_layout(frame_id: str, image_format: str) -> CdrLayout:
     return CdrLayout().header(frame_id).string(image_format).add("size", "<u4")
 
 
-@dataclass(frozen=True, slots=True)
 class WrenchRows:
     """Packs :class:`WrenchBlock` into ``WrenchStamped`` + ``DeviceStamp`` records of two channels."""
 
-    wrench_channel: int
-    stamp_channel: int
-    frame_id: str
+    def __init__(self, wrench_channel: int, stamp_channel: int, frame_id: str) -> None:
+        self._template = _row(
+            wrench=(wrench_channel, wrench_layout(frame_id)), stamp=(stamp_channel, stamp_layout(frame_id))
+        )
 
     def pack(self, block: WrenchBlock, first_sequence: int) -> bytes:
         """Return the records of all samples of a block."""
-        template = _row(
-            wrench=(self.wrench_channel, wrench_layout(self.frame_id)),
-            stamp=(self.stamp_channel, stamp_layout(self.frame_id)),
-        )
-        rows = _stamped_rows(template, block.host_time_ns, first_sequence)
+        rows = _stamped_rows(self._template, block.host_time_ns, first_sequence)
         rows["wrench_body"]["wrench"] = block.wrench
         _fill_stamp(rows["stamp_body"], block.counter, block.device_time_s, block.status, block.usable)
         return rows.tobytes()
 
 
-@dataclass(frozen=True, slots=True)
 class PoseRows:
     """Packs :class:`PoseBlock` into ``PoseStamped`` + ``JointState`` + ``DeviceStamp`` records."""
 
-    pose_channel: int
-    joints_channel: int
-    stamp_channel: int
-    frame_id: str
+    def __init__(self, pose_channel: int, joints_channel: int, stamp_channel: int, frame_id: str) -> None:
+        self._template = _row(
+            pose=(pose_channel, pose_layout(frame_id)),
+            joints=(joints_channel, joints_layout(frame_id)),
+            stamp=(stamp_channel, stamp_layout(frame_id)),
+        )
 
     def pack(self, block: PoseBlock, first_sequence: int) -> bytes:
         """Return the records of all samples of a block."""
-        template = _row(
-            pose=(self.pose_channel, pose_layout(self.frame_id)),
-            joints=(self.joints_channel, joints_layout(self.frame_id)),
-            stamp=(self.stamp_channel, stamp_layout(self.frame_id)),
-        )
-        rows = _stamped_rows(template, block.host_time_ns, first_sequence)
+        rows = _stamped_rows(self._template, block.host_time_ns, first_sequence)
         rows["pose_body"]["position"] = block.position
         rows["pose_body"]["quaternion_xyzw"] = np.roll(block.quaternion_wxyz, -1, axis=1)
         rows["joints_body"]["joints"] = block.joints
-        usable = np.ones(len(block), dtype=np.bool_)
         moving = block.moving.astype(np.int64)
+        usable = np.ones(len(block), dtype=np.bool_)
         _fill_stamp(rows["stamp_body"], block.counter, block.device_time_s, moving, usable)
         return rows.tobytes()
 
 
-@dataclass(frozen=True, slots=True)
 class FrameRows:
-    """Packs a :class:`Frame` into ``DeviceStamp`` + ``CompressedImage`` (PNG, without loss) records."""
+    """Packs images into ``DeviceStamp`` + ``CompressedImage`` (PNG, without loss) records."""
 
-    image_channel: int
-    stamp_channel: int
-    frame_id: str
+    def __init__(self, image_channel: int, stamp_channel: int, frame_id: str) -> None:
+        self._image_channel = image_channel
+        self._stamp_channel = stamp_channel
+        self._frame_id = frame_id
 
-    def pack(self, frame: Frame, sequence: int) -> bytes:
-        """Return the records of one frame; compressing takes about 13 ms for 1288 × 964 mono pixels."""
+    def pack(self, frames: Sequence[Frame], first_sequence: int) -> bytes:
+        """Return the records of some images; compressing takes about 13 ms for each of 1288 × 964 mono pixels."""
+        return b"".join(self._pack(frame, first_sequence + n) for n, frame in enumerate(frames))
+
+    def _pack(self, frame: Frame, sequence: int) -> bytes:
         encoded = cv2.imencode(".png", frame.image, _PNG)[1].tobytes()
+        image_format = f"{frame.pixel_format}; png compressed"
         template = _row(
-            stamp=(self.stamp_channel, stamp_layout(self.frame_id)),
-            image=(self.image_channel, image_layout(self.frame_id, f"{frame.pixel_format}; png compressed")),
+            stamp=(self._stamp_channel, stamp_layout(self._frame_id)),
+            image=(self._image_channel, image_layout(self._frame_id, image_format)),
         )
-        host_time_ns = np.array([frame.host_time_ns], dtype=np.int64)
-        rows = _stamped_rows(template, host_time_ns, sequence)
+        rows = _stamped_rows(template, np.array([frame.host_time_ns]), sequence)
         counter = -1 if frame.counter is None else frame.counter
         device_time_s = np.nan if frame.device_time_s is None else frame.device_time_s
-        _fill_stamp(rows["stamp_body"], counter, device_time_s, 0, True)
+        _fill_stamp(
+            rows["stamp_body"],
+            np.array([counter]),
+            np.array([device_time_s]),
+            np.array([0]),
+            np.array([True]),
+        )
         rows["image_body"]["size"] = len(encoded)
         rows["image_record"]["length"] += len(encoded)
         return rows.tobytes() + encoded
 
 
-@dataclass(frozen=True, slots=True)
 class EventRows:
-    """Packs an event into one JSON record."""
+    """Packs events into JSON records."""
 
-    channel: int
+    def __init__(self, channel: int) -> None:
+        self._channel = channel
 
     def pack(self, event: Mapping[str, object], host_time_ns: int, sequence: int) -> bytes:
         """Return the record of one event."""
         body = json.dumps(event, ensure_ascii=False).encode()
-        record = _record(self.channel, len(body))
+        record = _record(self._channel, len(body))
         record["sequence"] = sequence
         record["log_time"] = record["publish_time"] = host_time_ns
         return record.tobytes() + body
@@ -192,7 +192,11 @@ def _stamped_rows(template: NDArray[np.void], host_time_ns: IntArray, first: int
 
 
 def _fill_stamp(
-    body: NDArray[np.void], counter: object, device_time_s: object, status: object, usable: object
+    body: NDArray[np.void],
+    counter: IntArray,
+    device_time_s: FloatArray,
+    status: IntArray,
+    usable: NDArray[np.bool_],
 ) -> None:
     body["counter"] = counter
     body["device_time_s"] = device_time_s

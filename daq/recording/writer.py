@@ -1,6 +1,6 @@
-"""The one thread that writes: device threads hand it packets of finished records through a bounded queue.
+"""The one thread that writes: device threads hand it packets of finished records through a bounded buffer.
 
-A packet that finds the queue full is dropped, counted, and told in the file itself. Nobody waits for the disk but
+A packet that finds the buffer full is dropped, counted, and told in the file itself. Nobody waits for the disk but
 the writer.
 """
 
@@ -13,7 +13,7 @@ from typing import NamedTuple
 from daq.errors import RecordingError
 from daq.recording.mcap_log import McapLog
 
-_QUEUE_PACKETS = 4096
+_BUFFER_BYTES = 256 * 2**20
 _SYNC_PERIOD_S = 1.0
 _EVENT_PATIENCE_S = 5.0
 
@@ -39,14 +39,16 @@ class RecordWriter:
         self,
         logs: Sequence[McapLog],
         tell_dropped: Callable[[dict[str, int]], Packet],
-        capacity: int = _QUEUE_PACKETS,
+        buffer_bytes: int = _BUFFER_BYTES,
     ) -> None:
         self.written: Counter[str] = Counter()
-        self._dropped: Counter[str] = Counter()
-        self._dropped_lock = threading.Lock()
         self._logs = logs
         self._tell_dropped = tell_dropped
-        self._queue: queue.Queue[Packet | None] = queue.Queue(capacity)
+        self._buffer_bytes = buffer_bytes
+        self._queue: queue.SimpleQueue[Packet | None] = queue.SimpleQueue()
+        self._room = threading.Condition()
+        self._waiting_bytes = 0
+        self._dropped: Counter[str] = Counter()
         self._error: OSError | None = None
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._write, name="record-writer")
@@ -55,24 +57,22 @@ class RecordWriter:
         self._syncer.start()
 
     def offer(self, packet: Packet) -> None:
-        """Hand over samples; never waits."""
-        try:
-            self._queue.put_nowait(packet)
-        except queue.Full:
-            self._drop(packet)
+        """Hand over samples; never waits for the disk."""
+        with self._room:
+            if not self._enqueue(packet):
+                self._dropped[packet.stream] += packet.samples
 
     def insist(self, packet: Packet) -> None:
         """Hand over what must not be dropped; waits, and raises RecordingError when the disk does not follow."""
-        try:
-            self._queue.put(packet, timeout=_EVENT_PATIENCE_S)
-        except queue.Full:
-            raise RecordingError(
-                f"{packet.log.path}: the disk has not followed for {_EVENT_PATIENCE_S:g} s; use a faster disk"
-            ) from self._error
+        with self._room:
+            if not self._room.wait_for(lambda: self._enqueue(packet), timeout=_EVENT_PATIENCE_S):
+                raise RecordingError(
+                    f"{packet.log.path}: the disk has not followed for {_EVENT_PATIENCE_S:g} s; use a faster disk"
+                ) from self._error
 
     def dropped(self) -> dict[str, int]:
         """Return the samples of each stream that did not get into the file."""
-        with self._dropped_lock:
+        with self._room:
             return dict(self._dropped)
 
     def check(self) -> None:
@@ -89,10 +89,21 @@ class RecordWriter:
         self._closing.set()
         self._syncer.join()
 
+    def _enqueue(self, packet: Packet) -> bool:
+        """Put the packet into the buffer if there is room; called with the lock held."""
+        if self._waiting_bytes + len(packet.records) > self._buffer_bytes:
+            return False
+        self._waiting_bytes += len(packet.records)
+        self._queue.put(packet)
+        return True
+
     def _write(self) -> None:
         told: dict[str, int] = {}
         while (packet := self._queue.get()) is not None:
             self._append(packet)
+            with self._room:
+                self._waiting_bytes -= len(packet.records)
+                self._room.notify_all()
             if (dropped := self.dropped()) != told and self._error is None:
                 told = dropped
                 self._append(self._tell_dropped(told))
@@ -106,11 +117,8 @@ class RecordWriter:
         if self._error is None:
             self.written[packet.stream] += packet.samples
         else:
-            self._drop(packet)
-
-    def _drop(self, packet: Packet) -> None:
-        with self._dropped_lock:
-            self._dropped[packet.stream] += packet.samples
+            with self._room:
+                self._dropped[packet.stream] += packet.samples
 
     def _sync(self) -> None:
         while not self._closing.wait(_SYNC_PERIOD_S):

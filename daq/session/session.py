@@ -82,8 +82,8 @@ def run_session(
     targets = tool_targets(rig, trajectory, state.T_base_tool)
     check_limits(rig, trajectory, targets)
     devices.robot.check_trajectory(targets[1:], trajectory.speed)
-    _make_folder(rig, devices, trajectory, folder, label)
     devices.force_sensor.start()
+    _make_folder(rig, devices, trajectory, folder, label)
     guard = Guard(rig.limits, rig.frames, devices.robot)
     recorder = Recorder(folder, devices.force_sensor, devices.robot, devices.cameras, (guard,))
     problems: list[str] = []

@@ -39,12 +39,6 @@ class EventTimes:
     residual_s: tuple[float, float, float, float]
     wander_ppm: float
 
-    def has_gap(self, begin_ns: int, end_ns: int) -> bool:
-        """Tell whether samples are missing anywhere between two instants."""
-        before = self.time_ns[self.gap_ends - 1]
-        after = self.time_ns[self.gap_ends]
-        return bool(np.any((before < end_ns) & (after > begin_ns)))
-
 
 def estimate_event_times(
     device: FloatArray | IntArray, host_time_ns: IntArray, quantum: float = 0.0

@@ -1,6 +1,7 @@
 """The two processes of the virtual rig: one with the emulated devices, one that solves the phantom.
 
-Both end when the process that started them does, and leave an interrupt from the keyboard to it.
+Both end when the process that started them does, and leave an interrupt from the keyboard to it. The solver steps back
+behind the devices, whose time is real.
 """
 
 import os
@@ -59,7 +60,8 @@ class VirtualRigSettings:
 def solve_phantom(connection: Connection, phantom: PhantomModel) -> None:
     """Answer every pose with the phantom's state, until the other end closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.nice(_SOLVER_NICENESS)
+    if sys.platform != "win32":
+        os.nice(_SOLVER_NICENESS)
     solver = phantom.build()
     while True:
         try:

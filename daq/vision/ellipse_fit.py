@@ -62,6 +62,11 @@ class EllipseFits:
     contrasts: FloatArray
     misfits: FloatArray
 
+    def put(self, rows: NDArray[np.intp], fits: "EllipseFits") -> None:
+        """Write other fits into some rows of the arrays."""
+        for attribute in fields(self):
+            getattr(self, attribute.name)[rows] = getattr(fits, attribute.name)
+
 
 @dataclass(frozen=True, slots=True)
 class _Patches:
@@ -92,8 +97,8 @@ def fit_ellipses(
     count, height, width = levels.shape
     rows, columns = np.indices((height, width), dtype=np.float64)
     patches = _Patches(
-        levels=levels.reshape(count, -1),
-        weights=weights.reshape(count, -1),
+        levels=levels.reshape(count, height * width),
+        weights=weights.reshape(count, height * width),
         x=(columns - width // 2).ravel(),
         y=(rows - height // 2).ravel(),
         scales=np.full(count, _NO_OUTLIERS),
@@ -104,8 +109,7 @@ def fit_ellipses(
     patches = replace(patches, scales=_CAUCHY_TUNING * spreads)
     fits = _summary(_minimise(plain, patches, _ROBUST_ITERATIONS), patches)
     glossy, glossy_fits = _fit_highlights(plain, -residuals / spreads[:, None], patches)
-    for name in (attribute.name for attribute in fields(EllipseFits)):
-        getattr(fits, name)[glossy] = getattr(glossy_fits, name)
+    fits.put(glossy, glossy_fits)
     return fits
 
 

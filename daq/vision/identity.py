@@ -6,8 +6,8 @@ fiducials that exchange their names silently would look like tissue that tears.
 The fiducials seen last are looked for where they were, as far around as they can have moved. Those found give
 the motion of the surface, interpolated by an affine map weighted by distance. By that motion of its
 neighbours each fiducial is carried along, and there it is named; one out of sight the less certainly the
-farther it went. Once the search region reaches half-way to a neighbour the fiducial is lost, and stays
-unseen.
+farther it went. Once the search region comes near to half-way to a neighbour, or a neighbour can have come
+into it since the last image, the fiducial is lost, and stays unseen.
 """
 
 from collections import Counter
@@ -111,8 +111,10 @@ class IdentityTracker:
     def _follow(self, points: FloatArray, elapsed_s: float, rejected: Counter[str]) -> Indices:
         settings = self._settings
         step = settings.max_speed_m_s * elapsed_s
-        reach = np.where(self._seen, settings.search_margin_m + step, 0.0)
-        named, _ = _name(self._positions, np.minimum(reach, self._half_way()), points)
+        nearest = self._nearest()
+        reach = np.minimum(settings.search_margin_m + step, _HALF_WAY * nearest)
+        alone = self._seen & (step + reach < nearest)
+        named, _ = _name(self._positions, np.where(alone, reach, 0.0), points)
         found = np.flatnonzero(named != _NONE)
         moved = points[named[found]] - self._positions[found]
         motions = np.zeros_like(self._positions)
@@ -125,17 +127,17 @@ class IdentityTracker:
                 self._doubt[fiducial] += step
         self._positions += motions
         reach = settings.search_margin_m + self._doubt
-        lost = reach > self._half_way()
+        lost = reach > _HALF_WAY * self._nearest()
         named, rejected["ambiguous identity"] = _name(self._positions, np.where(lost, 0.0, reach), points)
         rejected["lost fiducial"] = int(np.sum(lost))
         return named
 
-    def _half_way(self) -> FloatArray:
-        """Return for each fiducial the share of the distance to the nearest other that may be searched (n,), m."""
+    def _nearest(self) -> FloatArray:
+        """Return the distance of each fiducial from the nearest other (n,), m."""
         distances = np.linalg.norm(self._positions[:, None] - self._positions, axis=2)
         np.fill_diagonal(distances, np.inf)
         nearest: FloatArray = distances.min(axis=1)
-        return _HALF_WAY * nearest
+        return nearest
 
     def _motion_at(self, fiducial: int, neighbours: Indices, moved: FloatArray) -> FloatArray:
         """Return the motion (3,) at a fiducial: the affine map of the motions (k, 3) of its neighbours."""

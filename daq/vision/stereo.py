@@ -150,20 +150,23 @@ def match(
     cost = np.full(distances.shape, _FORBIDDEN)
     possible = inside & consistent
     cost[rows[possible], columns[possible]] = distances[rows[possible], columns[possible]]
-    chosen = cost < _FORBIDDEN
-    assigned_rows, assigned_columns = linear_sum_assignment(cost)
-    assigned = np.zeros_like(chosen)
-    assigned[assigned_rows, assigned_columns] = True
-    chosen &= assigned
-    rivals = np.where(assigned, np.inf, cost)
-    best_rival = np.minimum(
+    assigned, ambiguous = _assign(cost, settings.ambiguity_px)
+    rejected["ambiguous pair"] = int(np.sum(ambiguous))
+    rejected["no partner"] = len(left) + len(right) - 2 * int(np.sum(assigned))
+    keep = (assigned & ~ambiguous)[rows, columns]
+    return StereoMatches(candidates.select(keep), rows[keep], columns[keep], +rejected)
+
+
+def _assign(cost: FloatArray, margin: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return the cheapest one-to-one assignment, and which of its pairs another pair comes near to, both (n, m)."""
+    cheapest = np.zeros(cost.shape, dtype=np.bool_)
+    cheapest[linear_sum_assignment(cost)] = True
+    rivals = np.where(cheapest, np.inf, cost)
+    nearest_rival = np.minimum(
         rivals.min(axis=1, initial=np.inf)[:, None], rivals.min(axis=0, initial=np.inf)[None, :]
     )
-    ambiguous = chosen & (best_rival < cost + settings.ambiguity_px)
-    rejected["ambiguous pair"] = int(np.sum(ambiguous))
-    keep = (chosen & ~ambiguous)[rows, columns]
-    rejected["no partner"] = len(left) + len(right) - 2 * int(np.sum(keep | ambiguous[rows, columns]))
-    return StereoMatches(candidates.select(keep), rows[keep], columns[keep], +rejected)
+    assigned = cheapest & (cost < _FORBIDDEN)
+    return assigned, assigned & (nearest_rival < cost + margin)
 
 
 def _nearest_to_rays(cameras: tuple[PinholeCamera, ...], pixels: tuple[FloatArray, ...]) -> FloatArray:

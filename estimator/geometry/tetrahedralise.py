@@ -79,7 +79,7 @@ def _owners(body: HeldSurface, centres: FloatArray) -> IntArray:
     owner = np.where(inside(body.surface, centres), _TISSUE, _OUTSIDE)
     for number, hold in enumerate(body.holds):
         if hold.core is not None:
-            owner[(owner == _TISSUE) & hold.core.contains(centres)] = _REGION + number
+            owner[hold.core.contains(centres)] = _REGION + number
     return owner
 
 

@@ -10,13 +10,16 @@ import pytetwild
 
 
 def main(source: str, target: str) -> None:
-    """Read vertices, triangles, edge length (m) and envelope (share of the diagonal); write points and cells."""
+    """Read vertices and triangles, edge length and envelope; write points and cells. Lengths in m."""
     with np.load(source) as job:
+        diagonal_m = float(np.linalg.norm(np.ptp(job["vertices"], axis=0)))
         points, cells = pytetwild.tetrahedralize(
             job["vertices"],
             job["triangles"],
             edge_length_abs=float(job["edge_length_m"]),
-            epsilon=float(job["epsilon"]),
+            epsilon=float(job["envelope_m"]) / diagonal_m,
+            stop_energy=float(__import__('os').environ.get('SE','10')),
+            num_threads=1,
             disable_filtering=True,
         )
     np.savez(target, points=points, cells=cells)

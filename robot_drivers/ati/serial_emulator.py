@@ -21,7 +21,9 @@ from robot_drivers.ati.serial_device_emulator import SerialDeviceEmulator
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Emulate a Digital F/T or an F/T Controller with a constant wrench until interrupted."""
-    parser = argparse.ArgumentParser(prog="python -m robot_drivers.ati.serial_emulator", description=main.__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m robot_drivers.ati.serial_emulator", description=main.__doc__
+    )
     parser.add_argument("device", choices=["digital", "controller"])
     parser.add_argument("--bit-rate", type=int, default=9600, help="of the controller's line, bit/s")
     parser.add_argument(

@@ -14,8 +14,12 @@ from robot_drivers.errors import (
     DeviceUnreachableError,
 )
 
-if sys.platform != "win32":
+if sys.platform == "win32":
+    _REFUSALS: tuple[type[Exception], ...] = (ValueError,)
+else:
     import termios
+
+    _REFUSALS = (ValueError, termios.error)
 
 _READ_BYTES = 65536
 _LOOK_S = 0.001
@@ -42,23 +46,16 @@ class SerialLine:
     def __init__(self, port: str, bit_rate: int, parity: Literal["N", "E"]) -> None:
         self.port = port
         try:
-            self._port = serial.serial_for_url(
-                port,
-                baudrate=bit_rate,
-                parity=parity,
-                timeout=0,
-                write_timeout=_WRITE_TIMEOUT_S,
-                exclusive=True,
-            )
-        except ValueError as error:
-            raise ConfigurationError(f"serial port {port} at {bit_rate} bit/s: {error}") from error
+            self._port = _opened(port, bit_rate, parity)
+        except _REFUSALS as error:
+            raise ConfigurationError(
+                f"serial port {port} cannot be set to {bit_rate} bit/s, parity {parity} ({error})"
+            ) from error
         except OSError as error:
             raise DeviceUnreachableError(
                 f"serial port {port} cannot be opened ({error}): check its name, cable and rights, "
                 "and that no other program uses it"
             ) from error
-        if parity != "N":
-            _drop_bytes_with_wrong_parity(self._port)
 
     def write(self, data: bytes) -> None:
         """Send bytes."""
@@ -133,12 +130,19 @@ class SerialLine:
         )
 
 
-def _drop_bytes_with_wrong_parity(port: serial.SerialBase) -> None:
-    """Have the system lose a byte that arrived with wrong parity, which framing notices.
-
-    pyserial passes it on. A checksum modulo 128 does not see a flipped top bit; a missing byte does not escape it.
-    """
-    if sys.platform != "win32" and isinstance(port, serial.Serial):
-        attributes = termios.tcgetattr(port.fileno())
+def _opened(port: str, bit_rate: int, parity: str) -> serial.SerialBase:
+    opened = serial.serial_for_url(
+        port,
+        baudrate=bit_rate,
+        parity=parity,
+        timeout=0,
+        write_timeout=_WRITE_TIMEOUT_S,
+        exclusive=True,
+    )
+    if sys.platform != "win32" and parity != "N" and isinstance(opened, serial.Serial):
+        # The system is to lose a byte that came with wrong parity; pyserial would have it passed on. A checksum
+        # modulo 128 does not see a flipped top bit, but framing notices a missing byte.
+        attributes = termios.tcgetattr(opened.fileno())
         attributes[0] |= termios.INPCK | termios.IGNPAR
-        termios.tcsetattr(port.fileno(), termios.TCSANOW, attributes)
+        termios.tcsetattr(opened.fileno(), termios.TCSANOW, attributes)
+    return opened

@@ -80,7 +80,9 @@ class SyntheticSession:
             begin_ns = START_NS + round((row * (WINDOW_S + MOVE_S)) * 1e9)
             begin = {"event": "measure_begin", "row": row, "number": row, "phase": "hold"}
             log.append(rows.pack(begin, begin_ns, 2 * row))
-            log.append(rows.pack({"event": "measure_end", "row": row}, begin_ns + round(WINDOW_S * 1e9), 2 * row + 1))
+            log.append(
+                rows.pack({"event": "measure_end", "row": row}, begin_ns + round(WINDOW_S * 1e9), 2 * row + 1)
+            )
 
     def _write_force(self, log: McapLog) -> None:
         time_s = np.arange(0.0, self._duration_s, 1e-3)
@@ -119,7 +121,8 @@ class SyntheticSession:
         time_s = np.arange(0.0, self._duration_s, 0.004032)
         T_gripper_tool = inverse(FRAMES.T_tool_gripper.pose)
         tools = [
-            compose(compose(FRAMES.T_base_tissue.pose, self._pose_at(moment)), T_gripper_tool) for moment in time_s
+            compose(compose(FRAMES.T_base_tissue.pose, self._pose_at(moment)), T_gripper_tool)
+            for moment in time_s
         ]
         position = np.array([tool.position for tool in tools])
         rows = PoseRows(
@@ -153,4 +156,4 @@ class SyntheticSession:
             for number, moment in enumerate(time_s):
                 image = scene.render(self.phantom.solve(self._pose_at(moment)).beads, number)
                 frame = Frame(number, 50.0 + moment, int(received[number]), "mono8", image)
-                log.append(rows.pack(frame, number))
+                log.append(rows.pack([frame], number))

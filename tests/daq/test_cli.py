@@ -34,7 +34,9 @@ def cut_session(tmp_path: Path) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("verb", ["demo", "devices", "record", "recover", "export", "estimate", "uniaxial"])
+@pytest.mark.parametrize(
+    "verb", ["demo", "devices", "record", "recover", "export", "simulate", "estimate", "uniaxial"]
+)
 def test_every_verb_has_help_with_examples(capsys: pytest.CaptureFixture[str], verb: str) -> None:
     with pytest.raises(SystemExit, match="0"):
         main([verb, "--help"])
@@ -57,7 +59,10 @@ def test_every_verb_has_help_with_examples(capsys: pytest.CaptureFixture[str], v
     ids=lambda arguments: arguments[0],
 )
 def test_a_missing_file_ends_with_one_line_and_status_2(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...]
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: tuple[str, ...],
 ) -> None:
     monkeypatch.chdir(tmp_path)
     status, out, err = run(capsys, *arguments)
@@ -103,7 +108,9 @@ def test_a_folder_that_cannot_be_written_is_told_in_one_line(
     assert one_line(err)
 
 
-def test_devices_that_do_not_answer_are_told_one_by_one(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_devices_that_do_not_answer_are_told_one_by_one(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     nobody = Addresses(1, 1, 1, 1, 1, 0, ("tcp://127.0.0.1:1", "tcp://127.0.0.1:1"))
     write_rig(rig_description(nobody, tmp_path / "stereo.toml"), tmp_path / "rig.toml")
     status, out, _ = run(capsys, "devices", tmp_path / "rig.toml", "--json")
@@ -113,7 +120,9 @@ def test_devices_that_do_not_answer_are_told_one_by_one(capsys: pytest.CaptureFi
     assert all(told["error"] for told in devices.values())
 
 
-def test_uniaxial_finds_the_modulus_of_a_made_up_test(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_uniaxial_finds_the_modulus_of_a_made_up_test(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     stretch = 1.0 + np.linspace(0.0, 1.0, 60)
     stress = 20e3 / 3 * (stretch - stretch**-2)  # incompressible Neo-Hookean, E = 20 kPa
     rows = "\n".join(f"{s - 1:.6f},{p:.4f}" for s, p in zip(stretch, stress, strict=True))

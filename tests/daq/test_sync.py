@@ -53,7 +53,9 @@ def test_every_measuring_window_becomes_a_row(synchronised: Synchronised) -> Non
     assert experiment.trajectory_kind == "twist_and_pull"
 
 
-def test_the_wrench_is_the_tissues_on_the_gripper_without_offset_and_weight(synchronised: Synchronised) -> None:
+def test_the_wrench_is_the_tissues_on_the_gripper_without_offset_and_weight(
+    synchronised: Synchronised,
+) -> None:
     expected = np.array([PHANTOM.solve(pose).wrench for pose in POSES])
     error = synchronised.experiment.wrench - expected
     np.testing.assert_allclose(synchronised.experiment.wrench[0], np.zeros(6), atol=1e-12)
@@ -68,7 +70,9 @@ def test_pulling_gives_a_force_against_the_motion(synchronised: Synchronised) ->
 def test_the_gripper_is_where_the_robot_took_it(synchronised: Synchronised) -> None:
     experiment = synchronised.experiment
     np.testing.assert_allclose(experiment.position, [pose.position for pose in POSES], atol=1e-6)
-    np.testing.assert_allclose(experiment.quaternion_wxyz, [pose.quaternion_wxyz for pose in POSES], atol=1e-6)
+    np.testing.assert_allclose(
+        experiment.quaternion_wxyz, [pose.quaternion_wxyz for pose in POSES], atol=1e-6
+    )
 
 
 def test_the_beads_are_found_in_the_order_of_the_design(synchronised: Synchronised) -> None:
@@ -76,7 +80,9 @@ def test_the_beads_are_found_in_the_order_of_the_design(synchronised: Synchronis
     error = synchronised.experiment.fiducials - expected
     assert np.sqrt(np.mean(error[..., :2] ** 2)) < 1e-5
     assert np.abs(error).max() < 1e-4
-    np.testing.assert_array_equal(synchronised.experiment.fiducials_rest, synchronised.experiment.fiducials[0])
+    np.testing.assert_array_equal(
+        synchronised.experiment.fiducials_rest, synchronised.experiment.fiducials[0]
+    )
 
 
 def test_the_stated_noise_is_the_scatter_of_the_means(synchronised: Synchronised) -> None:
@@ -110,7 +116,9 @@ def test_without_a_rest_window_nothing_can_be_zeroed(tmp_path: Path) -> None:
         synchronise(Recording(session.write(tmp_path / "s")), silent)
 
 
-def test_an_exported_experiment_is_read_back_and_tells_where_it_comes_from(folder: Path, tmp_path: Path) -> None:
+def test_an_exported_experiment_is_read_back_and_tells_where_it_comes_from(
+    folder: Path, tmp_path: Path
+) -> None:
     with pytest.raises(RecordingError, match="not sealed"):
         export_experiment(folder, tmp_path / "early", silent)
     seal_session(folder)

@@ -64,8 +64,3 @@ def test_a_hold_that_begins_before_the_window_before_it_ends_is_refused() -> Non
 def test_a_retraction_without_steps_is_refused() -> None:
     with pytest.raises(TrajectoryError, match="0 steps out"):
         replace(PULL, steps=0)
-
-
-def test_the_duration_counts_ways_and_windows() -> None:
-    quick = replace(PULL, dwell=Dwell(rest_s=1.0, settle_s=0.5, measure_s=0.8), return_steps=4)
-    assert quick.trajectory().duration_s == pytest.approx(0.04 / 0.005 + 1.5 + 14 * 1.3)

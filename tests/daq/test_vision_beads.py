@@ -175,3 +175,8 @@ def test_in_a_crowd_of_spots_the_strongest_are_looked_at() -> None:
     found = np.linalg.norm(truth[:, None] - detections.centres, axis=2).min(axis=1) < 1.0
     assert found.sum() >= 14
     assert detections.rejected["crowd"] > 0
+
+
+def test_settings_that_nothing_can_meet_are_refused() -> None:
+    with pytest.raises(ValueError, match="radius_px must ascend"):
+        BeadSettings(radius_px=(9.0, 2.0))

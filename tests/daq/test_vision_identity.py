@@ -110,6 +110,21 @@ def test_a_sheet_that_shifts_by_one_row_unseen_is_lost_and_not_renamed() -> None
     assert assignment.rejected == {"lost fiducial": 16, "unclaimed point": 16}
 
 
+def test_a_gap_in_which_a_row_can_take_the_place_of_the_next_is_not_bridged() -> None:
+    rest = placed(4)
+    tracker = IdentityTracker(REST, IdentitySettings())
+    tracker.assign(rest, 0.0)
+    assignment = tracker.assign(shifted(rest, 0.02), 1.0)
+    assert (assignment.points == -1).all()
+
+
+def test_a_missing_image_is_bridged() -> None:
+    rest = placed(4)
+    tracker = IdentityTracker(REST, IdentitySettings())
+    tracker.assign(rest, 0.0)
+    np.testing.assert_array_equal(tracker.assign(shifted(rest, 0.004), 0.4).points, NAMES)
+
+
 def test_a_short_blackout_without_motion_loses_no_name() -> None:
     rest = placed(5)
     tracker = IdentityTracker(REST, IdentitySettings())

@@ -1,6 +1,6 @@
 """The same retraction by an independent package: FElupe, with the same law from its own parts."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import felupe
 import numpy as np
@@ -20,36 +20,34 @@ from estimator.materials.material import Material
 FloatArray = NDArray[np.float64]
 
 MATERIAL = Material(NeoHookean(), 15e3, 0.45)
-# 10 mm along +x, turning by 17° about an oblique axis: every component of the wrench is excited.
 SMALL = Grading(grasp_m=10e-3, anchor_m=20e-3, largest_m=30e-3, growth=2.0, layers=1)
+# 10 mm along +x, turning by 17° about an oblique axis: every component of the wrench is excited.
 POSES = turning_pull(REFERENCE_BLOCK, 0.01, np.array([0.2, 0.1, 0.2]), 2)
-REGIONS: dict[str, type[felupe.Region]] = {
-    "tet4": felupe.RegionTetra,
-    "tet10": felupe.RegionQuadraticTetra,
-    "hex8": felupe.RegionHexahedron,
-    "hex27": felupe.RegionTriQuadraticHexahedron,
-}
-VTK_NAMES = {
-    "tet4": "tetra",
-    "tet10": "tetra10",
-    "hex8": "hexahedron",
-    "hex27": "VTK_LAGRANGE_HEXAHEDRON",
-}
 
 
-def felupe_element(kind: ElementKind) -> felupe.Element:
-    return {
-        "tet4": felupe.Tetra,
-        "tet10": felupe.QuadraticTetra,
-        "hex8": felupe.Hexahedron,
-        "hex27": felupe.TriQuadraticHexahedron,
-    }[kind]()
+@dataclass(frozen=True)
+class FelupeElement:
+    """What FElupe calls an element, its region and its cells."""
+
+    element: type[felupe.Element]
+    region: type[felupe.Region]
+    cell_type: str
+
+
+FELUPE: dict[ElementKind, FelupeElement] = {
+    "tet4": FelupeElement(felupe.Tetra, felupe.RegionTetra, "tetra"),
+    "tet10": FelupeElement(felupe.QuadraticTetra, felupe.RegionQuadraticTetra, "tetra10"),
+    "hex8": FelupeElement(felupe.Hexahedron, felupe.RegionHexahedron, "hexahedron"),
+    "hex27": FelupeElement(
+        felupe.TriQuadraticHexahedron, felupe.RegionTriQuadraticHexahedron, "VTK_LAGRANGE_HEXAHEDRON"
+    ),
+}
 
 
 def order_in_felupe(kind: ElementKind) -> NDArray[np.int64]:
     """Our number of each node of FElupe's element, by where the nodes lie."""
     ours = reference_element(kind).nodes
-    theirs = felupe_element(kind).points
+    theirs = FELUPE[kind].element().points
     distance = np.linalg.norm(theirs[:, None] - ours, axis=2)
     assert np.allclose(distance.min(axis=1), 0.0)
     return np.argmin(distance, axis=1)
@@ -80,7 +78,7 @@ def by_felupe(
     """Displacements (n, 3) and nodal forces (n, 3) at a pose, from displacements near it."""
     kind = problem.body.mesh.kind
     cells = problem.body.mesh.cells[:, order_in_felupe(kind)]
-    region = REGIONS[kind](felupe.Mesh(problem.body.mesh.points, cells, VTK_NAMES[kind]))
+    region = FELUPE[kind].region(felupe.Mesh(problem.body.mesh.points, cells, FELUPE[kind].cell_type))
     field = felupe.FieldContainer([felupe.Field(region, dim=3, values=start.copy())])
     mu, lame = MATERIAL.lame
     law = felupe.NeoHookeCompressible(mu=mu) & felupe.Volumetric(bulk=lame)
@@ -108,7 +106,7 @@ def plain(problem: RetractionProblem) -> RetractionProblem:
     return replace(problem, body=replace(body, basis=np.zeros((*body.volume.shape, 0))))
 
 
-@pytest.mark.parametrize("kind", ["tet4", "tet10", "hex8", "hex27"])
+@pytest.mark.parametrize("kind", FELUPE)
 def test_the_same_elements_give_the_same_forces_and_displacements(kind: ElementKind) -> None:
     """Without projected dilatation the elements are the same; so are all nodal values, to the solvers' tolerance."""
     problem = plain(problem_on(kind))

@@ -3,6 +3,7 @@
 import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +15,11 @@ from estimator.fem.elements import ElementKind
 from estimator.fem.mesh import Mesh
 from estimator.fit.gauss_newton import Iterate
 from estimator.fit.result import Estimate, ExperimentFit, ParameterEstimate, Rmse
+from estimator.report.body_plot import draw_body
 from estimator.report.channels import channel_residuals, worst_fiducial
 from estimator.report.estimation import write_report
 from estimator.report.findings import Truth, caveats, summary_text
+from estimator.report.page import figure
 from estimator.report.stretch import largest_stretch
 
 TRUTH = Truth(20_100.0, 0.46)
@@ -107,9 +110,9 @@ def words(page: str) -> str:
     """What a reader reads: the text of the page without its figures."""
     body = ET.fromstring(page).find("body")
     assert body is not None
-    for figure in body.iter("figure"):
-        for drawing in figure.findall("svg"):
-            figure.remove(drawing)
+    for element in body.iter("figure"):
+        for drawing in element.findall("svg"):
+            element.remove(drawing)
     return " ".join("".join(body.itertext()).split())
 
 
@@ -213,10 +216,11 @@ def test_an_experiment_whose_fiducials_were_never_seen_is_reported(tmp_path: Pat
     assert "worst fiducial––" in words(written(estimate_of(replace(fit, experiment=unseen)), tmp_path))
 
 
-def test_other_elements_are_drawn_too(tmp_path: Path) -> None:
-    mesh = block("hex64")
+@pytest.mark.parametrize("kind", ["hex8", "hex64"])
+def test_bodies_of_other_elements_are_drawn_too(kind: ElementKind) -> None:
+    mesh = block(kind)
     fit = replace(pull_fit(), displacement=stretched(mesh.points, PULL_M))
-    assert "data:image/png" in written(replace(estimate_of(fit), mesh=mesh), tmp_path)
+    assert "data:image/png" in figure(partial(draw_body, mesh=mesh, fit=fit), (6.0, 3.0), "")
 
 
 def test_noise_is_one_sigma_and_a_tare_does_not_count_as_scatter() -> None:

@@ -44,7 +44,9 @@ def decoded(data, chunks=(364,)):
         size = chunks[turn % len(chunks)]
         found.append(decoder.feed(data[position : position + size]))
         position, turn = position + size, turn + 1
-    columns = (np.concatenate([getattr(r, name) for r in found]) for name in ("values", "status", "index", "end"))
+    columns = (
+        np.concatenate([getattr(r, name) for r in found]) for name in ("values", "status", "index", "end")
+    )
     return *columns, decoder.damages
 
 
@@ -132,7 +134,9 @@ def test_whatever_happens_to_the_bytes_only_samples_that_were_sent_are_delivered
 
 
 @settings(max_examples=50, deadline=None)
-@given(seed=st.integers(0, 2**32 - 1), edits=EDITS, chunks=st.lists(st.integers(1, 200), min_size=1, max_size=5))
+@given(
+    seed=st.integers(0, 2**32 - 1), edits=EDITS, chunks=st.lists(st.integers(1, 200), min_size=1, max_size=5)
+)
 def test_the_result_does_not_depend_on_how_the_bytes_are_cut(seed, edits, chunks):
     data = edited(stream(wild(150, seed)), edits, np.random.default_rng(seed + 1))
     at_once, in_pieces = decoded(data, [len(data)]), decoded(data, chunks)

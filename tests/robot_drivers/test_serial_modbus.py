@@ -18,7 +18,6 @@ from robot_drivers.errors import (
     DeviceUnreachableError,
 )
 
-
 termios = pytest.importorskip("termios", reason="pseudo-terminals are a matter of POSIX")
 
 
@@ -100,18 +99,27 @@ def test_a_damaged_or_missing_answer_is_asked_for_again():
 
 
 def test_three_damaged_answers_are_an_error():
-    with device_that_answers(*["0A 46 01 A2 63"] * 3) as (master, *_), pytest.raises(DeviceProtocolError, match="damaged"):
+    with (
+        device_that_answers(*["0A 46 01 A2 63"] * 3) as (master, *_),
+        pytest.raises(DeviceProtocolError, match="damaged"),
+    ):
         master.command(0x46, 0x55)
 
 
 def test_the_answer_of_another_device_is_none():
     other = modbus.framed(bytes([11, 0x46, 1])).hex()
-    with device_that_answers(*[other] * 3) as (master, *_), pytest.raises(DeviceProtocolError, match="answered with"):
+    with (
+        device_that_answers(*[other] * 3) as (master, *_),
+        pytest.raises(DeviceProtocolError, match="answered with"),
+    ):
         master.command(0x46, 0x55)
 
 
 def test_silence_is_a_timeout():
-    with device_that_answers("", "", "") as (master, *_), pytest.raises(DeviceTimeoutError, match="0 of 3 bytes"):
+    with (
+        device_that_answers("", "", "") as (master, *_),
+        pytest.raises(DeviceTimeoutError, match="0 of 3 bytes"),
+    ):
         master.command(0x46, 0x55)
 
 
