@@ -138,9 +138,11 @@ class ForceSensor(Protocol):
     """A six-axis force/torque sensor. Connecting never biases it."""
 
     @property
-    def identity(self) -> DeviceIdentity: ...
+    def identity(self) -> DeviceIdentity:
+        """Who the device is; known once connected."""
 
-    def connect(self) -> None: ...
+    def connect(self) -> None:
+        """Find the device and learn its settings."""
 
     def start(self) -> None:
         """Begin streaming."""
@@ -151,22 +153,28 @@ class ForceSensor(Protocol):
         An empty block means that nothing came in that time.
         """
 
-    def statistics(self) -> StreamStatistics: ...
+    def statistics(self) -> StreamStatistics:
+        """Return the counts since the stream started."""
 
-    def stop(self) -> None: ...
+    def stop(self) -> None:
+        """End streaming."""
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Release the device; may be called more than once."""
 
 
 class Robot(Protocol):
     """A robot arm. Nothing moves on connect, on reconnect or on a retry."""
 
     @property
-    def identity(self) -> DeviceIdentity: ...
+    def identity(self) -> DeviceIdentity:
+        """Who the device is; known once connected."""
 
-    def connect(self) -> None: ...
+    def connect(self) -> None:
+        """Find the device and learn its settings."""
 
-    def state(self) -> RobotState: ...
+    def state(self) -> RobotState:
+        """Return the controller's present state."""
 
     def move_linear(self, T_base_tool: Pose, speed: Speed, timeout_s: float) -> Pose:
         """Move the tool along a straight line, wait until it stands there, return the pose reached."""
@@ -180,22 +188,28 @@ class Robot(Protocol):
     def read(self, timeout_s: float) -> PoseBlock:
         """Return the state samples that arrived since the last call, as :meth:`ForceSensor.read` does."""
 
-    def statistics(self) -> StreamStatistics: ...
+    def statistics(self) -> StreamStatistics:
+        """Return the counts since the stream started."""
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Release the device; may be called more than once."""
 
 
 class Camera(Protocol):
     """A camera that delivers frames by itself."""
 
     @property
-    def identity(self) -> DeviceIdentity: ...
+    def identity(self) -> DeviceIdentity:
+        """Who the device is; known once connected."""
 
-    def connect(self) -> None: ...
+    def connect(self) -> None:
+        """Find the device and learn its settings."""
 
     def read(self, timeout_s: float) -> Sequence[Frame]:
         """Return the frames that arrived since the last call, oldest first; empty when none came in time."""
 
-    def statistics(self) -> StreamStatistics: ...
+    def statistics(self) -> StreamStatistics:
+        """Return the counts since the stream started."""
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Release the device; may be called more than once."""

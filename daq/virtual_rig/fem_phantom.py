@@ -1,4 +1,4 @@
-"""The phantom as a Neo-Hookean body on a mesh finer than the one that an estimation uses by itself."""
+"""The phantom as a Neo-Hookean body of cubic elements, unlike any mesh that an estimation uses."""
 
 from dataclasses import dataclass
 
@@ -11,9 +11,10 @@ from estimator.fem.block_mesh import Grading
 from estimator.fem.equilibrium import EquilibriumSolver
 from estimator.fem.motion import GripperPose
 from estimator.fem.observation import observe
-from estimator.forward.meshing import FINE_GRADING, mesh_experiment
+from estimator.forward.meshing import mesh_experiment
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
+from estimator.simulation.simulate import TRUTH_GRADING
 from robot_drivers.protocols import Pose
 
 Vector = tuple[float, float, float]
@@ -36,7 +37,7 @@ class FemPhantom:
     beads: tuple[Vector, ...]
     youngs_modulus: float
     poisson_ratio: float
-    grading: Grading = FINE_GRADING
+    grading: Grading = TRUTH_GRADING
 
     def build(self) -> "FemPhantomSolver":
         """Mesh the phantom."""
@@ -51,7 +52,7 @@ class FemPhantomSolver:
     """Solves from the last state on."""
 
     def __init__(self, model: FemPhantom) -> None:
-        self._problem = mesh_experiment(_unloaded(model), model.grading)
+        self._problem = mesh_experiment(_unloaded(model), model.grading, "hex64")
         self._material = Material(NeoHookean(), model.youngs_modulus, model.poisson_ratio)
         self._solver = EquilibriumSolver(self._problem)
         self._state = self._solver.rest(self._material)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.vision.ellipse_fit import EllipseFits, fit_ellipses
+from robot_drivers.cameras.pixel_formats import RawPixelFormat
 
 FloatArray = NDArray[np.float64]
 
@@ -44,7 +45,7 @@ class BeadSettings:
     """
 
     polarity: Literal["dark", "bright"] = "dark"
-    pixel_format: Literal["mono8", "bayer_rggb8", "bayer_grbg8", "bayer_gbrg8", "bayer_bggr8"] = "mono8"
+    pixel_format: RawPixelFormat = "mono8"
     radius_px: tuple[float, float] = (1.8, 9.0)
     min_contrast: float = 25.0
     max_aspect: float = 2.0

@@ -7,7 +7,8 @@ The fiducials seen last are looked for where they were, as far around as they ca
 the motion of the surface, interpolated by an affine map weighted by distance. By that motion of its
 neighbours each fiducial is carried along, and there it is named; one out of sight the less certainly the
 farther it went. Once the search region comes near to half-way to a neighbour, or a neighbour can have come
-into it since the last image, the fiducial is lost, and stays unseen.
+into it since the last image, the fiducial is lost. The lost are found again when there is a place for every
+point and a point for every place: a grid that moved on by a row has both left over.
 """
 
 from collections import Counter
@@ -35,7 +36,7 @@ class IdentitySettings:
     Attributes
     ----------
     placement_tolerance_m : at the first image, from the design's rest position
-    may_be_hidden : how many fiducials the first image may lack
+    may_be_hidden : how many fiducials may be lacking in the first image, and in one that recovers the lost
     max_speed_m_s : fastest motion of the tissue
     search_margin_m : what is added to every search region
     strain : how much the motion of a fiducial may differ from that of its neighbours, as a share of it
@@ -127,8 +128,14 @@ class IdentityTracker:
                 self._doubt[fiducial] += step
         self._positions += motions
         reach = settings.search_margin_m + self._doubt
-        lost = reach > _HALF_WAY * self._nearest()
+        widest = _HALF_WAY * self._nearest()
+        lost = reach > widest
         named, rejected["ambiguous identity"] = _name(self._positions, np.where(lost, 0.0, reach), points)
+        if not lost.any():
+            return named
+        recovered, _ = _name(self._positions, widest, points)
+        if len(points) == np.sum(recovered != _NONE) >= len(self._rest) - settings.may_be_hidden:
+            return recovered
         rejected["lost fiducial"] = int(np.sum(lost))
         return named
 
@@ -157,7 +164,7 @@ def _name(expected: FloatArray, reach: FloatArray, points: FloatArray) -> tuple[
     number of those that fail by this is returned with the rows.
     """
     distances = np.linalg.norm(expected[:, None] - points, axis=2)
-    distances[distances > reach[:, None]] = np.inf
+    distances[distances >= reach[:, None]] = np.inf
     rival = np.minimum(_least_other(distances), _least_other(distances.T).T)
     certain = np.isfinite(distances) & (_DISTINCT * distances <= rival)
     named = np.full(len(expected), _NONE)

@@ -36,8 +36,8 @@ _FIRST_POISSON_RATIO = 0.4
 _STATES_AT_FIRST = 4
 # A relative change of E or of 1 − 2ν this small is taken by the linearisation alone: its error is the square of it.
 _LINEAR_STEP = 0.01
-# What remains of the discretisation error once the change on the finer mesh has been added, as a share of that
-# change: a third at second order with half the element size; a half is on the safe side.
+# What remains of the discretisation error once it is corrected for, as a share of the correction: a third at second
+# order with half the element size; a half is on the safe side. It is a bias, so no amount of data averages it out.
 _REMAINING_ERROR = 0.5
 
 
@@ -71,16 +71,14 @@ def estimate(experiments: Sequence[Experiment], progress: Progress | None = None
     every = _Linearisation(
         model, means, [list(range(len(s.poses))) for s in model.schedules], "all states", tell
     )
-    fine, _ = minimise(every, _PARAMETERS, rough[-1].values, _LINEAR_STEP)
+    fine, uncorrected = minimise(every, _PARAMETERS, rough[-1].values, _LINEAR_STEP)
     values = fine[-1].values
 
     change, solved = change_on_finer_mesh(
         experiments, _material(values), every.predictions, lambda done, total: tell("finer mesh", done, total)
     )
     corrected = [replace(m, mean=m.mean - change[m.experiment, m.state]) for m in means]
-    remaining = {state: _REMAINING_ERROR * c for state, c in change.items()}
-    system = whiten(corrected, every.predictions, _slopes(values), remaining)
-    last = marginal_step(system, _PARAMETERS, values)
+    last = marginal_step(whiten(corrected, every.predictions, _slopes(values)), _PARAMETERS, values)
     final = moved(_PARAMETERS, values, last.step)
     outcome = FitOutcome(
         experiments=tuple(experiments),
@@ -92,6 +90,7 @@ def estimate(experiments: Sequence[Experiment], progress: Progress | None = None
         predictions=every.predictions,
         change=change,
         last=last,
+        bias_std=_REMAINING_ERROR * (last.step - uncorrected.step),
         forward_solves=model.solved_states + solved,
     )
     return summarise(outcome, time.perf_counter() - started)
@@ -116,7 +115,7 @@ class _Linearisation:
         self.predictions = self._model.predict(
             _material(values), self._selection, lambda done, total: self._tell(self._stage, done, total)
         )
-        return whiten(self._means, self.predictions, _slopes(values), {})
+        return whiten(self._means, self.predictions, _slopes(values))
 
     def first_guess(self) -> Values:
         """Return E from one prediction: every force is proportional to it.

@@ -71,7 +71,9 @@ def marginal_step(
     gradient, information = J.T @ reduced[:, 0], J.T @ reduced[:, 1:]
     scale = np.sqrt(np.diag(information))
     if not np.all(scale > 0) or np.linalg.cond(information / np.outer(scale, scale)) > 1e12:
-        raise FitError("the measurements do not determine the parameters; add a motion that strains the tissue")
+        raise FitError(
+            "the measurements do not determine the parameters; add a motion that strains the tissue"
+        )
     step = _step_within_bounds(gradient, information, parameters, values)
     return MarginalStep(float(r @ reduced[:, 0]), gradient, information, step)
 
@@ -122,12 +124,12 @@ def minimise(
             return iterates, last
         values, last = _shortened(linearise, parameters, values, last)
         iterates.append(Iterate(values, last.chi2))
-    raise FitError(f"the fit has not converged in {iterations} iterations; the last point was {_words(values)}")
+    raise FitError(
+        f"the fit has not converged in {iterations} iterations; the last point was {_words(values)}"
+    )
 
 
-def moved(
-    parameters: tuple[FitParameter, ...], values: Values, step: FloatArray
-) -> Values:
+def moved(parameters: tuple[FitParameter, ...], values: Values, step: FloatArray) -> Values:
     """Return the values after a step in the internal variables, kept within the bounds."""
     result = {}
     for parameter, change in zip(parameters, step, strict=True):

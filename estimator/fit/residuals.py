@@ -3,11 +3,11 @@
 All rows of one state have one prediction, so their mean per channel carries all that they say about it. With n rows,
 prediction f(θ) and its derivative T by the gripper's position, a state's mean measurement is
 
-    ȳ = f(θ) + T δ + tare + rest offsets + c d + noise,     cov = σ²/n + T Tᵀ σ_p²/n
+    ȳ = f(θ) + T δ + tare + rest offsets + noise,     cov = σ²/n + T Tᵀ σ_p²/n
 
 where δ is the error of the reported position (σ_p a row), the tare is that of the experiment (the sensor was zeroed
-with the noise of a row), the rest offsets are those of the beads' stated rest positions, and d is the discretisation
-error of the prediction. δ goes into the covariance; the others are free, with priors. ``np.linalg.lstsq`` over all
+with the noise of a row), and the rest offsets are those of the beads' stated rest positions. δ goes into the
+covariance; the others are free, with priors. ``np.linalg.lstsq`` over all
 states then is the marginal maximum likelihood (Kaipio & Somersalo 2005, section 5.8).
 """
 
@@ -106,7 +106,6 @@ def whiten(
     means: Sequence[StateMean],
     predictions: Sequence[Mapping[int, Observation]],
     slopes: Mapping[str, float],
-    discretisation: Mapping[tuple[int, int], FloatArray],
 ) -> WhitenedSystem:
     """Set up the least-squares problem for the states that were predicted.
 
@@ -115,7 +114,6 @@ def whiten(
     means : of all states
     predictions : for each experiment, the observation of each solved state
     slopes : derivative of each parameter by its internal variable; its order is that of the columns
-    discretisation : for each (experiment, state) the known error of the prediction, (c,), one standard deviation of it
     """
     experiments = len(predictions)
     blocks: list[tuple[FloatArray, FloatArray, FloatArray]] = []
@@ -126,11 +124,9 @@ def whiten(
         seen = mean.count > 0
         error = mean.mean[seen] - predicted_channels(observation)[seen]
         derivative = np.stack([channels_by(observation, n) * s for n, s in slopes.items()], axis=1)[seen]
-        columns = [_nuisance_columns(mean, experiments)[seen]]
-        if discretisation:
-            columns.append(discretisation[mean.experiment, mean.state][seen, None])
+        nuisances = _nuisance_columns(mean, experiments)[seen]
         root = np.linalg.cholesky(_covariance(mean, observation, seen))
-        stacked = np.column_stack([error, derivative, *columns])
+        stacked = np.column_stack([error, derivative, nuisances])
         whitened = solve_triangular(root, stacked, lower=True, check_finite=False)
         parameters = 1 + len(slopes)
         blocks.append((whitened[:, 0], whitened[:, 1:parameters], whitened[:, parameters:]))

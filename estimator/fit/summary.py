@@ -29,6 +29,7 @@ class FitOutcome:
     step : their change since ``predictions`` were made
     change : prediction on the finer mesh less that on the model's, for each (experiment, state), (6 + 3m,)
     last : the linearised problem, in internal variables
+    bias_std : (p,) standard deviation of the bias that the discretisation leaves, in internal variables
     """
 
     experiments: tuple[Experiment, ...]
@@ -40,6 +41,7 @@ class FitOutcome:
     predictions: Sequence[Mapping[int, Observation]]
     change: Mapping[tuple[int, int], FloatArray]
     last: MarginalStep
+    bias_std: FloatArray
     forward_solves: int
 
 
@@ -49,7 +51,7 @@ def summarise(outcome: FitOutcome, seconds: float) -> Estimate:
     deviations = [(measured_rows(f.experiment) - _predicted_rows(f)) for f in fits]
     noise_ratio = _noise_ratio(outcome)
     inflation = max(1.0, noise_ratio)
-    covariance = outcome.last.covariance * inflation**2
+    covariance = outcome.last.covariance * inflation**2 + np.outer(outcome.bias_std, outcome.bias_std)
     estimates = [
         _interval(parameter, outcome.values[parameter.name], float(np.sqrt(covariance[n, n])))
         for n, parameter in enumerate(outcome.parameters)

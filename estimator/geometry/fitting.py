@@ -16,7 +16,9 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 # A move that leaves a tetrahedron less than this share of its volume is not made.
-_LEAST_VOLUME = 0.5
+_LEAST_VOLUME = 0.7
+# Projections onto surface and wall in turn, which lead to the rim between them.
+_ALTERNATIONS = 8
 
 
 def fitted(
@@ -36,8 +38,14 @@ def fitted(
     _, moved[outer] = nearest(body.surface.corners, points[outer])
     for faces, hold in zip(held, body.holds, strict=True):
         nodes = np.unique(faces)
-        target = body.surface.corners[hold.patch] if hold.core is None else hold.walls
-        _, moved[nodes] = nearest(target, moved[nodes])
+        if hold.core is None:
+            _, moved[nodes] = nearest(body.surface.corners[hold.patch], points[nodes])
+        else:
+            _, moved[nodes] = nearest(hold.walls, points[nodes])
+        rim = np.intersect1d(outer, nodes)
+        for _ in range(_ALTERNATIONS):
+            _, moved[rim] = nearest(body.surface.corners, moved[rim])
+            _, moved[rim] = nearest(hold.walls, moved[rim])
     before = tetrahedron_volumes(points[cells])
     while np.any(bad := tetrahedron_volumes(moved[cells]) < _LEAST_VOLUME * before):
         stuck = np.unique(cells[bad])

@@ -180,7 +180,8 @@ def _is_number(text: str) -> bool:
 
 def _facts(lines: Sequence[str]) -> dict[str, str]:
     matches = (_FACT.match(line) for line in lines)
-    return {match[1].strip(): match[2].strip() for match in matches if match}
+    facts = {match[1].strip(): match[2].strip() for match in matches if match}
+    return {name: value for name, value in facts.items() if value and name.lower() != "parameter"}
 
 
 def _check(file: Path, strain: FloatArray, stress: FloatArray) -> None:

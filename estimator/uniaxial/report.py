@@ -1,52 +1,35 @@
 """A uniaxial fit as JSON, as a table for the terminal, and as a page that needs no network."""
 
-import base64
-import html
-import io
 import math
+from functools import partial
+from itertools import cycle, product
 from pathlib import Path
 from typing import Any
 
+import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
+from estimator.report import page
+from estimator.report.marks import plot_measured
+from estimator.report.theme import ANCHOR, COLOURS, GRASP, INK, MUTED, PLOT_STYLE, PREDICTED, TRUTH
 from estimator.uniaxial.fit import RankedLaw, UniaxialFit
 from estimator.uniaxial.law_fit import Estimate, FloatArray
+
+_PLOT_SIZE_IN = (11.4, 4.8)
+_PNG_DPI = 150
+# Line styles and colours of the laws, best first.
+_LINES = tuple(product(("-", (0, (4, 2))), (PREDICTED, TRUTH, ANCHOR, GRASP, INK)))
 
 _COLUMNS = (
     "law",
     "E, kPa",
-    "error fitted, Pa",
-    "error held out, Pa",
+    "rms fitted, kPa",
+    "rms held out, kPa",
     "closure",
     "stable",
     "other parameters",
 )
-
-_PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
-body {{ font: 15px/1.5 system-ui, sans-serif; max-width: 70em; margin: 2em auto; padding: 0 1em }}
-table {{ border-collapse: collapse }}
-th, td {{ padding: .25em .8em; text-align: left; border-bottom: 1px solid #ccc }}
-img {{ max-width: 100% }} .note {{ color: #555 }}
-</style></head><body>
-<h1>{title}</h1>
-<p>{summary}</p>
-<img alt="stress over strain, data and fitted laws" src="data:image/png;base64,{image}">
-<table><tr>{head}</tr>
-{rows}
-</table>
-<p class="note">± is one standard error from a jackknife over blocks of strain. Closure is the share of the
-Neo-Hookean law's held-out error that the law removes.</p>
-<ul>
-{caveats}
-</ul>
-<h2>Stated by the file</h2>
-<ul>
-{facts}
-</ul>
-</body></html>
-"""
 
 
 def as_json(fit: UniaxialFit) -> dict[str, Any]:
@@ -77,59 +60,74 @@ def as_text(fit: UniaxialFit) -> str:
         "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
         for row in table
     ]
-    return "\n".join([_summary(fit), "", *lines, "", *(f"- {caveat}" for caveat in fit.caveats)])
+    caveats = ["", *(f"- {caveat}" for caveat in fit.caveats)] if fit.caveats else []
+    return "\n".join([_summary(fit), "", *lines, *caveats])
 
 
 def write_report(fit: UniaxialFit, folder: Path | str) -> Path:
     """Write ``uniaxial.html``, a single file, and its plot ``uniaxial.png``; return the page's path."""
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
-    image = plot(fit)
-    (target / "uniaxial.png").write_bytes(image)
-    page = target / "uniaxial.html"
-    page.write_text(
-        _PAGE.format(
-            title=html.escape(fit.record.name),
-            summary=html.escape(_summary(fit)),
-            image=base64.b64encode(image).decode("ascii"),
-            head="".join(f"<th>{column}</th>" for column in _COLUMNS),
-            rows="\n".join(_html_row(_cells(fit, ranked)) for ranked in fit.ranking),
-            caveats="\n".join(f"<li>{html.escape(caveat)}</li>" for caveat in fit.caveats),
-            facts="\n".join(
-                f"<li>{html.escape(key)}: {html.escape(value)}</li>"
-                for key, value in fit.record.facts.items()
-            ),
+    draw = partial(_draw, fit=fit)
+    blocks = [
+        page.headline(_summary(fit)),
+        page.figure(
+            draw,
+            _PLOT_SIZE_IN,
+            "Stress over strain, measured and of every law, and what each law leaves of it. The laws were fitted "
+            "where it is shaded, and the line of a law that does not admit every strain ends there. Of lines that "
+            "coincide the better law's is on top.",
         ),
-        encoding="utf-8",
-    )
-    return page
+        page.table("Laws", _COLUMNS, [_cells(fit, ranked) for ranked in fit.ranking]),
+        page.note(
+            "± is one standard error from a jackknife over blocks of strain, rms the root mean square error. Closure "
+            "is the share of the Neo-Hookean law's held-out error that the law removes."
+        ),
+        page.warnings(fit.caveats),
+    ]
+    if fit.record.facts:
+        blocks.append(page.facts("Stated by the file", fit.record.facts))
+    report = target / "uniaxial.html"
+    report.write_text(page.page(fit.record.name, blocks), encoding="utf-8")
+    with matplotlib.rc_context(PLOT_STYLE):
+        sheet = Figure(figsize=_PLOT_SIZE_IN)
+        draw(sheet)
+        sheet.savefig(target / "uniaxial.png", dpi=_PNG_DPI, facecolor=COLOURS["paper"].light)
+    return report
 
 
-def plot(fit: UniaxialFit) -> bytes:
-    """Return a PNG: the curve with every law, and what each law leaves of it."""
-    figure = Figure(figsize=(12, 4.8), layout="constrained")
-    curve, rest = figure.subplots(1, 2)
-    magnitude = np.abs(fit.record.strain)
-    shown = magnitude <= fit.strain_test
+def _draw(sheet: Figure, fit: UniaxialFit) -> None:
+    """Draw the curve with every law, and what each law leaves of it."""
+    curve, rest = sheet.subplots(1, 2)
+    sheet.subplots_adjust(left=0.06, right=0.99, bottom=0.12, top=0.9, wspace=0.17)
+    shown = np.abs(fit.record.strain) <= fit.strain_test
     strain, stress = fit.record.strain[shown], fit.record.stress[shown]
-    curve.plot(100 * np.abs(strain), np.abs(stress) / 1e3, ".", color="0.6", label="measured")
-    for ranked in fit.ranking:
-        found = _plotted_stress(fit, ranked, strain)
+    percent, measured_kpa = 100 * np.abs(strain), np.abs(stress) / 1e3
+    plot_measured(curve, percent, measured_kpa, size=3.2)
+    for rank, (ranked, (style, colour)) in enumerate(zip(fit.ranking, cycle(_LINES), strict=False)):
+        law_kpa = np.abs(_plotted_stress(fit, ranked, strain)) / 1e3
         label = ranked.fit.law.name.replace("_", " ")
-        curve.plot(100 * np.abs(strain), np.abs(found) / 1e3, linewidth=1, label=label)
-        rest.plot(100 * np.abs(strain), (np.abs(found) - np.abs(stress)) / 1e3, linewidth=1, label=label)
-    curve.set_ylim(0, 1.15 * float(np.abs(stress).max()) / 1e3)
+        for axes, ordinate in ((curve, law_kpa), (rest, law_kpa - measured_kpa)):
+            axes.plot(
+                percent,
+                ordinate,
+                linestyle=style,
+                color=colour,
+                label=label,
+                zorder=3 - rank / len(fit.ranking),
+            )
+    highest = float(measured_kpa.max())
+    curve.set_ylim(0, 1.15 * highest)
     curve.set_ylabel("nominal stress, kPa")
-    reach = 0.3 * float(np.abs(stress).max()) / 1e3
-    rest.set_ylim(-reach, reach)
+    rest.set_ylim(-0.3 * highest, 0.3 * highest)
     rest.set_ylabel("law less measured, kPa")
     for axes in (curve, rest):
-        axes.axvspan(100 * fit.strain_from, 100 * fit.strain_fit, color="0.93", zorder=0)
-        axes.set_xlabel(f"{fit.record.mode}, % (fitted where shaded)")
-    curve.legend(fontsize=8)
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=110)
-    return buffer.getvalue()
+        axes.axvspan(
+            100 * fit.strain_from, 100 * fit.strain_fit, color=MUTED, alpha=0.13, linewidth=0, zorder=0
+        )
+        axes.set_xlabel(f"{fit.record.mode}, %")
+    handles, labels = curve.get_legend_handles_labels()
+    sheet.legend(handles, labels, loc="upper right", ncols=len(handles), borderaxespad=0.2)
 
 
 def _plotted_stress(fit: UniaxialFit, ranked: RankedLaw, strain: FloatArray) -> FloatArray:
@@ -142,12 +140,17 @@ def _plotted_stress(fit: UniaxialFit, ranked: RankedLaw, strain: FloatArray) -> 
 
 def _summary(fit: UniaxialFit) -> str:
     best, modulus = fit.best.fit, fit.best.fit.youngs_modulus
-    choice = "Of the stable laws" if fit.best.stable else "No law is stable;"
+    if not math.isfinite(fit.best.rms_test):
+        choice = f"No stable law admits all of those; {best.law.name} has"
+    elif fit.best.stable:
+        choice = f"Of the stable laws {best.law.name} predicts those best, with"
+    else:
+        choice = f"No law is stable; {best.law.name} predicts those best, with"
+    value, std = modulus.value / 1e3, modulus.std / 1e3
     return (
         f"{fit.record.name}, {fit.record.mode}: fitted to strains of {fit.strain_from:.3g} to "
         f"{fit.strain_fit:.3g} ({fit.rows_fit} rows), held against strains up to {fit.strain_test:.3g} "
-        f"({fit.rows_test} rows). {choice} {best.law.name} predicts those best, with "
-        f"E = {modulus.value / 1e3:.3g} ± {modulus.std / 1e3:.2g} kPa."
+        f"({fit.rows_test} rows). {choice} E = {value:.3g} ± {std:.2g} kPa."
     )
 
 
@@ -178,8 +181,8 @@ def _cells(fit: UniaxialFit, ranked: RankedLaw) -> tuple[str, ...]:
     return (
         ranked.fit.law.name,
         f"{modulus.value / 1e3:.4g} ± {modulus.std / 1e3:.2g}",
-        f"{ranked.rms_fit:.4g}",
-        f"{ranked.rms_test:.4g}",
+        f"{ranked.rms_fit / 1e3:.3g}",
+        f"{ranked.rms_test / 1e3:.3g}" if math.isfinite(ranked.rms_test) else "∞",
         "" if removed is None or not math.isfinite(removed) else f"{round(100 * removed)} %",
         "yes" if ranked.stable else "no",
         ", ".join(_parameter(parameter) for parameter in ranked.fit.parameters[1:]),
@@ -189,7 +192,3 @@ def _cells(fit: UniaxialFit, ranked: RankedLaw) -> tuple[str, ...]:
 def _parameter(estimate: Estimate) -> str:
     spread = "at its bound" if estimate.at_bound else f"± {estimate.std:.2g}"
     return f"{estimate.name} {estimate.value:.3g} {spread}"
-
-
-def _html_row(cells: tuple[str, ...]) -> str:
-    return "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells) + "</tr>"

@@ -1,11 +1,11 @@
 """Counters and times for the records of a sensor that sends neither.
 
 What is known: the order of the records, their bytes, when the bytes came, and about how many records a second the
-sensor sends. What is estimated: how many are missing. Damaged stretches are counted by their bytes, silences by
-their length. Whole records lost in less than :data:`SHORTEST_LOSS_S` leave no trace.
+sensor sends. What is estimated: how many are missing. Damaged stretches are counted by their bytes, at once. Silences
+are counted by the pace of arrival, once late bytes can be told from lost ones; until then the counter lags.
 """
 
-import time
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,11 +16,9 @@ from robot_drivers.ati.serial_receiver import Chunk, SerialReceiver
 from robot_drivers.clock import host_time_ns
 from robot_drivers.protocols import IntArray, StreamStatistics
 
-SHORTEST_LOSS_S = 0.02
-"""Time for which records must be missing after a silence to be taken for lost and not for late."""
-
 _SILENCE_NS = 50_000_000
-_SETTLING_S = 0.02  # bytes that were only late follow a silence within this time
+_VERDICT_NS = 250_000_000
+_SMALLEST_LOSS_S = 0.02
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,21 +38,56 @@ class Samples:
     values: NDArray[np.int32]
 
 
+class ArrivalPace:
+    """Finds records missing by the pace of arrivals: they can be late for a while, but not for ever.
+
+    In every window of a quarter of a second without a silence the arrival that lags least behind the nominal rate
+    counts. Where that lag grew from one window to the next by more than 20 ms, records are lost. What is less than
+    that, as a slightly different rate, is followed and not counted.
+    """
+
+    def __init__(self, rate_hz: float) -> None:
+        self._rate_hz = rate_hz
+        self._begin_ns = self._newest_ns = self._verdict_ns = 0
+        self._records = 0.0
+        self._least_lag = math.inf  # records
+        self._former_lag = math.inf
+
+    def missing(self, host_time_ns: int, records: float) -> int:
+        """Take the number of records that arrived at a time; return how many are now known to be missing."""
+        if not self._begin_ns:
+            self._begin_ns, self._verdict_ns = host_time_ns, host_time_ns + _VERDICT_NS
+        elif host_time_ns - self._newest_ns > _SILENCE_NS:
+            self._former_lag = min(self._former_lag, self._least_lag)
+            self._least_lag, self._verdict_ns = math.inf, host_time_ns + _VERDICT_NS
+        self._newest_ns = host_time_ns
+        self._records += records
+        lag = (host_time_ns - self._begin_ns) * 1e-9 * self._rate_hz - self._records
+        self._least_lag = min(self._least_lag, lag)
+        return self._verdict() if host_time_ns >= self._verdict_ns else 0
+
+    def _verdict(self) -> int:
+        growth = self._least_lag - self._former_lag
+        missing = round(growth) if growth > max(1.0, _SMALLEST_LOSS_S * self._rate_hz) else 0
+        self._records += missing
+        self._former_lag, self._least_lag = self._least_lag - missing, math.inf
+        self._verdict_ns = self._newest_ns + _VERDICT_NS
+        return missing
+
+
 class SampleStream:
     """The stream that one start opened; :meth:`resume` goes on with it after the sensor was started again."""
 
     def __init__(self, receiver: SerialReceiver, decoder: Decoder, rate_hz: float) -> None:
         self.receiver = receiver
         self._decoder = decoder
-        self._rate_hz = rate_hz
-        self._newest_ns: int | None = None
+        self._pace = ArrivalPace(rate_hz)
         self._chunk_ends: list[
             int
         ] = []  # positions in the stream, of chunks that undelivered records may end in
         self._chunk_stamps: list[int] = []
         self._bytes_read = 0
-        self._silence_at = 0  # position in the stream before which the former offset holds
-        self._former_offset = self._offset = 0  # of the counter over the decoder's index
+        self._offset = 0  # of the counter over the decoder's index
         self._last_counter = -1
         self._received = self._restarts = self._earlier_damages = 0
 
@@ -75,8 +108,8 @@ class SampleStream:
         self._earlier_damages += self._decoder.damages
         self._decoder = decoder
         self._chunk_ends, self._chunk_stamps = [], []
-        self._bytes_read = self._silence_at = 0
-        self._former_offset = self._offset = self._last_counter + 1
+        self._bytes_read = 0
+        self._offset = self._last_counter + 1
 
     def read(self, timeout_s: float) -> Samples:
         """Return the records that have become certain; wait up to ``timeout_s`` for a first one.
@@ -94,20 +127,17 @@ class SampleStream:
                 return samples
 
     def _samples(self, chunks: list[Chunk]) -> Samples:
-        if chunks and self._newest_ns is not None and chunks[0].host_time_ns - self._newest_ns > _SILENCE_NS:
-            time.sleep(_SETTLING_S)
-            chunks = chunks + self.receiver.take(0.0)
-            self._count_silence(chunks, self._newest_ns)
         for chunk in chunks:
             self._bytes_read += len(chunk.data)
-            self._newest_ns = chunk.host_time_ns
+            self._offset += self._pace.missing(
+                chunk.host_time_ns, len(chunk.data) / self._decoder.record_size
+            )
             self._chunk_ends.append(self._bytes_read)
             self._chunk_stamps.append(chunk.host_time_ns)
         records = self._decoder.feed(b"".join(chunk.data for chunk in chunks))
-        offset = np.where(records.end > self._silence_at, self._offset, self._former_offset)
         chunk_index = np.searchsorted(self._chunk_ends, records.end)
         samples = Samples(
-            counter=records.index + offset,
+            counter=records.index + self._offset,
             host_time_ns=np.array(self._chunk_stamps, np.int64)[chunk_index],
             status=records.status,
             values=records.values,
@@ -117,12 +147,3 @@ class SampleStream:
             self._last_counter = int(samples.counter[-1])
             del self._chunk_ends[: chunk_index[-1]], self._chunk_stamps[: chunk_index[-1]]
         return samples
-
-    def _count_silence(self, chunks: list[Chunk], silent_since_ns: int) -> None:
-        """Count the records that should have come since the silence began and did not come after it."""
-        elapsed_s = (chunks[-1].host_time_ns - silent_since_ns) * 1e-9
-        came = sum(len(chunk.data) for chunk in chunks) / self._decoder.record_size
-        missing = elapsed_s * self._rate_hz - came
-        if missing > max(1.0, SHORTEST_LOSS_S * self._rate_hz):
-            self._silence_at = self._bytes_read
-            self._former_offset, self._offset = self._offset, self._offset + round(missing)

@@ -149,7 +149,7 @@ def take_tare(block: WrenchBlock, conditions: TareConditions | None = None) -> T
         noise_std=noise,
         drift_per_s=drift,
         drift_std=segment_std / np.sqrt(segment_time_s @ segment_time_s),
-        duration_s=float(np.ptp(block.device_time_s)),
+        duration_s=_duration_s(block),
         samples=len(block),
         host_time_ns=int(block.host_time_ns[len(block) // 2]),
     )
@@ -170,11 +170,16 @@ def _check_samples(block: WrenchBlock, conditions: TareConditions) -> None:
         raise TareRefusedError(
             f"samples are missing in {int((steps != 1).sum())} places: take the zero again"
         )
-    duration_s = float(np.ptp(block.device_time_s))
-    if duration_s < conditions.duration_s * (1 - 1 / len(block)):
+    duration_s = _duration_s(block)
+    if duration_s < conditions.duration_s:
         raise TareRefusedError(
             f"{duration_s:.3f} s is too short for a zero: {conditions.duration_s} s are needed"
         )
+
+
+def _duration_s(block: WrenchBlock) -> float:
+    """Return the time that the samples stand for, one period each, to the microsecond."""
+    return round(float(np.ptp(block.device_time_s)) * len(block) / (len(block) - 1), 6)
 
 
 def _check_rest(

@@ -16,6 +16,7 @@ from robot_drivers.cameras.embedded_info import (
     blank_frame_info,
     read_frame_info,
 )
+from robot_drivers.cameras.pixel_formats import PIXEL_FORMATS, PixelFormat, as_pixel_format
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import (
     ConfigurationError,
@@ -26,7 +27,6 @@ from robot_drivers.errors import (
 )
 from robot_drivers.protocols import DeviceIdentity, Frame, StreamStatistics
 
-PixelFormat = Literal["mono8", "bgr8", "bayer_rggb8", "bayer_grbg8", "bayer_gbrg8", "bayer_bggr8"]
 Backend = Literal[
     "any", "ffmpeg", "images", "v4l2", "gstreamer", "firewire", "aravis", "msmf", "dshow", "avfoundation"
 ]
@@ -73,9 +73,9 @@ class OpenCVCameraSettings:
         return "://" in self.source
 
     def __post_init__(self) -> None:
-        if self.pixel_format not in get_args(PixelFormat):
+        if self.pixel_format not in PIXEL_FORMATS:
             raise ConfigurationError(
-                f"pixel_format {self.pixel_format!r}: use one of {', '.join(get_args(PixelFormat))}"
+                f"pixel_format {self.pixel_format!r}: use one of {', '.join(PIXEL_FORMATS)}"
             )
         if self.backend not in get_args(Backend):
             raise ConfigurationError(f"backend {self.backend!r}: use one of {', '.join(get_args(Backend))}")
@@ -247,7 +247,7 @@ class OpenCVCamera:
         retrieved, image = capture.retrieve()
         if not retrieved:
             raise DeviceProtocolError(f"camera {settings.source}: an image cannot be decoded")
-        pixels = _pixels(image, settings)
+        pixels = as_pixel_format(image, settings.pixel_format, settings.source)
         if not settings.embedded_info:
             return Frame(None, None, stamp_ns, settings.pixel_format, pixels)
         info = read_frame_info(pixels, settings.embedded_info)
@@ -307,25 +307,6 @@ def _request(capture: cv2.VideoCapture, settings: OpenCVCameraSettings) -> None:
                 f"camera {settings.source}: {name} {wanted:g} was requested, but the camera stays at "
                 f"{stated:g}; request what it offers"
             )
-
-
-def _pixels(image: NDArray[np.integer | np.floating], settings: OpenCVCameraSettings) -> NDArray[np.uint8]:
-    """Return the image in the layout of the pixel format, without altering a value."""
-    channels = image.shape[2] if image.ndim == 3 else 1
-    if image.dtype != np.uint8 or channels not in ((3,) if settings.pixel_format == "bgr8" else (1, 3)):
-        raise DeviceProtocolError(
-            f"camera {settings.source}: {channels} channels of {image.dtype} are no {settings.pixel_format} "
-            "image; choose another pixel_format, or set the camera to deliver this one"
-        )
-    pixels = np.asarray(image, dtype=np.uint8)
-    if settings.pixel_format == "bgr8" or pixels.ndim == 2:
-        return pixels
-    if not (pixels == pixels[:, :, :1]).all():
-        raise DeviceProtocolError(
-            f"camera {settings.source}: delivers colours where {settings.pixel_format} was asked; use "
-            "pixel_format bgr8, or switch the camera to raw images"
-        )
-    return np.asarray(cv2.extractChannel(pixels, 0), dtype=np.uint8)
 
 
 def _check_coding(

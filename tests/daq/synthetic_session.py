@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +16,18 @@ from daq.rig import Rig, write_rig
 from daq.virtual_rig.layout import FRAMES, SPECIMEN, TOOL, Addresses, rig_description
 from daq.virtual_rig.phantom import SpringPhantom
 from daq.virtual_rig.scene import Scene, SceneSettings, flea2_pair
+from daq.vision.camera_model import PinholeCamera
 from robot_drivers.protocols import Frame, Pose, PoseBlock, WrenchBlock
 
 START_NS = 10**15
 WINDOW_S = 1.0
 MOVE_S = 0.5
+
+
+@cache
+def rendered_scene(camera: PinholeCamera, seed: int) -> Scene:
+    """Scenes take a second to prepare."""
+    return Scene(camera, SceneSettings(phantom_size=SPECIMEN.phantom.size_m), seed)
 
 
 @dataclass
@@ -145,7 +153,7 @@ class SyntheticSession:
     def _write_images(self, log: McapLog) -> None:
         pair = flea2_pair()
         for side, (name, camera) in enumerate((("left", pair.left), ("right", pair.right))):
-            scene = Scene(camera, SceneSettings(phantom_size=SPECIMEN.phantom.size_m), seed=side)
+            scene = rendered_scene(camera, side)
             rows = FrameRows(
                 log.add_channel(f"/camera/{name}/image", schemas.COMPRESSED_IMAGE),
                 log.add_channel(f"/camera/{name}/device", schemas.DEVICE_STAMP),

@@ -128,7 +128,7 @@ def test_uniaxial_finds_the_modulus_of_a_made_up_test(
     rows = "\n".join(f"{s - 1:.6f},{p:.4f}" for s, p in zip(stretch, stress, strict=True))
     path = tmp_path / "test.csv"
     path.write_text(f"strain (-),stress (Pa)\n{rows}\n")
-    status, out, _ = run(capsys, "uniaxial", path, "--json", "--report", tmp_path / "report")
+    status, out, _ = run(capsys, "uniaxial", path, "--json", "--output", tmp_path / "report")
     assert status == 0
     assert json.loads(out)["laws"]["neo_hookean"]
     assert (tmp_path / "report" / "uniaxial.html").is_file()

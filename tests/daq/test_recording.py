@@ -161,7 +161,7 @@ def test_a_wrench_message_is_the_ros_2_message_byte_for_byte(tmp_path: Path) -> 
 
 def test_a_file_cut_at_any_byte_gives_back_every_complete_message(tmp_path: Path) -> None:
     whole = tmp_path / "whole.mcap"
-    write_signals(whole, 8)
+    write_signals(whole, 5)
     data = whole.read_bytes()
     ends = [record_end(data, record) for record in scan(whole).records(1)]
     stamp_ends = [record_end(data, record) for record in scan(whole).records(2)]

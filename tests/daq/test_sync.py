@@ -111,7 +111,7 @@ def test_a_window_without_force_gives_an_empty_field_and_no_invented_one(tmp_pat
 
 
 def test_without_a_rest_window_nothing_can_be_zeroed(tmp_path: Path) -> None:
-    session = replace(SESSION, lost=(0.0, 0.9), frame_rate=1.0)
+    session = replace(SESSION, lost=(0.0, 0.9), frame_rate=0.1)
     with pytest.raises(SynchronisationError, match=r"force sensor has .* in the window at rest"):
         synchronise(Recording(session.write(tmp_path / "s")), silent)
 

@@ -118,6 +118,15 @@ def test_a_gap_in_which_a_row_can_take_the_place_of_the_next_is_not_bridged() ->
     assert (assignment.points == -1).all()
 
 
+def test_what_was_lost_in_a_gap_is_found_again_when_every_bead_is_back() -> None:
+    rest = placed(4)
+    tracker = IdentityTracker(REST, IdentitySettings())
+    tracker.assign(rest, 0.0)
+    partly = tracker.assign(np.delete(rest, [1, 6, 11], axis=0), 1.0)
+    assert (partly.points == -1).all()
+    np.testing.assert_array_equal(tracker.assign(shifted(rest, 0.003), 1.1).points, NAMES)
+
+
 def test_a_missing_image_is_bridged() -> None:
     rest = placed(4)
     tracker = IdentityTracker(REST, IdentitySettings())
