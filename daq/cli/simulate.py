@@ -2,6 +2,7 @@
 
 import argparse
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from daq.cli.verb import Result, Verbs, add_verb, progress
@@ -10,12 +11,15 @@ from daq.trajectories import STANDARD
 from daq.virtual_rig.layout import SPECIMEN, placed_beads
 from estimator.experiment import SensorNoise, write_experiment
 from estimator.materials import LAWS, law_named
-from estimator.materials.material import make_material
+from estimator.materials.material import Material, make_material
 from estimator.simulation.simulate import simulate
 
 _EXAMPLES = """  retract simulate --output cases/soft --youngs-modulus 6000 --poisson-ratio 0.47
   retract simulate --output cases/stiffening --law yeoh2 --shape 0.1 --trajectory pull --seed 7
   retract estimate cases/soft"""
+
+# What a laboratory calls the departure of each law from the Neo-Hookean one.
+_EFFECT = {name: "second_invariant" if name == "mooney_rivlin" else "strain_stiffening" for name in LAWS}
 
 
 def add_parser(verbs: Verbs) -> None:
@@ -75,14 +79,24 @@ def run(options: argparse.Namespace) -> Result:
         for number, kind in enumerate(kinds):
             planned = planned_experiment(STANDARD[kind].trajectory(), specimen, sensor, order=number + 1)
             experiment = simulate(
-                planned,
-                material,
-                options.seed + number,
-                lambda done, total, kind=kind: tell(f"simulating {kind}", done, total),
+                planned, material, options.seed + number, partial(tell, f"simulating {kind}")
             )
             written.append(str(write_experiment(experiment, options.output / kind).path))
     truth = options.output / "truth.toml"
-    truth.write_text(
-        f"effects = []\nyoungs_modulus = {material.youngs_modulus!r}\npoisson_ratio = {material.poisson_ratio!r}\n"
-    )
+    truth.write_text(_truth(material))
     return Result("\n".join([*written, str(truth)]), {"experiments": written, "truth": str(truth)})
+
+
+def _truth(material: Material) -> str:
+    """Return the answer to the case, in words that other programs read."""
+    names = [parameter.name for parameter in material.law.shape_parameters]
+    shape = dict(zip(names, material.shape.tolist(), strict=True))
+    lines = [
+        f"effects = {[_EFFECT[material.law.name]] if any(shape.values()) else []}".replace("'", '"'),
+        f"youngs_modulus = {material.youngs_modulus!r}",
+        f"poisson_ratio = {material.poisson_ratio!r}",
+        "",
+        "[parameters]",
+        f'law = "{material.law.name}"',
+    ]
+    return "\n".join([*lines, *(f"{name} = {value!r}" for name, value in shape.items())]) + "\n"

@@ -163,41 +163,50 @@ class EquilibriumSolver:
         raise SolverError(f"Newton's method did not converge in {self.settings.iterations} iterations")
 
     def _predict(self, pose: GripperPose, material: Material, start: EquilibriumState) -> _Trial:
-        """Extrapolate the field along the motion; where that turns an element, move the gripped nodes alone."""
-        predicted = start.displacement.copy().reshape(-1)
-        predicted[self.problem.pattern.free] += self._extrapolate(pose, start)
-        for field in (predicted.reshape(-1, 3), start.displacement):
-            imposed = self._impose(pose, field)
-            change = imposed - start.displacement
-            pressure = pressure_after(self.problem.body, material, start.response, change)
+        """Extrapolate the field along the motion; where that turns an element, move the gripped nodes alone.
+
+        The pressure follows the linear change alone: that one keeps the volume to first order, so that the pressure
+        changes as it does along the equilibria, while λ would magnify what a curved change adds to the volume.
+        """
+        motion = start.pose.increment_to(pose)
+        linear = self._linear_change(start, motion)
+        pressure = pressure_after(self.problem.body, material, start.response, linear)
+        curved = linear.copy().reshape(-1)
+        curved[self.problem.pattern.free] += self._curvature(start, motion)
+        for change in (curved.reshape(linear.shape), np.zeros_like(linear)):
             try:
-                return self._trial(material, imposed, pressure)
+                return self._trial(material, self._impose(pose, start.displacement + change), pressure)
             except SolverError as turned:
                 failure = turned
         raise failure
 
-    def _extrapolate(self, pose: GripperPose, start: EquilibriumState) -> FloatArray:
-        """Return the change of the free displacements (nf,) on the way to ``pose``.
+    def _linear_change(self, start: EquilibriumState, motion: FloatArray) -> FloatArray:
+        """Return the change of the displacements (n, 3), m, for a small motion (6,) of the gripper."""
+        change: FloatArray = np.zeros(start.displacement.size)
+        change[self.problem.pattern.free] = start.by_pose @ motion
+        change[self.problem.pattern.gripped] = rigid_modes(self.problem, start.pose) @ motion
+        return change.reshape(start.displacement.shape)
 
-        Linear in the motion, and along the last step's direction by the cubic that agrees with field and derivative
-        at both its ends (Hermite): back at the start of that step it gives the field that was there.
+    def _curvature(self, start: EquilibriumState, motion: FloatArray) -> FloatArray:
+        """Return what the change of the free displacements (nf,), m, for a motion (6,) has beyond its linear part.
+
+        Along the direction of the last step the field follows the cubic that agrees with it and its derivative at both
+        ends of that step (Hermite): back at its start that gives the field that was there.
         """
-        motion = start.pose.increment_to(pose)
-        change: FloatArray = start.by_pose @ motion
+        free = self.problem.pattern.free
         if start.before is None:
-            return change
+            return np.zeros(len(free))
         last_motion = start.before.pose.increment_to(start.pose)
         modes = rigid_modes(self.problem, start.pose)
         last_way = modes @ last_motion
         share = float(last_way @ (modes @ motion)) / max(float(last_way @ last_way), np.finfo(float).tiny)
         if abs(share) > _LONGEST_EXTRAPOLATION:
-            return change
-        free = self.problem.pattern.free
+            return np.zeros(len(free))
         last_change = (start.displacement - start.before.displacement).reshape(-1)[free]
         slope_before, slope = start.before.by_pose @ last_motion, start.by_pose @ last_motion
         quadratic = slope_before + 2.0 * slope - 3.0 * last_change
         cubic = slope_before + slope - 2.0 * last_change
-        return change + share**2 * (quadratic + share * cubic)
+        return share**2 * (quadratic + share * cubic)
 
     def _impose(self, pose: GripperPose, displacement: FloatArray) -> FloatArray:
         gripped = self.problem.gripped

@@ -97,20 +97,21 @@ class ForwardModel:
         known = track.fields.get(number)
         if known is not None:
             try:
-                guess = self._carried_over(known, material)
-                return self._solver.refine(pose, material, guess, known.pressure)
+                return self._solver.refine(pose, material, *self._carried_over(known, material))
             except SolverError:
                 # The material has moved too far for the old field; follow the motion instead.
                 pass
         return self._solver.solve(pose, material, last or self._solver.rest(material))
 
-    def _carried_over(self, known: _Solution, material: Material) -> FloatArray:
-        """Extrapolate a known field to another material, along −ln(1 − 2ν), in which it is nearly linear.
+    def _carried_over(self, known: _Solution, material: Material) -> tuple[FloatArray, FloatArray]:
+        """Extrapolate known displacements and pressures to another material.
 
-        Young's modulus leaves the field as it is.
+        The field follows −ln(1 − 2ν), in which it is nearly linear; Young's modulus leaves it as it is and multiplies
+        the pressure.
         """
         old, new = known.material.poisson_ratio, material.poisson_ratio
         change = 0.5 * (1 - 2 * old) * math.log((1 - 2 * old) / (1 - 2 * new))
         guess = known.displacement.copy().reshape(-1)
         guess[self.problem.pattern.free] += change * known.field_by["poisson_ratio"]
-        return guess.reshape(known.displacement.shape)
+        pressure = known.pressure * (material.youngs_modulus / known.material.youngs_modulus)
+        return guess.reshape(known.displacement.shape), pressure

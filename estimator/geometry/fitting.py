@@ -3,7 +3,7 @@
 The mesher leaves its nodes within an envelope around the surface, and bisection puts new ones on chords.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ _ALTERNATIONS = 8
 
 
 def fitted(
-    points: FloatArray, cells: IntArray, free: IntArray, held: Sequence[IntArray], body: HeldSurface
+    points: FloatArray, cells: IntArray, free: IntArray, held: Mapping[str, IntArray], body: HeldSurface
 ) -> FloatArray:
     """Return the nodes (n, 3), m, with those of the boundary moved onto the surface and the walls of the regions.
 
@@ -36,8 +36,8 @@ def fitted(
     moved = points.copy()
     outer = np.unique(free)
     _, moved[outer] = nearest(body.surface.corners, points[outer])
-    for faces, hold in zip(held, body.holds, strict=True):
-        nodes = np.unique(faces)
+    for name, hold in body.holds.items():
+        nodes = np.unique(held[name])
         if hold.core is None:
             _, moved[nodes] = nearest(body.surface.corners[hold.patch], points[nodes])
         else:

@@ -1,7 +1,7 @@
 """How long the edges of tetrahedra should be: short where the solution is singular, on the rims of held regions."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ class EdgeLengths:
     """Edge lengths, m: the largest, those on the rim of each region, and by how much they grow per metre from there."""
 
     largest_m: float
-    rims_m: tuple[float, ...] = ()
+    rims_m: Mapping[str, float] = field(default_factory=dict)
     growth: float = 0.5
 
 
@@ -33,14 +33,14 @@ class EdgeLengthField:
     ----------
     points : (n, 3) float64, nodes of a mesh, m
     held : for each region the boundary faces (f, 3) that it holds
-    lengths : with one length for each of the regions
+    lengths : a region whose rim has no length of its own is not graded
     """
 
-    def __init__(self, points: FloatArray, held: Sequence[IntArray], lengths: EdgeLengths) -> None:
+    def __init__(self, points: FloatArray, held: Mapping[str, IntArray], lengths: EdgeLengths) -> None:
         self._lengths = lengths
         self._rims = [
-            (length, cKDTree(_samples(points[_rim(points, faces)], length / _SAMPLES_AN_EDGE_LENGTH)))
-            for faces, length in zip(held, lengths.rims_m, strict=True)
+            (length, cKDTree(_samples(points[_rim(points, held[name])], length / _SAMPLES_AN_EDGE_LENGTH)))
+            for name, length in lengths.rims_m.items()
         ]
 
     def __call__(self, positions: FloatArray) -> FloatArray:

@@ -5,7 +5,7 @@ are faces of the box that reach beyond the surface; and on the rim of a patch a 
 sticks out of the body is thrown away after meshing.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -62,13 +62,13 @@ class HeldSurface:
     """A surface with its held regions imprinted: every triangle lies in a region or out of it."""
 
     surface: Surface
-    holds: tuple[Hold, ...]
+    holds: Mapping[str, Hold]
 
     @property
     def remaining(self) -> BoolArray:
         """Triangles (t,) that bound the tissue that is left."""
         kept = np.ones(len(self.surface.triangles), dtype=bool)
-        for hold in self.holds:
+        for hold in self.holds.values():
             if hold.core is not None:
                 kept &= ~hold.patch
         return kept
@@ -76,7 +76,7 @@ class HeldSurface:
     @property
     def volume_m3(self) -> float:
         """Of the tissue that is left."""
-        return self.surface.volume_m3 - sum(hold.volume_m3 for hold in self.holds)
+        return self.surface.volume_m3 - sum(hold.volume_m3 for hold in self.holds.values())
 
 
 def painted_vertices(surface: Surface, labelled: BoolArray) -> Painted:
@@ -84,29 +84,29 @@ def painted_vertices(surface: Surface, labelled: BoolArray) -> Painted:
     return Painted(np.asarray(labelled[surface.triangles].all(axis=1)))
 
 
-def hold_regions(surface: Surface, regions: Sequence[Region], reach_m: float) -> HeldSurface:
+def hold_regions(surface: Surface, regions: Mapping[str, Region], reach_m: float) -> HeldSurface:
     """Imprint regions that do not overlap into a surface.
 
     Parameters
     ----------
     surface : Surface
-    regions : boxes, and patches of ``surface``
+    regions : boxes, and patches of ``surface``, by name
     reach_m : by which walls and fins stand out of the body
 
     Raises
     ------
     InputError
-        A region holds no tissue, or all of it.
+        A region holds no tissue, or all of it; the message names it.
     """
     tolerance = _TOLERANCE * surface.diagonal_m
-    cuts = [_cut(surface, region, tolerance) for region in regions]
+    cuts = {name: _cut(surface, region, tolerance) for name, region in regions.items()}
     imprinted, parent = surface, np.arange(len(surface.triangles))
-    for cut in cuts:
+    for cut in cuts.values():
         if isinstance(cut, _Cut):
             imprinted, origin = imprint_box(imprinted, cut.box, tolerance)
             parent = parent[origin]
-    holds = []
-    for number, cut in enumerate(cuts):
+    holds = {}
+    for name, cut in cuts.items():
         if isinstance(cut, Painted):
             hold = _patch(imprinted, cut.triangles[parent], reach_m)
         else:
@@ -115,9 +115,9 @@ def hold_regions(surface: Surface, regions: Sequence[Region], reach_m: float) ->
             hold = _core(imprinted, patch, cut, reach_m) if core else _patch(imprinted, patch, reach_m)
         if not hold.area_m2 > 0 or (hold.core is None and hold.patch.all()):
             held = "all of the tissue" if hold.patch.all() else "no tissue"
-            raise InputError(f"held region {number} (from 0) holds {held}; correct its box, in metres")
-        holds.append(hold)
-    return HeldSurface(imprinted, tuple(holds))
+            raise InputError(f"{name} holds {held}; correct its box, in metres")
+        holds[name] = hold
+    return HeldSurface(imprinted, holds)
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +160,9 @@ def _patch(surface: Surface, patch: BoolArray, reach_m: float) -> Hold:
     np.add.at(normals, surface.triangles, surface.area_vectors[:, None])
     tips = surface.vertices[edges] + reach_m * _unit(normals[edges])
     a, b = surface.vertices[edges].transpose(1, 0, 2)
-    fins = np.concatenate([np.stack([a, b, tips[:, 1]], axis=1), np.stack([a, tips[:, 1], tips[:, 0]], axis=1)])
+    fins = np.concatenate(
+        [np.stack([a, b, tips[:, 1]], axis=1), np.stack([a, tips[:, 1], tips[:, 0]], axis=1)]
+    )
     return Hold(patch, None, fins, float(surface.areas[patch].sum()), 0.0)
 
 
@@ -199,7 +201,9 @@ def _wall_area(surface: Surface, corners: FloatArray, side: int, axis: int) -> f
 
 def _volume(surface: Surface, patch: BoolArray, corners: FloatArray) -> float:
     """Return the volume of the tissue in a box, m³: the flux of (x − x₀, 0, 0), x₀ at the lower face, through it."""
-    through_patch = (surface.corners[patch, :, 0].mean(axis=1) - corners[0, 0]) @ surface.area_vectors[patch, 0]
+    through_patch = (surface.corners[patch, :, 0].mean(axis=1) - corners[0, 0]) @ surface.area_vectors[
+        patch, 0
+    ]
     through_upper_face = (corners[1, 0] - corners[0, 0]) * _wall_area(surface, corners, 1, 0)
     return float(through_patch + through_upper_face)
 

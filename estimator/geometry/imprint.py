@@ -42,7 +42,9 @@ def imprint_box(surface: Surface, box: Box, tolerance_m: float) -> tuple[Surface
 def triangles_in_box(surface: Surface, box: Box, tolerance_m: float) -> BoolArray:
     """Tell for every triangle (t,) of an imprinted surface whether it lies in the box."""
     margin = tolerance_m
-    grown = (surface.corners >= np.array(box.lower) - margin) & (surface.corners <= np.array(box.upper) + margin)
+    grown = (surface.corners >= np.array(box.lower) - margin) & (
+        surface.corners <= np.array(box.upper) + margin
+    )
     return np.asarray(grown.all(axis=(1, 2)))
 
 
@@ -82,9 +84,7 @@ def _split_edges(surface: Surface, edges: IntArray, points: FloatArray) -> tuple
     number = np.count_nonzero(middle >= 0, axis=1)
     # Rotate each triangle so that its first edge is split, and its second is not or is split as well.
     whole = np.arange(len(middle))
-    first = np.where(
-        number == 2, (np.argmin(middle, axis=1) + 1) % 3, np.argmax(middle, axis=1)
-    )
+    first = np.where(number == 2, (np.argmin(middle, axis=1) + 1) % 3, np.argmax(middle, axis=1))
     turn = (first[:, None] + np.arange(3)) % 3
     (v0, v1, v2), (m0, m1, _) = (np.take_along_axis(x, turn, axis=1).T for x in (surface.triangles, middle))
     once, twice = number == 1, number == 2

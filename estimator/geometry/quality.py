@@ -1,6 +1,6 @@
 """How good a mesh is: the shape of its elements, and how truly it follows the surface and the held regions."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,11 +39,11 @@ class MeshQuality:
     radius_ratio: tuple[float, float]
     off_surface_m: float
     missed_m: float
-    covered: tuple[float, ...]
+    covered: Mapping[str, float]
 
 
 def measure_quality(
-    points: FloatArray, cells: IntArray, free: IntArray, held: Sequence[IntArray], body: HeldSurface
+    points: FloatArray, cells: IntArray, free: IntArray, held: Mapping[str, IntArray], body: HeldSurface
 ) -> MeshQuality:
     """Compare a mesh with what it should be.
 
@@ -58,12 +58,12 @@ def measure_quality(
     volume = float(tetrahedron_volumes(corners).sum())
     angles, ratios = _dihedral_angles(corners), _radius_ratios(corners)
     outer = points[free]
-    skin = points[np.concatenate([free, *held])]
+    skin = points[np.concatenate([free, *held.values()])]
     remaining = body.surface.triangles[body.remaining]
-    covered = [
-        float(triangle_areas(points[faces]).sum()) / hold.area_m2
-        for faces, hold in zip(held, body.holds, strict=True)
-    ]
+    covered = {
+        name: float(triangle_areas(points[held[name]]).sum()) / hold.area_m2
+        for name, hold in body.holds.items()
+    }
     return MeshQuality(
         volume,
         volume / body.volume_m3 - 1.0,
@@ -71,7 +71,7 @@ def measure_quality(
         (float(ratios.min()), float(ratios.mean())),
         _farthest(body.surface.corners, np.concatenate([outer.reshape(-1, 3), outer.mean(axis=1)])),
         _farthest(skin, body.surface.vertices[np.unique(remaining)]),
-        tuple(covered),
+        covered,
     )
 
 
@@ -86,9 +86,9 @@ def check_quality(quality: MeshQuality) -> None:
     faults = []
     if abs(quality.volume_error) > _MOST_VOLUME_ERROR:
         faults.append(f"its volume is off by {100 * quality.volume_error:+.1f} %")
-    for number, covered in enumerate(quality.covered):
+    for name, covered in quality.covered.items():
         if abs(covered - 1.0) > _MOST_AREA_ERROR:
-            faults.append(f"it covers {100 * covered:.1f} % of held region {number} (from 0)")
+            faults.append(f"it covers {100 * covered:.1f} % of {name}")
     if quality.dihedral_deg[0] < _LEAST_DIHEDRAL_DEG:
         faults.append(f"an element has an angle of {quality.dihedral_deg[0]:.1f} degrees")
     if faults:
@@ -114,7 +114,8 @@ def _dihedral_angles(corners: FloatArray) -> FloatArray:
     """Return the six angles (e, 6) between the faces of each tetrahedron, degrees."""
     a, b, c, d = np.moveaxis(corners, 1, 0)
     normals = np.stack(
-        [np.cross(c - b, d - b), np.cross(d - a, c - a), np.cross(b - a, d - a), np.cross(c - a, b - a)], axis=1
+        [np.cross(c - b, d - b), np.cross(d - a, c - a), np.cross(b - a, d - a), np.cross(c - a, b - a)],
+        axis=1,
     )
     normals /= np.linalg.norm(normals, axis=2, keepdims=True)
     first, second = np.triu_indices(4, 1)

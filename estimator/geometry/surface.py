@@ -92,7 +92,9 @@ def closed_surface(vertices: FloatArray, triangles: IntArray, source: str) -> Su
     longest = float(np.ptp(used, axis=0).max())
     low, high = _PLAUSIBLE_SIZE_M
     if not low <= longest <= high:
-        raise InputError(f"{source}: the surface is {longest:g} m long; export it in metres, not in millimetres")
+        raise InputError(
+            f"{source}: the surface is {longest:g} m long; export it in metres, not in millimetres"
+        )
     surface = _welded(vertices, triangles, _WELD * longest)
     corners = surface.corners
     edge = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
@@ -132,11 +134,16 @@ def _oriented(surface: Surface, source: str) -> Surface:
     directed = directed_edges(surface.triangles)
     edge = np.sort(directed, axis=1)
     unique, number, uses = np.unique(edge, axis=0, return_inverse=True, return_counts=True)
-    for wrong, text in ((uses == 1, "is open: {} edges have one triangle only"), (uses > 2, "branches: {} edges have more than two triangles")):
+    for wrong, text in (
+        (uses == 1, "is open: {} edges have one triangle only"),
+        (uses > 2, "branches: {} edges have more than two triangles"),
+    ):
         if wrong.any():
             at = surface.vertices[unique[np.argmax(wrong)]].mean(axis=0)
             told = text.format(np.count_nonzero(wrong))
-            raise InputError(f"{source}: the surface {told}, the first {_at(at)}; repair it to one closed shell")
+            raise InputError(
+                f"{source}: the surface {told}, the first {_at(at)}; repair it to one closed shell"
+            )
     first, second = np.argsort(number.ravel(), kind="stable").reshape(-1, 2).T
     agree = directed[first, 0] == directed[second, 1]
     a, b, count = first // 3, second // 3, len(surface.triangles)

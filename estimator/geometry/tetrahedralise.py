@@ -4,12 +4,13 @@ fTetWild makes tetrahedra of even size; bisection then grades them towards the r
 region holds entirely moves rigidly and is left out, as in a block's mesh.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.experiment import Box
 from estimator.fem.mesh import Mesh
 from estimator.geometry.bisection import TETRAHEDRON_EDGES, refine
 from estimator.geometry.fitting import fitted
@@ -37,22 +38,24 @@ class TissueMesh:
     ----------
     mesh : Mesh, tet10 with straight edges
     held : for each region the nodes that it holds, (n,) bool
+    rigid : the boxes of the regions whose tissue is left out
     quality : MeshQuality
     """
 
     mesh: Mesh
-    held: tuple[BoolArray, ...]
+    held: Mapping[str, BoolArray]
+    rigid: Mapping[str, Box]
     quality: MeshQuality
 
 
-def tetrahedralise(surface: Surface, regions: Sequence[Region], lengths: EdgeLengths) -> TissueMesh:
+def tetrahedralise(surface: Surface, regions: Mapping[str, Region], lengths: EdgeLengths) -> TissueMesh:
     """Mesh the tissue that a surface encloses; no two calls give the same mesh.
 
     Parameters
     ----------
     surface : Surface
-    regions : held ones; they do not overlap
-    lengths : edge lengths, with one rim for each region
+    regions : held ones, by name; they do not overlap
+    lengths : edge lengths
 
     Raises
     ------
@@ -60,7 +63,7 @@ def tetrahedralise(surface: Surface, regions: Sequence[Region], lengths: EdgeLen
         A region holds no tissue or all of it, meshing fails, or its result is bad.
     """
     body = hold_regions(surface, regions, reach_m=lengths.largest_m)
-    followed = [body.surface.corners[body.remaining], *(hold.walls for hold in body.holds)]
+    followed = [body.surface.corners[body.remaining], *(hold.walls for hold in body.holds.values())]
     points, cells = tetrahedra_around(np.concatenate(followed), lengths.largest_m)
     owner = _owners(body, points[cells].mean(axis=1))
     _, held = _boundary(body, points, cells, owner)
@@ -72,12 +75,14 @@ def tetrahedralise(surface: Surface, regions: Sequence[Region], lengths: EdgeLen
     points = fitted(points, cells, free, held, body)
     quality = measure_quality(points, cells, free, held, body)
     check_quality(quality)
-    return _quadratic(points, cells, held, quality)
+    mesh, nodes = _quadratic(points, cells, held)
+    rigid = {name: hold.core for name, hold in body.holds.items() if hold.core is not None}
+    return TissueMesh(mesh, nodes, rigid, quality)
 
 
 def _owners(body: HeldSurface, centres: FloatArray) -> IntArray:
     owner = np.where(inside(body.surface, centres), _TISSUE, _OUTSIDE)
-    for number, hold in enumerate(body.holds):
+    for number, hold in enumerate(body.holds.values()):
         if hold.core is not None:
             owner[hold.core.contains(centres)] = _REGION + number
     return owner
@@ -85,7 +90,7 @@ def _owners(body: HeldSurface, centres: FloatArray) -> IntArray:
 
 def _boundary(
     body: HeldSurface, points: FloatArray, cells: IntArray, owner: IntArray
-) -> tuple[IntArray, list[IntArray]]:
+) -> tuple[IntArray, dict[str, IntArray]]:
     """Return the faces (f, 3) of the tissue that are free, and those that each region holds, seen from outside."""
     tissue = owner == _TISSUE
     faces = cells[:, _FACES].reshape(-1, 3)
@@ -102,37 +107,37 @@ def _boundary(
     bounding = faces[bounding]
     on_surface = np.flatnonzero(holder == _OUTSIDE)
     triangle, _ = nearest(body.surface.corners, points[bounding[on_surface]].mean(axis=1))
-    for index, hold in enumerate(body.holds):
+    for index, hold in enumerate(body.holds.values()):
         if hold.core is None:
             holder[on_surface[hold.patch[triangle]]] = _REGION + index
-    held = [bounding[holder == _REGION + index] for index in range(len(body.holds))]
+    held = {name: bounding[holder == _REGION + index] for index, name in enumerate(body.holds)}
     return bounding[holder == _OUTSIDE], held
 
 
 def _compressed(
-    points: FloatArray, cells: IntArray, free: IntArray, held: list[IntArray]
-) -> tuple[FloatArray, IntArray, IntArray, list[IntArray]]:
+    points: FloatArray, cells: IntArray, free: IntArray, held: Mapping[str, IntArray]
+) -> tuple[FloatArray, IntArray, IntArray, dict[str, IntArray]]:
     """Leave out the points that no cell uses."""
     used, renumbered = np.unique(cells, return_inverse=True)
     number = np.full(len(points), -1)
     number[used] = np.arange(len(used))
-    return points[used], renumbered.reshape(-1, 4), number[free], [number[faces] for faces in held]
+    renamed = {name: number[faces] for name, faces in held.items()}
+    return points[used], renumbered.reshape(-1, 4), number[free], renamed
 
 
 def _quadratic(
-    points: FloatArray, cells: IntArray, held: list[IntArray], quality: MeshQuality
-) -> TissueMesh:
+    points: FloatArray, cells: IntArray, held: Mapping[str, IntArray]
+) -> tuple[Mesh, dict[str, BoolArray]]:
     """Put a node in the middle of every edge; it is held where its edge belongs to a held face."""
     count = len(points)
     ends = np.sort(cells[:, TETRAHEDRON_EDGES], axis=2).reshape(-1, 2)
     edges, number = np.unique(ends[:, 0] * count + ends[:, 1], return_inverse=True)
     middle = points[np.stack(np.divmod(edges, count), axis=1)].mean(axis=1)
     mesh = Mesh(np.vstack([points, middle]), np.hstack([cells, count + number.reshape(-1, 6)]), "tet10")
-    nodes = []
-    for faces in held:
-        of_region = np.zeros(len(mesh.points), dtype=bool)
+    nodes = {}
+    for name, faces in held.items():
         low, high = np.sort(directed_edges(faces), axis=1).T
-        of_region[faces] = True
-        of_region[count + np.searchsorted(edges, low * count + high)] = True
-        nodes.append(of_region)
-    return TissueMesh(mesh, tuple(nodes), quality)
+        nodes[name] = np.zeros(len(mesh.points), dtype=bool)
+        nodes[name][faces] = True
+        nodes[name][count + np.searchsorted(edges, low * count + high)] = True
+    return mesh, nodes

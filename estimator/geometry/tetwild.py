@@ -63,7 +63,9 @@ def tetrahedra_around(corners: FloatArray, edge_length_m: float) -> tuple[FloatA
             ) from None
         if run.returncode or not target.exists():
             reason = (run.stderr.strip().splitlines() or [f"status {run.returncode}"])[-1]
-            raise InputError(f"meshing failed ({reason}); repair or decimate the surface, or change the edge length")
+            raise InputError(
+                f"meshing failed ({reason}); repair or decimate the surface, or change the edge length"
+            )
         with np.load(target) as result:
             return result["points"], _positive(result["points"], result["cells"].astype(np.int64))
 

@@ -98,7 +98,7 @@ def fit_record(
     reach = float(magnitude.max())
     fit_to = min(DEFAULT_STRAIN_FIT[record.mode], reach / 2) if strain_fit is None else strain_fit
     test_to = min(2 * fit_to, reach) if strain_test is None else strain_test
-    if not 0 <= strain_from < fit_to < test_to:
+    if not 0 <= strain_from < fit_to < test_to < np.inf:
         raise InputError(
             f"strain ranges {strain_from:g} to {fit_to:g} to {test_to:g} do not ascend; "
             f"choose others (the record ends at {reach:g})"

@@ -108,7 +108,7 @@ def read_record(path: Path | str) -> UniaxialRecord:
         mode="tension" if strain[end] > 0 else "compression",
         strain=strain[: end + 1],
         stress=stress[: end + 1],
-        facts=_facts(lines[:first]),
+        facts=_facts(lines[: header or 0]),
         path=file,
     )
 

@@ -1,4 +1,7 @@
-"""An emulated stand-alone ATI F/T Controller, written from the command list and captured bytes, not from the driver."""
+"""An emulated stand-alone ATI F/T Controller, written from the command list and captured bytes, not from the driver.
+
+Averaging lowers its noise; the delay that comes with it is not emulated.
+"""
 
 from dataclasses import dataclass
 from typing import Literal

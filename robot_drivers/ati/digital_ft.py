@@ -21,8 +21,6 @@ from robot_drivers.protocols import DeviceIdentity, FloatArray
 __all__ = ["DigitalFT", "DigitalFTSettings"]
 
 _BITS_PER_SAMPLE = 11 * protocol.SAMPLE_SIZE  # start, 8 data, parity, stop
-_SILENT_S = 0.05
-_STOPPING_LIMIT_S = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,7 +63,7 @@ class _Device:
         self._modbus = ModbusMaster(line, settings.slave_address, settings.answer_timeout_s)
         self.record_rate_hz = settings.sample_rate_hz
         self.interrupt()
-        line.read_until_silent(_SILENT_S, _STOPPING_LIMIT_S)
+        line.read_until_silent()
         self.calibration = protocol.parse_calibration(
             self._modbus.read_holding(
                 protocol.calibration_register(settings.calibration_index), protocol.CALIBRATION_REGISTERS

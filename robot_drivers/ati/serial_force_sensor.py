@@ -10,7 +10,7 @@ from numpy import bool_
 from numpy.typing import NDArray
 
 from robot_drivers.ati.serial_framing import Decoder
-from robot_drivers.ati.serial_line import SerialLine
+from robot_drivers.ati.serial_line import SILENCE_LIMIT_S, SILENCE_S, SerialLine
 from robot_drivers.ati.serial_receiver import SerialReceiver
 from robot_drivers.ati.serial_stream import Samples, SampleStream
 from robot_drivers.clock import host_time_ns
@@ -18,8 +18,6 @@ from robot_drivers.errors import ConfigurationError, DeviceError, DeviceTimeoutE
 from robot_drivers.protocols import DeviceIdentity, FloatArray, StreamStatistics, WrenchBlock
 
 _LONGEST_PATIENCE_S = 10.0
-_SILENT_S = 0.05
-_STOPPING_LIMIT_S = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -191,13 +189,13 @@ class SerialForceSensor(Generic[D]):
         """
         if self._streaming and self._stream is not None:
             self._streaming = False
+            _, device = self._connected()
             receiver = self._stream.receiver
             try:
-                _, device = self._connected()
                 # a request that cannot be sent is like one that is lost on its way
                 with contextlib.suppress(DeviceUnreachableError):
                     device.interrupt()
-                silent = receiver.wait_until_silent(_SILENT_S, _STOPPING_LIMIT_S)
+                silent = receiver.wait_until_silent(SILENCE_S, SILENCE_LIMIT_S)
             finally:
                 receiver.stop()
             if not silent:
@@ -228,7 +226,7 @@ class SerialForceSensor(Generic[D]):
         # as long as the sensor is away nothing of this can succeed; that is the same silence
         with contextlib.suppress(DeviceError):
             device.interrupt()
-            line.read_until_silent(_SILENT_S, _STOPPING_LIMIT_S)
+            line.read_until_silent()
             decoder = device.begin()
             stream.resume(SerialReceiver(line, self._settings.batch_s), decoder)
             return

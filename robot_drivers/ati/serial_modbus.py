@@ -10,9 +10,8 @@ from collections.abc import Sequence
 from robot_drivers.ati.serial_line import SerialLine
 from robot_drivers.errors import DeviceFaultError, DeviceProtocolError, DeviceTimeoutError
 
-READ_HOLDING, READ_INPUT, WRITE_HOLDING = 0x03, 0x04, 0x10
+READ_HOLDING, WRITE_HOLDING = 0x03, 0x10
 MAX_REGISTERS_READ = 125
-MAX_REGISTERS_WRITTEN = 123
 
 _ACCEPTED = 1
 _EXCEPTION_BIT = 0x80
@@ -114,7 +113,7 @@ class ModbusMaster:
             try:
                 return self._ask_once(request, answer_size)
             except (DeviceProtocolError, DeviceTimeoutError):
-                self._line.read_until_silent(10 * _PAUSE_S, limit_s=self._timeout_s + 1.0)
+                self._line.read_until_silent()
         return self._ask_once(request, answer_size)
 
     def _ask_once(self, request: bytes, answer_size: int) -> bytes:

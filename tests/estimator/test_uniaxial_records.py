@@ -23,6 +23,7 @@ def test_a_tensile_test_of_the_soft_robotics_database_reads_in_si() -> None:
     assert (record.strain[0], record.stress[0]) == (0.06795, pytest.approx(1490.0))
     assert record.strain[-1] == pytest.approx(2.0)
     assert record.facts["Speed (mm/min)"] == "450"
+    assert not {"PARAMETER", "Time (s)"} & set(record.facts)
     assert record.strain_from_crosshead
     assert record.shape_factor is None
 
@@ -32,6 +33,7 @@ def test_a_compression_test_of_the_phantom_database_reads_in_si() -> None:
     assert record.mode == "compression"
     assert (record.strain[2], record.stress[2]) == (-0.010997, pytest.approx(-837.98))
     assert record.facts["Load cell"] == "10kN"
+    assert not {"Compression test", "Time (s)"} & set(record.facts)
     assert record.shape_factor == pytest.approx(50 / (4 * 30))
     assert not record.strain_from_crosshead
 

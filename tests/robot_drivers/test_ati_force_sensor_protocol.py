@@ -88,14 +88,13 @@ def digital_ft_bench():
     )
 
 
-def controller_ft_bench(record_format, bits, rate_hz):
+def controller_ft_bench():
     line = {"bit_rate": 115200, "counts_per_newton": 1000.0, "counts_per_newton_metre": 10000.0}
+    rate_hz = 115200 / 450  # records of 45 bytes, all that the line can carry
     return serial_bench(
-        ControllerFTEmulator(lambda _: LOAD, ControllerFTEmulatorSettings(record_bits=bits, **line)),
+        ControllerFTEmulator(lambda _: LOAD, ControllerFTEmulatorSettings(**line)),
         lambda port: ControllerFT(
-            ControllerFTSettings(
-                port=port, record_format=record_format, record_bits=bits, record_rate_hz=rate_hz, **line
-            )
+            ControllerFTSettings(port=port, record_bits=16, record_rate_hz=rate_hz, **line)
         ),
         rate_hz,
     )
@@ -105,8 +104,7 @@ BENCHES = {
     "Net F/T, real-time": lambda: netft_bench("real-time"),
     "Net F/T, buffered": lambda: netft_bench("buffered"),
     "Digital F/T": digital_ft_bench,
-    "F/T Controller, ASCII": lambda: controller_ft_bench("ascii", 16, 11520 / 45),
-    "F/T Controller, binary": lambda: controller_ft_bench("binary", 24, 11520 / 19),
+    "F/T Controller": controller_ft_bench,
     "NETCANOEM": netcanoem_bench,
 }
 

@@ -151,7 +151,7 @@ EDITS = st.lists(
 )
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 2**32 - 1), edits=EDITS, chunk=st.integers(1, 200))
 def test_lost_and_added_bytes_alter_no_ascii_value(seed, edits, chunk):
     random = np.random.default_rng(seed)
@@ -172,7 +172,7 @@ def test_lost_and_added_bytes_alter_no_ascii_value(seed, edits, chunk):
     np.testing.assert_array_equal(values[-1], counts[-1])
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50, deadline=None, derandomize=True)
 @given(data=st.binary(min_size=1, max_size=2000), chunk=st.integers(1, 200), bits=st.sampled_from([16, 24]))
 def test_rubbish_raises_nothing(data, chunk, bits):
     decoded(AsciiDecoder(bits), data, chunk)
@@ -237,7 +237,7 @@ def test_the_line_limits_the_record_rate():
         begin = time.monotonic()
         port.write(b"QS\r")
         assert len(port.read(2 + 40 * 45)) == 2 + 40 * 45
-        assert 40 / (time.monotonic() - begin) == pytest.approx(38400 / 450, rel=0.1)
+        assert 1.0 < (time.monotonic() - begin) / (40 * 450 / 38400) < 1.5
 
 
 @pytest.mark.parametrize("echo_end", [b"", b"\r\n"])
@@ -299,10 +299,12 @@ def test_averaging_is_asked_for():
 def test_damaged_bytes_alter_no_ascii_value():
     with streaming() as (emulator, sensor):
         emulator.inject(LineFaults(loss=2e-3, rubbish=0.05))
-        blocks = read_for(sensor, 1.0)
+        blocks, end = [], time.monotonic() + 5.0
+        while sensor.statistics().malformed <= 5 and time.monotonic() < end:
+            blocks.append(sensor.read(0.05))
         statistics = sensor.statistics()
-    assert statistics.malformed > 3
-    assert statistics.received > 100
+    assert statistics.malformed > 5
+    assert statistics.received > 30
     np.testing.assert_allclose(
         gathered(blocks, "wrench"), np.broadcast_to(LOAD, (statistics.received, 6)), atol=0.1
     )

@@ -234,14 +234,13 @@ def test_damaged_bytes_alter_no_value(faults):
     with streaming() as (emulator, sensor):
         sensor.read(1.0)
         emulator.inject(faults)
-        blocks = read_for(sensor, 0.5)
+        blocks = read_until(sensor, lambda: sensor.statistics().malformed > 20)
         statistics = sensor.statistics()
-        assert emulator.counts.lost + emulator.counts.inserted > 10
+        assert emulator.counts.lost + emulator.counts.inserted > 20
     wrench = gathered(blocks, "wrench")
-    assert len(wrench) > 1000
+    assert len(wrench) > 500
     assert (np.abs(wrench - LOAD) < 7 * NOISE).all()
     assert (np.diff(gathered(blocks, "counter")) > 0).all()
-    assert statistics.malformed > 10
     assert statistics.received + statistics.lost == gathered(blocks, "counter")[-1] + 1
 
 
@@ -249,8 +248,9 @@ def test_the_counter_stays_that_of_the_device_when_bytes_are_lost():
     with streaming(lambda time_s: np.array([10 * time_s, 0, 0, 0, 0, 0])) as (emulator, sensor):
         blocks = read_for(sensor, 0.1)
         emulator.inject(LineFaults(loss=2e-4))
-        blocks += read_for(sensor, 0.5)
-        assert sensor.statistics().lost > 50
+        blocks += read_until(sensor, lambda: sensor.statistics().lost > 50)
+        emulator.inject(LineFaults())
+        blocks += read_for(sensor, 0.1)
     time_s, force = gathered(blocks, "device_time_s"), gathered(blocks, "wrench")[:, 0]
     offset = force / 10 - time_s
     assert np.median(offset[-200:]) - np.median(offset[:200]) == pytest.approx(0, abs=0.001)
