@@ -7,6 +7,7 @@ discretisation error, measured on a finer mesh, corrected for, and kept as an un
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,15 @@ from estimator.fem.observation import Observation
 from estimator.fit.discretisation import change_on_finer_mesh
 from estimator.fit.gauss_newton import Iterate, marginal_step, minimise, moved
 from estimator.fit.parameters import POISSON_RATIO, YOUNGS_MODULUS
-from estimator.fit.residuals import StateMean, WhitenedSystem, predicted_channels, state_means, whiten
+from estimator.fit.residuals import (
+    Roots,
+    StateMean,
+    WhitenedSystem,
+    covariance_roots,
+    predicted_channels,
+    state_means,
+    whiten,
+)
 from estimator.fit.result import Estimate
 from estimator.fit.summary import FitOutcome, summarise
 from estimator.forward.meshing import mesh_experiment
@@ -75,10 +84,11 @@ def estimate(experiments: Sequence[Experiment], progress: Progress | None = None
     values = fine[-1].values
 
     change, solved = change_on_finer_mesh(
-        experiments, _material(values), every.predictions, lambda done, total: tell("finer mesh", done, total)
+        experiments, _material(values), every.predictions, partial(tell, "finer mesh")
     )
     corrected = [replace(m, mean=m.mean - change[m.experiment, m.state]) for m in means]
-    last = marginal_step(whiten(corrected, every.predictions, _slopes(values)), _PARAMETERS, values)
+    system = whiten(corrected, every.predictions, _slopes(values), every.roots)
+    last = marginal_step(system, _PARAMETERS, values)
     final = moved(_PARAMETERS, values, last.step)
     outcome = FitOutcome(
         experiments=tuple(experiments),
@@ -97,7 +107,10 @@ def estimate(experiments: Sequence[Experiment], progress: Progress | None = None
 
 
 class _Linearisation:
-    """The whitened problem on a choice of states, as a function of the parameters; keeps the last predictions."""
+    """The whitened problem on a choice of states, as a function of the parameters.
+
+    Keeps the last predictions, and the covariances of the first.
+    """
 
     def __init__(
         self,
@@ -110,12 +123,13 @@ class _Linearisation:
         self._model, self._means, self._selection = model, means, selection
         self._stage, self._tell = stage, tell
         self.predictions: list[dict[int, Observation]] = []
+        self.roots: Roots = {}
 
     def __call__(self, values: Values) -> WhitenedSystem:
-        self.predictions = self._model.predict(
-            _material(values), self._selection, lambda done, total: self._tell(self._stage, done, total)
-        )
-        return whiten(self._means, self.predictions, _slopes(values))
+        self._predict(values)
+        if not self.roots:
+            self.roots = covariance_roots(self._means, self.predictions)
+        return whiten(self._means, self.predictions, _slopes(values), self.roots)
 
     def first_guess(self) -> Values:
         """Return E from one prediction: every force is proportional to it.
@@ -126,7 +140,7 @@ class _Linearisation:
             The measured forces do not oppose the motion.
         """
         values: Values = {"youngs_modulus": 1e4, "poisson_ratio": _FIRST_POISSON_RATIO}
-        self(values)
+        self._predict(values)
         measured_by_predicted, predicted_squared = 0.0, 0.0
         for mean in self._means:
             observation = self.predictions[mean.experiment].get(mean.state)
@@ -140,6 +154,11 @@ class _Linearisation:
                 "check the sign and the axes of fx fy fz, and that the gripper holds the tissue"
             )
         return {**values, "youngs_modulus": 1e4 * measured_by_predicted / predicted_squared}
+
+    def _predict(self, values: Values) -> None:
+        self.predictions = self._model.predict(
+            _material(values), self._selection, partial(self._tell, self._stage)
+        )
 
 
 def _material(values: Mapping[str, float]) -> Material:

@@ -23,6 +23,8 @@ from estimator.fem.observation import Observation
 from estimator.forward.schedule import PoseSchedule
 
 FloatArray = NDArray[np.float64]
+# Cholesky roots of covariances by (experiment, state).
+Roots = Mapping[tuple[int, int], FloatArray]
 
 
 @dataclass(frozen=True)
@@ -102,10 +104,32 @@ def channels_by(observation: Observation, name: str) -> FloatArray:
     return np.concatenate([observation.wrench_by[name], observation.fiducials_by[name].reshape(-1)])
 
 
+def covariance_roots(means: Sequence[StateMean], predictions: Sequence[Mapping[int, Observation]]) -> Roots:
+    """Return the Cholesky root of the covariance of every predicted state's mean, by (experiment, state).
+
+    It depends on the prediction through its derivative by the gripper's position. A fit keeps it fixed, so that its
+    misfit is a function of the parameters that a Gauss–Newton step lowers.
+    """
+    roots = {}
+    for mean in means:
+        observation = predictions[mean.experiment].get(mean.state)
+        if observation is None:
+            continue
+        seen = mean.count > 0
+        by_position = np.concatenate(
+            [observation.wrench_by_pose[:, :3], observation.fiducials_by_pose.reshape(-1, 6)[:, :3]]
+        )[seen]
+        noise = np.diag(mean.variance[seen] / mean.count[seen])
+        covariance = noise + mean.position_variance * by_position @ by_position.T
+        roots[mean.experiment, mean.state] = np.linalg.cholesky(covariance)
+    return roots
+
+
 def whiten(
     means: Sequence[StateMean],
     predictions: Sequence[Mapping[int, Observation]],
     slopes: Mapping[str, float],
+    roots: Roots,
 ) -> WhitenedSystem:
     """Set up the least-squares problem for the states that were predicted.
 
@@ -114,9 +138,10 @@ def whiten(
     means : of all states
     predictions : for each experiment, the observation of each solved state
     slopes : derivative of each parameter by its internal variable; its order is that of the columns
+    roots : of the covariances, from :func:`covariance_roots`
     """
     experiments = len(predictions)
-    blocks: list[tuple[FloatArray, FloatArray, FloatArray]] = []
+    blocks = []
     for mean in means:
         observation = predictions[mean.experiment].get(mean.state)
         if observation is None:
@@ -125,25 +150,12 @@ def whiten(
         error = mean.mean[seen] - predicted_channels(observation)[seen]
         derivative = np.stack([channels_by(observation, n) * s for n, s in slopes.items()], axis=1)[seen]
         nuisances = _nuisance_columns(mean, experiments)[seen]
-        root = np.linalg.cholesky(_covariance(mean, observation, seen))
+        root = roots[mean.experiment, mean.state]
         stacked = np.column_stack([error, derivative, nuisances])
-        whitened = solve_triangular(root, stacked, lower=True, check_finite=False)
-        parameters = 1 + len(slopes)
-        blocks.append((whitened[:, 0], whitened[:, 1:parameters], whitened[:, parameters:]))
-    return WhitenedSystem(
-        np.concatenate([b[0] for b in blocks]),
-        np.concatenate([b[1] for b in blocks]),
-        np.concatenate([b[2] for b in blocks]),
-    )
-
-
-def _covariance(mean: StateMean, observation: Observation, seen: NDArray[np.bool_]) -> FloatArray:
-    by_position = np.concatenate(
-        [observation.wrench_by_pose[:, :3], observation.fiducials_by_pose.reshape(-1, 6)[:, :3]]
-    )[seen]
-    return (
-        np.diag(mean.variance[seen] / mean.count[seen]) + mean.position_variance * by_position @ by_position.T
-    )
+        blocks.append(solve_triangular(root, stacked, lower=True, check_finite=False))
+    system = np.concatenate(blocks)
+    parameters = 1 + len(slopes)
+    return WhitenedSystem(system[:, 0], system[:, 1:parameters], system[:, parameters:])
 
 
 def _nuisance_columns(mean: StateMean, experiments: int) -> FloatArray:

@@ -87,9 +87,9 @@ def _bisectable(edges: _Edges, longest: IntArray, marked: IntArray) -> BoolArray
     """Follow the marked edges to ever longer ones, and return those (k,) that are the longest of all their cells."""
     reached = np.zeros(len(edges.length), dtype=bool)
     reached[marked] = True
-    before = 0
-    while np.count_nonzero(reached) > before:
-        before = np.count_nonzero(reached)
+    before = -1
+    while (count := int(np.count_nonzero(reached))) > before:
+        before = count
         reached[longest[reached[edges.of_cell].any(axis=1)]] = True
     cells_of = np.bincount(edges.of_cell.ravel(), minlength=len(reached))
     return reached & (cells_of == np.bincount(longest, minlength=len(reached)))

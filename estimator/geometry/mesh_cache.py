@@ -64,11 +64,8 @@ def _digest(surface: Surface, regions: Mapping[str, Region], lengths: EdgeLength
     digest = hashlib.sha256(f"{_GENERATION} {lengths}".encode())
     digest.update(surface.vertices.tobytes() + surface.triangles.tobytes())
     for name, region in regions.items():
-        digest.update(
-            f"{name} {region}".encode()
-            if isinstance(region, Box)
-            else name.encode() + region.triangles.tobytes()
-        )
+        digest.update(name.encode())
+        digest.update(str(region).encode() if isinstance(region, Box) else region.triangles.tobytes())
     return digest.hexdigest()
 
 

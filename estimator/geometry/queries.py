@@ -37,7 +37,7 @@ def nearest(corners: FloatArray, points: FloatArray) -> tuple[IntArray, FloatArr
     return _nearest(np.ascontiguousarray(corners), centres, radii, np.ascontiguousarray(points))
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]  # numba's decorators carry no types
+@njit(cache=True)
 def _winding_number(points: FloatArray, corners: FloatArray) -> FloatArray:
     """Sum the solid angles of the triangles over 4π (van Oosterom & Strackee 1983, eq. 8)."""
     out = np.empty(len(points))
@@ -60,7 +60,7 @@ def _winding_number(points: FloatArray, corners: FloatArray) -> FloatArray:
     return out
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]  # numba's decorators carry no types
+@njit(cache=True)
 def _nearest(
     corners: FloatArray, centres: FloatArray, radii: FloatArray, points: FloatArray
 ) -> tuple[IntArray, FloatArray]:
@@ -85,7 +85,7 @@ def _nearest(
     return triangle, foot
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]  # numba's decorators carry no types
+@njit(cache=True)
 def _foot(p: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     """Return the point of a triangle nearest to ``p`` (Ericson, "Real-Time Collision Detection", 5.1.5)."""
     ab, ac, ap = b - a, c - a, p - a

@@ -114,15 +114,16 @@ def directed_edges(triangles: IntArray) -> IntArray:
 
 
 def _welded(vertices: FloatArray, triangles: IntArray, tolerance: float) -> Surface:
-    pairs = cKDTree(vertices).query_pairs(tolerance, output_type="ndarray")
-    count = len(vertices)
-    links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    """Make one vertex of equal ones, and leave out the triangles that this makes vanish."""
+    distinct, number = np.unique(vertices, axis=0, return_inverse=True)
+    near = cKDTree(distinct).query_pairs(tolerance, output_type="ndarray")
+    links = coo_array((np.ones(len(near)), tuple(near.T)), shape=(len(distinct), len(distinct)))
     _, group = connected_components(links, directed=False)
-    merged = group[triangles].astype(np.int64)
-    collapsed = np.any(merged == np.roll(merged, 1, axis=1), axis=1)
+    merged = group[number.ravel()[triangles]].astype(np.int64)
+    merged = merged[np.all(merged != np.roll(merged, 1, axis=1), axis=1)]
     first = np.unique(group, return_index=True)[1]
-    kept, renumbered = np.unique(merged[~collapsed], return_inverse=True)
-    return Surface(vertices[first[kept]], renumbered.reshape(-1, 3))
+    kept, renumbered = np.unique(merged, return_inverse=True)
+    return Surface(distinct[first[kept]], renumbered.reshape(-1, 3))
 
 
 def _oriented(surface: Surface, source: str) -> Surface:
@@ -132,29 +133,12 @@ def _oriented(surface: Surface, source: str) -> Surface:
     neighbours that agree with it. One two-sided shell then falls into two components.
     """
     directed = directed_edges(surface.triangles)
-    edge = np.sort(directed, axis=1)
-    unique, number, uses = np.unique(edge, axis=0, return_inverse=True, return_counts=True)
-    for wrong, text in (
-        (uses == 1, "is open: {} edges have one triangle only"),
-        (uses > 2, "branches: {} edges have more than two triangles"),
-    ):
-        if wrong.any():
-            at = surface.vertices[unique[np.argmax(wrong)]].mean(axis=0)
-            told = text.format(np.count_nonzero(wrong))
-            raise InputError(
-                f"{source}: the surface {told}, the first {_at(at)}; repair it to one closed shell"
-            )
-    first, second = np.argsort(number.ravel(), kind="stable").reshape(-1, 2).T
+    first, second = _neighbours(surface, source)
     agree = directed[first, 0] == directed[second, 1]
-    a, b, count = first // 3, second // 3, len(surface.triangles)
-    turned_b = np.where(agree, b, b + count)
-    links = coo_array(
-        (
-            np.ones(2 * len(a)),
-            (np.concatenate([a, a + count]), np.concatenate([turned_b, (turned_b + count) % (2 * count)])),
-        ),
-        shape=(2 * count, 2 * count),
-    )
+    count = len(surface.triangles)
+    a, b = first // 3, np.where(agree, second // 3, second // 3 + count)
+    ends = np.concatenate([a, a + count]), np.concatenate([b, (b + count) % (2 * count)])
+    links = coo_array((np.ones(2 * len(a)), ends), shape=(2 * count, 2 * count))
     parts, part = connected_components(links, directed=False)
     if np.any(part[:count] == part[count:]):
         raise InputError(f"{source}: the surface is one-sided; repair it to one closed shell")
@@ -163,7 +147,24 @@ def _oriented(surface: Surface, source: str) -> Surface:
     turned = part[:count] != part[0]
     triangles = np.where(turned[:, None], surface.triangles[:, ::-1], surface.triangles)
     oriented = Surface(surface.vertices, triangles)
+    if abs(oriented.volume_m3) <= _FLAT * oriented.diagonal_m**3:
+        raise InputError(f"{source}: the surface encloses nothing; repair it to one closed shell")
     return oriented if oriented.volume_m3 > 0 else Surface(surface.vertices, triangles[:, ::-1].copy())
+
+
+def _neighbours(surface: Surface, source: str) -> tuple[IntArray, IntArray]:
+    """Return the pairs of directed edges that are one edge of the surface."""
+    edges = np.sort(directed_edges(surface.triangles), axis=1)
+    unique, number, uses = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
+    for wrong, fault in ((uses == 1, "is open at"), (uses > 2, "branches at")):
+        if wrong.any():
+            at = surface.vertices[unique[np.argmax(wrong)]].mean(axis=0)
+            raise InputError(
+                f"{source}: the surface {fault} {np.count_nonzero(wrong)} edges, the first {_at(at)}; "
+                "repair it to one closed shell"
+            )
+    first, second = np.argsort(number.ravel(), kind="stable").reshape(-1, 2).T
+    return first, second
 
 
 def _at(point: FloatArray) -> str:

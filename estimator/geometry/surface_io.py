@@ -1,6 +1,7 @@
 """Reads closed surfaces from STL, PLY, OBJ and VTP files in metres, and writes STL and PLY."""
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import TypeAlias
 
@@ -83,5 +84,5 @@ def _triangles(polygons: Sequence[Sequence[int]], vertices: int, file: Path) -> 
                 f"{file}: face {number} (from 0) names {list(polygon)[:6]} of {vertices} vertices; "
                 "export the surface again"
             )
-        triangles += [(polygon[0], b, c) for b, c in zip(polygon[1:], polygon[2:], strict=False)]
+        triangles += [(polygon[0], b, c) for b, c in pairwise(polygon[1:])]
     return np.array(triangles, dtype=np.int64).reshape(-1, 3)

@@ -6,14 +6,14 @@ It writes files into the current folder, cannot be interrupted, and takes the wh
 import sys
 
 import numpy as np
-import pytetwild
+from pytetwild.pytetwild import tetrahedralize
 
 
 def main(source: str, target: str) -> None:
     """Read vertices and triangles, edge length and envelope; write points and cells. Lengths in m."""
     with np.load(source) as job:
         diagonal_m = float(np.linalg.norm(np.ptp(job["vertices"], axis=0)))
-        points, cells = pytetwild.tetrahedralize(
+        points, cells = tetrahedralize(
             job["vertices"],
             job["triangles"],
             edge_length_abs=float(job["edge_length_m"]),

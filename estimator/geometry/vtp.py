@@ -6,8 +6,9 @@ Layout: "VTK File Formats", section "XML file formats", and the VTK wiki, "VTK X
 import base64
 import zlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
+from typing import Literal
 from xml.etree import ElementTree
 
 import numpy as np
@@ -49,7 +50,7 @@ class _Document:
         self._compressor = root.get("compressor")
         if self._compressor not in (None, _ZLIB):
             raise ValueError(f"compressed by {self._compressor}")
-        self._order = "<" if root.get("byte_order", "LittleEndian") == "LittleEndian" else ">"
+        self._order: Literal["<", ">"] = ">" if root.get("byte_order") == "BigEndian" else "<"
         self._header = np.dtype(root.get("header_type", "UInt32").lower()).newbyteorder(self._order)
         self._pieces = root.findall("./PolyData/Piece")
 
@@ -94,10 +95,7 @@ class _Document:
         sizes = [int(value) for value in self._words(header, 3 + blocks)[3:]]
         content, _ = take(start, sum(sizes))
         ends = np.cumsum([0, *sizes])
-        return b"".join(
-            zlib.decompressobj().decompress(content[a:b], size)
-            for a, b in zip(ends[:-1], ends[1:], strict=True)
-        )
+        return b"".join(zlib.decompressobj().decompress(content[a:b], size) for a, b in pairwise(ends))
 
     def _words(self, header: bytes, count: int) -> NDArray[np.generic]:
         return np.frombuffer(header, self._header, count)

@@ -13,7 +13,7 @@ from robot_drivers.ati.gages import FT33206
 from robot_drivers.ati.gamma import GAGE_NOISE_STD
 from robot_drivers.ati.serial_device_emulator import InterpolatedSource, SerialDeviceEmulator
 from robot_drivers.ati.serial_line_emulator import FarEnd
-from robot_drivers.protocols import FloatArray
+from robot_drivers.protocols import FloatArray, IntArray
 
 _BITS_PER_BYTE = 10  # start, 8 data, stop
 _BIAS_LEVELS = 3
@@ -136,7 +136,7 @@ class _Model:
         flags = np.where(saturated, _SATURATED_FLAG, 0)
         return b"".join(self._format(int(flag), row) for flag, row in zip(flags, counts, strict=True))
 
-    def _format(self, flag: int, counts: np.ndarray[tuple[int], np.dtype[np.int64]]) -> bytes:
+    def _format(self, flag: int, counts: IntArray) -> bytes:
         chosen = counts[self._axes].tolist()
         bits = self._settings.record_bits
         if self._binary:

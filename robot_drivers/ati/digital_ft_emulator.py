@@ -28,7 +28,6 @@ class DigitalFTEmulatorSettings:
     calibrations : those it keeps, by their numbers from 1; the first one is also what its gages obey
     slave_address : Modbus address
     sample_rate_hz : of its stream
-    clock_ppm : how much faster than the host's its clock runs, 1e-6
     noise_counts : standard deviation of the white noise of every gage
     status : status word; any bit but the first (a restart by the watchdog) marks every sample as erroneous
     seed : of noise and faults
@@ -39,7 +38,6 @@ class DigitalFTEmulatorSettings:
     calibrations: dict[int, GageCalibration] = field(default_factory=lambda: {1: FT33206})
     slave_address: int = 10
     sample_rate_hz: float = 7000.0
-    clock_ppm: float = 0.0
     noise_counts: float = 1.0
     status: int = 0
     seed: int = 0
@@ -70,7 +68,6 @@ class _Model:
         self._source = InterpolatedSource(source, settings.burst_s)
         self._transducer = settings.calibrations[1]
         self._random = np.random.default_rng(settings.seed)
-        self._rate_hz = settings.sample_rate_hz * (1 + settings.clock_ppm * 1e-6)
         self._registers: dict[int, int] = {}
         self._locked = True
         self._streaming_since_s: float | None = None
@@ -135,12 +132,13 @@ class _Model:
         """Return the samples that have been taken since the last call, of 13 bytes each."""
         if self._streaming_since_s is None:
             return b""
-        due = int((time_s - self._streaming_since_s) * self._rate_hz)
+        rate_hz = self._settings.sample_rate_hz
+        due = int((time_s - self._streaming_since_s) * rate_hz)
         if due <= self._sent:
             return b""
         numbers = np.arange(self._sent + 1, due + 1)
         self._sent = due
-        gages = self._gages(self._streaming_since_s + numbers / self._rate_hz)
+        gages = self._gages(self._streaming_since_s + numbers / rate_hz)
         samples = np.empty((len(gages), 13), np.uint8)
         samples[:, :12] = np.ascontiguousarray(gages[:, [0, 2, 4, 1, 3, 5]], ">i2").view(np.uint8)
         samples[:, 12] = samples[:, :12].sum(axis=1) & 0x7F

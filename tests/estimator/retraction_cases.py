@@ -11,6 +11,7 @@ from estimator.experiment import Box, Environment, Experiment, Grasp, Phantom, S
 from estimator.fem.block_mesh import Grading
 from estimator.fem.equilibrium import EquilibriumSolver, EquilibriumState, NewtonSettings
 from estimator.fem.motion import GripperPose
+from estimator.fem.observation import Observation
 from estimator.fem.problem import RetractionProblem
 from estimator.materials.material import Material
 
@@ -56,6 +57,15 @@ REFERENCE_BLOCK = block_at_rest(
     1e-3 * np.array([(x, y, 5.0) for x in _ROWS_MM for y in _ROWS_MM]),
 )
 
+_BEADS_MM = (-10.0, 0.0, 10.0), (-6.0, 0.0, 6.0)
+# Small, so that whole estimations are a matter of a second; gripped over its whole width.
+SMALL_BLOCK = block_at_rest(
+    (0.04, 0.03, 0.01),
+    Box((0.012, -0.015, -0.005), (0.02, 0.015, 0.005)),
+    SensorNoise(force_std=0.02, torque_std=5e-4, fiducial_std=5e-5, position_std=3e-5),
+    1e-3 * np.array([(x, y, 5.0) for x in _BEADS_MM[0] for y in _BEADS_MM[1]]),
+)
+
 
 def straight_pull(rest: Experiment, length_m: float, steps: int) -> list[GripperPose]:
     """Along +x in equal steps; the pose at rest is not among them."""
@@ -94,18 +104,32 @@ def follow(
     return states[1:]
 
 
-def with_rows(
-    rest: Experiment, poses: Sequence[GripperPose], wrench: FloatArray, fiducials: FloatArray
+def recorded(
+    rest: Experiment,
+    poses: Sequence[GripperPose],
+    seen: Sequence[Observation],
+    rng: np.random.Generator,
+    rows: int = 4,
+    noise: float = 1.0,
 ) -> Experiment:
-    """An experiment with one row a pose, one second apart."""
-    rows = len(poses)
+    """What a laboratory records: so many rows at each pose, each with its sensors' stated noise times ``noise``.
+
+    The reported position errs by its stated noise in every row; tare and stated rest positions of the beads are exact.
+    """
+    sensor = rest.sensor
+    count = len(poses) * rows
+    wrench = np.repeat([o.wrench for o in seen], rows, axis=0)
+    fiducials = np.repeat([o.fiducials for o in seen], rows, axis=0)
+    position = np.repeat([p.position for p in poses], rows, axis=0)
+    quaternion = np.repeat([p.rotation.as_quat(scalar_first=True) for p in poses], rows, axis=0)
+    scatter = np.repeat([sensor.force_std, sensor.torque_std], 3)
     return replace(
         rest,
-        time=np.arange(rows, dtype=float),
-        phase=("hold",) * rows,
-        step=np.arange(rows),
-        position=np.array([pose.position for pose in poses]),
-        quaternion_wxyz=np.array([pose.rotation.as_quat(scalar_first=True) for pose in poses]),
-        wrench=wrench,
-        fiducials=fiducials,
+        time=np.arange(count, dtype=float),
+        phase=("hold",) * count,
+        step=np.repeat(np.arange(len(poses)), rows),
+        position=position + noise * sensor.position_std * rng.normal(size=position.shape),
+        quaternion_wxyz=quaternion,
+        wrench=wrench + noise * scatter * rng.normal(size=wrench.shape),
+        fiducials=fiducials + noise * sensor.fiducial_std * rng.normal(size=fiducials.shape),
     )

@@ -253,11 +253,13 @@ def test_the_size_of_a_count_is_found_from_one_record(record_format, bits, echo_
     assert gathered(blocks, "usable").all()
 
 
-def test_the_record_rate_is_measured():
-    with connected(record_rate_hz=None) as (_, sensor):
+@pytest.mark.parametrize(("limit_hz", "expected_hz"), [(None, 115200 / 450), (100.0, 100.0)])
+def test_the_record_rate_is_measured(limit_hz, expected_hz):
+    box = ControllerFTEmulatorSettings(record_rate_hz=limit_hz, **FAST)
+    with connected(box=box, record_rate_hz=None) as (_, sensor):
         told = sensor.identity.details["record rate"]
     assert "measured" in told
-    assert float(told.split()[0]) == pytest.approx(115200 / 450, rel=0.05)
+    assert float(told.split()[0]) == pytest.approx(expected_hz, rel=0.1)
 
 
 def test_a_stream_left_by_a_crashed_client_is_ended_first():
@@ -300,11 +302,10 @@ def test_damaged_bytes_alter_no_ascii_value():
     with streaming() as (emulator, sensor):
         emulator.inject(LineFaults(loss=2e-3, rubbish=0.05))
         blocks, end = [], time.monotonic() + 5.0
-        while sensor.statistics().malformed <= 5 and time.monotonic() < end:
+        while sensor.statistics().malformed <= 5 or sensor.statistics().received <= 60:
+            assert time.monotonic() < end, "too little came"
             blocks.append(sensor.read(0.05))
         statistics = sensor.statistics()
-    assert statistics.malformed > 5
-    assert statistics.received > 30
     np.testing.assert_allclose(
         gathered(blocks, "wrench"), np.broadcast_to(LOAD, (statistics.received, 6)), atol=0.1
     )

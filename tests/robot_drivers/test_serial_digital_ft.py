@@ -234,11 +234,12 @@ def test_damaged_bytes_alter_no_value(faults):
     with streaming() as (emulator, sensor):
         sensor.read(1.0)
         emulator.inject(faults)
-        blocks = read_until(sensor, lambda: sensor.statistics().malformed > 20)
+        blocks = read_until(
+            sensor, lambda: sensor.statistics().malformed > 20 and sensor.statistics().received > 2000
+        )
         statistics = sensor.statistics()
         assert emulator.counts.lost + emulator.counts.inserted > 20
     wrench = gathered(blocks, "wrench")
-    assert len(wrench) > 500
     assert (np.abs(wrench - LOAD) < 7 * NOISE).all()
     assert (np.diff(gathered(blocks, "counter")) > 0).all()
     assert statistics.received + statistics.lost == gathered(blocks, "counter")[-1] + 1
