@@ -5,6 +5,9 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from robot_drivers.abb.irb140 import IRB140, IRB140Settings
+from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
+from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
+from robot_drivers.ati.netcanoem import NetCANOEM, NetCANOEMSettings
 from robot_drivers.ati.netft import NetFT
 from robot_drivers.ati.netft_settings import NetFTSettings
 from robot_drivers.cameras.opencv import OpenCVCamera, OpenCVCameraSettings
@@ -40,6 +43,11 @@ class Driver:
     make: Callable[[Any], Any]
 
 
-FORCE_SENSORS: Mapping[str, Driver] = {"netft": Driver(NetFTSettings, NetFT)}
+FORCE_SENSORS: Mapping[str, Driver] = {
+    "netft": Driver(NetFTSettings, NetFT),
+    "netcanoem": Driver(NetCANOEMSettings, NetCANOEM),
+    "digital_ft": Driver(DigitalFTSettings, DigitalFT),
+    "controller_ft": Driver(ControllerFTSettings, ControllerFT),
+}
 ROBOTS: Mapping[str, Driver] = {"irb140": Driver(IRB140Settings, IRB140)}
 CAMERAS: Mapping[str, Driver] = {"opencv": Driver(OpenCVCameraSettings, OpenCVCamera)}

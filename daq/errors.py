@@ -5,6 +5,7 @@ DaqError
 ├── RecordingError        a session folder that cannot be written, read or sealed
 ├── SynchronisationError  a recording that cannot be turned into an experiment
 ├── TrajectoryError       a trajectory that cannot be right (also ValueError)
+├── VisionError           images or calibration targets that cannot be used (daq.vision.errors)
 ├── MotionLimitError      a trajectory that a limit forbids; nothing has moved
 └── SessionError          a session that cannot begin or go on
     └── SoftwareStopError the guard stopped the robot; motion needs an explicit release

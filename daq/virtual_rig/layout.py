@@ -59,8 +59,8 @@ SPECIMEN = Specimen(
     fiducials_m=tuple((x, y, 0.005) for y in (-0.03, -0.01, 0.01, 0.03) for x in (-0.03, -0.01, 0.01, 0.03)),
 )
 
-# The robot's repeatability, and how far the beads that vision finds move otherwise than the rendered ones.
-UNCERTAINTY = Uncertainty(position_m=3e-5, fiducial_m=5e-6)
+# The robot's repeatability, and how far the beads that vision finds lie from the rendered ones, rms a coordinate.
+UNCERTAINTY = Uncertainty(position_m=3e-5, fiducial_m=7e-6)
 
 # An emulated laboratory shares the computer with the recorder; on a busy one nothing answers at once.
 PATIENCE_S = 2.0

@@ -1,11 +1,12 @@
 """The mesh of an experiment, coarse or fine, and which of its nodes are held."""
 
+from collections.abc import Iterable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.errors import InputError
 from estimator.experiment import Experiment
 from estimator.fem.block_mesh import Grading, block_mesh, snapped_to_block
 from estimator.fem.elements import ElementKind
@@ -13,8 +14,8 @@ from estimator.fem.problem import RetractionProblem, retraction_problem
 from estimator.geometry.grading import EdgeLengths
 from estimator.geometry.holds import Region
 from estimator.geometry.mesh_cache import tissue_mesh
+from estimator.geometry.surface import Surface
 from estimator.geometry.surface_io import read_surface
-from estimator.geometry.tetrahedralise import TissueMesh
 
 BoolArray = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]
@@ -48,8 +49,8 @@ def mesh_experiment(
     InputError
         Grasp or anchors hold no tissue, the surface cannot be read or meshed, or a fiducial lies off the tissue.
     """
-    if experiment.phantom.shape == "surface":
-        return _surface_problem(experiment, grading)
+    if experiment.phantom.surface is not None:
+        return _surface_problem(experiment, experiment.phantom.surface, grading)
     half = np.asarray(experiment.phantom.size_m) / 2
     mesh = block_mesh(2 * half, experiment.anchors, experiment.grasp.box, grading, kind)
     fixed = np.zeros(len(mesh.points), dtype=bool)
@@ -66,34 +67,23 @@ def mesh_experiment(
     )
 
 
-def mesh_surface_phantom(experiment: Experiment, grading: Grading) -> TissueMesh:
-    """Mesh a phantom given as a surface; its regions are "anchor 1", "anchor 2", ... and "grasp".
+def held_regions(experiment: Experiment) -> dict[str, Region]:
+    """Return where the phantom is held: "anchor 1", "anchor 2", ... and "grasp"."""
+    anchors = {f"anchor {number}": box for number, box in enumerate(experiment.anchors, start=1)}
+    return {**anchors, _GRASP: experiment.grasp.box}
 
-    Raises
-    ------
-    InputError
-        The phantom is a block, or as :func:`mesh_experiment`.
-    """
-    if experiment.phantom.surface is None:
-        raise InputError(
-            f"{experiment.name}: the phantom is a block, whose mesh of hexahedra needs no surface; give an "
-            'experiment with [phantom] shape = "surface"'
-        )
-    surface = read_surface(experiment.phantom.surface)
+
+def edge_lengths(surface: Surface, regions: Iterable[str], grading: Grading) -> EdgeLengths:
+    """Return the edge lengths of tetrahedra that go with a block's grading."""
     scale = (surface.volume_m3 / _BLOCK_VOLUME_M3) ** (1 / 3)
-    regions: dict[str, Region] = {
-        f"anchor {number}": box for number, box in enumerate(experiment.anchors, start=1)
-    }
-    rims = dict.fromkeys(regions, scale * _TETRAHEDRON_AT_ANCHOR * grading.anchor_m)
-    regions[_GRASP] = experiment.grasp.box
-    rims[_GRASP] = scale * _TETRAHEDRON_AT_GRASP * grading.grasp_m
-    growth = _TETRAHEDRON_GROWTH * (grading.growth - 1.0)
-    return tissue_mesh(surface, regions, EdgeLengths(scale * grading.largest_m, rims, growth))
+    at_grasp, at_anchor = _TETRAHEDRON_AT_GRASP * grading.grasp_m, _TETRAHEDRON_AT_ANCHOR * grading.anchor_m
+    rims = {name: scale * (at_grasp if name == _GRASP else at_anchor) for name in regions}
+    return EdgeLengths(scale * grading.largest_m, rims, _TETRAHEDRON_GROWTH * (grading.growth - 1.0))
 
 
-def _surface_problem(experiment: Experiment, grading: Grading) -> RetractionProblem:
-    tissue = mesh_surface_phantom(experiment, grading)
-    gripped_nodes = tissue.held[_GRASP]
+def _surface_problem(experiment: Experiment, file: Path, grading: Grading) -> RetractionProblem:
+    surface, regions = read_surface(file), held_regions(experiment)
+    tissue = tissue_mesh(surface, regions, edge_lengths(surface, regions, grading))
     fixed = np.any([nodes for name, nodes in tissue.held.items() if name != _GRASP], axis=0)
     beads = experiment.fiducials_rest
     gripped = tissue.rigid.get(_GRASP, experiment.grasp.box).contains(beads)
@@ -103,12 +93,12 @@ def _surface_problem(experiment: Experiment, grading: Grading) -> RetractionProb
     problem = retraction_problem(
         tissue.mesh,
         fixed,
-        gripped_nodes,
+        tissue.held[_GRASP],
         np.asarray(experiment.grasp.centre),
         beads,
         gripped | anchored,
     )
-    # Beads in rigid tissue need no place in the mesh. Those that the anchors hold then follow no node: they stay.
+    # Beads in rigid tissue have no place in the mesh. Those that an anchor holds then follow no node: they stay.
     return replace(problem, fiducials_gripped=gripped)
 
 

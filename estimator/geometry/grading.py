@@ -67,6 +67,6 @@ def _rim(points: FloatArray, faces: IntArray) -> IntArray:
 
 def _samples(ends: FloatArray, spacing: float) -> FloatArray:
     """Return points (k, 3) on straight lines (m, 2, 3), no farther apart than ``spacing``."""
-    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max()
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max(initial=0.0)
     share = np.linspace(0.0, 1.0, int(np.ceil(length / spacing)) + 1)[:, None]
     return (ends[:, :1] + share * (ends[:, 1:] - ends[:, :1])).reshape(-1, 3)

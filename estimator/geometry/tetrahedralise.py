@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.errors import InputError
 from estimator.experiment import Box
 from estimator.fem.mesh import Mesh
 from estimator.geometry.bisection import TETRAHEDRON_EDGES, refine
@@ -27,6 +28,7 @@ BoolArray = NDArray[np.bool_]
 
 # Whose a tetrahedron is: nobody's, the deformable tissue's, or from here on the regions' in their order.
 _OUTSIDE, _TISSUE, _REGION = -1, 0, 1
+_MOST_ELEMENTS = 1e6
 _FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 
 
@@ -60,8 +62,10 @@ def tetrahedralise(surface: Surface, regions: Mapping[str, Region], lengths: Edg
     Raises
     ------
     InputError
-        A region holds no tissue or all of it, meshing fails, or its result is bad.
+        The edge lengths are out of proportion, a region holds no tissue or all of it, meshing fails, or its
+        result is bad.
     """
+    _check_lengths(surface, lengths)
     body = hold_regions(surface, regions, reach_m=lengths.largest_m)
     followed = [body.surface.corners[body.remaining], *(hold.walls for hold in body.holds.values())]
     points, cells = tetrahedra_around(np.concatenate(followed), lengths.largest_m)
@@ -78,6 +82,22 @@ def tetrahedralise(surface: Surface, regions: Mapping[str, Region], lengths: Edg
     mesh, nodes = _quadratic(points, cells, held)
     rigid = {name: hold.core for name, hold in body.holds.items() if hold.core is not None}
     return TissueMesh(mesh, nodes, rigid, quality)
+
+
+def _check_lengths(surface: Surface, lengths: EdgeLengths) -> None:
+    smallest = min([lengths.largest_m, *lengths.rims_m.values()])
+    if not (smallest > 0 and lengths.largest_m <= surface.diagonal_m):
+        raise InputError(
+            f"an edge length of {smallest:g} m on a phantom of {surface.diagonal_m:.3g} m across; "
+            "give one above 0 and below that, in metres"
+        )
+    # A regular tetrahedron of edge h has the volume h³ / 6√2.
+    expected = surface.volume_m3 * 6 * np.sqrt(2) / lengths.largest_m**3
+    if expected > _MOST_ELEMENTS:
+        raise InputError(
+            f"an edge length of {lengths.largest_m:g} m gives about {expected:.1g} elements; "
+            f"give a larger one, for at most {_MOST_ELEMENTS:.1g}"
+        )
 
 
 def _owners(body: HeldSurface, centres: FloatArray) -> IntArray:
