@@ -104,6 +104,12 @@ def channels_by(observation: Observation, name: str) -> FloatArray:
     return np.concatenate([observation.wrench_by[name], observation.fiducials_by[name].reshape(-1)])
 
 
+def channels_by_position(observation: Observation) -> FloatArray:
+    """Return the derivative of :func:`predicted_channels` by the gripper's position, (6 + 3m, 3)."""
+    by_pose = [observation.wrench_by_pose, observation.fiducials_by_pose.reshape(-1, 6)]
+    return np.concatenate(by_pose)[:, :3]
+
+
 def covariance_roots(means: Sequence[StateMean], predictions: Sequence[Mapping[int, Observation]]) -> Roots:
     """Return the Cholesky root of the covariance of every predicted state's mean, by (experiment, state).
 
@@ -116,12 +122,11 @@ def covariance_roots(means: Sequence[StateMean], predictions: Sequence[Mapping[i
         if observation is None:
             continue
         seen = mean.count > 0
-        by_position = np.concatenate(
-            [observation.wrench_by_pose[:, :3], observation.fiducials_by_pose.reshape(-1, 6)[:, :3]]
-        )[seen]
+        by_position = channels_by_position(observation)[seen]
         noise = np.diag(mean.variance[seen] / mean.count[seen])
         covariance = noise + mean.position_variance * by_position @ by_position.T
-        roots[mean.experiment, mean.state] = np.linalg.cholesky(covariance)
+        root = np.linalg.cholesky(covariance)
+        roots[mean.experiment, mean.state] = np.asarray(root, dtype=np.float64)
     return roots
 
 

@@ -40,14 +40,16 @@ class ExperimentFit:
     experiment : as it was read
     wrench, fiducials : (n, 6) and (n, m, 3), predicted for each row
     displacement : (p, 3) nodal displacements at the state farthest from rest, m
-    residual_by_row : (n,) root mean square of the row's residuals in units of the sensors' noise
+    wrench_std, fiducials_std : like those, what noise gives the residuals: the sensors', and that of the gripper's
+        reported position
     """
 
     experiment: Experiment
     wrench: FloatArray
     fiducials: FloatArray
     displacement: FloatArray
-    residual_by_row: FloatArray
+    wrench_std: FloatArray
+    fiducials_std: FloatArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,13 @@ from estimator.experiment import Experiment
 from estimator.fem.observation import Observation
 from estimator.fit.gauss_newton import Iterate, MarginalStep
 from estimator.fit.parameters import FitParameter
-from estimator.fit.residuals import channel_variance, channels_by, measured_rows, predicted_channels
+from estimator.fit.residuals import (
+    channel_variance,
+    channels_by,
+    channels_by_position,
+    measured_rows,
+    predicted_channels,
+)
 from estimator.fit.result import Estimate, ExperimentFit, ParameterEstimate, Rmse
 from estimator.forward.model import ForwardModel
 
@@ -92,16 +98,19 @@ def _noise_ratio(outcome: FitOutcome) -> float:
 
 def _fit_of(outcome: FitOutcome, number: int) -> ExperimentFit:
     experiment, schedule = outcome.experiments[number], outcome.model.schedules[number]
-    by_state = []
-    for state in range(len(schedule.poses)):
+    by_state, variance_by_state = [], []
+    for state, rows_of_state in enumerate(schedule.rows_per_state):
         observation = outcome.predictions[number][state]
         moved = sum(
             (channels_by(observation, name) * change for name, change in outcome.step.items()),
             start=outcome.change[number, state],
         )
         by_state.append(predicted_channels(observation) + moved)
+        position_variance = experiment.sensor.position_std**2 / rows_of_state
+        from_position = position_variance * np.sum(channels_by_position(observation) ** 2, axis=1)
+        variance_by_state.append(channel_variance(experiment) + from_position)
     rows = np.array(by_state)[schedule.state_of_row]
-    whitened = (measured_rows(experiment) - rows) / np.sqrt(channel_variance(experiment))
+    std = np.sqrt(variance_by_state)[schedule.state_of_row]
     farthest = int(
         np.argmax([np.linalg.norm(p.position - schedule.poses[0].position) for p in schedule.poses])
     )
@@ -110,7 +119,8 @@ def _fit_of(outcome: FitOutcome, number: int) -> ExperimentFit:
         rows[:, :6],
         rows[:, 6:].reshape(experiment.fiducials.shape),
         outcome.model.deformed(number, farthest),
-        np.array([_rms(row) for row in whitened]),
+        std[:, :6],
+        std[:, 6:].reshape(experiment.fiducials.shape),
     )
 
 

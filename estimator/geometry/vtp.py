@@ -95,10 +95,18 @@ class _Document:
         sizes = [int(value) for value in self._words(header, 3 + blocks)[3:]]
         content, _ = take(start, sum(sizes))
         ends = np.cumsum([0, *sizes])
-        return b"".join(zlib.decompressobj().decompress(content[a:b], size) for a, b in pairwise(ends))
+        return b"".join(_inflated(content[a:b], size) for a, b in pairwise(ends))
 
     def _words(self, header: bytes, count: int) -> NDArray[np.generic]:
         return np.frombuffer(header, self._header, count)
+
+
+def _inflated(block: bytes, size: int) -> bytes:
+    stream = zlib.decompressobj()
+    content = stream.decompress(block, max(size, 1))
+    if not stream.eof:
+        raise ValueError("it is cut short")
+    return content
 
 
 # Returns so many bytes from a place on, and the place after them.

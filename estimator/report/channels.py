@@ -23,7 +23,7 @@ class ChannelResidual:
     unit : of ``rms``
     count : values that were measured
     rms : root mean square; NaN where nothing was measured
-    rms_sigma : the same in units of the sensor's stated noise
+    rms_sigma : the same in units of what noise gives it: the sensor's, and that of the gripper's reported position
     scatter_sigma : without the mean of each signal, which the fit takes as a tare or as a wrong rest position
     """
 
@@ -36,27 +36,24 @@ class ChannelResidual:
 
 
 def wrench_residual(fit: ExperimentFit) -> FloatArray:
-    """Return the residual wrench (n, 6) in units of the stated noise."""
-    sensor = fit.experiment.sensor
-    return (fit.experiment.wrench - fit.wrench) / ([sensor.force_std] * 3 + [sensor.torque_std] * 3)
+    """Return the residual wrench (n, 6) in units of what noise gives it."""
+    return (fit.experiment.wrench - fit.wrench) / fit.wrench_std
 
 
 def fiducial_residual(fit: ExperimentFit) -> FloatArray:
-    """Return the residual fiducial positions (n, m, 3) in units of the stated noise."""
-    return (fit.experiment.fiducials - fit.fiducials) / fit.experiment.sensor.fiducial_std
+    """Return the residual fiducial positions (n, m, 3) in units of what noise gives them."""
+    return (fit.experiment.fiducials - fit.fiducials) / fit.fiducials_std
 
 
 def channel_residuals(fit: ExperimentFit) -> list[ChannelResidual]:
     """Return the residuals of an experiment in the order of ``CHANNELS``."""
-    sensor = fit.experiment.sensor
+    stds = [*(fit.wrench_std[:, [i]] for i in range(6)), *(fit.fiducials_std[:, :, i] for i in range(3))]
     wrench, fiducials = wrench_residual(fit), fiducial_residual(fit)
     signals = [*(wrench[:, [i]] for i in range(6)), *(fiducials[:, :, i] for i in range(3))]
-    units = (
-        [("N", sensor.force_std)] * 3 + [("N·m", sensor.torque_std)] * 3 + [("m", sensor.fiducial_std)] * 3
-    )
+    units = ["N"] * 3 + ["N·m"] * 3 + ["m"] * 3
     return [
         _summary(name, unit, std, signal)
-        for name, (unit, std), signal in zip(CHANNELS, units, signals, strict=True)
+        for name, unit, std, signal in zip(CHANNELS, units, stds, signals, strict=True)
     ]
 
 
@@ -79,13 +76,13 @@ def root_mean_square(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(measured**2))) if len(measured) else float("nan")
 
 
-def _summary(name: str, unit: str, std: float, residual: FloatArray) -> ChannelResidual:
-    """Summarise signals (n, s) that are given in units of ``std``."""
+def _summary(name: str, unit: str, std: FloatArray, residual: FloatArray) -> ChannelResidual:
+    """Summarise signals (n, s) that are given in units of ``std``, (n, s)."""
     measured = np.isfinite(residual)
     count = measured.sum(axis=0)
     mean = np.nansum(residual, axis=0) / np.maximum(count, 1)
     freedoms = int(np.maximum(count - 1, 0).sum())
     squares = float(np.nansum((residual - mean) ** 2))
-    rms = root_mean_square(residual)
     scatter = float(np.sqrt(squares / freedoms)) if freedoms else float("nan")
-    return ChannelResidual(name, unit, int(count.sum()), rms * std, rms, scatter)
+    rms, rms_sigma = root_mean_square(residual * std), root_mean_square(residual)
+    return ChannelResidual(name, unit, int(count.sum()), rms, rms_sigma, scatter)

@@ -12,7 +12,7 @@ from estimator.report.channels import channel_residuals
 # The stated noise of a sensor is itself known to some ten per cent.
 _EXPLAINED = 1.1
 _NEARLY_EXPLAINED = 1.5
-# A channel of a dozen rows scatters this much more than its noise once in a hundred times.
+# Well beyond what the scatter of a dozen rows reaches by chance.
 _CONSPICUOUS_SIGMA = 1.5
 _LARGE_DISCRETISATION = 0.02
 

@@ -9,7 +9,13 @@ from numpy.typing import NDArray
 from estimator.experiment import Experiment
 from estimator.fit.result import Estimate, ExperimentFit
 from estimator.report import page
-from estimator.report.channels import CHANNELS, ChannelResidual, channel_residuals, worst_fiducial
+from estimator.report.channels import (
+    CHANNELS,
+    ChannelResidual,
+    channel_residuals,
+    root_mean_square,
+    worst_fiducial,
+)
 from estimator.report.page import Html
 from estimator.report.scene import MM, farthest_row, within_mm
 
@@ -43,7 +49,8 @@ def _worst_cells(fit: ExperimentFit) -> tuple[str, str, str]:
         return "–", "–", ""
     number, rms_sigma = worst
     unit, factor = _DISPLAY["m"]
-    rms = _number(factor * rms_sigma * fit.experiment.sensor.fiducial_std, ".3g")
+    missed = fit.experiment.fiducials[:, number] - fit.fiducials[:, number]
+    rms = _number(factor * root_mean_square(missed), ".3g")
     return f"m{number:02d}: {rms} {unit}", _number(rms_sigma, ".2f"), ""
 
 

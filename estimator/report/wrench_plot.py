@@ -23,21 +23,19 @@ def draw_wrench(sheet: Figure, fit: ExperimentFit) -> None:
 
     Small channels keep at least a quarter of the span of the largest, so that they look small.
     """
-    sensor = fit.experiment.sensor
     axes = sheet.subplots(4, 3, sharex=True, height_ratios=[3, 1.3, 3, 1.3])
     sheet.subplots_adjust(left=0.07, right=0.99, bottom=0.08, top=0.91, wspace=0.18, hspace=0.24)
     residual = wrench_residual(fit)
     reach = _strip_reach(residual)
-    for top, label, first, factor, std in (
-        (0, "force, N", 0, 1.0, sensor.force_std),
-        (2, "torque, mN·m", 3, 1e3, sensor.torque_std),
-    ):
-        measured, predicted = (factor * v[:, first : first + 3] for v in (fit.experiment.wrench, fit.wrench))
-        limits = _limits(measured, predicted, factor * std)
+    for top, label, first, factor in ((0, "force, N", 0, 1.0), (2, "torque, mN·m", 3, 1e3)):
+        measured, predicted, std = (
+            factor * v[:, first : first + 3] for v in (fit.experiment.wrench, fit.wrench, fit.wrench_std)
+        )
+        limits = _limits(measured, predicted, float(std.max()))
         for column in range(3):
             channel = first + column
             profile, strip = axes[top, column], axes[top + 1, column]
-            _profile(profile, fit.experiment, measured[:, column], predicted[:, column], factor * std)
+            _profile(profile, fit.experiment, measured[:, column], predicted[:, column], std[:, column])
             profile.set_ylim(*limits[column])
             profile.yaxis.set_major_locator(MaxNLocator(5))
             profile.set_title(WRENCH_CHANNELS[channel])
@@ -65,7 +63,7 @@ def _strip(axes: Axes, experiment: Experiment, residual_sigma: FloatArray, reach
 
 
 def _profile(
-    axes: Axes, experiment: Experiment, measured: FloatArray, predicted: FloatArray, std: float
+    axes: Axes, experiment: Experiment, measured: FloatArray, predicted: FloatArray, std: FloatArray
 ) -> None:
     shade_phases(axes, experiment)
     axes.errorbar(

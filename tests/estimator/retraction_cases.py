@@ -104,6 +104,23 @@ def follow(
     return states[1:]
 
 
+def with_rows(
+    rest: Experiment, poses: Sequence[GripperPose], wrench: FloatArray, fiducials: FloatArray
+) -> Experiment:
+    """An experiment with one row a pose, one second apart."""
+    rows = len(poses)
+    return replace(
+        rest,
+        time=np.arange(rows, dtype=float),
+        phase=("hold",) * rows,
+        step=np.arange(rows),
+        position=np.array([pose.position for pose in poses]),
+        quaternion_wxyz=np.array([pose.rotation.as_quat(scalar_first=True) for pose in poses]),
+        wrench=wrench,
+        fiducials=fiducials,
+    )
+
+
 def recorded(
     rest: Experiment,
     poses: Sequence[GripperPose],
@@ -112,24 +129,17 @@ def recorded(
     rows: int = 4,
     noise: float = 1.0,
 ) -> Experiment:
-    """What a laboratory records: so many rows at each pose, each with its sensors' stated noise times ``noise``.
-
-    The reported position errs by its stated noise in every row; tare and stated rest positions of the beads are exact.
-    """
+    """What a laboratory records: so many rows at each pose, each with its sensors' stated noise times ``noise``."""
     sensor = rest.sensor
-    count = len(poses) * rows
+    repeated = [pose for pose in poses for _ in range(rows)]
     wrench = np.repeat([o.wrench for o in seen], rows, axis=0)
     fiducials = np.repeat([o.fiducials for o in seen], rows, axis=0)
-    position = np.repeat([p.position for p in poses], rows, axis=0)
-    quaternion = np.repeat([p.rotation.as_quat(scalar_first=True) for p in poses], rows, axis=0)
     scatter = np.repeat([sensor.force_std, sensor.torque_std], 3)
+    exact = with_rows(rest, repeated, wrench, fiducials)
     return replace(
-        rest,
-        time=np.arange(count, dtype=float),
-        phase=("hold",) * count,
+        exact,
         step=np.repeat(np.arange(len(poses)), rows),
-        position=position + noise * sensor.position_std * rng.normal(size=position.shape),
-        quaternion_wxyz=quaternion,
+        position=exact.position + noise * sensor.position_std * rng.normal(size=exact.position.shape),
         wrench=wrench + noise * scatter * rng.normal(size=wrench.shape),
         fiducials=fiducials + noise * sensor.fiducial_std * rng.normal(size=fiducials.shape),
     )

@@ -14,6 +14,7 @@ from retraction_cases import (
     recorded,
     straight_pull,
     turning_pull,
+    with_rows,
 )
 
 from estimator.errors import FitError, InputError
@@ -116,19 +117,15 @@ def test_the_solution_of_another_engine_gives_its_own_parameters() -> None:
     file = Path(__file__).resolve().parents[1] / "data" / "reference" / "pull_nu0.49.csv"
     table = np.vstack([np.zeros(51), np.loadtxt(file, delimiter=",", skiprows=1)])
     rng = np.random.default_rng(2)
-    sensor, rows = REFERENCE_BLOCK.sensor, len(table)
-    wrench = np.zeros((rows, 6))
+    sensor, poses = REFERENCE_BLOCK.sensor, straight_pull(REFERENCE_BLOCK, 0.02, 10)
+    wrench = np.zeros((11, 6))
     wrench[:, 0] = -table[:, 2]
-    fiducials = REFERENCE_BLOCK.fiducials_rest + table[:, 3:].reshape(rows, 16, 3)
-    experiment = replace(
+    fiducials = REFERENCE_BLOCK.fiducials_rest + table[:, 3:].reshape(11, 16, 3)
+    experiment = with_rows(
         REFERENCE_BLOCK,
-        time=np.arange(rows, dtype=float),
-        phase=("hold",) * rows,
-        step=np.arange(rows),
-        position=np.array(REFERENCE_BLOCK.grasp.centre) + table[:, 1:2] * [1.0, 0.0, 0.0],
-        quaternion_wxyz=np.tile([1.0, 0.0, 0.0, 0.0], (rows, 1)),
-        wrench=wrench + np.repeat([sensor.force_std, sensor.torque_std], 3) * rng.normal(size=wrench.shape),
-        fiducials=fiducials + sensor.fiducial_std * rng.normal(size=fiducials.shape),
+        [GripperPose(np.array(REFERENCE_BLOCK.grasp.centre), poses[0].rotation), *poses],
+        wrench + np.repeat([sensor.force_std, sensor.torque_std], 3) * rng.normal(size=wrench.shape),
+        fiducials + sensor.fiducial_std * rng.normal(size=fiducials.shape),
     )
     fit = estimate([experiment])
     assert inside(fit, 15e3, 0.49)

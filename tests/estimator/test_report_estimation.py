@@ -70,7 +70,10 @@ def pull_fit(name: str = "pull", *, noise: float = 1.0, rows: int = 40, seed: in
         wrench=wrench + noise * wrench_noise,
         fiducials=fiducials + noise * fiducial_noise,
     )
-    return ExperimentFit(experiment, wrench, fiducials, stretched(block().points, PULL_M), np.ones(rows))
+    wrench_std = np.broadcast_to([SENSOR.force_std] * 3 + [SENSOR.torque_std] * 3, wrench.shape)
+    fiducials_std = np.full(fiducials.shape, SENSOR.fiducial_std)
+    displacement = stretched(block().points, PULL_M)
+    return ExperimentFit(experiment, wrench, fiducials, displacement, wrench_std, fiducials_std)
 
 
 def estimate_of(*fits: ExperimentFit) -> Estimate:
@@ -204,8 +207,10 @@ def test_measurements_that_are_missing_leave_gaps(tmp_path: Path) -> None:
 def test_an_experiment_without_any_fiducial_is_reported_on_its_wrench(tmp_path: Path) -> None:
     fit = pull_fit()
     rows = len(fit.experiment.time)
-    bare = replace(fit.experiment, fiducials_rest=np.empty((0, 3)), fiducials=np.empty((rows, 0, 3)))
-    page = written(estimate_of(replace(fit, experiment=bare, fiducials=np.empty((rows, 0, 3)))), tmp_path)
+    none = np.empty((rows, 0, 3))
+    bare = replace(fit.experiment, fiducials_rest=np.empty((0, 3)), fiducials=none)
+    fit = replace(fit, experiment=bare, fiducials=none, fiducials_std=none)
+    page = written(estimate_of(fit), tmp_path)
     assert "worst fiducial––" in words(page)
     assert "Paths of the fiducials" not in page
 

@@ -1,0 +1,245 @@
+"""The statistics of the fit by themselves: whitening, marginalisation, coverage, steps and bounds."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from retraction_cases import SMALL_BLOCK, straight_pull, turning_pull, with_rows
+
+from estimator.errors import FitError, SolverError
+from estimator.experiment import Experiment
+from estimator.fem.motion import GripperPose
+from estimator.fem.observation import Observation
+from estimator.fit.gauss_newton import marginal_step, minimise, moved
+from estimator.fit.parameters import POISSON_RATIO, YOUNGS_MODULUS, FitParameter
+from estimator.fit.residuals import (
+    StateMean,
+    WhitenedSystem,
+    channels_by,
+    covariance_roots,
+    predicted_channels,
+    state_means,
+    whiten,
+)
+from estimator.forward.meshing import mesh_experiment
+from estimator.forward.model import ForwardModel
+from estimator.materials import NeoHookean
+from estimator.materials.material import Material
+
+FloatArray = NDArray[np.float64]
+
+PARAMETERS = (YOUNGS_MODULUS, POISSON_RATIO)
+TRUTH = {"youngs_modulus": 12e3, "poisson_ratio": 0.46}
+SLOPES = {p.name: p.slope(TRUTH[p.name]) for p in PARAMETERS}
+ROWS = 3
+
+
+def unmeasured(poses: list[GripperPose]) -> Experiment:
+    """An experiment with ``ROWS`` rows a pose whose measurements nobody looks at."""
+    rows = [pose for pose in poses for _ in range(ROWS)]
+    return with_rows(SMALL_BLOCK, rows, np.zeros((len(rows), 6)), np.zeros((len(rows), 9, 3)))
+
+
+@pytest.fixture(scope="module")
+def experiments() -> list[Experiment]:
+    pull = straight_pull(SMALL_BLOCK, 0.008, 4)
+    twist = turning_pull(SMALL_BLOCK, 0.006, np.radians([25.0, 0.0, 10.0]), 4)
+    return [unmeasured(pull), unmeasured(twist)]
+
+
+@pytest.fixture(scope="module")
+def predictions(experiments: list[Experiment]) -> list[dict[int, Observation]]:
+    model = ForwardModel(mesh_experiment(SMALL_BLOCK), experiments)
+    material = Material(NeoHookean(), TRUTH["youngs_modulus"], TRUTH["poisson_ratio"])
+    return model.predict(material, [range(4), range(4)])
+
+
+@pytest.fixture(scope="module")
+def means(experiments: list[Experiment]) -> list[StateMean]:
+    model = ForwardModel(mesh_experiment(SMALL_BLOCK), experiments)
+    return state_means(experiments, model.schedules)
+
+
+def by_position(seen: Observation) -> FloatArray:
+    return np.vstack([seen.wrench_by_pose[:, :3], seen.fiducials_by_pose[:, :, :3].reshape(-1, 3)])
+
+
+def with_errors(
+    means: list[StateMean], predictions: list[dict[int, Observation]], rng: np.random.Generator
+) -> list[StateMean]:
+    """Measurements of the predicted states with every error of the stated size: the model of ``residuals``, by hand."""
+    deviation = np.sqrt(means[0].variance)
+    tares = [deviation[:6] * rng.normal(size=6) for _ in predictions]
+    offsets = deviation[6:] * rng.normal(size=len(deviation) - 6)
+    result = []
+    for mean in means:
+        seen = predictions[mean.experiment][mean.state]
+        misplaced = SMALL_BLOCK.sensor.position_std * rng.normal(size=3) / math.sqrt(ROWS)
+        noise = deviation * rng.normal(size=len(deviation)) / math.sqrt(ROWS)
+        constant = np.concatenate([tares[mean.experiment], offsets])
+        result.append(
+            replace(mean, mean=predicted_channels(seen) + by_position(seen) @ misplaced + constant + noise)
+        )
+    return result
+
+
+def whitened(means: list[StateMean], predictions: list[dict[int, Observation]]) -> WhitenedSystem:
+    return whiten(means, predictions, SLOPES, covariance_roots(means, predictions))
+
+
+def test_rows_of_one_pose_become_one_mean_that_counts_what_was_measured() -> None:
+    experiment = unmeasured(straight_pull(SMALL_BLOCK, 0.008, 2))
+    wrench = np.arange(36.0).reshape(6, 6)
+    wrench[1, 2] = wrench[3:, 4] = np.nan
+    model = ForwardModel(mesh_experiment(SMALL_BLOCK), [experiment])
+    first, second = state_means([replace(experiment, wrench=wrench)], model.schedules)
+    np.testing.assert_array_equal(first.mean[:6], [6, 7, 8, 9, 10, 11])
+    assert first.count[:6].tolist() == [3, 3, 2, 3, 3, 3]
+    assert second.count[:6].tolist() == [3, 3, 3, 3, 0, 3]
+    assert np.isnan(second.mean[4])
+    assert first.variance[0] == pytest.approx(0.02**2)
+    assert first.variance[3] == pytest.approx(5e-4**2)
+    assert first.variance[6] == pytest.approx(5e-5**2)
+    assert first.position_variance == pytest.approx(3e-5**2 / 3)
+
+
+def test_whitening_and_marginalising_are_generalised_least_squares_with_the_whole_covariance(
+    means: list[StateMean], predictions: list[dict[int, Observation]]
+) -> None:
+    """By brute force: one dense covariance of all channels of all states, missing ones left out."""
+    rng = np.random.default_rng(1)
+    measured = with_errors(means, predictions, rng)
+    lost = measured[2].count.copy()
+    lost[[1, 9, 10]] = 0
+    measured[2] = replace(measured[2], count=lost)
+    residual, derivative, covariance, seen = [], [], [], []
+    for mean in measured:
+        observation = predictions[mean.experiment][mean.state]
+        residual.append(mean.mean - predicted_channels(observation))
+        derivative.append(np.stack([channels_by(observation, n) * s for n, s in SLOPES.items()], axis=1))
+        seen.append(mean.count > 0)
+    channels = len(residual[0])
+    covariance = np.zeros((len(measured) * channels,) * 2)
+    for a, one in enumerate(measured):
+        for b, other in enumerate(measured):
+            block = np.zeros((channels, channels))
+            if one.experiment == other.experiment:
+                block[:6, :6] += np.diag(one.variance[:6])  # the common tare
+            block[6:, 6:] += np.diag(one.variance[6:])  # the common rest offsets
+            if a == b:
+                by = by_position(predictions[one.experiment][one.state])
+                block += np.diag(one.variance) / ROWS + SMALL_BLOCK.sensor.position_std**2 / ROWS * by @ by.T
+            covariance[a * channels : (a + 1) * channels, b * channels : (b + 1) * channels] = block
+    kept = np.concatenate(seen)
+    inverse = np.linalg.inv(covariance[np.ix_(kept, kept)])
+    J, r = np.concatenate(derivative)[kept], np.concatenate(residual)[kept]
+    information = J.T @ inverse @ J
+    step = np.linalg.solve(information, J.T @ inverse @ r)
+
+    found = marginal_step(whitened(measured, predictions), PARAMETERS, TRUTH)
+    np.testing.assert_allclose(found.information, information, rtol=1e-7)
+    np.testing.assert_allclose(found.step, step, rtol=1e-6)
+    np.testing.assert_allclose(found.covariance, np.linalg.inv(information), rtol=1e-7)
+    assert found.chi2 == pytest.approx(r @ inverse @ r, rel=1e-8)
+    left = r - J @ step
+    assert found.chi2_after == pytest.approx(left @ inverse @ left, rel=1e-8)
+
+
+def test_ninety_five_percent_intervals_hold_the_truth_that_often(
+    means: list[StateMean], predictions: list[dict[int, Observation]]
+) -> None:
+    rng = np.random.default_rng(2)
+    scores, misfits = [], []
+    for _ in range(400):
+        system = whitened(with_errors(means, predictions, rng), predictions)
+        found = marginal_step(system, PARAMETERS, TRUTH)
+        scores.append(found.step / np.sqrt(np.diag(found.covariance)))
+        misfits.append(found.chi2_after / (len(system.residual) - 2))
+    covered = np.mean(np.abs(scores) < 1.96, axis=0)
+    assert np.all((covered > 0.92) & (covered < 0.98))
+    assert np.mean(misfits) == pytest.approx(1.0, abs=0.02)
+
+
+def test_states_that_were_not_predicted_are_left_out(
+    means: list[StateMean], predictions: list[dict[int, Observation]]
+) -> None:
+    measured = with_errors(means, predictions, np.random.default_rng(3))
+    few = [{0: predictions[0][0]}, {3: predictions[1][3]}]
+    chosen = [measured[0], measured[7]]
+    np.testing.assert_array_equal(whitened(measured, few).residual, whitened(chosen, predictions).residual)
+
+
+def test_internal_variables_and_slopes_belong_together() -> None:
+    for parameter, value in ((YOUNGS_MODULUS, 15e3), (POISSON_RATIO, 0.3), (POISSON_RATIO, 0.4999)):
+        internal = parameter.to_internal(value)
+        assert parameter.from_internal(internal) == pytest.approx(value, rel=1e-12)
+        quotient = (
+            parameter.from_internal(internal + 1e-5) - parameter.from_internal(internal - 1e-5)
+        ) / 2e-5
+        assert parameter.slope(value) == pytest.approx(quotient, rel=1e-6)
+
+
+LENGTH = FitParameter("length", -10.0, 10.0, lambda v: v, lambda v: v, lambda v: 1.0)
+
+
+def linear_system(residual: FloatArray, jacobian: FloatArray) -> WhitenedSystem:
+    return WhitenedSystem(residual, jacobian, np.zeros((len(residual), 0)))
+
+
+def test_a_curved_problem_is_minimised_in_shortened_steps() -> None:
+    """arctan pulls a full Gauss–Newton step from 3 far to the other side."""
+
+    def linearise(values: Mapping[str, float]) -> WhitenedSystem:
+        x = values["length"]
+        return linear_system(np.array([-10 * math.atan(x)]), np.array([[10 / (1 + x * x)]]))
+
+    iterates, last = minimise(linearise, (LENGTH,), {"length": 3.0}, 1e-6)
+    assert iterates[-1].values["length"] == pytest.approx(0.0, abs=1e-5)
+    assert np.all(np.diff([iterate.chi2 for iterate in iterates]) < 0)
+    assert last.chi2 == pytest.approx(0.0, abs=1e-8)
+
+
+def test_a_step_into_where_nothing_can_be_solved_is_shortened() -> None:
+    asked = []
+
+    def linearise(values: Mapping[str, float]) -> WhitenedSystem:
+        x = values["length"]
+        asked.append(x)
+        if x > 0.5:
+            raise SolverError("no equilibrium")
+        return linear_system(np.array([0.4 - x]), np.array([[0.5]]))
+
+    iterates, _ = minimise(linearise, (LENGTH,), {"length": 0.0}, 1e-3)
+    assert max(asked) > 0.5
+    assert iterates[-1].values["length"] == pytest.approx(0.4, abs=1e-3)
+
+
+def test_a_problem_that_nothing_improves_ends_with_the_reason() -> None:
+    def wrong_slope(values: Mapping[str, float]) -> WhitenedSystem:
+        return linear_system(np.array([1.0 - values["length"]]), np.array([[-1.0]]))
+
+    with pytest.raises(FitError, match=r"no step from length = 0 lowers the misfit; the data contradict"):
+        minimise(wrong_slope, (LENGTH,), {"length": 0.0}, 1e-3)
+
+
+def test_a_parameter_at_its_bound_is_held_and_the_others_go_on() -> None:
+    nu = POISSON_RATIO.upper
+    jacobian = np.array([[1.0, 0.8], [0.0, 0.6]])
+    step = marginal_step(
+        linear_system(np.array([0.2, 0.3]), jacobian),
+        PARAMETERS,
+        {"youngs_modulus": 1e4, "poisson_ratio": nu},
+    ).step
+    np.testing.assert_allclose(step, [0.2, 0.0], atol=1e-15)
+    after = moved(PARAMETERS, {"youngs_modulus": 1e4, "poisson_ratio": nu}, np.array([0.2, 5.0]))
+    assert after["poisson_ratio"] == nu
+    assert after["youngs_modulus"] == pytest.approx(1e4 * math.exp(0.2))
+
+
+def test_data_that_do_not_tell_the_parameters_apart_are_refused() -> None:
+    jacobian = np.array([[1.0, 2.0], [2.0, 4.0], [3.0, 6.0]])
+    with pytest.raises(FitError, match="do not determine the parameters"):
+        marginal_step(linear_system(np.ones(3), jacobian), PARAMETERS, TRUTH)
