@@ -110,7 +110,7 @@ def hold_regions(surface: Surface, regions: Mapping[str, Region], reach_m: float
         if isinstance(cut, Painted):
             hold = _patch(imprinted, cut.triangles[parent], reach_m)
         else:
-            patch = triangles_in_box(imprinted, cut.box, tolerance)
+            patch = triangles_in_box(imprinted, cut.box)
             core = cut.faces.any()
             hold = _core(imprinted, patch, cut, reach_m) if core else _patch(imprinted, patch, reach_m)
         if not hold.area_m2 > 0 or (hold.core is None and hold.patch.all()):
@@ -194,8 +194,7 @@ def _wall_area(surface: Surface, corners: FloatArray, side: int, axis: int) -> f
     beyond[side, axis] = surface.bounds[side, axis] + (2 * side - 1) * surface.diagonal_m
     prism = _box(beyond)
     imprinted, _ = imprint_box(surface, prism, 0.0)
-    margin = 1e-9 * surface.diagonal_m
-    facing = imprinted.area_vectors[triangles_in_box(imprinted, prism, margin), axis]
+    facing = imprinted.area_vectors[triangles_in_box(imprinted, prism), axis]
     return abs(float(facing.sum()))
 
 

@@ -16,8 +16,8 @@ BoolArray = NDArray[np.bool_]
 
 # Neighbouring triangles that meet at a sharper angle than this form an edge of the body.
 _CREASE_COSINE = np.cos(np.radians(30.0))
-# A vertex this close to a plane, as a share of the bounding box's diagonal, lies on it.
-_ON_PLANE = 1e-9
+# A vertex this close to a plane, as a share of the bounding box's diagonal, lies on it: files in single precision.
+_ON_PLANE = 1e-6
 
 
 def imprint_box(surface: Surface, box: Box, tolerance_m: float) -> tuple[Surface, IntArray]:
@@ -39,13 +39,11 @@ def imprint_box(surface: Surface, box: Box, tolerance_m: float) -> tuple[Surface
     return surface, parent
 
 
-def triangles_in_box(surface: Surface, box: Box, tolerance_m: float) -> BoolArray:
-    """Tell for every triangle (t,) of an imprinted surface whether it lies in the box."""
-    margin = tolerance_m
-    grown = (surface.corners >= np.array(box.lower) - margin) & (
-        surface.corners <= np.array(box.upper) + margin
-    )
-    return np.asarray(grown.all(axis=(1, 2)))
+def triangles_in_box(surface: Surface, box: Box) -> BoolArray:
+    """Tell for every triangle (t,) of a surface, into which the box is imprinted, whether it lies in the box."""
+    centres, margin = surface.corners.mean(axis=1), _ON_PLANE * surface.diagonal_m
+    lower, upper = np.array(box.lower) - margin, np.array(box.upper) + margin
+    return np.asarray(((centres >= lower) & (centres <= upper)).all(axis=1))
 
 
 def rim(surface: Surface, patch: BoolArray) -> IntArray:

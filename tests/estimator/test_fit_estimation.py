@@ -113,14 +113,14 @@ def test_the_truth_lies_within_intervals_that_are_narrow(both: Fitted) -> None:
 
 
 def test_the_solution_of_another_engine_gives_its_own_parameters() -> None:
-    """The converged Pull of tests/data/reference, with noise."""
+    """The converged Pull of tests/data/reference, every other step, with noise."""
     file = Path(__file__).resolve().parents[1] / "data" / "reference" / "pull_nu0.49.csv"
-    table = np.vstack([np.zeros(51), np.loadtxt(file, delimiter=",", skiprows=1)])
+    table = np.vstack([np.zeros(51), np.loadtxt(file, delimiter=",", skiprows=1)[1::2]])
     rng = np.random.default_rng(2)
-    sensor, poses = REFERENCE_BLOCK.sensor, straight_pull(REFERENCE_BLOCK, 0.02, 10)
-    wrench = np.zeros((11, 6))
+    sensor, poses = REFERENCE_BLOCK.sensor, straight_pull(REFERENCE_BLOCK, 0.02, 5)
+    wrench = np.zeros((6, 6))
     wrench[:, 0] = -table[:, 2]
-    fiducials = REFERENCE_BLOCK.fiducials_rest + table[:, 3:].reshape(11, 16, 3)
+    fiducials = REFERENCE_BLOCK.fiducials_rest + table[:, 3:].reshape(6, 16, 3)
     experiment = with_rows(
         REFERENCE_BLOCK,
         [GripperPose(np.array(REFERENCE_BLOCK.grasp.centre), poses[0].rotation), *poses],
@@ -129,7 +129,7 @@ def test_the_solution_of_another_engine_gives_its_own_parameters() -> None:
     )
     fit = estimate([experiment])
     assert inside(fit, 15e3, 0.49)
-    assert np.all(widths(fit) < [0.03, 0.02])
+    assert np.all(widths(fit) < [0.05, 0.02])
     assert fit.noise_ratio == pytest.approx(1.0, abs=0.1)
 
 

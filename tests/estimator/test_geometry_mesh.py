@@ -1,0 +1,259 @@
+"""Meshes of surfaces: volumes, held areas, element quality, the patch test, and that a mesh once made is kept."""
+
+import base64
+from collections.abc import Iterator
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from estimator.errors import InputError
+from estimator.experiment import Box
+from estimator.fem.body import build_body, nodal_forces, respond
+from estimator.fem.elements import reference_element
+from estimator.fem.mesh import Mesh
+from estimator.fem.surface import boundary_faces
+from estimator.geometry import mesh_cache
+from estimator.geometry.bisection import refine
+from estimator.geometry.grading import EdgeLengths
+from estimator.geometry.holds import Painted
+from estimator.geometry.picture import draw_mesh
+from estimator.geometry.quality import MeshQuality, check_quality, tetrahedron_volumes
+from estimator.geometry.shapes import block_surface, sphere_surface
+from estimator.geometry.tetrahedralise import TissueMesh, tetrahedralise
+from estimator.geometry.vtu import write_vtu
+from estimator.materials import NeoHookean
+from estimator.materials.material import Material
+
+FloatArray = NDArray[np.float64]
+
+REGIONS = {
+    "anchor": Box((-0.0501, -0.0501, -0.0051), (-0.0499, 0.0501, 0.0051)),
+    "glue": Box((-0.02, 0.01, 0.0049), (0.0, 0.04, 0.0051)),
+    "grasp": Box((0.03, -0.01, -0.0051), (0.05, 0.01, 0.0051)),
+}
+
+
+@pytest.fixture(scope="module")
+def block() -> TissueMesh:
+    lengths = EdgeLengths(0.016, {"grasp": 0.008}, growth=1.0)
+    return tetrahedralise(block_surface((0.1, 0.1, 0.01)), REGIONS, lengths)
+
+
+@pytest.fixture(scope="module")
+def sphere() -> TissueMesh:
+    surface = sphere_surface(0.05, 3)
+    foot = Painted(surface.corners[:, :, 2].max(axis=1) < -0.035)
+    return tetrahedralise(surface, {"foot": foot}, EdgeLengths(0.025, {"foot": 0.015}))
+
+
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("RETRACT_CACHE", str(tmp_path))
+    return mesh_cache.cache_folder()
+
+
+def held_faces(tissue: TissueMesh, name: str) -> FloatArray:
+    """Corners of the element faces that a region holds, (f, 3, 3)."""
+    faces = boundary_faces(tissue.mesh)
+    return tissue.mesh.points[faces[tissue.held[name][faces].all(axis=1)][:, :3]]
+
+
+def areas(triangles: FloatArray) -> FloatArray:
+    a, b, c = np.moveaxis(triangles, 1, 0)
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+def test_a_block_has_its_volume_less_the_gripped_column(block: TissueMesh) -> None:
+    assert len(block.mesh.cells) < 1500
+    assert build_body(block.mesh).volume.sum() == pytest.approx(1e-4 - 4e-6, rel=2e-3)
+    assert abs(block.quality.volume_error) < 2e-3
+
+
+def test_a_sphere_has_its_volume(sphere: TissueMesh) -> None:
+    assert len(sphere.mesh.cells) < 1500
+    assert build_body(sphere.mesh).volume.sum() == pytest.approx(4 / 3 * np.pi * 0.05**3, rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("name", "area"), [("anchor", 0.1 * 0.01), ("glue", 0.02 * 0.03), ("grasp", 3 * 0.02 * 0.01)]
+)
+def test_a_held_region_of_a_block_is_covered(block: TissueMesh, name: str, area: float) -> None:
+    assert areas(held_faces(block, name)).sum() == pytest.approx(area, rel=0.01)
+    assert block.quality.covered[name] == pytest.approx(1.0, abs=0.01)
+
+
+def test_held_nodes_lie_in_their_region_and_all_others_out_of_it(block: TissueMesh) -> None:
+    for name, box in REGIONS.items():
+        points, held = block.mesh.points, block.held[name]
+        lower, upper = np.array(box.lower), np.array(box.upper)
+        off = np.linalg.norm(np.maximum(np.maximum(lower - points, points - upper), 0.0), axis=1)
+        assert off[held].max() < 2e-4
+        depth = np.minimum(points - lower, upper - points).min(axis=1)
+        assert depth[~held].max() < 2e-4
+
+
+def test_a_painted_patch_is_covered(sphere: TissueMesh) -> None:
+    assert sphere.quality.covered["foot"] == pytest.approx(1.0, abs=0.03)
+    assert held_faces(sphere, "foot")[:, :, 2].max() < -0.034
+
+
+def test_elements_are_finer_at_the_graded_rim(block: TissueMesh) -> None:
+    corners = block.mesh.points[block.mesh.cells[:, :4]]
+    edge = np.linalg.norm(corners[:, 0] - corners[:, 1], axis=1)
+    at_grasp = np.linalg.norm(corners.mean(axis=1)[:, :2] - [0.03, 0.01], axis=1) < 0.006
+    assert edge[at_grasp].mean() < 0.7 * edge[~at_grasp].mean()
+
+
+def test_quality_is_told_as_it_is(block: TissueMesh, sphere: TissueMesh) -> None:
+    for tissue in (block, sphere):
+        low, high = tissue.quality.dihedral_deg
+        assert 5.0 < low < 70.5 < high < 175.0
+        worst, mean = tissue.quality.radius_ratio
+        assert 0.02 < worst < mean < 1.0
+    assert block.quality.off_surface_m < 5e-4
+    assert sphere.quality.off_surface_m < 2e-3
+
+
+@pytest.mark.parametrize("poisson_ratio", [0.3, 0.49])
+def test_a_uniform_deformation_is_in_equilibrium(block: TissueMesh, poisson_ratio: float) -> None:
+    body = build_body(block.mesh)
+    gradient = np.array([[0.2, 0.1, 0.0], [-0.05, -0.1, 0.1], [0.15, 0.0, 0.05]])
+    displacement = block.mesh.points @ gradient.T
+    response = respond(body, Material(NeoHookean(), 15e3, poisson_ratio), displacement)
+    assert np.broadcast_to(np.eye(3) + gradient, response.F.shape) == pytest.approx(response.F, abs=1e-9)
+    forces = np.linalg.norm(nodal_forces(body, response, response.slope), axis=1)
+    outer = np.zeros(len(forces), dtype=bool)
+    outer[boundary_faces(block.mesh)] = True
+    assert np.count_nonzero(~outer) > 50
+    assert forces[~outer].max() < 1e-9 * forces[outer].max()
+
+
+def test_bisection_conforms_keeps_the_volume_and_reaches_the_wanted_length() -> None:
+    points = reference_element("hex8").nodes * 0.05
+    cells = np.array([[0, 4, 6, 7], [0, 6, 2, 7], [0, 2, 3, 7], [0, 3, 1, 7], [0, 1, 5, 7], [0, 5, 4, 7]])
+
+    def wanted(x: FloatArray) -> FloatArray:
+        return 0.01 + 0.5 * np.linalg.norm(x - 0.05, axis=1)
+
+    assert np.all(tetrahedron_volumes(points[cells]) > 0)
+    fine, children, parent = refine(points, cells, wanted, np.ones(6, dtype=bool))
+    volumes = tetrahedron_volumes(fine[children])
+    assert np.all(volumes > 0)
+    assert np.bincount(parent, volumes) == pytest.approx(tetrahedron_volumes(points[cells]))
+    ends = fine[children[:, [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]]]
+    length = np.linalg.norm(ends[:, :, 0] - ends[:, :, 1], axis=2)
+    assert np.all(
+        length.max(axis=1) <= np.sqrt(2) * 0.01 + 0.9 * np.linalg.norm(ends.mean(axis=(1, 2)) - 0.05, axis=1)
+    )
+    skin = boundary_faces(Mesh(fine, children, "tet4"))
+    assert areas(fine[skin]).sum() == pytest.approx(6 * 0.1**2)
+
+
+def test_a_bad_mesh_is_refused_with_every_fault() -> None:
+    bad = MeshQuality(1e-4, -0.05, (1.0, 178.0), (0.001, 0.5), 1e-3, 1e-3, {"anchor 1": 1.0, "grasp": 0.6})
+    with pytest.raises(InputError) as caught:
+        check_quality(bad)
+    message = str(caught.value)
+    assert "volume is off by -5.0 %" in message
+    assert "covers 60.0 % of grasp" in message
+    assert "angle of 1.0 degrees" in message
+    assert "anchor 1" not in message
+
+
+@pytest.mark.parametrize(
+    ("edge_length", "complaint"), [(-0.01, "above 0"), (1.0, "below"), (1e-5, "1e\\+06")]
+)
+def test_an_edge_length_out_of_proportion_is_refused(edge_length: float, complaint: str) -> None:
+    with pytest.raises(InputError, match=complaint):
+        tetrahedralise(block_surface((0.1, 0.1, 0.01)), {}, EdgeLengths(edge_length))
+
+
+def one_tetrahedron(height: float) -> TissueMesh:
+    points = reference_element("tet10").nodes * [1.0, 1.0, height]
+    mesh = Mesh(points, np.arange(10)[None], "tet10")
+    quality = MeshQuality(height / 6, 0.0, (54.7, 90.0), (0.7, 0.7), 0.0, 0.0, {"grasp": 1.0})
+    held = {"grasp": points[:, 2] == 0.0}
+    return TissueMesh(mesh, held, {"grasp": Box((0.0, 0.0, -1.0), (1.0, 1.0, 0.0))}, quality)
+
+
+def test_a_mesh_that_was_made_is_found_again(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    heights: Iterator[float] = iter([1.0, 2.0])
+    monkeypatch.setattr(mesh_cache, "tetrahedralise", lambda *_: one_tetrahedron(next(heights)))
+    surface, lengths = block_surface((0.1, 0.1, 0.01)), EdgeLengths(0.01, {"grasp": 0.005})
+    first = mesh_cache.tissue_mesh(surface, REGIONS, lengths)
+    again = mesh_cache.tissue_mesh(surface, REGIONS, lengths)
+    assert np.array_equal(again.mesh.points, one_tetrahedron(1.0).mesh.points)
+    assert np.array_equal(again.held["grasp"], first.held["grasp"])
+    assert again.quality == first.quality == one_tetrahedron(1.0).quality
+    assert again.rigid == one_tetrahedron(1.0).rigid
+    other = mesh_cache.tissue_mesh(surface, REGIONS, EdgeLengths(0.01, {"grasp": 0.004}))
+    assert np.array_equal(other.mesh.points, one_tetrahedron(2.0).mesh.points)
+    assert len(list(cache.iterdir())) == 2
+
+
+def test_of_two_that_make_one_mesh_at_once_the_first_prevails(
+    cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    surface, lengths = block_surface((0.1, 0.1, 0.01)), EdgeLengths(0.01)
+
+    def overtaken(*_: object) -> TissueMesh:
+        monkeypatch.setattr(mesh_cache, "tetrahedralise", lambda *_: one_tetrahedron(1.0))
+        mesh_cache.tissue_mesh(surface, REGIONS, lengths)
+        return one_tetrahedron(2.0)
+
+    monkeypatch.setattr(mesh_cache, "tetrahedralise", overtaken)
+    late = mesh_cache.tissue_mesh(surface, REGIONS, lengths)
+    assert np.array_equal(late.mesh.points, one_tetrahedron(1.0).mesh.points)
+    assert len(list(cache.iterdir())) == 1
+
+
+def test_a_damaged_kept_mesh_is_named(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mesh_cache, "tetrahedralise", lambda *_: one_tetrahedron(1.0))
+    surface = block_surface((0.1, 0.1, 0.01))
+    mesh_cache.tissue_mesh(surface, REGIONS, EdgeLengths(0.01))
+    (file,) = cache.iterdir()
+    file.write_bytes(file.read_bytes()[:300])
+    with pytest.raises(InputError, match=f"^{file}: the kept mesh is damaged; remove the file"):
+        mesh_cache.tissue_mesh(surface, REGIONS, EdgeLengths(0.01))
+
+
+@pytest.mark.parametrize(("kind", "cell_type"), [("tet4", 10), ("tet10", 24)])
+def test_a_vtu_file_holds_points_cells_and_held_nodes(
+    tmp_path: Path, block: TissueMesh, kind: str, cell_type: int
+) -> None:
+    mesh = block.mesh if kind == "tet10" else Mesh(block.mesh.points, block.mesh.cells[:, :4].copy(), "tet4")
+    write_vtu(mesh, block.held, tmp_path / "block.vtu")
+    piece = ElementTree.parse(tmp_path / "block.vtu").find("./UnstructuredGrid/Piece")
+    assert piece is not None
+    assert piece.attrib == {"NumberOfPoints": str(len(mesh.points)), "NumberOfCells": str(len(mesh.cells))}
+    arrays = {array.attrib["Name"]: array for array in piece.iter("DataArray")}
+    assert set(arrays) == {"anchor", "glue", "grasp", "Points", "connectivity", "offsets", "types"}
+    read = {name: decoded(array) for name, array in arrays.items()}
+    assert np.array_equal(read["Points"].reshape(-1, 3), mesh.points)
+    assert np.array_equal(read["connectivity"].reshape(mesh.cells.shape), mesh.cells)
+    assert np.array_equal(read["offsets"], np.arange(1, len(mesh.cells) + 1) * mesh.cells.shape[1])
+    assert set(read["types"].tolist()) == {cell_type}
+    assert np.array_equal(read["grasp"].astype(bool), block.held["grasp"])
+
+
+def decoded(array: ElementTree.Element) -> NDArray[np.generic]:
+    """The content of an inline binary array: its size in bytes as UInt64, then its bytes, little-endian."""
+    content = base64.b64decode(array.text or "")
+    assert int.from_bytes(content[:8], "little") == len(content) - 8
+    return np.frombuffer(content[8:], np.dtype(array.attrib["type"].lower()).newbyteorder("<"))
+
+
+def test_a_mesh_of_hexahedra_is_not_written_as_vtu(tmp_path: Path) -> None:
+    mesh = Mesh(reference_element("hex8").nodes, np.arange(8)[None], "hex8")
+    with pytest.raises(InputError, match="a mesh of hex8 cannot be written"):
+        write_vtu(mesh, {}, tmp_path / "hex.vtu")
+
+
+def test_a_picture_is_a_png(tmp_path: Path, block: TissueMesh) -> None:
+    draw_mesh(block.mesh, block.held, tmp_path / "block.png")
+    content = (tmp_path / "block.png").read_bytes()
+    assert content.startswith(b"\x89PNG\r\n\x1a\n")
+    assert len(content) > 20_000
