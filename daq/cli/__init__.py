@@ -4,13 +4,13 @@ import argparse
 import json
 from collections.abc import Sequence
 
-from daq.cli import demo, devices, estimate, export, record, recover, simulate, uniaxial
+from daq.cli import demo, devices, estimate, export, mesh, record, recover, simulate, uniaxial
 from daq.cli.verb import Result, fail, write
 from daq.errors import DaqError
 from estimator.errors import EstimatorError
 from robot_drivers.errors import DeviceError
 
-_VERBS = (demo, devices, record, recover, export, simulate, estimate, uniaxial)
+_VERBS = (demo, devices, record, recover, export, simulate, estimate, uniaxial, mesh)
 
 _EXAMPLES = """examples:
   retract demo                               the whole chain on a virtual laboratory, a minute and a half

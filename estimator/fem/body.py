@@ -125,9 +125,7 @@ def slopes_by_parameter(material: Material, response: Response) -> dict[str, Flo
     return slopes
 
 
-def pressure_after(
-    body: Body, material: Material, response: Response, change: FloatArray
-) -> FloatArray:
+def pressure_after(body: Body, material: Material, response: Response, change: FloatArray) -> FloatArray:
     """Return the pressure λ·(projected J − 1), linearised, once the displacements (n, 3) change: (e, q), Pa."""
     rate = dilatation_rate(response.F, body.mesh.cells, body.gradient, change)
     return material.lame[1] * (response.dilatation + _projected(body, rate))

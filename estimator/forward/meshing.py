@@ -23,7 +23,7 @@ FloatArray = NDArray[np.float64]
 # On the paper's block, force within 0.2 % and fiducials within 20 µm of the converged solution.
 DEFAULT_GRADING = Grading(grasp_m=1e-3, anchor_m=3e-3, largest_m=12e-3, growth=2.0, layers=1)
 # About a third of the default's error: it measures the default's.
-FINE_GRADING = Grading(grasp_m=0.5e-3, anchor_m=2e-3, largest_m=8e-3, growth=1.8, layers=2)
+FINE_GRADING = Grading(grasp_m=0.5e-3, anchor_m=2e-3, largest_m=12e-3, growth=2.0, layers=2)
 
 # Tetrahedra shrink in all three directions towards a rim, hexahedra in one or two, so that the same size costs far
 # more of them. With these factors the default grading stays within 1 % in force on the paper's block, whose volume

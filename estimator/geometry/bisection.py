@@ -20,8 +20,8 @@ TETRAHEDRON_EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])
 
 
 def refine(
-    points: FloatArray, cells: IntArray, wanted_m: Callable[[FloatArray], FloatArray], where: BoolArray
-) -> tuple[FloatArray, IntArray, IntArray]:
+    points: FloatArray, cells: IntArray, wanted_m: Callable[[FloatArray], FloatArray]
+) -> tuple[FloatArray, IntArray]:
     """Bisect tetrahedra until none has an edge much longer than wanted.
 
     Parameters
@@ -29,23 +29,20 @@ def refine(
     points : (n, 3) float64, m
     cells : (e, 4) int64
     wanted_m : returns the edge lengths (k,) that are aimed at for points (k, 3), m
-    where : (e,) tetrahedra to refine; others follow only where the mesh would not conform otherwise
 
     Returns
     -------
     points, cells : the refined mesh, in the orientation of the given one
-    parent : (e',) int64, the given tetrahedron that each one is a part of
     """
-    parent = np.arange(len(cells))
     while True:
         edges = _number_edges(points, cells)
         longest = edges.longest
         middle = points[edges.ends].mean(axis=1)
         # Bisection halves a length, so that between √2 and 1/√2 of the aim is as near as it comes.
         long = edges.length > np.sqrt(2.0) * wanted_m(middle)
-        marked = np.unique(longest[where[parent] & long[longest]])
+        marked = np.unique(longest[long[longest]])
         if not len(marked):
-            return points, cells, parent
+            return points, cells
         bisected = _bisectable(edges, longest, marked)
         new = np.where(bisected, len(points) + np.cumsum(bisected) - 1, -1)
         points = np.vstack([points, middle[bisected]])
@@ -57,7 +54,6 @@ def refine(
             half[np.arange(len(half)), TETRAHEDRON_EDGES[local, end]] = new[longest[split]]
             halves.append(half)
         cells = np.concatenate([cells[~split], *halves])
-        parent = np.concatenate([parent[~split], parent[split], parent[split]])
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ BoolArray = NDArray[np.bool_]
 # Lengths below this share of the bounding box's diagonal do not matter: a box that reaches no deeper into the
 # tissue holds its surface, and a face of a box that lies no farther below the surface means the surface.
 _TOLERANCE = 2e-3
-_SAMPLES = 24
+_SAMPLES = 16
 
 
 @dataclass(frozen=True, eq=False)

@@ -94,7 +94,7 @@ def _write(tissue: TissueMesh, file: Path) -> None:
 
 def _read(file: Path) -> TissueMesh:
     try:
-        with np.load(file) as kept:
+        with file.open("rb") as stream, np.load(stream) as kept:
             about = json.loads(str(kept["about"]))
             mesh = Mesh(kept["points"], kept["cells"], "tet10")
             held = dict(zip(about["held"], kept["held"], strict=True))

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from estimator.errors import InputError
 from estimator.experiment import Box
 from estimator.fem.mesh import Mesh
+from estimator.fem.surface import boundary_faces
 from estimator.geometry.bisection import TETRAHEDRON_EDGES, refine
 from estimator.geometry.fitting import fitted
 from estimator.geometry.grading import EdgeLengthField, EdgeLengths
@@ -26,10 +27,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-# Whose a tetrahedron is: nobody's, the deformable tissue's, or from here on the regions' in their order.
-_OUTSIDE, _TISSUE, _REGION = -1, 0, 1
+_NOBODY = -1
 _MOST_ELEMENTS = 1e6
-_FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,13 +68,10 @@ def tetrahedralise(surface: Surface, regions: Mapping[str, Region], lengths: Edg
     body = hold_regions(surface, regions, reach_m=lengths.largest_m)
     followed = [body.surface.corners[body.remaining], *(hold.walls for hold in body.holds.values())]
     points, cells = tetrahedra_around(np.concatenate(followed), lengths.largest_m)
-    owner = _owners(body, points[cells].mean(axis=1))
-    _, held = _boundary(body, points, cells, owner)
-    wanted = EdgeLengthField(points, held, lengths)
-    points, cells, parent = refine(points, cells, wanted, owner == _TISSUE)
-    free, held = _boundary(body, points, cells, owner[parent])
-    cells = cells[owner[parent] == _TISSUE]
-    points, cells, free, held = _compressed(points, cells, free, held)
+    points, cells = _compressed(points, cells[_in_tissue(body, points[cells].mean(axis=1))])
+    _, held = _boundary(body, points, cells)
+    points, cells = refine(points, cells, EdgeLengthField(points, held, lengths))
+    free, held = _boundary(body, points, cells)
     points = fitted(points, cells, free, held, body)
     quality = measure_quality(points, cells, free, held, body)
     check_quality(quality)
@@ -100,49 +96,42 @@ def _check_lengths(surface: Surface, lengths: EdgeLengths) -> None:
         )
 
 
-def _owners(body: HeldSurface, centres: FloatArray) -> IntArray:
-    owner = np.where(inside(body.surface, centres), _TISSUE, _OUTSIDE)
-    for number, hold in enumerate(body.holds.values()):
+def _in_tissue(body: HeldSurface, points: FloatArray) -> BoolArray:
+    """Tell which points (m, 3) lie in the tissue that is left."""
+    left = inside(body.surface, points)
+    for hold in body.holds.values():
         if hold.core is not None:
-            owner[hold.core.contains(centres)] = _REGION + number
-    return owner
+            left &= ~hold.core.contains(points)
+    return left
 
 
-def _boundary(
-    body: HeldSurface, points: FloatArray, cells: IntArray, owner: IntArray
-) -> tuple[IntArray, dict[str, IntArray]]:
-    """Return the faces (f, 3) of the tissue that are free, and those that each region holds, seen from outside."""
-    tissue = owner == _TISSUE
-    faces = cells[:, _FACES].reshape(-1, 3)
-    order = np.lexsort(np.sort(faces, axis=1).T)
-    key = np.sort(faces, axis=1)[order]
-    number = np.empty(len(faces), dtype=np.int64)
-    number[order] = np.append(0, np.cumsum(np.any(key[1:] != key[:-1], axis=1)))
-    of_face = np.repeat(owner, 4)
-    beyond = np.full(number.max() + 1, _OUTSIDE)
-    np.maximum.at(beyond, number, np.where(of_face == _TISSUE, _OUTSIDE, of_face))
-    sides = np.bincount(number, np.repeat(tissue, 4))
-    bounding = np.flatnonzero(np.repeat(tissue, 4) & (sides[number] == 1))
-    holder = beyond[number[bounding]]
-    bounding = faces[bounding]
-    on_surface = np.flatnonzero(holder == _OUTSIDE)
-    triangle, _ = nearest(body.surface.corners, points[bounding[on_surface]].mean(axis=1))
-    for index, hold in enumerate(body.holds.values()):
+def _boundary(body: HeldSurface, points: FloatArray, cells: IntArray) -> tuple[IntArray, dict[str, IntArray]]:
+    """Return the boundary faces (f, 3) of the tissue that are free, and those that each region holds.
+
+    A face belongs to what its centre is nearest to: a wall, or a triangle of the surface.
+    """
+    faces = boundary_faces(Mesh(points, cells, "tet4"))
+    centres = points[faces].mean(axis=1)
+    triangles = np.flatnonzero(body.remaining)
+    nearest_triangle, foot = nearest(body.surface.corners[triangles], centres)
+    distance = np.linalg.norm(centres - foot, axis=1)
+    holder = np.full(len(faces), _NOBODY)
+    for number, hold in enumerate(body.holds.values()):
         if hold.core is None:
-            holder[on_surface[hold.patch[triangle]]] = _REGION + index
-    held = {name: bounding[holder == _REGION + index] for index, name in enumerate(body.holds)}
-    return bounding[holder == _OUTSIDE], held
+            holder[hold.patch[triangles[nearest_triangle]] & (holder == _NOBODY)] = number
+            continue
+        _, foot = nearest(hold.walls, centres)
+        from_wall = np.linalg.norm(centres - foot, axis=1)
+        holder[from_wall < distance] = number
+        distance = np.minimum(distance, from_wall)
+    held = {name: faces[holder == number] for number, name in enumerate(body.holds)}
+    return faces[holder == _NOBODY], held
 
 
-def _compressed(
-    points: FloatArray, cells: IntArray, free: IntArray, held: Mapping[str, IntArray]
-) -> tuple[FloatArray, IntArray, IntArray, dict[str, IntArray]]:
+def _compressed(points: FloatArray, cells: IntArray) -> tuple[FloatArray, IntArray]:
     """Leave out the points that no cell uses."""
     used, renumbered = np.unique(cells, return_inverse=True)
-    number = np.full(len(points), -1)
-    number[used] = np.arange(len(used))
-    renamed = {name: number[faces] for name, faces in held.items()}
-    return points[used], renumbered.reshape(-1, 4), number[free], renamed
+    return points[used], renumbered.reshape(-1, 4)
 
 
 def _quadratic(

@@ -57,13 +57,12 @@ REFERENCE_BLOCK = block_at_rest(
     1e-3 * np.array([(x, y, 5.0) for x in _ROWS_MM for y in _ROWS_MM]),
 )
 
-_BEADS_MM = (-10.0, 0.0, 10.0), (-6.0, 0.0, 6.0)
-# Small, so that whole estimations are a matter of a second; gripped over its whole width.
+# Small, so that a whole estimation is a matter of a second or two; gripped over its whole width.
 SMALL_BLOCK = block_at_rest(
-    (0.04, 0.03, 0.01),
-    Box((0.012, -0.015, -0.005), (0.02, 0.015, 0.005)),
+    (0.06, 0.03, 0.01),
+    Box((0.018, -0.015, -0.005), (0.03, 0.015, 0.005)),
     SensorNoise(force_std=0.02, torque_std=5e-4, fiducial_std=5e-5, position_std=3e-5),
-    1e-3 * np.array([(x, y, 5.0) for x in _BEADS_MM[0] for y in _BEADS_MM[1]]),
+    1e-3 * np.array([(x, y, 5.0) for x in (-18.0, -6.0, 6.0) for y in (-9.0, 0.0, 9.0)]),
 )
 
 

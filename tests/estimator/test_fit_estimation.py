@@ -33,8 +33,8 @@ FloatArray = NDArray[np.float64]
 
 YOUNGS_MODULUS, POISSON_RATIO = 12e3, 0.46
 PATHS = {
-    "pull": straight_pull(SMALL_BLOCK, 0.008, 6),
-    "twist": turning_pull(SMALL_BLOCK, 0.006, np.radians([25.0, 0.0, 10.0]), 6),
+    "pull": straight_pull(SMALL_BLOCK, 0.012, 6),
+    "twist": turning_pull(SMALL_BLOCK, 0.009, np.radians([25.0, 0.0, 10.0]), 6),
 }
 Solved = dict[str, tuple[list[GripperPose], list[Observation]]]
 

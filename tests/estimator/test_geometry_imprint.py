@@ -90,8 +90,8 @@ def test_walls_and_fins_stand_out_of_the_body() -> None:
 def test_area_and_volume_of_a_cut_through_a_sphere_are_those_of_its_cap(depth: float) -> None:
     left = Box((-0.06, -0.06, -0.06), (depth - 0.05, 0.06, 0.06))
     hold = hold_regions(sphere_surface(0.05, 4), {"anchor": left}, 0.01).holds["anchor"]
-    assert hold.area_m2 == pytest.approx(np.pi * depth * (0.1 - depth), rel=4e-3)
-    assert hold.volume_m3 == pytest.approx(np.pi * depth**2 * (0.15 - depth) / 3, rel=4e-3)
+    assert hold.area_m2 == pytest.approx(np.pi * depth * (0.1 - depth), rel=5e-3)
+    assert hold.volume_m3 == pytest.approx(np.pi * depth**2 * (0.15 - depth) / 3, rel=5e-3)
 
 
 def test_a_box_inside_the_tissue_has_six_walls() -> None:

@@ -38,7 +38,7 @@ REGIONS = {
 
 @pytest.fixture(scope="module")
 def block() -> TissueMesh:
-    lengths = EdgeLengths(0.016, {"grasp": 0.008}, growth=1.0)
+    lengths = EdgeLengths(0.016, {"grasp": 0.005}, growth=1.0)
     return tetrahedralise(block_surface((0.1, 0.1, 0.01)), REGIONS, lengths)
 
 
@@ -46,7 +46,7 @@ def block() -> TissueMesh:
 def sphere() -> TissueMesh:
     surface = sphere_surface(0.05, 3)
     foot = Painted(surface.corners[:, :, 2].max(axis=1) < -0.035)
-    return tetrahedralise(surface, {"foot": foot}, EdgeLengths(0.025, {"foot": 0.015}))
+    return tetrahedralise(surface, {"foot": foot}, EdgeLengths(0.04, {"foot": 0.02}, growth=1.0))
 
 
 @pytest.fixture
@@ -74,6 +74,7 @@ def test_a_block_has_its_volume_less_the_gripped_column(block: TissueMesh) -> No
 
 def test_a_sphere_has_its_volume(sphere: TissueMesh) -> None:
     assert len(sphere.mesh.cells) < 1500
+    # Triangles lose 0.9 % to the sphere, chords of this length another 1.5 %.
     assert build_body(sphere.mesh).volume.sum() == pytest.approx(4 / 3 * np.pi * 0.05**3, rel=0.03)
 
 
@@ -96,15 +97,15 @@ def test_held_nodes_lie_in_their_region_and_all_others_out_of_it(block: TissueMe
 
 
 def test_a_painted_patch_is_covered(sphere: TissueMesh) -> None:
-    assert sphere.quality.covered["foot"] == pytest.approx(1.0, abs=0.03)
+    assert sphere.quality.covered["foot"] == pytest.approx(1.0, abs=0.02)
     assert held_faces(sphere, "foot")[:, :, 2].max() < -0.034
 
 
 def test_elements_are_finer_at_the_graded_rim(block: TissueMesh) -> None:
     corners = block.mesh.points[block.mesh.cells[:, :4]]
     edge = np.linalg.norm(corners[:, 0] - corners[:, 1], axis=1)
-    at_grasp = np.linalg.norm(corners.mean(axis=1)[:, :2] - [0.03, 0.01], axis=1) < 0.006
-    assert edge[at_grasp].mean() < 0.7 * edge[~at_grasp].mean()
+    away = np.linalg.norm(corners.mean(axis=1)[:, :2] - [0.03, 0.01], axis=1)
+    assert edge[away < 0.006].mean() < 0.7 * edge[away > 0.03].mean()
 
 
 def test_quality_is_told_as_it_is(block: TissueMesh, sphere: TissueMesh) -> None:
@@ -139,10 +140,10 @@ def test_bisection_conforms_keeps_the_volume_and_reaches_the_wanted_length() -> 
         return 0.01 + 0.5 * np.linalg.norm(x - 0.05, axis=1)
 
     assert np.all(tetrahedron_volumes(points[cells]) > 0)
-    fine, children, parent = refine(points, cells, wanted, np.ones(6, dtype=bool))
+    fine, children = refine(points, cells, wanted)
     volumes = tetrahedron_volumes(fine[children])
     assert np.all(volumes > 0)
-    assert np.bincount(parent, volumes) == pytest.approx(tetrahedron_volumes(points[cells]))
+    assert volumes.sum() == pytest.approx(0.1**3)
     ends = fine[children[:, [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]]]
     length = np.linalg.norm(ends[:, :, 0] - ends[:, :, 1], axis=2)
     assert np.all(
