@@ -26,9 +26,11 @@ DEFAULT_GRADING = Grading(grasp_m=1e-3, anchor_m=3e-3, largest_m=12e-3, growth=2
 FINE_GRADING = Grading(grasp_m=0.5e-3, anchor_m=2e-3, largest_m=12e-3, growth=2.0, layers=2)
 
 # Tetrahedra shrink in all three directions towards a rim, hexahedra in one or two, so that the same size costs far
-# more of them. With these factors the default grading stays within 1 % in force on the paper's block, whose volume
-# is this; larger phantoms get larger elements.
+# more of them; layers of hexahedra refine one direction, for which tetrahedra refine all, but less. With these factors
+# the default grading stays within 1 % in force on the paper's block, whose volume is this; larger phantoms get larger
+# elements.
 _TETRAHEDRON_AT_GRASP, _TETRAHEDRON_AT_ANCHOR, _TETRAHEDRON_GROWTH = 3.0, 2.0, 0.5
+_TETRAHEDRON_BY_LAYERS = -0.5
 _BLOCK_VOLUME_M3 = 1e-4
 _GRASP = "grasp"
 
@@ -76,9 +78,10 @@ def held_regions(experiment: Experiment) -> dict[str, Region]:
 def edge_lengths(surface: Surface, regions: Iterable[str], grading: Grading) -> EdgeLengths:
     """Return the edge lengths of tetrahedra that go with a block's grading."""
     scale = (surface.volume_m3 / _BLOCK_VOLUME_M3) ** (1 / 3)
+    largest = grading.largest_m * grading.layers**_TETRAHEDRON_BY_LAYERS
     at_grasp, at_anchor = _TETRAHEDRON_AT_GRASP * grading.grasp_m, _TETRAHEDRON_AT_ANCHOR * grading.anchor_m
     rims = {name: scale * (at_grasp if name == _GRASP else at_anchor) for name in regions}
-    return EdgeLengths(scale * grading.largest_m, rims, _TETRAHEDRON_GROWTH * (grading.growth - 1.0))
+    return EdgeLengths(scale * largest, rims, _TETRAHEDRON_GROWTH * (grading.growth - 1.0))
 
 
 def _surface_problem(experiment: Experiment, file: Path, grading: Grading) -> RetractionProblem:

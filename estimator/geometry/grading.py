@@ -19,7 +19,14 @@ _SAMPLES_AN_EDGE_LENGTH = 2.0
 
 @dataclass(frozen=True, slots=True)
 class EdgeLengths:
-    """Edge lengths, m: the largest, those on the rim of each region, and by how much they grow per metre from there."""
+    """How long edges should be.
+
+    Attributes
+    ----------
+    largest_m : anywhere
+    rims_m : on the rim of each region; a region that is not named is not graded
+    growth : by which they lengthen from there, m per m of distance
+    """
 
     largest_m: float
     rims_m: Mapping[str, float] = field(default_factory=dict)
@@ -33,7 +40,7 @@ class EdgeLengthField:
     ----------
     points : (n, 3) float64, nodes of a mesh, m
     held : for each region the boundary faces (f, 3) that it holds
-    lengths : a region whose rim has no length of its own is not graded
+    lengths : what is wanted on the rims and away from them
     """
 
     def __init__(self, points: FloatArray, held: Mapping[str, IntArray], lengths: EdgeLengths) -> None:

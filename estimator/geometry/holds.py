@@ -200,11 +200,9 @@ def _wall_area(surface: Surface, corners: FloatArray, side: int, axis: int) -> f
 
 def _volume(surface: Surface, patch: BoolArray, corners: FloatArray) -> float:
     """Return the volume of the tissue in a box, m³: the flux of (x − x₀, 0, 0), x₀ at the lower face, through it."""
-    through_patch = (surface.corners[patch, :, 0].mean(axis=1) - corners[0, 0]) @ surface.area_vectors[
-        patch, 0
-    ]
-    through_upper_face = (corners[1, 0] - corners[0, 0]) * _wall_area(surface, corners, 1, 0)
-    return float(through_patch + through_upper_face)
+    from_lower_face = surface.corners[patch, :, 0].mean(axis=1) - corners[0, 0]
+    through_patch = float(from_lower_face @ surface.area_vectors[patch, 0])
+    return through_patch + float(corners[1, 0] - corners[0, 0]) * _wall_area(surface, corners, 1, 0)
 
 
 def _box(corners: FloatArray) -> Box:
