@@ -1,1 +1,0 @@
-"""Measurements of speed and accuracy, each a command: ``python -m benchmarks.forward``, ``.estimation``, ``.accuracy``."""
