@@ -10,21 +10,25 @@ import select
 import socket
 import threading
 import time
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import Self
 
 from robot_drivers.abb.egm_codec import MciState
-from robot_drivers.abb.emulator_arm import CYCLE_S, Arm
+from robot_drivers.abb.emulator_arm import CYCLE_S, Arm, Motion
 from robot_drivers.abb.emulator_egm import GENERATIONS, EgmSender, robot_message
 from robot_drivers.abb.emulator_guidance import Guidance, GuidanceSettings, GuidanceState
 from robot_drivers.abb.emulator_ports import CommandPort, ServerPort
 from robot_drivers.abb.emulator_rapid import RapidServer
 from robot_drivers.abb.emulator_settings import ArmSettings, ControllerFaults, EmulatorSettings
-from robot_drivers.errors import ConfigurationError, DeviceTimeoutError
+from robot_drivers.clock import host_time_ns
+from robot_drivers.errors import ConfigurationError, DeviceTimeoutError, MotionRefusedError
 from robot_drivers.protocols import Pose
 
 _ORDER_TIMEOUT_S = 5.0
+_REMEMBERED_CYCLES = 2048
+_JOG_SPEED = (0.05, 0.5)  # m/s, rad/s
 
 
 class ControllerEmulator:
@@ -37,6 +41,7 @@ class ControllerEmulator:
     def __init__(self, settings: EmulatorSettings | None = None) -> None:
         self._settings = settings or EmulatorSettings()
         self._arm = Arm(self._settings.arm)
+        self._path = deque([(host_time_ns(), self._arm.actual)], maxlen=_REMEMBERED_CYCLES)
         self._rapid = RapidServer(self._settings, self._arm)
         self._command = CommandPort(self._settings.bind_address, self._settings.command_port)
         self._state = ServerPort(self._settings.bind_address, self._settings.state_port)
@@ -46,6 +51,9 @@ class ControllerEmulator:
         self._egm_number = 0
         self._state_number = 0
         self._cycles = 0
+        self._injected_s = time.monotonic()
+        self._restart_due = True
+        self._held_back: list[bytes] = []
         self._orders: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._bell, self._wake = socket.socketpair()
         self._stopping = False
@@ -64,6 +72,10 @@ class ControllerEmulator:
     def pose(self) -> Pose:
         """Return where the tool truly is now, ``T_base_tool``; cheap, from any thread."""
         return self._arm.actual
+
+    def path(self) -> Sequence[tuple[int, Pose]]:
+        """Return host time, ns, and :meth:`pose` of the newest cycles, oldest first; cheap, from any thread."""
+        return self._path.copy()
 
     def start(self) -> None:
         """Switch the controller on."""
@@ -106,6 +118,8 @@ class ControllerEmulator:
 
         def apply() -> None:
             self._rapid.faults = faults
+            self._injected_s = time.monotonic()
+            self._restart_due = True
 
         self._order(apply)
 
@@ -137,6 +151,20 @@ class ControllerEmulator:
             self._rapid.motors_on = True
 
         self._order(apply)
+
+    def jog(self, T_base_tool: Pose) -> None:
+        """Move the tool by hand from the pendant, past the RAPID server, and wait until it stands there.
+
+        Raises
+        ------
+        MotionRefusedError
+            When the arm cannot get there; it stands where it got to.
+        """
+        self._order(lambda: self._arm.start_line(T_base_tool, *_JOG_SPEED, landing_offset=(0.0, 0.0, 0.0)))
+        while self._arm.motion is Motion.MOVING:
+            time.sleep(CYCLE_S)
+        if self._arm.motion is not Motion.ARRIVED:
+            raise MotionRefusedError(f"the arm cannot be jogged to {T_base_tool}")
 
     def drop_connections(self) -> None:
         """Break both TCP connections."""
@@ -185,26 +213,56 @@ class ControllerEmulator:
             if self._awake:
                 self._command.serve(self._rapid.begin_session, self._rapid.handle)
             while time.monotonic() >= next_cycle and not self._stopping:
-                self._cycle()
+                late_s = time.monotonic() - next_cycle
+                self._cycle(host_time_ns() - round(late_s * 1e9))
                 next_cycle += CYCLE_S
 
     @property
     def _awake(self) -> bool:
         """Whether the RAPID tasks answer."""
         started = self._cycles * CYCLE_S >= self._settings.start_delay_s
-        return started and not self._rapid.faults.mute
+        return started and self._reachable and not self._rapid.faults.mute
 
-    def _cycle(self) -> None:
+    @property
+    def _elapsed_s(self) -> float:
+        return time.monotonic() - self._injected_s
+
+    @property
+    def _reachable(self) -> bool:
+        faults = self._rapid.faults
+        return not (faults.unplugged(self._elapsed_s) or faults.off(self._elapsed_s))
+
+    def _cycle(self, due_ns: int) -> None:
+        if self._restart_due and self._elapsed_s >= self._rapid.faults.restart_at_s:
+            self._restart()
+        if self._rapid.faults.off(self._elapsed_s):
+            return
         self._cycles += 1
-        for reply in self._rapid.cycle(CYCLE_S, self._command.client_silence_s):
-            self._command.send(reply)
+        self._held_back += self._rapid.cycle(CYCLE_S, self._command.client_silence_s)
+        if self._reachable:
+            for reply in self._held_back:
+                self._command.send(reply)
+            self._held_back.clear()
+        self._path.append((due_ns, self._arm.actual))
         drop_at = self._rapid.faults.drop_at_fraction
         if drop_at is not None and self._arm.fraction_done > drop_at:
             self._drop_clients()
-        if self._egm is not None:
+        if self._egm is not None and self._reachable:
             self._send_egm(self._egm)
         if self._awake and self._cycles % self._settings.state_period_cycles == 0:
             self._send_state()
+
+    def _restart(self) -> None:
+        """Lose power: what is in volatile memory begins anew, the arm stands where it was."""
+        self._restart_due = False
+        self._drop_clients()
+        self._held_back.clear()
+        self._arm.halt()
+        faults, self._rapid = self._rapid.faults, RapidServer(self._settings, self._arm)
+        self._rapid.faults = faults
+        self._cycles = self._egm_number = self._state_number = 0
+        if self._guidance is not None:
+            self._stop_egm()
 
     @property
     def _controller_us(self) -> int:

@@ -100,6 +100,10 @@ class Arm:
         if self._line is not None:
             self._line.braking = True
 
+    def halt(self) -> None:
+        """Stand at once, as the brakes make it when power is lost."""
+        self._line, self.motion = None, Motion.STANDING
+
     def step(self) -> None:
         """Advance by one cycle."""
         line = self._line

@@ -3,6 +3,8 @@
 import math
 import random
 import socket
+import time
+from collections import deque
 
 from robot_drivers.abb.egm_codec import (
     EgmCartesian,
@@ -77,26 +79,33 @@ class EgmSender:
         self._remote = remote
         self._random = random.Random(seed)
         self._kept_back: bytes | None = None
+        self._on_the_way: deque[tuple[float, bytes]] = deque()
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
         self._socket.bind(("", 0))
 
     def send(self, message: EgmRobot, faults: ControllerFaults) -> None:
         """Send one message, as the faults allow."""
+        self._send_due()
         datagram = encode(message)
         if self._happens(faults.egm_loss):
             return
+        if self._happens(faults.egm_truncation):
+            datagram = datagram[: self._random.randrange(len(datagram))]
         if self._kept_back is None and self._happens(faults.egm_reorder):
             self._kept_back = datagram
             return
-        self._transmit(datagram)
+        leaving = [datagram]
         if self._kept_back is not None:
-            self._transmit(self._kept_back)
+            leaving.append(self._kept_back)
             self._kept_back = None
         if self._happens(faults.egm_duplicate):
-            self._transmit(datagram)
+            leaving.append(datagram)
         if self._happens(faults.egm_rubbish):
-            self._transmit(self._random.randbytes(_RUBBISH_BYTES))
+            leaving.append(self._random.randbytes(_RUBBISH_BYTES))
+        due_s = time.monotonic() + faults.egm_delay_s
+        self._on_the_way.extend((due_s, datagram) for datagram in leaving)
+        self._send_due()
 
     def receive(self) -> bytes | None:
         """Return the next datagram of the PC, None if there is none. A controller takes one in a cycle."""
@@ -115,8 +124,9 @@ class EgmSender:
     def _happens(self, probability: float) -> bool:
         return probability > 0 and self._random.random() < probability
 
-    def _transmit(self, datagram: bytes) -> None:
-        self._socket.sendto(datagram, self._remote)
+    def _send_due(self) -> None:
+        while self._on_the_way and self._on_the_way[0][0] <= time.monotonic():
+            self._socket.sendto(self._on_the_way.popleft()[1], self._remote)
 
 
 def _motion(generation: str, reading: Reading, controller_us: int) -> EgmMotion:

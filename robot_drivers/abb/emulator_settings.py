@@ -1,5 +1,6 @@
 """What an emulated controller is like, and what goes wrong with it."""
 
+import math
 from dataclasses import dataclass, field
 
 from robot_drivers.abb import poses
@@ -52,27 +53,45 @@ class InstalledLimits:
 
 @dataclass(frozen=True, slots=True)
 class ControllerFaults:
-    """What goes wrong; the default is nothing.
+    """What goes wrong; the default is nothing. Times count from the injection.
 
     Attributes
     ----------
-    egm_loss, egm_duplicate, egm_reorder, egm_rubbish : probability of each datagram to be left out, to be
-        sent twice, to change places with the next one, to be followed by one of random bytes
+    egm_loss, egm_duplicate, egm_reorder, egm_truncation, egm_rubbish : probability of each datagram to be left out,
+        to be sent twice, to change places with the next one, to be cut short, to be followed by one of random bytes
+    egm_delay_s : extra time that every datagram spends on its way
     stop_at_fraction : at this part of the way of any motion the controller stops its motion program, as it
         does for a collision
     drop_at_fraction : at this part of the way both TCP connections break
     mute : the RAPID tasks hang: connections stand, nothing is answered or streamed
     landing_offset : how far beside its target a motion ends, m
+    unplug_at_s, unplug_for_s : the network cable is out meanwhile: nothing comes or goes, connections stand
+    restart_at_s, restart_for_s : the controller is off meanwhile; its connections break, and its clock, numbers and
+        session limits begin anew. An operator has switched motors and program on when it is back
     """
 
     egm_loss: float = 0.0
     egm_duplicate: float = 0.0
     egm_reorder: float = 0.0
+    egm_truncation: float = 0.0
     egm_rubbish: float = 0.0
+    egm_delay_s: float = 0.0
     stop_at_fraction: float | None = None
     drop_at_fraction: float | None = None
     mute: bool = False
     landing_offset: Vector = (0.0, 0.0, 0.0)
+    unplug_at_s: float = math.inf
+    unplug_for_s: float = 0.0
+    restart_at_s: float = math.inf
+    restart_for_s: float = 0.0
+
+    def unplugged(self, elapsed_s: float) -> bool:
+        """Tell whether the cable is out."""
+        return self.unplug_at_s <= elapsed_s < self.unplug_at_s + self.unplug_for_s
+
+    def off(self, elapsed_s: float) -> bool:
+        """Tell whether the controller is off."""
+        return self.restart_at_s <= elapsed_s < self.restart_at_s + self.restart_for_s
 
 
 @dataclass(frozen=True, slots=True)

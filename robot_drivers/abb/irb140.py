@@ -7,18 +7,17 @@ connection was lost is never repeated.
 """
 
 import contextlib
-import math
 import threading
 import time
 from collections.abc import Sequence
 
 from robot_drivers.abb import poses
+from robot_drivers.abb.arrival import MotionInterruptedError, check_arrival
 from robot_drivers.abb.irb140_session import IRB140Settings, Session, done, open_session
 from robot_drivers.abb.limits import check_on_line, check_trajectory
 from robot_drivers.abb.rapid_frames import Command, Reply, ReplyKind, Status, TextReply, move_numbers
 from robot_drivers.errors import (
     DeviceError,
-    DeviceFaultError,
     DeviceProtocolError,
     DeviceTimeoutError,
     DeviceUnreachableError,
@@ -36,14 +35,6 @@ _TROUBLES = {
     Status.HOLDING: "holding; call resume()",
 }
 _NEEDS = {Status.MOTORS_ON: "motors are off", Status.PROGRAM_RUNNING: "the motion program is stopped"}
-
-
-class MotionInterruptedError(DeviceFaultError):
-    """A motion that began and did not arrive; ``reached`` is the reported ``T_base_tool``."""
-
-    def __init__(self, message: str, reached: Pose) -> None:
-        super().__init__(message)
-        self.reached = reached
 
 
 class IRB140:
@@ -223,10 +214,7 @@ class IRB140:
             raise MotionInterruptedError(
                 f"the motion was stopped on its way: {reply.cause}", reply.T_base_tool
             )
-        position_error, angle_error = poses.distance(target, reply.T_base_tool)
-        if position_error > self._settings.position_tolerance or angle_error > self._settings.angle_tolerance:
-            raise DeviceFaultError(
-                f"the tool stands {position_error * 1e3:.3f} mm and {math.degrees(angle_error):.3f}° "
-                "off its target although the controller reports arrival; check load and tool data"
-            )
+        check_arrival(
+            target, reply.T_base_tool, self._settings.position_tolerance, self._settings.angle_tolerance
+        )
         return reply.T_base_tool

@@ -5,7 +5,7 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
-from robot_drivers.abb import kinematics, poses
+from robot_drivers.abb import poses
 from robot_drivers.abb.command_connection import CommandConnection, ConnectionSettings
 from robot_drivers.abb.egm import EGMSample, EGMSettings, PositionStream
 from robot_drivers.abb.limits import MotionLimits
@@ -18,11 +18,9 @@ from robot_drivers.abb.rapid_frames import (
     limit_numbers,
 )
 from robot_drivers.abb.state_stream import StateStream
+from robot_drivers.abb.tool_data import SAME_ANGLE, SAME_POSITION, check_tool_data
 from robot_drivers.errors import ConfigurationError, DeviceFaultError, DeviceProtocolError
 from robot_drivers.protocols import DeviceIdentity, Pose, PoseBlock, StreamStatistics
-
-_SAME_POSITION = 0.005  # m
-_SAME_ANGLE = math.radians(2.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +90,7 @@ def open_session(settings: IRB140Settings, motion_forbidden: bool) -> Session:
                 f"the RAPID modules speak protocol version {hello.detail:g}, this driver "
                 f"{PROTOCOL_VERSION}; load the modules that came with it"
             )
-        _check_tool(settings, hello)
+        check_tool_data(settings.T_flange_tool, hello.joints, hello.T_base_tool)
         done(command.request(Command.SET_LIMITS, limit_numbers(settings.limits)), "SET_LIMITS")
         words = command.request_text(Command.IDENTIFY)
         source, description = _open_source(settings, command)
@@ -135,24 +133,11 @@ def _open_source(settings: IRB140Settings, command: CommandConnection) -> tuple[
     return state_stream, "RAPID state stream"
 
 
-def _check_tool(settings: IRB140Settings, state: Reply) -> None:
-    """Refuse a controller whose tool pose does not follow from its joints: joint limits would be checked wrongly."""
-    flange = kinematics.forward(state.joints)
-    position, angle = poses.distance(poses.compose(flange, settings.T_flange_tool), state.T_base_tool)
-    if position > _SAME_POSITION or angle > _SAME_ANGLE:
-        reported = poses.compose(poses.inverse(flange), state.T_base_tool)
-        raise ConfigurationError(
-            f"the controller's tool is {position * 1e3:.1f} mm and {math.degrees(angle):.1f}° from where "
-            f"T_flange_tool puts it; from its joints the tool data would be {reported.position} m, "
-            f"{reported.quaternion_wxyz}. Correct T_flange_tool, the tool data, or a base frame that was moved"
-        )
-
-
 def _check_same_pose(sample: EGMSample, state: Reply) -> None:
     """Refuse an EGM stream of another tool, work object or angle unit than that of the RAPID server."""
     position, angle = poses.distance(sample.pose, state.T_base_tool)
     joints = max(abs(a - b) for a, b in zip(sample.joints, state.joints, strict=True))
-    if position > _SAME_POSITION or max(angle, joints) > _SAME_ANGLE:
+    if position > SAME_POSITION or max(angle, joints) > SAME_ANGLE:
         raise ConfigurationError(
             f"EGM reports the tool {position * 1e3:.1f} mm and {math.degrees(angle):.1f}° and a joint "
             f"{math.degrees(joints):.1f}° from what the RAPID server reports; give both the same tool and work "

@@ -83,7 +83,8 @@ def check_trajectory(
     """
     _check_speed(limits, speed)
     T_tool_flange = poses.inverse(T_flange_tool)
-    joints, reached, pose = start_joints, [], start
+    joints = _joints_of_start(poses.compose(start, T_tool_flange), start_joints)
+    reached, pose = [], start
     for number, target in enumerate(targets, start=1):
         try:
             joints = _check_step(limits, pose, joints, target, speed, T_tool_flange)
@@ -150,6 +151,14 @@ def _check_step(
         _check_joints(limits, following)
         _check_joint_motion(joints, following, sample_time)
         joints = following
+    return joints
+
+
+def _joints_of_start(T_base_flange: Pose, reported: Joints) -> Joints:
+    """Return the joints that belong to the start, free of the rounding with which a controller reports them."""
+    joints = kinematics.inverse_continuous(T_base_flange, reported)
+    if max(abs(a - b) for a, b in zip(joints, reported, strict=True)) > _CONFIGURATION_JUMP:
+        raise MotionRefusedError("the joints reported do not belong to the pose reported; nothing has moved")
     return joints
 
 

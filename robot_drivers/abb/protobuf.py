@@ -79,7 +79,8 @@ def decode(layout: type[Message], data: bytes) -> Message:
     Raises
     ------
     DeviceProtocolError
-        When the bytes are no such message: truncated, a field of another wire type, a required field missing.
+        When the bytes are no such message: truncated, a field of another wire type, a required field missing, or
+        one that is not repeated there twice (protobuf would take the later one; no sender means that).
     """
     fields = _layout(layout).fields
     values: dict[str, Any] = {}
@@ -88,6 +89,8 @@ def decode(layout: type[Message], data: bytes) -> Message:
         number, wire_type, raw, position = _read_field(data, position)
         if number in fields:
             name, kind = fields[number]
+            if name in values and not isinstance(kind, _Doubles):
+                raise DeviceProtocolError(f"{layout.__name__}.{name} is there twice")
             try:
                 values[name] = kind.read(wire_type, raw, values.get(name))
             except DeviceProtocolError as error:

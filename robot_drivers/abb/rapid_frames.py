@@ -240,7 +240,8 @@ def decode_reply(frame: bytes) -> Reply | TextReply:
         return TextReply(seq, text.rstrip(" \0"))
     numbers = _REPLY.unpack(frame)[4:]
     code, detail, last_move = numbers[0], numbers[1], numbers[15]
-    if not all(map(math.isfinite, (code, detail, last_move))):
+    whole = code.is_integer() and last_move.is_integer() and 0 <= last_move <= LARGEST_MOVE_SEQUENCE
+    if not (whole and math.isfinite(detail)):
         raise DeviceProtocolError(f"reply {seq} with code {code}, detail {detail}, last move {last_move}")
     try:
         reply_kind, reply_code = ReplyKind(kind), Code(int(code))

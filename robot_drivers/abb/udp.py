@@ -2,20 +2,15 @@
 
 import select
 import socket
-import struct
-import sys
 from dataclasses import dataclass
 
 from robot_drivers.clock import host_time_ns, wall_to_host_offset_ns
 from robot_drivers.errors import ConfigurationError
+from robot_drivers.kernel_stamps import KERNEL_STAMPS, STAMP_SPACE, request_stamps, wall_time_ns
 
 _LARGEST_DATAGRAM = 65536
 _MOST_AT_ONCE = 4096  # a sender faster than this loop must not keep it from returning
 _RECEIVE_BUFFER = 1 << 20
-_SO_TIMESTAMPNS = 35  # Linux; the socket module does not name it
-_TIMESPEC = struct.Struct("@ll")
-_STAMP_SPACE = 64  # bytes: a control message with one timespec
-_KERNEL_STAMPS = sys.platform == "linux" and sys.maxsize > 2**32
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +34,8 @@ class StampedSocket:
         try:
             self._socket.setblocking(False)
             self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER)
-            if _KERNEL_STAMPS:
-                self._socket.setsockopt(socket.SOL_SOCKET, _SO_TIMESTAMPNS, 1)
+            if KERNEL_STAMPS:
+                request_stamps(self._socket)
             self._socket.bind((bind_address, port))
         except OSError as error:
             self._socket.close()
@@ -59,7 +54,7 @@ class StampedSocket:
         readable, _, _ = select.select([self._socket], [], [], max(timeout_s, 0.0))
         if not readable:
             return []
-        receive_one = self._receive_stamped if _KERNEL_STAMPS else self._receive_plain
+        receive_one = self._receive_stamped if KERNEL_STAMPS else self._receive_plain
         wall_to_host_ns = wall_to_host_offset_ns()
         datagrams: list[Datagram] = []
         while len(datagrams) < _MOST_AT_ONCE:
@@ -78,9 +73,8 @@ class StampedSocket:
         self._socket.close()
 
     def _receive_stamped(self, wall_to_host_ns: int) -> Datagram:
-        content, ancillary, _, sender = self._socket.recvmsg(_LARGEST_DATAGRAM, _STAMP_SPACE)
-        seconds, nanoseconds = _TIMESPEC.unpack(ancillary[0][2])
-        return Datagram(content, seconds * 1_000_000_000 + nanoseconds + wall_to_host_ns, sender)
+        content, ancillary, _, sender = self._socket.recvmsg(_LARGEST_DATAGRAM, STAMP_SPACE)
+        return Datagram(content, wall_time_ns(ancillary) + wall_to_host_ns, sender)
 
     def _receive_plain(self, wall_to_host_ns: int) -> Datagram:
         content, sender = self._socket.recvfrom(_LARGEST_DATAGRAM)

@@ -1,1 +1,1 @@
-"""ATI force/torque sensors, a Gamma among them: Net F/T and NETCANOEM, drivers and emulators."""
+"""ATI force/torque sensors, a Gamma among them: drivers and emulators for network, CAN and serial lines."""

@@ -86,6 +86,8 @@ def parse_calibration(answer: bytes) -> CalibrationInfo:
     _check_header(header, "READCALINFO")
     if force not in FORCE_UNIT_BY_CODE or torque not in TORQUE_UNIT_BY_CODE:
         raise DeviceProtocolError(f"READCALINFO tells unknown unit codes: force {force}, torque {torque}")
+    if not all(factors):
+        raise DeviceProtocolError(f"READCALINFO tells scale factors {factors}: 0 would hide an axis")
     scaling = Scaling(FORCE_UNIT_BY_CODE[force], TORQUE_UNIT_BY_CODE[torque], per_force, per_torque)
     return CalibrationInfo(scaling, tuple(factors))
 

@@ -77,7 +77,7 @@ class NetFT:
         self._largest_usable = np.full(6, np.nan)
         self._silence_s = settings.silence_s
         self._receiver: DatagramReceiver | None = None
-        self._tracker = SequenceTracker()
+        self._tracker = SequenceTracker(settings.internal_rate_hz)
         self._streaming = False
         self._repeated_starts = 0
         self._last_sign_ns = 0
@@ -145,7 +145,7 @@ class NetFT:
         self._receiver = DatagramReceiver(
             (self._address, self._settings.rdt_port), rdt.DATAGRAM_SIZES, self._settings.batch_s
         )
-        self._tracker = SequenceTracker()
+        self._tracker = SequenceTracker(self._settings.internal_rate_hz)
         self._streaming = True
         self._repeated_starts = 0
         self._patience_s = self._silence_s
@@ -286,7 +286,7 @@ class NetFT:
     def _block(self, datagrams: Datagrams) -> WrenchBlock:
         records = rdt.decode(datagrams.payload)
         host_time_ns = np.repeat(datagrams.host_time_ns, datagrams.sizes // rdt.RECORD.itemsize)
-        placed = self._tracker.place(records.rdt_sequence, records.ft_sequence)
+        placed = self._tracker.place(records.rdt_sequence, records.ft_sequence, host_time_ns)
         status = records.status[placed.index]
         wrench = records.counts[placed.index] * self._si_per_count
         return WrenchBlock(

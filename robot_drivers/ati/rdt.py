@@ -3,6 +3,7 @@
 Everything is big-endian. Source: ATI 9620-05-Net FT, chapters on RDT and its request and record structures.
 """
 
+import ipaddress
 import struct
 from dataclasses import dataclass
 from enum import IntEnum
@@ -23,6 +24,8 @@ DATAGRAM_SIZES = frozenset(RECORD.itemsize * n for n in range(1, MAX_RECORDS_PER
 """Lengths that a datagram of the box can have, bytes."""
 
 _REQUEST = struct.Struct(">HHI")
+_TO_ANOTHER = 0x8000
+_DESTINATION = struct.Struct(">4BH")
 
 
 class Command(IntEnum):
@@ -69,6 +72,22 @@ def request(command: Command, sample_count: int = 0) -> bytes:
             f"RDT sample count {sample_count} in buffered mode: its unit is not defined; use 0 and stop"
         )
     return _REQUEST.pack(HEADER, command, sample_count)
+
+
+def request_for(command: Command, destination: tuple[str, int]) -> bytes:
+    """Encode a request whose records go to another IPv4 address and UDP port, such as those of a multicast group.
+
+    Raises
+    ------
+    ConfigurationError
+        The address is no IPv4 address, or the port is none.
+    """
+    address, port = destination
+    try:
+        where = _DESTINATION.pack(*ipaddress.IPv4Address(address).packed, port)
+    except (ValueError, struct.error) as error:
+        raise ConfigurationError(f"RDT destination {address!r} port {port}: {error}") from error
+    return _REQUEST.pack(HEADER, command | _TO_ANOTHER, 0) + where
 
 
 def decode(payload: bytes | bytearray | memoryview) -> Records:

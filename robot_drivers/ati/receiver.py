@@ -2,22 +2,15 @@
 
 import selectors
 import socket
-import struct
-import sys
 import time
 from dataclasses import dataclass
 
 import numpy as np
 
 from robot_drivers.clock import host_time_ns, wall_to_host_offset_ns
+from robot_drivers.kernel_stamps import KERNEL_STAMPS, STAMP_SPACE, request_stamps, wall_time_ns
 from robot_drivers.protocols import IntArray
 
-KERNEL_STAMPS = sys.platform == "linux" and sys.maxsize > 2**32
-"""Whether the system stamps datagrams on arrival (``SO_TIMESTAMPNS``); then reading late costs nothing."""
-
-_SO_TIMESTAMPNS = 35  # asm-generic/socket.h; Python has no name for it
-_TIMESPEC = struct.Struct("@ll")
-_STAMP_SPACE = 64  # bytes: a control message with one timespec
 _WANTED_BUFFER_BYTES = 4 * 1024 * 1024
 _MAX_DATAGRAMS_PER_BATCH = 16384
 _LARGEST_DATAGRAM = 65536
@@ -79,7 +72,7 @@ class DatagramReceiver:
         self._socket.bind(("", 0))
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _WANTED_BUFFER_BYTES)
         if kernel_stamps:
-            self._socket.setsockopt(socket.SOL_SOCKET, _SO_TIMESTAMPNS, 1)
+            request_stamps(self._socket)
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._socket, selectors.EVENT_READ)
 
@@ -150,9 +143,8 @@ class DatagramReceiver:
                 filled += size
 
     def _receive_stamped(self, slot: memoryview) -> tuple[int, object, int]:
-        size, ancillary, _, peer = self._socket.recvmsg_into((slot,), _STAMP_SPACE)
-        seconds, nanoseconds = _TIMESPEC.unpack(ancillary[0][2])
-        return size, peer, seconds * 1_000_000_000 + nanoseconds
+        size, ancillary, _, peer = self._socket.recvmsg_into((slot,), STAMP_SPACE)
+        return size, peer, wall_time_ns(ancillary)
 
     def _receive_plain(self, slot: memoryview) -> tuple[int, object, int]:
         size, peer = self._socket.recvfrom_into(slot)

@@ -20,6 +20,8 @@ TRUSTED_STEP = 8192
 """A record further than this from the newest one needs a second one that confirms it, and is itself not used."""
 
 _REMEMBERED_GAPS = 256
+_CLOCK_TOLERANCE_S = 0.5
+"""By how much host and device clock differ at most across an interruption of the network."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,8 +32,8 @@ class Placement:
     ----------
     index : (n,) int64, their positions in the batch
     counter : (n,) int64, record counter: consecutive records differ by 1, and it never starts again
-    tick : (n,) int64, internal samples since power-up, unwrapped. It falls back when the box was powered up
-        again, unless the box had been up for less time than the interruption took
+    tick : (n,) int64, internal samples since power-up, unwrapped. It falls back to 0 with the first record after
+        the box was powered up again: nothing tells how long it was off, so this clock begins a new epoch
     """
 
     index: IntArray
@@ -45,6 +47,7 @@ class _Position:
     ft_sequence: int
     counter: int
     tick: int
+    host_time_ns: int
 
 
 class _Gaps:
@@ -71,9 +74,15 @@ class _Gaps:
 
 
 class SequenceTracker:
-    """Follows the stream that one start request opened, across restarts."""
+    """Follows the stream that one start request opened, across restarts.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    internal_rate_hz : internal samples per second
+    """
+
+    def __init__(self, internal_rate_hz: float = 7000.0) -> None:
+        self._ticks_per_ns = internal_rate_hz * 1e-9
         self._newest: _Position | None = None
         self._suspect: tuple[int, int] | None = None
         self._gaps = _Gaps()
@@ -91,37 +100,49 @@ class SequenceTracker:
         """Tell that a start request was sent: the next record that steps back begins a new stream."""
         self._start_requested = True
 
-    def place(self, rdt_sequence: NDArray[np.uint32], ft_sequence: NDArray[np.uint32]) -> Placement:
-        """Place the records of a batch (both (n,), in order of arrival)."""
+    def place(
+        self, rdt_sequence: NDArray[np.uint32], ft_sequence: NDArray[np.uint32], host_time_ns: IntArray
+    ) -> Placement:
+        """Place the records of a batch (all (n,), in order of arrival).
+
+        The receive stamps only decide whether the box was powered up again between two streams.
+        """
         newest = self._newest
         if newest is None or not len(rdt_sequence):
-            return self._place_singly(rdt_sequence, ft_sequence)
+            return self._place_singly(rdt_sequence, ft_sequence, host_time_ns)
         steps = np.diff(rdt_sequence, prepend=np.uint32(newest.rdt_sequence))
         ticks = np.diff(ft_sequence, prepend=np.uint32(newest.ft_sequence))
         if (steps != 1).any() or (ticks > MAX_TICKS_PER_RECORD).any():
-            return self._place_singly(rdt_sequence, ft_sequence)
+            return self._place_singly(rdt_sequence, ft_sequence, host_time_ns)
         n = len(rdt_sequence)
         index = np.arange(n)
         placement = Placement(
             index, newest.counter + 1 + index, newest.tick + np.cumsum(ticks, dtype=np.int64)
         )
         self._newest = _Position(
-            int(rdt_sequence[-1]), int(ft_sequence[-1]), newest.counter + n, int(placement.tick[-1])
+            rdt_sequence=int(rdt_sequence[-1]),
+            ft_sequence=int(ft_sequence[-1]),
+            counter=newest.counter + n,
+            tick=int(placement.tick[-1]),
+            host_time_ns=int(host_time_ns[-1]),
         )
         self._suspect = None
         self._received += n
         return placement
 
-    def _place_singly(self, rdt_sequence: NDArray[np.uint32], ft_sequence: NDArray[np.uint32]) -> Placement:
+    def _place_singly(
+        self, rdt_sequence: NDArray[np.uint32], ft_sequence: NDArray[np.uint32], host_time_ns: IntArray
+    ) -> Placement:
         kept = []
-        for index, (rdt, ft) in enumerate(zip(rdt_sequence.tolist(), ft_sequence.tolist(), strict=True)):
-            position = self._place_one(rdt, ft)
+        records = zip(rdt_sequence.tolist(), ft_sequence.tolist(), host_time_ns.tolist(), strict=True)
+        for index, (rdt, ft, stamp_ns) in enumerate(records):
+            position = self._place_one(rdt, ft, stamp_ns)
             if position is not None:
                 kept.append((index, position.counter, position.tick))
         self._received += len(kept)
         return Placement(*np.array(kept, np.int64).reshape(-1, 3).T)
 
-    def _place_one(self, rdt: int, ft: int) -> _Position | None:
+    def _place_one(self, rdt: int, ft: int, stamp_ns: int) -> _Position | None:
         confirmed = self._follows_suspect(rdt, ft)
         start_expected = self._start_requested and 1 <= rdt <= TRUSTED_STEP
         newest = self._newest
@@ -129,7 +150,7 @@ class SequenceTracker:
             step = _signed(rdt - newest.rdt_sequence)
             ticks = _signed(ft - newest.ft_sequence)
             if _fit(step, ticks) and (confirmed or abs(step) <= TRUSTED_STEP):
-                position = _Position(rdt, ft, newest.counter + step, newest.tick + ticks)
+                position = _Position(rdt, ft, newest.counter + step, newest.tick + ticks, stamp_ns)
                 if step > 0:
                     return self._advance(newest, position, confirmed)
                 if self._gaps.fill(position.counter):
@@ -140,10 +161,10 @@ class SequenceTracker:
                     self._duplicated += 1
                     return None
         if rdt == 1 or start_expected:
-            return self._begin(rdt, ft, first=1)
+            return self._begin(rdt, ft, stamp_ns, first=1)
         if confirmed and self._suspect is not None:
             self._strange -= 1
-            return self._begin(rdt, ft, first=self._suspect[0])
+            return self._begin(rdt, ft, stamp_ns, first=self._suspect[0])
         self._suspect = (rdt, ft)
         self._strange += 1
         return None
@@ -162,22 +183,29 @@ class SequenceTracker:
         self._newest, self._suspect = position, None
         return position
 
-    def _begin(self, rdt: int, ft: int, first: int) -> _Position:
+    def _begin(self, rdt: int, ft: int, stamp_ns: int, first: int) -> _Position:
         """Begin a stream whose first record was ``first``; the counter goes on after the former stream."""
         newest = self._newest
         counter, tick = 0, ft
         if newest is not None:
             self._restarts += 1
             counter = newest.counter
-            ticks = _signed(ft - newest.ft_sequence)
-            tick = newest.tick + ticks if ticks >= 0 else ft
+            tick = self._tick_across(newest, ft, stamp_ns)
         missing = (rdt - first) % 2**32
-        position = _Position(rdt, ft, counter + missing + 1, tick)
+        position = _Position(rdt, ft, counter + missing + 1, tick, stamp_ns)
         self._gaps.clear()
         self._gaps.add(counter + 1, position.counter)
         self._lost += missing
         self._newest, self._suspect, self._start_requested = position, None, False
         return position
+
+    def _tick_across(self, newest: _Position, ft: int, stamp_ns: int) -> int:
+        """Return the tick of the first record of another stream: 0 where the box was powered up in between."""
+        ticks = _signed(ft - newest.ft_sequence)
+        expected = (stamp_ns - newest.host_time_ns) * self._ticks_per_ns
+        tolerance = _CLOCK_TOLERANCE_S * 1e9 * self._ticks_per_ns
+        same_clock = ticks >= 0 and abs(ticks - expected) <= tolerance
+        return newest.tick + ticks if same_clock else 0
 
 
 def _signed(difference: int) -> int:

@@ -1,6 +1,7 @@
 """Runs an emulated serial device in real time: its clock, its power, its line and what goes wrong on that."""
 
 import threading
+from collections import deque
 from types import TracebackType
 from typing import Protocol, Self
 
@@ -74,6 +75,7 @@ class SerialDeviceEmulator:
         self._faults = LineFaults()
         self._injected_ns = self.epoch_ns
         self._restart_due = False
+        self._on_the_way: deque[tuple[int, bytes]] = deque()
         self._lock = threading.Lock()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"emulated device on {self.port}")
@@ -128,4 +130,7 @@ class SerialDeviceEmulator:
         if unplugged:
             self.counts.unplugged += len(sent)
         else:
-            self._line.send(self._wire.transmit(sent, faults))
+            arriving = self._wire.transmit(sent, faults)
+            self._on_the_way.append((now_ns + round(faults.delay_s * 1e9), arriving))
+        while self._on_the_way and self._on_the_way[0][0] <= now_ns:
+            self._line.send(self._on_the_way.popleft()[1])

@@ -125,6 +125,7 @@ class LineFaults:
     ----------
     loss, insertion, corruption : probability for each byte to be lost, followed by a random one, or replaced by one
     rubbish : probability for each burst that up to 40 random bytes follow it
+    delay_s : extra time that every byte to the host spends on its way
     unplug_at_s, unplug_for_s : the cable is out meanwhile; the device goes on
     restart_at_s, restart_for_s : the device has no power meanwhile, and then begins as new
     """
@@ -133,6 +134,7 @@ class LineFaults:
     insertion: float = 0.0
     corruption: float = 0.0
     rubbish: float = 0.0
+    delay_s: float = 0.0
     unplug_at_s: float = math.inf
     unplug_for_s: float = 0.0
     restart_at_s: float = math.inf

@@ -22,6 +22,7 @@ _EXCEPTIONS = {
     4: "device failure",
     6: "busy",
 }
+_SHORTEST_ANSWER = 5  # bytes: address, function, one byte, CRC
 _ATTEMPTS = 3
 _PAUSE_S = 0.002
 """Silence that ends a frame: 3.5 characters, and never less than 1.75 ms."""
@@ -56,6 +57,32 @@ def write_request(address: int, register: int, values: Sequence[int]) -> bytes:
 def vendor_request(address: int, function: int, value: int) -> bytes:
     """Encode a request of the vendor's own, which carries one byte."""
     return framed(bytes([address, function, value]))
+
+
+def checked_answer(request: bytes, answer: bytes) -> bytes:
+    """Return an answer without its CRC.
+
+    Raises
+    ------
+    DeviceProtocolError
+        It is damaged, or answers another device or function.
+    DeviceFaultError
+        The device refuses.
+    """
+    if (
+        len(answer) < _SHORTEST_ANSWER
+        or answer[:1] != request[:1]
+        or answer[1] & ~_EXCEPTION_BIT != request[1]
+        or framed(answer[:-2]) != answer
+    ):
+        raise DeviceProtocolError(
+            f"Modbus: {request.hex(' ')} was answered with {answer.hex(' ')}, which is damaged; "
+            "check bit rate, wiring and termination"
+        )
+    if answer[1] & _EXCEPTION_BIT:
+        reason = _EXCEPTIONS.get(answer[2], "undocumented")
+        raise DeviceFaultError(f"the device refused {request.hex(' ')}: {reason} (exception {answer[2]})")
+    return answer[:-2]
 
 
 class ModbusMaster:
@@ -122,17 +149,4 @@ class ModbusMaster:
         head = self._line.read_exactly(3, self._timeout_s)
         refused = head[0] == request[0] and head[1] == request[1] | _EXCEPTION_BIT
         rest = self._line.read_exactly(2 if refused else answer_size - 1, self._timeout_s)
-        answer = head + rest
-        if (
-            answer[:1] != request[:1]
-            or answer[1] & ~_EXCEPTION_BIT != request[1]
-            or framed(answer[:-2]) != answer
-        ):
-            raise DeviceProtocolError(
-                f"Modbus: {request.hex(' ')} was answered with {answer.hex(' ')}, which is damaged; "
-                "check bit rate, wiring and termination"
-            )
-        if refused:
-            reason = _EXCEPTIONS.get(answer[2], "undocumented")
-            raise DeviceFaultError(f"the device refused {request.hex(' ')}: {reason} (exception {answer[2]})")
-        return answer[:-2]
+        return checked_answer(request, head + rest)

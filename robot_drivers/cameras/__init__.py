@@ -1,1 +1,1 @@
-"""Cameras: the OpenCV driver, the frame information that a camera embeds in its pixels, and an emulator."""
+"""Cameras: drivers for OpenCV's sources and FireWire, the frame information that a camera embeds, and an emulator."""

@@ -11,6 +11,7 @@ second).
 """
 
 import math
+import random
 import socket
 import struct
 import threading
@@ -65,6 +66,7 @@ class CameraEmulatorSettings:
     width, height : image size, px
     fps : images per second of bus time; exposures fall on its multiples, so cameras of one clock expose
         together
+    bind_address, port : where it listens; port 0 takes any free one
     frame_info : the register 12F8h; by default cycle time and frame counter are embedded, 0x8000_0000 embeds
         nothing
     """
@@ -72,6 +74,8 @@ class CameraEmulatorSettings:
     width: int = 1288
     height: int = 964
     fps: float = 15.0
+    bind_address: str = "127.0.0.1"
+    port: int = 0
     frame_info: int = _PRESENT | _TIMESTAMP | _FRAME_COUNTER
 
     def __post_init__(self) -> None:
@@ -80,6 +84,35 @@ class CameraEmulatorSettings:
                 f"camera emulator: {self.width}x{self.height} at {self.fps:g}/s; use at least 40x1 and a "
                 "positive rate"
             )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraFaults:
+    """Departures from a healthy camera; the default is none. Times count from the injection.
+
+    Attributes
+    ----------
+    loss : probability of each image to be exposed and counted but not sent
+    delay_s : extra time that every image spends on its way
+    slow_start_s : time between a client's connection and the first image
+    saturated : everything is overexposed
+    unplug_at_s, unplug_for_s : the cable is out meanwhile; the camera goes on counting
+    restart_at_s, restart_for_s : the camera has no power meanwhile, and then counts from 0
+    """
+
+    loss: float = 0.0
+    delay_s: float = 0.0
+    slow_start_s: float = 0.0
+    saturated: bool = False
+    unplug_at_s: float = math.inf
+    unplug_for_s: float = 0.0
+    restart_at_s: float = math.inf
+    restart_for_s: float = 0.0
+
+    def off_the_bus(self, elapsed_s: float) -> bool:
+        """Tell whether nobody can reach the camera."""
+        unplugged = self.unplug_at_s <= elapsed_s < self.unplug_at_s + self.unplug_for_s
+        return unplugged or self.restart_at_s <= elapsed_s < self.restart_at_s + self.restart_for_s
 
 
 class CameraEmulator:
@@ -100,7 +133,12 @@ class CameraEmulator:
         image_source: ImageSource,
         settings: CameraEmulatorSettings | None = None,
         clock: BusClock | None = None,
+        seed: int = 0,
     ) -> None:
+        self._random = random.Random(seed)
+        self._faults = CameraFaults()
+        self._injected_ns = host_time_ns()
+        self._restart_due = False
         self._image_source = image_source
         self._settings = settings or CameraEmulatorSettings()
         self._clock = clock or BusClock(host_time_ns())
@@ -109,10 +147,10 @@ class CameraEmulator:
         self._stalled = threading.Event()
         self._disconnecting = threading.Event()
         self._to_drop = 0
-        self._listener = socket.create_server(("127.0.0.1", 0))
+        self._listener = socket.create_server((self._settings.bind_address, self._settings.port))
         self._listener.settimeout(_POLL_S)
         self.port: int = self._listener.getsockname()[1]
-        self.url = f"tcp://127.0.0.1:{self.port}"
+        self.url = f"tcp://{self._settings.bind_address}:{self.port}"
         self._thread = threading.Thread(target=self._serve, name=f"camera emulator {self.port}")
         self._thread.start()
 
@@ -129,6 +167,12 @@ class CameraEmulator:
         self._stopping.set()
         self._thread.join()
         self._listener.close()
+
+    def inject(self, faults: CameraFaults) -> None:
+        """Replace the faults in force; ``CameraFaults()`` ends them."""
+        self._injected_ns = host_time_ns()
+        self._restart_due = True
+        self._faults = faults
 
     def drop(self, frames: int) -> None:
         """Fault: expose and count the next ``frames`` images without sending them."""
@@ -156,6 +200,8 @@ class CameraEmulator:
                 connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                 connection.settimeout(_SEND_TIMEOUT_S)
                 self._disconnecting.clear()
+                if self._unreachable():
+                    continue
                 try:
                     self._stream(connection)
                 except (ConnectionError, TimeoutError):
@@ -166,18 +212,29 @@ class CameraEmulator:
         rate = Fraction(settings.fps).limit_denominator(1001)
         size_and_rate = f"W{settings.width} H{settings.height} F{rate.numerator}:{rate.denominator}"
         connection.sendall(f"YUV4MPEG2 {size_and_rate} Ip A1:1 Cmono XCOLORRANGE=FULL\n".encode())
+        self._stopping.wait(self._faults.slow_start_s)
         exposure = self._next_exposure()
         while True:
             time_s = exposure / settings.fps
             self._stopping.wait((self._clock.host_time_ns(time_s) - host_time_ns()) * 1e-9)
-            if self._stopping.is_set() or self._disconnecting.is_set():
+            if self._stopping.is_set() or self._disconnecting.is_set() or self._unreachable():
                 return
             if self._to_drop:
                 self._to_drop -= 1
-            elif not self._stalled.is_set():
+            elif not (self._stalled.is_set() or self._random.random() < self._faults.loss):
+                self._stopping.wait(self._faults.delay_s)
                 connection.sendall(b"FRAME\n")
                 connection.sendall(self._expose(time_s, exposure - self._first_exposure).data)
             exposure = max(exposure + 1, self._next_exposure())
+
+    def _unreachable(self) -> bool:
+        elapsed_s = (host_time_ns() - self._injected_ns) * 1e-9
+        faults = self._faults
+        if self._restart_due and elapsed_s >= faults.restart_at_s:
+            self._restart_due = False
+            back_ns = self._injected_ns + round((faults.restart_at_s + faults.restart_for_s) * 1e9)
+            self._first_exposure = math.ceil(self._clock.time_s(back_ns) * self._settings.fps)
+        return faults.off_the_bus(elapsed_s)
 
     def _next_exposure(self) -> int:
         return math.ceil(self._clock.time_s(host_time_ns()) * self._settings.fps)
@@ -191,7 +248,7 @@ class CameraEmulator:
                 f"{shape}"
             )
         information = self._frame_information(time_s, counter)
-        image = np.array(image, order="C")
+        image = np.full(shape, 255, np.uint8) if self._faults.saturated else np.array(image, order="C")
         image[0, : len(information)] = np.frombuffer(information, np.uint8)
         return image
 

@@ -1,7 +1,6 @@
 """Cameras that OpenCV can open: a device index, a video file, an image sequence or a network stream."""
 
 import threading
-from collections import deque
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -9,13 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_drivers.cameras.embedded_info import (
-    ITEMS,
-    EmbeddedItem,
-    FrameSequence,
-    blank_frame_info,
-    read_frame_info,
-)
+from robot_drivers.cameras.embedded_info import ITEMS, EmbeddedItem
+from robot_drivers.cameras.frame_buffer import FrameBuffer
 from robot_drivers.cameras.pixel_formats import PIXEL_FORMATS, PixelFormat, as_pixel_format
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import (
@@ -44,7 +38,8 @@ class OpenCVCameraSettings:
     source : device index ("0"), video file, image sequence ("images/%04d.png") or URL ("tcp://host:port")
     backend : the one OpenCV backend to use, or "any"
     pixel_format : what one image holds; mono8 and the Bayer mosaics come through bit for bit, (height, width)
-    width, height, fps : requested, px and 1/s, and refused where the camera stays at others; None takes any
+    width, height, fps : requested, px and 1/s, and refused where the camera stays at others; None takes any. For an
+        image sequence, which tells no times, ``fps`` states the rate at which it was taken
     embedded_info : the items that FRAME_INFO switches on in the camera, see :mod:`.embedded_info`
     buffer_frames : images kept between two reads; then a live source loses its oldest, a file waits
     open_timeout_s : longest wait for the first image of a stream
@@ -72,6 +67,16 @@ class OpenCVCameraSettings:
         """Whether ``source`` is a network stream."""
         return "://" in self.source
 
+    @property
+    def is_file(self) -> bool:
+        """Whether ``source`` is a video file or an image sequence, which waits for its reader."""
+        return not (self.is_device or self.is_url)
+
+    @property
+    def is_sequence(self) -> bool:
+        """Whether ``source`` is an image sequence."""
+        return self.is_file and "%" in self.source
+
     def __post_init__(self) -> None:
         if self.pixel_format not in PIXEL_FORMATS:
             raise ConfigurationError(
@@ -98,7 +103,7 @@ class OpenCVCamera:
     :meth:`connect` returns with the first image in the buffer; from then on a thread of its own grabs every
     image. The host stamp is taken when ``grab`` returns. In :meth:`statistics`, ``received`` counts the
     images that came, ``lost`` those that the camera's own counter proves missing and those that gave way in a
-    full buffer.
+    full buffer. Images of a file are numbered from 0 and have the file's times.
 
     A stream that ends or falls silent makes :meth:`read` raise DeviceTimeoutError once the buffer is empty;
     :meth:`close` and :meth:`connect` start over.
@@ -110,13 +115,8 @@ class OpenCVCamera:
         self._identity: DeviceIdentity | None = None
         self._thread: threading.Thread | None = None
         self._stopping = threading.Event()
-        self._changed = threading.Condition()
-        self._buffer: deque[Frame] = deque()
-        self._sequence = FrameSequence()
-        self._received = 0
-        self._overrun = 0
-        self._malformed = 0
-        self._failure: DeviceError | None = None
+        self._buffer = self._empty_buffer()
+        self._grabbed = 0
 
     @property
     def identity(self) -> DeviceIdentity:
@@ -141,16 +141,17 @@ class OpenCVCamera:
         """
         if self._capture is not None:
             raise DeviceError(f"camera {self._settings.source}: already connected; close it first")
-        self._forget_stream()
+        self._stopping.clear()
+        self._buffer = self._empty_buffer()
+        self._grabbed = 0
         capture = _open(self._settings)
         try:
             _request(capture, self._settings)
-            first = self._next_frame(capture)
+            first = self._take_image(capture)
             _check_coding(capture, first.image, self._settings)
         except BaseException:
             capture.release()
             raise
-        self._keep(first)
         self._identity = _identity(capture, self._settings, first.image)
         self._capture = capture
         self._thread = threading.Thread(
@@ -166,31 +167,16 @@ class OpenCVCamera:
         DeviceTimeoutError
             The stream has ended or fell silent, and every image before that was read.
         """
-        with self._changed:
-            self._changed.wait_for(lambda: self._buffer or self._failure is not None, timeout_s)
-            frames = list(self._buffer)
-            self._buffer.clear()
-            self._changed.notify_all()
-            if not frames and self._failure is not None:
-                raise self._failure
-            return frames
+        return self._buffer.read(timeout_s)
 
     def statistics(self) -> StreamStatistics:
         """Return the counts since :meth:`connect`."""
-        with self._changed:
-            return StreamStatistics(
-                received=self._received,
-                lost=self._sequence.lost + self._overrun,
-                duplicated=self._sequence.duplicated,
-                restarts=self._sequence.restarts,
-                malformed=self._malformed,
-            )
+        return self._buffer.statistics
 
     def close(self) -> None:
         """Stop grabbing and release the source; waits for a grab under way, at most ``read_timeout_s``."""
         self._stopping.set()
-        with self._changed:
-            self._changed.notify_all()
+        self._buffer.release()
         if self._thread is not None:
             self._thread.join()
             self._thread = None
@@ -199,62 +185,44 @@ class OpenCVCamera:
             self._capture = None
         self._identity = None
 
-    def _forget_stream(self) -> None:
-        self._stopping.clear()
-        self._buffer.clear()
-        self._failure = None
-        self._sequence = FrameSequence()
-        self._received = self._overrun = self._malformed = 0
+    def _empty_buffer(self) -> FrameBuffer:
+        settings = self._settings
+        return FrameBuffer(settings.buffer_frames, settings.pixel_format, settings.embedded_info)
 
     def _run(self, capture: cv2.VideoCapture) -> None:
         while not self._stopping.is_set():
             try:
-                frame = self._next_frame(capture)
+                self._take_image(capture)
             except DeviceProtocolError:
-                with self._changed:
-                    self._malformed += 1
+                self._buffer.reject()
             except DeviceError as error:
-                with self._changed:
-                    self._failure = error
-                    self._changed.notify_all()
+                self._buffer.fail(error)
                 return
-            else:
-                self._keep(frame)
 
-    def _keep(self, frame: Frame) -> None:
-        live = self._settings.is_device or self._settings.is_url
-        with self._changed:
-            self._received += 1
-            if not live:
-                self._changed.wait_for(lambda: self._has_room() or self._stopping.is_set())
-            if not self._has_room():
-                self._buffer.popleft()
-                self._overrun += 1
-            self._buffer.append(frame)
-            self._changed.notify_all()
-
-    def _has_room(self) -> bool:
-        return len(self._buffer) < self._settings.buffer_frames
-
-    def _next_frame(self, capture: cv2.VideoCapture) -> Frame:
+    def _take_image(self, capture: cv2.VideoCapture) -> Frame:
         settings = self._settings
+        if settings.is_file:
+            self._buffer.wait_for_room()
         if not capture.grab():
             raise DeviceTimeoutError(
                 f"camera {settings.source}: the stream has ended, or was silent for "
                 f"{settings.read_timeout_s:g} s; check cable and power, then close and connect again"
             )
-        stamp_ns = host_time_ns()
+        stamp_ns, number = host_time_ns(), self._grabbed
+        self._grabbed += 1
         retrieved, image = capture.retrieve()
         if not retrieved:
             raise DeviceProtocolError(f"camera {settings.source}: an image cannot be decoded")
         pixels = as_pixel_format(image, settings.pixel_format, settings.source)
-        if not settings.embedded_info:
-            return Frame(None, None, stamp_ns, settings.pixel_format, pixels)
-        info = read_frame_info(pixels, settings.embedded_info)
-        blank_frame_info(pixels, settings.embedded_info)
-        with self._changed:
-            counter, device_time_s = self._sequence.unwrap(info, stamp_ns)
-        return Frame(counter, device_time_s, stamp_ns, settings.pixel_format, pixels)
+        if settings.embedded_info or not settings.is_file:
+            return self._buffer.add_raw(pixels, stamp_ns)
+        return self._buffer.add(pixels, stamp_ns, number, self._time_in_file(capture, number))
+
+    def _time_in_file(self, capture: cv2.VideoCapture, number: int) -> float | None:
+        """Return the time, s, of an image from the beginning of its file; None where nothing tells it."""
+        if not self._settings.is_sequence:
+            return float(capture.get(cv2.CAP_PROP_POS_MSEC)) * 1e-3
+        return None if self._settings.fps is None else number / self._settings.fps
 
 
 def _open(settings: OpenCVCameraSettings) -> cv2.VideoCapture:
@@ -283,8 +251,8 @@ def _open(settings: OpenCVCameraSettings) -> cv2.VideoCapture:
 def _missing_backend(name: str) -> str:
     return (
         f"OpenCV {cv2.__version__} was built without the {name} backend. pip wheels never hold firewire or "
-        "aravis: for a FireWire camera use Debian's python3-opencv in a virtual environment made with "
-        "--system-site-packages"
+        "aravis: for a FireWire camera use the driver dc1394, or Debian's python3-opencv in a virtual "
+        "environment made with --system-site-packages"
     )
 
 
@@ -295,7 +263,7 @@ def _request(capture: cv2.VideoCapture, settings: OpenCVCameraSettings) -> None:
     requests = (
         ("width", cv2.CAP_PROP_FRAME_WIDTH, settings.width, 0.0),
         ("height", cv2.CAP_PROP_FRAME_HEIGHT, settings.height, 0.0),
-        ("fps", cv2.CAP_PROP_FPS, settings.fps, _FPS_TOLERANCE),
+        ("fps", cv2.CAP_PROP_FPS, None if settings.is_sequence else settings.fps, _FPS_TOLERANCE),
     )
     for _, property_id, wanted, _ in requests:
         if wanted is not None:

@@ -23,12 +23,16 @@ def as_pixel_format(
     Raises
     ------
     DeviceProtocolError
-        The image has another depth or number of channels, or colours where grey levels were asked.
+        The image is empty, has another depth or number of channels, or colours where grey levels were asked.
     """
     channels = image.shape[2] if image.ndim == 3 else 1
-    if image.dtype != np.uint8 or channels not in ((3,) if pixel_format == "bgr8" else (1, 3)):
+    if (
+        not image.size
+        or image.dtype != np.uint8
+        or channels not in ((3,) if pixel_format == "bgr8" else (1, 3))
+    ):
         raise DeviceProtocolError(
-            f"camera {camera}: {channels} channels of {image.dtype} are no {pixel_format} image; choose another "
+            f"camera {camera}: {image.dtype} {image.shape} is no {pixel_format} image; choose another "
             "pixel_format, or set the camera to deliver this one"
         )
     pixels = np.asarray(image, dtype=np.uint8)

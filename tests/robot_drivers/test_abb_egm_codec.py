@@ -123,7 +123,7 @@ def test_the_two_layouts_of_measured_force_are_told_apart(content, force):
         (b"\x00\x00", "field number 0"),
         (b"\x0b\x00", "unknown wire type 3"),
         (b"\x80" * 11, "no end of the number"),
-        (b"\x12\x02\x12\x00\x12\x04\x12\x02\x0a\x00", "lacks its required field x"),
+        (b"\x12\x04\x12\x02\x0a\x00", "lacks its required field x"),
         (b"\x08\x00", "EgmRobot.header: wire type 0"),
         (b"\x51" + bytes(7), "truncated"),
         (b"\x12\x05\x0a\x03\x0a\x01\x00", "no whole number of packed doubles"),

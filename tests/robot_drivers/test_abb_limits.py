@@ -136,3 +136,13 @@ def test_a_tool_under_way_must_be_on_its_line():
         check_on_line(MotionLimits(), START, target, shifted(dx=0.01, dz=0.003))
     with pytest.raises(DeviceFaultError, match=r"5\.00 mm off"):
         check_on_line(MotionLimits(), START, target, shifted(dx=0.025))
+
+
+def test_staying_where_the_tool_is_is_no_motion_however_coarsely_the_joints_are_reported():
+    coarse = tuple(round(angle, 3) for angle in START_JOINTS)
+    check_trajectory(MotionLimits(), START, coarse, [START], SLOW)
+
+
+def test_joints_that_do_not_belong_to_the_pose_are_refused():
+    with pytest.raises(MotionRefusedError, match="do not belong"):
+        check_trajectory(MotionLimits(), START, (1.0, *START_JOINTS[1:]), [START], SLOW)

@@ -85,9 +85,11 @@ def test_unknown_unit_codes_are_refused(units):
 
 
 @pytest.mark.parametrize("entry", [0.0, float("nan"), float("inf")])
-def test_a_matrix_that_no_transducer_has_is_refused(entry):
-    with pytest.raises(DeviceProtocolError, match="not invertible"):
-        frames.decode_matrix([np.full(6, entry, ">f4").tobytes()] * 6)
+def test_a_matrix_that_no_transducer_has_is_refused(entry, monkeypatch):
+    matrix = np.full((6, 6), entry)
+    monkeypatch.setattr("robot_drivers.ati.emulator.netcanoem.GAGE_MATRIX", matrix)
+    with pytest.raises(DeviceProtocolError, match="calibration FT33206: the matrix"), connected():
+        pass
 
 
 @given(st.binary(min_size=8, max_size=8), st.binary(min_size=6, max_size=6))

@@ -7,8 +7,9 @@ from contextlib import closing, contextmanager
 import numpy as np
 import pytest
 
-from robot_drivers.ati.receiver import KERNEL_STAMPS, DatagramReceiver
+from robot_drivers.ati.receiver import DatagramReceiver
 from robot_drivers.clock import host_time_ns
+from robot_drivers.kernel_stamps import KERNEL_STAMPS
 
 SIZES = frozenset({4, 8})
 

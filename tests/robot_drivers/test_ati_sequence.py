@@ -16,9 +16,10 @@ def records(*rdt, first_ft=100, ticks=TICKS):
     return [(number % 2**32, (first_ft + ticks * (number - 1)) % 2**32) for number in rdt]
 
 
-def place(tracker, pairs):
+def place(tracker, pairs, at_s=0.0):
+    """Place records that arrived together, at a time of the host clock."""
     rdt, ft = np.array(pairs, np.uint32).reshape(-1, 2).T
-    return tracker.place(rdt, ft)
+    return tracker.place(rdt, ft, np.full(len(rdt), round(at_s * 1e9)))
 
 
 def run(*batches):
@@ -95,14 +96,24 @@ def test_a_stream_started_again_on_request_counts_on_and_keeps_the_clock():
     assert tracker.statistics == StreamStatistics(received=5, restarts=1)
 
 
-def test_a_box_powered_up_again_counts_on_and_its_clock_falls_back():
+@pytest.mark.parametrize("first_ft", [50, 90_000])
+def test_a_box_powered_up_again_counts_on_and_its_clock_begins_a_new_epoch(first_ft):
+    """Also where the box has meanwhile been up for longer than it had been before (90 000 ticks, 13 s)."""
     tracker = SequenceTracker()
     place(tracker, records(1, 2, 3, first_ft=70_000))
     tracker.expect_start()
-    placement = place(tracker, records(1, 2, first_ft=50))
+    placement = place(tracker, records(1, 2, first_ft=first_ft), at_s=20.0)
     assert placement.counter.tolist() == [4, 5]
-    assert placement.tick.tolist() == [50, 57]
+    assert placement.tick.tolist() == [0, 7]
     assert tracker.statistics == StreamStatistics(received=5, restarts=1)
+
+
+def test_a_stream_started_again_after_a_long_silence_of_the_network_keeps_its_clock():
+    tracker = SequenceTracker()
+    place(tracker, records(1, 2, 3, first_ft=70_000))
+    tracker.expect_start()
+    placement = place(tracker, records(1, first_ft=70_000 + 140_000), at_s=20.0)
+    assert placement.tick.tolist() == [210_000]
 
 
 def test_a_restart_is_recognised_when_its_first_records_are_lost():

@@ -290,6 +290,35 @@ def test_a_video_file_passes_as_mono_only_where_it_stores_grey_levels(
             camera.connect()
 
 
+def test_images_of_a_video_file_are_numbered_and_have_its_times(tmp_path: Path) -> None:
+    path = tmp_path / "images.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"FFV1"), 10.0, (160, 120), isColor=False)
+    for k in range(5):
+        writer.write(noise_image(k))
+    writer.release()
+    with connected(OpenCVCameraSettings(str(path), buffer_frames=2)) as camera:
+        frames = collect(camera, 5)
+    assert [frame.counter for frame in frames] == [0, 1, 2, 3, 4]
+    np.testing.assert_allclose(
+        [frame.device_time_s for frame in frames], [0.0, 0.1, 0.2, 0.3, 0.4], atol=1e-6
+    )
+
+
+@pytest.mark.parametrize(("fps", "times_s"), [(None, [None] * 3), (25.0, [0.0, 0.04, 0.08])])
+def test_an_image_sequence_has_the_times_of_the_rate_that_is_stated_and_no_others(
+    tmp_path: Path, fps: float | None, times_s: list[float | None]
+) -> None:
+    for k in range(3):
+        cv2.imwrite(str(tmp_path / f"{k:04d}.png"), noise_image(k))
+    settings = OpenCVCameraSettings(str(tmp_path / "%04d.png"), pixel_format="bayer_grbg8", fps=fps)
+    with connected(settings) as camera:
+        frames = collect(camera, 3)
+    assert [frame.counter for frame in frames] == [0, 1, 2]
+    assert [frame.device_time_s for frame in frames] == times_s
+    assert {frame.pixel_format for frame in frames} == {"bayer_grbg8"}
+    np.testing.assert_array_equal(frames[2].image, noise_image(2))
+
+
 def test_a_colour_file_is_read_as_bgr(tmp_path: Path) -> None:
     colours = np.random.default_rng(5).integers(0, 256, (120, 160, 3), dtype=np.uint8)
     cv2.imwrite(str(tmp_path / "0000.png"), colours)

@@ -1,7 +1,9 @@
 """An emulated NETCANOEM board on a CAN bus of python-can, written from the tables of its manual."""
 
+import math
 import struct
 import threading
+import time
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Self
@@ -33,7 +35,7 @@ class BoardSettings:
     seed : of noise and faults
     """
 
-    channel: str
+    channel: str = "netcanoem"
     interface: str = "virtual"
     base: int = 0x20
     serial: str = "FT33206"
@@ -49,7 +51,7 @@ class BoardSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoardFaults:
-    """Departures from a healthy board; the default is none.
+    """Departures from a healthy board; the default is none. Times count from the injection.
 
     Attributes
     ----------
@@ -58,6 +60,11 @@ class BoardFaults:
     status : bits raised in the status word
     broken_gages : gages whose cable is broken
     deaf_to_calibration : whether the selection of a calibration is ignored
+    delay_s : extra time before every answer
+    unplug_at_s, unplug_for_s : the cable is out meanwhile
+    restart_at_s, restart_for_s : the board has no power meanwhile, and then selects calibration 0
+    bus_off_at_s, bus_off_for_s : the board's CAN controller has counted too many errors and takes no part in the bus;
+        afterwards the status word tells of it until the board is reset
     """
 
     silence: float = 0.0
@@ -66,6 +73,22 @@ class BoardFaults:
     status: int = 0
     broken_gages: tuple[int, ...] = ()
     deaf_to_calibration: bool = False
+    delay_s: float = 0.0
+    unplug_at_s: float = math.inf
+    unplug_for_s: float = 0.0
+    restart_at_s: float = math.inf
+    restart_for_s: float = 0.0
+    bus_off_at_s: float = math.inf
+    bus_off_for_s: float = 0.0
+
+    def off_the_bus(self, elapsed_s: float) -> bool:
+        """Tell whether the board hears and sends nothing."""
+        stretches = (
+            (self.unplug_at_s, self.unplug_for_s),
+            (self.restart_at_s, self.restart_for_s),
+            (self.bus_off_at_s, self.bus_off_for_s),
+        )
+        return any(begin <= elapsed_s < begin + length for begin, length in stretches)
 
 
 @dataclass(slots=True)
@@ -83,13 +106,14 @@ class NetCANOEMEmulator:
     Attributes
     ----------
     settings : as given
-    faults : those in force; assign others at any time
     counts : what happened so far
     """
 
     def __init__(self, source: WrenchSource, settings: BoardSettings) -> None:
         self.counts = BoardCounts()
-        self.faults = BoardFaults()
+        self._faults = BoardFaults()
+        self._injected_ns = 0
+        self._restart_due = self._bus_off_due = self._bus_error = False
         self._source = source
         self.settings = settings
         self._calibration = 0
@@ -108,9 +132,21 @@ class NetCANOEMEmulator:
     ) -> None:
         self.close()
 
+    @property
+    def faults(self) -> BoardFaults:
+        """The faults in force; others can be assigned at any time."""
+        return self._faults
+
+    @faults.setter
+    def faults(self, faults: BoardFaults) -> None:
+        self._injected_ns = host_time_ns()
+        self._restart_due = self._bus_off_due = True
+        self._faults = faults
+
     def reset(self) -> None:
         """Do what a loss of power does: select calibration 0."""
         self._calibration = 0
+        self._bus_error = False
 
     def close(self) -> None:
         """Switch the board off."""
@@ -122,10 +158,22 @@ class NetCANOEMEmulator:
     def _serve(self) -> None:
         while not self._closing.is_set():
             message = self._bus.recv(_POLL_S)
-            if message is not None and message.arbitration_id >> 4 == self.settings.base:
+            if self._works() and message is not None and message.arbitration_id >> 4 == self.settings.base:
+                time.sleep(self._faults.delay_s)
                 for opcode, data in self._answer(message.arbitration_id & 0xF, bytes(message.data)):
                     identifier = self.settings.base << 4 | opcode
                     self._bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
+
+    def _works(self) -> bool:
+        """Carry out what has become due; tell whether the board takes part in the bus."""
+        elapsed_s = (host_time_ns() - self._injected_ns) * 1e-9
+        if self._restart_due and elapsed_s >= self._faults.restart_at_s:
+            self._restart_due = False
+            self.reset()
+        if self._bus_off_due and elapsed_s >= self._faults.bus_off_at_s:
+            self._bus_off_due = False
+            self._bus_error = True
+        return not self._faults.off_the_bus(elapsed_s)
 
     def _answer(self, opcode: int, data: bytes) -> list[tuple[int, bytes]]:
         settings = self.settings
@@ -137,31 +185,35 @@ class NetCANOEMEmulator:
         if opcode == 0x5 and not data:
             return [(0x5, settings.serial.encode("ascii").ljust(8, b"\0"))]
         if opcode == 0x6 and len(data) == 1:
-            if not self.faults.deaf_to_calibration:
+            if not self._faults.deaf_to_calibration:
                 self._calibration = data[0]
             return [(0x6, bytes([self._calibration]))]
         if opcode == 0x7 and not data and settings.firmware >= (3, 7):
             return [(0x7, struct.pack(">II", settings.counts_per_force, settings.counts_per_torque))]
         if opcode == 0x8 and not data and settings.firmware >= (3, 7):
             return [(0x8, bytes([settings.force_code, settings.torque_code]))]
+        if opcode == 0xC and not data:
+            self.reset()
         if opcode == 0xF and not data:
             return [(0xF, struct.pack(">BBH", *settings.firmware))]
         return []
 
     def _gages(self) -> list[tuple[int, bytes]]:
         silent, halved, cut = self._random.random(3) < (
-            self.faults.silence,
-            self.faults.halving,
-            self.faults.cutting,
+            self._faults.silence,
+            self._faults.halving,
+            self._faults.cutting,
         )
         time_s = (host_time_ns() - self._epoch_ns) * 1e-9
         load = _GAGES_PER_SI @ self._source(time_s)
         gages = np.rint(load + self.settings.noise_std * self._random.standard_normal(6))
-        gages[list(self.faults.broken_gages)] = 32767
+        gages[list(self._faults.broken_gages)] = 32767
         gages = np.clip(gages, -32768, 32767).astype(np.int64)
-        status = self.faults.status
+        status = self._faults.status
         if self._calibration not in self.settings.calibrations:
             status |= 1 << 15 | 1 << 6
+        if self._bus_error:
+            status |= 1 << 15 | 1 << 14
         even = struct.pack(">H3h", status, *gages[_EVEN_GAGES].tolist())
         odd = struct.pack(">3h", *gages[_ODD_GAGES].tolist())
         self.counts.requests += 1

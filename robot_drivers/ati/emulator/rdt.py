@@ -111,11 +111,14 @@ class RdtServer:
 
     def _answer(self, request: bytes, client: tuple[str, int]) -> None:
         box = self._box
-        if not box.reachable or len(request) != 8:
+        if not box.reachable or len(request) not in (8, 14):
             return
-        header, command, sample_count = struct.unpack(">HHI", request)
-        if header != 0x1234:
+        header, command, sample_count = struct.unpack_from(">HHI", request)
+        if header != 0x1234 or (command >= 0x8000) != (len(request) == 14):
             return
+        if len(request) == 14:
+            *address, port = struct.unpack_from(">4BH", request, 8)
+            command, client = command - 0x8000, (".".join(map(str, address)), port)
         if command == _STOP:
             self._end_stream()
         elif command in (_START_REAL_TIME, _START_BUFFERED):

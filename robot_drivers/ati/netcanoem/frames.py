@@ -11,6 +11,7 @@ from enum import IntEnum
 
 import numpy as np
 
+from robot_drivers.ati.can_link import Request
 from robot_drivers.ati.scaling import FORCE_UNIT_BY_CODE, TORQUE_UNIT_BY_CODE, Scaling
 from robot_drivers.errors import DeviceProtocolError
 from robot_drivers.protocols import FloatArray
@@ -33,7 +34,8 @@ class Opcode(IntEnum):
     FIRMWARE = 0xF
 
 
-ANSWER_LENGTHS: Mapping[Opcode, Mapping[Opcode, int]] = {
+# the frames that answer each request, in order, and how many bytes each has
+_ANSWER_LENGTHS: Mapping[Opcode, Mapping[Opcode, int]] = {
     Opcode.GAGES: {Opcode.GAGES: 8, Opcode.ODD_GAGES: 6},
     Opcode.MATRIX_ROW: {Opcode.MATRIX_ROW: 8, Opcode.MATRIX_ROW_MIDDLE: 8, Opcode.MATRIX_ROW_END: 8},
     Opcode.SERIAL: {Opcode.SERIAL: 8},
@@ -42,7 +44,6 @@ ANSWER_LENGTHS: Mapping[Opcode, Mapping[Opcode, int]] = {
     Opcode.UNITS: {Opcode.UNITS: 2},
     Opcode.FIRMWARE: {Opcode.FIRMWARE: 4},
 }
-"""The frames that answer each request, in order, and how many bytes each has."""
 
 STATUS_WORDS: Mapping[int, str] = {
     0: "watchdog reset (a warning)",
@@ -68,6 +69,12 @@ def identifier(base: int, opcode: Opcode) -> int:
     return base << 4 | opcode
 
 
+def request(base: int, opcode: Opcode, data: bytes = b"") -> Request:
+    """Return a request to the board with this 7-bit base, and the frames that answer it."""
+    answers = tuple((identifier(base, answer), size) for answer, size in _ANSWER_LENGTHS[opcode].items())
+    return Request(opcode.name, identifier(base, opcode), data, answers)
+
+
 def decode_gages(even: bytes, odd: bytes) -> tuple[int, tuple[int, ...]]:
     """Decode the answer to a request for gages: status word and the readings of gages 0..5."""
     status, gage0, gage2, gage4 = struct.unpack(">H3h", even)
@@ -76,19 +83,8 @@ def decode_gages(even: bytes, odd: bytes) -> tuple[int, tuple[int, ...]]:
 
 
 def decode_matrix(rows: Sequence[bytes]) -> FloatArray:
-    """Decode the six rows of the active calibration, 24 bytes each: counts per gage count, (6, 6).
-
-    Raises
-    ------
-    DeviceProtocolError
-        It is not an invertible matrix of finite numbers.
-    """
-    matrix = np.frombuffer(b"".join(rows), ">f4").astype(np.float64).reshape(6, 6)
-    if not np.isfinite(matrix).all() or np.linalg.matrix_rank(matrix) < 6:
-        raise DeviceProtocolError(
-            "the board's calibration matrix is not invertible: is the selected calibration programmed?"
-        )
-    return matrix
+    """Decode the six rows of the active calibration, 24 bytes each: counts per gage count, (6, 6)."""
+    return np.frombuffer(b"".join(rows), ">f4").astype(np.float64).reshape(6, 6)
 
 
 def decode_scaling(counts_per_unit: bytes, units: bytes) -> Scaling:

@@ -1,0 +1,163 @@
+"""An emulated Net F/T box on a CAN bus of python-can, set to "CAN Bus", written from its manual's tables."""
+
+import struct
+import threading
+from dataclasses import dataclass, field
+from types import TracebackType
+from typing import Self
+
+import can
+import numpy as np
+
+from robot_drivers.ati.emulator.box import Box, Measurement, WrenchSource
+from robot_drivers.ati.emulator.faults import Faults
+from robot_drivers.ati.emulator.settings import EmulatorSettings
+
+_LONG, _SHORT, _BIAS, _CLEAR_LATCH = 0x01, 0x02, 0x04, 0x08
+_POLL_S = 0.02
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NetBoxCanEmulatorSettings:
+    """What the emulated box is like.
+
+    Attributes
+    ----------
+    channel, interface : of python-can; ``"virtual"`` reaches this process only
+    base : base identifier
+    box : the box behind the connector; its network settings mean nothing here
+    short_status_shift : which bits of the status word a short answer carries, from this one on
+    seed : of the faults
+    """
+
+    channel: str
+    interface: str = "virtual"
+    base: int = 0x1B0
+    box: EmulatorSettings = field(default_factory=EmulatorSettings)
+    short_status_shift: int = 16
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CanFaults:
+    """Departures from a healthy bus; the default is none.
+
+    Attributes
+    ----------
+    silence, halving, cutting : probability for each answer to be missing, to lack its last message, or to have a first
+        message cut short
+    bus_off : the controller has left the bus: it neither hears nor sends
+    """
+
+    silence: float = 0.0
+    halving: float = 0.0
+    cutting: float = 0.0
+    bus_off: bool = False
+
+
+@dataclass(slots=True)
+class CanCounts:
+    """Requests for samples, those left without a whole answer, and the messages that were cut short."""
+
+    requests: int = 0
+    unanswered: int = 0
+    cut: int = 0
+
+
+class NetBoxCanEmulator:
+    """A box that senses ``source``; it answers from construction until :meth:`close`.
+
+    Attributes
+    ----------
+    settings : as given
+    faults : those of the bus in force; assign others at any time. Those of the box go to :meth:`inject`
+    counts : what happened so far
+    """
+
+    def __init__(self, source: WrenchSource, settings: NetBoxCanEmulatorSettings) -> None:
+        self.settings = settings
+        self.faults = CanFaults()
+        self.counts = CanCounts()
+        self._box = Box(source, settings.box)
+        self._random = np.random.default_rng(settings.seed)
+        self._bus = can.Bus(channel=settings.channel, interface=settings.interface)
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._serve, name="Net F/T emulator: CAN")
+        self._thread.start()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def inject(self, faults: Faults) -> None:
+        """Replace the faults of the box in force; those of its network link mean nothing here."""
+        self._box.inject(faults)
+
+    def latch_monitor_condition(self) -> None:
+        """Trip a monitor condition; its latch stays until the client clears it."""
+        self._box.latch()
+
+    def close(self) -> None:
+        """Switch the box off."""
+        if not self._closing.is_set():
+            self._closing.set()
+            self._thread.join()
+            self._bus.shutdown()
+
+    def _serve(self) -> None:
+        while not self._closing.is_set():
+            message = self._bus.recv(_POLL_S)
+            self._box.update()
+            if message is None or message.is_extended_id or message.arbitration_id != self.settings.base:
+                continue
+            if self._box.powered and not self.faults.bus_off and len(message.data) == 1:
+                for offset, data in self._answer(message.data[0]):
+                    identifier = self.settings.base + offset
+                    self._bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
+
+    def _answer(self, code: int) -> list[tuple[int, bytes]]:
+        if code == _LONG:
+            return self._disturbed(self._long(self._box.sample_now()))
+        if code == _SHORT:
+            return self._disturbed(self._short(self._box.sample_now()))
+        if code == _BIAS:
+            self._box.set_bias()
+        elif code == _CLEAR_LATCH:
+            self._box.clear_latch()
+        return []
+
+    def _long(self, measured: Measurement) -> list[tuple[int, bytes]]:
+        fx, fy, fz, tx, ty, tz = measured.counts[0].tolist()
+        status, sample = int(measured.status[0]), int(measured.ft_sequence[0])
+        return [
+            (1, struct.pack("<ii", fx, tx)),
+            (2, struct.pack("<ii", fy, ty)),
+            (3, struct.pack("<ii", fz, tz)),
+            (4, struct.pack("<II", status, sample)),
+        ]
+
+    def _short(self, measured: Measurement) -> list[tuple[int, bytes]]:
+        scaled = np.rint(measured.counts[0] / self.settings.box.scale_factors)
+        fx, fy, fz, tx, ty, tz = np.clip(scaled, -(2**15), 2**15 - 1).astype(int).tolist()
+        status = int(measured.status[0]) >> self.settings.short_status_shift & 0xFFFF
+        return [
+            (5, struct.pack("<hhhh", fx, tx, fy, ty)),
+            (6, struct.pack("<hhHH", fz, tz, status, int(measured.ft_sequence[0]) & 0xFFFF)),
+        ]
+
+    def _disturbed(self, answer: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
+        faults = self.faults
+        silent, halved, cut = self._random.random(3) < (faults.silence, faults.halving, faults.cutting)
+        self.counts.requests += 1
+        self.counts.unanswered += bool(silent or halved or cut)
+        if silent:
+            return []
+        if cut:
+            self.counts.cut += 1
+            (offset, data), *rest = answer
+            return [(offset, data[:-1]), *rest]
+        return answer[:-1] if halved else answer
