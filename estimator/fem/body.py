@@ -105,11 +105,33 @@ def respond(body: Body, material: Material, displacement: FloatArray) -> Respons
 
 def nodal_forces(body: Body, response: Response, slope: FloatArray) -> FloatArray:
     """Return the nodal forces (n, 3), N, of energy slopes (3, e, q) at the deformation of ``response``."""
-    per_element = element_forces(response.F, body.gradient, body.volume, slope)
-    count = len(body.mesh.points)
-    nodes = body.mesh.cells.ravel()
-    flat = per_element.reshape(-1, 3)
-    return np.stack([np.bincount(nodes, flat[:, i], minlength=count) for i in range(3)], axis=1)
+    return _summed_at_nodes(body, element_forces(response.F, body.gradient, body.volume, slope))
+
+
+def forces_of_stress(body: Body, stress: FloatArray) -> FloatArray:
+    """Return the nodal forces (n, 3), N, of a first Piola–Kirchhoff stress (e, q, 3, 3), Pa."""
+    weighted = stress * body.volume[:, :, None, None]
+    return _summed_at_nodes(body, np.einsum("eqij,eqkj->eki", weighted, body.gradient, optimize=True))
+
+
+def stress_of(F: FloatArray, slope: FloatArray) -> FloatArray:
+    """Return the first Piola–Kirchhoff stress (e, q, 3, 3), Pa, of energy slopes (3, e, q) by I1, I2 and J."""
+    c = np.swapaxes(F, -1, -2) @ F
+    trace = np.trace(c, axis1=-2, axis2=-1)[..., None, None]
+    cofactor = np.linalg.det(F)[..., None, None] * np.linalg.inv(F).swapaxes(-1, -2)
+    first, second, third = slope[..., None, None]
+    return np.asarray(2 * first * F + 2 * second * (trace * F - F @ c) + third * cofactor)
+
+
+def with_modulus(body: Body, factor: FloatArray) -> Body:
+    """Return the body with its stiffness multiplied by ``factor`` (e, q) > 0 at every integration point.
+
+    μ and λ scale together. The dilatation is projected in the norm that the stiffness weighs, which keeps the
+    formulation symmetric; the factor may jump within an element.
+    """
+    volume = body.volume * factor
+    functions = reference_element(body.mesh.kind).dilatation_basis
+    return Body(body.mesh, body.gradient, volume, _orthonormal(functions, volume))
 
 
 def slopes_by_parameter(material: Material, response: Response) -> dict[str, FloatArray]:
@@ -149,6 +171,13 @@ def stiffness(body: Body, material: Material, response: Response, pressure: Floa
     slope[2] += pressure - response.pressure
     bulk = np.full(count, lame)
     return element_stiffness(response.F, body.gradient, body.volume, slope, curvature, body.basis, bulk)
+
+
+def _summed_at_nodes(body: Body, per_element: FloatArray) -> FloatArray:
+    """Sum the forces of the elements' nodes (e, k, 3) to nodal forces (n, 3)."""
+    nodes, count = body.mesh.cells.ravel(), len(body.mesh.points)
+    flat = per_element.reshape(-1, 3)
+    return np.stack([np.bincount(nodes, flat[:, i], minlength=count) for i in range(3)], axis=1)
 
 
 def _projected(body: Body, values: FloatArray) -> FloatArray:

@@ -12,6 +12,7 @@ from estimator.fem.body import Response, nodal_forces, pressure_after, respond, 
 from estimator.fem.motion import GripperPose
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.tangent import Tangent, TangentAssembler
+from estimator.fem.terms import Term
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
@@ -30,6 +31,8 @@ class NewtonSettings:
     The residual counts as zero below ``tolerance`` times the norm of the gripping forces. The tangent is renewed
     where a correction has lowered the residual by less than ``chord_rate``. An indefinite tangent mostly means too
     long a step; it is followed only in steps of ``unstable_fraction`` or less, where the equilibrium is unstable.
+    Where the last tangent was assembled at a residual below ``tangent_reuse`` times the gripping forces, it serves as
+    the solution's.
     """
 
     tolerance: float = 1e-9
@@ -37,6 +40,7 @@ class NewtonSettings:
     chord_rate: float = 0.15
     smallest_fraction: float = 1.0 / 256.0
     unstable_fraction: float = 1.0 / 16.0
+    tangent_reuse: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -58,7 +62,7 @@ class EquilibriumState:
     material : that it was solved for
     displacement : (n, 3) float64, m
     response : of the material
-    forces : (n, 3) float64, internal nodal forces, N; zero but at held nodes
+    forces : (n, 3) float64, nodal forces of tissue and terms, N; zero but at held nodes
     tangent : assembled at the solution
     by_pose : (nf, 6) derivative of the free displacements by the gripper's translation (m) and rotation (rad)
     iterations : Newton iterations spent on it
@@ -95,14 +99,18 @@ class EquilibriumSolver:
         self._assembler = TangentAssembler(problem.pattern)
 
     def rest(self, material: Material) -> EquilibriumState:
-        """Return the unloaded state."""
+        """Return the unloaded state; no term acts."""
         pose = GripperPose.from_quaternion(self.problem.grasp_centre, np.array([1.0, 0, 0, 0]))
         body = self.problem.body
-        trial = self._trial(material, np.zeros_like(body.mesh.points), np.zeros(body.volume.shape))
+        trial = self._trial(material, (), np.zeros_like(body.mesh.points), np.zeros(body.volume.shape))
         return self._finish(trial, pose, 0)
 
-    def solve(self, pose: GripperPose, material: Material, start: EquilibriumState) -> EquilibriumState:
+    def solve(
+        self, pose: GripperPose, material: Material, start: EquilibriumState, terms: tuple[Term, ...] = ()
+    ) -> EquilibriumState:
         """Return the equilibrium at ``pose``, approached from ``start`` in one step or, where that fails, in several.
+
+        The terms act in full from the first step on.
 
         Raises
         ------
@@ -114,7 +122,7 @@ class EquilibriumSolver:
             target = min(1.0, fraction + step)
             goal = pose if target == 1.0 else start.pose.between(pose, target)
             try:
-                trial = self._predict(goal, material, reached)
+                trial = self._predict(goal, material, reached, terms)
                 state = self._newton(goal, trial, accept_unstable=step <= self.settings.unstable_fraction)
             except SolverError as failure:
                 step /= 2.0
@@ -129,7 +137,13 @@ class EquilibriumSolver:
         return reached
 
     def refine(
-        self, pose: GripperPose, material: Material, guess: FloatArray, pressure: FloatArray
+        self,
+        pose: GripperPose,
+        material: Material,
+        guess: FloatArray,
+        pressure: FloatArray,
+        terms: tuple[Term, ...] = (),
+        tangent: Tangent | None = None,
     ) -> EquilibriumState:
         """Return the equilibrium near a guess.
 
@@ -137,23 +151,56 @@ class EquilibriumSolver:
         ----------
         guess : (n, 3) displacements, m; gripped nodes are set to the pose
         pressure : (e, q) λ·(projected J − 1) near that equilibrium, Pa
+        terms : forces on the tissue besides its own stress
+        tangent : of a state that hardly differs; it is renewed where it does not lead there
 
         Raises
         ------
         SolverError
             The iteration does not converge from there.
         """
-        trial = self._trial(material, self._impose(pose, guess), pressure)
-        return self._newton(pose, trial, accept_unstable=False)
+        trial = self._trial(material, terms, self._impose(pose, guess), pressure)
+        return self._newton(pose, trial, accept_unstable=False, tangent=tangent)
 
-    def _newton(self, pose: GripperPose, trial: _Trial, *, accept_unstable: bool) -> EquilibriumState:
-        tangent: Tangent | None = None
+    def newton_step(
+        self,
+        pose: GripperPose,
+        material: Material,
+        guess: FloatArray,
+        pressure: FloatArray,
+        terms: tuple[Term, ...] = (),
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return displacements (n, 3) and nodal forces (n, 3) after one linear step from a guess.
+
+        Parameters
+        ----------
+        guess, pressure, terms : as in :meth:`refine`
+
+        Raises
+        ------
+        SolverError
+            The guess turns an element inside out.
+        """
+        trial = self._trial(material, terms, self._impose(pose, guess), pressure)
+        tangent = self._assemble(trial)
+        pattern = self.problem.pattern
+        change, forces = np.zeros(guess.size), np.zeros(guess.size)
+        change[pattern.free] = -tangent.free.solve(trial.forces.reshape(-1)[pattern.free])
+        held = tangent.gripped_free @ change[pattern.free]
+        forces[pattern.gripped] = trial.forces.reshape(-1)[pattern.gripped] + held
+        return trial.displacement + change.reshape(guess.shape), forces.reshape(guess.shape)
+
+    def _newton(
+        self, pose: GripperPose, trial: _Trial, *, accept_unstable: bool, tangent: Tangent | None = None
+    ) -> EquilibriumState:
         size = self._residual(trial)
+        size_at_tangent = size if tangent is None else 0.0
         for iteration in range(self.settings.iterations + 1):
             if size <= self._smallest_residual(trial):
-                return self._finish(trial, pose, iteration)
+                near = size_at_tangent <= self.settings.tangent_reuse * self._reaction(trial)
+                return self._finish(trial, pose, iteration, tangent if near else None)
             if tangent is None:
-                tangent = self._assemble(trial)
+                tangent, size_at_tangent = self._assemble(trial), size
                 if not (tangent.positive_definite or accept_unstable):
                     raise SolverError("the tissue is unstable on the way")
             trial, previous = self._correct(trial, tangent), size
@@ -162,7 +209,9 @@ class EquilibriumSolver:
                 tangent = None
         raise SolverError(f"Newton's method did not converge in {self.settings.iterations} iterations")
 
-    def _predict(self, pose: GripperPose, material: Material, start: EquilibriumState) -> _Trial:
+    def _predict(
+        self, pose: GripperPose, material: Material, start: EquilibriumState, terms: tuple[Term, ...]
+    ) -> _Trial:
         """Extrapolate the field along the motion; where that turns an element, move the gripped nodes alone.
 
         The pressure follows the linear change alone: that one keeps the volume to first order, so that the pressure
@@ -175,7 +224,8 @@ class EquilibriumSolver:
         curved[self.problem.pattern.free] += self._curvature(start, motion)
         for change in (curved.reshape(linear.shape), np.zeros_like(linear)):
             try:
-                return self._trial(material, self._impose(pose, start.displacement + change), pressure)
+                moved = self._impose(pose, start.displacement + change)
+                return self._trial(material, terms, moved, pressure)
             except SolverError as turned:
                 failure = turned
         raise failure
@@ -225,7 +275,8 @@ class EquilibriumSolver:
             try:
                 change = share * correction
                 pressure = pressure_after(self.problem.body, trial.material, trial.response, change)
-                shortened = self._trial(trial.material, trial.displacement + change, pressure)
+                moved = trial.displacement + change
+                shortened = self._trial(trial.material, trial.terms, moved, pressure)
             except SolverError:
                 share /= 2.0
                 continue
@@ -234,27 +285,43 @@ class EquilibriumSolver:
             share /= 2.0
         raise SolverError("every correction turns an element inside out")
 
-    def _trial(self, material: Material, displacement: FloatArray, pressure: FloatArray) -> _Trial:
+    def _trial(
+        self, material: Material, terms: tuple[Term, ...], displacement: FloatArray, pressure: FloatArray
+    ) -> _Trial:
         response = respond(self.problem.body, material, displacement)
         forces = nodal_forces(self.problem.body, response, response.slope)
-        return _Trial(material, displacement, response, forces, pressure)
+        for term in terms:
+            forces = forces + term.forces(displacement, response)
+        return _Trial(material, terms, displacement, response, forces, pressure)
 
     def _residual(self, trial: _Trial) -> float:
         return float(np.linalg.norm(trial.forces.reshape(-1)[self.problem.pattern.free]))
+
+    def _reaction(self, trial: _Trial) -> float:
+        return float(np.linalg.norm(trial.forces[self.problem.gripped]))
 
     def _smallest_residual(self, trial: _Trial) -> float:
         """Return the residual that counts as zero: a share of the gripping forces, or what rounding leaves."""
         mu, lame = trial.material.lame
         area = float(self.problem.body.volume.sum()) ** (2 / 3)
-        reaction = float(np.linalg.norm(trial.forces[self.problem.gripped]))
-        return max(self.settings.tolerance * reaction, _ROUNDING * (lame + 2 * mu) * area)
+        return max(self.settings.tolerance * self._reaction(trial), _ROUNDING * (lame + 2 * mu) * area)
 
     def _assemble(self, trial: _Trial) -> Tangent:
-        body = self.problem.body
-        return self._assembler.assemble(stiffness(body, trial.material, trial.response, trial.pressure))
+        elements = stiffness(self.problem.body, trial.material, trial.response, trial.pressure)
+        nodes: FloatArray | None = None
+        for term in trial.terms:
+            of_term = term.stiffness(trial.displacement, trial.response)
+            if of_term.elements is not None:
+                elements += of_term.elements
+            if of_term.nodes is not None:
+                nodes = of_term.nodes if nodes is None else nodes + of_term.nodes
+        return self._assembler.assemble(elements, nodes)
 
-    def _finish(self, trial: _Trial, pose: GripperPose, iterations: int) -> EquilibriumState:
-        tangent = self._assemble(replace(trial, pressure=trial.response.pressure))
+    def _finish(
+        self, trial: _Trial, pose: GripperPose, iterations: int, tangent: Tangent | None = None
+    ) -> EquilibriumState:
+        if tangent is None:
+            tangent = self._assemble(replace(trial, pressure=trial.response.pressure))
         by_pose = -tangent.free.solve(tangent.gripped_free.T @ rigid_modes(self.problem, pose))
         return EquilibriumState(
             pose,
@@ -271,6 +338,7 @@ class EquilibriumSolver:
 @dataclass(frozen=True)
 class _Trial:
     material: Material
+    terms: tuple[Term, ...]
     displacement: FloatArray
     response: Response
     forces: FloatArray

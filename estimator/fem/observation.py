@@ -78,7 +78,7 @@ def _fiducial_motion(problem: RetractionProblem, free_motion: FloatArray) -> Flo
     columns = free_motion.shape[1]
     whole = np.zeros((problem.body.mesh.points.size, columns))
     whole[problem.pattern.free] = free_motion
-    return _interpolate(problem, whole)
+    return interpolate(problem, whole)
 
 
 def _fiducial_motion_by_pose(
@@ -87,7 +87,7 @@ def _fiducial_motion_by_pose(
     whole = np.zeros((problem.body.mesh.points.size, 6))
     whole[problem.pattern.free] = state.by_pose
     whole[problem.pattern.gripped] = modes
-    motion = _interpolate(problem, whole)
+    motion = interpolate(problem, whole)
     held = problem.fiducials_gripped
     arms = state.pose.rotation.apply(problem.fiducials_rest[held] - problem.grasp_centre)
     motion[held, :, :3] = np.eye(3)
@@ -96,6 +96,7 @@ def _fiducial_motion_by_pose(
     return motion
 
 
-def _interpolate(problem: RetractionProblem, dofs: FloatArray) -> FloatArray:
+def interpolate(problem: RetractionProblem, dofs: FloatArray) -> FloatArray:
+    """Return the motion (m, 3, c) of the fiducials that no rigid tissue holds, from that of all nodes, (3n, c)."""
     nodal = dofs.reshape(-1, 3, dofs.shape[1])
     return np.einsum("mk,mkxc->mxc", problem.fiducial_weights, nodal[problem.fiducial_nodes])

@@ -24,6 +24,8 @@ class RetractionProblem:
     ----------
     body : Body
     fixed, gripped : (n,) bool, nodes that stand still, and nodes that move with the gripper
+    anchored : (n,) bool, nodes of the anchored tissue; they stand still unless the anchor yields
+    attachment : (n,) float64, what share of each of these holds
     grasp_centre : (3,) float64, origin of the gripper frame at rest, tissue frame, m
     pattern : TangentPattern
     fiducials_rest : (m, 3) float64, m
@@ -34,6 +36,8 @@ class RetractionProblem:
     body: Body
     fixed: BoolArray
     gripped: BoolArray
+    anchored: BoolArray
+    attachment: FloatArray
     grasp_centre: FloatArray
     pattern: TangentPattern
     fiducials_rest: FloatArray
@@ -85,6 +89,8 @@ def retraction_problem(
         build_body(mesh),
         anchored,
         gripped,
+        anchored,
+        anchored.astype(float),
         grasp_centre,
         tangent_pattern(mesh, anchored, gripped),
         fiducials_rest,

@@ -131,11 +131,17 @@ class TangentAssembler:
         # Symbolic analyses whose numeric factor nobody holds any more; a factorisation overwrites one of them.
         self._spare: list[object] = []
         self._mixed_start = np.searchsorted(pattern.columns[self._in_mixed], np.arange(free + 1))
+        self._nodes, self._node_entries = _node_entries(pattern)
 
-    def assemble(self, element_stiffness: FloatArray) -> Tangent:
-        """Assemble element matrices (e, 3k, 3k), of which the lower triangle counts, and factorise the free block."""
+    def assemble(self, element_stiffness: FloatArray, node_stiffness: FloatArray | None = None) -> Tangent:
+        """Assemble element matrices (e, 3k, 3k) and node blocks (n, 3, 3), and factorise the free block.
+
+        Of both the lower triangle counts.
+        """
         pattern, (free, gripped) = self._pattern, self._shape
         values = gather(pattern.start, pattern.source, element_stiffness.reshape(-1))
+        if node_stiffness is not None:
+            values[self._node_entries] += node_stiffness[self._nodes][:, *np.tril_indices(3)]
         mixed = csc_array(
             (values[self._in_mixed], self._mixed_rows, self._mixed_start), shape=(gripped, free)
         )
@@ -154,6 +160,17 @@ class TangentAssembler:
         factor = CholeskyFactor(symbolic)
         weakref.finalize(factor, self._spare.append, symbolic)
         return Tangent(factor, mixed, corner)
+
+
+def _node_entries(pattern: TangentPattern) -> tuple[IntArray, IntArray]:
+    """Return the nodes (m,) that are not anchored, and the entries (m, 6) of the lower triangle of their blocks."""
+    dofs = np.concatenate([pattern.free, pattern.gripped])
+    number = np.full(int(dofs.max()) + 1, -1)
+    number[dofs] = np.arange(len(dofs))
+    nodes = np.unique(dofs // 3)
+    rows, columns = (number[3 * nodes[:, None] + axis] for axis in np.tril_indices(3))
+    key = pattern.columns * len(dofs) + pattern.rows
+    return nodes, np.searchsorted(key, columns * len(dofs) + rows)
 
 
 def _symmetric(values: FloatArray, rows: IntArray, columns: IntArray, size: int) -> csc_array:

@@ -73,10 +73,7 @@ def estimate(experiments: Sequence[Experiment], progress: Progress | None = None
     model = ForwardModel(mesh_experiment(experiments[0]), experiments)
     means = state_means(experiments, model.schedules)
 
-    few = _Linearisation(
-        model, means, [spread_states(s, _STATES_AT_FIRST) for s in model.schedules], "a few states", tell
-    )
-    rough, _ = minimise(few, _PARAMETERS, few.first_guess(), _LINEAR_STEP)
+    rough = fit_few_states(model, means, tell)
     every = _Linearisation(
         model, means, [list(range(len(s.poses))) for s in model.schedules], "all states", tell
     )
@@ -104,6 +101,20 @@ def estimate(experiments: Sequence[Experiment], progress: Progress | None = None
         forward_solves=model.solved_states + solved,
     )
     return summarise(outcome, time.perf_counter() - started)
+
+
+def fit_few_states(model: ForwardModel, means: Sequence[StateMean], tell: Progress) -> list[Iterate]:
+    """Fit E and ν to a few states of each experiment; return every point on the way, the best last.
+
+    Raises
+    ------
+    FitError
+        The measured forces do not oppose the motion, or the fit does not converge.
+    """
+    few = _Linearisation(
+        model, means, [spread_states(s, _STATES_AT_FIRST) for s in model.schedules], "a few states", tell
+    )
+    return minimise(few, _PARAMETERS, few.first_guess(), _LINEAR_STEP)[0]
 
 
 class _Linearisation:

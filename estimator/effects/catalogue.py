@@ -1,0 +1,107 @@
+"""Every effect that is looked for, in the order in which they act from the tissue to the recording."""
+
+from estimator.effects.anchor_compliance import ANCHOR_COMPLIANCE
+from estimator.effects.anchor_debonding import ANCHOR_DEBONDING
+from estimator.effects.anisotropy import ANISOTROPY
+from estimator.effects.axes import WRENCH_CHANNELS
+from estimator.effects.camera_rotation import CameraRotation
+from estimator.effects.camera_scale import CameraScale
+from estimator.effects.effect import Effect, Group
+from estimator.effects.fiducial_mislabel import (
+    FiducialMislabel,
+    FiducialMislabelInEach,
+    FiducialMislabelWithin,
+)
+from estimator.effects.fiducial_misread import FiducialMisread, FiducialMisreadFrom
+from estimator.effects.force_axis_gain import ForceAxisGain
+from estimator.effects.force_bias import ForceBias
+from estimator.effects.force_crosstalk import ForceCrosstalk, ForcePairCrosstalk
+from estimator.effects.force_drift import ForceDrift
+from estimator.effects.force_frame_rotation import ForceFrameRotation
+from estimator.effects.grasp_misplacement import GRASP_MISPLACEMENT
+from estimator.effects.gravity_sag import GRAVITY_SAG
+from estimator.effects.gripper_compliance import AxisCompliance, GripperCompliance, RotationCompliance
+from estimator.effects.gripper_slip import GripperJump, GripperSlip
+from estimator.effects.inhomogeneity import INHOMOGENEITY
+from estimator.effects.modulus_gradient import MODULUS_GRADIENT
+from estimator.effects.motion_direction import MotionDirection, PoseDirection
+from estimator.effects.motion_scale import MotionScale, PoseScale
+from estimator.effects.permanent_set import PERMANENT_SET
+from estimator.effects.prestretch import PRESTRETCH
+from estimator.effects.robot_backlash import RobotBacklash
+from estimator.effects.second_invariant import SECOND_INVARIANT
+from estimator.effects.strain_stiffening import STRAIN_STIFFENING
+from estimator.effects.stress_softening import STRESS_SOFTENING
+from estimator.effects.support_friction import SUPPORT_FRICTION
+from estimator.effects.thickness_error import THICKNESS_ERROR
+from estimator.effects.time_offset import TimeOffset
+from estimator.effects.tool_weight import ToolWeight, ToolWeightAndCentre
+from estimator.effects.torque_centre import TorqueCentre
+from estimator.effects.viscoelasticity import VISCOELASTICITY
+
+_TISSUE: tuple[Effect, ...] = (
+    *STRAIN_STIFFENING,
+    SECOND_INVARIANT,
+    *VISCOELASTICITY,
+    *STRESS_SOFTENING,
+    PERMANENT_SET,
+    ANISOTROPY,
+    *INHOMOGENEITY,
+    *MODULUS_GRADIENT,
+    *THICKNESS_ERROR,
+    *PRESTRETCH,
+)
+_MOUNTING: tuple[Effect, ...] = (*ANCHOR_COMPLIANCE, ANCHOR_DEBONDING, *GRASP_MISPLACEMENT)
+_SURROUNDINGS: tuple[Effect, ...] = (*SUPPORT_FRICTION, *GRAVITY_SAG)
+
+# From the reported pose to the tissue: first what the robot does, then what the gripper does.
+_MOTION: tuple[Effect, ...] = (
+    MotionScale(),
+    PoseScale(),
+    MotionDirection(),
+    PoseDirection(),
+    RobotBacklash("translation", "taken_up"),
+    RobotBacklash("translation", "centred"),
+    RobotBacklash("rotation", "taken_up"),
+    RobotBacklash("rotation", "centred"),
+    GripperCompliance(),
+    AxisCompliance(),
+    RotationCompliance(),
+    GripperSlip(),
+    GripperJump(),
+)
+
+# From the tissue's wrench to the recorded one: what pulls at the sensor, its mounting, its bridges, its clock.
+_FORCE: tuple[Effect, ...] = (
+    ToolWeight(),
+    ToolWeightAndCentre(),
+    TorqueCentre(),
+    ForceFrameRotation(),
+    ForceCrosstalk(),
+    ForcePairCrosstalk(),
+    *(ForceAxisGain(channel) for channel in WRENCH_CHANNELS),
+    ForceBias("sensor"),
+    ForceBias("tissue"),
+    ForceDrift("linear", "sensor"),
+    ForceDrift("linear", "tissue"),
+    ForceDrift("saturating", "sensor"),
+    ForceDrift("saturating", "tissue"),
+    ForceDrift("running_on", "sensor"),
+    TimeOffset("lag"),
+    TimeOffset("lead"),
+)
+
+# From the beads to their recorded positions: the cameras' frame, then the tracks.
+_VISION: tuple[Effect, ...] = (
+    CameraScale(),
+    CameraRotation(),
+    FiducialMisread(),
+    FiducialMisreadFrom(),
+    FiducialMislabel(),
+    FiducialMislabelWithin(),
+    FiducialMislabelInEach(),
+)
+
+CATALOGUE: tuple[Effect, ...] = (*_TISSUE, *_MOUNTING, *_SURROUNDINGS, *_MOTION, *_FORCE, *_VISION)
+
+LABELS: dict[str, Group] = {effect.label: effect.group for effect in CATALOGUE}

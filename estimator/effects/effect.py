@@ -1,0 +1,221 @@
+"""What an effect is: a parameterised departure of the baseline with a null at which it vanishes.
+
+An effect may act in six places, each a method that by default changes nothing: the tissue's material, the boundary
+value problem (geometry, anchors), the field of its stiffness, further forces on the tissue, the gripper's true motion,
+and what the sensors make of the truth. All amplitudes at their null, every method must return what it was given.
+
+An effect whose physics has several usual forms (two laws, drift in the sensor's or the tissue's frame) is several
+instances with the same label; one with a constant that is no amplitude (a relaxation time, a place) states a grid of
+values from which a refinement starts.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from estimator.experiment import Experiment
+from estimator.fem.problem import RetractionProblem
+from estimator.fem.terms import Term
+from estimator.materials.material import Material
+
+FloatArray = NDArray[np.float64]
+Values = Mapping[str, float]
+
+Group = Literal[
+    "material",
+    "inhomogeneity",
+    "anchor",
+    "grasp",
+    "environment",
+    "geometry",
+    "force",
+    "timing",
+    "vision",
+    "robot",
+    "numerics",
+]
+
+# What a laboratory would look at, for each group.
+BLOCK_OF_GROUP: Mapping[Group, str] = {
+    "material": "interior",
+    "inhomogeneity": "interior",
+    "anchor": "anchor",
+    "grasp": "grasp",
+    "environment": "support",
+    "geometry": "geometry",
+    "force": "force",
+    "timing": "timing",
+    "vision": "vision",
+    "robot": "robot",
+    "numerics": "numerics",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Amplitude:
+    """A parameter that is zero where the effect is absent.
+
+    Attributes
+    ----------
+    name, unit : SI; "1" for a pure number
+    scale : standard deviation of its prior, a usual size where the effect is present
+    smallest : size below which nobody would care
+    lower, upper : bounds; a one-sided effect has one of them at zero
+    """
+
+    name: str
+    unit: str
+    scale: float
+    smallest: float
+    lower: float = -np.inf
+    upper: float = np.inf
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """A parameter without a null, such as a relaxation time or a place: a grid to start from, and bounds.
+
+    A fixed one stays where a search began: a number of a bead, an instant between two rows.
+    """
+
+    name: str
+    unit: str
+    grid: tuple[float, ...]
+    lower: float
+    upper: float
+    fixed: bool = False
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The motion of the gripper in one experiment with n rows.
+
+    Attributes
+    ----------
+    experiment : as it was recorded
+    position : (n, 3) origin of the gripper frame, tissue frame, m
+    rotation : n rotations of the gripper frame, identity at rest
+    load : (n, 6) measured wrench of the tissue on the gripper, the mean over rows of one pose, zero in the first row:
+        what drives compliance
+    trial : (n, 6) wrench of the baseline at the reported poses with the present modulus: what would act had nothing
+        given way
+    """
+
+    experiment: Experiment
+    position: FloatArray
+    rotation: Rotation
+    load: FloatArray
+    trial: FloatArray
+
+    def moved(self, position: FloatArray, rotation: Rotation | None = None) -> Motion:
+        """Return the motion with other positions (and rotations)."""
+        return replace(self, position=position, rotation=rotation or self.rotation)
+
+
+@dataclass(frozen=True)
+class Readings:
+    """What the sensors of one experiment would read, n rows and m fiducials.
+
+    Attributes
+    ----------
+    experiment : as it was recorded
+    position, rotation : true pose of the gripper, as in :class:`Motion`
+    reported_position : (n, 3) the mean of the reported positions of each stay, m
+    wrench : (n, 6) of the tissue on the gripper, tissue axes, about the gripper frame's present origin, N and N·m
+    fiducials : (n, m, 3), tissue frame, m
+    rest_wrench, rest_fiducials : (6,) and (m, 3), of the tissue with the gripper exactly at its stated rest pose
+    """
+
+    experiment: Experiment
+    position: FloatArray
+    rotation: Rotation
+    reported_position: FloatArray
+    wrench: FloatArray
+    fiducials: FloatArray
+    rest_wrench: FloatArray
+    rest_fiducials: FloatArray
+
+    def with_wrench(self, wrench: FloatArray) -> Readings:
+        """Return the readings with another wrench."""
+        return replace(self, wrench=wrench)
+
+    def with_fiducials(self, fiducials: FloatArray) -> Readings:
+        """Return the readings with other fiducial positions."""
+        return replace(self, fiducials=fiducials)
+
+
+class Effect:
+    """A departure of the baseline; see the module's text. Subclasses override what they change.
+
+    Attributes
+    ----------
+    label, group : as in the catalogue
+    form : tells instances with one label apart; empty where there is one
+    amplitudes, constants : its parameters
+    words : what a report says of it, one sentence
+    rate_dependent : whether the tissue changes while the gripper stands
+    elaborates : form of the same label of which this one is a refinement, looked at only where that one leads
+    keeps_pattern : whether :meth:`problem` leaves free and held nodes as they are
+    """
+
+    label: ClassVar[str]
+    group: ClassVar[Group]
+    words: ClassVar[str]
+    rate_dependent: ClassVar[bool] = False
+    keeps_pattern: ClassVar[bool] = True
+    elaborates: str = ""
+    form: str = ""
+    amplitudes: tuple[Amplitude, ...] = ()
+    constants: tuple[Constant, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Label and form in one word."""
+        return f"{self.label}:{self.form}" if self.form else self.label
+
+    def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
+        """Return the constants from which a search begins: by default every point of their grid.
+
+        ``baseline`` holds what the fitted baseline predicts for each experiment, beside what was measured: an effect
+        with many places (which bead?) may pick the likely ones.
+        """
+        names = [constant.name for constant in self.constants]
+        grid = itertools.product(*(constant.grid for constant in self.constants))
+        return [dict(zip(names, point, strict=True)) for point in grid]
+
+    def place(self, problem: RetractionProblem, values: Values) -> tuple[FloatArray, float] | None:
+        """Return centre (3,) and radius, m, of an effect that sits somewhere in the tissue; None for others."""
+        return None
+
+    def material(self, material: Material, values: Values) -> Material:
+        """Return the material under the effect."""
+        return material
+
+    def problem(self, problem: RetractionProblem, values: Values) -> RetractionProblem:
+        """Return the boundary value problem under the effect; mesh topology and node order stay."""
+        return problem
+
+    def log_modulus(self, problem: RetractionProblem, values: Values) -> FloatArray | None:
+        """Return the logarithm (e, q) of the factor on the tissue's stiffness at the integration points, or None."""
+        return None
+
+    def terms(
+        self, problem: RetractionProblem, material: Material, experiment: Experiment, values: Values
+    ) -> tuple[Term, ...]:
+        """Return what acts on the tissue besides its own stress, at the start of an experiment."""
+        return ()
+
+    def motion(self, motion: Motion, values: Values) -> Motion:
+        """Return the gripper's true motion."""
+        return motion
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Return what the sensors make of the truth."""
+        return readings

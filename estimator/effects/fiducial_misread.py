@@ -1,0 +1,79 @@
+"""One fiducial is read at a false place."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.effects.axes import AXES
+from estimator.effects.effect import Amplitude, Constant, Effect, Readings, Values
+from estimator.effects.instants import (
+    ORDER,
+    TIME,
+    after,
+    bead,
+    bead_constant,
+    in_order,
+    start_of_row,
+    sums_to_the_end,
+)
+from estimator.experiment import Experiment
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_TRIED_BEADS = 3
+
+
+class FiducialMisread(Effect):
+    """The position read for one bead is the true one plus a constant offset, in every row."""
+
+    label = "fiducial_misread"
+    group = "vision"
+    words = "One fiducial is read at a false place."
+    form = "always"
+    amplitudes = tuple(Amplitude(f"offset_{axis}", "m", scale=1.5e-3, smallest=1e-4) for axis in AXES)
+    constants: tuple[Constant, ...] = (bead_constant("bead"),)
+
+    def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
+        """Return the beads whose mean misfit is largest."""
+        mean = np.concatenate([_misfit(each) for each in baseline]).mean(axis=0)
+        worst = np.argsort(-np.linalg.norm(mean, axis=1))
+        return [{"bead": float(number)} for number in worst[:_TRIED_BEADS]]
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Move the bead."""
+        offset = np.array([values[amplitude.name] for amplitude in self.amplitudes])
+        fiducials = readings.fiducials.copy()
+        fiducials[self._misread(readings.experiment, values), bead(values, "bead")] += offset
+        return readings.with_fiducials(fiducials)
+
+    def _misread(self, experiment: Experiment, values: Values) -> BoolArray:
+        return np.ones(len(experiment.time), dtype=bool)
+
+
+class FiducialMisreadFrom(FiducialMisread):
+    """From an instant on, to the last experiment: the tracker has jumped to a reflection beside the bead."""
+
+    form = "from_an_instant"
+    constants = (bead_constant("bead"), ORDER, TIME)
+
+    def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
+        """Return the beads whose misfit an offset from some instant on lowers most, each with its best instant."""
+        ordered = in_order(baseline)
+        misfit = np.concatenate([_misfit(each) for each in ordered])
+        rows_left = np.arange(len(misfit), 0, -1)
+        gain = (sums_to_the_end(misfit) ** 2).sum(axis=-1) / rows_left[:, None]
+        worst = np.argsort(-gain.max(axis=0))[:_TRIED_BEADS]
+        return [
+            {"bead": float(number), **start_of_row(ordered, int(np.argmax(gain[:, number])))}
+            for number in worst
+        ]
+
+    def _misread(self, experiment: Experiment, values: Values) -> BoolArray:
+        return after(experiment, values)
+
+
+def _misfit(readings: Readings) -> FloatArray:
+    """Return measured less predicted (n, m, 3), zero where nothing was measured."""
+    return np.nan_to_num(readings.experiment.fiducials - readings.fiducials, nan=0.0)

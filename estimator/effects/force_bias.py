@@ -1,0 +1,42 @@
+"""A constant error of the wrench after zeroing."""
+
+from typing import Literal
+
+import numpy as np
+
+from estimator.effects.axes import WRENCH_CHANNELS, in_tissue_axes
+from estimator.effects.effect import Amplitude, Effect, Readings, Values
+
+Frame = Literal["sensor", "tissue"]
+
+_UNITS = 3 * ["N"] + 3 * ["N·m"]
+_SCALES = 3 * [0.1] + 3 * [0.004]
+_SMALLEST = 3 * [0.01] + 3 * [0.0005]
+
+
+class ForceBias(Effect):
+    """Reported wrench = true wrench + b in every row; b is constant in the axes of the sensor or of the tissue.
+
+    A sensor's own offset turns with it; what the software adds after it has turned the wrench does not.
+    """
+
+    label = "force_bias"
+    group = "force"
+    words = "The force sensor reads a constant amount too much, because its zero is off."
+
+    def __init__(self, frame: Frame) -> None:
+        self.form = f"{frame}_frame"
+        self.amplitudes = tuple(
+            Amplitude(f"bias_{channel}", unit, scale, smallest)
+            for channel, unit, scale, smallest in zip(
+                WRENCH_CHANNELS, _UNITS, _SCALES, _SMALLEST, strict=True
+            )
+        )
+        self._turns = frame == "sensor"
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Add the bias."""
+        bias = np.array([values[amplitude.name] for amplitude in self.amplitudes])
+        if self._turns:
+            bias = in_tissue_axes(readings.rotation, bias)
+        return readings.with_wrench(readings.wrench + bias)

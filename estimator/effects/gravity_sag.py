@@ -1,0 +1,57 @@
+"""The phantom hangs free and sags under its weight."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from estimator.effects.effect import Amplitude, Effect, Group, Readings, Values
+from estimator.effects.zeroing import with_fiducials_zeroed, with_wrench_zeroed
+from estimator.experiment import Experiment
+from estimator.fem.problem import RetractionProblem
+from estimator.fem.shares import nodal_volumes
+from estimator.fem.steady import DeadLoad
+from estimator.fem.terms import Term
+from estimator.materials.material import Material
+
+_WEIGHT = Amplitude("weight", "1", scale=0.7, smallest=0.02, lower=0.0, upper=1.5)
+
+
+class GravitySag(Effect):
+    """The weight of the tissue acts and no table carries it; 1 is its full weight.
+
+    The sensor was zeroed in the first row with the tissue hanging. The beads' stated rest positions are those on the
+    undeformed phantom, or those that were seen when it hung.
+    """
+
+    label: ClassVar[str] = "gravity_sag"
+    group: ClassVar[Group] = "environment"
+    words: ClassVar[str] = "The phantom hangs free and sags under its weight."
+    amplitudes = (_WEIGHT,)
+
+    def __init__(self, form: str, beads: Literal["undeformed", "hanging"]) -> None:
+        self.form = form
+        self._beads = beads
+
+    def terms(
+        self, problem: RetractionProblem, material: Material, experiment: Experiment, values: Values
+    ) -> tuple[Term, ...]:
+        """Let the weight act on every node."""
+        if not values["weight"]:
+            return ()
+        mass = values["weight"] * experiment.phantom.density * nodal_volumes(problem.body.mesh)
+        return (DeadLoad(mass[:, None] * np.asarray(experiment.environment.gravity)),)
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Take the sensor's zero."""
+        if not values["weight"]:
+            return readings
+        zeroed = with_wrench_zeroed(readings)
+        return with_fiducials_zeroed(zeroed) if self._beads == "hanging" else zeroed
+
+
+GRAVITY_SAG = (
+    GravitySag("beads_undeformed", "undeformed"),
+    GravitySag("beads_hanging", "hanging"),
+)

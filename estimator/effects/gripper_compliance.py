@@ -1,0 +1,58 @@
+"""Gripper or arm yields elastically between the reported pose and the tissue."""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from estimator.effects.axes import AXES
+from estimator.effects.effect import Amplitude, Effect, Motion, Values
+
+_COMPLIANCE_SCALE = 5e-4
+_COMPLIANCE_SMALLEST = 2e-5
+
+
+class GripperCompliance(Effect):
+    """True position = reported position + C F: the tissue pulls the gripper after it, alike in all directions."""
+
+    label = "gripper_compliance"
+    group = "grasp"
+    words = "Gripper or arm yields elastically under the tissue's pull."
+    form = "translation"
+    amplitudes: tuple[Amplitude, ...] = (
+        Amplitude("compliance", "m/N", _COMPLIANCE_SCALE, _COMPLIANCE_SMALLEST, lower=0.0),
+    )
+
+    def motion(self, motion: Motion, values: Values) -> Motion:
+        """Let the gripper yield to the force."""
+        return motion.moved(motion.position + values["compliance"] * motion.load[:, :3])
+
+
+class AxisCompliance(GripperCompliance):
+    """Each axis of the gripper yields by its own compliance: C = R diag(c) Rᵀ."""
+
+    form = "by_axis"
+    amplitudes = tuple(
+        Amplitude(f"compliance_{axis}", "m/N", _COMPLIANCE_SCALE, _COMPLIANCE_SMALLEST, lower=0.0)
+        for axis in AXES
+    )
+
+    def motion(self, motion: Motion, values: Values) -> Motion:
+        """Let the gripper yield to the force along each of its axes."""
+        compliance = np.array([values[amplitude.name] for amplitude in self.amplitudes])
+        force = motion.rotation.inv().apply(motion.load[:, :3])
+        return motion.moved(motion.position + motion.rotation.apply(compliance * force))
+
+
+class RotationCompliance(GripperCompliance):
+    """The gripper also turns under the torque about its origin: true rotation = exp(C_r T) times the reported one."""
+
+    form = "translation_and_rotation"
+    amplitudes = (
+        *GripperCompliance.amplitudes,
+        Amplitude("rotation_compliance", "rad/(N·m)", scale=1.0, smallest=0.05, lower=0.0),
+    )
+
+    def motion(self, motion: Motion, values: Values) -> Motion:
+        """Let the gripper yield to force and torque."""
+        yielding = super().motion(motion, values)
+        turn = Rotation.from_rotvec(values["rotation_compliance"] * motion.load[:, 3:])
+        return yielding.moved(yielding.position, turn * motion.rotation)

@@ -1,0 +1,88 @@
+"""A region is stiffer or softer than the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.effects.effect import Amplitude, Constant, Effect, Group, Readings, Values
+from estimator.fem.problem import RetractionProblem
+from estimator.fem.quadrature import quadrature_points
+
+FloatArray = NDArray[np.float64]
+RegionShape = Literal["cylinder", "sphere"]
+
+_LOG_RATIO = Amplitude("log_stiffness_ratio", "1", scale=1.0, smallest=0.1, lower=-5.0, upper=5.0)
+_EDGE_M = 0.1
+_PLACES_M = (-0.04, -0.02, 0.0, 0.02, 0.04)
+_CENTRE = tuple(Constant(name, "m", _PLACES_M, lower=-0.1, upper=0.1) for name in ("centre_x", "centre_y"))
+_RADIUS = Constant("radius", "m", (0.009, 0.016), lower=0.004, upper=0.04)
+# Half the width over which the stiffness changes at the rim, unless the mesh is coarser.
+_RIM_M = 1e-3
+
+
+@dataclass(frozen=True)
+class _Region:
+    """A region about a place in the mid-plane."""
+
+    shape: RegionShape
+    centre: FloatArray
+    radius_m: float
+
+    def inside(self, points: FloatArray, spacing_m: FloatArray) -> FloatArray:
+        """Return how far points (..., 3) belong to it, from 0 to 1, smoothly over their spacing at the rim."""
+        arms = points - self.centre
+        axes = 2 if self.shape == "cylinder" else 3
+        depth = self.radius_m - np.linalg.norm(arms[..., :axes], axis=-1)
+        return 0.5 * (1 + np.tanh(depth / np.maximum(_RIM_M, spacing_m / 2)))
+
+
+class Inhomogeneity(Effect):
+    """A cylinder through the thickness, or a sphere in the mid-plane."""
+
+    label: ClassVar[str] = "inhomogeneity"
+    group: ClassVar[Group] = "inhomogeneity"
+    words: ClassVar[str] = "A region of the tissue is stiffer or softer than the rest."
+    amplitudes = (_LOG_RATIO,)
+    constants = (*_CENTRE, _RADIUS)
+
+    def __init__(self, form: RegionShape) -> None:
+        self.form = form
+        self._shape = form
+        self.elaborates = "" if form == "cylinder" else "cylinder"
+
+    def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
+        """Return the grid, spread over the phantom's edges, without the places inside the grasp."""
+        experiment = baseline[0].experiment
+        stretch = np.array(experiment.phantom.size_m) / _EDGE_M
+        spread = [
+            {**start, "centre_x": stretch[0] * start["centre_x"], "centre_y": stretch[1] * start["centre_y"]}
+            for start in super().starts(baseline)
+        ]
+        lower, upper = experiment.grasp.box.lower, experiment.grasp.box.upper
+        return [
+            start
+            for start in spread
+            if not all(lower[i] <= start[name] <= upper[i] for i, name in enumerate(("centre_x", "centre_y")))
+        ]
+
+    def place(self, problem: RetractionProblem, values: Values) -> tuple[FloatArray, float] | None:
+        """Return the region's centre and radius."""
+        return np.array([values["centre_x"], values["centre_y"], 0.0]), values[_RADIUS.name]
+
+    def log_modulus(self, problem: RetractionProblem, values: Values) -> FloatArray | None:
+        """Return the logarithm of the stiffness ratio, (e, q), where a point lies in the region."""
+        log_ratio = values[_LOG_RATIO.name]
+        if not log_ratio:
+            return None
+        centre = np.array([values["centre_x"], values["centre_y"], 0.0])
+        region = _Region(self._shape, centre, values[_RADIUS.name])
+        spacing_m = np.cbrt(problem.body.volume)
+        return log_ratio * region.inside(quadrature_points(problem.body.mesh), spacing_m)
+
+
+INHOMOGENEITY = (Inhomogeneity("cylinder"), Inhomogeneity("sphere"))

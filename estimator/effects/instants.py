@@ -1,0 +1,54 @@
+"""Faults that begin at some instant: which rows they touch, and where the data put the beginning."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.effects.effect import Constant, Readings, Values
+from estimator.experiment import Experiment
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+ORDER = Constant("order", "1", (), 1.0, np.inf, fixed=True)
+TIME = Constant("time", "s", (), 0.0, np.inf, fixed=True)
+
+
+def bead_constant(name: str) -> Constant:
+    """Return the number of a fiducial, from 0, as a constant."""
+    return Constant(name, "1", (), 0.0, np.inf, fixed=True)
+
+
+def bead(values: Values, name: str) -> int:
+    """Return the number of a fiducial, from 0."""
+    return round(values[name])
+
+
+def after(experiment: Experiment, values: Values) -> BoolArray:
+    """Tell for each row (n,) whether it is as late as the instant ``time`` of experiment number ``order``, or later."""
+    if experiment.order == round(values["order"]):
+        return experiment.time >= values["time"]
+    return np.full(len(experiment.time), experiment.order > values["order"])
+
+
+def in_order(readings: Sequence[Readings]) -> list[Readings]:
+    """Return the readings in the order of their experiments in time."""
+    return sorted(readings, key=lambda each: each.experiment.order)
+
+
+def start_of_row(readings: Sequence[Readings], row: int) -> dict[str, float]:
+    """Return order and time of the instant before a row, counted through all the experiments."""
+    for each in readings:
+        time = each.experiment.time
+        if row < len(time):
+            # Half way from the row before, so that no rounding decides whether a row belongs to it.
+            start = 0.5 * (time[row] + time[row - 1]) if row else time[0]
+            return {"order": float(each.experiment.order), "time": float(start)}
+        row -= len(time)
+    raise IndexError("the experiments have fewer rows")
+
+
+def sums_to_the_end(rows: FloatArray) -> FloatArray:
+    """Return the sum from each row (n, ...) to the last."""
+    return np.cumsum(rows[::-1], axis=0)[::-1]

@@ -1,0 +1,51 @@
+"""After a larger strain the tissue is softer at smaller ones: the Mullins effect."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from estimator.effects.effect import Amplitude, Constant, Effect, Group, Values
+from estimator.experiment import Experiment
+from estimator.fem.problem import RetractionProblem
+from estimator.fem.softening import Softening
+from estimator.fem.terms import Term
+from estimator.materials.material import Material
+
+_DEPTH = Amplitude("depth", "1", scale=0.2, smallest=0.02, lower=0.0, upper=0.9)
+# A tissue strained by ε holds about ε²/2 of its modulus as energy per volume: these are strains of 6, 14 and 32 %.
+_WIDTH = Constant("width_over_modulus", "1", (0.002, 0.01, 0.05), lower=1e-4, upper=1.0)
+_RELATIVE_WIDTH = Constant("relative_width", "1", (0.2, 0.7), lower=0.02, upper=5.0)
+
+
+class StressSoftening(Effect):
+    """The model of Ogden and Roxburgh.
+
+    ``depth`` is their 1/r. The energy over which the softening develops is a share of Young's modulus (their m), or of
+    the largest energy at the same point (β of Abaqus), as ``width`` says.
+    """
+
+    label: ClassVar[str] = "stress_softening"
+    group: ClassVar[Group] = "material"
+    words: ClassVar[str] = "After a larger strain the tissue is softer at smaller ones (Mullins)."
+    amplitudes = (_DEPTH,)
+
+    def __init__(self, form: str, width: Constant) -> None:
+        self.form = form
+        self.constants = (width,)
+
+    def terms(
+        self, problem: RetractionProblem, material: Material, experiment: Experiment, values: Values
+    ) -> tuple[Term, ...]:
+        """Return what the softening takes from the stress."""
+        depth = values[_DEPTH.name]
+        if not depth:
+            return ()
+        width_pa = material.youngs_modulus * values.get(_WIDTH.name, 0.0)
+        relative = values.get(_RELATIVE_WIDTH.name, 0.0)
+        return (Softening.virgin(problem.body, material, depth, width_pa, relative),)
+
+
+STRESS_SOFTENING = (
+    StressSoftening("absolute_width", _WIDTH),
+    StressSoftening("relative_width", _RELATIVE_WIDTH),
+)

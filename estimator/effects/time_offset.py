@@ -1,0 +1,35 @@
+"""The force stream lags or leads the pose stream."""
+
+from typing import Literal
+
+import numpy as np
+
+from estimator.effects.axes import in_gripper_axes, in_tissue_axes
+from estimator.effects.effect import Amplitude, Effect, Readings, Values
+
+
+class TimeOffset(Effect):
+    """The row of time t holds what the sensor felt, in its own axes, at t − lag (or t + lead).
+
+    Between rows the wrench is interpolated; before the first and after the last the gripper stands. Lag and lead are
+    two forms because the wrench has a kink wherever the gripper starts or stops: a row there sees the motion before
+    it or the one after it.
+    """
+
+    label = "time_offset"
+    group = "timing"
+    words = "The force stream is shifted in time against the pose stream."
+
+    def __init__(self, form: Literal["lag", "lead"]) -> None:
+        self.form = form
+        self.amplitudes = (Amplitude(form, "s", scale=0.3, smallest=0.02, lower=0.0),)
+        self._sign = -1.0 if form == "lag" else 1.0
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Shift the wrench in time."""
+        time = readings.experiment.time
+        felt = time + self._sign * values[self.form]
+        wrench = in_gripper_axes(readings.rotation, readings.wrench)
+        shifted = np.stack([np.interp(felt, time, component) for component in wrench.T], axis=1)
+        change = in_tissue_axes(readings.rotation, shifted - wrench)
+        return readings.with_wrench(readings.wrench + change)

@@ -1,0 +1,73 @@
+"""The stress relaxes while the gripper holds, and lags on the way back."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from estimator.effects.effect import Amplitude, Constant, Effect, Group, Readings, Values
+from estimator.experiment import Experiment
+from estimator.fem.problem import RetractionProblem
+from estimator.fem.relaxation import Relaxation, RelaxingPart
+from estimator.fem.terms import Term
+from estimator.materials.material import Material
+
+_TIMES_S = (2.0, 8.0, 30.0)
+
+
+class Viscoelasticity(Effect):
+    """Prony terms beyond the long-term stress, to which Young's modulus belongs.
+
+    The amplitudes count in units of that stress: where a share f of a sudden stress relaxes, they sum to f / (1 − f).
+
+    Parameters
+    ----------
+    form : what the instance is called
+    terms : how many; each has a share of the long-term stress and a time
+    part : what relaxes
+    """
+
+    label: ClassVar[str] = "viscoelasticity"
+    group: ClassVar[Group] = "material"
+    words: ClassVar[str] = "The stress relaxes while the gripper holds and lags on the way back."
+    rate_dependent: ClassVar[bool] = True
+
+    def __init__(self, form: str, terms: int, part: RelaxingPart) -> None:
+        self.form = form
+        self._part = part
+        self.elaborates = "" if form == "one_term" else "one_term"
+        numbers = range(1, terms + 1)
+        self.amplitudes = tuple(
+            Amplitude(f"relaxing_share_{n}", "1", scale=0.4 / terms, smallest=0.02, lower=0.0, upper=5.0)
+            for n in numbers
+        )
+        self.constants = tuple(
+            Constant(f"relaxation_time_{n}", "s", _TIMES_S, lower=0.1, upper=1000.0) for n in numbers
+        )
+
+    def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
+        """Return every ascending choice of times from the grid: the order of the terms means nothing."""
+        names = [constant.name for constant in self.constants]
+        chosen = itertools.combinations(_TIMES_S, len(names))
+        return [dict(zip(names, times, strict=True)) for times in chosen]
+
+    def terms(
+        self, problem: RetractionProblem, material: Material, experiment: Experiment, values: Values
+    ) -> tuple[Term, ...]:
+        """Return the relaxing stress."""
+        shares = np.array([values[amplitude.name] for amplitude in self.amplitudes])
+        if not shares.any():
+            return ()
+        times_s = np.array([values[constant.name] for constant in self.constants])
+        return (Relaxation.at_rest(problem.body, material, self._part, shares, times_s),)
+
+
+# The first two leave the bulk modulus as it is, which is usual: rubbery networks relax in shear.
+VISCOELASTICITY = (
+    Viscoelasticity("one_term", terms=1, part="shear"),
+    Viscoelasticity("two_terms", terms=2, part="shear"),
+    Viscoelasticity("whole_stress", terms=1, part="whole"),
+)

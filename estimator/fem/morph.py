@@ -1,0 +1,151 @@
+"""Meshes of another rest shape with the same elements: nodes moved, grasp and anchors still on mesh planes."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.fem.body import build_body
+from estimator.fem.mesh import interpolation_rows
+from estimator.fem.problem import RetractionProblem
+
+FloatArray = NDArray[np.float64]
+
+# Grasp and border this close (as a share of the phantom's length) are one.
+_TOUCHING = 0.02
+# How far a bead may lie off the faceted surface, m.
+_BEAD_TOLERANCE_M = 2e-3
+# A bead on the rim of the grasp counts as gripped, m.
+_RIM_M = 1e-9
+
+
+@dataclass(frozen=True)
+class Taper:
+    """One on the grasp, falling linearly to zero at the phantom's borders, along one axis.
+
+    Along the axis in which points move, a border that the grasp touches stands still as well: ``across`` then falls
+    to zero there, from the grasp's other side. Beside such a border points may slide along it: ``along`` does not.
+
+    Attributes
+    ----------
+    lower, upper : of the grasp, m
+    least, most : of the phantom, m
+    """
+
+    lower: float
+    upper: float
+    least: float
+    most: float
+
+    @property
+    def touches_lower(self) -> bool:
+        """Whether the grasp reaches the lower border."""
+        return self.lower - self.least < _TOUCHING * (self.most - self.least)
+
+    @property
+    def touches_upper(self) -> bool:
+        """Whether the grasp reaches the upper border."""
+        return self.most - self.upper < _TOUCHING * (self.most - self.least)
+
+    def along(self, x: FloatArray) -> FloatArray:
+        """Return the weight of a motion at right angles to this axis."""
+        weight: FloatArray = np.ones_like(x)
+        if not self.touches_lower:
+            weight = np.minimum(weight, (x - self.least) / (self.lower - self.least))
+        if not self.touches_upper:
+            weight = np.minimum(weight, (self.most - x) / (self.most - self.upper))
+        return np.clip(weight, 0.0, 1.0)
+
+    def across(self, x: FloatArray) -> FloatArray:
+        """Return the weight of a motion along this axis."""
+        if self.upper - self.lower < _TOUCHING * (self.most - self.least):
+            # All tissue beyond is gripped and left out of the mesh: its face moves.
+            return self.along(x)
+        if self.touches_lower and self.touches_upper:
+            return np.zeros_like(x)
+        weight = self.along(x)
+        if self.touches_lower:
+            weight = np.minimum(weight, (x - self.least) / (self.upper - self.least))
+        if self.touches_upper:
+            weight = np.minimum(weight, (self.most - x) / (self.most - self.lower))
+        return np.clip(weight, 0.0, 1.0)
+
+
+def grasp_box(problem: RetractionProblem) -> FloatArray:
+    """Return the corners (2, 3) of the smallest box around the gripped nodes, m."""
+    gripped = problem.body.mesh.points[problem.gripped]
+    return np.stack([gripped.min(axis=0), gripped.max(axis=0)])
+
+
+def tapers(problem: RetractionProblem) -> tuple[Taper, Taper]:
+    """Return the tapers along x and y."""
+    points, box = problem.body.mesh.points, grasp_box(problem)
+    least, most = points.min(axis=0), points.max(axis=0)
+    first, second = (Taper(box[0, a], box[1, a], least[a], most[a]) for a in range(2))
+    return first, second
+
+
+def with_points(problem: RetractionProblem, points: FloatArray) -> RetractionProblem:
+    """Return the problem with other rest positions (n, 3) of its nodes, m; beads stay with their elements."""
+    return replace(problem, body=build_body(replace(problem.body.mesh, points=points)))
+
+
+def with_grasp_moved(problem: RetractionProblem, shift_m: FloatArray, turn_rad: float) -> RetractionProblem:
+    """Return the problem whose grasped region lies elsewhere: shifted (2,) and turned about z at the grasp's centre.
+
+    The outline of the phantom, the anchors and the beads stay where they are.
+    """
+    first, second = tapers(problem)
+
+    def motion(points: FloatArray) -> FloatArray:
+        arms = points[:, :2] - problem.grasp_centre[:2]
+        cosine, sine = np.cos(turn_rad), np.sin(turn_rad)
+        rigid = shift_m + arms @ (np.array([[cosine, sine], [-sine, cosine]]) - np.eye(2))
+        x, y = points[:, 0], points[:, 1]
+        moved: FloatArray = np.zeros_like(points)
+        moved[:, 0] = first.across(x) * second.along(y) * rigid[:, 0]
+        moved[:, 1] = first.along(x) * second.across(y) * rigid[:, 1]
+        return moved
+
+    moved = _with_motion(problem, motion(problem.body.mesh.points))
+    origins = problem.fiducials_rest.copy()
+    for _ in range(8):
+        origins = problem.fiducials_rest - motion(origins)
+    return _with_beads_located(moved, _in_box(origins, grasp_box(problem)))
+
+
+def with_grasp_drawn(problem: RetractionProblem, way_m: FloatArray) -> RetractionProblem:
+    """Return the problem whose tissue is drawn (2,) at the grasp, less and less towards borders and anchors.
+
+    Beads are carried along.
+    """
+    first, second = tapers(problem)
+    way = np.array([*way_m, 0.0])
+
+    def motion(points: FloatArray) -> FloatArray:
+        return np.asarray((first.along(points[:, 0]) * second.along(points[:, 1]))[:, None] * way)
+
+    drawn = _with_motion(problem, motion(problem.body.mesh.points))
+    return replace(drawn, fiducials_rest=problem.fiducials_rest + motion(problem.fiducials_rest))
+
+
+def _with_motion(problem: RetractionProblem, motion: FloatArray) -> RetractionProblem:
+    """Return the problem with its nodes moved (n, 3), but for those of the anchors."""
+    return with_points(problem, problem.body.mesh.points + np.where(problem.anchored[:, None], 0.0, motion))
+
+
+def _with_beads_located(problem: RetractionProblem, gripped: NDArray[np.bool_]) -> RetractionProblem:
+    """Find the elements of beads anew; those in tissue that an anchor holds follow no node, before and after."""
+    nodes, weights = problem.fiducial_nodes.copy(), problem.fiducial_weights.copy()
+    in_anchor = ~problem.fiducials_gripped & ~weights.any(axis=1)
+    loose = ~(gripped | in_anchor)
+    weights[gripped] = 0.0
+    beads = problem.fiducials_rest[loose]
+    nodes[loose], weights[loose] = interpolation_rows(problem.body.mesh, beads, _BEAD_TOLERANCE_M)
+    return replace(
+        problem, fiducials_gripped=gripped & ~in_anchor, fiducial_nodes=nodes, fiducial_weights=weights
+    )
+
+
+def _in_box(points: FloatArray, corners: FloatArray) -> NDArray[np.bool_]:
+    return np.asarray(np.all((points >= corners[0] - _RIM_M) & (points <= corners[1] + _RIM_M), axis=1))

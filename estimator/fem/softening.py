@@ -1,0 +1,97 @@
+"""Stress that is lower after a larger strain: the pseudo-elastic model of the Mullins effect.
+
+    η = 1 − (1/r) erf((Wm − W) / (m + β Wm)),      P = η ∂W/∂F
+
+with the energy W of the virgin tissue and its largest value Wm so far at the same point: R. W. Ogden and D. G.
+Roxburgh, Proc. R. Soc. A 455 (1999) 2861, with the width m + β Wm of Abaqus ("Mullins effect"). On virgin loading
+W = Wm and η = 1. The energy is that which Lamé's μ weighs: a change of volume neither damages nor softens.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import erf
+
+from estimator.fem.body import Body, Response, nodal_forces
+from estimator.fem.kernels import element_stiffness
+from estimator.fem.stress_terms import shear_curvature, shear_energy, shear_slope
+from estimator.fem.terms import TermStiffness
+from estimator.materials.material import Material
+
+FloatArray = NDArray[np.float64]
+
+# Pairs of I1, I2, J in the order of second derivatives.
+_PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+
+
+@dataclass(frozen=True)
+class Softening:
+    """What η takes from the tissue's stress.
+
+    Attributes
+    ----------
+    depth : 1/r, the largest share that is lost
+    width_pa, relative_width : m (J/m³) and β; one of them positive
+    largest : (e, q) Wm, J/m³
+    """
+
+    body: Body
+    material: Material
+    depth: float
+    width_pa: float
+    relative_width: float
+    largest: FloatArray
+
+    @classmethod
+    def virgin(
+        cls, body: Body, material: Material, depth: float, width_pa: float, relative_width: float
+    ) -> Self:
+        """Return the term of a tissue that was never strained."""
+        return cls(body, material, depth, width_pa, relative_width, np.zeros_like(body.volume))
+
+    def forces(self, displacement: FloatArray, response: Response) -> FloatArray:
+        """Return the nodal forces (n, 3), N."""
+        lost, _ = self._lost(response)
+        return nodal_forces(self.body, response, -lost * shear_slope(self.material, response))
+
+    def stiffness(self, displacement: FloatArray, response: Response) -> TermStiffness:
+        """Return the derivative of :meth:`forces`, exact but at the kink where W = Wm."""
+        lost, by_energy = self._lost(response)
+        slope = shear_slope(self.material, response)
+        curvature = -lost * shear_curvature(self.material, response)
+        curvature -= by_energy * np.stack([slope[i] * slope[j] for i, j in _PAIRS])
+        elements = element_stiffness(
+            response.F,
+            self.body.gradient,
+            self.body.volume,
+            -lost * slope,
+            curvature,
+            self.body.basis[:, :, :0],
+            np.zeros(len(self.body.volume)),
+        )
+        return TermStiffness(elements=elements)
+
+    def starting_after(self, seconds: float) -> Self:
+        """Return the term itself: softening is no matter of time."""
+        return self
+
+    def after(self, displacement: FloatArray, response: Response) -> Self:
+        """Return the term that remembers the energy reached."""
+        return replace(self, largest=np.maximum(self.largest, shear_energy(self.material, response)))
+
+    def rested(self) -> Self:
+        """Return the term itself: the softening stays."""
+        return self
+
+    def _lost(self, response: Response) -> tuple[FloatArray, FloatArray]:
+        """Return 1 − η and its derivative by W, both (e, q)."""
+        below = self.largest - shear_energy(self.material, response)
+        width = self.width_pa + self.relative_width * self.largest
+        softened = below > 0
+        z = np.divide(below, width, out=np.zeros_like(below), where=softened)
+        gaussian = np.divide(np.exp(-(z**2)), width, out=np.zeros_like(below), where=softened)
+        return self.depth * erf(z), -2 / np.sqrt(np.pi) * self.depth * gaussian

@@ -1,0 +1,58 @@
+"""Forces on nodes that remember nothing: springs to where the nodes were at rest, and loads that do not change."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.fem.body import Response
+from estimator.fem.terms import TermStiffness
+
+FloatArray = NDArray[np.float64]
+
+
+class _Memoryless:
+    def starting_after(self, seconds: float) -> Self:
+        """Return the term itself."""
+        return self
+
+    def after(self, displacement: FloatArray, response: Response) -> Self:
+        """Return the term itself."""
+        return self
+
+    def rested(self) -> Self:
+        """Return the term itself."""
+        return self
+
+
+@dataclass(frozen=True, eq=False)
+class NodalSprings(_Memoryless):
+    """Springs between nodes and their rest positions: symmetric stiffnesses (n, 3, 3), N/m."""
+
+    springs: FloatArray
+
+    def forces(self, displacement: FloatArray, response: Response) -> FloatArray:
+        """Return the forces (n, 3), N, with which the springs are stretched."""
+        return np.einsum("nij,nj->ni", self.springs, displacement)
+
+    def stiffness(self, displacement: FloatArray, response: Response) -> TermStiffness:
+        """Return the springs' stiffness."""
+        return TermStiffness(nodes=self.springs)
+
+
+@dataclass(frozen=True, eq=False)
+class DeadLoad(_Memoryless):
+    """Forces (n, 3), N, that act on the nodes whatever they do, such as their weight."""
+
+    load: FloatArray
+
+    def forces(self, displacement: FloatArray, response: Response) -> FloatArray:
+        """Return the load, as it joins the internal forces."""
+        return -self.load
+
+    def stiffness(self, displacement: FloatArray, response: Response) -> TermStiffness:
+        """Return that of a constant: none."""
+        return TermStiffness()

@@ -1,0 +1,55 @@
+"""Forces on the tissue besides its own stress: springs, weight, friction, fibres, stresses that remember.
+
+A term adds nodal forces to the equilibrium and, where it is stiff, its tangent. One that remembers (friction, a
+relaxing stress) is advanced from one solved state to the next; it is a value: advancing returns another term.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.fem.body import Response
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class TermStiffness:
+    """Derivative of a term's nodal forces by the displacements, as far as the solver is to know it.
+
+    Attributes
+    ----------
+    nodes : (n, 3, 3) symmetric blocks of single nodes, N/m; None where there are none
+    elements : (e, 3k, 3k) added to the elements' stiffness, lower triangle; None where there is none
+    """
+
+    nodes: FloatArray | None = None
+    elements: FloatArray | None = None
+
+
+class Term(Protocol):
+    """A force on the tissue besides its own stress."""
+
+    def forces(self, displacement: FloatArray, response: Response) -> FloatArray:
+        """Return the nodal forces (n, 3), N, that join the internal ones: a load enters with a minus sign."""
+        ...
+
+    def stiffness(self, displacement: FloatArray, response: Response) -> TermStiffness:
+        """Return the derivative of :meth:`forces`."""
+        ...
+
+    def starting_after(self, seconds: float) -> Term:
+        """Return the term for a state that follows the last one after some time."""
+        ...
+
+    def after(self, displacement: FloatArray, response: Response) -> Term:
+        """Return the term once a state has been reached."""
+        ...
+
+    def rested(self) -> Term:
+        """Return the term at the start of the next experiment, the tissue back at rest for long."""
+        ...
