@@ -127,12 +127,12 @@ def _svg(draw: Callable[[Figure], None], size_in: tuple[float, float]) -> str:
 def _embedded(svg: str) -> str:
     """Return a stand-alone SVG as a part of a page.
 
-    Prologue, namespaces, the ids that other figures have too and digits below a hundredth of a point go.
+    Prologue, namespaces, the ids that other figures have too and digits of places below a hundredth of a point go.
     """
     body = re.sub(r' xmlns(:xlink)?="[^"]*"', "", svg[svg.index("<svg") :].rstrip())
     body = body.replace(f'<g id="{SWITCHED}">', f'<g class="{SWITCHED}">').replace("xlink:href", "href")
     body = re.sub(r'<g id="[^"]*">', "<g>", body)
-    return re.sub(r"(\d\.\d\d)\d+", r"\1", body)
+    return re.sub(r"<[^>]*>", lambda tag: re.sub(r"(\d\.\d\d)\d+", r"\1", tag.group()), body)
 
 
 def _scrolled(markup: str) -> Html:

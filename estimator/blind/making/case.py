@@ -1,0 +1,188 @@
+"""Makes one case: draws it, sizes its effects, carries it out, and writes folder and key."""
+
+import json
+import shutil
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from estimator.blind.making.catalogue import UNKNOWN, form_named
+from estimator.blind.making.noise import with_noise
+from estimator.blind.making.plan import Planned
+from estimator.blind.making.scene import GRASP_X, GRASP_Y, SIZE, Drawn, Form, Readings, Scene
+from estimator.blind.making.setup import SENSOR, Setup, draw_setup
+from estimator.blind.making.simulate import FINE, TRIAL, Carried, carry_out, read
+from estimator.blind.making.sizing import LEVELS, Pilot, Sized, sized, stated_rest
+from estimator.errors import SolverError
+from estimator.experiment import Box, Environment, Experiment, Grasp, Phantom, write_experiment
+
+_ANCHOR_X = Box((-0.0501, -0.0501, -0.0051), (-0.0499, 0.0501, 0.0051))
+_ANCHOR_Y = Box((-0.0501, 0.0499, -0.0051), (0.0501, 0.0501, 0.0051))
+_DRAWS = 6
+# A level counts as reached within this factor of its limits.
+_SLACK = 1.25
+
+
+@dataclass(frozen=True)
+class Made:
+    """A case in memory: its experiments and its answer."""
+
+    experiments: tuple[Experiment, ...]
+    truth: dict[str, Any]
+
+
+def make_case(
+    planned: Planned, quick: bool = False, tell: Callable[[int, int], None] = lambda done, total: None
+) -> Made:
+    """Make a case; ``quick`` carries it out on a very coarse mesh, for trials.
+
+    Raises
+    ------
+    SolverError
+        None of several draws has an equilibrium.
+    """
+    started = time.process_time()
+    forms = tuple(map(form_named, planned.labels, planned.forms))
+    failure: SolverError | None = None
+    for attempt in range(_DRAWS):
+        random = np.random.default_rng([*planned.seed, attempt])
+        setup = draw_setup(random, forms)
+        try:
+            effects = _sized_effects(forms, planned.levels, setup, random)
+            last = attempt == _DRAWS - 1
+            if not last and not all(map(_reached, forms, effects, planned.levels)):
+                continue
+            scene = Scene(setup.mechanics)
+            for effect in effects:
+                scene = effect.drawn.change(scene)
+            carried = carry_out(
+                scene.mechanics, setup.experiments, setup.beads, TRIAL if quick else FINE, tell
+            )
+        except SolverError as error:
+            failure = error
+            continue
+        readings = read(scene, carried)
+        truth = _truth(planned, setup, effects, carried)
+        truth["generator"]["seconds"] = round(time.process_time() - started, 1)
+        return Made(_experiments(setup, scene, readings, random), truth)
+    raise SolverError(f"{planned.name}: none of {_DRAWS} draws could be made ({failure}); use another seed")
+
+
+def write_case(made: Made, folder: Path, key: Path) -> None:
+    """Write a case and its answer; the folder appears last, whole, so that it tells whether the case is done."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    key.parent.mkdir(parents=True, exist_ok=True)
+    staged = folder.with_name(f".{folder.name}.partial")
+    if staged.exists():
+        shutil.rmtree(staged)
+    for experiment in made.experiments:
+        write_experiment(experiment, staged / experiment.name)
+    key.write_text(_toml(made.truth), encoding="utf-8")
+    staged.rename(folder)
+
+
+def _sized_effects(
+    forms: tuple[Form, ...], levels: tuple[str, ...], setup: Setup, random: np.random.Generator
+) -> list[Sized]:
+    if not forms:
+        return []
+    pilot = Pilot(setup)
+    effects = []
+    for form, level in zip(forms, levels, strict=True):
+        low, high = LEVELS[level]
+        target = float(np.exp(random.uniform(np.log(low), np.log(high))))
+        seed = int(random.integers(2**31))
+        draw = partial(_drawn, form, seed, setup)
+        effects.append(sized(pilot, draw, form, target))
+    return effects
+
+
+def _drawn(form: Form, seed: int, setup: Setup, size: float) -> Drawn:
+    """Draw the same effect at another size."""
+    return form.draw(np.random.default_rng(seed), size, setup.mechanics)
+
+
+def _reached(form: Form, effect: Sized, level: str) -> bool:
+    if form.range[0] == form.range[1]:
+        return True
+    low, high = LEVELS[level]
+    return low / _SLACK <= effect.sigma <= high * _SLACK
+
+
+def _experiments(
+    setup: Setup, scene: Scene, readings: tuple[Readings, ...], random: np.random.Generator
+) -> tuple[Experiment, ...]:
+    anchors = (_ANCHOR_X, _ANCHOR_Y) if setup.mechanics.two_sides else (_ANCHOR_X,)
+    grasp = Grasp(Box((GRASP_X[0], GRASP_Y[0], -0.0051), (GRASP_X[1], GRASP_Y[1], 0.0051)), (0.04, 0.0, 0.0))
+    rest = stated_rest(setup, scene, readings)
+    experiments = []
+    for reading in readings:
+        noisy = with_noise(reading, SENSOR, setup.noise, random)
+        rows = reading.rows
+        experiments.append(
+            Experiment(
+                name=rows.kind,
+                phantom_id=setup.phantom_id,
+                order=rows.order,
+                phantom=Phantom("block", SIZE),
+                anchors=anchors,
+                grasp=grasp,
+                trajectory_kind=rows.kind,
+                environment=Environment(),
+                sensor=SENSOR,
+                fiducials_rest=rest,
+                time=rows.time,
+                phase=rows.phase,
+                step=rows.step,
+                position=noisy.position,
+                quaternion_wxyz=np.round(rows.rotation.as_quat(scalar_first=True), 9),
+                wrench=noisy.wrench,
+                fiducials=noisy.beads,
+            )
+        )
+    return tuple(experiments)
+
+
+def _truth(planned: Planned, setup: Setup, effects: list[Sized], carried: Carried) -> dict[str, Any]:
+    law = setup.mechanics.law
+    levels = [effect.level for effect in effects]
+    parameters: dict[str, Any] = {}
+    where: dict[str, Any] = {}
+    for label, form, effect in zip(planned.labels, planned.forms, effects, strict=True):
+        prefix = f"{label}_" if len(effects) > 1 else ""
+        if label == UNKNOWN:
+            parameters["effect"] = form
+        parameters |= {f"{prefix}{name}": value for name, value in effect.drawn.parameters.items()}
+        where = where or effect.drawn.where
+    return {
+        "effects": list(planned.labels),
+        "youngs_modulus": law.youngs_modulus,
+        "poisson_ratio": law.poisson_ratio,
+        "parameters": parameters,
+        "where": where,
+        "generator": {
+            "level": levels[0] if len(levels) == 1 else levels,
+            "form": list(planned.forms),
+            "sigma": [round(effect.sigma, 2) for effect in effects],
+            "size": [round(effect.size, 4) for effect in effects],
+            "noise": setup.noise,
+            "anchors": "two" if setup.mechanics.two_sides else "one",
+            "seed": list(planned.seed),
+            "newton_steps": carried.iterations,
+            "free_dof": carried.unknowns,
+        },
+    }
+
+
+def _toml(truth: dict[str, Any]) -> str:
+    """Write plain values, lists of them, and tables one level deep."""
+    plain = [f"{name} = {json.dumps(value)}" for name, value in truth.items() if not isinstance(value, dict)]
+    for name, table in truth.items():
+        if isinstance(table, dict) and (table or name == "parameters"):
+            plain += ["", f"[{name}]", *(f"{key} = {json.dumps(value)}" for key, value in table.items())]
+    return "\n".join(plain) + "\n"

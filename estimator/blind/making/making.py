@@ -1,0 +1,111 @@
+"""Makes a set of cases, several at a time, going on where an earlier call stopped."""
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from estimator.blind.making.case import make_case, write_case
+from estimator.blind.making.plan import Planned, deck_size, plan
+from estimator.errors import InputError, SolverError
+
+Tell = Callable[[str, int, int], None]
+
+KEY_SUFFIX = ".toml"
+_THREAD_LIMITS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+@dataclass(frozen=True, slots=True)
+class MadeSet:
+    """What a call did: names of the cases made, of those that were there, and what failed, by name."""
+
+    made: tuple[str, ...]
+    present: tuple[str, ...]
+    failed: dict[str, str]
+
+
+def make_cases(
+    seed: int,
+    out: Path,
+    keys: Path,
+    *,
+    count: int | None = None,
+    only: Sequence[str] = (),
+    levels: Sequence[str] = (),
+    processes: int | None = None,
+    quick: bool = False,
+    progress: Tell = lambda text, done, total: None,
+) -> MadeSet:
+    """Make a set of cases: folders in ``out``, answers in ``keys``, one file for each case.
+
+    The same seed, count and choice give the same cases, whatever was interrupted and however many processes worked.
+
+    Parameters
+    ----------
+    count : how many; by default one deck, see :func:`~estimator.blind.making.plan.deck_size`
+    only, levels : limit the cases, as in :func:`~estimator.blind.making.plan.plan`
+    processes : at a time; by default one a core
+    quick : on a coarse mesh, for trials
+    progress : hears a text, and how many of how many cases are done
+
+    Raises
+    ------
+    InputError
+        The plan is impossible, or keys would lie among the cases.
+    """
+    if keys.resolve() == out.resolve() or out.resolve() in keys.resolve().parents:
+        raise InputError(f"{keys}: answers would lie among the cases in {out}; give another folder")
+    cases = plan(seed, count if count is not None else deck_size(), only, levels)
+    there = [case for case in cases if (out / case.name).exists() and _key(keys, case).exists()]
+    to_make = [case for case in cases if case not in there]
+    out.mkdir(parents=True, exist_ok=True)
+    keys.mkdir(parents=True, exist_ok=True)
+    made: list[str] = []
+    failed: dict[str, str] = {}
+    progress("making cases", len(there), len(cases))
+    work = partial(_make, out=out, keys=keys, quick=quick)
+    workers = min(processes or os.cpu_count() or 1, max(len(to_make), 1))
+    with _one_thread_each(), multiprocessing.get_context("spawn").Pool(workers, _leave_interrupts) as pool:
+        for name, failure in pool.imap_unordered(work, to_make):
+            if failure:
+                failed[name] = failure
+            else:
+                made.append(name)
+            progress(f"made {name}", len(there) + len(made) + len(failed), len(cases))
+    return MadeSet(tuple(sorted(made)), tuple(case.name for case in there), failed)
+
+
+def _make(case: Planned, out: Path, keys: Path, quick: bool) -> tuple[str, str]:
+    try:
+        write_case(make_case(case, quick), out / case.name, _key(keys, case))
+    except SolverError as error:
+        return case.name, str(error)
+    return case.name, ""
+
+
+def _key(keys: Path, case: Planned) -> Path:
+    return keys / f"{case.name}{KEY_SUFFIX}"
+
+
+def _leave_interrupts() -> None:
+    """Leave the keyboard to the parent, which ends its workers."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Let every process started meanwhile compute in one thread."""
+    before = {name: os.environ.get(name) for name in _THREAD_LIMITS}
+    os.environ.update(dict.fromkeys(_THREAD_LIMITS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value

@@ -1,0 +1,278 @@
+"""Effects that no label of the catalogue means: the right answer to them is "unknown"."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from estimator.blind.making.brick_mesh import Break
+from estimator.blind.making.response import Instant
+from estimator.blind.making.retraction import KINDS, Rows
+from estimator.blind.making.scene import GRASP_X, GRASP_Y, SIZE, Drawn, Form, Mechanics, Readings, Scene
+from estimator.blind.making.sensing_effects import BEADS, read_as
+from estimator.blind.making.surfaces import Patch
+
+FloatArray = NDArray[np.float64]
+Random = np.random.Generator
+
+
+def _sign(random: Random) -> float:
+    return float(random.choice([-1.0, 1.0]))
+
+
+def _shrinkage(random: Random, size: float, base: Mechanics) -> Drawn:
+    each = _sign(random) * 0.003 * size
+
+    def swelling(instant: Instant) -> float:
+        return 1 + each * (instant.order - 1)
+
+    return Drawn({"linear_strain_per_experiment": each}, lambda scene: scene.acted_on(swelling=swelling))
+
+
+def _sticky_patch(random: Random, size: float, base: Mechanics) -> Drawn:
+    centre = (float(random.uniform(-0.03, 0.01)), float(random.uniform(-0.03, 0.03)))
+    radius = float(random.uniform(0.006, 0.012))
+    stiffness = 2e4 * base.law.youngs_modulus / 15e3 * size
+    where = {"centre": [*centre, -SIZE[2] / 2], "radius": radius}
+    patch = Patch(centre, radius, stiffness)
+    edges = [tuple(Break(c + s * radius, 0.003) for s in (-1, 1)) for c in centre]
+
+    def change(scene: Scene) -> Scene:
+        scene = replace(scene, mechanics=scene.mechanics.with_breaks(*edges))
+        return scene.acted_on(table=patch)
+
+    return Drawn({"stiffness": stiffness, "radius": radius}, change, where)
+
+
+def _cut(random: Random, size: float, base: Mechanics) -> Drawn:
+    x = float(random.uniform(-0.03, 0.01))
+    length = min(0.015 * size, 0.05)
+    y = float(random.uniform(-0.03, 0.03 - length)) if length < 0.055 else -0.03
+    width = 0.0004
+
+    def factor(points: FloatArray) -> FloatArray:
+        in_cut = (np.abs(points[:, 0] - x) < width) & (points[:, 1] > y) & (points[:, 1] < y + length)
+        return np.where(in_cut, 2e-3, 1.0)
+
+    def change(scene: Scene) -> Scene:
+        across = (Break(x - width, 2 * width), Break(x + width, 2 * width))
+        mechanics = scene.mechanics.with_stiffness(factor)
+        ends = (Break(y, 0.001), Break(y + length, 0.001))
+        return replace(scene, mechanics=mechanics.with_breaks(across, ends))
+
+    where = {"centre": [x, y + length / 2, 0.0], "radius": length / 2}
+    return Drawn({"length": length, "across": "x"}, change, where)
+
+
+def _tear(random: Random, size: float, base: Mechanics) -> Drawn:
+    side = _sign(random)
+    onset = float(random.uniform(0.006, 0.014))
+    final = min(0.006 * size, 0.02)
+    width = 0.0008
+
+    def tear(points: FloatArray, instant: Instant) -> FloatArray:
+        length = final * np.clip((instant.travel - onset) / 0.005, 0.0, 1.0)
+        ahead = np.abs(points[:, 0] - (GRASP_X[0] - width / 2)) < width / 2
+        # From the corner of the grasp outwards, just before its front edge.
+        outwards = side * points[:, 1] - (GRASP_Y[1] - 0.004)
+        torn = ahead & (outwards > 0) & (outwards < length)
+        return np.where(torn, 0.02, 1.0)
+
+    def change(scene: Scene) -> Scene:
+        breaks = (Break(GRASP_X[0] - width, width),)
+        mechanics = scene.mechanics.with_breaks(breaks)
+        return replace(scene, mechanics=replace(mechanics, tear=tear))
+
+    where = {"centre": [GRASP_X[0], side * GRASP_Y[1], 0.0], "radius": final}
+    return Drawn({"final_length": final, "onset_travel": onset}, change, where)
+
+
+def _lens(random: Random, size: float, base: Mechanics) -> Drawn:
+    strength = _sign(random) * 4.0 * size
+    axis = np.array([*random.uniform(-0.03, 0.03, 2), 0.005])
+
+    def reading_of(reading: Readings) -> Readings:
+        away = reading.beads - axis
+        radius2 = (away[..., :2] ** 2).sum(axis=-1, keepdims=True)
+        beads = reading.beads.copy()
+        beads[..., :2] += strength * radius2 * away[..., :2]
+        return replace(reading, beads=beads)
+
+    return read_as({"cubic_per_m2": strength, "optical_axis": axis[:2].tolist()}, reading_of)
+
+
+def _refraction(random: Random, size: float, base: Mechanics) -> Drawn:
+    slant = 0.3 * size * np.array([random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3), _sign(random)])
+
+    def reading_of(reading: Readings) -> Readings:
+        depth = 0.005 - reading.beads[..., 2]
+        grown = depth + 60.0 * depth * np.abs(depth)
+        return replace(reading, beads=reading.beads + grown[..., None] * slant)
+
+    return read_as({"shift_per_depth": slant.tolist()}, reading_of)
+
+
+def _jammed_wrist(random: Random, size: float, base: Mechanics) -> Drawn:
+    limit = float(np.clip(1 - 0.25 * size, 0.05, 0.97))
+
+    def change(rows: Rows) -> Rows:
+        angles = rows.rotation.as_rotvec()
+        size_of = np.linalg.norm(angles, axis=1, keepdims=True)
+        most = limit * size_of.max()
+        shorter = np.minimum(1.0, most / np.maximum(size_of, 1e-9))
+        return rows.turned(Rotation.from_rotvec(angles * shorter))
+
+    return Drawn(
+        {"executed_share_of_turn": limit},
+        lambda scene: replace(scene, mechanics=scene.mechanics.with_motion(change)),
+    )
+
+
+def _creeping_camera(random: Random, size: float, base: Mechanics) -> Drawn:
+    rate = 0.0002 * size * random.standard_normal(3)
+    turning = 0.001 * size * random.standard_normal(3)
+
+    def reading_of(reading: Readings) -> Readings:
+        minutes = reading.rows.time[:, None, None] / 60
+        turned = np.cross(turning, reading.beads)
+        return replace(reading, beads=reading.beads + minutes * (rate + turned))
+
+    return read_as({"m_per_minute": rate.tolist(), "rad_per_minute": turning.tolist()}, reading_of)
+
+
+def _shaking_camera(random: Random, size: float, base: Mechanics) -> Drawn:
+    std = 0.00008 * size
+    seed = int(random.integers(2**31))
+
+    def reading_of(reading: Readings) -> Readings:
+        own = np.random.default_rng([seed, reading.rows.order])
+        shake = std * own.standard_normal((len(reading.beads), 1, 3))
+        return replace(reading, beads=reading.beads + shake)
+
+    return read_as({"common_std": std}, reading_of)
+
+
+def _warming(random: Random, size: float, base: Mechanics) -> Drawn:
+    per_minute = _sign(random) * 0.03 * size
+
+    def seasons(instant: Instant) -> float:
+        # An experiment and the pause after it take about two minutes.
+        minutes = 2.0 * (instant.order - 1) + instant.time / 60
+        return float(np.exp(per_minute * minutes))
+
+    return Drawn({"log_modulus_per_minute": per_minute}, lambda scene: scene.acted_on(seasons=seasons))
+
+
+def _cable(random: Random, size: float, base: Mechanics) -> Drawn:
+    stiffness = 4.0 * size
+    base_point = np.array([random.uniform(-0.1, 0.1), _sign(random) * random.uniform(0.1, 0.25), 0.2])
+    hook = np.array([0.0, 0.0, 0.10])
+    slack = float(random.uniform(0.0, 0.004))
+
+    def reading_of(reading: Readings) -> Readings:
+        rows = reading.rows
+        arm = rows.rotation.apply(hook)
+        away = base_point - rows.position - arm
+        length = np.linalg.norm(away, axis=1, keepdims=True)
+        tension = stiffness * np.maximum(length - length[0] - slack, 0.0)
+        force = tension * away / length
+        return replace(reading, wrench=reading.wrench + np.hstack([force, np.cross(arm, force)]))
+
+    parameters: dict[str, object] = {
+        "stiffness": stiffness,
+        "base_point": base_point.tolist(),
+        "hook_in_gripper_frame": hook.tolist(),
+        "slack": slack,
+    }
+    return read_as(parameters, reading_of)
+
+
+def _loose_bead(random: Random, size: float, base: Mechanics) -> Drawn:
+    bead = int(random.integers(BEADS))
+    onset = float(random.uniform(0.004, 0.014))
+    slide = np.array([*random.standard_normal(2), 0.0]) * 0.0012 * size
+    kind = str(random.choice(KINDS))
+
+    def reading_of(reading: Readings) -> Readings:
+        rows = reading.rows
+        if rows.kind != kind:
+            return reading
+        farthest = np.maximum.accumulate(rows.travel)
+        slid = np.clip((farthest - onset) / 0.006, 0.0, 1.0)
+        beads = reading.beads.copy()
+        beads[:, bead] += slid[:, None] * slide
+        return replace(reading, beads=beads)
+
+    parameters: dict[str, object] = {
+        "fiducial": bead,
+        "slide": slide.tolist(),
+        "onset_travel": onset,
+        "experiment": kind,
+    }
+    return read_as(parameters, reading_of)
+
+
+def _second_zero(random: Random, size: float, base: Mechanics) -> Drawn:
+    share = float(random.uniform(0.25, 0.75))
+    step = 0.08 * size * random.standard_normal(6) * np.array([1, 1, 1, 0.03, 0.03, 0.03])
+    kind = str(random.choice(KINDS))
+
+    def reading_of(reading: Readings) -> Readings:
+        if reading.rows.kind != kind:
+            return reading
+        late = reading.rows.time > share * reading.rows.time[-1]
+        return reading.with_sensed(reading.sensed() + np.outer(late, step))
+
+    parameters: dict[str, object] = {
+        "wrench_step": step.tolist(),
+        "at_share_of_time": share,
+        "experiment": kind,
+    }
+    return read_as(parameters, reading_of)
+
+
+def _late_vision(random: Random, size: float, base: Mechanics) -> Drawn:
+    lag = 0.08 * size
+
+    def reading_of(reading: Readings) -> Readings:
+        time = reading.rows.time
+        columns = reading.beads.reshape(len(time), -1).T
+        late = np.column_stack([np.interp(time - lag, time, column) for column in columns])
+        return replace(reading, beads=late.reshape(reading.beads.shape))
+
+    return read_as({"vision_lag": lag}, reading_of)
+
+
+def _clipped_force(random: Random, size: float, base: Mechanics) -> Drawn:
+    limit = base.law.youngs_modulus / 15e3 * 2.3 * float(np.clip(1 - 0.1 * size, 0.2, 0.99))
+
+    def reading_of(reading: Readings) -> Readings:
+        sensed = reading.sensed()
+        sensed[:, 0] = np.clip(sensed[:, 0], -limit, limit)
+        return reading.with_sensed(sensed)
+
+    return read_as({"largest_force_x": limit}, reading_of)
+
+
+_Drawing = Callable[[Random, float, Mechanics], Drawn]
+_EFFECTS: dict[str, tuple[_Drawing, tuple[float, float]]] = {
+    "thermal_shrinkage": (_shrinkage, (0.02, 4.0)),
+    "sticky_patch": (_sticky_patch, (0.02, 20.0)),
+    "cut": (_cut, (0.2, 3.3)),
+    "tearing": (_tear, (0.3, 3.3)),
+    "lens_distortion": (_lens, (0.02, 8.0)),
+    "refraction": (_refraction, (0.02, 6.0)),
+    "jammed_wrist": (_jammed_wrist, (0.12, 3.8)),
+    "creeping_camera": (_creeping_camera, (0.02, 8.0)),
+    "shaking_camera": (_shaking_camera, (0.1, 8.0)),
+    "warming": (_warming, (0.02, 6.0)),
+    "cable": (_cable, (0.02, 12.0)),
+    "loose_bead": (_loose_bead, (0.05, 6.0)),
+    "second_zero": (_second_zero, (0.02, 8.0)),
+    "late_vision": (_late_vision, (0.05, 6.0)),
+    "clipped_force": (_clipped_force, (0.1, 8.0)),
+}
+
+FORMS: dict[str, Form] = {name: Form(name, draw, limits) for name, (draw, limits) in _EFFECTS.items()}

@@ -1,0 +1,124 @@
+"""How large an effect is drawn: so that it stands out of the noise by as much as its level says.
+
+The measure is the length, in standard deviations of the noise over all rows, of what the effect changes, less what
+a change of E and ν can imitate. It is taken on a coarse mesh, which costs seconds.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.blind.making.scene import Drawn, Form, Readings, Scene
+from estimator.blind.making.setup import SENSOR, Setup
+from estimator.blind.making.simulate import PILOT, Carried, carry_out, read
+from estimator.errors import SolverError
+
+FloatArray = NDArray[np.float64]
+
+LEVELS: dict[str, tuple[float, float]] = {
+    "large": (60.0, 400.0),
+    "clear": (15.0, 60.0),
+    "moderate": (6.0, 15.0),
+    "subtle": (3.0, 6.0),
+}
+# Below the smallest level.
+HIDDEN = "hidden"
+
+_POISSON_STEP = 0.004
+_TRIALS = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Sized:
+    """An effect of a chosen size, and by how many sigma it stands out of noise, E and ν."""
+
+    drawn: Drawn
+    size: float
+    sigma: float
+
+    @property
+    def level(self) -> str:
+        """The level that it has come out at."""
+        return next((level for level, (low, _) in LEVELS.items() if self.sigma >= low), HIDDEN)
+
+
+class Pilot:
+    """Coarse runs of one setup, which tell how far an effect stands out."""
+
+    def __init__(self, setup: Setup) -> None:
+        self._setup = setup
+        self._base = self._run(Scene(setup.mechanics))
+        law = setup.mechanics.law
+        softer = replace(law, poisson_ratio=law.poisson_ratio - _POISSON_STEP)
+        other = self._run(Scene(replace(setup.mechanics, law=softer)))
+        scene = Scene(setup.mechanics)
+        self._origin = self._vector(read(scene, self._base), scene)
+        by_poisson = self._vector(read(scene, other), scene) - self._origin
+        # Forces are in proportion to E, and places do not depend on it.
+        by_modulus = self._vector(read(scene, self._base), scene, beads=0.0)
+        self._imitable, _ = np.linalg.qr(np.column_stack([by_poisson, by_modulus]))
+
+    def sigma(self, drawn: Drawn) -> float:
+        """Return by how many standard deviations an effect stands out after E and ν are fitted.
+
+        Raises
+        ------
+        SolverError
+            It has no equilibrium: it is too large.
+        """
+        scene = drawn.change(Scene(self._setup.mechanics))
+        same = scene.mechanics is self._setup.mechanics
+        carried = self._base if same else self._run(scene)
+        difference = self._vector(read(scene, carried), scene) - self._origin
+        left = difference - self._imitable @ (self._imitable.T @ difference)
+        return float(np.linalg.norm(left))
+
+    def _run(self, scene: Scene) -> Carried:
+        return carry_out(scene.mechanics, self._setup.experiments, self._setup.beads, PILOT)
+
+    def _vector(self, readings: Sequence[Readings], scene: Scene, beads: float = 1.0) -> FloatArray:
+        rest = stated_rest(self._setup, scene, readings)
+        stds = np.repeat([SENSOR.force_std, SENSOR.torque_std], 3)
+        parts = []
+        for reading in readings:
+            parts.append((reading.wrench / stds).reshape(-1))
+            parts.append(beads * ((reading.beads - rest) / SENSOR.fiducial_std).reshape(-1))
+        return np.concatenate(parts)
+
+
+def stated_rest(setup: Setup, scene: Scene, readings: Sequence[Readings]) -> FloatArray:
+    """Return the rest positions that the operator writes down, (m, 3) m."""
+    return np.round(readings[0].beads[0], 7) if scene.rest_after_mounting else setup.beads
+
+
+def sized(pilot: Pilot, draw: Callable[[float], Drawn], form: Form, target: float) -> Sized:
+    """Choose the size of an effect so that it stands out by about ``target`` sigma, within the form's range."""
+    low, high = form.range
+    size = float(np.clip(1.0, low, high))
+    best: Sized | None = None
+    ceiling = high
+    for _ in range(_TRIALS):
+        drawn = draw(size)
+        try:
+            sigma = pilot.sigma(drawn)
+        except SolverError:
+            ceiling = size
+            size = max(low, size / 2)
+            continue
+        found = Sized(drawn, size, sigma)
+        if best is None or _distance(sigma, target) < _distance(best.sigma, target):
+            best = found
+        factor = float(np.clip(target / max(sigma, 1e-3), 0.05, 20.0))
+        following = float(np.clip(size * factor, low, 0.9 * ceiling if ceiling < high else high))
+        if abs(np.log(factor)) < 0.12 or np.isclose(following, size):
+            break
+        size = following
+    if best is None:
+        raise SolverError(f"form {form.name}: no size has an equilibrium; draw another case")
+    return best
+
+
+def _distance(sigma: float, target: float) -> float:
+    return abs(float(np.log(max(sigma, 1e-6) / target)))

@@ -1,0 +1,1 @@
+"""Has the diagnosis answer sealed cases, and tells how well it does."""

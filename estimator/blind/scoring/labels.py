@@ -1,0 +1,29 @@
+"""The words of keys and answers, and what a laboratory would act on."""
+
+from collections.abc import Iterable, Mapping
+
+from estimator.diagnosis.result import NONE, UNKNOWN
+from estimator.effects.catalogue import LABELS
+from estimator.effects.effect import BLOCK_OF_GROUP, Group
+
+GROUPS: Mapping[str, Group] = {**LABELS, "discretization": "numerics"}
+
+
+def group_of(label: str) -> str:
+    """Return the group of a label; "none" and "unknown" are groups of their own."""
+    return GROUPS.get(label, label)
+
+
+def block_of(label: str) -> str:
+    """Return the block of the rig on which a label's effect sits."""
+    return BLOCK_OF_GROUP[GROUPS[label]]
+
+
+def within_catalogue(effects: Iterable[str]) -> tuple[str, ...]:
+    """Return effects as the diagnosis should name them: what the catalogue does not hold is "unknown"."""
+    return tuple(dict.fromkeys(label if label in GROUPS else UNKNOWN for label in effects))
+
+
+def answers_to(effects: Iterable[str]) -> tuple[str, ...]:
+    """Return the right names of the leading cause of a case: its effects, or "none"."""
+    return tuple(effects) or (NONE,)

@@ -1,0 +1,199 @@
+"""What is asked of a diagnosis, each question one figure over the cases that it concerns."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from estimator.blind.scoring.answers import Answer
+from estimator.blind.scoring.intervals import Figure, calibration_error, mean, quantile, share
+from estimator.blind.scoring.keys import Key
+from estimator.blind.scoring.labels import answers_to, block_of, group_of
+from estimator.diagnosis.result import UNKNOWN
+
+CONFIDENT = 0.9
+_MM = 1e3
+_NU_BACK, _MODULUS_BACK = 0.01, 0.03
+
+
+@dataclass(frozen=True, slots=True)
+class Scored:
+    """A case with its truth and the answer to it."""
+
+    name: str
+    key: Key
+    answer: Answer
+
+    @property
+    def truths(self) -> tuple[str, ...]:
+        """The right names of the leading cause."""
+        return answers_to(self.key.effects)
+
+    @property
+    def is_right(self) -> bool:
+        """Whether the leading answer is among the truths."""
+        return self.answer.leading in self.truths
+
+
+@dataclass(frozen=True, slots=True)
+class Metric:
+    """A figure with its name, its unit, and the ceiling of the best possible test where the keys state it."""
+
+    name: str
+    figure: Figure
+    unit: str
+    ceiling: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Cases:
+    """A set of scored cases by what is true of them."""
+
+    everything: tuple[Scored, ...]
+
+    @property
+    def clean(self) -> list[Scored]:
+        """Without any effect."""
+        return [case for case in self.everything if not case.key.effects]
+
+    @property
+    def singles(self) -> list[Scored]:
+        """With one effect of the catalogue."""
+        return [
+            case for case in self.everything if len(case.key.effects) == 1 and UNKNOWN not in case.key.effects
+        ]
+
+    @property
+    def outside(self) -> list[Scored]:
+        """With one effect that the catalogue does not hold."""
+        return [case for case in self.everything if case.key.effects == (UNKNOWN,)]
+
+    @property
+    def doubles(self) -> list[Scored]:
+        """With several effects."""
+        return [case for case in self.everything if len(case.key.effects) > 1]
+
+
+def metrics(cases: Cases) -> list[Metric]:
+    """Return every figure, those without a case among them."""
+    return [*_names(cases), *_places(cases), *_amounts(cases), *_calibration(cases), *_doubles(cases)]
+
+
+def metrics_by_level(cases: Cases) -> Mapping[str, list[Metric]]:
+    """Return how single causes are named, by how much they stand out."""
+    levels = dict.fromkeys(case.key.level for case in cases.singles if case.key.level)
+    return {
+        level: _naming([case for case in cases.singles if case.key.level == level])
+        for level in sorted(levels)
+    }
+
+
+def _naming(singles: Sequence[Scored]) -> list[Metric]:
+    ceilings = [case.key.ceiling for case in singles if case.key.ceiling is not None]
+    whole = len(ceilings) == len(singles) > 0
+    return [
+        _share(
+            "single cause: top-1",
+            singles,
+            lambda c: c.is_right,
+            sum(ceilings) / len(ceilings) if whole else None,
+        ),
+        _share("single cause: top-3", singles, lambda c: c.truths[0] in c.answer.ranking[:3]),
+        _share(
+            "single cause: right group",
+            singles,
+            lambda c: group_of(c.answer.leading) == group_of(c.truths[0]),
+        ),
+        _share("single cause: some gap seen", singles, lambda c: bool(c.answer.verdict)),
+    ]
+
+
+def _names(cases: Cases) -> list[Metric]:
+    return [
+        *_naming(cases.singles),
+        _share("no gap: false alarms", cases.clean, lambda c: bool(c.answer.verdict)),
+        _share("outside the catalogue: recognised", cases.outside, lambda c: UNKNOWN in c.answer.verdict),
+        _share("outside the catalogue: confidently wrong", cases.outside, _is_confidently_wrong),
+        _share("all cases: confidently wrong", cases.everything, _is_confidently_wrong),
+    ]
+
+
+def _is_confidently_wrong(case: Scored) -> bool:
+    label, probability = case.answer.likeliest
+    return probability > CONFIDENT and label not in case.truths
+
+
+def _places(cases: Cases) -> list[Metric]:
+    local = [case for case in cases.singles if case.key.centre is not None]
+    errors = [
+        _MM * math.dist(case.key.centre, case.answer.centre)
+        for case in local
+        if case.key.centre is not None and case.answer.centre is not None
+    ]
+    return [
+        _share("right block of the rig", cases.singles, lambda c: c.answer.block == block_of(c.truths[0])),
+        _share("local cause: a place is given", local, lambda c: c.answer.centre is not None),
+        Metric("place error, median", quantile(errors, 50), "mm"),
+        Metric("place error, 90th percentile", quantile(errors, 90), "mm"),
+    ]
+
+
+def _amounts(cases: Cases) -> list[Metric]:
+    closures = [case.answer.closure for case in cases.singles if case.answer.closure is not None]
+    named = [case for case in cases.singles if case.is_right]
+    modulus = [[abs(e / case.key.youngs_modulus - 1) for e in case.answer.youngs_modulus] for case in named]
+    ratio = [[abs(nu - case.key.poisson_ratio) for nu in case.answer.poisson_ratio] for case in named]
+    return [
+        Metric("single cause: closure on held-out data, median", quantile(closures, 50), "%"),
+        Metric("single cause: closure, 10th percentile", quantile(closures, 10), "%"),
+        Metric("single cause: negative closure", share([closure < 0 for closure in closures]), "%"),
+        Metric(
+            "rightly named: error of E before, median", quantile([before for before, _ in modulus], 50), "%"
+        ),
+        Metric("rightly named: error of E after, median", quantile([after for _, after in modulus], 50), "%"),
+        Metric(
+            "rightly named: E within 3 % after", share([after <= _MODULUS_BACK for _, after in modulus]), "%"
+        ),
+        Metric("rightly named: error of ν before, median", quantile([before for before, _ in ratio], 50), ""),
+        Metric("rightly named: error of ν after, median", quantile([after for _, after in ratio], 50), ""),
+        Metric("rightly named: ν within 0.01 after", share([after <= _NU_BACK for _, after in ratio]), "%"),
+    ]
+
+
+def _calibration(cases: Cases) -> list[Metric]:
+    asked = [*cases.singles, *cases.clean, *cases.outside]
+    confidence = [case.answer.likeliest[1] for case in asked]
+    right = [case.answer.likeliest[0] in case.truths for case in asked]
+    return [
+        Metric("calibration error (15 bins)", calibration_error(confidence, right), ""),
+        _share("90 % credible set holds the truth", asked, lambda c: c.truths[0] in c.answer.credible_set),
+        Metric(
+            "answers in a credible set, mean", mean([len(case.answer.credible_set) for case in asked]), ""
+        ),
+        Metric(
+            "time of a diagnosis, median", quantile([c.answer.seconds for c in cases.everything], 50), "s"
+        ),
+    ]
+
+
+def _doubles(cases: Cases) -> list[Metric]:
+    doubles = cases.doubles
+    return [
+        _share("several causes: all named", doubles, lambda c: set(c.key.effects) <= set(c.answer.verdict)),
+        _share(
+            "several causes: at least one",
+            doubles,
+            lambda c: bool(set(c.key.effects) & set(c.answer.verdict)),
+        ),
+        _share("several causes: a spurious one", doubles, lambda c: bool(_spurious(c))),
+        _share("single cause: a spurious second", cases.singles, lambda c: c.is_right and bool(_spurious(c))),
+    ]
+
+
+def _spurious(case: Scored) -> set[str]:
+    return set(case.answer.verdict) - {*case.key.effects, UNKNOWN}
+
+
+def _share(
+    name: str, cases: Sequence[Scored], holds: Callable[[Scored], bool], ceiling: float | None = None
+) -> Metric:
+    return Metric(name, share([holds(case) for case in cases]), "%", ceiling)

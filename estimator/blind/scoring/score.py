@@ -1,0 +1,115 @@
+"""The score of a set of answers against its keys."""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.blind.scoring.answers import read_answers
+from estimator.blind.scoring.keys import open_keys
+from estimator.blind.scoring.labels import GROUPS, group_of
+from estimator.blind.scoring.metrics import Cases, Metric, Scored, metrics, metrics_by_level
+from estimator.diagnosis.result import NONE, UNKNOWN
+from estimator.errors import InputError
+
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Confusion:
+    """How often each truth (row) got each leading answer (column); cases with several causes are left out."""
+
+    names: tuple[str, ...]
+    counts: IntArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Score:
+    """The whole score.
+
+    Attributes
+    ----------
+    metrics : over all cases
+    by_level : of single causes
+    groups, labels : confusion
+    unanswered : names of cases with a key and no answer; they count for nothing
+    openings : how often the keys have been opened, this time included
+    cases : how many there are of each kind
+    """
+
+    metrics: tuple[Metric, ...]
+    by_level: Mapping[str, list[Metric]]
+    groups: Confusion
+    labels: Confusion
+    unanswered: tuple[str, ...]
+    openings: int
+    cases: Mapping[str, int]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return plain values, ready for :func:`json.dumps`."""
+        return {
+            "cases": dict(self.cases),
+            "unanswered": list(self.unanswered),
+            "openings": self.openings,
+            "metrics": _plain(self.metrics),
+            "by_level": {level: _plain(found) for level, found in self.by_level.items()},
+            "confusion": {
+                kind: {"names": list(one.names), "counts": one.counts.tolist()}
+                for kind, one in (("group", self.groups), ("label", self.labels))
+            },
+        }
+
+
+def score_answers(answers: Path, keys: Path) -> Score:
+    """Score the answers in a folder against the keys in another, which counts as an opening of the keys.
+
+    Raises
+    ------
+    InputError
+        A folder holds nothing to read, or no answer has a key.
+    """
+    given = read_answers(answers)
+    truths, openings = open_keys(keys, f"scored {answers}")
+    scored = [Scored(name, key, given[name]) for name, key in truths.items() if name in given]
+    if not scored:
+        raise InputError(f"{answers}: no answer has a key in {keys}; cases and keys must bear the same names")
+    cases = Cases(tuple(scored))
+    single = [*cases.singles, *cases.clean, *cases.outside]
+    return Score(
+        metrics=tuple(metrics(cases)),
+        by_level=metrics_by_level(cases),
+        groups=_confusion(single, group_of),
+        labels=_confusion(single, str),
+        unanswered=tuple(name for name in truths if name not in given),
+        openings=openings,
+        cases={
+            "no gap": len(cases.clean),
+            "single cause": len(cases.singles),
+            "outside the catalogue": len(cases.outside),
+            "several causes": len(cases.doubles),
+        },
+    )
+
+
+def _confusion(cases: list[Scored], name_of: Callable[[str], str]) -> Confusion:
+    pairs = Counter((name_of(case.truths[0]), name_of(case.answer.leading)) for case in cases)
+    seen = {name for pair in pairs for name in pair}
+    names = [name for name in dict.fromkeys(map(name_of, (*GROUPS, NONE, UNKNOWN))) if name in seen]
+    counts = np.array([[pairs[truth, answer] for answer in names] for truth in names], dtype=np.int64)
+    return Confusion(tuple(names), counts)
+
+
+def _plain(found: Iterable[Metric]) -> dict[str, dict[str, Any]]:
+    return {
+        metric.name: {
+            "value": metric.figure.value if metric.figure.count else None,
+            "interval95": [metric.figure.low, metric.figure.high] if metric.figure.count else None,
+            "cases": metric.figure.count,
+            "ceiling": metric.ceiling,
+        }
+        for metric in found
+    }

@@ -1,0 +1,159 @@
+"""A case ready for diagnosis: its experiments, its mesh, and its noise; and what a hypothesis predicts for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.diagnosis.hypothesis import Coordinate, Hypothesis, coordinates
+from estimator.diagnosis.loads import Perturbation, acts_on_tissue
+from estimator.diagnosis.passage import KnownFields, Mechanics, mechanics_of, solve_case
+from estimator.diagnosis.prediction import channels, derivatives, predicted_readings
+from estimator.diagnosis.whitening import Whitening
+from estimator.experiment import Experiment
+from estimator.fem.problem import RetractionProblem
+from estimator.fit.parameters import POISSON_RATIO
+
+FloatArray = NDArray[np.float64]
+Progress = Callable[[int, int], None]
+
+# A change of −ln(1 − 2ν) up to this is linear within a hundredth of itself.
+_NEAR = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """Experiments of one phantom in one mounting, in their order.
+
+    Attributes
+    ----------
+    experiments : Sequence[Experiment]
+    problem : the baseline's boundary value problem
+    corrections : for each experiment (n, 6 + 3m), what a finer mesh changes
+    whitenings : of each experiment
+    unit_wrenches : for each (n, 6), the fitted baseline's wrench by row per unit of Young's modulus
+    """
+
+    experiments: tuple[Experiment, ...]
+    problem: RetractionProblem
+    corrections: tuple[FloatArray, ...]
+    whitenings: tuple[Whitening, ...]
+    unit_wrenches: tuple[FloatArray, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Linearisation:
+    """A hypothesis compared with the measurements, and its derivatives; all whitened, by experiment.
+
+    Attributes
+    ----------
+    hypothesis, coordinates : the point, and what is free there
+    predicted : for each experiment (n, 6 + 3m), channels
+    residual : for each (r,), measured minus predicted
+    by_coordinate : for each (r, p)
+    known : fields, from which a neighbouring hypothesis starts
+    mechanics : for each experiment, without its states
+    """
+
+    hypothesis: Hypothesis
+    coordinates: tuple[Coordinate, ...]
+    predicted: tuple[FloatArray, ...]
+    residual: tuple[FloatArray, ...]
+    by_coordinate: tuple[FloatArray, ...]
+    known: KnownFields
+    mechanics: tuple[Mechanics, ...]
+
+    @property
+    def chi2(self) -> float:
+        """Sum of the squared whitened residuals."""
+        return float(sum(r @ r for r in self.residual))
+
+
+def linearise(
+    case: Case, hypothesis: Hypothesis, near: Linearisation | None = None, progress: Progress | None = None
+) -> Linearisation:
+    """Solve a case under a hypothesis and compare it with the measurements.
+
+    ``near`` is a solved neighbour. Where neither has an effect on the tissue and ν is close, its mechanics are
+    extrapolated instead of solved anew.
+
+    Raises
+    ------
+    SolverError
+        A visit has no equilibrium under the hypothesis.
+    """
+    known = near.known if near is not None else None
+    mechanics: Sequence[Mechanics]
+    if near is not None and _same_mechanics(near.hypothesis, hypothesis):
+        mechanics = [one.at(near.hypothesis, hypothesis) for one in near.mechanics]
+    else:
+        passages = solve_case(case.problem, case.experiments, hypothesis, case.unit_wrenches, known, progress)
+        mechanics = [mechanics_of(passage) for passage in passages]
+        known = None
+    return linearisation_of(case, hypothesis, mechanics, known)
+
+
+def linearisation_of(
+    case: Case, hypothesis: Hypothesis, mechanics: Sequence[Mechanics], known: KnownFields | None = None
+) -> Linearisation:
+    """Compare solved mechanics with the measurements; fields are those of the mechanics unless they are given."""
+    free = coordinates(hypothesis)
+    perturbations = [perturbed(hypothesis, coordinate) for coordinate in free]
+    return Linearisation(
+        hypothesis,
+        free,
+        tuple(predictions(case, mechanics, hypothesis)),
+        tuple(residuals(case, mechanics, hypothesis)),
+        tuple(whitened_derivatives(case, mechanics, hypothesis, perturbations)),
+        known or [one.passage.known_fields() for one in mechanics],
+        tuple(one.without_states() for one in mechanics),
+    )
+
+
+def _same_mechanics(one: Hypothesis, other: Hypothesis) -> bool:
+    """Tell whether the tissue behaves as the baseline's under both, at nearly the same ν."""
+    if any(acts_on_tissue(effect) for effect in (*one.effects, *other.effects)):
+        return False
+    here, there = (POISSON_RATIO.to_internal(each.poisson_ratio) for each in (one, other))
+    return abs(here - there) < _NEAR
+
+
+def perturbed(hypothesis: Hypothesis, coordinate: Coordinate) -> Perturbation:
+    """Return the hypothesis a small step along a coordinate, away from a bound on which it stands."""
+    here = coordinate.get(hypothesis)
+    step = coordinate.step
+    if coordinate.value_of(here + step) > coordinate.upper:
+        step = -step
+    effect = None if coordinate.effect is None else hypothesis.effects[coordinate.effect]
+    return Perturbation(coordinate.name, coordinate.put(hypothesis, here + step), effect, step)
+
+
+def predictions(case: Case, mechanics: Sequence[Mechanics], hypothesis: Hypothesis) -> list[FloatArray]:
+    """Return the predicted channels (n, 6 + 3m) of each experiment."""
+    return [
+        channels(predicted_readings(one, hypothesis, correction))
+        for one, correction in zip(mechanics, case.corrections, strict=True)
+    ]
+
+
+def residuals(case: Case, mechanics: Sequence[Mechanics], hypothesis: Hypothesis) -> list[FloatArray]:
+    """Return the whitened misfit (r,) of each experiment."""
+    predicted = predictions(case, mechanics, hypothesis)
+    return [
+        whitening.residual(experiment, p)
+        for whitening, experiment, p in zip(case.whitenings, case.experiments, predicted, strict=True)
+    ]
+
+
+def whitened_derivatives(
+    case: Case,
+    mechanics: Sequence[Mechanics],
+    hypothesis: Hypothesis,
+    perturbations: Sequence[Perturbation],
+) -> list[FloatArray]:
+    """Return the whitened derivative (r, k) of each experiment by each perturbation."""
+    found = derivatives(mechanics, hypothesis, perturbations, case.corrections)
+    return [whitening.apply(columns) for whitening, columns in zip(case.whitenings, found, strict=True)]

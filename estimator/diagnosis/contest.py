@@ -1,0 +1,231 @@
+"""The contest of hypotheses: screened to first order, the leaders refitted in full, each weighed by its evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Executor, Future, as_completed
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.diagnosis.case import Case, Linearisation
+from estimator.diagnosis.discrepancy import ModelError, forgiven
+from estimator.diagnosis.evidence import LinearModel, log_evidence, marginal_evidence
+from estimator.diagnosis.hypothesis import Coordinate, Hypothesis
+from estimator.diagnosis.passage import mechanics_of, solve_case
+from estimator.diagnosis.refit import newton_step, refit
+from estimator.diagnosis.screening import Signature, signatures_of
+from estimator.effects.effect import Effect
+from estimator.errors import SolverError
+
+FloatArray = NDArray[np.float64]
+Tell = Callable[[str, int, int], None]
+
+_POINTS_AT_FIRST = 2
+_STARTS_TRIED = 2
+# Every share of the catalogue solves the baseline anew, which costs as much as many effects do.
+_SHARES = 2
+_POINTS_TO_POLISH = 9
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A hypothesis to first order: the effect of a signature beside a solved hypothesis.
+
+    Attributes
+    ----------
+    signature : of the effect
+    log_evidence : with the floor of what every model misses
+    start : where a refit should begin
+    """
+
+    signature: Signature
+    log_evidence: float
+    start: Hypothesis
+
+
+@dataclass(frozen=True, eq=False)
+class Contender:
+    """A refitted hypothesis.
+
+    Attributes
+    ----------
+    fit : at its best parameters
+    log_evidence : with the inexactness of its signatures integrated out
+    deviations : (p,) standard deviations of its internal variables
+    """
+
+    fit: Linearisation
+    log_evidence: float
+    deviations: FloatArray
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of its effects."""
+        return tuple(effect.label for effect in self.fit.hypothesis.effects)
+
+
+def screen(
+    case: Case,
+    base: Linearisation,
+    error: ModelError,
+    effects: Sequence[Effect],
+    executor: Executor,
+    tell: Tell,
+) -> list[Trial]:
+    """Return the trials of all effects at their best starts, the most probable first."""
+    jobs = [executor.submit(_signatures, case, base, share) for share in _shares(effects, _SHARES)]
+    found: dict[str, list[Trial]] = {}
+    for done, job in enumerate(as_completed(jobs), start=1):
+        for signature in job.result():
+            found.setdefault(signature.effect.name, []).append(trial_of(base, error, signature))
+        tell("screening the catalogue", done, len(jobs))
+    return sorted((t for trials in found.values() for t in _best_starts(trials)), key=_descending)
+
+
+def _descending(trial: Trial) -> float:
+    return -trial.log_evidence
+
+
+def _best_starts(trials: Sequence[Trial]) -> list[Trial]:
+    """Return the best start of an effect, and the next ones where a search among constants may go astray."""
+    searched = any(not constant.fixed for constant in trials[0].signature.effect.constants)
+    return sorted(trials, key=_descending)[: _STARTS_TRIED if searched else 1]
+
+
+def _shares(effects: Sequence[Effect], count: int) -> list[list[Effect]]:
+    """Deal the effects out, dear ones first."""
+    dear = sorted(effects, key=lambda e: (not e.rate_dependent, e.keeps_pattern, -len(e.constants)))
+    return [share for share in (dear[n::count] for n in range(count)) if share]
+
+
+def _signatures(case: Case, base: Linearisation, effects: Sequence[Effect]) -> list[Signature]:
+    passages = solve_case(case.problem, case.experiments, base.hypothesis, case.unit_wrenches, base.known)
+    mechanics = [mechanics_of(passage) for passage in passages]
+    return signatures_of(case, mechanics, base.hypothesis, effects)
+
+
+def trial_of(base: Linearisation, error: ModelError, signature: Signature) -> Trial:
+    """Weigh a signature beside a solved hypothesis, and return where its refit should begin."""
+    columns = [np.column_stack(pair) for pair in zip(base.by_coordinate, signature.columns, strict=True)]
+    number = len(base.hypothesis.effects)
+    free = (*base.coordinates, *(replace(c, effect=number) for c in signature.coordinates))
+    null = base.hypothesis.with_effect(
+        signature.effect, {**signature.constants, **{a.name: 0.0 for a in signature.effect.amplitudes}}
+    )
+    model = linear_model(base.residual, columns, free, null)
+    joint = replace(base, hypothesis=null, coordinates=free, by_coordinate=tuple(columns))
+    step, _ = newton_step(joint)
+    start = null
+    for coordinate, change in zip(free, step, strict=True):
+        start = coordinate.put(start, coordinate.get(start) + float(change))
+    return Trial(signature, log_evidence(model, error, error.floor), start)
+
+
+def linear_model(
+    residual: Sequence[FloatArray],
+    columns: Sequence[FloatArray],
+    free: Sequence[Coordinate],
+    hypothesis: Hypothesis,
+) -> LinearModel:
+    """Return the linear model of a linearisation, with priors and bounds."""
+    values = np.array([c.get(hypothesis) for c in free])
+    scale = np.array([np.inf if c.scale is None else c.scale for c in free])
+    centre = np.array([c.prior_offset(hypothesis) for c in free])
+    lower = np.array([c.internal_of(c.lower) if np.isfinite(c.lower) else -np.inf for c in free])
+    upper = np.array([c.internal_of(c.upper) if np.isfinite(c.upper) else np.inf for c in free])
+    return LinearModel(residual, columns, centre, scale, lower - values, upper - values)
+
+
+def refit_all(
+    case: Case,
+    base: Linearisation,
+    error: ModelError,
+    starts: Iterable[Hypothesis],
+    executor: Executor,
+    tell: Tell,
+) -> list[Contender]:
+    """Refit hypotheses from their starts, as far as a few points go; one without equilibrium drops out."""
+    jobs: list[Future[Linearisation | None]] = [
+        executor.submit(_refit_or_none, case, start, base, _POINTS_AT_FIRST) for start in starts
+    ]
+    return _contenders(case, base, error, jobs, tell)
+
+
+def polish_all(
+    case: Case,
+    base: Linearisation,
+    error: ModelError,
+    contenders: Iterable[Contender],
+    executor: Executor,
+    tell: Tell,
+) -> list[Contender]:
+    """Refit contenders to convergence from where they stand."""
+    jobs: list[Future[Linearisation | None]] = [
+        executor.submit(refit, case, one.fit.hypothesis, one.fit, _POINTS_TO_POLISH) for one in contenders
+    ]
+    return _contenders(case, base, error, jobs, tell)
+
+
+def _contenders(
+    case: Case,
+    base: Linearisation,
+    error: ModelError,
+    jobs: Sequence[Future[Linearisation | None]],
+    tell: Tell,
+) -> list[Contender]:
+    found = []
+    for done, job in enumerate(as_completed(jobs), start=1):
+        fit = job.result()
+        if fit is not None:
+            found.append(contender_of(case, base, error, fit))
+        tell("refitting the leaders", done, len(jobs))
+    return sorted(found, key=lambda contender: -contender.log_evidence)
+
+
+def _refit_or_none(
+    case: Case, start: Hypothesis, near: Linearisation, evaluations: int
+) -> Linearisation | None:
+    """Refit from a start; where that has no equilibrium, from ever smaller amplitudes."""
+    for _ in range(3):
+        try:
+            return refit(case, start, near, evaluations=evaluations)
+        except SolverError:
+            start = _halved(start)
+    return None
+
+
+def _halved(hypothesis: Hypothesis) -> Hypothesis:
+    values: list[Mapping[str, float]] = []
+    for effect, present in zip(hypothesis.effects, hypothesis.values, strict=True):
+        names = {amplitude.name for amplitude in effect.amplitudes}
+        values.append({k: v / 3 if k in names else v for k, v in present.items()})
+    return Hypothesis(hypothesis.youngs_modulus, hypothesis.poisson_ratio, hypothesis.effects, tuple(values))
+
+
+def contender_of(case: Case, base: Linearisation, error: ModelError, fit: Linearisation) -> Contender:
+    """Weigh a refitted hypothesis."""
+    model = linear_model(fit.residual, fit.by_coordinate, fit.coordinates, fit.hypothesis)
+    value, inexactness = marginal_evidence(model, error, explained(case, base, fit))
+    return Contender(fit, value, parameter_deviations(fit, error, inexactness))
+
+
+def parameter_deviations(
+    fit: Linearisation, error: ModelError, inexactness: tuple[float, float]
+) -> FloatArray:
+    """Return the standard deviation (p,) of each internal variable, priors and what the model misses included."""
+    precision = [c.prior_precision**2 for c in fit.coordinates]
+    columns, _ = forgiven(error, fit.by_coordinate, inexactness)
+    information = np.diag(precision) + np.sum([c.T @ c for c in columns], axis=0)
+    return np.asarray(np.sqrt(np.diag(np.linalg.inv(information))))
+
+
+def explained(case: Case, base: Linearisation, fit: Linearisation) -> FloatArray:
+    """Return the root mean square (2,) of what a fit changes in wrench and fiducials, in units of the noise."""
+    squares, counts = np.zeros(2), np.zeros(2)
+    for before, after, whitening in zip(base.predicted, fit.predicted, case.whitenings, strict=True):
+        change = ((after - before) / whitening.deviation) ** 2
+        squares += [change[:, :6].sum(), change[:, 6:].sum()]
+        counts += [change[:, :6].size, change[:, 6:].size]
+    return np.asarray(np.sqrt(squares / counts))

@@ -1,0 +1,348 @@
+"""The diagnosis as a whole: where the gap lies, which effect causes it, how far it shrinks with it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import softmax
+
+from estimator.diagnosis.advice import advise
+from estimator.diagnosis.case import Case, Linearisation
+from estimator.diagnosis.contest import (
+    Contender,
+    Tell,
+    Trial,
+    linear_model,
+    parameter_deviations,
+    polish_all,
+    refit_all,
+    screen,
+    trial_of,
+)
+from estimator.diagnosis.discrepancy import ModelError, model_error_of
+from estimator.diagnosis.evidence import log_evidence, unknown_evidence
+from estimator.diagnosis.findings import (
+    absent_finding,
+    best_trials,
+    material_quantities,
+    present_finding,
+)
+from estimator.diagnosis.held_out import floor_of, gap_of, gaps_by_kind, held_out_residuals
+from estimator.diagnosis.hypothesis import Hypothesis, negligible
+from estimator.diagnosis.judgement import LOG_PRIOR_OF_A_PAIR, best_of, credible_set, probabilities
+from estimator.diagnosis.preparation import prepare
+from estimator.diagnosis.result import NONE, UNKNOWN, Diagnosis, EffectFinding, Material, Trace
+from estimator.diagnosis.sentences import what_cannot_be_told
+from estimator.diagnosis.where import where_of
+from estimator.diagnosis.workers import worker_pool
+from estimator.effects.catalogue import CATALOGUE, LABELS
+from estimator.effects.effect import Effect
+from estimator.experiment import Experiment
+
+# Signatures are inexact, so that evidences of hundreds overstate what they say.
+TEMPER = 0.5
+_CONTENDERS = 7
+_POLISHED = 3
+_FORMS_OF_A_LABEL = 3
+# A hypothesis whose first-order evidence is this much below the best is not refitted, unless few are left.
+_HOPELESS = 0.35
+_PARTNERS = 3
+# Contenders this close to the best, or within this share of its gain, are polished.
+_CLOSE, _CLOSE_SHARE = 10.0, 0.15
+# An effect of negligible size is believed where it raises the log evidence by this: two good solvers of one baseline,
+# at the largest forces, differed by 17 in what a little stiffening or a grasp 0.1 mm aside would explain.
+_BELIEVED = 25.0
+# What an effect of negligible size falls short of none.
+_NEGLIGIBLE = 5.0
+# A second cause must raise the log evidence by this, beyond its prior: less than that the baseline's own error feigns.
+_SECOND_CAUSE = 15.0
+
+
+@dataclass(frozen=True)
+class _Field:
+    """What the contest has produced."""
+
+    case: Case
+    baseline: Linearisation
+    error: ModelError
+    trials: tuple[Trial, ...]
+    contenders: tuple[Contender, ...]
+    evidence: Mapping[str, float]
+
+
+def diagnose(experiments: Sequence[Experiment], progress: Tell | None = None) -> Diagnosis:
+    """Diagnose the gap between the baseline and the experiments of one phantom in one mounting.
+
+    Parameters
+    ----------
+    experiments : with the same phantom, anchors, grasp and fiducials
+    progress : told what is being done, and how much of it is done
+
+    Raises
+    ------
+    InputError
+        The phantom cannot be meshed.
+    FitError
+        The baseline cannot be fitted.
+    SolverError
+        The baseline has no equilibrium.
+    """
+    started = time.perf_counter()
+    tell = progress or (lambda stage, done, total: None)
+    with worker_pool() as executor:
+        field = _contest(experiments, executor, tell)
+        winner, probability = _winner(field, executor, tell)
+        return _diagnosis(field, winner, probability, started, executor, tell)
+
+
+def _contest(experiments: Sequence[Experiment], executor: Executor, tell: Tell) -> _Field:
+    tell("fitting the baseline", 0, 1)
+    case, baseline = prepare(experiments, executor)
+    tell("fitting the baseline", 1, 1)
+    error = model_error_of(case.experiments, case.whitenings, baseline.predicted)
+    model = linear_model(baseline.residual, baseline.by_coordinate, baseline.coordinates, baseline.hypothesis)
+    evidence = {
+        NONE: log_evidence(model, error, error.floor),
+        UNKNOWN: unknown_evidence(model, error),
+    }
+    plain = [effect for effect in CATALOGUE if not effect.elaborates]
+    trials = screen(case, baseline, error, plain, executor, tell)
+    leaders = _leaders(trials, evidence[NONE])
+    contenders = refit_all(case, baseline, error, [trial.start for trial in leaders], executor, tell)
+    close = _close(contenders, evidence[NONE])
+    polished = polish_all(case, baseline, error, close, executor, tell)
+    rest = contenders[len(close) :]
+    more: list[Trial] = []
+    if polished and not _adequate(case, polished[0]):
+        elaborate = _elaborations(polished[:2])
+        more = screen(case, baseline, error, elaborate, executor, tell) if elaborate else []
+        more += _siblings(trials, polished[:1], contenders)
+    if more:
+        refitted = refit_all(case, baseline, error, [t.start for t in more[:4]], executor, tell)
+        better = [one for one in refitted if one.log_evidence > polished[0].log_evidence]
+        polished += polish_all(case, baseline, error, better[:2], executor, tell)
+        rest += [one for one in refitted if one not in better]
+        trials = [*trials, *(trial for trial in more if trial not in trials)]
+    contenders = sorted([*polished, *rest], key=lambda one: -one.log_evidence)
+    weighed = weigh(evidence, contenders, trials)
+    return _Field(case, baseline, error, tuple(trials), tuple(contenders), weighed)
+
+
+def weigh(
+    evidence: Mapping[str, float], contenders: Sequence[Contender], trials: Sequence[Trial]
+) -> dict[str, float]:
+    """Return the evidence of every answer.
+
+    An effect smaller than anybody would care for is no gap: its evidence counts for none, unless it is so strong that
+    no inexactness of the baseline could feign it.
+    """
+    none = evidence[NONE]
+    refitted = {one.fit.hypothesis.effects[0].name for one in contenders}
+    points = [(one.fit.hypothesis, one.log_evidence) for one in contenders]
+    points += [
+        (trial.start, trial.log_evidence) for trial in trials if trial.signature.effect.name not in refitted
+    ]
+    slight = [value for hypothesis, value in points if _slight(hypothesis, value - none)]
+    forms = [
+        (hypothesis.effects[0].label, value)
+        for hypothesis, value in points
+        if not _slight(hypothesis, value - none)
+    ]
+    found = {**dict.fromkeys(LABELS, none - _NEGLIGIBLE), **evidence, **best_of(forms)}
+    found[NONE] = max([none, *slight])
+    return found
+
+
+def _slight(hypothesis: Hypothesis, gain: float) -> bool:
+    """Tell whether a hypothesis has an effect of negligible size that a slight error of the model could feign."""
+    return negligible(hypothesis) and gain < _BELIEVED
+
+
+def _close(contenders: Sequence[Contender], none: float) -> list[Contender]:
+    """Return the contenders that a better fit could still bring to the front, of many the first."""
+    if not contenders:
+        return []
+    best = contenders[0].log_evidence
+    margin = max(_CLOSE, _CLOSE_SHARE * (best - none))
+    return [one for one in contenders[:_POLISHED] if one.log_evidence > best - margin]
+
+
+def _leaders(trials: Sequence[Trial], none: float) -> list[Trial]:
+    """Return the trials worth a refit: near the best, and not many forms of one label."""
+    best = trials[0].log_evidence - none
+    chosen: list[Trial] = []
+    for trial in trials:
+        label = trial.signature.effect.label
+        forms = sum(one.signature.effect.label == label for one in chosen)
+        gain = trial.log_evidence - none
+        if gain < max(-3.0, _HOPELESS * best) and len(chosen) >= _PARTNERS:
+            break
+        if forms < _FORMS_OF_A_LABEL:
+            chosen.append(trial)
+        if len(chosen) == _CONTENDERS:
+            break
+    return chosen
+
+
+def _adequate(case: Case, contender: Contender) -> bool:
+    """Tell whether a contender leaves no more than noise, so that no finer form of it is called for."""
+    values = sum(len(residual) for residual in contender.fit.residual)
+    return contender.fit.chi2 < values * floor_of(case) ** 2 + 3 * np.sqrt(2 * values)
+
+
+def _elaborations(contenders: Sequence[Contender]) -> list[Effect]:
+    """Return the finer forms of the leaders' labels."""
+    labels = {one.labels[0] for one in contenders}
+    return [effect for effect in CATALOGUE if effect.elaborates and effect.label in labels]
+
+
+def _siblings(
+    trials: Sequence[Trial], leading: Sequence[Contender], contenders: Sequence[Contender]
+) -> list[Trial]:
+    """Return the trials of the leader's label whose forms have not been refitted."""
+    done = {one.fit.hypothesis.effects[0].name for one in contenders}
+    labels = {one.labels[0] for one in leading}
+    return [
+        trial
+        for trial in trials
+        if trial.signature.effect.label in labels and trial.signature.effect.name not in done
+    ]
+
+
+def _winner(field: _Field, executor: Executor, tell: Tell) -> tuple[Contender | None, dict[str, float]]:
+    """Return the hypothesis of the verdict, None for none or unknown, and the probability of every answer."""
+    probability = probabilities(field.evidence, LABELS, TEMPER)
+    leading = next(iter(probability))
+    contested = {one.labels[0] for one in field.contenders}
+    if leading == NONE or _first_label(probability) not in contested:
+        return None, probability
+    best = next(one for one in field.contenders if one.labels[0] == _first_label(probability))
+    pair = _best_pair(field, best, executor, tell)
+    if pair is not None and pair.log_evidence > max(best.log_evidence, field.evidence[UNKNOWN]):
+        evidence = dict(field.evidence)
+        leader = _stronger(field, pair)
+        evidence[leader] = max(evidence[leader], pair.log_evidence)
+        return pair, probabilities(evidence, LABELS, TEMPER)
+    return (None if leading == UNKNOWN else best), probability
+
+
+def _first_label(probability: Mapping[str, float]) -> str:
+    """Return the most probable label of the catalogue."""
+    return next(label for label in probability if label in LABELS)
+
+
+def _stronger(field: _Field, pair: Contender) -> str:
+    """Return the label of a pair that explains more alone."""
+    return max(pair.labels, key=lambda label: field.evidence[label])
+
+
+def _best_pair(field: _Field, best: Contender, executor: Executor, tell: Tell) -> Contender | None:
+    """Return the best hypothesis with a second cause beside a leader, None where none is worth it."""
+    starts = []
+    for leader in field.contenders[:2]:
+        beside = [
+            trial_of(leader.fit, field.error, trial.signature)
+            for trial in best_trials(field.trials).values()
+            if trial.signature.effect.label not in leader.labels
+        ]
+        beside.sort(key=lambda trial: -trial.log_evidence)
+        alone = log_evidence(
+            linear_model(
+                leader.fit.residual, leader.fit.by_coordinate, leader.fit.coordinates, leader.fit.hypothesis
+            ),
+            field.error,
+            field.error.floor,
+        )
+        starts += [
+            (trial.log_evidence - alone + leader.log_evidence, trial.start)
+            for trial in beside[:3]
+            if trial.log_evidence > alone + _SECOND_CAUSE
+        ]
+    starts.sort(key=lambda item: -item[0])
+    if not starts:
+        return None
+    pairs = refit_all(
+        field.case,
+        field.baseline,
+        field.error,
+        [start for _, start in starts[:_PARTNERS]],
+        executor,
+        tell,
+    )
+    pairs = polish_all(field.case, field.baseline, field.error, pairs[:2], executor, tell)
+    pairs = [one for one in pairs if not _slight(one.fit.hypothesis, one.log_evidence - best.log_evidence)]
+    if not pairs or pairs[0].log_evidence + LOG_PRIOR_OF_A_PAIR < best.log_evidence + _SECOND_CAUSE:
+        return None
+    return pairs[0]
+
+
+def _diagnosis(
+    field: _Field,
+    winner: Contender | None,
+    probability: Mapping[str, float],
+    started: float,
+    executor: Executor,
+    tell: Tell,
+) -> Diagnosis:
+    case, baseline = field.case, field.baseline
+    chosen = winner.fit if winner is not None else baseline
+    leading = next(iter(probability))
+    verdict = winner.labels if winner is not None else (() if leading == NONE else (UNKNOWN,))
+    before, after = held_out_residuals(baseline), held_out_residuals(chosen)
+    gap = gap_of(before, after, floor_of(case))
+    effects = _findings(field, winner, probability, gap.closure_held_out)
+    catalogue_only = {label: field.evidence[label] for label in LABELS if label in field.evidence}
+    shares = softmax(TEMPER * np.array(list(catalogue_only.values())))
+    where = where_of(
+        case, baseline, probability, dict(zip(catalogue_only, shares, strict=True)), LABELS, winner
+    )
+    alone = parameter_deviations(baseline, field.error, field.error.floor)
+    incomplete = winner is not None and field.evidence[UNKNOWN] > winner.log_evidence
+    credible = credible_set(probability)
+    return Diagnosis(
+        verdict=tuple(verdict),
+        incomplete=incomplete,
+        probabilities=probability,
+        credible_set=credible,
+        effects=effects,
+        gap=gap,
+        by_channel=gaps_by_kind(case, before, after),
+        by_experiment={
+            experiment.name: gap_of([one], [two], whitening.floor)
+            for experiment, one, two, whitening in zip(
+                case.experiments, before, after, case.whitenings, strict=True
+            )
+        },
+        where=where,
+        before=Material(**material_quantities(baseline, alone)),
+        after=Material(**material_quantities(chosen, alone if winner is None else winner.deviations)),
+        cannot_tell=what_cannot_be_told(effects, credible),
+        next_experiment=advise(case, baseline, best_trials(field.trials), probability, executor, tell),
+        traces=tuple(
+            Trace(experiment, one, two, whitening.deviation)
+            for experiment, one, two, whitening in zip(
+                case.experiments, baseline.predicted, chosen.predicted, case.whitenings, strict=True
+            )
+        ),
+        seconds=time.perf_counter() - started,
+    )
+
+
+def _findings(
+    field: _Field, winner: Contender | None, probability: Mapping[str, float], closure: float
+) -> dict[str, EffectFinding]:
+    fit = winner.fit if winner is not None else field.baseline
+    found = {}
+    for label, trial in best_trials(field.trials).items():
+        if winner is not None and label in winner.labels:
+            number = winner.labels.index(label)
+            drop = field.baseline.chi2 - fit.chi2
+            share = closure if np.isfinite(closure) else None
+            found[label] = present_finding(winner, number, probability[label], drop, share)
+        else:
+            found[label] = absent_finding(trial, fit, probability[label])
+    return found

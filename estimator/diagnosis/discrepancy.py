@@ -1,0 +1,138 @@
+"""What nothing in the catalogue explains: a smooth misfit, as a Gaussian process over rows and places.
+
+A wrench channel's misfit is smooth along the experiment, and one of the fiducials smooth over the plane as well. In
+units of the sensors' noise it is B g with g ~ N(0, s²): cosines along the rows (length scale a third of the
+experiment) times, for fiducials, polynomials over the plane. An amplitude s large enough explains any smooth gap; a
+small one forgives a named effect the inexactness of its own signature (Kennedy & O'Hagan 2001; gap of a model that
+is nearly right).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.diagnosis.whitening import Whitening, shrunk
+from estimator.experiment import Experiment
+
+FloatArray = NDArray[np.float64]
+
+# Even the right model misses this share of the signal, and never less than this share of the noise.
+_FLOOR_SHARE, _SMALLEST_FLOOR = 0.002, 0.05
+_WAVES = 7
+_LENGTH = 1.0 / 3.0
+_PLANE_M = 0.03
+
+
+@dataclass(frozen=True)
+class Discrepancy:
+    """The Gaussian process of one experiment, for wrench and fiducials apart.
+
+    Attributes
+    ----------
+    vectors : two of (r, k), orthonormal, over the whitened measurements
+    eigenvalues : two of (k,), variance along them per unit of s²
+    """
+
+    vectors: tuple[FloatArray, FloatArray]
+    eigenvalues: tuple[FloatArray, FloatArray]
+
+
+@dataclass(frozen=True)
+class ModelError:
+    """What any model misses, of a case.
+
+    Attributes
+    ----------
+    processes : of each experiment
+    floor : amplitudes (wrench, fiducials) in units of the noise that even the right model misses
+    """
+
+    processes: tuple[Discrepancy, ...]
+    floor: tuple[float, float]
+
+
+def model_error_of(
+    experiments: Sequence[Experiment], whitenings: Sequence[Whitening], predicted: Sequence[FloatArray]
+) -> ModelError:
+    """Build the model error of a case.
+
+    Parameters
+    ----------
+    predicted : for each experiment (n, 6 + 3m), channels of the baseline, whose size the floor goes by
+    """
+    squares, counts = np.zeros(2), np.zeros(2)
+    for experiment, whitening, channels in zip(experiments, whitenings, predicted, strict=True):
+        rest = np.concatenate([np.zeros(6), experiment.fiducials_rest.ravel()])
+        size = ((channels - rest) / whitening.deviation) ** 2
+        squares += [size[:, :3].sum(), size[:, 6:].sum()]
+        counts += [size[:, :3].size, size[:, 6:].size]
+    wrench, fiducials = np.maximum(_SMALLEST_FLOOR, _FLOOR_SHARE * np.sqrt(squares / counts))
+    processes = [discrepancy_of(e, w) for e, w in zip(experiments, whitenings, strict=True)]
+    return ModelError(tuple(processes), (float(wrench), float(fiducials)))
+
+
+def discrepancy_of(experiment: Experiment, whitening: Whitening) -> Discrepancy:
+    """Build the process of an experiment."""
+    rows, beads = len(experiment.time), len(experiment.fiducials_rest)
+    waves = _waves(rows)
+    count = 6 + 3 * beads
+    wrench = np.zeros((rows, count, 6, waves.shape[1]))
+    for channel in range(6):
+        wrench[:, channel, channel] = waves
+    plane = _plane(experiment.fiducials_rest)
+    vision = np.zeros((rows, count, 3, plane.shape[1], waves.shape[1]))
+    for axis in range(3):
+        vision[:, 6 + axis :: 3, axis] = np.einsum("mp,nw->nmpw", plane, waves)
+    parts = [
+        whitening.apply(whitening.deviation[:, None] * block.reshape(rows, count, -1))
+        for block in (wrench, vision)
+    ]
+    found = [_principal(part) for part in parts]
+    return Discrepancy((found[0][0], found[1][0]), (found[0][1], found[1][1]))
+
+
+def forgiven(
+    error: ModelError, columns: Sequence[FloatArray], amplitude: tuple[float, float]
+) -> tuple[list[FloatArray], float]:
+    """Whiten columns further by a discrepancy of amplitude (wrench, fiducials) in units of the noise.
+
+    Returns
+    -------
+    columns : for each experiment (r, k)
+    log_determinant : of the covariance, over all experiments
+    """
+    found, log_determinant = [], 0.0
+    for discrepancy, block in zip(error.processes, columns, strict=True):
+        result = block
+        for vectors, eigenvalues, s in zip(
+            discrepancy.vectors, discrepancy.eigenvalues, amplitude, strict=True
+        ):
+            grown = 1.0 + s**2 * eigenvalues
+            result = shrunk(result, vectors, 1.0 - 1.0 / np.sqrt(grown))
+            log_determinant += float(np.log(grown).sum())
+        found.append(result)
+    return found, log_determinant
+
+
+def _waves(rows: int) -> FloatArray:
+    """Cosines (n, w) along the rows with the spectrum of a squared exponential; unit variance in all."""
+    x = (np.arange(rows) + 0.5) / rows
+    order = np.arange(_WAVES)
+    weight = np.exp(-0.5 * (np.pi * order * _LENGTH / 2) ** 2)
+    weight /= np.sqrt(np.sum(weight**2))
+    return np.cos(np.pi * np.outer(x, order)) * weight
+
+
+def _plane(rest: FloatArray) -> FloatArray:
+    """Polynomials (m, 6) up to the second degree over the beads' places; unit variance in all, roughly."""
+    x, y = ((rest[:, :2] - rest[:, :2].mean(axis=0)) / _PLANE_M).T
+    found = np.column_stack([np.ones_like(x), x, y, x * x - (x * x).mean(), x * y, y * y - (y * y).mean()])
+    return found / np.sqrt(found.shape[1])
+
+
+def _principal(part: FloatArray) -> tuple[FloatArray, FloatArray]:
+    eigenvalues, eigenvectors = np.linalg.eigh(part.T @ part)
+    kept = eigenvalues > 1e-10 * eigenvalues[-1]
+    return part @ (eigenvectors[:, kept] / np.sqrt(eigenvalues[kept])), eigenvalues[kept]

@@ -1,0 +1,125 @@
+"""How probable the measurements are under a hypothesis whose parameters are free: Laplace's approximation.
+
+With residual r and derivatives Z at parameters θ̂, both whitened, and Gaussian priors on the amplitudes,
+
+    ln p(y | j) = −½ min_δ (‖r − Z δ‖² + prior) − ½ ln det(I + T Zᵀ M Z T) − ½ ln det S,
+
+M projecting E and ν out (their prior is flat and common to all hypotheses), T the prior deviations, and S the
+covariance of a discrepancy that forgives the signature its inexactness. Its amplitude is integrated over a grid.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+from scipy.optimize import lsq_linear
+from scipy.special import logsumexp
+
+from estimator.diagnosis.discrepancy import ModelError, forgiven
+
+FloatArray = NDArray[np.float64]
+
+# Amplitudes of an unexplained misfit, in units of one value's noise.
+UNKNOWN = tuple(
+    (w, f)
+    for w in (0.05, 0.3, 1.0, 3.0, 10.0, 30.0)
+    for f in (0.05, 0.3, 1.0, 3.0, 10.0, 30.0)
+    if max(w, f) > 0.1
+)
+# Inexactness of a signature, as a share of what the effect explains.
+_INEXACT = (0.0, 0.02, 0.05, 0.1)
+
+
+@dataclass(frozen=True)
+class LinearModel:
+    """A linearised hypothesis.
+
+    Attributes
+    ----------
+    residual : for each experiment (r,), whitened
+    columns : for each (r, 2 + k): E and ν first
+    centre : (2 + k,) where the parameters stand in units of their priors; 0 for E and ν
+    scale : (2 + k,) prior deviations; infinite for E and ν
+    lower, upper : (2 + k,) how far each parameter may go from here
+    """
+
+    residual: Sequence[FloatArray]
+    columns: Sequence[FloatArray]
+    centre: FloatArray
+    scale: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+
+
+def log_evidence(model: LinearModel, error: ModelError, amplitude: tuple[float, float]) -> float:
+    """Return ln p(y | hypothesis) up to a constant, with a discrepancy of given amplitude."""
+    stacked = [np.column_stack([r, c]) for r, c in zip(model.residual, model.columns, strict=True)]
+    whitened, log_determinant = forgiven(error, stacked, amplitude)
+    gram = sum(block.T @ block for block in whitened)
+    return evidence_of_gram(np.asarray(gram), model) - 0.5 * log_determinant
+
+
+def evidence_of_gram(gram: FloatArray, model: LinearModel) -> float:
+    """Return ln p(y | hypothesis) from the Gram matrix (1 + 2 + k)² of residual and columns."""
+    chi2, gradient, information = gram[0, 0], gram[1:, 0], gram[1:, 1:]
+    free = np.isinf(model.scale)
+    inverse = np.where(free, 0.0, 1.0 / np.where(free, 1.0, model.scale))
+    posterior = information + np.diag(inverse**2)
+    pull = gradient - inverse * model.centre
+    step = bounded_minimum(posterior, pull, model.lower, model.upper)
+    misfit = chi2 - 2 * gradient @ step + step @ information @ step
+    prior = float(np.sum((model.centre + inverse * step) ** 2))
+    occam = 0.0
+    if not free.all():
+        schur = posterior[np.ix_(~free, ~free)]
+        cross = posterior[np.ix_(~free, free)]
+        schur = schur - cross @ np.linalg.solve(posterior[np.ix_(free, free)], cross.T)
+        t = model.scale[~free]
+        _, occam = np.linalg.slogdet(schur * np.outer(t, t))
+        # A one-sided amplitude has a half-normal prior, twice as dense.
+        one_sided = np.isfinite(model.lower[~free]) ^ np.isfinite(model.upper[~free])
+        occam -= 2 * np.log(2.0) * one_sided.sum()
+    return float(-0.5 * (misfit + prior + occam))
+
+
+def bounded_minimum(A: FloatArray, b: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
+    """Return the minimiser x of ½ xᵀAx − bᵀx with lower ≤ x ≤ upper, by the bounded least squares of its root."""
+    scale = np.sqrt(np.maximum(np.diag(A), 1e-300))
+    root = np.linalg.cholesky(A / np.outer(scale, scale) + 1e-10 * np.eye(len(A)))
+    lo, hi = np.minimum(lower * scale, 0.0), np.maximum(upper * scale, 0.0)
+    stuck = hi - lo <= 0.0
+    hi = np.where(stuck, lo + 1e-300, hi)
+    target = solve_triangular(root, b / scale, lower=True)
+    return np.asarray(lsq_linear(root.T, target, (lo, hi), method="bvls").x / scale)
+
+
+def marginal_evidence(
+    model: LinearModel, error: ModelError, explained: FloatArray
+) -> tuple[float, tuple[float, float]]:
+    """Integrate the evidence of a named hypothesis over the inexactness of its signature.
+
+    Parameters
+    ----------
+    explained : (2,) root mean square of what the effect explains in wrench and fiducials, units of one value's noise
+
+    Returns
+    -------
+    log_evidence : float
+    inexactness : the most probable amplitude of what it misses, in wrench and fiducials
+    """
+    found = {}
+    for share in _INEXACT:
+        wrench, fiducials = (
+            float(np.hypot(f, share * e)) for f, e in zip(error.floor, explained, strict=True)
+        )
+        found[wrench, fiducials] = log_evidence(model, error, (wrench, fiducials))
+    values = list(found.values())
+    return float(logsumexp(values) - np.log(len(values))), max(found, key=lambda key: found[key])
+
+
+def unknown_evidence(baseline: LinearModel, error: ModelError) -> float:
+    """Return the evidence of a smooth misfit of any size beside the baseline."""
+    found = [log_evidence(baseline, error, amplitude) for amplitude in UNKNOWN]
+    return float(logsumexp(found) - np.log(len(found)))

@@ -1,0 +1,83 @@
+"""How far a gap shrinks on experiments that were left out of the fit.
+
+Parameters fitted to all experiments but one follow from the linearisation at the fit to all, one small solve each; the
+misfit of the one left out is predicted with them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.diagnosis.case import Case, Linearisation
+from estimator.diagnosis.contest import linear_model
+from estimator.diagnosis.evidence import LinearModel, bounded_minimum
+from estimator.diagnosis.result import Gap
+
+FloatArray = NDArray[np.float64]
+
+# Channels by the kind that a reader asks for.
+KINDS: Mapping[str, slice] = {"force": slice(0, 3), "torque": slice(3, 6), "fiducials": slice(6, None)}
+# A gap this small, in units of the noise's own root mean square, cannot be said to close.
+_WITHIN_NOISE = 0.01
+
+
+def held_out_residuals(fit: Linearisation) -> list[FloatArray]:
+    """Return the whitened residual (r,) of each experiment under a fit to the others.
+
+    Where there is one experiment, its last third of rows is held out of a fit to the rest.
+    """
+    model = linear_model(fit.residual, fit.by_coordinate, fit.coordinates, fit.hypothesis)
+    grams = [np.column_stack(pair) for pair in zip(fit.residual, fit.by_coordinate, strict=True)]
+    grams = [g.T @ g for g in grams]
+    if len(grams) == 1:
+        return [_last_third(fit, model)]
+    total = np.sum(grams, axis=0)
+    return [
+        r - columns @ _step(total - gram, model)
+        for r, columns, gram in zip(fit.residual, fit.by_coordinate, grams, strict=True)
+    ]
+
+
+def _last_third(fit: Linearisation, model: LinearModel) -> FloatArray:
+    r, columns = fit.residual[0], fit.by_coordinate[0]
+    kept = 2 * len(r) // 3
+    stacked = np.column_stack([r, columns])[:kept]
+    return np.asarray((r - columns @ _step(stacked.T @ stacked, model))[kept:])
+
+
+def _step(gram: FloatArray, model: LinearModel) -> FloatArray:
+    inverse = np.where(np.isinf(model.scale), 0.0, 1.0 / model.scale)
+    posterior = gram[1:, 1:] + np.diag(inverse**2)
+    return bounded_minimum(posterior, gram[1:, 0] - inverse * model.centre, model.lower, model.upper)
+
+
+def gap_of(before: Sequence[FloatArray], after: Sequence[FloatArray], floor: float) -> Gap:
+    """Return the gap over some whitened residuals; ``floor`` is the root mean square of the noise alone."""
+    one, two = (float(np.sqrt(np.mean(np.concatenate(list(r)) ** 2))) for r in (before, after))
+    closure = (one - two) / (one - floor) if one - floor > _WITHIN_NOISE else float("nan")
+    return Gap(one, two, floor, closure)
+
+
+def floor_of(case: Case) -> float:
+    """Return the root mean square of the noise over all experiments."""
+    squares = [w.floor**2 for w in case.whitenings]
+    return float(np.sqrt(np.average(squares, weights=[len(w.vectors) for w in case.whitenings])))
+
+
+def gaps_by_kind(case: Case, before: Sequence[FloatArray], after: Sequence[FloatArray]) -> dict[str, Gap]:
+    """Return the gaps of force, torque and fiducials."""
+    found = {}
+    for kind, chosen in KINDS.items():
+        picked = []
+        for residuals in (before, after):
+            parts = []
+            for r, whitening in zip(residuals, case.whitenings, strict=True):
+                channel = np.nonzero(whitening.seen)[1][-len(r) :]
+                numbers = np.arange(whitening.seen.shape[1])[chosen]
+                parts.append(r[np.isin(channel, numbers)])
+            picked.append(parts)
+        found[kind] = gap_of(picked[0], picked[1], floor_of(case))
+    return found

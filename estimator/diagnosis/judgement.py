@@ -1,0 +1,65 @@
+"""From evidences to probabilities: of each label, of none, of something unknown, and of two causes at once."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy.special import logsumexp
+
+from estimator.diagnosis.result import NONE, UNKNOWN
+
+# Prior of no gap, and of a cause outside the catalogue; the groups share the rest equally, and labels their group's.
+_PRIOR_NONE, _PRIOR_UNKNOWN = 0.3, 0.1
+# A second cause has this prior.
+LOG_PRIOR_OF_A_PAIR = float(np.log(0.05))
+_CREDIBLE = 0.9
+
+
+def log_priors(groups: Mapping[str, str]) -> dict[str, float]:
+    """Return the log prior of every answer; ``groups`` tells the group of each label."""
+    members = Counter(groups.values())
+    rest = 1.0 - _PRIOR_NONE - _PRIOR_UNKNOWN
+    found = {label: float(np.log(rest / len(members) / members[group])) for label, group in groups.items()}
+    found[NONE], found[UNKNOWN] = float(np.log(_PRIOR_NONE)), float(np.log(_PRIOR_UNKNOWN))
+    return found
+
+
+def probabilities(
+    log_evidence: Mapping[str, float], groups: Mapping[str, str], temper: float
+) -> dict[str, float]:
+    """Return the probability of every answer, the most probable first.
+
+    Parameters
+    ----------
+    log_evidence : of each label, of none and of unknown
+    groups : of the labels
+    temper : power to which the evidence is raised; below one where it is over-confident
+    """
+    prior = log_priors(groups)
+    score = {name: temper * value + prior[name] for name, value in log_evidence.items()}
+    total = float(logsumexp(list(score.values())))
+    ordered = sorted(score.items(), key=lambda item: -item[1])
+    return {name: float(np.exp(value - total)) for name, value in ordered}
+
+
+def credible_set(probability: Mapping[str, float]) -> tuple[str, ...]:
+    """Return the smallest set of answers that holds 90 % of the probability."""
+    chosen: list[str] = []
+    total = 0.0
+    for name, value in sorted(probability.items(), key=lambda item: -item[1]):
+        chosen.append(name)
+        total += value
+        if total >= _CREDIBLE:
+            break
+    return tuple(chosen)
+
+
+def best_of(forms: Sequence[tuple[str, float]]) -> dict[str, float]:
+    """Return for each label the best evidence of its forms, less what choosing among them costs."""
+    count = Counter(label for label, _ in forms)
+    found: dict[str, float] = {}
+    for label, value in forms:
+        found[label] = max(found.get(label, -np.inf), value)
+    return {label: value - float(np.log(count[label])) for label, value in found.items()}

@@ -1,0 +1,228 @@
+"""A case solved under a hypothesis: the equilibria of every experiment, one after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.diagnosis.hypothesis import Hypothesis
+from estimator.diagnosis.visits import Visits, rows_as_visits, visits_of
+from estimator.effects.effect import Motion
+from estimator.errors import SolverError
+from estimator.experiment import Experiment
+from estimator.fem.equilibrium import EquilibriumSolver, EquilibriumState, NewtonSettings
+from estimator.fem.motion import GripperPose
+from estimator.fem.observation import Observation, observe
+from estimator.fem.problem import RetractionProblem
+from estimator.fem.terms import Term
+from estimator.fit.parameters import POISSON_RATIO
+from estimator.materials.material import Material
+
+FloatArray = NDArray[np.float64]
+Progress = Callable[[int, int], None]
+
+# The measurements resolve a thousandth. Derivatives a few per cent off lengthen a fit by an iteration at most.
+# Where a neighbour's fields are known a state is either near or not worth a long search.
+_FROM_REST = NewtonSettings(tolerance=1e-6, chord_rate=0.3, smallest_fraction=1 / 32, tangent_reuse=0.05)
+_FROM_A_NEIGHBOUR = replace(_FROM_REST, iterations=12)
+# Once so many visits lie too far from the neighbour's, its fields are left and the motion is followed instead.
+_STRAYS = 3
+
+
+@dataclass(frozen=True)
+class KnownField:
+    """A solved field from which another hypothesis starts: displacements (n, 3), m, and pressures (e, q), Pa."""
+
+    displacement: FloatArray
+    pressure: FloatArray
+
+
+# For each experiment, by row, the field of the visit that the row belongs to.
+KnownFields = Sequence[Sequence[KnownField]]
+
+
+@dataclass(frozen=True)
+class Passage:
+    """One experiment solved under a hypothesis.
+
+    Attributes
+    ----------
+    visits : Visits
+    unit_wrench : (n, 6) of the baseline by row, per unit of Young's modulus
+    motion : true motion of the gripper at the visits
+    problem, baseline : the boundary value problem that was solved, and the one without any effect
+    states : of every visit
+    """
+
+    visits: Visits
+    unit_wrench: FloatArray
+    motion: Motion
+    problem: RetractionProblem
+    baseline: RetractionProblem
+    states: tuple[EquilibriumState, ...]
+
+    def known_fields(self) -> list[KnownField]:
+        """Return the fields by row."""
+        fields = [KnownField(state.displacement, state.response.pressure) for state in self.states]
+        return [fields[visit] for visit in self.visits.of_row]
+
+
+@dataclass(frozen=True)
+class Mechanics:
+    """The observables of one solved experiment before any sensor, with their derivatives, visit by visit."""
+
+    passage: Passage
+    observations: tuple[Observation, ...]
+
+    @property
+    def wrench(self) -> FloatArray:
+        """Return the wrench at every visit, (v, 6)."""
+        return np.array([o.wrench for o in self.observations])
+
+    @property
+    def fiducials(self) -> FloatArray:
+        """Return the fiducials at every visit, (v, m, 3)."""
+        return np.array([o.fiducials for o in self.observations])
+
+    def without_states(self) -> Mechanics:
+        """Return the observables alone, which is less to keep and can go to another process."""
+        light = tuple(replace(observation, field_by={}) for observation in self.observations)
+        return Mechanics(replace(self.passage, states=()), light)
+
+    def at(self, before: Hypothesis, after: Hypothesis) -> Mechanics:
+        """Extrapolate the observables of the baseline to another E and ν nearby.
+
+        Every force is proportional to E; the rest is linear in −ln(1 − 2ν).
+        """
+        ratio = after.youngs_modulus / before.youngs_modulus
+        old, new = before.poisson_ratio, after.poisson_ratio
+        along = POISSON_RATIO.to_internal(new) - POISSON_RATIO.to_internal(old)
+        change = POISSON_RATIO.slope(old) * along
+        modulus = after.youngs_modulus
+        return Mechanics(
+            self.passage, tuple(_extrapolated(o, ratio, change, modulus) for o in self.observations)
+        )
+
+
+def mechanics_of(passage: Passage) -> Mechanics:
+    """Evaluate the observables of every visit."""
+    return Mechanics(passage, tuple(observe(passage.problem, state) for state in passage.states))
+
+
+def _extrapolated(observation: Observation, ratio: float, change: float, modulus: float) -> Observation:
+    """Multiply E by ``ratio`` to ``modulus``, and move ν, as it were, by ``change``."""
+    by_ratio = observation.wrench_by["poisson_ratio"]
+    wrench = ratio * (observation.wrench + change * by_ratio)
+    return replace(
+        observation,
+        wrench=wrench,
+        fiducials=observation.fiducials + change * observation.fiducials_by["poisson_ratio"],
+        wrench_by={"youngs_modulus": wrench / modulus, "poisson_ratio": ratio * by_ratio},
+        wrench_by_pose=ratio * observation.wrench_by_pose,
+    )
+
+
+def solve_case(
+    problem: RetractionProblem,
+    experiments: Sequence[Experiment],
+    hypothesis: Hypothesis,
+    unit_wrenches: Sequence[FloatArray],
+    known: KnownFields | None = None,
+    progress: Progress | None = None,
+) -> list[Passage]:
+    """Solve every experiment of a case in their order, what the tissue remembers carried from one to the next.
+
+    Parameters
+    ----------
+    problem : of the baseline
+    experiments : in the order in which they were done
+    hypothesis : Hypothesis
+    unit_wrenches : for each experiment (n, 6), the baseline's wrench by row per unit of Young's modulus
+    known : fields of a hypothesis near this one
+    progress : called with (visits solved, visits in all)
+
+    Raises
+    ------
+    SolverError
+        A visit has no equilibrium.
+    """
+    group = rows_as_visits if hypothesis.rate_dependent else visits_of
+    all_visits = [group(experiment) for experiment in experiments]
+    total, done = sum(len(visits) for visits in all_visits), 0
+    changed = hypothesis.problem(problem)
+    following = EquilibriumSolver(changed, _FROM_REST)
+    nearby = EquilibriumSolver(changed, _FROM_A_NEIGHBOUR)
+    material, strays = hypothesis.material(), 0
+    passages = []
+    remembered: tuple[Term, ...] | None = None
+    for number, visits in enumerate(all_visits):
+        motion = hypothesis.motion(reported_motion(visits, hypothesis, unit_wrenches[number]))
+        if remembered is None:
+            terms = hypothesis.terms(changed, visits.experiment)
+        else:
+            terms = tuple(term.rested() for term in remembered)
+        states: list[EquilibriumState] = []
+        for visit in range(len(visits)):
+            elapsed = float(visits.time[visit] - visits.time[visit - 1]) if visit else 0.0
+            terms = tuple(term.starting_after(elapsed) for term in terms)
+            pose = GripperPose(motion.position[visit], motion.rotation[visit])
+            field = known[number][_first_row(visits, visit)] if known is not None else None
+            last = states[-1] if states else None
+            state = _near(nearby, material, pose, terms, field, last)
+            if state is None:
+                strays += known is not None
+                if strays > _STRAYS:
+                    known = None
+                state = following.solve(pose, material, last or following.rest(material), terms)
+            terms = tuple(term.after(state.displacement, state.response) for term in terms)
+            states.append(state)
+            done += 1
+            if progress is not None:
+                progress(done, total)
+        remembered = terms
+        passages.append(Passage(visits, unit_wrenches[number], motion, changed, problem, tuple(states)))
+    return passages
+
+
+def reported_motion(visits: Visits, hypothesis: Hypothesis, unit_wrench: FloatArray) -> Motion:
+    """Return the motion of the gripper as it was reported.
+
+    ``unit_wrench`` (n, 6) is the baseline's wrench per unit of Young's modulus, by row.
+    """
+    _, first = np.unique(visits.of_row, return_index=True)
+    trial = hypothesis.youngs_modulus * unit_wrench[first]
+    return Motion(visits.experiment, visits.position, visits.rotation, visits.load, trial)
+
+
+def _near(
+    solver: EquilibriumSolver,
+    material: Material,
+    pose: GripperPose,
+    terms: tuple[Term, ...],
+    known: KnownField | None,
+    last: EquilibriumState | None,
+) -> EquilibriumState | None:
+    """Return the equilibrium near the last one where the gripper stands, else near a known field, else None."""
+    standing = last is not None and _same_pose(last.pose, pose)
+    try:
+        if last is not None and standing:
+            # Only what the tissue remembers has changed.
+            pressure = last.response.pressure
+            return solver.refine(pose, material, last.displacement, pressure, terms, last.tangent)
+        if known is not None:
+            return solver.refine(pose, material, known.displacement, known.pressure, terms)
+    except SolverError:
+        # Too far for Newton's method in one step; the motion is followed instead.
+        return None
+    return None
+
+
+def _same_pose(one: GripperPose, other: GripperPose) -> bool:
+    return bool(np.all(one.increment_to(other) == 0.0))
+
+
+def _first_row(visits: Visits, visit: int) -> int:
+    return int(np.searchsorted(visits.of_row, visit))

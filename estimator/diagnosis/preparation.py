@@ -1,0 +1,101 @@
+"""From experiments to a case with its fitted baseline: mesh, discretisation error, noise."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+
+from estimator.diagnosis.case import Case, Linearisation, linearisation_of
+from estimator.diagnosis.hypothesis import LARGEST_POISSON_RATIO, Hypothesis
+from estimator.diagnosis.passage import Mechanics, mechanics_of, solve_case
+from estimator.diagnosis.refit import refit
+from estimator.diagnosis.whitening import whitening_of
+from estimator.experiment import Experiment
+from estimator.fem.block_mesh import Grading
+from estimator.fit.estimate import fit_few_states
+from estimator.fit.residuals import predicted_channels, state_means
+from estimator.forward.meshing import FINE_GRADING, mesh_experiment
+from estimator.forward.model import ForwardModel
+from estimator.forward.schedule import schedule_poses, spread_states, travel
+
+FloatArray = NDArray[np.float64]
+
+# A third of the default's cost; what it misses is corrected for at the fitted baseline.
+GRADING = Grading(grasp_m=2e-3, anchor_m=6e-3, largest_m=15e-3, growth=2.5, layers=1)
+_FIRST_GRADING = Grading(grasp_m=3e-3, anchor_m=8e-3, largest_m=25e-3, growth=3.0, layers=1)
+_FINE_STATES = 3
+
+
+def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[Case, Linearisation]:
+    """Fit the baseline to a case and return both.
+
+    Raises
+    ------
+    InputError
+        The phantom cannot be meshed.
+    FitError
+        The measured forces do not oppose the motion.
+    SolverError
+        A visit has no equilibrium.
+    """
+    ordered = tuple(sorted(experiments, key=lambda experiment: experiment.order))
+    rough = _rough_fit(ordered)
+    finer = [executor.submit(_fine_states, experiment, rough) for experiment in ordered]
+    uncorrected, mechanics = _uncorrected(ordered, GRADING, rough)
+    corrections = [_correction(one, future.result()) for one, future in zip(mechanics, finer, strict=True)]
+    whitenings = [whitening_of(one, c) for one, c in zip(mechanics, corrections, strict=True)]
+    case = replace(uncorrected, corrections=tuple(corrections), whitenings=tuple(whitenings))
+    baseline = refit(case, rough, linearisation_of(case, rough, mechanics), evaluations=3)
+    modulus = baseline.hypothesis.youngs_modulus
+    return replace(case, unit_wrenches=tuple(p[:, :6] / modulus for p in baseline.predicted)), baseline
+
+
+def _rough_fit(experiments: tuple[Experiment, ...]) -> Hypothesis:
+    """Fit the baseline to a few states on a coarse mesh."""
+    model = ForwardModel(mesh_experiment(experiments[0], _FIRST_GRADING), experiments)
+    values = fit_few_states(model, state_means(experiments, model.schedules), _silent)[-1].values
+    return Hypothesis(values["youngs_modulus"], min(values["poisson_ratio"], LARGEST_POISSON_RATIO))
+
+
+def _silent(stage: str, done: int, total: int) -> None:
+    pass
+
+
+def _fine_states(experiment: Experiment, hypothesis: Hypothesis) -> dict[int, FloatArray]:
+    """Return the channels of a few states of an experiment on a fine mesh."""
+    model = ForwardModel(mesh_experiment(experiment, FINE_GRADING), [experiment])
+    chosen = spread_states(model.schedules[0], _FINE_STATES)
+    solved = model.predict(hypothesis.material(), [chosen])[0]
+    return {state: predicted_channels(observation) for state, observation in solved.items()}
+
+
+def _correction(mechanics: Mechanics, fine: Mapping[int, FloatArray]) -> FloatArray:
+    """Return the change (n, c) from the coarse mesh to the fine one, interpolated along the gripper's travel."""
+    visits = mechanics.passage.visits
+    schedule = schedule_poses(visits.experiment)
+    way = travel(schedule)
+    known = sorted(fine, key=lambda state: way[state])
+    table = [np.zeros_like(next(iter(fine.values())))]
+    for state in known:
+        visit = visits.of_row[int(np.argmax(schedule.state_of_row == state))]
+        table.append(fine[state] - predicted_channels(mechanics.observations[visit]))
+    spline = PchipInterpolator([0.0, *way[known]], np.array(table))
+    return np.asarray(spline(np.minimum(way, way[known[-1]]))[schedule.state_of_row])
+
+
+def _uncorrected(
+    experiments: tuple[Experiment, ...], grading: Grading, hypothesis: Hypothesis
+) -> tuple[Case, list[Mechanics]]:
+    """Set up a case whose discretisation error is not known yet, and its mechanics under a hypothesis."""
+    problem = mesh_experiment(experiments[0], grading)
+    zeros = tuple(np.zeros((len(e.time), 6 + 3 * len(e.fiducials_rest))) for e in experiments)
+    unit_wrenches = tuple(zero[:, :6] for zero in zeros)
+    passages = solve_case(problem, experiments, hypothesis, unit_wrenches)
+    mechanics = [mechanics_of(passage) for passage in passages]
+    whitenings = tuple(whitening_of(one, zero) for one, zero in zip(mechanics, zeros, strict=True))
+    return Case(experiments, problem, zeros, whitenings, unit_wrenches), mechanics

@@ -1,0 +1,102 @@
+"""The best parameters of a hypothesis: Gauss–Newton with priors and bounds, every point solved in full."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.diagnosis.case import Case, Linearisation, linearise
+from estimator.diagnosis.evidence import bounded_minimum
+from estimator.diagnosis.hypothesis import Coordinate, Hypothesis
+from estimator.errors import SolverError
+
+FloatArray = NDArray[np.float64]
+
+# The iteration ends where the linearisation promises to lower the objective by less than this.
+_WORTHWHILE = 0.3
+# No step changes ln E or −ln(1 − 2ν) by more than this, an amplitude by more than so many prior deviations, or a
+# constant by more than this share of its range.
+_LONGEST_STEP = 1.0
+_LONGEST_IN_SCALES = 3.0
+_LONGEST_OF_A_RANGE = 0.06
+_SHORTENINGS = 3
+
+
+def refit(
+    case: Case, start: Hypothesis, near: Linearisation | None = None, evaluations: int = 6
+) -> Linearisation:
+    """Return the linearisation at the best parameters found.
+
+    Parameters
+    ----------
+    case : Case
+    start : where to begin
+    near : a solved neighbour of the start
+    evaluations : how many points may be solved
+
+    Raises
+    ------
+    SolverError
+        The starting point has no equilibrium.
+    """
+    best = near if near is not None and near.hypothesis is start else linearise(case, start, near)
+    evaluations -= 1
+    while evaluations > 0:
+        step, gain = newton_step(best)
+        if gain < _WORTHWHILE:
+            break
+        accepted = None
+        for shortening in range(_SHORTENINGS):
+            if evaluations <= 0:
+                break
+            evaluations -= 1
+            try:
+                trial = linearise(case, moved(best, step / 3**shortening), best)
+            except SolverError:
+                continue
+            if objective(trial) < objective(best) - 0.05 * gain / 3**shortening:
+                accepted = trial
+                break
+        if accepted is None:
+            break
+        best = accepted
+    return best
+
+
+def objective(linearisation: Linearisation) -> float:
+    """Return half of χ² plus the priors' share: the negative log posterior up to a constant."""
+    offsets = [c.prior_offset(linearisation.hypothesis) for c in linearisation.coordinates]
+    return 0.5 * linearisation.chi2 + 0.5 * float(np.sum(np.square(offsets)))
+
+
+def newton_step(linearisation: Linearisation) -> tuple[FloatArray, float]:
+    """Return the step (p,) to the minimum of the linearised objective within the bounds, and the fall it promises."""
+    free, hypothesis = linearisation.coordinates, linearisation.hypothesis
+    precision = np.array([c.prior_precision for c in free])
+    information = np.diag(precision**2)
+    gradient = -precision * [c.prior_offset(hypothesis) for c in free]
+    for r, columns in zip(linearisation.residual, linearisation.by_coordinate, strict=True):
+        information += columns.T @ columns
+        gradient += columns.T @ r
+    lower, upper = np.array([_limits(c, hypothesis) for c in free]).T
+    step = bounded_minimum(information, gradient, lower, upper)
+    return step, float(gradient @ step - 0.5 * step @ information @ step)
+
+
+def moved(linearisation: Linearisation, step: FloatArray) -> Hypothesis:
+    """Return the hypothesis after a step (p,) of the internal variables."""
+    hypothesis = linearisation.hypothesis
+    for coordinate, change in zip(linearisation.coordinates, step, strict=True):
+        hypothesis = coordinate.put(hypothesis, coordinate.get(hypothesis) + float(change))
+    return hypothesis
+
+
+def _limits(coordinate: Coordinate, hypothesis: Hypothesis) -> tuple[float, float]:
+    here = coordinate.get(hypothesis)
+    longest = _LONGEST_STEP
+    if coordinate.scale is not None:
+        share = _LONGEST_IN_SCALES if coordinate.has_null else _LONGEST_OF_A_RANGE
+        longest = share * coordinate.scale
+    low = coordinate.internal_of(coordinate.lower) if np.isfinite(coordinate.lower) else -np.inf
+    high = coordinate.internal_of(coordinate.upper) if np.isfinite(coordinate.upper) else np.inf
+    return max(low - here, -longest), min(high - here, longest)

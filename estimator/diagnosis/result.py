@@ -1,0 +1,169 @@
+"""What a diagnosis says, as plain values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.experiment import Experiment
+
+FloatArray = NDArray[np.float64]
+State = Literal["present", "negligible", "absent", "cannot_tell"]
+
+NONE = "none"
+UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A value with its standard deviation and unit."""
+
+    value: float
+    std: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class EffectFinding:
+    """What is known of one effect of the catalogue.
+
+    Attributes
+    ----------
+    label, form, group, words : of the effect's best form
+    probability : that it is the leading cause, alone or with others
+    state : present, negligible, absent, or not to be told from these data
+    parameters : at their best, by name
+    chi2_drop : of the misfit once the effect is in and everything refitted
+    closure_held_out : share of the gap that it closes on experiments left out of the fit; None where not computed
+    detectable : for each amplitude the size that these data would show at three standard deviations, its unit
+    """
+
+    label: str
+    form: str
+    group: str
+    words: str
+    probability: float
+    state: State
+    parameters: Mapping[str, Quantity]
+    chi2_drop: float
+    closure_held_out: float | None
+    detectable: Mapping[str, Quantity]
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Root mean square misfit in units of the noise: of the baseline, with the causes in, and of noise alone.
+
+    ``before`` and ``after`` are of experiments left out of the fit; so is their closure
+    (before − after) / (before − floor), NaN where the gap before is within the noise.
+    """
+
+    before: float
+    after: float
+    floor: float
+    closure_held_out: float
+
+
+@dataclass(frozen=True)
+class Material:
+    """E (Pa) and ν with standard deviations."""
+
+    youngs_modulus: Quantity
+    poisson_ratio: Quantity
+
+
+@dataclass(frozen=True)
+class Where:
+    """Where the gap lies.
+
+    Attributes
+    ----------
+    channels : share of the baseline's excess misfit by channel: fx .. tz, and x, y, z of the fiducials
+    steps : the same by experiment and phase, "pull/ramp"
+    blocks : probability of each block of the rig: interior, grasp, anchor, support, geometry, force, vision, robot,
+        timing
+    centre, centre_std, radius : m; of a local cause, None where there is none
+    """
+
+    channels: Mapping[str, float]
+    steps: Mapping[str, float]
+    blocks: Mapping[str, float]
+    centre: tuple[float, float, float] | None
+    centre_std: tuple[float, float, float] | None
+    radius: float | None
+
+
+@dataclass(frozen=True)
+class Advice:
+    """A manoeuvre or measurement that would separate two remaining causes.
+
+    Attributes
+    ----------
+    manoeuvre : in words
+    separates : labels of the two
+    sigma_now, sigma_then : their distance in standard deviations now, and with the manoeuvre; NaN where it is a
+        measurement beside the rig, which cannot be rehearsed
+    """
+
+    manoeuvre: str
+    separates: tuple[str, str]
+    sigma_now: float
+    sigma_then: float
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Measured and predicted channels of one experiment, and its noise.
+
+    Attributes
+    ----------
+    experiment : Experiment
+    before, after : (n, 6 + 3m) channels predicted by the baseline, and with the causes in
+    deviation : (6 + 3m,) standard deviation of one value
+    """
+
+    experiment: Experiment
+    before: FloatArray
+    after: FloatArray
+    deviation: FloatArray
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The whole answer.
+
+    Attributes
+    ----------
+    verdict : labels of the causes; empty for none, ("unknown",) for a gap that nothing in the catalogue explains
+    incomplete : whether something unexplained remains beside the verdict's causes
+    probabilities : of the leading single cause, "none" and "unknown" among them
+    credible_set : the smallest set of probable answers with 90 %
+    effects : by label
+    gap, by_channel, by_experiment : Gap of all data, of force, torque and fiducials, and of each experiment
+    where : Where
+    before, after : material without and with the causes
+    cannot_tell : sentences: what these data do not say
+    next_experiment : Advice, the best first
+    traces : one an experiment
+    seconds : that it took
+    """
+
+    verdict: tuple[str, ...]
+    incomplete: bool
+    probabilities: Mapping[str, float]
+    credible_set: tuple[str, ...]
+    effects: Mapping[str, EffectFinding]
+    gap: Gap
+    by_channel: Mapping[str, Gap]
+    by_experiment: Mapping[str, Gap]
+    where: Where
+    before: Material
+    after: Material
+    cannot_tell: tuple[str, ...]
+    next_experiment: tuple[Advice, ...]
+    traces: tuple[Trace, ...]
+    seconds: float

@@ -1,0 +1,78 @@
+"""The stations of a retraction in time: stays of the gripper at one pose, and the rows that see each."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from estimator.experiment import Experiment
+from estimator.forward.schedule import PoseSchedule, schedule_poses
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Visits:
+    """The stations of one experiment, in time.
+
+    Unlike the states of a :class:`PoseSchedule`, a pose to which the gripper returns is another visit: tissue that
+    remembers answers differently then.
+
+    Attributes
+    ----------
+    experiment : Experiment
+    position : (v, 3) reported origin of the gripper frame, mean over all rows of that pose, m
+    rotation : v rotations
+    position_variance : (v,) of each coordinate of that mean, m²
+    time : (v,) of the first row, s
+    of_row : (n,) visit of each row
+    load : (v, 6) measured wrench, mean over the rows of the visit, relative to the first visit; 0 where unmeasured
+    """
+
+    experiment: Experiment
+    position: FloatArray
+    rotation: Rotation
+    position_variance: FloatArray
+    time: FloatArray
+    of_row: IntArray
+    load: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+
+def visits_of(experiment: Experiment) -> Visits:
+    """Group consecutive rows that share a pose."""
+    schedule = schedule_poses(experiment)
+    new = np.diff(schedule.state_of_row, prepend=-1) != 0
+    return _visits(experiment, schedule, np.cumsum(new) - 1)
+
+
+def rows_as_visits(experiment: Experiment) -> Visits:
+    """Take every row as a visit of its own, for tissue that changes while the gripper stands."""
+    return _visits(experiment, schedule_poses(experiment), np.arange(len(experiment.time)))
+
+
+def _visits(experiment: Experiment, schedule: PoseSchedule, of_row: IntArray) -> Visits:
+    _, first = np.unique(of_row, return_index=True)
+    state = schedule.state_of_row[first]
+    rotations = Rotation.concatenate([pose.rotation for pose in schedule.poses])
+    count = int(of_row[-1]) + 1
+    wrench = experiment.wrench
+    seen = np.isfinite(wrench)
+    total = np.zeros((count, 6))
+    number = np.zeros((count, 6))
+    np.add.at(total, of_row, np.where(seen, wrench, 0.0))
+    np.add.at(number, of_row, seen)
+    load = total / np.maximum(number, 1)
+    return Visits(
+        experiment,
+        np.array([schedule.poses[s].position for s in state]),
+        rotations[state],
+        experiment.sensor.position_std**2 / schedule.rows_per_state[state],
+        experiment.time[first],
+        of_row,
+        np.where(number > 0, load - load[0], 0.0),
+    )

@@ -1,0 +1,94 @@
+"""The noise of one experiment, row by row, with everything that nobody calls an effect, and its whitening.
+
+A row's channels carry the sensors' white noise. On top of it lie errors that many rows share: the zero of the wrench,
+the beads' stated rest positions, the reported pose of each visit, and what is left of the discretisation error. With
+these as U η, η ~ N(0, 1), and the white part scaled to one, the covariance is I + U Uᵀ, and its inverse root is
+I − Q (1 − (1 + λ)^−½) Qᵀ with the singular vectors Q and squared singular values λ of U.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.diagnosis.passage import Mechanics
+from estimator.diagnosis.prediction import derivatives_by_position
+from estimator.experiment import Experiment
+from estimator.fit.residuals import channel_variance, measured_rows
+
+FloatArray = NDArray[np.float64]
+
+# What is left of the discretisation error after its correction, as a share of the correction, for each channel apart:
+# at the rim of the grasp, where the solution is singular, even fine meshes differ in what a bead near by does.
+_LEFT_IN_WRENCH, _LEFT_IN_FIDUCIALS = 0.5, 1.0
+
+
+@dataclass(frozen=True)
+class Whitening:
+    """The inverse root of one experiment's covariance.
+
+    Attributes
+    ----------
+    seen : (n, c) bool, what was measured
+    deviation : (c,) standard deviation of one value
+    vectors : (r, k) orthonormal, over the measured values
+    shrink : (k,) 1 − (1 + λ)^−½
+    """
+
+    seen: NDArray[np.bool_]
+    deviation: FloatArray
+    vectors: FloatArray
+    shrink: FloatArray
+
+    def apply(self, columns: FloatArray) -> FloatArray:
+        """Whiten columns (n, c, k) to (r, k)."""
+        scaled = (columns / self.deviation[:, None])[self.seen]
+        return shrunk(scaled, self.vectors, self.shrink)
+
+    @property
+    def floor(self) -> float:
+        """Root mean square of a whitened residual that holds white noise alone, none of the shared errors."""
+        return float(np.sqrt(1.0 - np.sum(1.0 - (1.0 - self.shrink) ** 2) / len(self.vectors)))
+
+    def residual(self, experiment: Experiment, predicted: FloatArray) -> FloatArray:
+        """Return the whitened misfit (r,) of predicted channels (n, c)."""
+        error = np.where(self.seen, measured_rows(experiment) - predicted, 0.0)
+        return self.apply(error[:, :, None])[:, 0]
+
+
+def shrunk(columns: FloatArray, vectors: FloatArray, shrink: FloatArray) -> FloatArray:
+    """Return columns (r, k) with their part along orthonormal vectors (r, q) reduced by the shares ``shrink`` (q,)."""
+    return columns - vectors @ (shrink[:, None] * (vectors.T @ columns))
+
+
+def inverse_root(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return (vectors, shrink) of (I + U Uᵀ)^−½ for U (r, k)."""
+    eigenvalues, eigenvectors = np.linalg.eigh(directions.T @ directions)
+    kept = eigenvalues > 1e-9 * max(float(eigenvalues.max(initial=0.0)), 1e-300)
+    root = np.sqrt(eigenvalues[kept])
+    vectors = directions @ (eigenvectors[:, kept] / root)
+    return vectors, 1.0 - 1.0 / np.sqrt(1.0 + eigenvalues[kept])
+
+
+def whitening_of(mechanics: Mechanics, correction: FloatArray) -> Whitening:
+    """Build the whitening of an experiment.
+
+    Parameters
+    ----------
+    mechanics : of the fitted baseline, for its derivative by the gripper's position
+    correction : (n, c) of the discretisation
+    """
+    visits = mechanics.passage.visits
+    experiment = visits.experiment
+    seen = np.isfinite(measured_rows(experiment))
+    deviation = np.sqrt(channel_variance(experiment))
+    rows, count = seen.shape
+    shared = [np.broadcast_to(np.diag(deviation), (rows, count, count))]
+    by_position = derivatives_by_position(mechanics) * np.sqrt(visits.position_variance)[:, None, None]
+    of_visits = np.zeros((rows, count, len(visits), 3))
+    of_visits[np.arange(rows), :, visits.of_row] = by_position[visits.of_row]
+    shared.append(of_visits.reshape(rows, count, -1))
+    left = np.where(np.arange(count) < 6, _LEFT_IN_WRENCH, _LEFT_IN_FIDUCIALS)
+    shared.append((left * correction)[:, :, None] * np.eye(count))
+    directions = (np.concatenate(shared, axis=2) / deviation[:, None])[seen]
+    return Whitening(seen, deviation, *inverse_root(directions))

@@ -1,0 +1,143 @@
+"""What a diagnosis found, in sentences: for the head of the page and for the terminal."""
+
+import math
+
+from estimator.diagnosis.result import NONE, UNKNOWN, Advice, Diagnosis, Gap, Material, Quantity
+from estimator.report.diagnosis.quantities import parameters_text, percent, quantity_text, sigma, words_of
+
+_SHOWN_CAUSES = 5
+# An answer less probable than this is left out of a ranking, unless it belongs to the credible set.
+_WORTH_SHOWING = 0.01
+_ONE = {
+    NONE: "no gap beyond the noise",
+    UNKNOWN: "something outside the catalogue",
+}
+
+
+def verdict_sentence(diagnosis: Diagnosis) -> str:
+    """Return the answer in one sentence."""
+    causes = [label for label in diagnosis.verdict if label != UNKNOWN]
+    if not diagnosis.verdict:
+        return (
+            "No gap: the baseline explains the data within the sensors' noise "
+            f"(probability {percent(_probability(diagnosis, NONE))})."
+        )
+    if not causes:
+        return (
+            "A gap stands out of the noise, and nothing in the catalogue explains it "
+            f"(probability {percent(_probability(diagnosis, UNKNOWN))})."
+        )
+    leading, *others = causes
+    named = f"{words_of(leading)} ({percent(_probability(diagnosis, leading))})"
+    if others:
+        named += f" together with {' and '.join(map(words_of, others))}"
+    remains = diagnosis.incomplete or UNKNOWN in diagnosis.verdict
+    more = ", but something more remains unexplained" if remains else ""
+    return _sentence(f"{named} causes the gap{more}.")
+
+
+def gap_sentence(gap: Gap) -> str:
+    """Tell the misfit without and with the causes, that of noise alone, and the closure; all on held-out data."""
+    sizes = f"{sigma(gap.before)} before, {sigma(gap.after)} after, {sigma(gap.floor)} is noise alone"
+    if not math.isfinite(gap.closure_held_out):
+        return f"Gap on experiments left out of the fit: {sizes}."
+    if gap.closure_held_out < 0:
+        share = f"adding the causes widens it by {percent(-gap.closure_held_out)}"
+    else:
+        share = f"{percent(gap.closure_held_out)} of it closes"
+    return f"Gap on experiments left out of the fit: {sizes}; {share}."
+
+
+def explanations(diagnosis: Diagnosis) -> list[str]:
+    """Return what each cause of the verdict means, and its size."""
+    found = []
+    for label in diagnosis.verdict:
+        if (finding := diagnosis.effects.get(label)) is None:
+            continue
+        meaning = finding.words.rstrip(".")
+        size = parameters_text(finding)
+        text = f"{_sentence(label)}: {meaning[0].lower()}{meaning[1:]}"
+        found.append(f"{text}; {size}." if size else f"{text}.")
+    return found
+
+
+def material_sentence(before: Material, after: Material) -> str:
+    """Tell E and ν without and with the causes."""
+    return (
+        f"E {_change(before.youngs_modulus, after.youngs_modulus)}; "
+        f"ν {_change(before.poisson_ratio, after.poisson_ratio)}."
+    )
+
+
+def ranking(diagnosis: Diagnosis) -> list[tuple[str, float]]:
+    """Return the answers worth showing with their probabilities: the verdict's causes, then the likeliest first."""
+    verdict = diagnosis.verdict
+    ranked = sorted(diagnosis.probabilities.items(), key=lambda item: (item[0] not in verdict, -item[1]))
+    return [
+        (label, probability)
+        for place, (label, probability) in enumerate(ranked)
+        if label in (*verdict, *diagnosis.credible_set)
+        or (place < _SHOWN_CAUSES and probability >= _WORTH_SHOWING)
+    ]
+
+
+def standing(diagnosis: Diagnosis, label: str) -> str:
+    """Return the probability of an answer, or that it is a further cause, whose probability alone says nothing."""
+    if label in diagnosis.verdict[1:]:
+        return "beside"
+    return percent(_probability(diagnosis, label))
+
+
+def answer_words(label: str) -> str:
+    """Return a label, "none" or "unknown" in words."""
+    return _ONE.get(label, words_of(label))
+
+
+def open_questions(diagnosis: Diagnosis) -> list[str]:
+    """Return what the data do not say, a sentence each."""
+    return [_sentence(text) for text in diagnosis.cannot_tell]
+
+
+def advice_text(advice: Advice) -> str:
+    """Return what to do next, and what for."""
+    one, other = (answer_words(label) for label in advice.separates)
+    known = math.isfinite(advice.sigma_then)
+    then = f"then {sigma(advice.sigma_then)}" if known else "then decided outside the rig"
+    return (
+        f"{_sentence(advice.manoeuvre)}: separates {one} from {other}, "
+        f"now {sigma(advice.sigma_now)} apart, {then}."
+    )
+
+
+def summary_text(diagnosis: Diagnosis) -> str:
+    """Return the findings as a few lines for the terminal."""
+    lines = [verdict_sentence(diagnosis), *explanations(diagnosis), gap_sentence(diagnosis.gap)]
+    lines.append(
+        f"Material without the causes -> with them: {material_sentence(diagnosis.before, diagnosis.after)}"
+    )
+    lines.append("Ranking:")
+    for label, _ in ranking(diagnosis):
+        finding = diagnosis.effects.get(label)
+        size = "" if finding is None else parameters_text(finding)
+        lines.append(f"  {standing(diagnosis, label):>6}  {answer_words(label)}{f': {size}' if size else ''}")
+    if diagnosis.cannot_tell:
+        lines += [
+            "What these data cannot tell:",
+            *(f"  {sentence}" for sentence in open_questions(diagnosis)),
+        ]
+    if diagnosis.next_experiment:
+        lines += ["What to do next:", *(f"  {advice_text(advice)}" for advice in diagnosis.next_experiment)]
+    lines.append(f"{diagnosis.seconds:.0f} s")
+    return "\n".join(lines)
+
+
+def _sentence(text: str) -> str:
+    return words_of(text[:1].upper() + text[1:])
+
+
+def _probability(diagnosis: Diagnosis, label: str) -> float:
+    return diagnosis.probabilities.get(label, math.nan)
+
+
+def _change(before: Quantity, after: Quantity) -> str:
+    return f"{quantity_text(before)} -> {quantity_text(after)}"

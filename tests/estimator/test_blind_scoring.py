@@ -1,0 +1,286 @@
+"""Answering sealed cases and scoring the answers, with a stand-in for the diagnosis."""
+
+import json
+import math
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from synthetic_diagnoses import diagnosis, inclusion, no_gap, small_experiment
+
+from estimator.blind.scoring.intervals import Figure, calibration_error, quantile, share
+from estimator.blind.scoring.keys import open_keys
+from estimator.blind.scoring.running import answer_cases
+from estimator.blind.scoring.score import Score, score_answers
+from estimator.blind.scoring.telling import score_text, write_score
+from estimator.diagnosis.as_json import as_json
+from estimator.diagnosis.result import Diagnosis
+from estimator.errors import FitError, InputError
+from estimator.experiment import Experiment, write_experiment
+
+
+def stand_in(experiments: Sequence[Experiment], tell: Callable[[str, int, int], None] | None) -> Diagnosis:
+    """Name the inclusion where the first experiment is a pull, otherwise nothing; refuse a tangent."""
+    if experiments[0].name == "tangent":
+        raise FitError("the data do not determine the parameters")
+    return inclusion() if experiments[0].name == "pull" else no_gap()
+
+
+def make_cases(folder: Path, names: Mapping[str, str]) -> Path:
+    """A folder of cases, each with one experiment of the given name, and with a key that is no key."""
+    for case, name in names.items():
+        write_experiment(small_experiment(name), folder / case / name)
+        (folder / case / "truth.toml").write_text("this is no TOML and must not be read")
+    return folder
+
+
+def key(effects: Sequence[str], level: str = "clear", ceiling: float | None = None, **where: object) -> str:
+    told = [f"effects = {json.dumps(list(effects))}", "youngs_modulus = 26000.0", "poisson_ratio = 0.48", ""]
+    if where:
+        told += ["[where]", *(f"{name} = {json.dumps(value)}" for name, value in where.items()), ""]
+    told += ["[generator]", f"level = {json.dumps(level)}"]
+    return "\n".join([*told, *([f"ceiling = {ceiling}"] if ceiling is not None else [])])
+
+
+def answer(verdict: tuple[str, ...], probabilities: dict[str, float], **changes: object) -> dict[str, Any]:
+    return as_json(diagnosis(verdict, probabilities, **changes))  # type: ignore[arg-type]  # fields by name
+
+
+def scored(folder: Path, cases: Mapping[str, tuple[str, dict[str, Any]]]) -> Score:
+    """The score of cases given by key and answer."""
+    (folder / "keys").mkdir(parents=True)
+    (folder / "answers").mkdir()
+    for name, (truth, told) in cases.items():
+        (folder / "keys" / f"{name}.toml").write_text(truth)
+        (folder / "answers" / f"{name}.json").write_text(json.dumps(told))
+    return score_answers(folder / "answers", folder / "keys")
+
+
+def values(score: Score) -> dict[str, Figure]:
+    return {metric.name: metric.figure for metric in score.metrics}
+
+
+@pytest.fixture
+def mixed(tmp_path: Path) -> Score:
+    """Five singles, two clean cases, two outside the catalogue, two doubles."""
+    slip, bias = {"gripper_slip": 0.95, "none": 0.05}, {"force_bias": 0.6, "none": 0.3, "unknown": 0.1}
+    region = as_json(inclusion())
+    one_of_two = answer(("gripper_slip", "force_bias"), slip)
+    return scored(
+        tmp_path,
+        {
+            "right": (key(["gripper_slip"], ceiling=0.9), answer(("gripper_slip",), slip)),
+            "group": (key(["gripper_compliance"], ceiling=0.8), answer(("gripper_slip",), slip)),
+            "third": (
+                key(["force_drift"], "subtle", 0.4),
+                answer((), {"none": 0.5, "unknown": 0.3, "force_drift": 0.2}),
+            ),
+            "place": (
+                key(["inhomogeneity"], "clear", 1.0, centre=[-0.0113, 0.0192, 0.003], radius=0.01),
+                region,
+            ),
+            "spurious": (key(["gripper_slip"], "subtle", 0.6), one_of_two),
+            "clean": (key([], ""), answer((), {"none": 0.9, "unknown": 0.1})),
+            "alarm": (key([], ""), answer(("force_bias",), bias)),
+            "outside": (key(["air_bubble"]), answer(("unknown",), {"unknown": 0.8, "none": 0.2})),
+            "misled": (key(["unknown"]), answer(("gripper_slip",), slip)),
+            "both": (key(["gripper_slip", "force_bias"], "clear and subtle"), one_of_two),
+            "one": (key(["gripper_slip", "camera_scale"]), one_of_two),
+        },
+    )
+
+
+def test_names_are_scored_by_label_group_and_rank(mixed: Score) -> None:
+    found = values(mixed)
+    assert found["single cause: top-1"].value == pytest.approx(3 / 5)
+    assert found["single cause: top-3"].value == pytest.approx(4 / 5)
+    assert found["single cause: right group"].value == pytest.approx(4 / 5)
+    assert found["single cause: some gap seen"].value == pytest.approx(4 / 5)
+    assert found["single cause: a spurious second"].value == pytest.approx(1 / 5)
+
+
+def test_the_ceiling_of_the_keys_stands_beside_the_score(mixed: Score) -> None:
+    top = next(metric for metric in mixed.metrics if metric.name == "single cause: top-1")
+    assert top.ceiling == pytest.approx((0.9 + 0.8 + 0.4 + 1.0 + 0.6) / 5)
+    line = next(line for line in score_text(mixed).splitlines() if line.startswith("single cause: top-1"))
+    assert line.endswith("74.0 %")
+
+
+def test_a_ceiling_that_only_some_keys_state_is_left_out(tmp_path: Path) -> None:
+    told = answer(("gripper_slip",), {"gripper_slip": 0.95, "none": 0.05})
+    stated, silent = key(["gripper_slip"], ceiling=0.9), key(["gripper_slip"])
+    score = scored(tmp_path, {"a": (stated, told), "b": (silent, told)})
+    assert {metric.ceiling for metric in score.metrics} == {None}
+
+
+def test_alarms_unknowns_and_confident_errors_are_counted(mixed: Score) -> None:
+    found = values(mixed)
+    assert found["no gap: false alarms"].value == pytest.approx(1 / 2)
+    assert found["outside the catalogue: recognised"].value == pytest.approx(1 / 2)
+    assert found["outside the catalogue: confidently wrong"].value == pytest.approx(1 / 2)
+    assert found["all cases: confidently wrong"].value == pytest.approx(2 / 11)
+
+
+def test_doubles_are_scored_by_what_they_share_with_the_truth(mixed: Score) -> None:
+    found = values(mixed)
+    assert found["several causes: all named"].value == pytest.approx(1 / 2)
+    assert found["several causes: at least one"].value == pytest.approx(1.0)
+    assert found["several causes: a spurious one"].value == pytest.approx(1 / 2)
+
+
+def test_place_block_closure_and_material_are_scored(mixed: Score) -> None:
+    found = values(mixed)
+    assert found["place error, median"].value == pytest.approx(5.0)
+    assert found["local cause: a place is given"].count == 1
+    # the stand-in says "anchor" unless it has found the inclusion
+    assert found["right block of the rig"].value == pytest.approx(1 / 5)
+    assert found["single cause: closure on held-out data, median"].value == pytest.approx(0.94)
+    assert found["rightly named: error of E before, median"].value == pytest.approx(1900 / 26_000)
+    assert found["rightly named: E within 3 % after"].value == pytest.approx(1.0)
+    assert found["rightly named: error of ν before, median"].value == pytest.approx(0.049)
+    assert found["rightly named: error of ν after, median"].value == pytest.approx(0.002)
+
+
+def test_single_causes_are_also_scored_by_level(mixed: Score) -> None:
+    top = {level: found[0].figure for level, found in mixed.by_level.items()}
+    assert {level: (figure.value, figure.count) for level, figure in top.items()} == {
+        "clear": (pytest.approx(2 / 3), 3),
+        "subtle": (0.5, 2),
+    }
+
+
+def test_confusion_counts_every_case_with_one_answer(mixed: Score) -> None:
+    names, counts = mixed.labels.names, mixed.labels.counts
+    assert counts.sum() == 9
+    assert counts[names.index("gripper_compliance"), names.index("gripper_slip")] == 1
+    assert counts[names.index("none"), names.index("force_bias")] == 1
+    groups = mixed.groups
+    assert groups.counts[groups.names.index("grasp"), groups.names.index("grasp")] == 3
+
+
+@pytest.mark.parametrize("suffix", ["html", "png"])
+def test_a_score_is_a_page_or_a_picture(mixed: Score, tmp_path: Path, suffix: str) -> None:
+    file = tmp_path / "made" / f"score.{suffix}"
+    write_score(mixed, file, "Score of <these>")
+    told = file.read_bytes()
+    assert told.startswith(b"\x89PNG") if suffix == "png" else b"Score of &lt;these&gt;" in told
+    if suffix == "html":
+        assert b"outside the catalogue: recognised" in told
+        assert b"http" not in told
+
+
+def test_a_score_is_plain_values_for_programs(mixed: Score) -> None:
+    told = mixed.as_json()
+    assert json.loads(json.dumps(told, allow_nan=False)) == told
+    assert told["metrics"]["no gap: false alarms"]["cases"] == 2
+    assert told["cases"] == {"no gap": 2, "single cause": 5, "outside the catalogue": 2, "several causes": 2}
+
+
+def test_every_opening_of_the_keys_is_counted(tmp_path: Path, mixed: Score) -> None:
+    assert mixed.openings == 1
+    again = score_answers(tmp_path / "answers", tmp_path / "keys")
+    assert again.openings == 2
+    assert "The keys have been opened 2 times." in score_text(again)
+    assert len((tmp_path / "keys" / "openings.txt").read_text().splitlines()) == 2
+
+
+def test_cases_without_an_answer_are_named_and_answers_without_a_key_are_refused(
+    tmp_path: Path, mixed: Score
+) -> None:
+    (tmp_path / "keys" / "late.toml").write_text(key([]))
+    again = score_answers(tmp_path / "answers", tmp_path / "keys")
+    assert again.unanswered == ("late",)
+    assert "1 with a key have no answer" in score_text(again)
+    (tmp_path / "others").mkdir()
+    (tmp_path / "others" / "elsewhere.toml").write_text(key([]))
+    with pytest.raises(InputError, match="no answer has a key"):
+        score_answers(tmp_path / "answers", tmp_path / "others")
+
+
+def test_keys_may_lie_in_the_folders_of_the_cases(tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "truth.toml").write_text(key(["prestretch"]))
+    keys, _ = open_keys(tmp_path, "a test")
+    assert {name: one.effects for name, one in keys.items()} == {
+        "one": ("prestretch",),
+        "two": ("prestretch",),
+    }
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("effects = 3", "effects is no list"),
+        ("effects = []", "youngs_modulus is missing"),
+        (key(["inhomogeneity"], centre=[1]), "three numbers"),
+        ("effects = [", "bad.toml"),
+    ],
+)
+def test_a_key_that_cannot_be_read_is_complained_of(tmp_path: Path, text: str, complaint: str) -> None:
+    (tmp_path / "bad.toml").write_text(text)
+    with pytest.raises(InputError, match=complaint):
+        open_keys(tmp_path, "a test")
+
+
+def test_an_answer_that_is_no_diagnosis_is_complained_of(tmp_path: Path, mixed: Score) -> None:
+    (tmp_path / "answers" / "right.json").write_text("{}")
+    with pytest.raises(InputError, match=r"right\.json: is no diagnosis"):
+        score_answers(tmp_path / "answers", tmp_path / "keys")
+
+
+def test_cases_are_answered_without_their_keys_and_only_once(tmp_path: Path) -> None:
+    cases = make_cases(tmp_path / "cases", {"a": "pull", "b": "twist", "c": "tangent"})
+    heard: list[tuple[str, int, int]] = []
+    done = answer_cases(stand_in, cases, tmp_path / "answers", progress=lambda *told: heard.append(told))
+    assert (done.answered, done.present) == (("a", "b"), ())
+    assert done.failed == {"c": "the data do not determine the parameters"}
+    assert heard[-1] == ("diagnosed c", 3, 3)
+    assert json.loads((tmp_path / "answers" / "a.json").read_text())["verdict"] == ["inhomogeneity"]
+    again = answer_cases(stand_in, cases, tmp_path / "answers")
+    assert (again.answered, again.present, list(again.failed)) == ((), ("a", "b"), ["c"])
+
+
+def test_several_cases_are_answered_at_a_time(tmp_path: Path) -> None:
+    cases = make_cases(tmp_path / "cases", {"a": "pull", "b": "twist"})
+    done = answer_cases(stand_in, cases, tmp_path / "answers", processes=2)
+    assert done.answered == ("a", "b")
+    assert threading.active_count() == 1
+
+
+def test_a_folder_without_cases_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="holds no case"):
+        answer_cases(stand_in, tmp_path, tmp_path / "answers")
+
+
+def test_shares_have_wilsons_interval() -> None:
+    # Wilson's interval of 8 in 10 by any table: 0.490 to 0.943
+    figure = share([True] * 8 + [False] * 2)
+    assert (figure.value, figure.count) == (0.8, 10)
+    assert (figure.low, figure.high) == pytest.approx((0.4902, 0.9433), abs=1e-4)
+    nothing = share([])
+    assert nothing.count == 0
+    assert math.isnan(nothing.value)
+
+
+def test_a_median_lies_within_its_interval_which_narrows_with_cases() -> None:
+    few, many = quantile(range(1, 12), 50), quantile([n / 100 for n in range(1101)], 50)
+    assert few.low <= few.value == 6.0 <= few.high
+    assert many.high - many.low < few.high - few.low
+
+
+def test_calibration_error_is_the_gap_between_claim_and_truth() -> None:
+    sure_and_wrong_half_the_time = calibration_error([0.99] * 10, [True, False] * 5)
+    assert sure_and_wrong_half_the_time.value == pytest.approx(0.49)
+    honest = calibration_error([0.75] * 4 + [1.0] * 4, [True, True, True, False] + [True] * 4)
+    assert honest.value == pytest.approx(0.0)
+
+
+def test_a_local_cause_without_a_place_counts_as_none_given(tmp_path: Path) -> None:
+    told = as_json(replace(inclusion(), where=replace(inclusion().where, centre=None)))
+    found = values(scored(tmp_path, {"a": (key(["inhomogeneity"], centre=[0.0, 0.0, 0.0]), told)}))
+    assert found["local cause: a place is given"].value == 0.0
+    assert found["place error, median"].count == 0

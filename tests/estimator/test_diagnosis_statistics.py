@@ -1,0 +1,94 @@
+"""The statistics of the diagnosis against closed forms and independent solvers."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
+from scipy.stats import multivariate_normal
+
+from estimator.diagnosis.discrepancy import Discrepancy, ModelError, forgiven
+from estimator.diagnosis.evidence import LinearModel, bounded_minimum, log_evidence
+from estimator.diagnosis.judgement import best_of, credible_set, log_priors, probabilities
+from estimator.diagnosis.whitening import inverse_root, shrunk
+
+FloatArray = NDArray[np.float64]
+
+
+def orthonormal(rng: np.random.Generator, rows: int, columns: int) -> FloatArray:
+    return np.linalg.qr(rng.normal(size=(rows, columns)))[0]
+
+
+def test_shrinking_is_the_inverse_root_of_the_covariance() -> None:
+    rng = np.random.default_rng(1)
+    shared = rng.normal(size=(30, 4))
+    vectors, shrink = inverse_root(shared)
+    root = shrunk(np.eye(30), vectors, shrink)
+    assert np.allclose(root @ (np.eye(30) + shared @ shared.T) @ root.T, np.eye(30))
+
+
+def test_a_discrepancy_whitens_and_tells_its_determinant() -> None:
+    rng = np.random.default_rng(2)
+    wrench, vision = orthonormal(rng, 40, 3), orthonormal(rng, 40, 2)
+    process = Discrepancy((wrench, vision[:, :0]), (np.array([4.0, 2.0, 1.0]), np.zeros(0)))
+    error = ModelError((process,), (0.1, 0.1))
+    (whitened,), log_determinant = forgiven(error, [np.eye(40)], (1.5, 0.0))
+    covariance = np.eye(40) + 1.5**2 * wrench @ np.diag([4.0, 2.0, 1.0]) @ wrench.T
+    assert np.allclose(whitened @ covariance @ whitened.T, np.eye(40))
+    assert log_determinant == pytest.approx(np.linalg.slogdet(covariance)[1])
+
+
+def linear(residual: FloatArray, columns: FloatArray, scale: FloatArray) -> LinearModel:
+    free = np.full(columns.shape[1], np.inf)
+    return LinearModel([residual], [columns], np.zeros(len(scale)), scale, -free, free)
+
+
+def test_the_evidence_of_a_linear_effect_is_that_of_the_joint_normal() -> None:
+    # With a wide prior in place of the flat one of E and nu, the marginal of the data is a normal in closed form.
+    rng = np.random.default_rng(3)
+    columns = rng.normal(size=(25, 3))
+    residual = rng.normal(size=25) + columns @ [3.0, -2.0, 0.8]
+    none = Discrepancy((np.zeros((25, 0)),) * 2, (np.zeros(0),) * 2)
+    error = ModelError((none,), (0.0, 0.0))
+    wide, scale = 1e3, 0.7
+    with_effect = linear(residual, columns, np.array([np.inf, np.inf, scale]))
+    without = linear(residual, columns[:, :2], np.array([np.inf, np.inf]))
+    gain = log_evidence(with_effect, error, (0.0, 0.0)) - log_evidence(without, error, (0.0, 0.0))
+
+    def exact(prior: list[float], used: FloatArray) -> float:
+        covariance = np.eye(25) + used @ np.diag(np.square(prior)) @ used.T
+        return float(multivariate_normal.logpdf(residual, cov=covariance))
+
+    expected = exact([wide, wide, scale], columns) - exact([wide, wide], columns[:, :2])
+    assert gain == pytest.approx(expected, abs=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_bounded_minimum_is_that_of_a_general_solver(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    design, target = rng.normal(size=(20, 5)), rng.normal(size=20)
+    lower, upper = np.array([-np.inf, 0.0, -0.1, 0.0, -0.2]), np.array([np.inf, np.inf, 0.1, 0.3, 0.0])
+    found = bounded_minimum(design.T @ design, design.T @ target, lower, upper)
+    assert np.allclose(found, lsq_linear(design, target, (lower, upper), tol=1e-14).x, atol=1e-6)
+
+
+GROUPS = {"a": "one", "b": "one", "c": "two"}
+
+
+def test_priors_sum_to_one_and_groups_share_alike() -> None:
+    prior = {name: float(np.exp(value)) for name, value in log_priors(GROUPS).items()}
+    assert sum(prior.values()) == pytest.approx(1.0)
+    assert prior["a"] + prior["b"] == pytest.approx(prior["c"])
+
+
+def test_the_credible_set_holds_what_is_needed_and_no_more() -> None:
+    evidence = {"none": 0.0, "unknown": -3.0, "a": 4.0, "b": 3.9, "c": -9.0}
+    chances = probabilities(evidence, GROUPS, temper=1.0)
+    chosen = credible_set(chances)
+    assert sum(chances.values()) == pytest.approx(1.0)
+    assert sum(chances[name] for name in chosen) >= 0.9
+    assert sum(chances[name] for name in chosen[:-1]) < 0.9
+    assert set(chosen[:2]) == {"a", "b"}
+
+
+def test_more_forms_of_one_label_do_not_raise_its_evidence() -> None:
+    assert best_of([("a", 5.0), ("a", 5.0)])["a"] < best_of([("a", 5.0)])["a"]

@@ -1,0 +1,232 @@
+"""Another rest shape: a misplaced grasp, a false thickness, tension at the mounting; and the nulls of them all."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from retraction_cases import REFERENCE_BLOCK, follow, straight_pull, turning_pull, with_rows
+from scipy.spatial.transform import Rotation
+
+from estimator.effects.anchor_compliance import ANCHOR_COMPLIANCE
+from estimator.effects.anchor_debonding import ANCHOR_DEBONDING
+from estimator.effects.effect import Effect, Motion, Readings, Values
+from estimator.effects.grasp_misplacement import GRASP_MISPLACEMENT
+from estimator.effects.gravity_sag import GRAVITY_SAG
+from estimator.effects.prestretch import PRESTRETCH
+from estimator.effects.support_friction import SUPPORT_FRICTION
+from estimator.effects.thickness_error import THICKNESS_ERROR
+from estimator.experiment import Box, Experiment, Grasp
+from estimator.fem.block_mesh import Grading
+from estimator.fem.motion import GripperPose
+from estimator.fem.observation import Observation, observe
+from estimator.fem.problem import RetractionProblem
+from estimator.forward.meshing import mesh_experiment
+from estimator.materials import NeoHookean
+from estimator.materials.material import Material
+
+FloatArray = NDArray[np.float64]
+
+TINY = Grading(grasp_m=3e-3, anchor_m=8e-3, largest_m=25e-3, growth=3, layers=1)
+BLOCK = mesh_experiment(REFERENCE_BLOCK, TINY)
+MATERIAL = Material(NeoHookean(), 15e3, 0.45)
+ALL: tuple[Effect, ...] = (
+    *ANCHOR_COMPLIANCE,
+    ANCHOR_DEBONDING,
+    *GRASP_MISPLACEMENT,
+    *THICKNESS_ERROR,
+    *PRESTRETCH,
+    *GRAVITY_SAG,
+    *SUPPORT_FRICTION,
+)
+GRIPPER, JAWS, TURNED = GRASP_MISPLACEMENT
+
+
+def observed(problem: RetractionProblem, poses: Sequence[GripperPose]) -> list[Observation]:
+    return [observe(problem, state) for state in follow(problem, MATERIAL, poses)]
+
+
+def pulled_from(centre: FloatArray) -> list[GripperPose]:
+    """One centimetre along x, turning by 0.2 rad."""
+    return [GripperPose(centre + np.array([0.01, 0.0, 0.0]), Rotation.from_rotvec([0.0, 0.0, 0.2]))]
+
+
+def motion_of(poses: Sequence[GripperPose]) -> Motion:
+    experiment = with_rows(REFERENCE_BLOCK, poses, np.zeros((len(poses), 6)), np.zeros((len(poses), 16, 3)))
+    rotation = Rotation.concatenate([pose.rotation for pose in poses])
+    return Motion(
+        experiment, experiment.position, rotation, np.zeros((len(poses), 6)), np.zeros((len(poses), 6))
+    )
+
+
+def readings_of(poses: Sequence[GripperPose], seen: Sequence[Observation]) -> Readings:
+    motion = motion_of(poses)
+    wrench = np.array([one.wrench for one in seen])
+    fiducials = np.array([one.fiducials for one in seen])
+    return Readings(
+        motion.experiment,
+        motion.position,
+        motion.rotation,
+        motion.position,
+        wrench,
+        fiducials,
+        wrench[0],
+        fiducials[0],
+    )
+
+
+@pytest.mark.parametrize("effect", ALL, ids=lambda effect: effect.name)
+def test_at_its_null_an_effect_returns_what_it_was_given(effect: Effect) -> None:
+    values = {amplitude.name: 0.0 for amplitude in effect.amplitudes}
+    values |= {constant.name: constant.grid[0] for constant in effect.constants}
+    poses = pulled_from(BLOCK.grasp_centre)
+    motion, readings = motion_of(poses), readings_of(poses, observed(BLOCK, poses))
+    assert effect.problem(BLOCK, values) is BLOCK
+    assert effect.terms(BLOCK, MATERIAL, REFERENCE_BLOCK, values) == ()
+    assert effect.motion(motion, values) is motion
+    assert effect.readings(readings, values) is readings
+    assert effect.material(MATERIAL, values) is MATERIAL
+
+
+@pytest.mark.parametrize("effect", ALL, ids=lambda effect: effect.name)
+def test_an_effect_says_rightly_whether_it_frees_or_holds_nodes(effect: Effect) -> None:
+    values = {amplitude.name: amplitude.scale for amplitude in effect.amplitudes}
+    values |= {constant.name: constant.grid[0] for constant in effect.constants}
+    changed = effect.problem(BLOCK, values)
+    assert np.array_equal(changed.pattern.free, BLOCK.pattern.free) == effect.keeps_pattern
+    assert np.array_equal(changed.gripped, BLOCK.gripped)
+    assert np.array_equal(changed.body.mesh.cells, BLOCK.body.mesh.cells)
+
+
+def test_names_are_unique_and_sizes_are_ordered() -> None:
+    assert len({effect.name for effect in ALL}) == len(ALL)
+    for effect in ALL:
+        for amplitude in effect.amplitudes:
+            assert 0.0 < amplitude.smallest < amplitude.scale < amplitude.upper
+            assert amplitude.lower <= 0.0
+
+
+def grasped_at(shift: Sequence[float]) -> Experiment:
+    """The reference block, truly grasped elsewhere; what of the box lies beyond the block holds nothing."""
+    grasp = REFERENCE_BLOCK.grasp
+    lower, upper = (np.array(corner) + shift for corner in (grasp.box.lower, grasp.box.upper))
+    upper[0] = min(upper[0], 0.05)
+    centre = np.array(grasp.centre) + shift
+    return replace(REFERENCE_BLOCK, grasp=Grasp(Box(tuple(lower), tuple(upper)), tuple(centre)))
+
+
+@pytest.mark.parametrize("shift", [(0.006, 0.0007, 0.0), (0.002, -0.004, 0.0)])
+def test_a_misplaced_grasp_answers_like_a_phantom_meshed_for_that_grasp(shift: tuple[float, ...]) -> None:
+    grading = Grading(grasp_m=3e-3, anchor_m=8e-3, largest_m=15e-3, growth=2, layers=1)
+    stated = mesh_experiment(REFERENCE_BLOCK, grading)
+    values = {"shift_x": shift[0], "shift_y": shift[1]}
+    moved = GRIPPER.problem(stated, values)
+    poses = pulled_from(stated.grasp_centre)
+    motion = GRIPPER.motion(motion_of(poses), values)
+    np.testing.assert_allclose(motion.position - motion_of(poses).position, [shift])
+    true_poses = pulled_from(moved.grasp_centre)
+    np.testing.assert_allclose(motion.position[0], true_poses[0].position)
+    (plain,), (seen,) = observed(stated, poses), observed(moved, true_poses)
+    (expected,) = observed(mesh_experiment(grasped_at(shift), grading), true_poses)
+    effect = np.abs(expected.wrench - plain.wrench)[:3].max()
+    assert np.abs(seen.wrench - expected.wrench)[:3].max() < 0.05 * effect
+    np.testing.assert_allclose(seen.fiducials, expected.fiducials, atol=1e-4)
+    assert np.abs(expected.fiducials - plain.fiducials).max() > 1e-3
+
+
+@pytest.mark.parametrize("effect", GRASP_MISPLACEMENT, ids=lambda effect: effect.name)
+def test_beads_rest_where_they_were_seen_when_the_mesh_is_moved(effect: Effect) -> None:
+    values = {amplitude.name: 1.5 * amplitude.scale for amplitude in effect.amplitudes}
+    moved = effect.problem(BLOCK, values)
+    loose = ~moved.fiducials_gripped
+    points = moved.body.mesh.points
+    rest = np.einsum("mk,mkx->mx", moved.fiducial_weights, points[moved.fiducial_nodes])[loose]
+    np.testing.assert_allclose(rest, REFERENCE_BLOCK.fiducials_rest[loose], atol=1e-9)
+    assert np.array_equal(moved.fiducials_rest, REFERENCE_BLOCK.fiducials_rest)
+    assert moved.body.volume.min() > 0.0
+    outline = (np.abs(BLOCK.body.mesh.points[:, :2]) == 0.05).any(axis=1)
+    np.testing.assert_allclose(np.abs(points[outline, :2]).max(axis=1), 0.05)
+    assert np.array_equal(points[BLOCK.fixed], BLOCK.body.mesh.points[BLOCK.fixed])
+
+
+def test_a_bead_that_the_shifted_jaws_reach_moves_with_them() -> None:
+    beads = np.array([[0.028, 0.0, 0.005], [0.022, 0.0, 0.005]])
+    stated = mesh_experiment(replace(REFERENCE_BLOCK, fiducials_rest=beads), TINY)
+    assert not stated.fiducials_gripped.any()
+    moved = JAWS.problem(stated, {"shift_x": -0.005, "shift_y": 0.0})
+    assert moved.fiducials_gripped.tolist() == [True, False]
+
+
+def test_the_jaws_turn_by_the_yaw() -> None:
+    moved = TURNED.problem(BLOCK, {"yaw": 0.1})
+    gripped = BLOCK.gripped & (BLOCK.body.mesh.points[:, 0] < 0.0301)
+    before, after = BLOCK.body.mesh.points[gripped], moved.body.mesh.points[gripped]
+    ends = np.argmin(before[:, 1]), np.argmax(before[:, 1])
+    edge = after[ends[1]] - after[ends[0]]
+    assert np.arctan2(-edge[0], edge[1]) == pytest.approx(0.1, abs=0.01)
+
+
+def test_a_stretched_force_follows_the_thickness() -> None:
+    """In plane a sheet of twice the thickness is two sheets."""
+    pull = straight_pull(REFERENCE_BLOCK, 1e-4, 1)
+    plain = observed(BLOCK, pull)[0].wrench[0]
+    for effect in THICKNESS_ERROR:
+        thicker = observed(effect.problem(BLOCK, {"excess": 0.1}), pull)[0].wrench[0]
+        assert thicker / plain == pytest.approx(1.1, abs=0.01)
+
+
+def test_beads_on_a_thicker_phantom_lie_where_they_were_measured_or_on_its_face() -> None:
+    heights = [effect.problem(BLOCK, {"excess": 0.2}).fiducials_rest[0, 2] for effect in THICKNESS_ERROR]
+    np.testing.assert_allclose(heights, [0.005, 0.006, 0.007])
+
+
+def mounted(effect: Effect, values: Values, poses: Sequence[GripperPose]) -> tuple[Readings, Readings]:
+    """What is there, and what the sensors read of it."""
+    truth = readings_of(poses, observed(effect.problem(BLOCK, values), poses))
+    return truth, effect.readings(truth, values)
+
+
+def test_a_prestretched_phantom_pulls_at_rest_and_the_zero_hides_it() -> None:
+    centre = np.array(REFERENCE_BLOCK.grasp.centre)
+    poses = [GripperPose(centre, Rotation.identity()), *turning_pull(REFERENCE_BLOCK, 0.01, np.zeros(3), 2)]
+    plain = observed(BLOCK, poses[1:])
+    for aside in (0.0, 1e-3):
+        effect = PRESTRETCH[1]
+        truth, read = mounted(effect, {"along": 2e-3, "aside": aside}, poses)
+        stiffness = plain[0].wrench[0] / 5e-3
+        assert truth.wrench[0, 0] == pytest.approx(2e-3 * stiffness, rel=0.1)
+        assert truth.wrench[0, 1] == pytest.approx(0.0, abs=1e-9) if not aside else truth.wrench[0, 1] < -0.01
+        np.testing.assert_allclose(read.wrench[0], np.zeros(6), atol=1e-12)
+        np.testing.assert_allclose(read.fiducials[0], REFERENCE_BLOCK.fiducials_rest, atol=1e-12)
+        np.testing.assert_allclose(truth.fiducials[0], REFERENCE_BLOCK.fiducials_rest, atol=1e-3)
+        hidden = abs(truth.wrench[0, 0])
+        assert 0.0 < abs(read.wrench[2, 0] - plain[1].wrench[0]) < 0.1 * hidden
+
+
+def test_the_prestretched_grasp_is_at_its_stated_place_once_mounted() -> None:
+    problem = PRESTRETCH[1].problem(BLOCK, {"along": 3e-3, "aside": -1e-3})
+    pose = GripperPose(np.array(REFERENCE_BLOCK.grasp.centre), Rotation.from_rotvec([0.0, 0.0, 0.3]))
+    np.testing.assert_allclose(problem.gripped_positions(pose), BLOCK.gripped_positions(pose), atol=1e-12)
+
+
+def test_a_zero_taken_on_the_sensor_turns_with_the_gripper() -> None:
+    poses = [
+        GripperPose(BLOCK.grasp_centre, Rotation.identity()),
+        GripperPose(BLOCK.grasp_centre, Rotation.from_rotvec([0.0, 0.0, np.pi / 2])),
+    ]
+    wrench = np.array([[1.0, 0.0, 2.0, 0.3, 0.0, 0.1]] * 2)
+    motion = motion_of(poses)
+    none = np.zeros((2, 16, 3))
+    truth = Readings(
+        motion.experiment,
+        motion.position,
+        motion.rotation,
+        motion.position,
+        wrench,
+        none,
+        wrench[0],
+        none[0],
+    )
+    read = GRAVITY_SAG[0].readings(truth, {"weight": 1.0})
+    np.testing.assert_allclose(read.wrench, [np.zeros(6), [1.0, -1.0, 0.0, 0.3, -0.3, 0.0]], atol=1e-12)
