@@ -4,12 +4,17 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from robot_drivers.abb.egm_guidance import EGMGuidedRobot
+from robot_drivers.abb.guidance_session import EGMGuidanceSettings
 from robot_drivers.abb.irb140 import IRB140, IRB140Settings
+from robot_drivers.abb.open_abb import OpenABB, OpenABBSettings
 from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
+from robot_drivers.ati.netbox_can import NetBoxCan, NetBoxCanSettings
 from robot_drivers.ati.netcanoem import NetCANOEM, NetCANOEMSettings
 from robot_drivers.ati.netft import NetFT
 from robot_drivers.ati.netft_settings import NetFTSettings
+from robot_drivers.cameras.dc1394 import DC1394Camera, DC1394CameraSettings
 from robot_drivers.cameras.opencv import OpenCVCamera, OpenCVCameraSettings
 from robot_drivers.protocols import Camera, ForceSensor, Pose, Robot, Speed
 
@@ -45,9 +50,17 @@ class Driver:
 
 FORCE_SENSORS: Mapping[str, Driver] = {
     "netft": Driver(NetFTSettings, NetFT),
+    "netbox_can": Driver(NetBoxCanSettings, NetBoxCan),
     "netcanoem": Driver(NetCANOEMSettings, NetCANOEM),
     "digital_ft": Driver(DigitalFTSettings, DigitalFT),
     "controller_ft": Driver(ControllerFTSettings, ControllerFT),
 }
-ROBOTS: Mapping[str, Driver] = {"irb140": Driver(IRB140Settings, IRB140)}
-CAMERAS: Mapping[str, Driver] = {"opencv": Driver(OpenCVCameraSettings, OpenCVCamera)}
+ROBOTS: Mapping[str, Driver] = {
+    "irb140": Driver(IRB140Settings, IRB140),
+    "egm_guidance": Driver(EGMGuidanceSettings, EGMGuidedRobot),
+    "open_abb": Driver(OpenABBSettings, OpenABB),
+}
+CAMERAS: Mapping[str, Driver] = {
+    "opencv": Driver(OpenCVCameraSettings, OpenCVCamera),
+    "dc1394": Driver(DC1394CameraSettings, DC1394Camera),
+}

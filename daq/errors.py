@@ -5,6 +5,7 @@ DaqError
 ├── RecordingError        a session folder that cannot be written, read or sealed
 ├── SynchronisationError  a recording that cannot be turned into an experiment
 ├── TrajectoryError       a trajectory that cannot be right (also ValueError)
+├── CalibrationError      a calibration that cannot be made, kept or used
 ├── VisionError           images or calibration targets that cannot be used (daq.vision.errors)
 ├── MotionLimitError      a trajectory that a limit forbids; nothing has moved
 └── SessionError          a session that cannot begin or go on
@@ -30,6 +31,10 @@ class SynchronisationError(DaqError):
 
 class TrajectoryError(DaqError, ValueError):
     """A trajectory whose parameters cannot be right."""
+
+
+class CalibrationError(DaqError):
+    """A calibration whose data do not suffice, or that cannot be kept or used."""
 
 
 class MotionLimitError(DaqError):

@@ -1,16 +1,19 @@
-"""Writing the experiment folder of a session, with where it comes from."""
+"""Writing the experiment folder of a session, with where it comes from, or its streams as tables."""
 
 from dataclasses import dataclass
 from pathlib import Path
 
-from daq.errors import RecordingError
+from daq.atomic import appearing
+from daq.errors import RecordingError, SynchronisationError
 from daq.progress import Progress
 from daq.recording.folder import CHECKSUMS_FILE, sha256, verify_checksums
-from daq.recording.reader import Recording
+from daq.recording.reader import Recording, open_recording
+from daq.stream_tables import Table, stream_tables, synchronised_table
 from daq.sync import Synchronised, synchronise
+from daq.table_formats import FORMATS
 from daq.toml_tables import toml_text
 from daq.versions import package_versions
-from estimator.experiment import Experiment, write_experiment
+from estimator.experiment import Experiment, read_experiment, write_experiment
 
 _METHOD = (
     "every row is the mean over a measuring window; the noise of a row is the scatter of four sub-means of its window "
@@ -41,6 +44,14 @@ class StreamProvenance:
 
 
 @dataclass(frozen=True, slots=True)
+class Rejection:
+    """What the cameras saw and vision did not use: stage and reason, and how often in all images."""
+
+    reason: str
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
 class Provenance:
     """Where an experiment comes from; ``checksums_sha256`` is of the session's list of checksums."""
 
@@ -52,6 +63,7 @@ class Provenance:
     software: str
     method: str
     streams: tuple[StreamProvenance, ...]
+    rejected: tuple[Rejection, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +72,7 @@ class _Annex:
 
 
 def export_experiment(session: Path, target: Path, progress: Progress) -> tuple[Experiment, Provenance]:
-    """Synchronise a sealed session and write its experiment folder.
+    """Synchronise a sealed session and write its experiment folder, all of it or nothing.
 
     Raises
     ------
@@ -69,21 +81,62 @@ def export_experiment(session: Path, target: Path, progress: Progress) -> tuple[
     InputError
         The target exists, or the outcome cannot be right.
     """
-    recording = Recording(session)
-    if recording.info.state == "recording":
-        raise RecordingError(
-            f"{session}: is not sealed; if nothing records into it any more, run `retract recover` on it"
-        )
+    recording = _sealed(session)
+    with appearing(target) as draft:
+        synchronised = synchronise(recording, progress)
+        write_experiment(synchronised.experiment, draft)
+        provenance = _provenance(recording, synchronised)
+        with (draft / "experiment.toml").open("a", encoding="utf-8") as file:
+            file.write(toml_text(_Annex(provenance), draft))
+    return read_experiment(target), provenance
+
+
+@dataclass(frozen=True, slots=True)
+class ExportedTables:
+    """Rows of each table that was written, and why there is no synchronised one; empty where there is."""
+
+    rows: dict[str, int]
+    unsynchronised: str
+
+
+def export_tables(session: Path, file_format: str, target: Path, progress: Progress) -> ExportedTables:
+    """Write the streams of a sealed session, and the synchronised table, in one of :data:`FORMATS`.
+
+    A session without a measuring window at rest has streams all the same; what it lacks is told.
+
+    Parameters
+    ----------
+    target : a new file for HDF5 and NPZ, a new folder for CSV and Parquet; it appears whole or not at all
+
+    Raises
+    ------
+    RecordingError, RigError
+        The session cannot be used.
+    InputError
+        The target exists.
+    """
+    recording = _sealed(session)
+    with appearing(target) as draft:
+        progress("reading the streams", 0, 2)
+        tables: list[Table] = list(stream_tables(recording))
+        unsynchronised = ""
+        try:
+            tables.append(synchronised_table(synchronise(recording, progress).experiment))
+        except SynchronisationError as error:
+            unsynchronised = str(error)
+        progress("writing the tables", 1, 2)
+        FORMATS[file_format](tables, draft)
+    return ExportedTables({table.name: len(table) for table in tables}, unsynchronised)
+
+
+def _sealed(session: Path) -> Recording:
+    """Open a session that is as it was sealed; one that was cut off is recovered first."""
+    recording = open_recording(session)
     if altered := verify_checksums(session):
         raise RecordingError(
             f"{session}: {', '.join(altered)} differ from what was sealed; restore them from a copy"
         )
-    synchronised = synchronise(recording, progress)
-    experiment = write_experiment(synchronised.experiment, target)
-    provenance = _provenance(recording, synchronised)
-    with (target / "experiment.toml").open("a", encoding="utf-8") as file:
-        file.write(toml_text(_Annex(provenance), target))
-    return experiment, provenance
+    return recording
 
 
 def _provenance(recording: Recording, synchronised: Synchronised) -> Provenance:
@@ -108,4 +161,5 @@ def _provenance(recording: Recording, synchronised: Synchronised) -> Provenance:
             )
             for name, times in synchronised.times.items()
         ),
+        rejected=tuple(Rejection(reason, count) for reason, count in sorted(synchronised.rejected.items())),
     )

@@ -4,32 +4,49 @@ The beads are followed from the first window to the last, for a bead is told fro
 before; between the windows a few pairs are enough for that.
 """
 
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from daq.errors import SynchronisationError
 from daq.progress import Progress
-from daq.recording.reader import Images, Recording
+from daq.recording.reader import Recording
 from daq.rig import Rig
-from daq.timing.event_times import EventTimes, estimate_event_times
+from daq.stereo_images import StereoImages
+from daq.timing.event_times import EventTimes
 from daq.vision.camera_model import StereoCalibration
 from daq.vision.fiducials import FiducialTracker
 from daq.windows import Means, Window
 from robot_drivers.protocols import FloatArray, IntArray
 
-_DECODED_AHEAD = 4
 _FOLLOW_NS = 400_000_000
 
-ImagePair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
+
+@dataclass(frozen=True, slots=True)
+class FiducialTrack:
+    """The beads in some pairs of images.
+
+    Attributes
+    ----------
+    time_ns : (p,) of the exposures, host clock
+    positions : (p, m, 3) in the order of the rig's design, tissue frame, m; NaN where a bead was not seen
+    rejected : what was seen in all pairs and not used, by stage and reason
+    """
+
+    time_ns: IntArray
+    positions: FloatArray
+    rejected: Mapping[str, int]
 
 
 def fiducial_means(
     recording: Recording, rig: Rig, windows: Sequence[Window], progress: Progress
-) -> tuple[Means, dict[str, EventTimes]]:
+) -> tuple[Means, dict[str, EventTimes], Mapping[str, int]]:
     """Return the mean positions (n, m, 3) of the beads in the order of the rig's design, and the cameras' times.
+
+    The third is what was seen and not used, by stage and reason: unpaired images, and marks in the paired ones.
 
     Raises
     ------
@@ -38,53 +55,35 @@ def fiducial_means(
     VisionError
         Too few beads are seen in the first images.
     """
-    roles = [f"camera {camera.name}" for camera in rig.cameras]
-    left, right = (recording.images(camera.name) for camera in rig.cameras)
-    for role, images in zip(roles, (left, right), strict=True):
-        _check_format(role, images, rig.vision.beads.pixel_format)
-    left_times, right_times = _exposure_times(left), _exposure_times(right)
-    pairs = _pairs(left_times, right_times)
-    exposed_ns = left_times.time_ns[pairs[:, 0]]
-    used = _needed(exposed_ns, windows)
-    pairs, exposed_ns = pairs[used], exposed_ns[used]
+    images = StereoImages(recording, rig)
+    track = track_fiducials(images, rig, _needed(images.exposed_ns, windows), progress)
+    unpaired = {f"pairing: {role}, no partner in time": n for role, n in images.unpaired.items() if n}
+    return _means(track.positions, track.time_ns, windows), images.times, {**unpaired, **track.rejected}
 
+
+def track_fiducials(
+    images: StereoImages, rig: Rig, chosen: NDArray[np.bool_], progress: Progress
+) -> FiducialTrack:
+    """Follow the beads through the chosen pairs (p,), the first of which shows the phantom at rest.
+
+    Raises
+    ------
+    VisionError
+        Too few beads are seen in the first pair.
+    """
     tracker = FiducialTracker(
         StereoCalibration.load(rig.stereo_calibration), rig.specimen.fiducials_m, rig.vision
     )
-    positions = np.empty((len(pairs), len(rig.specimen.fiducials_m), 3))
-    for number, (left_image, right_image) in enumerate(_decoded(left, right, pairs)):
-        progress("finding the beads", number, len(pairs))
+    exposed_ns = images.exposed_ns[chosen]
+    positions = np.empty((len(exposed_ns), len(rig.specimen.fiducials_m), 3))
+    rejected: Counter[str] = Counter()
+    for number, (left_image, right_image) in enumerate(images.decoded(chosen)):
+        progress("finding the beads", number, len(exposed_ns))
         time_s = (exposed_ns[number] - exposed_ns[0]) * 1e-9
-        positions[number] = tracker.update(left_image, right_image, time_s).positions
-    return _means(positions, exposed_ns, windows), dict(zip(roles, (left_times, right_times), strict=True))
-
-
-def _check_format(role: str, images: Images, pixel_format: str) -> None:
-    if len(images) == 0:
-        raise SynchronisationError(f"{role}: recorded no image; record the retraction again")
-    if images.pixel_format(0) != pixel_format:
-        raise SynchronisationError(
-            f"{role}: recorded {images.pixel_format(0)} images, vision.beads.pixel_format of the rig file says "
-            f"{pixel_format}; make them agree"
-        )
-
-
-def _exposure_times(images: Images) -> EventTimes:
-    """Return when the images were exposed; by the receive stamps alone where the camera has no clock."""
-    has_clock = bool(np.all(np.isfinite(images.device_time_s)))
-    return estimate_event_times(
-        images.device_time_s if has_clock else images.host_time_ns, images.host_time_ns
-    )
-
-
-def _pairs(left: EventTimes, right: EventTimes) -> IntArray:
-    """Return (p, 2) indices of left and right images that were exposed together, to half a period."""
-    after = np.clip(np.searchsorted(right.time_ns, left.time_ns), 0, len(right.time_ns) - 1)
-    before = np.clip(after - 1, 0, None)
-    nearer_before = left.time_ns - right.time_ns[before] < right.time_ns[after] - left.time_ns
-    partner = np.where(nearer_before, before, after)
-    together = np.abs(right.time_ns[partner] - left.time_ns) < 0.5e9 * left.period_s
-    return np.stack([np.flatnonzero(together), partner[together]], axis=1)
+        observation = tracker.update(left_image, right_image, time_s)
+        positions[number] = observation.positions
+        rejected.update(observation.rejected)
+    return FiducialTrack(exposed_ns, positions, rejected)
 
 
 def _needed(exposed_ns: IntArray, windows: Sequence[Window]) -> NDArray[np.bool_]:
@@ -98,20 +97,6 @@ def _needed(exposed_ns: IntArray, windows: Sequence[Window]) -> NDArray[np.bool_
             needed[number] |= time_ns - last_ns >= _FOLLOW_NS
             last_ns = time_ns if needed[number] else last_ns
     return needed
-
-
-def _decoded(left: Images, right: Images, pairs: IntArray) -> Iterator[ImagePair]:
-    """Decode pairs in order, a few of them ahead in threads."""
-    with ThreadPoolExecutor(_DECODED_AHEAD) as pool:
-        waiting = [
-            (pool.submit(left.image, i), pool.submit(right.image, j))
-            for i, j in pairs[:_DECODED_AHEAD].tolist()
-        ]
-        for number in range(len(pairs)):
-            left_image, right_image = waiting.pop(0)
-            for i, j in pairs[number + _DECODED_AHEAD : number + _DECODED_AHEAD + 1].tolist():
-                waiting.append((pool.submit(left.image, i), pool.submit(right.image, j)))
-            yield left_image.result(), right_image.result()
 
 
 def _means(positions: FloatArray, exposed_ns: IntArray, windows: Sequence[Window]) -> Means:

@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from daq.frames import IDENTITY, rotation
 from daq.rig import Specimen
-from daq.trajectories import Trajectory
+from daq.trajectories import Trajectory, experiment_kind
 from estimator.experiment import Experiment, SensorNoise
 from robot_drivers.protocols import FloatArray, Pose
 
@@ -56,7 +56,7 @@ def planned_experiment(
         phantom=specimen.phantom,
         anchors=specimen.anchors,
         grasp=specimen.grasp,
-        trajectory_kind=trajectory.kind,
+        trajectory_kind=experiment_kind(trajectory.kind),
         environment=specimen.environment,
         sensor=sensor,
         fiducials_rest=np.array(specimen.fiducials_m),

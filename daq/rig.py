@@ -86,6 +86,7 @@ class Limits:
     speed_m_s : of the gripper's origin
     workspace : box for the gripper's origin, tissue frame, m
     communication_age_s : longest silence of the force sensor or the robot
+    force_rate_n_s, torque_rate_nm_s : of the interaction, over 20 ms
     """
 
     force_n: float
@@ -94,9 +95,12 @@ class Limits:
     speed_m_s: float
     workspace: Box
     communication_age_s: float = 0.25
+    force_rate_n_s: float = 200.0
+    torque_rate_nm_s: float = 20.0
 
     def __post_init__(self) -> None:
-        for name in ("force_n", "torque_nm", "step_m", "speed_m_s", "communication_age_s"):
+        rates = ("force_rate_n_s", "torque_rate_nm_s")
+        for name in ("force_n", "torque_nm", "step_m", "speed_m_s", "communication_age_s", *rates):
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name} must be positive, not {getattr(self, name)!r}")
 
@@ -112,6 +116,14 @@ class Uncertainty:
     torque_nm: float = 0.0
     fiducial_m: float = 0.0
     position_m: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Latencies:
+    """How much later than the robot's the events of a stream are stamped, s; found by ``retract calibrate time``."""
+
+    force_s: float = 0.0
+    cameras_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +150,8 @@ class Rig:
     """Everything that a session needs to know before it begins.
 
     ``stereo_calibration`` is the file of the two cameras' calibration, ``cameras`` are left and right of it, and
-    ``vision`` says what their images show.
+    ``vision`` says what their images show. ``calibration`` is the folder of the calibration files, None for none;
+    what is in force there goes before what the rig file says (:mod:`daq.calibration.in_force`).
     """
 
     format: str
@@ -152,7 +165,9 @@ class Rig:
     limits: Limits
     specimen: Specimen
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
+    latencies: Latencies = field(default_factory=Latencies)
     vision: FiducialSettings = field(default_factory=FiducialSettings)
+    calibration: Path | None = None
 
 
 def read_rig(path: Path) -> Rig:

@@ -5,8 +5,8 @@ session's events tell. Nothing is interpolated: a window in which a stream has t
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from daq.recording.folder import RIG_FILE
 from daq.recording.reader import Recording
 from daq.rig import Frames, Rig, read_rig
 from daq.timing.event_times import EventTimes, estimate_event_times
+from daq.trajectories import experiment_kind
 from daq.windows import Means, Window, in_window, measuring_windows, window_means
 from daq.wrenches import WrenchCompensation
 from estimator.experiment import Experiment, SensorNoise
@@ -32,11 +33,13 @@ class Synchronised:
     ----------
     times : of each stream, on the host clock
     samples : how many samples of each stream every row holds
+    rejected : what the cameras saw and vision did not use, by stage and reason
     """
 
     experiment: Experiment
     times: dict[str, EventTimes]
     samples: dict[str, tuple[int, ...]]
+    rejected: Mapping[str, int]
 
 
 def synchronise(recording: Recording, progress: Progress) -> Synchronised:
@@ -52,13 +55,13 @@ def synchronise(recording: Recording, progress: Progress) -> Synchronised:
     windows = measuring_windows(recording.events)
     progress("averaging force and pose", 0, 1)
     force, robot = recording.force, recording.robot
-    force_times = estimate_event_times(force.counter, force.host_time_ns)
+    force_times = estimate_event_times(force.device_time_s, force.host_time_ns)
     robot_times = estimate_event_times(robot.device_time_s, robot.host_time_ns)
-    position, quaternion = _gripper_in_tissue(robot, rig.frames)
+    position, quaternion = gripper_in_tissue(robot, rig.frames)
     positions = window_means(position, robot_times, windows, "robot")
     orientations = _mean_orientations(quaternion, robot_times, windows)
     wrenches = _wrench_means(force, force_times, windows, orientations, rig)
-    beads, camera_times = fiducial_means(recording, rig, windows, progress)
+    beads, camera_times, rejected = fiducial_means(recording, rig, windows, progress)
     since_rest = rotation(orientations) * rotation(orientations[0]).inv()
     experiment = Experiment(
         name=recording.info.name,
@@ -67,7 +70,7 @@ def synchronise(recording: Recording, progress: Progress) -> Synchronised:
         phantom=rig.specimen.phantom,
         anchors=rig.specimen.anchors,
         grasp=rig.specimen.grasp,
-        trajectory_kind=recording.info.trajectory["kind"],
+        trajectory_kind=experiment_kind(recording.info.trajectory["kind"]),
         environment=rig.specimen.environment,
         sensor=_noise(rig, positions, wrenches, beads),
         fiducials_rest=beads.mean[0],
@@ -87,10 +90,17 @@ def synchronise(recording: Recording, progress: Progress) -> Synchronised:
             "robot": positions.count,
             **dict.fromkeys(camera_times, beads.count),
         },
+        rejected=rejected,
     )
 
 
-def _gripper_in_tissue(robot: PoseBlock, frames: Frames) -> tuple[FloatArray, FloatArray]:
+def force_event_times(force: WrenchBlock, rig: Rig) -> EventTimes:
+    """Return when the force samples were taken, by the sensor's counter and the rig's latency."""
+    stamped = estimate_event_times(force.counter, force.host_time_ns)
+    return replace(stamped, time_ns=stamped.time_ns - round(rig.latencies.force_s * 1e9))
+
+
+def gripper_in_tissue(robot: PoseBlock, frames: Frames) -> tuple[FloatArray, FloatArray]:
     """Return position (n, 3) and orientation (n, 4) of the gripper in the tissue frame for every robot state."""
     T_tissue_base = inverse(frames.T_base_tissue.pose)
     T_tool_gripper = frames.T_tool_gripper.pose

@@ -19,8 +19,8 @@ from daq.errors import RigError
 T = TypeVar("T")
 Keys = tuple[str | int, ...]
 
-_HEADER = re.compile(r"^\s*(\[\[?)\s*([A-Za-z0-9_.\-]+)\s*\]\]?")
-_ASSIGNMENT = re.compile(r"^\s*([A-Za-z0-9_\-]+)\s*=")
+_HEADER = re.compile(r"^\s*(\[\[?)\s*([A-Za-z0-9_.\-\"' ]+?)\s*\]\]?")
+_ASSIGNMENT = re.compile(r"^\s*([A-Za-z0-9_.\-\"' ]+?)\s*=")
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -42,10 +42,10 @@ class TomlFile:
         except tomllib.TOMLDecodeError as error:
             raise RigError(f"{path}: no valid TOML: {error}") from error
 
-    def mistake(self, keys: Keys, complaint: str) -> RigError:
-        """Return the error for a value at ``keys``, with its line."""
+    def mistake(self, keys: Keys, complaint: str, line_of: Keys | None = None) -> RigError:
+        """Return the error for a value at ``keys``, with its line, or the one of a key within it."""
         name = ".".join(str(key) for key in keys) or "the file"
-        return RigError(f"{self.path}, line {self._line(keys)}: {name} {complaint}")
+        return RigError(f"{self.path}, line {self._line(line_of or keys)}: {name} {complaint}")
 
     def build(self, kind: type[T], table: object, keys: Keys = ()) -> T:
         """Build a dataclass from a table found at ``keys``."""
@@ -59,12 +59,13 @@ class TomlFile:
         for name, field in fields.items():
             required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
             if required and name not in table:
-                raise self.mistake(keys, f"lacks the key {name}")
+                raise self.mistake(keys, f"lacks the key {name}, {_wording(hints[name])}")
         values = {key: self.convert(hints[key], value, (*keys, key)) for key, value in table.items()}
         try:
             return kind(**values)
         except ValueError as error:
-            raise self.mistake(keys, f"is refused: {error}") from error
+            named = [(*keys, key) for key in table if re.search(rf"\b{re.escape(key)}\b", str(error))]
+            raise self.mistake(keys, f"is refused: {error}", line_of=next(iter(named), keys)) from error
 
     def convert(self, hint: Any, value: object, keys: Keys) -> Any:
         """Convert one TOML value to the type of a dataclass field."""
@@ -89,7 +90,7 @@ class TomlFile:
             return self.path.parent / value
         if hint in (str, bool, int) and type(value) is hint:
             return value
-        raise self.mistake(keys, f"must be of type {getattr(hint, '__name__', hint)}, not {value!r}")
+        raise self.mistake(keys, f"must be {_wording(hint)}, not {value!r}")
 
     def _convert_tuple(self, kinds: tuple[Any, ...], value: object, keys: Keys) -> tuple[Any, ...]:
         if not isinstance(value, list):
@@ -110,16 +111,35 @@ class TomlFile:
         seen: dict[str, int] = {}
         for number, line in enumerate(self.text.splitlines(), start=1):
             if header := _HEADER.match(line):
+                name = ".".join(_names(header[2]))
                 if header[1] == "[[":
-                    seen[header[2]] = seen.get(header[2], -1) + 1
-                here = prefix = _indexed(header[2], seen)
+                    seen[name] = seen.get(name, -1) + 1
+                here = prefix = _indexed(name, seen)
             elif assignment := _ASSIGNMENT.match(line):
-                here = (*prefix, assignment[1])
+                here = (*prefix, *_names(assignment[1]))
             else:
                 continue
             if len(here) > best_depth and here == keys[: len(here)]:
                 best_line, best_depth = number, len(here)
         return best_line
+
+
+def _names(dotted: str) -> list[str]:
+    """Return the parts of a dotted key, of which each may be quoted."""
+    return [part.strip(" \"'") for part in dotted.split(".")]
+
+
+def _wording(hint: Any) -> str:
+    """Say what a value must be, for a complaint."""
+    origin, arguments = get_origin(hint), get_args(hint)
+    if origin in (Union, types.UnionType):
+        return " or ".join(_wording(kind) for kind in arguments if kind is not types.NoneType)
+    if origin is Literal:
+        return f"one of {', '.join(map(repr, arguments))}"
+    if origin is tuple:
+        count = "" if arguments[-1] is Ellipsis else f" of {len(arguments)} entries"
+        return f"a list{count}, each {_wording(arguments[0])}"
+    return "a table" if dataclasses.is_dataclass(hint) else f"of type {getattr(hint, '__name__', hint)}"
 
 
 def _indexed(header: str, seen: Mapping[str, int]) -> Keys:

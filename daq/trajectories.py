@@ -1,18 +1,20 @@
-"""The three standard retractions, as sequences of quasi-static steps: move, settle, measure.
+"""Trajectories as sequences of quasi-static steps, move, settle, measure, and the three standard retractions.
 
 All poses are of the gripper relative to its rest pose, in the tissue frame: the gripper's origin moves along x while
 its orientation turns about one axis through that origin.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from daq.errors import TrajectoryError
 from daq.frames import IDENTITY, pose
+from estimator.experiment.model import TrajectoryKind
 from robot_drivers.protocols import Pose, Speed
 
 Phase = Literal["hold", "return_hold"]
@@ -29,7 +31,7 @@ class Step:
     phase : of the row that is measured here
     T_rest_gripper : where to stand; axes of the tissue frame, origin at the gripper's rest position
     settle_s : standing still before measuring
-    measure_s : length of the measuring window
+    measure_s : length of the measuring window; a step of 0 s is only passed through
     """
 
     number: int
@@ -41,11 +43,17 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Trajectory:
-    """A retraction: its steps, the first of them at rest, and the bounds of the speed between them."""
+    """What to call it, the bounds of the speed between its steps, and the steps, the first of them at rest."""
 
-    kind: Kind
+    kind: str
     speed: Speed
     steps: tuple[Step, ...]
+
+
+def experiment_kind(kind: str) -> TrajectoryKind:
+    """Return what the experiment format calls a trajectory of this kind: its own name, or "other"."""
+    known: dict[str, TrajectoryKind] = {name: name for name in get_args(TrajectoryKind)}
+    return known.get(kind, "other")
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +74,59 @@ class Dwell:
 
 
 STANDARD_SPEED = Speed(linear=0.005, angular=0.25)
+
+
+def lay_out(
+    kind: str,
+    pose_at: Callable[[float], Pose],
+    steps: int,
+    return_steps: int,
+    speed: Speed = STANDARD_SPEED,
+    dwell: Dwell | None = None,
+) -> Trajectory:
+    """Lay out rest, equal steps along a path, holds at its end, and equal steps back.
+
+    Parameters
+    ----------
+    pose_at : ``T_rest_gripper`` at a fraction (0 to 1) of the way out; 0 is at rest
+
+    Raises
+    ------
+    TrajectoryError
+        Two holds overlap, or there is no step.
+    """
+    dwell = dwell or Dwell()
+    _require_steps(kind, steps, return_steps)
+    laid = [Step(0, "hold", IDENTITY, dwell.settle_s, dwell.rest_s)]
+    laid += [
+        Step(number, "hold", pose_at(number / steps), dwell.settle_s, dwell.measure_s)
+        for number in range(1, steps + 1)
+    ]
+    stood_s = 0.0
+    for hold_s in dwell.holds_s:
+        wait_s = hold_s - stood_s - dwell.measure_s
+        if wait_s < 0:
+            raise TrajectoryError(f"{kind}: the hold at {hold_s:g} s begins before the one before has ended")
+        laid.append(Step(steps, "hold", pose_at(1.0), wait_s, dwell.measure_s))
+        stood_s = hold_s
+    laid += [
+        Step(
+            steps + number,
+            "return_hold",
+            pose_at(1.0 - number / return_steps),
+            dwell.settle_s,
+            dwell.measure_s,
+        )
+        for number in range(1, return_steps + 1)
+    ]
+    return Trajectory(kind, speed, tuple(laid))
+
+
+def _require_steps(kind: str, steps: int, return_steps: int) -> None:
+    if steps < 1 or return_steps < 0:
+        raise TrajectoryError(
+            f"{kind}: {steps} steps out and {return_steps} back; at least one step out is needed"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,10 +153,7 @@ class Retraction:
     dwell: Dwell = Dwell()
 
     def __post_init__(self) -> None:
-        if self.steps < 1 or self.return_steps < 0:
-            raise TrajectoryError(
-                f"{self.kind}: {self.steps} steps out and {self.return_steps} back; at least one step out is needed"
-            )
+        _require_steps(self.kind, self.steps, self.return_steps)
         if not (self.step_length > 0 and self.speed.linear > 0 and self.speed.angular > 0):
             raise TrajectoryError(f"{self.kind}: step length and speeds must be positive")
         if min(self.dwell.rest_s, self.dwell.measure_s) <= 0 or self.dwell.settle_s < 0:
@@ -108,32 +166,7 @@ class Retraction:
 
     def trajectory(self) -> Trajectory:
         """Lay out rest, outward steps, holds and return steps."""
-        dwell = self.dwell
-        steps = [Step(0, "hold", IDENTITY, dwell.settle_s, dwell.rest_s)]
-        steps += [
-            Step(number, "hold", self.pose_at(number / self.steps), dwell.settle_s, dwell.measure_s)
-            for number in range(1, self.steps + 1)
-        ]
-        stood_s = 0.0
-        for hold_s in dwell.holds_s:
-            wait_s = hold_s - stood_s - dwell.measure_s
-            if wait_s < 0:
-                raise TrajectoryError(
-                    f"{self.kind}: the hold at {hold_s:g} s begins before the one before has ended"
-                )
-            steps.append(Step(self.steps, "hold", self.pose_at(1.0), wait_s, dwell.measure_s))
-            stood_s = hold_s
-        steps += [
-            Step(
-                self.steps + number,
-                "return_hold",
-                self.pose_at(1.0 - number / self.return_steps),
-                dwell.settle_s,
-                dwell.measure_s,
-            )
-            for number in range(1, self.return_steps + 1)
-        ]
-        return Trajectory(self.kind, self.speed, tuple(steps))
+        return lay_out(self.kind, self.pose_at, self.steps, self.return_steps, self.speed, self.dwell)
 
 
 PULL = Retraction("pull", 10, 0.002, (1.0, 0.0, 0.0), 0.0, return_steps=5)

@@ -4,23 +4,56 @@ import argparse
 import json
 from collections.abc import Sequence
 
-from daq.cli import demo, devices, estimate, export, mesh, record, recover, simulate, uniaxial
+from daq.cli import (
+    benchmark,
+    calibrate,
+    demo,
+    devices,
+    diagnose,
+    emulate,
+    estimate,
+    export,
+    mesh,
+    record,
+    recover,
+    replay,
+    simulate,
+    uniaxial,
+)
 from daq.cli.verb import Result, fail, write
 from daq.errors import DaqError
 from estimator.errors import EstimatorError
 from robot_drivers.errors import DeviceError
 
-_VERBS = (demo, devices, record, recover, export, simulate, estimate, uniaxial, mesh)
+_VERBS = (
+    demo,
+    devices,
+    emulate,
+    calibrate,
+    record,
+    recover,
+    replay,
+    export,
+    simulate,
+    estimate,
+    diagnose,
+    uniaxial,
+    mesh,
+    benchmark,
+)
 
 _EXAMPLES = """examples:
   retract demo                               the whole chain on a virtual laboratory, a minute and a half
   retract devices lab.toml                   who answers, and how
+  retract emulate netft --port 49152         one emulated device, to try things on
   retract record lab.toml --trajectory pull  record one retraction
   retract export sessions/2026-05-04_143210_P07_pull --output experiments/pull
   retract estimate experiments/pull --json
+  retract diagnose cases/P07 --output runs/P07
 
 Wherever a rig file is expected, the word "virtual" stands for an emulated laboratory on this computer.
-Exit status: 0 done, 2 wrong input or a failed device (one line on standard error), 130 interrupted."""
+Exit status: 0 done, 1 a check of a device failed, 2 wrong input or a failed device (one line on standard error),
+130 interrupted."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

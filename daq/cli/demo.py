@@ -6,10 +6,11 @@ from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
 
+from daq.acquisition.client import Acquisition
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.export import export_experiment
-from daq.rig import make_devices, read_rig
-from daq.session.session import Label, connected, run_session
+from daq.rig import read_rig
+from daq.session.session import Label
 from daq.trajectories import PULL
 from daq.versions import package_versions
 from daq.virtual_rig.launch import virtual_rig
@@ -43,8 +44,8 @@ def run(options: argparse.Namespace) -> Result:
         tell("starting the virtual laboratory", 0, 1)
         with virtual_rig(rig_folder, standard_settings(options.seed)) as running:
             rig = read_rig(running.rig_path)
-            with connected(make_devices(rig)) as devices:
-                run_session(rig, devices, PULL.trajectory(), session, Label("pull"), tell)
+            with Acquisition(rig) as acquisition:
+                acquisition.record(PULL.trajectory(), session, Label("pull"), tell)
         exported, _ = export_experiment(session, experiment, tell)
         found = estimate([exported], tell)
         truth = Truth(YOUNGS_MODULUS, POISSON_RATIO)

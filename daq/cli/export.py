@@ -1,13 +1,18 @@
-"""``retract export``: synchronise a session and write its experiment folder."""
+"""``retract export``: synchronise a session and write its experiment folder, or its streams as tables."""
 
 import argparse
 from dataclasses import asdict
 from pathlib import Path
 
 from daq.cli.verb import Result, Verbs, add_verb, progress
-from daq.export import export_experiment
+from daq.export import export_experiment, export_tables
+from daq.table_formats import FORMATS
 
-_EXAMPLES = """  retract export sessions/2026-05-04_143210_P07_pull --output experiments/pull"""
+_EXAMPLES = """  retract export sessions/2026-05-04_143210_P07_pull --output experiments/pull
+  retract export sessions/2026-05-04_143210_P07_pull --format hdf5 --output pull.h5
+  retract export sessions/2026-05-04_143210_P07_pull --format csv --output tables"""
+
+_EXPERIMENT = "experiment"
 
 
 def add_parser(verbs: Verbs) -> None:
@@ -15,12 +20,26 @@ def add_parser(verbs: Verbs) -> None:
     parser = add_verb(verbs, "export", "turn a recorded session into an experiment folder", _EXAMPLES, run)
     parser.add_argument("session", type=Path, metavar="SESSION", help="session folder")
     parser.add_argument(
-        "--output", type=Path, required=True, metavar="DIR", help="experiment folder, a new one"
+        "--format",
+        choices=[_EXPERIMENT, *FORMATS],
+        default=_EXPERIMENT,
+        help="experiment folder, or one table a stream and the synchronised one (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--output",
+        type=Path,
+        required=True,
+        metavar="PATH",
+        help="a new folder; a new file for hdf5 and npz",
     )
 
 
 def run(options: argparse.Namespace) -> Result:
     """Export, and tell what came out."""
+    return _export_experiment(options) if options.format == _EXPERIMENT else _export_tables(options)
+
+
+def _export_experiment(options: argparse.Namespace) -> Result:
     with progress() as tell:
         experiment, provenance = export_experiment(options.session, options.output, tell)
     noise = experiment.sensor
@@ -28,4 +47,16 @@ def run(options: argparse.Namespace) -> Result:
         f"{len(experiment.time)} rows in {options.output}; noise of one value: force {noise.force_std * 1e3:.2f} mN, "
         f"torque {noise.torque_std * 1e3:.3f} mN·m, fiducials {noise.fiducial_std * 1e6:.1f} µm",
         {"experiment": str(options.output), "rows": len(experiment.time), "provenance": asdict(provenance)},
+    )
+
+
+def _export_tables(options: argparse.Namespace) -> Result:
+    with progress() as tell:
+        exported = export_tables(options.session, options.format, options.output, tell)
+    lines = [f"{rows:9d} rows  {name}" for name, rows in exported.rows.items()]
+    if exported.unsynchronised:
+        lines.append(f"no synchronised table: {exported.unsynchronised}")
+    return Result(
+        "\n".join([f"written to {options.output}", *lines]),
+        {"output": str(options.output), "format": options.format, **asdict(exported)},
     )

@@ -6,11 +6,14 @@
   signals.mcap        force, robot, events
   cameras.mcap        images
   calibration/        copies of the calibration files in force
-  CHECKSUMS.sha256    of all of them, written at sealing
+  derived/            what can be computed anew, and may be deleted
+  CHECKSUMS.sha256    of all of them but derived/, written at sealing
 """
 
 import hashlib
 import json
+import os
+import sys
 import time
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
@@ -18,8 +21,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 from daq.errors import RecordingError
+from daq.recording.mcap_log import require_unused
 from daq.recording.recorder import CAMERAS_FILE, SIGNALS_FILE
-from daq.recording.seal import IMAGES, SIGNALS, seal
+from daq.recording.seal import SealReport, seal
 from robot_drivers.clock import host_time_ns
 from robot_drivers.protocols import DeviceIdentity
 
@@ -28,6 +32,7 @@ INFO_FILE = "session.json"
 RIG_FILE = "rig.toml"
 CALIBRATION_FOLDER = "calibration"
 CHECKSUMS_FILE = "CHECKSUMS.sha256"
+DERIVED_FOLDER = "derived"
 
 State = Literal["recording", "sealed", "recovered"]
 
@@ -59,6 +64,7 @@ class SessionInfo:
     name, operator, notes : free text
     phantom_id, order : of the experiment on its mounting
     trajectory : its kind and parameters
+    calibrations : file and expiry of each calibration in force, by its kind; copies are in the folder
     devices : identity of each device by its role
     checksums : SHA-256 of rig and calibration files, by their name in the folder
     clock_anchor : taken before recording began
@@ -74,6 +80,7 @@ class SessionInfo:
     operator: str = ""
     notes: str = ""
     trajectory: dict[str, Any] = field(default_factory=dict)
+    calibrations: dict[str, str] = field(default_factory=dict)
     devices: dict[str, DeviceIdentity] = field(default_factory=dict)
     checksums: dict[str, str] = field(default_factory=dict)
     clock_anchor: ClockAnchor = field(default_factory=ClockAnchor.now)
@@ -87,8 +94,23 @@ def write_info(folder: Path, info: SessionInfo) -> None:
     """Write ``session.json`` in one step: a reader sees the old one or the new one."""
     text = json.dumps({"format": FORMAT, "started": info.clock_anchor.iso, **asdict(info)}, indent=2)
     draft = folder / f"{INFO_FILE}.new"
-    draft.write_text(text + "\n", encoding="utf-8")
+    with draft.open("w", encoding="utf-8") as file:
+        file.write(text + "\n")
+        file.flush()
+        os.fsync(file.fileno())
     draft.replace(folder / INFO_FILE)
+    _sync_names(folder)
+
+
+def _sync_names(folder: Path) -> None:
+    """Bring the names of files in a folder, and its own, to the disk, where the system lets a program ask for it."""
+    if sys.platform != "win32":
+        for place in (folder, folder.parent):
+            descriptor = os.open(place, os.O_RDONLY)
+            try:
+                os.fsync(descriptor)
+            finally:
+                os.close(descriptor)
 
 
 def read_info(folder: Path) -> SessionInfo:
@@ -111,8 +133,7 @@ def read_info(folder: Path) -> SessionInfo:
 
 def seal_session(folder: Path, problems: tuple[str, ...] = ()) -> SessionInfo:
     """Seal the files of a session, write its checksums and its final description."""
-    info, _ = _seal(folder, "sealed", problems)
-    return info
+    return _finish(folder, "sealed", problems, *_seal_files(folder))
 
 
 def recover_session(folder: Path) -> tuple[SessionInfo, int]:
@@ -121,25 +142,38 @@ def recover_session(folder: Path) -> tuple[SessionInfo, int]:
     Raises
     ------
     RecordingError
-        It is sealed already, or no session.
+        It is sealed already, still being recorded, or no session.
     """
     info = read_info(folder)
     if info.state != "recording":
         raise RecordingError(f"{folder}: is {info.state} already; there is nothing to recover")
-    return _seal(folder, "recovered", (*info.problems, "the recording was cut off and has been recovered"))
+    for name in (SIGNALS_FILE, CAMERAS_FILE):
+        require_unused(folder / name)
+    signals, images = _seal_files(folder)
+    left_out = signals.dropped_bytes + images.dropped_bytes
+    told = (
+        f"the recording was cut off and has been recovered; {left_out} bytes of incomplete messages left out"
+    )
+    return _finish(folder, "recovered", (*info.problems, told), signals, images), left_out
 
 
-def _seal(folder: Path, state: State, problems: tuple[str, ...]) -> tuple[SessionInfo, int]:
-    signals = seal(folder / SIGNALS_FILE, SIGNALS)
-    images = seal(folder / CAMERAS_FILE, IMAGES)
+def _seal_files(folder: Path) -> tuple[SealReport, SealReport]:
+    return seal(folder / SIGNALS_FILE), seal(folder / CAMERAS_FILE)
+
+
+def _finish(
+    folder: Path, state: State, problems: tuple[str, ...], signals: SealReport, images: SealReport
+) -> SessionInfo:
+    """Write the final description and the checksums."""
     info = replace(
         read_info(folder), state=state, problems=problems, samples={**signals.counts, **images.counts}
     )
     write_info(folder, info)
-    files = sorted(path for path in folder.rglob("*") if path.is_file() and path.name != CHECKSUMS_FILE)
+    kept = [path for path in folder.rglob("*") if path.is_file() and path.name != CHECKSUMS_FILE]
+    files = sorted(path for path in kept if path.relative_to(folder).parts[0] != DERIVED_FOLDER)
     lines = [f"{sha256(path)}  {path.relative_to(folder).as_posix()}\n" for path in files]
     (folder / CHECKSUMS_FILE).write_text("".join(lines), encoding="utf-8")
-    return info, signals.dropped_bytes + images.dropped_bytes
+    return info
 
 
 def verify_checksums(folder: Path) -> list[str]:

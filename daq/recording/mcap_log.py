@@ -1,10 +1,11 @@
-"""The MCAP file while it is being recorded: append-only, no chunks, no index, no buffer.
+"""The MCAP file while it is being recorded: it grows by whole chunks, each in one write, without a buffer.
 
 Whatever :meth:`McapLog.append` has returned from is in the operating system's hands and survives the death of the
-process; the disk follows within a second (:meth:`McapLog.sync`). Such a file has no footer. Sealing writes one.
+process; the disk follows when :meth:`McapLog.sync` is called. Such a file has no summary. Sealing appends one.
 """
 
 import os
+import sys
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -14,59 +15,64 @@ from mcap.records import Channel, Header, McapRecord
 from mcap.records import Schema as SchemaRecord
 from mcap.writer import LIBRARY_IDENTIFIER, MCAP0_MAGIC
 
+from daq.errors import RecordingError
+from daq.recording.chunks import Rows, encode_chunk
 from daq.recording.schemas import Schema
+
+if sys.platform != "win32":
+    import fcntl
 
 
 class McapLog:
-    """An MCAP file open for appending. Not thread-safe, but for :meth:`sync`."""
+    """An MCAP file open for appending, locked as long as its process lives. Only :meth:`sync` is thread-safe."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self._file = path.open("xb", buffering=0)
+        if sys.platform != "win32":
+            fcntl.flock(self._file, fcntl.LOCK_EX)
+        self._position = 0
         self._schemas: dict[str, int] = {}
         self._channels = 0
-        self.append(MCAP0_MAGIC + _encoded(Header(profile="ros2", library=LIBRARY_IDENTIFIER)))
+        self._write(preamble())
 
     def add_channel(self, topic: str, schema: Schema) -> int:
         """Declare a channel and return its id."""
-        if schema.name not in self._schemas:
-            self._schemas[schema.name] = len(self._schemas) + 1
-            self.append(
-                _encoded(
-                    SchemaRecord(
-                        id=self._schemas[schema.name],
-                        name=schema.name,
-                        encoding=schema.encoding,
-                        data=schema.text.encode(),
-                    )
-                )
-            )
         self._channels += 1
         channel = Channel(
             id=self._channels,
             topic=topic,
             message_encoding=schema.message_encoding,
             metadata={},
-            schema_id=self._schemas[schema.name],
+            schema_id=self._add_schema(schema) if schema.name else 0,
         )
-        self.append(_encoded(channel))
+        self._write(encoded(channel))
         return self._channels
 
-    def append(self, records: bytes) -> None:
-        """Write complete records."""
-        rest = memoryview(records)
-        while rest:
-            rest = rest[self._file.write(rest) :]
+    def append(self, *batch: Rows) -> None:
+        """Write a chunk of at least one message.
+
+        Raises
+        ------
+        OSError
+            The disk does not take it; what it took of it is cut off again.
+        """
+        self._write(encode_chunk(batch, self._position)[0])
 
     def sync(self) -> None:
         """Wait until everything appended so far is on the disk; may be called from another thread."""
-        os.fsync(self._file.fileno())
+        if sys.platform == "linux":
+            os.fdatasync(self._file.fileno())
+        else:
+            os.fsync(self._file.fileno())
 
     def close(self) -> None:
         """Bring everything to the disk and close the file, unsealed."""
         if not self._file.closed:
-            self.sync()
-            self._file.close()
+            try:
+                self.sync()
+            finally:
+                self._file.close()
 
     def __enter__(self) -> Self:
         return self
@@ -76,8 +82,55 @@ class McapLog:
     ) -> None:
         self.close()
 
+    def _add_schema(self, schema: Schema) -> int:
+        """Declare a schema unless it is, and return its id."""
+        if schema.name not in self._schemas:
+            self._schemas[schema.name] = len(self._schemas) + 1
+            record = SchemaRecord(
+                id=self._schemas[schema.name],
+                name=schema.name,
+                encoding=schema.encoding,
+                data=schema.text.encode(),
+            )
+            self._write(encoded(record))
+        return self._schemas[schema.name]
 
-def _encoded(record: McapRecord) -> bytes:
+    def _write(self, records: bytes) -> None:
+        rest = memoryview(records)
+        try:
+            while rest:
+                rest = rest[self._file.write(rest) :]
+        except OSError:
+            self._file.truncate(self._position)
+            self._file.seek(self._position)
+            raise
+        self._position += len(records)
+
+
+def preamble() -> bytes:
+    """Return what a recording begins with."""
+    return MCAP0_MAGIC + encoded(Header(profile="ros2", library=LIBRARY_IDENTIFIER))
+
+
+def encoded(record: McapRecord) -> bytes:
+    """Return the bytes of one record."""
     builder = RecordBuilder()
     record.write(builder)
     return builder.end()  # type: ignore[no-untyped-call] # the library leaves it untyped
+
+
+def require_unused(path: Path) -> None:
+    """Refuse a file that a living process still records into; where the system has no such locks, it never refuses.
+
+    Raises
+    ------
+    RecordingError
+        It is being recorded.
+    """
+    if sys.platform == "win32":
+        return
+    with path.open("rb") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise RecordingError(f"{path}: is being recorded; wait until that session has ended") from error

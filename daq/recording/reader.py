@@ -1,25 +1,22 @@
 """Reading a session folder: every stream as arrays exactly as the driver delivered it, images on demand."""
 
 import json
-import struct
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from daq.errors import RecordingError
 from daq.recording import rows
 from daq.recording.cdr import CdrLayout
-from daq.recording.folder import SessionInfo, read_info
+from daq.recording.folder import SessionInfo, read_info, recover_session
 from daq.recording.recorder import CAMERAS_FILE, EVENTS, FORCE_FRAME, ROBOT_FRAME, SIGNALS_FILE, camera_frame
 from daq.recording.rows import RECORD
 from daq.recording.scan import Scan, scan
+from daq.recording.stored_images import StoredImage, sequence_of, stored_image
 from robot_drivers.protocols import FloatArray, IntArray, PoseBlock, WrenchBlock
-
-_UINT32 = struct.Struct("<I")
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,36 +37,32 @@ class Images:
     counter : (n,) the camera's frame counter, -1 where it tells none
     device_time_s : (n,) the camera's clock, NaN where it tells none
     host_time_ns : (n,) receive stamps
+    backlog : (n,) images that waited when this one was encoded
     """
 
     counter: IntArray
     device_time_s: FloatArray
     host_time_ns: IntArray
-    _records: list[memoryview]
+    backlog: IntArray
+    _stored: list[StoredImage]
 
     def __len__(self) -> int:
-        return len(self._records)
+        return len(self._stored)
 
     def image(self, index: int) -> NDArray[np.uint8]:
         """Return one image, (height, width) or (height, width, 3) for bgr8."""
-        data = np.frombuffer(self._parts(index)[1], dtype=np.uint8)
-        image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+        image = self._stored[index].pixels()
         if image is None:
             raise RecordingError(f"image {index} of the recording cannot be decoded; verify the checksums")
-        return np.asarray(image, dtype=np.uint8)
+        return image
 
     def pixel_format(self, index: int) -> str:
         """Return ``"mono8"``, ``"bgr8"`` or ``"bayer_rggb8"`` and its siblings."""
-        return self._parts(index)[0].partition(";")[0]
+        return self._stored[index].pixel_format
 
-    def _parts(self, index: int) -> tuple[str, memoryview]:
-        """Return the format string and the data of a ``CompressedImage``."""
-        body = self._records[index][RECORD.itemsize :]
-        frame_id_end = 16 + _UINT32.unpack_from(body, 12)[0]
-        text_start = frame_id_end + -(frame_id_end - 4) % 4
-        text_end = text_start + 4 + _UINT32.unpack_from(body, text_start)[0]
-        data_start = text_end + -(text_end - 4) % 4 + 4
-        return bytes(body[text_start + 4 : text_end - 1]).decode(), body[data_start:]
+    def is_raw(self, index: int) -> bool:
+        """Tell whether the image was stored without compression."""
+        return self._stored[index].compression is None
 
 
 class Recording:
@@ -132,30 +125,50 @@ class Recording:
 
     def images(self, camera: str) -> Images:
         """Return the images of one camera; raises RecordingError for an unknown one."""
-        channel = self._images.channel_id(f"/camera/{camera}/image")
-        if channel is None:
+        if self._images.channel_id(f"/camera/{camera}/image") is None:
             raise RecordingError(f"{self.folder}: has no camera {camera!r}, only {', '.join(self.cameras)}")
-        records = self._images.records(channel)
+        stored = {
+            sequence_of(record): stored_image(record, compressed)
+            for topic, compressed in (
+                (f"/camera/{camera}/image_raw", False),
+                (f"/camera/{camera}/image", True),
+            )
+            if (channel := self._images.channel_id(topic)) is not None
+            for record in self._images.records(channel)
+        }
         stamp = _messages(self._images, f"/camera/{camera}/device", rows.stamp_layout(camera_frame(camera)))
-        stamp = stamp[: len(records)]
+        stamp = stamp[np.isin(stamp["record"]["sequence"], list(stored))]
         return Images(
             counter=stamp["body"]["counter"],
             device_time_s=stamp["body"]["device_time_s"],
             host_time_ns=_host_time_ns(stamp),
-            _records=records,
+            backlog=stamp["body"]["status"],
+            _stored=[stored[sequence] for sequence in stamp["record"]["sequence"].tolist()],
         )
+
+
+def open_recording(folder: Path) -> Recording:
+    """Open a session; one that was cut off is recovered first, and ``info.problems`` tells so.
+
+    Raises
+    ------
+    RecordingError
+        It is being recorded, or it is no session.
+    """
+    if read_info(folder).state == "recording":
+        recover_session(folder)
+    return Recording(folder)
 
 
 def _messages(found: Scan, topic: str, layout: CdrLayout) -> NDArray[np.void]:
     """Return all messages of a topic as an array with the fields ``record`` and ``body``."""
     dtype = np.dtype([("record", RECORD), ("body", layout.dtype)])
     channel = found.channel_id(topic)
-    records = found.records(channel) if channel is not None else []
-    if any(len(record) != dtype.itemsize for record in records):
-        raise RecordingError(
-            f"{topic}: its messages are not {dtype.itemsize} bytes long; another program wrote this file"
-        )
-    return np.frombuffer(b"".join(records), dtype=dtype)
+    try:
+        records = b"" if channel is None else found.equal_records(channel, dtype.itemsize)
+    except ValueError as error:
+        raise RecordingError(f"{topic}: {error}; another program wrote this file") from error
+    return np.frombuffer(records, dtype=dtype)
 
 
 def _host_time_ns(messages: NDArray[np.void]) -> IntArray:

@@ -1,22 +1,27 @@
-"""Recording: one thread for each device reads it, shows every block to the observers and hands it to the writer.
+"""Recording: what the streams bring is packed, images after compression, and handed to the writer.
 
-Topics: ``/force/wrench``, ``/robot/pose``, ``/robot/joints`` and ``/camera/<name>/image``, each device with its
-``…/device`` stamps beside, and ``/events``. Force, robot and events go to ``signals.mcap``, images to
+Topics: ``/force/wrench``, ``/robot/pose``, ``/robot/joints``, and for each camera ``/camera/<name>/image``,
+``/camera/<name>/image_raw`` for images that were not compressed, and ``/camera/<name>/camera_info``; each device with
+its ``…/device`` stamps beside; and ``/events``. Force, robot and events go to ``signals.mcap``, the cameras to
 ``cameras.mcap``.
 """
 
 import threading
-from collections.abc import Callable, Mapping, Sequence, Sized
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
-from typing import Protocol, Self, TypeVar
+from typing import Self
 
 from daq.errors import RecordingError
 from daq.recording import schemas
+from daq.recording.codec import EncodedImage
+from daq.recording.image_encoder import ImageEncoder
 from daq.recording.mcap_log import McapLog
-from daq.recording.rows import EventRows, FrameRows, PoseRows, WrenchRows
+from daq.recording.rows import EventRows, FrameRows, PoseRows, WrenchRows, camera_info_row
+from daq.recording.streams import FORCE, ROBOT, Observer, Streams, camera_stream
 from daq.recording.writer import Packet, RecordWriter
+from daq.vision.camera_model import PinholeCamera
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import Camera, ForceSensor, Frame, PoseBlock, Robot, WrenchBlock
@@ -27,27 +32,18 @@ EVENTS = "/events"
 FORCE_FRAME = "force_sensor"
 ROBOT_FRAME = "robot_base"
 
-_READ_TIMEOUT_S = 0.02
-
-Block = TypeVar("Block", bound=Sized)
-Loop = Callable[[], None]
-
-
-class Observer(Protocol):
-    """Sees what arrives, in the thread of the device, before it is written; an empty block means silence."""
-
-    def on_wrench(self, block: WrenchBlock) -> None:
-        """See samples of the force sensor."""
-
-    def on_pose(self, block: PoseBlock) -> None:
-        """See states of the robot."""
-
-    def on_frames(self, camera: str, frames: Sequence[Frame]) -> None:
-        """See images of one camera."""
+_FULL_ENOUGH = 0.25
 
 
 class Recorder:
-    """Records connected, streaming devices from construction to :meth:`close`; a context manager."""
+    """Records connected, streaming devices from construction to :meth:`close`; a context manager.
+
+    It is itself the last of the observers: the others see every block before it is recorded.
+
+    Parameters
+    ----------
+    models : of the cameras by name, where they are known
+    """
 
     def __init__(
         self,
@@ -56,22 +52,31 @@ class Recorder:
         robot: Robot,
         cameras: Mapping[str, Camera],
         observers: Sequence[Observer] = (),
+        models: Mapping[str, PinholeCamera] | None = None,
     ) -> None:
-        self._observers = observers
-        self._failures: list[DeviceError] = []
-        self._stopping = threading.Event()
-        self._event_lock = threading.Lock()
-        self._event_sequence = 0
+        self._events = threading.Lock()
+        self._event_sequence = self._force_sequence = self._pose_sequence = 0
         self._logs = ExitStack()
-        self._signals = self._logs.enter_context(McapLog(folder / SIGNALS_FILE))
+        self._signals = signals = self._logs.enter_context(McapLog(folder / SIGNALS_FILE))
         self._images = self._logs.enter_context(McapLog(folder / CAMERAS_FILE))
-        self._event_rows = EventRows(self._signals.add_channel(EVENTS, schemas.EVENT))
-        self._writer = RecordWriter((self._signals, self._images), self._dropped_packet)
-        loops = [self._force_loop(force_sensor), self._robot_loop(robot)]
-        loops += [self._camera_loop(name, camera) for name, camera in cameras.items()]
-        self._threads = [threading.Thread(target=loop, name=f"record-{n}") for n, loop in enumerate(loops)]
-        for thread in self._threads:
-            thread.start()
+        self._event_rows = EventRows(signals.add_channel(EVENTS, schemas.EVENT))
+        self._wrench_rows = WrenchRows(
+            signals.add_channel("/force/wrench", schemas.WRENCH),
+            signals.add_channel("/force/device", schemas.DEVICE_STAMP),
+            frame_id=FORCE_FRAME,
+        )
+        self._pose_rows = PoseRows(
+            signals.add_channel("/robot/pose", schemas.POSE),
+            signals.add_channel("/robot/joints", schemas.JOINT_STATE),
+            signals.add_channel("/robot/device", schemas.DEVICE_STAMP),
+            frame_id=ROBOT_FRAME,
+        )
+        frame_rows = {name: self._frame_rows(name) for name in cameras}
+        for name, model in (models or {}).items():
+            self._describe_camera(name, model)
+        self._writer = RecordWriter((signals, self._images), self._dropped_packet)
+        self._encoders = {name: self._encoder(name, rows) for name, rows in frame_rows.items()}
+        self._streams = Streams(force_sensor, robot, cameras, (*observers, self))
 
     def event(self, name: str, **details: object) -> int:
         """Record that something happened now; return the time, ns of the host clock."""
@@ -82,12 +87,15 @@ class Recorder:
     def check(self) -> None:
         """Raise when a device, the disk, or this program has failed."""
         self._writer.check()
-        if self._failures:
-            raise self._failures[0]
-        if not all(thread.is_alive() for thread in self._threads):
+        self._streams.check()
+        if not all(encoder.is_alive() for encoder in self._encoders.values()):
             raise RecordingError(
-                "a recording thread has ended by a programming error; see its traceback above"
+                "a thread that encodes images has ended by a programming error; see its traceback above"
             )
+
+    def written(self) -> dict[str, int]:
+        """Return the samples of each stream that are in the file and survive the death of this process."""
+        return dict(self._writer.written)
 
     def dropped(self) -> dict[str, int]:
         """Return the samples of each stream that were received but not written."""
@@ -95,11 +103,33 @@ class Recorder:
 
     def close(self) -> None:
         """Stop reading, write what is under way and close the files, unsealed."""
-        self._stopping.set()
-        for thread in self._threads:
-            thread.join()
+        self._streams.close()
+        for encoder in self._encoders.values():
+            encoder.close()
         self._writer.close()
         self._logs.close()
+
+    def on_wrench(self, block: WrenchBlock) -> None:
+        """Record samples of the force sensor."""
+        if len(block):
+            rows = self._wrench_rows.pack(block, self._force_sequence)
+            self._writer.offer(Packet(self._signals, rows, FORCE, len(block)))
+            self._force_sequence += len(block)
+
+    def on_pose(self, block: PoseBlock) -> None:
+        """Record states of the robot."""
+        if len(block):
+            rows = self._pose_rows.pack(block, self._pose_sequence)
+            self._writer.offer(Packet(self._signals, rows, ROBOT, len(block)))
+            self._pose_sequence += len(block)
+
+    def on_frames(self, camera: str, frames: Sequence[Frame]) -> None:
+        """Record images of one camera."""
+        self._encoders[camera].put(frames)
+
+    def on_failure(self, stream: str, error: DeviceError) -> None:
+        """Record that a device has failed."""
+        self.event("device_failed", stream=stream, message=str(error))
 
     def __enter__(self) -> Self:
         return self
@@ -109,73 +139,36 @@ class Recorder:
     ) -> None:
         self.close()
 
-    def _force_loop(self, sensor: ForceSensor) -> Loop:
-        def show(block: WrenchBlock) -> None:
-            for observer in self._observers:
-                observer.on_wrench(block)
-
-        rows = WrenchRows(
-            self._signals.add_channel("/force/wrench", schemas.WRENCH),
-            self._signals.add_channel("/force/device", schemas.DEVICE_STAMP),
-            frame_id=FORCE_FRAME,
-        )
-        return self._loop("force", self._signals, sensor.read, show, rows.pack)
-
-    def _robot_loop(self, robot: Robot) -> Loop:
-        def show(block: PoseBlock) -> None:
-            for observer in self._observers:
-                observer.on_pose(block)
-
-        rows = PoseRows(
-            self._signals.add_channel("/robot/pose", schemas.POSE),
-            self._signals.add_channel("/robot/joints", schemas.JOINT_STATE),
-            self._signals.add_channel("/robot/device", schemas.DEVICE_STAMP),
-            frame_id=ROBOT_FRAME,
-        )
-        return self._loop("robot", self._signals, robot.read, show, rows.pack)
-
-    def _camera_loop(self, name: str, camera: Camera) -> Loop:
-        def show(frames: Sequence[Frame]) -> None:
-            for observer in self._observers:
-                observer.on_frames(name, frames)
-
-        rows = FrameRows(
+    def _frame_rows(self, name: str) -> FrameRows:
+        return FrameRows(
             self._images.add_channel(f"/camera/{name}/image", schemas.COMPRESSED_IMAGE),
+            self._images.add_channel(f"/camera/{name}/image_raw", schemas.IMAGE),
             self._images.add_channel(f"/camera/{name}/device", schemas.DEVICE_STAMP),
             frame_id=camera_frame(name),
         )
-        return self._loop(f"camera/{name}", self._images, camera.read, show, rows.pack)
 
-    def _loop(
-        self,
-        stream: str,
-        log: McapLog,
-        read: Callable[[float], Block],
-        show: Callable[[Block], None],
-        pack: Callable[[Block, int], bytes],
-    ) -> Loop:
-        """Return what the thread of a device does until the end, or until the device fails."""
+    def _describe_camera(self, name: str, model: PinholeCamera) -> None:
+        channel = self._images.add_channel(f"/camera/{name}/camera_info", schemas.CAMERA_INFO)
+        self._images.append(camera_info_row(channel, camera_frame(name), model, host_time_ns()))
 
-        def loop() -> None:
-            sequence = 0
-            try:
-                while not self._stopping.is_set():
-                    block = read(_READ_TIMEOUT_S)
-                    show(block)
-                    if len(block):
-                        self._writer.offer(Packet(log, pack(block, sequence), stream, len(block)))
-                        sequence += len(block)
-            except DeviceError as error:
-                self._failures.append(error)
-                self.event("device_failed", stream=stream, message=str(error))
+    def _encoder(self, name: str, rows: FrameRows) -> ImageEncoder:
+        stream = camera_stream(name)
 
-        return loop
+        def deliver(encoded: EncodedImage, sequence: int, backlog: int) -> None:
+            self._writer.offer(Packet(self._images, rows.pack(encoded, sequence, backlog), stream, 1))
+
+        return ImageEncoder(
+            name,
+            deliver,
+            drop=lambda images: self._writer.drop(stream, images),
+            disk_is_slow=lambda: self._writer.filling > _FULL_ENOUGH,
+        )
 
     def _event_packet(self, event: Mapping[str, object], time_ns: int) -> Packet:
-        with self._event_lock:
-            records = self._event_rows.pack(event, time_ns, self._event_sequence)
+        with self._events:
+            rows = self._event_rows.pack(event, time_ns, self._event_sequence)
             self._event_sequence += 1
-        return Packet(self._signals, records, "events", 1)
+        return Packet(self._signals, rows, "events", 1)
 
     def _dropped_packet(self, dropped: dict[str, int]) -> Packet:
         return self._event_packet({"event": "samples_dropped", "samples": dropped}, host_time_ns())

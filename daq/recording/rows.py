@@ -1,21 +1,23 @@
 """Samples as rows of complete MCAP message records.
 
-One sample of a device is one row: its message records one behind the other, so that a file that was cut anywhere
+One sample of a device is one row: its message records one behind the other, so that a chunk that was cut anywhere
 ends with whole rows but for its last one. Every record carries the host receive stamp as log and publish time, and
 the sample's place in the stream as sequence number. Nothing is altered: the clocks are mapped when a recording is
 read.
 """
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
-import cv2
 import numpy as np
 from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
 from daq.recording.cdr import CdrLayout
-from robot_drivers.protocols import FloatArray, Frame, IntArray, PoseBlock, WrenchBlock
+from daq.recording.chunks import Placed, Rows
+from daq.recording.codec import EncodedImage
+from daq.vision.camera_model import PinholeCamera
+from robot_drivers.protocols import FloatArray, IntArray, PoseBlock, WrenchBlock
 
 RECORD = np.dtype(
     [
@@ -28,11 +30,7 @@ RECORD = np.dtype(
     ]
 )
 _LENGTH_COUNTS_FROM = 9
-_PNG = (
-    cv2.IMWRITE_PNG_COMPRESSION, 1,
-    cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_RLE,
-    cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_UP,
-)  # fmt: skip
+_NO_FIELDS: Mapping[str, tuple[np.dtype[np.generic], int]] = {}
 
 
 def wrench_layout(frame_id: str) -> CdrLayout:
@@ -70,6 +68,21 @@ def image_layout(frame_id: str, image_format: str) -> CdrLayout:
     return CdrLayout().header(frame_id).string(image_format).add("size", "<u4")
 
 
+def raw_image_layout(frame_id: str, encoding: str) -> CdrLayout:
+    """Return the layout of ``Image`` up to and with the ``size`` of its data, which follows."""
+    layout = CdrLayout().header(frame_id).add("height", "<u4").add("width", "<u4").string(encoding)
+    return layout.add("big_endian", "u1").add("step", "<u4").add("size", "<u4")
+
+
+def camera_info_layout(frame_id: str) -> CdrLayout:
+    """Return the layout of ``CameraInfo`` with five coefficients of distortion, all of the sensor, not binned."""
+    layout = (
+        CdrLayout().header(frame_id).add("height", "<u4").add("width", "<u4").string("plumb_bob").length(5)
+    )
+    layout.add("D", "<f8", 5).add("K", "<f8", 9).add("R", "<f8", 9).add("P", "<f8", 12)
+    return layout.add("binning", "<u4", 2).add("region", "<u4", 4).add("do_rectify", "u1")
+
+
 class WrenchRows:
     """Packs :class:`WrenchBlock` into ``WrenchStamped`` + ``DeviceStamp`` records of two channels."""
 
@@ -78,12 +91,12 @@ class WrenchRows:
             wrench=(wrench_channel, wrench_layout(frame_id)), stamp=(stamp_channel, stamp_layout(frame_id))
         )
 
-    def pack(self, block: WrenchBlock, first_sequence: int) -> bytes:
+    def pack(self, block: WrenchBlock, first_sequence: int) -> Rows:
         """Return the records of all samples of a block."""
         rows = _stamped_rows(self._template, block.host_time_ns, first_sequence)
         rows["wrench_body"]["wrench"] = block.wrench
         _fill_stamp(rows["stamp_body"], block.counter, block.device_time_s, block.status, block.usable)
-        return rows.tobytes()
+        return _placed(rows)
 
 
 class PoseRows:
@@ -96,7 +109,7 @@ class PoseRows:
             stamp=(stamp_channel, stamp_layout(frame_id)),
         )
 
-    def pack(self, block: PoseBlock, first_sequence: int) -> bytes:
+    def pack(self, block: PoseBlock, first_sequence: int) -> Rows:
         """Return the records of all samples of a block."""
         rows = _stamped_rows(self._template, block.host_time_ns, first_sequence)
         rows["pose_body"]["position"] = block.position
@@ -105,41 +118,58 @@ class PoseRows:
         moving = block.moving.astype(np.int64)
         usable = np.ones(len(block), dtype=np.bool_)
         _fill_stamp(rows["stamp_body"], block.counter, block.device_time_s, moving, usable)
-        return rows.tobytes()
+        return _placed(rows)
 
 
 class FrameRows:
-    """Packs images into ``DeviceStamp`` + ``CompressedImage`` (PNG, without loss) records."""
+    """Packs images into ``DeviceStamp`` + ``CompressedImage``, or ``Image`` where they stayed raw."""
 
-    def __init__(self, image_channel: int, stamp_channel: int, frame_id: str) -> None:
+    def __init__(self, image_channel: int, raw_channel: int, stamp_channel: int, frame_id: str) -> None:
         self._image_channel = image_channel
+        self._raw_channel = raw_channel
         self._stamp_channel = stamp_channel
         self._frame_id = frame_id
 
-    def pack(self, frames: Sequence[Frame], first_sequence: int) -> bytes:
-        """Return the records of some images; compressing takes about 13 ms for each of 1288 × 964 mono pixels."""
-        return b"".join(self._pack(frame, first_sequence + n) for n, frame in enumerate(frames))
-
-    def _pack(self, frame: Frame, sequence: int) -> bytes:
-        encoded = cv2.imencode(".png", frame.image, _PNG)[1].tobytes()
-        image_format = f"{frame.pixel_format}; png compressed"
-        template = _row(
-            stamp=(self._stamp_channel, stamp_layout(self._frame_id)),
-            image=(self._image_channel, image_layout(self._frame_id, image_format)),
-        )
-        rows = _stamped_rows(template, np.array([frame.host_time_ns]), sequence)
+    def pack(self, encoded: EncodedImage, sequence: int, backlog: int = 0) -> Rows:
+        """Return the records of one image; ``backlog`` images waited when this one was encoded."""
+        frame = encoded.frame
+        rows = _stamped_rows(self._template(encoded), np.array([frame.host_time_ns]), sequence)
         counter = -1 if frame.counter is None else frame.counter
         device_time_s = np.nan if frame.device_time_s is None else frame.device_time_s
         _fill_stamp(
             rows["stamp_body"],
             np.array([counter]),
             np.array([device_time_s]),
-            np.array([0]),
+            np.array([backlog]),
             np.array([True]),
         )
-        rows["image_body"]["size"] = len(encoded)
-        rows["image_record"]["length"] += len(encoded)
-        return rows.tobytes() + encoded
+        if encoded.compression is None:
+            height, width = frame.image.shape[:2]
+            rows["image_body"]["height"], rows["image_body"]["width"] = height, width
+            rows["image_body"]["step"] = frame.image.nbytes // height
+        rows["image_body"]["size"] = encoded.data.nbytes
+        rows["image_record"]["length"] += encoded.data.nbytes
+        placed = _placed(rows)
+        return Rows((*placed.parts, encoded.data), placed.placed)
+
+    def _template(self, encoded: EncodedImage) -> NDArray[np.void]:
+        stamp = (self._stamp_channel, stamp_layout(self._frame_id))
+        if encoded.compression is None:
+            layout = raw_image_layout(self._frame_id, encoded.frame.pixel_format)
+            return _row(stamp=stamp, image=(self._raw_channel, layout))
+        image_format = f"{encoded.frame.pixel_format}; {encoded.compression}"
+        return _row(stamp=stamp, image=(self._image_channel, image_layout(self._frame_id, image_format)))
+
+
+def camera_info_row(channel: int, frame_id: str, model: PinholeCamera, host_time_ns: int) -> Rows:
+    """Return the record of a camera's intrinsics; its projection is its own, not that of a rectified pair."""
+    rows = _stamped_rows(_row(info=(channel, camera_info_layout(frame_id))), np.array([host_time_ns]), 0)
+    body = rows["info_body"]
+    body["height"], body["width"] = model.height, model.width
+    body["D"], body["K"] = model.distortion, model.intrinsic_matrix.reshape(-1)
+    body["R"] = np.eye(3).reshape(-1)
+    body["P"] = np.column_stack([model.intrinsic_matrix, np.zeros(3)]).reshape(-1)
+    return _placed(rows)
 
 
 class EventRows:
@@ -148,13 +178,14 @@ class EventRows:
     def __init__(self, channel: int) -> None:
         self._channel = channel
 
-    def pack(self, event: Mapping[str, object], host_time_ns: int, sequence: int) -> bytes:
+    def pack(self, event: Mapping[str, object], host_time_ns: int, sequence: int) -> Rows:
         """Return the record of one event."""
         body = json.dumps(event, ensure_ascii=False).encode()
         record = _record(self._channel, len(body))
         record["sequence"] = sequence
         record["log_time"] = record["publish_time"] = host_time_ns
-        return record.tobytes() + body
+        placed = Placed(self._channel, np.array([host_time_ns]), np.array([0]))
+        return Rows((record.tobytes() + body,), (placed,))
 
 
 def _row(**messages: tuple[int, CdrLayout]) -> NDArray[np.void]:
@@ -189,6 +220,18 @@ def _stamped_rows(template: NDArray[np.void], host_time_ns: IntArray, first: int
             rows[name]["sec"] = seconds
             rows[name]["nanosec"] = nanoseconds
     return rows
+
+
+def _placed(rows: NDArray[np.void]) -> Rows:
+    """Return the bytes of rows, and where the messages of each channel lie in them."""
+    starts = np.arange(len(rows)) * rows.dtype.itemsize
+    placed = []
+    for name, (_, place, *_) in (rows.dtype.fields or _NO_FIELDS).items():
+        if name.endswith("_record"):
+            record = rows[name]
+            times = record["log_time"].astype(np.int64)
+            placed.append(Placed(int(record["channel"][0]), times, starts + place))
+    return Rows((rows.tobytes(),), tuple(placed))
 
 
 def _fill_stamp(

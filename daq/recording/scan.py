@@ -1,59 +1,82 @@
 """Finding the messages of an MCAP file from its first byte on, whatever state the file is in.
 
-The index at the end of a sealed file is not used, so a file that is still being written, or was cut at any byte,
-reads like any other: everything up to the first incomplete record.
+The summary at the end of a sealed file is not used, so a file that is still being written, or was cut at any byte,
+reads like any other. Of a chunk that was cut off, every whole message is found; a chunk at the end that is whole but
+damaged (its checksum is wrong, as after a loss of power) is left out.
 """
 
 import mmap
 import struct
+import zlib
 from collections import defaultdict
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
+from types import TracebackType
+from typing import Self
 
+import numpy as np
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Channel, Schema
+from mcap.records import Channel, ChunkIndex, Schema
 from mcap.writer import MCAP0_MAGIC
 
 from daq.errors import RecordingError
+from daq.recording.chunks import Placed, Rows
+from robot_drivers.protocols import IntArray
 
 _RECORD = struct.Struct("<BQ")
 _CHUNK = struct.Struct("<QQQII")
-_CHANNEL_ID = struct.Struct("<H")
-_MESSAGE_HEADER_SIZE = 22
+_MESSAGE = struct.Struct("<HIQQ")
+_MESSAGE_INDEX = struct.Struct("<HI")
+_FOOTER_SIZE = 29
+_INDEX_ENTRY_SIZE = 16
 _LAST_OPCODE = max(Opcode)
 
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """Bytes of the file, or of one of its chunks, and where the message records lie in them.
+    """The uncompressed records of a chunk, and where its messages lie.
 
-    ``offsets`` has for each channel id the offsets of its records' opcodes, in file order.
+    Attributes
+    ----------
+    offsets, log_times : for each channel id the offsets of its records' opcodes and their times, in file order
+    index : how a summary names the chunk; None for what is left of one that was cut off
     """
 
     data: memoryview
-    offsets: dict[int, list[int]]
+    offsets: dict[int, IntArray]
+    log_times: dict[int, IntArray]
+    index: ChunkIndex | None
+
+    def rows(self) -> Rows:
+        """Return a copy of the whole messages, to be put into a chunk of their own."""
+        placed = tuple(Placed(key, self.log_times[key], offsets) for key, offsets in self.offsets.items())
+        return Rows((bytes(self.data),), placed)
 
 
 @dataclass(slots=True)
 class Scan:
-    """What a file holds.
+    """What a file holds; a context manager that ends the mapping of the file into memory.
 
     Attributes
     ----------
     segments : in file order
     channels, schemas : by id
-    complete_bytes : how far the file consists of whole records
-    sealed : whether it ends with a footer
+    complete_bytes : how far the file consists of whole chunks and declarations
+    lost_bytes : of records at the end that are incomplete or damaged
+    sealed : whether it ends with a summary
     """
 
     segments: list[Segment] = field(default_factory=list)
     channels: dict[int, Channel] = field(default_factory=dict)
     schemas: dict[int, Schema] = field(default_factory=dict)
     complete_bytes: int = 0
+    lost_bytes: int = 0
     sealed: bool = False
+    _mapped: mmap.mmap | None = None
+    _view: memoryview = field(default_factory=lambda: memoryview(b""))
 
     def channel_id(self, topic: str) -> int | None:
         """Return the id of a topic's channel, None where the file has none."""
@@ -64,10 +87,27 @@ class Scan:
         found: list[memoryview] = []
         for segment in self.segments:
             data = segment.data
-            for offset in segment.offsets.get(channel_id, ()):
+            for offset in segment.offsets.get(channel_id, np.empty(0, np.int64)).tolist():
                 length = _RECORD.unpack_from(data, offset)[1]
                 found.append(data[offset : offset + _RECORD.size + length])
         return found
+
+    def equal_records(self, channel_id: int, size: int) -> bytes:
+        """Return the message records of a channel end to end; raises ValueError unless each has ``size`` bytes."""
+        parts: list[bytes] = []
+        for segment in self.segments:
+            offsets = segment.offsets.get(channel_id)
+            if offsets is None:
+                continue
+            data = np.frombuffer(segment.data, np.uint8)
+            if int(offsets.max()) + size > len(data):
+                raise ValueError(f"a record is shorter than {size} bytes")
+            records = data[offsets[:, None] + np.arange(size)]
+            lengths = np.ascontiguousarray(records[:, 1:9]).view("<u8")
+            if np.any(lengths != size - _RECORD.size):
+                raise ValueError(f"a record has not {size} bytes")
+            parts.append(records.tobytes())
+        return b"".join(parts)
 
     def counts(self) -> dict[str, int]:
         """Return the number of messages of each topic."""
@@ -75,6 +115,23 @@ class Scan:
             channel.topic: sum(len(segment.offsets.get(key, ())) for segment in self.segments)
             for key, channel in self.channels.items()
         }
+
+    def close(self) -> None:
+        """End the mapping; nothing that was found may be used any more."""
+        for segment in self.segments:
+            segment.data.release()
+        self.segments.clear()
+        self._view.release()
+        if self._mapped is not None:
+            self._mapped.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
 
 
 def scan(path: Path) -> Scan:
@@ -85,58 +142,159 @@ def scan(path: Path) -> Scan:
             if not MCAP0_MAGIC.startswith(start):
                 raise RecordingError(f"{path}: is no MCAP file; it begins with {start!r}")
             if len(start) < len(MCAP0_MAGIC):
-                return Scan()
-            data = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
+                return Scan(lost_bytes=len(start))
+            mapped = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read ({error})") from error
-    result = Scan()
-    result.complete_bytes = _scan_records(data, len(MCAP0_MAGIC), result)
+    result = Scan(_mapped=mapped, _view=memoryview(mapped))
+    _scan_file(result._view, result)
+    if not result.sealed:
+        _leave_out_damaged(result)
     return result
 
 
-def _scan_records(data: memoryview, position: int, result: Scan) -> int:
-    """Collect all whole records from ``position`` on and return where the last of them ends."""
-    offsets: defaultdict[int, list[int]] = defaultdict(list)
-    result.segments.append(Segment(data, offsets))
+def _scan_file(data: memoryview, result: Scan) -> None:
+    """Collect declarations and chunks up to the first incomplete record or the end of the data section."""
+    position = len(MCAP0_MAGIC)
+    result.complete_bytes = position
     while position + _RECORD.size <= len(data):
         opcode, length = _RECORD.unpack_from(data, position)
-        start = position + _RECORD.size
-        if not 0 < opcode <= _LAST_OPCODE or start + length > len(data):
+        body, end = position + _RECORD.size, position + _RECORD.size + length
+        if opcode == Opcode.CHUNK and body + _CHUNK.size <= len(data):
+            segment, end = _scan_chunk(data, position, min(end, len(data)), result)
+            if segment.offsets:
+                result.segments.append(segment)
+            if segment.index is None:
+                return
+        elif opcode == Opcode.DATA_END:
+            footer = data[-_FOOTER_SIZE - len(MCAP0_MAGIC) :]
+            result.sealed = footer[0] == Opcode.FOOTER and footer[_FOOTER_SIZE:] == MCAP0_MAGIC
+            return
+        elif not 0 < opcode <= _LAST_OPCODE or end > len(data):
+            break
+        elif opcode == Opcode.MESSAGE:
+            raise RecordingError("messages lie outside of chunks; another program wrote this file")
+        else:
+            _declare(opcode, data[body:end], result)
+        position = result.complete_bytes = end
+    result.lost_bytes = len(data) - position
+
+
+def _scan_chunk(data: memoryview, start: int, end: int, result: Scan) -> tuple[Segment, int]:
+    """Return a chunk, and where its message indexes end; only what is left of it where they are not all there."""
+    body = start + _RECORD.size
+    start_time, end_time, size, _, name_length = _CHUNK.unpack_from(data, body)
+    records_start = body + _CHUNK.size + name_length + 8
+    compression = bytes(data[body + _CHUNK.size : body + _CHUNK.size + name_length]).decode(
+        "ascii", "replace"
+    )
+    stored = data[records_start:end]
+    if end < body + _RECORD.unpack_from(data, start)[1]:
+        remains = _walk(stored, result) if not compression else Segment(stored[:0], {}, {}, None)
+        result.lost_bytes = len(stored) - len(remains.data)
+        return remains, start
+    records = _uncompressed(stored, compression, size)
+    indexes = _message_indexes(data, end)
+    offsets, log_times = indexes.offsets, indexes.log_times
+    if not indexes.followed or not offsets or not offsets.keys() <= result.channels.keys():
+        walked = _walk(records, result)
+        complete = {key: len(found) for key, found in offsets.items()} == {
+            key: len(found) for key, found in walked.offsets.items()
+        }
+        if not indexes.followed and not complete:
+            return walked, start
+        offsets, log_times = walked.offsets, walked.log_times
+    index = ChunkIndex(
+        chunk_length=end - start,
+        chunk_start_offset=start,
+        compression=compression,
+        compressed_size=len(stored),
+        message_end_time=end_time,
+        message_index_length=indexes.end - end,
+        message_index_offsets=indexes.positions,
+        message_start_time=start_time,
+        uncompressed_size=size,
+    )
+    return Segment(records, offsets, log_times, index), indexes.end
+
+
+@dataclass(slots=True)
+class _MessageIndexes:
+    """The message indexes behind a chunk, and whether another record follows them."""
+
+    end: int
+    offsets: dict[int, IntArray] = field(default_factory=dict)
+    log_times: dict[int, IntArray] = field(default_factory=dict)
+    positions: dict[int, int] = field(default_factory=dict)
+    followed: bool = False
+
+
+def _message_indexes(data: memoryview, position: int) -> _MessageIndexes:
+    found = _MessageIndexes(position)
+    while found.end + _RECORD.size <= len(data):
+        opcode, length = _RECORD.unpack_from(data, found.end)
+        body, after = found.end + _RECORD.size, found.end + _RECORD.size + length
+        whole = after <= len(data) and (length - _MESSAGE_INDEX.size) % _INDEX_ENTRY_SIZE == 0
+        if opcode != Opcode.MESSAGE_INDEX or not whole:
+            found.followed = 0 < opcode <= _LAST_OPCODE and opcode != Opcode.MESSAGE_INDEX
+            break
+        channel, _ = _MESSAGE_INDEX.unpack_from(data, body)
+        entries = np.frombuffer(data[body + _MESSAGE_INDEX.size : after], "<u8").reshape(-1, 2)
+        found.log_times[channel], found.offsets[channel] = entries.astype(np.int64).T
+        found.positions[channel] = found.end
+        found.end = after
+    return found
+
+
+def _walk(records: memoryview, result: Scan) -> Segment:
+    """Find the messages of a chunk one by one, up to the first that is incomplete."""
+    offsets: defaultdict[int, list[int]] = defaultdict(list)
+    log_times: defaultdict[int, list[int]] = defaultdict(list)
+    position = 0
+    while position + _RECORD.size <= len(records):
+        opcode, length = _RECORD.unpack_from(records, position)
+        body, end = position + _RECORD.size, position + _RECORD.size + length
+        if not 0 < opcode <= _LAST_OPCODE or end > len(records):
             break
         if opcode == Opcode.MESSAGE:
-            if length < _MESSAGE_HEADER_SIZE:
-                break
-            offsets[_CHANNEL_ID.unpack_from(data, start)[0]].append(position)
-        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.CHUNK):
-            _scan_described(opcode, data[start : start + length], result)
-        position = start + length
-        if opcode == Opcode.FOOTER:
-            result.sealed = True
-            break
-    return position
+            channel, _, log_time, _ = _MESSAGE.unpack_from(records, body)
+            offsets[channel].append(position)
+            log_times[channel].append(log_time)
+        else:
+            _declare(opcode, records[body:end], result)
+        position = end
+    return Segment(
+        records[:position],
+        {key: np.array(found) for key, found in offsets.items()},
+        {key: np.array(found) for key, found in log_times.items()},
+        None,
+    )
 
 
-def _scan_described(opcode: int, body: memoryview, result: Scan) -> None:
-    if opcode == Opcode.CHUNK:
-        _scan_records(_chunk_records(body), 0, result)
-        return
+def _leave_out_damaged(result: Scan) -> None:
+    """Drop whole chunks at the end whose checksum is wrong."""
+    while result.segments and (index := result.segments[-1].index) is not None:
+        start = index.chunk_start_offset
+        crc = _CHUNK.unpack_from(result._view, start + _RECORD.size)[3]
+        if crc == 0 or zlib.crc32(result.segments[-1].data) == crc:
+            return
+        result.lost_bytes += len(result.segments.pop().data)
+        result.complete_bytes = start
+
+
+def _declare(opcode: int, body: memoryview, result: Scan) -> None:
     stream = ReadDataStream(BytesIO(body))
     if opcode == Opcode.SCHEMA:
         schema = Schema.read(stream)
         result.schemas[schema.id] = schema
-    else:
+    elif opcode == Opcode.CHANNEL:
         channel = Channel.read(stream)
         result.channels[channel.id] = channel
 
 
-def _chunk_records(body: memoryview) -> memoryview:
-    """Return the records of a chunk; those of an uncompressed one are not copied."""
-    *_, name_length = _CHUNK.unpack_from(body)
-    name_end = _CHUNK.size + name_length
-    compression = bytes(body[_CHUNK.size : name_end]).decode()
-    data = body[name_end + 8 :]
+def _uncompressed(stored: memoryview, compression: str, size: int) -> memoryview:
     if compression == "zstd":
-        return memoryview(zstandard.decompress(data))
+        return memoryview(zstandard.decompress(stored, max_output_size=size))
     if compression:
         raise RecordingError(f"a chunk is compressed by {compression!r}; recordings use zstd or nothing")
-    return data
+    return stored

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 
 class Schema(NamedTuple):
-    """Name, encoding and text of a message type as MCAP stores them."""
+    """Name, encoding and text of a message type as MCAP stores them; without a name there is none of them."""
 
     name: str
     encoding: str
@@ -89,21 +89,52 @@ uint8[] data
 {_HEADER}""",
 )
 
+IMAGE = _ros2(
+    "sensor_msgs/msg/Image",
+    f"""std_msgs/Header header
+uint32 height
+uint32 width
+string encoding
+uint8 is_bigendian
+uint32 step
+uint8[] data
+{_HEADER}""",
+)
+
+CAMERA_INFO = _ros2(
+    "sensor_msgs/msg/CameraInfo",
+    f"""std_msgs/Header header
+uint32 height
+uint32 width
+string distortion_model
+float64[] d
+float64[9] k
+float64[9] r
+float64[12] p
+uint32 binning_x
+uint32 binning_y
+sensor_msgs/RegionOfInterest roi
+{_HEADER}{_RULE}
+MSG: sensor_msgs/RegionOfInterest
+uint32 x_offset
+uint32 y_offset
+uint32 height
+uint32 width
+bool do_rectify
+""",
+)
+
 DEVICE_STAMP = _ros2(
     "retraction_msgs/msg/DeviceStamp",
     """# What a device itself says about the message of the same sequence number and time.
 std_msgs/Header header
 int64 counter          # the device's sample counter, unwrapped; -1 where it tells none
 float64 device_time    # the device's clock, s; NaN where it tells none
-int64 status           # force: status word; robot: 1 while it moves
+int64 status           # force: status word; robot: 1 while it moves; camera: images that waited for the encoder
 bool usable            # false where the device forbids using the sample
 """
     + _HEADER,
 )
 
-EVENT = Schema(
-    "retraction.Event",
-    "jsonschema",
-    '{"type": "object", "properties": {"event": {"type": "string"}}, "required": ["event"]}',
-    "json",
-)
+# JSON that explains itself: readers of ROS messages, which know no JSON schema, pass over a channel without one
+EVENT = Schema("", "", "", "json")

@@ -1,32 +1,27 @@
-"""Sealing: an unsealed MCAP file becomes one with chunks, index, statistics and footer that every tool reads.
+"""Sealing: an unsealed MCAP file gets the index, statistics and footer that every tool reads.
 
-The same code seals after a session and recovers after a crash: it keeps every whole message, and the original stays
-until the sealed copy has been read back and holds the same number of messages on every topic.
+The same code seals after a session and recovers after a crash. Nothing is copied and no message is touched: what is
+left of a chunk that was cut off is put into a chunk of its own, and the summary is appended. That takes megabytes, so
+a full disk is rarely too full for it, and a second attempt begins where the first did.
 """
 
 import os
-import struct
+import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from mcap.writer import CompressionType, Writer
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import Channel, ChunkIndex, DataEnd, Footer, McapRecord, Schema, Statistics, SummaryOffset
+from mcap.writer import MCAP0_MAGIC
 
 from daq.errors import RecordingError
-from daq.recording.scan import Scan, scan
+from daq.recording.chunks import encode_chunk
+from daq.recording.mcap_log import encoded, preamble
+from daq.recording.scan import scan
 
-_MESSAGE = struct.Struct("<BQHIQQ")
-
-
-@dataclass(frozen=True, slots=True)
-class ChunkPolicy:
-    """How the messages of a sealed file are grouped; ``chunk_bytes = 1`` gives every message its own chunk."""
-
-    chunk_bytes: int
-    compression: CompressionType
-
-
-SIGNALS = ChunkPolicy(2**20, CompressionType.ZSTD)
-IMAGES = ChunkPolicy(1, CompressionType.NONE)
+_FOOTER_WITHOUT_CRC = 25
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,57 +32,95 @@ class SealReport:
     dropped_bytes: int
 
 
-def seal(path: Path, policy: ChunkPolicy) -> SealReport:
+def seal(path: Path) -> SealReport:
     """Seal a file in place; a sealed one is left as it is.
 
     Raises
     ------
     RecordingError
-        The copy does not hold what the original holds; the original is untouched.
+        The sealed file does not hold what the unsealed one held; look for a failing disk.
     """
-    original = scan(path)
-    counts = original.counts()
-    if original.sealed:
-        return SealReport(counts, 0)
-    copy = path.with_suffix(".sealing")
-    with copy.open("wb") as file:
-        writer = Writer(file, chunk_size=policy.chunk_bytes, compression=policy.compression)
-        writer.start(profile="ros2")
-        _copy_messages(original, writer)
-        writer.finish()  # type: ignore[no-untyped-call] # the library leaves it untyped
+    with scan(path) as found:
+        counts = found.counts()
+        if found.sealed:
+            return SealReport(counts, 0)
+        chunks = [segment.index for segment in found.segments if segment.index is not None]
+        remains = [segment.rows() for segment in found.segments if segment.index is None]
+        channels, schemas = list(found.channels.values()), list(found.schemas.values())
+        messages = {
+            key: sum(len(segment.offsets.get(key, ())) for segment in found.segments)
+            for key in found.channels
+        }
+        complete_bytes, lost_bytes = found.complete_bytes, found.lost_bytes
+    # from here on the file is not mapped into memory any more: no system may cut a mapped file
+    begun = complete_bytes >= len(preamble())
+    with path.open("r+b") as file:
+        position = file.seek(complete_bytes if begun else 0)
+        file.truncate()
+        if not begun:
+            position += file.write(preamble())
+        for rows in remains:
+            records, index = encode_chunk([rows], position)
+            chunks.append(index)
+            position += file.write(records)
+        position += file.write(encoded(DataEnd(data_section_crc=0)))
+        file.write(_summary(schemas, channels, chunks, messages, position))
         file.flush()
         os.fsync(file.fileno())
-    sealed = scan(copy)
-    if not sealed.sealed or sealed.counts() != counts:
-        raise RecordingError(
-            f"{copy}: holds {sealed.counts()} messages where {path.name} holds {counts}; the original is kept, "
-            "look for a full or failing disk and run `retract recover` again"
-        )
-    dropped = path.stat().st_size - original.complete_bytes
-    copy.replace(path)
-    return SealReport(counts, dropped)
+    with scan(path) as sealed:
+        if not sealed.sealed or sealed.counts() != counts:
+            raise RecordingError(
+                f"{path}: holds {sealed.counts()} messages after sealing and {counts} before; look for a failing "
+                "disk and run `retract recover` again"
+            )
+    return SealReport(counts, lost_bytes)
 
 
-def _copy_messages(original: Scan, writer: Writer) -> None:
-    schemas = {
-        key: writer.register_schema(schema.name, schema.encoding, schema.data)
-        for key, schema in original.schemas.items()
+def _summary(
+    schemas: Sequence[Schema],
+    channels: Sequence[Channel],
+    chunks: Sequence[ChunkIndex],
+    messages: dict[int, int],
+    position: int,
+) -> bytes:
+    """Return everything behind the data section, which ends at ``position``."""
+    statistics = Statistics(
+        attachment_count=0,
+        channel_count=len(channels),
+        channel_message_counts={key: count for key, count in messages.items() if count},
+        chunk_count=len(chunks),
+        message_count=sum(messages.values()),
+        message_end_time=max((chunk.message_end_time for chunk in chunks), default=0),
+        message_start_time=min((chunk.message_start_time for chunk in chunks), default=0),
+        metadata_count=0,
+        schema_count=len(schemas),
+    )
+    groups: dict[Opcode, Sequence[McapRecord]] = {
+        Opcode.SCHEMA: schemas,
+        Opcode.CHANNEL: channels,
+        Opcode.STATISTICS: [statistics],
+        Opcode.CHUNK_INDEX: chunks,
     }
-    channels = {
-        key: writer.register_channel(
-            channel.topic, channel.message_encoding, schemas[channel.schema_id], channel.metadata
-        )
-        for key, channel in original.channels.items()
-    }
-    for segment in original.segments:
-        for offset in sorted(offset for offsets in segment.offsets.values() for offset in offsets):
-            _, length, channel_id, sequence, log_time, publish_time = _MESSAGE.unpack_from(
-                segment.data, offset
+    summary = b""
+    offsets = []
+    for opcode, records in groups.items():
+        group = _all_encoded(records)
+        if group:
+            offsets.append(
+                SummaryOffset(
+                    group_opcode=opcode, group_start=position + len(summary), group_length=len(group)
+                )
             )
-            writer.add_message(
-                channel_id=channels[channel_id],
-                log_time=log_time,
-                data=bytes(segment.data[offset + _MESSAGE.size : offset + 9 + length]),
-                publish_time=publish_time,
-                sequence=sequence,
-            )
+        summary += group
+    offsets_start = position + len(summary)
+    summary += _all_encoded(offsets)
+    footer = encoded(Footer(summary_start=position, summary_offset_start=offsets_start, summary_crc=0))
+    crc = zlib.crc32(summary + footer[:_FOOTER_WITHOUT_CRC])
+    return summary + footer[:_FOOTER_WITHOUT_CRC] + crc.to_bytes(4, "little") + MCAP0_MAGIC
+
+
+def _all_encoded(records: Sequence[McapRecord]) -> bytes:
+    builder = RecordBuilder()
+    for record in records:
+        record.write(builder)
+    return builder.end()  # type: ignore[no-untyped-call] # the library leaves it untyped

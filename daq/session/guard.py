@@ -12,13 +12,18 @@ import numpy as np
 
 from daq.errors import SessionError
 from daq.frames import inverse, rotation
+from daq.recording.streams import FORCE, ROBOT
 from daq.rig import Frames, Limits
+from daq.session.latency import LatencyTally
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import FloatArray, Frame, IntArray, Pose, PoseBlock, Robot, WrenchBlock
 
+GUARD_LATENCY = "guard_latency"
+
 _SPEED_BASE_S = 0.02
-_STREAMS = ("force sensor", "robot")
+_RATE_BASE_S = 0.02
+_STREAMS = {FORCE: "force sensor", ROBOT: "robot"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,20 +34,22 @@ class Stop:
     ----------
     reason : what happened, with value and limit
     cause_time_ns : receive stamp of the sample that told
-    reaction_s : from that stamp to the return of the robot's ``hold``
+    reaction_s : from that stamp to the robot's ``hold``, whose first act is to send the stop
+    standstill_s : from that stamp to the return of ``hold``, when the robot has confirmed that it stands
     hold_error : what the robot answered if it could not be held; empty if it could
     """
 
     reason: str
     cause_time_ns: int
     reaction_s: float
+    standstill_s: float
     hold_error: str = ""
 
     def describe(self) -> str:
         """Return one line for the operator."""
         if self.hold_error:
             return f"{self.reason}, but the robot could not be held ({self.hold_error}): press the emergency stop"
-        return f"{self.reason}; the robot was held {self.reaction_s * 1e3:.0f} ms after the sample that told"
+        return f"{self.reason}; the stop was sent {self.reaction_s * 1e3:.0f} ms after that was told"
 
 
 class Guard:
@@ -52,6 +59,11 @@ class Guard:
 
     The limits of force and torque are on the change since the reading at rest, so an unbiased sensor's offset and
     the weight of the tool do not count.
+
+    Attributes
+    ----------
+    latency : from the receive stamp of the oldest sample in each block of the force sensor until all were checked,
+        which is when a stop would have been sent
     """
 
     def __init__(self, limits: Limits, frames: Frames, robot: Robot) -> None:
@@ -64,7 +76,9 @@ class Guard:
         self._rest_samples: list[FloatArray] = []
         self._rest_wrench: FloatArray | None = None
         self._step_origin: FloatArray | None = None
-        self._heard_ns = dict.fromkeys(_STREAMS, host_time_ns())
+        self.latency = LatencyTally()
+        self._rate_base: tuple[int, FloatArray] | None = None
+        self._heard_ns = dict.fromkeys(_STREAMS.values(), host_time_ns())
         self._speed_base: tuple[float, FloatArray] | None = None
 
     @property
@@ -107,6 +121,8 @@ class Guard:
             return
         if len(block):
             self._check_wrenches(block, rest)
+        if len(block) and self._stop is None:
+            self.latency.add((host_time_ns() - int(block.host_time_ns[0])) * 1e-9)
         self._check_ages()
 
     def on_pose(self, block: PoseBlock) -> None:
@@ -122,16 +138,52 @@ class Guard:
     def on_frames(self, camera: str, frames: Sequence[Frame]) -> None:
         """Images stop nothing."""
 
+    def on_failure(self, stream: str, error: DeviceError) -> None:
+        """Hold the robot when a device has failed."""
+        if self._rest_wrench is not None:
+            self.hold(f"the {_STREAMS.get(stream, stream)} has failed ({error})")
+
+    def hold(self, reason: str, cause_time_ns: int | None = None) -> None:
+        """Hold the robot, once, from any thread; ``cause_time_ns`` is when that was told, by default now."""
+        cause_ns = host_time_ns() if cause_time_ns is None else cause_time_ns
+        with self._lock:
+            if self._stop is not None:
+                return
+            told_ns, hold_error = host_time_ns(), ""
+            try:
+                self._robot.hold()
+            except DeviceError as error:
+                hold_error = str(error)
+            done_ns = host_time_ns()
+            self._stop = Stop(
+                reason, cause_ns, (told_ns - cause_ns) * 1e-9, (done_ns - cause_ns) * 1e-9, hold_error
+            )
+
     def _check_wrenches(self, block: WrenchBlock, rest: FloatArray) -> None:
         change = block.wrench - rest
         force = np.linalg.norm(change[:, :3], axis=1)
         torque = np.linalg.norm(change[:, 3:], axis=1)
         self._check_below(force, self._limits.force_n, "force", "N", block.host_time_ns)
         self._check_below(torque, self._limits.torque_nm, "torque", "N·m", block.host_time_ns)
+        self._check_rate(block, change)
         if not np.all(block.usable):
             first = int(np.argmin(block.usable))
             reason = f"the force sensor is saturated or faulty (status {block.status[first]:#x})"
-            self._hold(reason, int(block.host_time_ns[first]))
+            self.hold(reason, int(block.host_time_ns[first]))
+
+    def _check_rate(self, block: WrenchBlock, change: FloatArray) -> None:
+        """Check how fast the mean wrench of a block has changed since that of an earlier one."""
+        now_ns, present = int(block.host_time_ns[-1]), change.mean(axis=0)
+        if self._rate_base is None:
+            self._rate_base = (now_ns, present)
+        elapsed_s = (now_ns - self._rate_base[0]) * 1e-9
+        if elapsed_s < _RATE_BASE_S:
+            return
+        rate = (present - self._rate_base[1]) / elapsed_s
+        self._rate_base = (now_ns, present)
+        force, torque, stamp = np.linalg.norm(rate[:3]), np.linalg.norm(rate[3:]), block.host_time_ns[-1:]
+        self._check_below(np.array([force]), self._limits.force_rate_n_s, "force rate", "N/s", stamp)
+        self._check_below(np.array([torque]), self._limits.torque_rate_nm_s, "torque rate", "N·m/s", stamp)
 
     def _check_poses(self, block: PoseBlock) -> None:
         positions = self._gripper_positions(block.position, block.quaternion_wxyz)
@@ -139,9 +191,7 @@ class Guard:
         if not np.all(inside):
             first = int(np.argmin(inside))
             where = ", ".join(f"{value * 1e3:.1f}" for value in positions[first])
-            self._hold(
-                f"the gripper at ({where}) mm is outside the workspace", int(block.host_time_ns[first])
-            )
+            self.hold(f"the gripper at ({where}) mm is outside the workspace", int(block.host_time_ns[first]))
         if self._step_origin is not None:
             steps = np.linalg.norm(positions - self._step_origin, axis=1)
             self._check_below(steps * 1e3, self._limits.step_m * 1e3, "step", "mm", block.host_time_ns)
@@ -164,30 +214,18 @@ class Guard:
         if np.any(beyond):
             first = int(np.argmax(beyond))
             reason = f"{name} of {values[first]:.3g} {unit} exceeds the limit of {limit:g} {unit}"
-            self._hold(reason, int(stamps[first]))
+            self.hold(reason, int(stamps[first]))
 
     def _check_ages(self) -> None:
         now = host_time_ns()
         for stream, heard in self._heard_ns.items():
             age_s = (now - heard) * 1e-9
             if age_s > self._limits.communication_age_s:
-                self._hold(
+                self.hold(
                     f"the {stream} has been silent for {age_s:.3g} s, "
                     f"the limit is {self._limits.communication_age_s:g} s",
                     heard + int(self._limits.communication_age_s * 1e9),
                 )
-
-    def _hold(self, reason: str, cause_time_ns: int) -> None:
-        """Hold the robot, once."""
-        with self._lock:
-            if self._stop is not None:
-                return
-            hold_error = ""
-            try:
-                self._robot.hold()
-            except DeviceError as error:
-                hold_error = str(error)
-            self._stop = Stop(reason, cause_time_ns, (host_time_ns() - cause_time_ns) * 1e-9, hold_error)
 
     def _gripper_positions(self, position: FloatArray, quaternion_wxyz: FloatArray) -> FloatArray:
         """Return the gripper's origin (n, 3) in the tissue frame for poses of the tool in the base frame."""

@@ -5,13 +5,16 @@ the windows; nothing is averaged here. Whatever ends a session, the robot stands
 """
 
 import shutil
-from collections.abc import Iterator
+import time
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Protocol
 
+from daq.calibration.in_force import InForce, calibrations_in_force
 from daq.devices import Devices
-from daq.errors import RecordingError
+from daq.errors import RecordingError, SessionError
 from daq.progress import Progress
 from daq.recording.folder import (
     CALIBRATION_FOLDER,
@@ -21,15 +24,20 @@ from daq.recording.folder import (
     sha256,
     write_info,
 )
+from daq.recording.reader import Recording
 from daq.recording.recorder import Recorder
+from daq.recording.streams import Observer
 from daq.rig import Rig, write_rig
 from daq.session.checks import check_limits, require_rest, tool_targets
-from daq.session.guard import Guard
+from daq.session.guard import GUARD_LATENCY, Guard, Stop
 from daq.session.steps import StepRunner
+from daq.session_report import write_report
 from daq.trajectories import Trajectory
 from daq.versions import package_versions
-from robot_drivers.errors import DeviceError
-from robot_drivers.protocols import Robot
+from daq.vision.camera_model import PinholeCamera, StereoCalibration
+
+# what the tissue and the robot do once it was stopped belongs into the recording
+_AFTER_STOP_S = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +48,15 @@ class Label:
     order: int = 1
     operator: str = ""
     notes: str = ""
+
+
+class RecordSession(Protocol):
+    """Carries out one session with devices that it knows, as :meth:`Session.run` does."""
+
+    def __call__(
+        self, trajectory: Trajectory, folder: Path, label: Label, progress: Progress, /
+    ) -> SessionInfo:
+        """Record one retraction into a new folder."""
 
 
 @contextmanager
@@ -55,62 +72,181 @@ def connected(devices: Devices) -> Iterator[Devices]:
 def run_session(
     rig: Rig, devices: Devices, trajectory: Trajectory, folder: Path, label: Label, progress: Progress
 ) -> SessionInfo:
-    """Record one retraction with connected devices.
+    """Record one retraction with connected devices, as :meth:`Session.run` does."""
+    return Session(rig, devices, trajectory, folder, label).run(progress)
+
+
+class Session:
+    """One retraction with connected devices. While :meth:`run` carries it out, other threads may hold, note and look.
 
     Parameters
     ----------
     folder : of the session, must not exist
-    progress : called in this thread
-
-    Returns
-    -------
-    What the sealed folder says of itself.
-
-    Raises
-    ------
-    SessionError, MotionLimitError, MotionRefusedError
-        Before anything moved, and before there is a folder.
-    SoftwareStopError
-        The guard has held the robot; the recording is sealed.
-    DeviceError, RecordingError
-        A device or the disk failed; the robot is held, the recording is sealed as far as it goes.
-    KeyboardInterrupt
-        The same.
+    observers : see what the devices bring, behind the guard
     """
-    state = devices.robot.state()
-    require_rest(rig, state)
-    targets = tool_targets(rig, trajectory, state.T_base_tool)
-    check_limits(rig, trajectory, targets)
-    devices.robot.check_trajectory(targets[1:], trajectory.speed)
-    devices.force_sensor.start()
-    _make_folder(rig, devices, trajectory, folder, label)
-    guard = Guard(rig.limits, rig.frames, devices.robot)
-    recorder = Recorder(folder, devices.force_sensor, devices.robot, devices.cameras, (guard,))
-    problems: list[str] = []
-    try:
-        StepRunner(devices.robot, guard, recorder, progress).run(trajectory, targets)
-    except BaseException as error:
-        problems.append(_hold(devices.robot, guard, recorder, error))
-        raise
-    finally:
-        recorder.close()
-        devices.force_sensor.stop()
-        problems += _losses(devices, recorder)
-        progress("sealing the recording", len(targets), len(targets))
-        info = seal_session(folder, tuple(problems))
-    return info
+
+    def __init__(
+        self,
+        rig: Rig,
+        devices: Devices,
+        trajectory: Trajectory,
+        folder: Path,
+        label: Label,
+        observers: Sequence[Observer] = (),
+    ) -> None:
+        self.folder = folder
+        serials = {role: device.identity.serial for role, device in devices.all().items()}
+        self._in_force = calibrations_in_force(rig, serials)
+        self._rig = rig = self._in_force.apply(rig)
+        self._devices = devices
+        self._trajectory = trajectory
+        self._label = label
+        self._observers = observers
+        self._guard = Guard(rig.limits, rig.frames, devices.robot)
+        self._recorder: Recorder | None = None
+
+    def run(self, progress: Progress) -> SessionInfo:
+        """Record the retraction; ``progress`` is called in this thread.
+
+        Returns
+        -------
+        What the sealed folder says of itself.
+
+        Raises
+        ------
+        SessionError, MotionLimitError, MotionRefusedError
+            Before anything moved, and before there is a folder.
+        SoftwareStopError
+            The guard has held the robot; the recording is sealed.
+        DeviceError, RecordingError
+            A device or the disk failed; the robot is held, the recording is sealed as far as it goes.
+        KeyboardInterrupt
+            The same.
+        """
+        devices, trajectory = self._devices, self._trajectory
+        state = devices.robot.state()
+        require_rest(self._rig, state)
+        targets = tool_targets(self._rig, trajectory, state.T_base_tool)
+        check_limits(self._rig, trajectory, targets)
+        devices.robot.check_trajectory(targets[1:], trajectory.speed)
+        models = _camera_models(self._rig)
+        devices.force_sensor.start()
+        _make_folder(self._rig, self._in_force, devices, trajectory, self.folder, self._label)
+        recorder = self._recorder = Recorder(
+            self.folder,
+            devices.force_sensor,
+            devices.robot,
+            devices.cameras,
+            (self._guard, *self._observers),
+            models,
+        )
+        problems = list(self._in_force.warnings)
+        try:
+            StepRunner(devices.robot, self._guard, recorder, progress).run(trajectory, targets)
+        except BaseException as error:
+            problems.append(self._hold_after(error, recorder))
+            raise
+        finally:
+            problems += self._end(recorder)
+            progress("checking and sealing the recording", len(targets), len(targets))
+            info = self._seal(problems)
+        return info
+
+    @property
+    def stop(self) -> Stop | None:
+        """Why the robot was held, None while it was not; waits for a hold under way."""
+        return self._guard.stop
+
+    def hold(self, reason: str) -> None:
+        """Hold the robot, which ends the session; from any thread."""
+        self._guard.hold(reason)
+
+    def note(self, text: str) -> None:
+        """Record what the operator has to say; from any thread.
+
+        Raises
+        ------
+        SessionError
+            Nothing is being recorded yet.
+        """
+        if self._recorder is None:
+            raise SessionError("nothing is being recorded yet; note it again once the session runs")
+        self._recorder.event("note", text=text)
+
+    def written(self) -> dict[str, int]:
+        """Return the samples of each stream that are in the file."""
+        return {} if self._recorder is None else self._recorder.written()
+
+    def dropped(self) -> dict[str, int]:
+        """Return the samples of each stream that were received but not written."""
+        return {} if self._recorder is None else self._recorder.dropped()
+
+    def _seal(self, problems: list[str]) -> SessionInfo:
+        try:
+            warnings = write_report(Recording(self.folder), _unseen).warnings
+            return seal_session(self.folder, (*problems, *warnings))
+        except OSError as error:
+            raise RecordingError(
+                f"{self.folder}: cannot be sealed ({error}), nothing that was written is lost; make room on the disk "
+                "and run `retract recover`"
+            ) from error
+
+    def _hold_after(self, error: BaseException, recorder: Recorder) -> str:
+        """Hold the robot after whatever went wrong, record it, and return what to write into the session."""
+        reason = str(error) or "interrupted by the operator"
+        self._guard.hold(reason)
+        try:
+            recorder.event(
+                "session_failed", reason=reason, guard=None if self.stop is None else asdict(self.stop)
+            )
+        except RecordingError as failure:
+            return f"{reason}; {failure}"
+        time.sleep(_AFTER_STOP_S)
+        return reason
+
+    def _end(self, recorder: Recorder) -> list[str]:
+        """Stop recording, and return a line for everything that an analyst must know."""
+        latency, problems = self._guard.latency, []
+        try:
+            recorder.event(
+                GUARD_LATENCY,
+                blocks=latency.count,
+                median_s=latency.quantile_s(0.5),
+                most_s=latency.quantile_s(0.999),
+                longest_s=latency.longest_s,
+            )
+        except RecordingError as failure:
+            problems.append(str(failure))
+        try:
+            recorder.close()
+        except OSError as error:
+            problems.append(f"the end of the recording may not have reached the disk ({error})")
+        self._devices.force_sensor.stop()
+        return problems + _losses(self._devices, recorder)
 
 
-def _make_folder(rig: Rig, devices: Devices, trajectory: Trajectory, folder: Path, label: Label) -> None:
+def _unseen(text: str, done: int, total: int) -> None:
+    """Progress within one step is not the session's progress."""
+
+
+def _camera_models(rig: Rig) -> dict[str, PinholeCamera]:
+    pair = StereoCalibration.load(rig.stereo_calibration)
+    return {rig.cameras[0].name: pair.left, rig.cameras[1].name: pair.right}
+
+
+def _make_folder(
+    rig: Rig, in_force: InForce, devices: Devices, trajectory: Trajectory, folder: Path, label: Label
+) -> None:
     """Make the session folder with its description and copies of what is in force."""
     calibration = folder / CALIBRATION_FOLDER / rig.stereo_calibration.name
     try:
         folder.mkdir(parents=True)
         calibration.parent.mkdir()
         shutil.copyfile(rig.stereo_calibration, calibration)
+        copies = {calibration, *in_force.copy_to(calibration.parent)}
     except OSError as error:
         raise RecordingError(f"{folder}: no session can be put there ({error}); name a new folder") from error
-    write_rig(replace(rig, stereo_calibration=calibration), folder / RIG_FILE)
+    write_rig(replace(rig, stereo_calibration=calibration, calibration=calibration.parent), folder / RIG_FILE)
     info = SessionInfo(
         name=label.name,
         phantom_id=rig.specimen.phantom_id,
@@ -119,30 +255,13 @@ def _make_folder(rig: Rig, devices: Devices, trajectory: Trajectory, folder: Pat
         notes=label.notes,
         trajectory=asdict(trajectory),
         versions=package_versions(),
+        calibrations=in_force.describe(),
         devices={role: device.identity for role, device in devices.all().items()},
         checksums={
-            path.relative_to(folder).as_posix(): sha256(path) for path in (folder / RIG_FILE, calibration)
+            path.relative_to(folder).as_posix(): sha256(path) for path in (folder / RIG_FILE, *sorted(copies))
         },
     )
     write_info(folder, info)
-
-
-def _hold(robot: Robot, guard: Guard, recorder: Recorder, error: BaseException) -> str:
-    """Hold the robot after whatever went wrong, record it, and return what to write into the session."""
-    reason = str(error) or "interrupted by the operator"
-    details: dict[str, object] = {"reason": reason}
-    if guard.stop is not None:
-        details["guard"] = asdict(guard.stop)
-    else:
-        try:
-            robot.hold()
-        except DeviceError as refusal:
-            details["hold_error"] = str(refusal)
-    try:
-        recorder.event("session_failed", **details)
-    except RecordingError as failure:
-        return f"{reason}; {failure}"
-    return reason
 
 
 def _losses(devices: Devices, recorder: Recorder) -> list[str]:

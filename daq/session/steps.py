@@ -13,6 +13,8 @@ from daq.trajectories import Step, Trajectory
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import Pose, Robot, Speed
 
+MOVE_BEGIN = "move_begin"
+MOVE_END = "move_end"
 MEASURE_BEGIN = "measure_begin"
 MEASURE_END = "measure_end"
 
@@ -53,14 +55,15 @@ class StepRunner:
             self.progress(_describe(step), row, total)
             self._move(step, present, target, trajectory.speed)
             self._wait(step.settle_s)
-            self._measure(row, step)
+            if step.measure_s > 0:
+                self._measure(row, step)
             present = target
 
     def _move(self, step: Step, present: Pose, target: Pose, speed: Speed) -> None:
         length, angle = distance(present, target)
         if length < _STANDING_M and angle < _STANDING_RAD:
             return
-        self.recorder.event("move_begin", number=step.number, T_base_tool=asdict(target))
+        self.recorder.event(MOVE_BEGIN, number=step.number, T_base_tool=asdict(target))
         self.guard.begin_step(present)
         timeout_s = max(length / speed.linear, angle / speed.angular) + _MOVE_PATIENCE_S
         try:
@@ -68,7 +71,7 @@ class StepRunner:
         except DeviceError as error:
             self._check_guard(error)
             raise
-        self.recorder.event("move_end", number=step.number, T_base_tool=asdict(reached))
+        self.recorder.event(MOVE_END, number=step.number, T_base_tool=asdict(reached))
 
     def _measure(self, row: int, step: Step) -> None:
         self.recorder.event(MEASURE_BEGIN, row=row, number=step.number, phase=step.phase)

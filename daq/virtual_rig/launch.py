@@ -10,6 +10,7 @@ from pathlib import Path
 from daq.errors import SessionError
 from daq.rig import write_rig
 from daq.virtual_rig.layout import Addresses, rig_description
+from daq.virtual_rig.operator import VirtualOperator
 from daq.virtual_rig.processes import VirtualRigSettings, run_emulators, solve_phantom
 from daq.virtual_rig.scene import flea2_pair
 
@@ -23,10 +24,11 @@ _END_TIMEOUT_S = 5.0
 
 @dataclass(frozen=True, slots=True)
 class VirtualRig:
-    """A running virtual rig: its rig file, and where the true parameters of its phantom are written."""
+    """A running virtual rig: its rig file, where its phantom's true parameters are written, and who works at it."""
 
     rig_path: Path
     truth_path: Path
+    operator: VirtualOperator
 
 
 @contextmanager
@@ -56,7 +58,7 @@ def virtual_rig(folder: Path, settings: VirtualRigSettings) -> Iterator[VirtualR
         pair.save(folder / STEREO_FILE)
         write_rig(rig_description(addresses, folder / STEREO_FILE), folder / RIG_FILE)
         _write_truth(folder / TRUTH_FILE, settings)
-        yield VirtualRig(folder / RIG_FILE, folder / TRUTH_FILE)
+        yield VirtualRig(folder / RIG_FILE, folder / TRUTH_FILE, VirtualOperator(control))
     finally:
         control.close()
         for process in reversed(processes):

@@ -15,7 +15,9 @@ from multiprocessing.connection import Connection
 import numpy as np
 from numpy.typing import NDArray
 
+from daq.virtual_rig.board_scene import BoardScene
 from daq.virtual_rig.layout import FRAMES, PATIENCE_S, REST_TOOL, SPECIMEN, T_FLANGE_TOOL, TOOL, Addresses
+from daq.virtual_rig.operator import BOARD, Jog
 from daq.virtual_rig.phantom import PhantomModel, PhantomSolver, PhantomState
 from daq.virtual_rig.scene import Scene, SceneSettings, flea2_pair
 from daq.virtual_rig.world import SimulatedTissue, SimulatedTransducer
@@ -47,6 +49,7 @@ class VirtualRigSettings:
     frames_per_s : of both cameras
     sensor_offset : (6,) what an unbiased sensor reads without load, N and N·m
     clock_ppm : how much faster than the host's the force sensor's clock runs
+    force_delay_s, camera_delay_s : how long ago what the force sensor or a camera stamps now has happened
     """
 
     phantom: PhantomModel
@@ -55,6 +58,8 @@ class VirtualRigSettings:
     frames_per_s: float = 5.0
     sensor_offset: tuple[float, float, float, float, float, float] = (4.0, -7.0, 12.0, 0.3, -0.2, 0.1)
     clock_ppm: float = 30.0
+    force_delay_s: float = 0.0
+    camera_delay_s: float = 0.0
 
 
 def solve_phantom(connection: Connection, phantom: PhantomModel) -> None:
@@ -78,7 +83,7 @@ def _answer(solver: PhantomSolver, pose: Pose) -> PhantomState | SolverError:
 
 
 def run_emulators(control: Connection, solver: Connection, settings: VirtualRigSettings) -> None:
-    """Run the devices; tell their addresses over ``control``, and end when it is written to or closes."""
+    """Run the devices; tell their addresses over ``control``, carry out orders from there, end when it closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
     with ExitStack() as stack:
@@ -88,11 +93,12 @@ def run_emulators(control: Connection, solver: Connection, settings: VirtualRigS
         )
         egm_port = _free_udp_port()
         controller.start_egm_stream("127.0.0.1", egm_port)
-        tissue = stack.enter_context(closing(SimulatedTissue(solver, controller.pose, FRAMES)))
+        tissue = stack.enter_context(closing(SimulatedTissue(solver, controller.path, FRAMES)))
         transducer = SimulatedTransducer(
             tissue, FRAMES, TOOL, SPECIMEN.environment.gravity, np.array(settings.sensor_offset)
         )
-        epoch_ns, host_ns_per_s = host_time_ns(), 1e9 / (1.0 + settings.clock_ppm * 1e-6)
+        host_ns_per_s = 1e9 / (1.0 + settings.clock_ppm * 1e-6)
+        epoch_ns = host_time_ns() - round(settings.force_delay_s * 1e9)
         sensor = stack.enter_context(
             NetFTEmulator(
                 lambda time_s: transducer.load(epoch_ns + round(time_s * host_ns_per_s)),
@@ -104,7 +110,8 @@ def run_emulators(control: Connection, solver: Connection, settings: VirtualRigS
                 ),
             )
         )
-        cameras = [stack.enter_context(camera) for camera in _cameras(tissue, settings)]
+        held: list[Pose] = []
+        cameras = [stack.enter_context(camera) for camera in _cameras(tissue, settings, held)]
         control.send(
             Addresses(
                 rdt_port=sensor.rdt_port,
@@ -116,11 +123,13 @@ def run_emulators(control: Connection, solver: Connection, settings: VirtualRigS
                 camera_urls=(cameras[0].url, cameras[1].url),
             )
         )
-        _wait_for_end(control)
+        _obey(control, controller, held)
 
 
-def _cameras(tissue: SimulatedTissue, settings: VirtualRigSettings) -> list[CameraEmulator]:
+def _cameras(tissue: SimulatedTissue, settings: VirtualRigSettings, held: list[Pose]) -> list[CameraEmulator]:
+    """Return both cameras; they see the board while ``held`` has its pose, else the phantom."""
     pair = flea2_pair()
+    delay_ns = round(settings.camera_delay_s * 1e9)
     bus = BusClock(host_time_ns(), offset_s=17.0, drift=-20e-6)
     scene_settings = SceneSettings(phantom_size=SPECIMEN.phantom.size_m)
     scenes = [
@@ -128,14 +137,22 @@ def _cameras(tissue: SimulatedTissue, settings: VirtualRigSettings) -> list[Came
         for side, camera in enumerate((pair.left, pair.right))
     ]
 
-    def image_source(scene: Scene) -> ImageSource:
+    boards = [BoardScene(camera, BOARD) for camera in (pair.left, pair.right)]
+
+    def image_source(scene: Scene, board: BoardScene) -> ImageSource:
         def expose(time_s: float) -> NDArray[np.uint8]:
-            return scene.render(tissue.beads(bus.host_time_ns(time_s)), round(time_s * settings.frames_per_s))
+            exposure = round(time_s * settings.frames_per_s)
+            for T_tissue_board in held[:]:
+                return board.render(T_tissue_board, exposure)
+            return scene.render(tissue.beads(bus.host_time_ns(time_s) - delay_ns), exposure)
 
         return expose
 
     emulated = CameraEmulatorSettings(pair.left.width, pair.left.height, settings.frames_per_s)
-    return [CameraEmulator(image_source(scene), emulated, bus) for scene in scenes]
+    return [
+        CameraEmulator(image_source(scene, board), emulated, bus)
+        for scene, board in zip(scenes, boards, strict=True)
+    ]
 
 
 def _free_udp_port() -> int:
@@ -146,8 +163,15 @@ def _free_udp_port() -> int:
         return port
 
 
-def _wait_for_end(control: Connection) -> None:
-    try:
-        control.recv()
-    except EOFError:
-        return
+def _obey(control: Connection, controller: ControllerEmulator, held: list[Pose]) -> None:
+    """Carry out the operator's orders until the connection closes."""
+    while True:
+        try:
+            order = control.recv()
+        except EOFError:
+            return
+        if isinstance(order, Jog):
+            controller.jog(order.T_base_tool)
+        else:
+            held[:] = [] if order.T_tissue_board is None else [order.T_tissue_board]
+        control.send(order)

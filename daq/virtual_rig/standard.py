@@ -1,7 +1,9 @@
 """The virtual rig that the command line runs."""
 
 from daq.virtual_rig.fem_phantom import FemPhantom
-from daq.virtual_rig.layout import SPECIMEN, placed_beads
+from daq.virtual_rig.free_air import FreeAir
+from daq.virtual_rig.layout import GRASP_CENTRE, SPECIMEN, placed_beads
+from daq.virtual_rig.phantom import SpringPhantom
 from daq.virtual_rig.processes import VirtualRigSettings
 
 YOUNGS_MODULUS = 15e3
@@ -12,3 +14,17 @@ def standard_settings(seed: int = 0) -> VirtualRigSettings:
     """Return the paper's phantom with a common silicone's stiffness; the seed places the beads and makes the noise."""
     phantom = FemPhantom(SPECIMEN, placed_beads(seed), YOUNGS_MODULUS, POISSON_RATIO)
     return VirtualRigSettings(phantom, seed=seed)
+
+
+MARKER_ON_GRIPPER = (-0.012, 0.004, 0.015)
+FORCE_DELAY_S, CAMERA_DELAY_S = 0.020, 0.030
+
+
+def calibration_settings(kind: str, seed: int = 0) -> VirtualRigSettings:
+    """Return a rig to calibrate: free air, or springs for ``time``, whose streams are late by known times then."""
+    if kind == "time":
+        springs = SpringPhantom(GRASP_CENTRE, placed_beads(seed))
+        return VirtualRigSettings(
+            springs, seed=seed, force_delay_s=FORCE_DELAY_S, camera_delay_s=CAMERA_DELAY_S
+        )
+    return VirtualRigSettings(FreeAir(SPECIMEN.fiducials_m, MARKER_ON_GRIPPER), seed=seed)

@@ -2,8 +2,7 @@
 
 import threading
 from bisect import bisect_left
-from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from multiprocessing.connection import Connection
 
 import numpy as np
@@ -13,46 +12,40 @@ from daq.rig import Frames, Tool, Vector
 from daq.virtual_rig.phantom import PhantomMotion, PhantomState, increment
 from estimator.errors import SolverError
 from robot_drivers.abb import poses
-from robot_drivers.clock import host_time_ns
 from robot_drivers.protocols import FloatArray, Pose
 
 _SOLVE_BEYOND_M = 5e-4
 _SOLVE_BEYOND_RAD = 0.01
 _FIRST_PULL_M = 1e-3
 _SAMPLE_S = 0.004
-_REMEMBERED = 2048
 
 
 class SimulatedTissue:
     """Follows the gripper: has the phantom solved, in another process, as soon as the gripper has moved on.
 
-    The devices ask for an instant, not for now: a device that is late still senses what was. The path of the gripper
-    is remembered for that, about eight seconds of it.
+    The devices ask for an instant, not for now: a device that is late still senses what was.
 
     Parameters
     ----------
     solver : takes a pose, answers with a :class:`PhantomState` or a SolverError
-    tool_pose : returns ``T_base_tool`` as it truly is now
+    path : returns host times, ns, and ``T_base_tool`` as it truly was then, oldest first
     frames : of the rig
     """
 
-    def __init__(self, solver: Connection, tool_pose: Callable[[], Pose], frames: Frames) -> None:
+    def __init__(
+        self, solver: Connection, path: Callable[[], Sequence[tuple[int, Pose]]], frames: Frames
+    ) -> None:
         self._solver = solver
-        self._tool_pose = tool_pose
+        self._path = path
         self._T_tissue_base = inverse(frames.T_base_tissue.pose)
         self._T_tool_gripper = frames.T_tool_gripper.pose
-        rest = self._gripper_now()
+        rest = self._gripper_at(path()[-1][1])
         x, y, z = rest.position
         pulled = Pose((x + _FIRST_PULL_M, y, z), rest.quaternion_wxyz)
         self._motion = PhantomMotion(self._solve(pulled), self._solve(rest))
-        self._path: deque[tuple[int, Pose]] = deque([(host_time_ns(), rest)], maxlen=_REMEMBERED)
         self._stopping = threading.Event()
-        self._threads = [
-            threading.Thread(target=self._sample, name="gripper-path"),
-            threading.Thread(target=self._follow, name="phantom-follower"),
-        ]
-        for thread in self._threads:
-            thread.start()
+        self._thread = threading.Thread(target=self._follow, name="phantom-follower")
+        self._thread.start()
 
     def wrench(self, time_ns: int) -> tuple[FloatArray, Pose]:
         """Return the wrench (6,) of the tissue on the gripper, tissue axes, and the pose it belongs to."""
@@ -66,30 +59,26 @@ class SimulatedTissue:
     def close(self) -> None:
         """Stop following."""
         self._stopping.set()
-        for thread in self._threads:
-            thread.join()
+        self._thread.join()
 
-    def _gripper_now(self) -> Pose:
-        return compose(compose(self._T_tissue_base, self._tool_pose()), self._T_tool_gripper)
+    def _gripper_at(self, T_base_tool: Pose) -> Pose:
+        return compose(compose(self._T_tissue_base, T_base_tool), self._T_tool_gripper)
 
     def _gripper(self, time_ns: int) -> Pose:
         """Return ``T_tissue_gripper`` at an instant of the host clock, between the samples of its path."""
-        path = self._path.copy()
+        path = self._path()
         place = bisect_left(path, time_ns, key=lambda sample: sample[0])
         if place == 0:
-            return path[0][1]
+            return self._gripper_at(path[0][1])
         if place == len(path):
-            return path[-1][1]
+            return self._gripper_at(path[-1][1])
         (before_ns, before), (after_ns, after) = path[place - 1], path[place]
-        return poses.interpolate(before, after, (time_ns - before_ns) / (after_ns - before_ns))
-
-    def _sample(self) -> None:
-        while not self._stopping.wait(_SAMPLE_S):
-            self._path.append((host_time_ns(), self._gripper_now()))
+        between = poses.interpolate(before, after, (time_ns - before_ns) / (after_ns - before_ns))
+        return self._gripper_at(between)
 
     def _follow(self) -> None:
         while not self._stopping.wait(_SAMPLE_S):
-            pose = self._path[-1][1]
+            pose = self._gripper_at(self._path()[-1][1])
             way = increment(self._motion.newest.T_tissue_gripper, pose)
             if np.linalg.norm(way[:3]) > _SOLVE_BEYOND_M or np.linalg.norm(way[3:]) > _SOLVE_BEYOND_RAD:
                 self._motion = PhantomMotion(self._motion.newest, self._solve(pose))

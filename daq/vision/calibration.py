@@ -105,6 +105,52 @@ def calibrate(
     )
 
 
+@dataclass(frozen=True, slots=True)
+class LensCalibration:
+    """One camera calibrated alone.
+
+    Attributes
+    ----------
+    intrinsics, intrinsics_std : (8,) fx fy cx cy, px, k1 k2 p1 p2
+    rotations, translations : pose of the board in the camera frame in each of n views
+    rms_px : reprojection error
+    view_rms_px : (n,) of each view
+    """
+
+    intrinsics: FloatArray
+    intrinsics_std: FloatArray
+    rotations: Rotation
+    translations: FloatArray
+    rms_px: float
+    view_rms_px: FloatArray
+
+
+def calibrate_lens(
+    views: Sequence[BoardView], corners: FloatArray, image_size: tuple[int, int]
+) -> LensCalibration:
+    """Calibrate one camera by Zhang's method; ``corners`` (n, 3) of the board, ``image_size`` width and height."""
+    rms, matrix, distortion, rotations, translations, std, _, view_rms = cv2.calibrateCameraExtended(
+        [corners[view.numbers].astype(np.float32) for view in views],
+        [view.pixels.astype(np.float32) for view in views],
+        image_size,
+        np.eye(3),
+        np.zeros(5),
+        flags=cv2.CALIB_FIX_K3,
+    )
+    intrinsics = [matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2], *distortion.ravel()[:4]]
+    rotation_vectors, vectors = (
+        np.array(poses, dtype=np.float64)[..., 0] for poses in (rotations, translations)
+    )
+    return LensCalibration(
+        np.array(intrinsics, dtype=np.float64),
+        np.asarray(std, dtype=np.float64).ravel()[:_INTRINSICS],
+        Rotation.from_rotvec(rotation_vectors),
+        vectors,
+        float(rms),
+        np.asarray(view_rms, dtype=np.float64).ravel(),
+    )
+
+
 class _Bundle:
     """Reprojection of all views as a function of one vector of parameters.
 
@@ -124,7 +170,9 @@ class _Bundle:
 
     def start(self) -> FloatArray:
         """Calibrate each camera alone and take the mean pose between them."""
-        intrinsics, rotations, translations = zip(*(self._alone(side) for side in self._sides), strict=True)
+        alone = [calibrate_lens(side, self._corners, self._image_size) for side in self._sides]
+        intrinsics = [lens.intrinsics for lens in alone]
+        rotations, translations = ([lens.rotations for lens in alone], [lens.translations for lens in alone])
         between = rotations[1] * rotations[0].inv()
         rotation = between.mean()
         translation = np.median(translations[1] - between.apply(translations[0]), axis=0)
@@ -161,21 +209,6 @@ class _Bundle:
         squares = np.sum(residuals.reshape(-1, 2) ** 2, axis=1)
         pair_of = np.concatenate(self._pair_of)
         return np.sqrt(np.bincount(pair_of, squares) / np.bincount(pair_of))
-
-    def _alone(self, views: Sequence[BoardView]) -> tuple[FloatArray, Rotation, FloatArray]:
-        _, matrix, distortion, rotations, translations = cv2.calibrateCamera(
-            [self._corners[view.numbers].astype(np.float32) for view in views],
-            [view.pixels.astype(np.float32) for view in views],
-            self._image_size,
-            np.eye(3),
-            np.zeros(5),
-            flags=cv2.CALIB_FIX_K3,
-        )
-        intrinsics = [matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2], *distortion.ravel()[:4]]
-        rotation_vectors, vectors = (
-            np.array(poses, dtype=np.float64)[..., 0] for poses in (rotations, translations)
-        )
-        return np.array(intrinsics, dtype=np.float64), Rotation.from_rotvec(rotation_vectors), vectors
 
     def _camera(self, intrinsics: FloatArray, T_cam_left: Pose) -> PinholeCamera:
         fx, fy, cx, cy, k1, k2, p1, p2 = intrinsics.tolist()

@@ -132,9 +132,10 @@ class StereoCalibration:
 
     @classmethod
     def load(cls, path: Path) -> Self:
-        """Read a calibration file; raises RigError that names line and key of what is wrong."""
+        """Read a calibration, by itself or as the ``result`` of a kept one; a RigError names line and key."""
         file = TomlFile.read(path)
-        return file.build(cls, file.root)
+        keys = ("result",) if "result" in file.root else ()
+        return file.build(cls, file.root.get("result", file.root), keys)
 
     def save(self, path: Path) -> None:
         """Write a calibration file that :meth:`load` reads back exactly."""

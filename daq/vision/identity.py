@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from daq.vision.errors import VisionError
+from daq.vision.rest_grid import match_grid
 
 FloatArray = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -105,9 +106,16 @@ class IdentityTracker:
             raise VisionError(
                 f"first images: no bead, or no single one, within {1e3 * tolerance:g} mm of the rest position of "
                 f"fiducials {', '.join(map(str, missing))} ({len(points)} beads seen in both images, {allowed} may be "
-                "hidden); check that the calibration is in the tissue frame, and uncover the beads"
+                f"hidden{self._lie(points)}); check that the calibration is in the tissue frame, and uncover the beads"
             )
         return named
+
+    def _lie(self, points: FloatArray) -> str:
+        """Return how the design lies among the points, for whoever looks for the mistake."""
+        try:
+            return f"; {match_grid(self._rest, points).describe()}"
+        except VisionError:
+            return ""
 
     def _follow(self, points: FloatArray, elapsed_s: float, rejected: Counter[str]) -> Indices:
         settings = self._settings

@@ -9,6 +9,7 @@ import numpy as np
 
 from daq.frames import compose, inverse, rotation
 from daq.recording import schemas
+from daq.recording.codec import compressed
 from daq.recording.folder import SessionInfo, write_info
 from daq.recording.mcap_log import McapLog
 from daq.recording.rows import EventRows, FrameRows, PoseRows, WrenchRows
@@ -42,6 +43,7 @@ class SyntheticSession:
     noise : (6,) of the readings
     lost : (begin, end) in s of what the force sensor did not deliver
     frame_rate : of both cameras, 1/s
+    right_lost : numbers of the right camera's images that never arrived
     """
 
     poses: Sequence[Pose]
@@ -50,6 +52,7 @@ class SyntheticSession:
     noise: np.ndarray = field(default_factory=lambda: np.array([6e-3, 6e-3, 1.3e-2, 3e-4, 3e-4, 2e-4]))
     lost: tuple[float, float] = (0.0, 0.0)
     frame_rate: float = 2.0
+    right_lost: tuple[int, ...] = ()
     seed: int = 0
 
     def write(self, folder: Path) -> Path:
@@ -74,6 +77,9 @@ class SyntheticSession:
     def _pose_at(self, time_s: float) -> Pose:
         return self.poses[min(int(time_s / (WINDOW_S + MOVE_S)), len(self.poses) - 1)]
 
+    def _window_begin_s(self, row: int) -> float:
+        return row * (WINDOW_S + MOVE_S)
+
     @property
     def _duration_s(self) -> float:
         return len(self.poses) * (WINDOW_S + MOVE_S)
@@ -85,7 +91,7 @@ class SyntheticSession:
     def _write_events(self, log: McapLog) -> None:
         rows = EventRows(log.add_channel("/events", schemas.EVENT))
         for row in range(len(self.poses)):
-            begin_ns = START_NS + round((row * (WINDOW_S + MOVE_S)) * 1e9)
+            begin_ns = START_NS + round(self._window_begin_s(row) * 1e9)
             begin = {"event": "measure_begin", "row": row, "number": row, "phase": "hold"}
             log.append(rows.pack(begin, begin_ns, 2 * row))
             log.append(
@@ -156,12 +162,15 @@ class SyntheticSession:
             scene = rendered_scene(camera, side)
             rows = FrameRows(
                 log.add_channel(f"/camera/{name}/image", schemas.COMPRESSED_IMAGE),
+                log.add_channel(f"/camera/{name}/image_raw", schemas.IMAGE),
                 log.add_channel(f"/camera/{name}/device", schemas.DEVICE_STAMP),
                 f"camera_{name}",
             )
             time_s = np.arange(0.05, self._duration_s, 1 / self.frame_rate)
             received = self._received(time_s, 5e-3)
             for number, moment in enumerate(time_s):
+                if name == "right" and number in self.right_lost:
+                    continue
                 image = scene.render(self.phantom.solve(self._pose_at(moment)).beads, number)
                 frame = Frame(number, 50.0 + moment, int(received[number]), "mono8", image)
-                log.append(rows.pack([frame], number))
+                log.append(rows.pack(compressed(frame), number))

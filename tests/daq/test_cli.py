@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from daq.cli import main
-from daq.cli.record import chosen_retraction
+from daq.cli.record import chosen_trial
 from daq.recording.folder import SessionInfo, read_info, write_info
 from daq.rig import write_rig
-from daq.trajectories import PULL, TWIST_AND_PULL
+from daq.trajectories import PULL
 from daq.virtual_rig.layout import Addresses, rig_description
 
 
@@ -114,10 +114,11 @@ def test_devices_that_do_not_answer_are_told_one_by_one(
     nobody = Addresses(1, 1, 1, 1, 1, 0, ("tcp://127.0.0.1:1", "tcp://127.0.0.1:1"))
     write_rig(rig_description(nobody, tmp_path / "stereo.toml"), tmp_path / "rig.toml")
     status, out, _ = run(capsys, "devices", tmp_path / "rig.toml", "--json")
-    assert status == 2
+    assert status == 1
     devices = json.loads(out)["devices"]
     assert list(devices) == ["force sensor", "robot", "camera left", "camera right"]
-    assert all(told["error"] for told in devices.values())
+    for told in devices.values():
+        assert [(check["name"], check["passed"]) for check in told["checks"]] == [("reachable", False)]
 
 
 def test_uniaxial_finds_the_modulus_of_a_made_up_test(
@@ -138,18 +139,19 @@ class Options:
     """What argparse would give for ``record`` without options."""
 
     trajectory = "pull"
+    repeat = 1
     steps = step_length = angle = return_steps = speed = settle = measure = None
     hold: list[float] = []  # noqa: RUF012 - read only
 
 
-def test_record_changes_nothing_of_the_standard_unless_asked() -> None:
-    assert chosen_retraction(Options()).trajectory() == PULL.trajectory()
+def test_record_changes_nothing_of_the_standard_unless_asked(tmp_path: Path) -> None:
+    assert chosen_trial(Options()).lay_out(tmp_path) == PULL.trajectory()
 
 
 def test_record_takes_millimetres_and_degrees() -> None:
     options = Options()
     options.trajectory, options.steps, options.step_length, options.angle = "twist_and_pull", 5, 1.5, 30.0
-    chosen = chosen_retraction(options)
-    assert (chosen.steps, chosen.axis) == (5, TWIST_AND_PULL.axis)
-    assert chosen.step_length == pytest.approx(0.0015)
-    assert chosen.angle == pytest.approx(np.pi / 6)
+    chosen = chosen_trial(options)
+    assert (chosen.trajectory, chosen.steps) == ("twist_and_pull", 5)
+    assert chosen.step_length_m == pytest.approx(0.0015)
+    assert chosen.angle_rad == pytest.approx(np.pi / 6)

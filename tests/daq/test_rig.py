@@ -4,13 +4,24 @@ from pathlib import Path
 import pytest
 
 from daq.errors import RigError
-from daq.rig import Rig, make_devices, read_rig, write_rig
+from daq.rig import CameraDevice, Device, Rig, make_devices, read_rig, write_rig
 from daq.virtual_rig.layout import Addresses, rig_description
+from robot_drivers.abb.egm_guidance import EGMGuidedRobot
+from robot_drivers.abb.guidance_session import EGMGuidanceSettings
 from robot_drivers.abb.irb140 import IRB140
+from robot_drivers.abb.open_abb import OpenABB, OpenABBSettings
+from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
+from robot_drivers.ati.netbox_can import NetBoxCan, NetBoxCanSettings
+from robot_drivers.ati.netcanoem import NetCANOEM, NetCANOEMSettings
 from robot_drivers.ati.netft import NetFT
+from robot_drivers.cameras.dc1394 import DC1394Camera, DC1394CameraSettings
 from robot_drivers.cameras.opencv import OpenCVCamera
+from robot_drivers.protocols import Pose
 
 ADDRESSES = Addresses(1, 2, 3, 4, 5, 6, ("tcp://127.0.0.1:7", "tcp://127.0.0.1:8"))
+NETBOX_CAN = NetBoxCanSettings(
+    channel="can0", bitrate=500_000, base=0x1B0, counts_per_force=1e6, counts_per_torque=1e6
+)
 
 
 @pytest.fixture
@@ -47,6 +58,36 @@ def test_a_rig_makes_its_devices_without_touching_the_network(rig: Rig) -> None:
     assert isinstance(devices.robot, IRB140)
     assert list(devices.cameras) == ["left", "right"]
     assert isinstance(devices.cameras["left"], OpenCVCamera)
+
+
+@pytest.mark.parametrize(
+    ("place", "driver", "settings", "made"),
+    [
+        ("force_sensor", "netbox_can", NETBOX_CAN, NetBoxCan),
+        ("force_sensor", "netcanoem", NetCANOEMSettings(channel="can0"), NetCANOEM),
+        ("force_sensor", "digital_ft", DigitalFTSettings(port="/dev/ttyUSB0"), DigitalFT),
+        ("robot", "open_abb", OpenABBSettings("robot", T_flange_tool=Pose((0.0, 0.0, 0.14))), OpenABB),
+        ("robot", "egm_guidance", EGMGuidanceSettings(), EGMGuidedRobot),
+    ],
+)
+def test_every_driver_can_be_named_with_its_settings(
+    rig: Rig, tmp_path: Path, place: str, driver: str, settings: object, made: type
+) -> None:
+    named = replace(rig, **{place: Device(driver, settings)})
+    write_rig(named, tmp_path / "rig.toml")
+    assert read_rig(tmp_path / "rig.toml") == named
+    assert isinstance(getattr(make_devices(named), place), made)
+
+
+def test_firewire_cameras_can_be_named_by_their_numbers(rig: Rig, tmp_path: Path) -> None:
+    left, right = (
+        CameraDevice(name, "dc1394", DC1394CameraSettings(guid=guid, pixel_format="bayer_rggb8", fps=25.0))
+        for name, guid in (("left", "00b09d0100a1b2c3"), ("right", "00b09d0100a1b2c4"))
+    )
+    named = replace(rig, cameras=(left, right))
+    write_rig(named, tmp_path / "rig.toml")
+    assert read_rig(tmp_path / "rig.toml") == named
+    assert isinstance(make_devices(named).cameras["left"], DC1394Camera)
 
 
 @pytest.mark.parametrize(

@@ -1,3 +1,5 @@
+import subprocess
+import sys
 import threading
 import time
 from dataclasses import replace
@@ -10,12 +12,14 @@ from fake_devices import FakeCamera, FakeForceSensor, FakeRobot
 from daq.devices import Devices
 from daq.errors import MotionLimitError, SessionError, SoftwareStopError
 from daq.recording.folder import read_info, verify_checksums
-from daq.recording.reader import Recording
+from daq.recording.reader import Recording, open_recording
 from daq.rig import Rig, read_rig
 from daq.session.checks import gripper_in_tissue
-from daq.session.session import Label, connected, run_session
+from daq.session.session import Label, Session, connected, run_session
+from daq.session_report import read_report
 from daq.trajectories import PULL, TWIST_AND_PULL, Dwell, Trajectory
 from daq.virtual_rig.layout import REST_TOOL, Addresses, rig_description
+from daq.virtual_rig.scene import flea2_pair
 from robot_drivers.errors import DeviceTimeoutError, MotionRefusedError
 from robot_drivers.protocols import Pose, Speed, WrenchBlock
 
@@ -33,7 +37,7 @@ class Bench:
 
     def __init__(self, folder: Path) -> None:
         calibration = folder / "stereo.toml"
-        calibration.write_text("[left]\n")
+        flea2_pair().save(calibration)
         addresses = Addresses(1, 2, 3, 4, 5, 6, ("tcp://a:1", "tcp://b:2"))
         rig = rig_description(addresses, calibration)
         self.rig: Rig = replace(rig, limits=replace(rig.limits, speed_m_s=5.0))
@@ -126,6 +130,55 @@ def test_too_large_a_wrench_holds_the_robot_and_seals_the_recording(
     assert told in info.problems[0]
     stop = next(event for event in Recording(bench.folder).events if event.name == "session_failed")
     assert stop.details["guard"]["reaction_s"] < 0.2
+
+
+def test_what_happens_after_a_stop_is_recorded_too(bench: Bench) -> None:
+    bench.robot.move_s = 0.2
+    timer = bench.later(
+        0.3, lambda: np.add(bench.force.wrench, (-16.0, 0, 0, 0, 0, 0), out=bench.force.wrench)
+    )
+    with pytest.raises(SoftwareStopError):
+        bench.run()
+    timer.join()
+    recording = Recording(bench.folder)
+    failed = next(event for event in recording.events if event.name == "session_failed")
+    assert recording.force.host_time_ns[-1] - failed.time_ns > 0.3e9
+
+
+def test_a_force_that_changes_too_fast_holds_the_robot(bench: Bench) -> None:
+    bench.rig = replace(bench.rig, limits=replace(bench.rig.limits, force_rate_n_s=20.0))
+    bench.robot.move_s = 0.2
+    timer = bench.later(
+        0.3, lambda: np.add(bench.force.wrench, (-5.0, 0, 0, 0, 0, 0), out=bench.force.wrench)
+    )
+    with pytest.raises(SoftwareStopError, match=r"force rate of .* N/s exceeds the limit of 20 N/s"):
+        bench.run()
+    timer.join()
+
+
+def test_the_guard_tells_in_the_recording_how_quick_it_was(bench: Bench) -> None:
+    bench.run()
+    guard = read_report(bench.folder).guard
+    assert guard["blocks"] > 10
+    assert 0.0 < guard["median_s"] <= guard["most_s"] <= guard["longest_s"] < 1.0
+
+
+def test_a_session_can_be_held_and_noted_from_another_thread(bench: Bench) -> None:
+    session = Session(bench.rig, bench.devices, bench.trajectory, bench.folder, Label("test"))
+    with pytest.raises(SessionError, match="nothing is being recorded"):
+        session.note("too early")
+
+    def interfere() -> None:
+        session.note("the lamp flickers")
+        session.hold("the operator saw a tear")
+
+    timer = bench.later(0.3, interfere)
+    with pytest.raises(SoftwareStopError, match="the operator saw a tear"):
+        session.run(silent)
+    timer.join()
+    note = next(event for event in Recording(bench.folder).events if event.name == "note")
+    assert note.details["text"] == "the lamp flickers"
+    assert bench.robot.hold_calls == 1
 
 
 def test_the_weight_of_the_tool_and_the_sensors_offset_stop_nothing(bench: Bench) -> None:
@@ -241,6 +294,35 @@ def test_a_failing_device_ends_the_session_with_its_own_words(bench: Bench) -> N
     with pytest.raises((DeviceTimeoutError, SessionError), match=r"cable out|no usable sample"):
         bench.run()
     assert bench.robot.held.is_set()
+
+
+FULL_DISK = """
+import resource, sys
+from pathlib import Path
+sys.path[:0] = {paths!r}
+from daq.errors import RecordingError
+from test_session import Bench
+bench = Bench(Path({folder!r}))
+resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
+try:
+    bench.run()
+except RecordingError as error:
+    print("held" if bench.robot.held.is_set() else "not held", error)
+"""
+
+
+def test_a_full_disk_holds_the_robot_and_keeps_what_was_written(tmp_path: Path) -> None:
+    here = Path(__file__)
+    program = FULL_DISK.format(paths=[str(here.parents[2]), str(here.parent)], folder=str(tmp_path))
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert done.stdout.startswith("held"), done.stdout + done.stderr
+    assert "cannot be" in done.stdout
+    recording = open_recording(tmp_path / "session")
+    assert recording.info.state in {"sealed", "recovered"}
+    assert len(recording.force) > 50
+    assert np.all(np.diff(recording.force.counter) == 1)
 
 
 def test_an_existing_folder_is_never_written_into(bench: Bench) -> None:

@@ -1,0 +1,21 @@
+"""``python -m daq.acquisition``: what a client starts. Standard input and output belong to the messages."""
+
+import os
+import signal
+import sys
+
+from daq.acquisition.process import serve
+
+
+def main() -> None:
+    """Serve the client at the other end of standard input and output."""
+    # whatever else prints must not get between the messages
+    reports = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+    # an interrupt from the keyboard is for the client, which will say what is to be done
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    serve(sys.stdin.buffer, reports)
+
+
+if __name__ == "__main__":
+    main()

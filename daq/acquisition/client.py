@@ -1,0 +1,219 @@
+"""The client of the acquisition process, for a script or for a window."""
+
+import os
+import pickle
+import queue
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from daq import errors
+from daq.acquisition.messages import (
+    VERSION,
+    Alive,
+    Close,
+    Command,
+    Ended,
+    Failure,
+    Hold,
+    Note,
+    Open,
+    Opened,
+    Refused,
+    Release,
+    Report,
+    Start,
+    Telemetry,
+)
+from daq.errors import SessionError
+from daq.progress import Progress
+from daq.recording.folder import SessionInfo
+from daq.rig import Rig
+from daq.session.session import Label
+from daq.trajectories import Trajectory
+
+_OPEN_TIMEOUT_S = 60.0
+_END_TIMEOUT_S = 600.0
+_POLL_S = 0.1
+
+
+class Acquisition:
+    """An acquisition process with its devices connected, from construction to :meth:`close`; a context manager.
+
+    All methods belong to one thread, which calls :meth:`poll` at least twice a second while a session runs: that is
+    how the process knows that somebody watches.
+
+    Attributes
+    ----------
+    devices : who they are, by their roles
+    telemetry : the newest, None before the first
+
+    Raises
+    ------
+    SessionError
+        The devices cannot be connected.
+    """
+
+    def __init__(self, rig: Rig) -> None:
+        self.telemetry: Telemetry | None = None
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "daq.acquisition"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            start_new_session=sys.platform != "win32",
+        )
+        self._reports: queue.SimpleQueue[Report | None] = queue.SimpleQueue()
+        self._reader = threading.Thread(target=self._read, name="acquisition-reader", daemon=True)
+        self._reader.start()
+        try:
+            self._send(Open(rig))
+            opened = self._wait(_OPEN_TIMEOUT_S)
+            if not isinstance(opened, Opened) or opened.version != VERSION:
+                raise SessionError(
+                    f"the acquisition process does not speak version {VERSION}; install it anew"
+                )
+        except BaseException:
+            self.close()
+            raise
+        self.devices = opened.devices
+
+    @property
+    def process_id(self) -> int:
+        """Of the acquisition process."""
+        return self._process.pid
+
+    def poll(self, timeout_s: float = 0.0) -> Ended | None:
+        """Show that somebody watches; return the end of the session once it has come, waiting so long for it.
+
+        Raises
+        ------
+        SessionError
+            A command was refused, or the process has died.
+        """
+        self._send(Alive())
+        try:
+            report = self._reports.get(timeout=timeout_s) if timeout_s > 0 else self._reports.get_nowait()
+        except queue.Empty:
+            return None
+        if report is None:
+            raise SessionError(
+                "the acquisition process has died; its messages are above, the robot stops by its own watchdog, and "
+                "`retract recover` saves the recording"
+            )
+        if isinstance(report, Refused):
+            raise _error(report.failure)
+        return report if isinstance(report, Ended) else None
+
+    def start(self, trajectory: Trajectory, folder: Path, label: Label) -> None:
+        """Begin a session; its end comes from :meth:`poll`."""
+        self._send(Start(trajectory, folder.absolute(), label))
+
+    def hold(self, reason: str) -> None:
+        """Hold the robot; a session under way ends."""
+        self._send(Hold(reason))
+
+    def release(self) -> None:
+        """Let a robot that was held move again; look at the cell first."""
+        self._send(Release())
+
+    def note(self, text: str) -> None:
+        """Record what the operator has to say."""
+        self._send(Note(text))
+
+    def record(self, trajectory: Trajectory, folder: Path, label: Label, progress: Progress) -> SessionInfo:
+        """Carry out a session and wait for its end, as :func:`daq.session.session.run_session` does in one process.
+
+        Raises
+        ------
+        DaqError
+            As there; what a device reports comes as SessionError.
+        KeyboardInterrupt
+            The robot is held and the recording is sealed.
+        """
+        self.start(trajectory, folder, label)
+        try:
+            ended = self._watch(progress)
+        except KeyboardInterrupt:
+            self.hold("interrupted by the operator")
+            self._watch(progress)
+            raise
+        if ended.failure is not None:
+            raise _error(ended.failure)
+        if ended.info is None:
+            raise SessionError(f"{folder}: the session has ended without a word; look at its files")
+        return ended.info
+
+    def close(self) -> None:
+        """End the process; a session under way is held and sealed first."""
+        assert self._process.stdin is not None
+        try:
+            self._send(Close())
+            self._process.stdin.close()
+        except (SessionError, OSError):
+            pass  # it has ended already
+        try:
+            self._process.wait(_END_TIMEOUT_S)
+        finally:
+            self._reader.join(_END_TIMEOUT_S)
+            if self._process.stdout is not None:
+                self._process.stdout.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _watch(self, progress: Progress) -> Ended:
+        while (ended := self.poll(_POLL_S)) is None:
+            if (seen := self.telemetry) is not None and seen.session is not None:
+                progress(seen.state, seen.step, seen.steps)
+        return ended
+
+    def _wait(self, timeout_s: float) -> Report:
+        deadline = time.monotonic() + timeout_s
+        try:
+            report = self._reports.get(timeout=max(0.0, deadline - time.monotonic()))
+        except queue.Empty:
+            raise SessionError(
+                f"the acquisition process has not answered in {timeout_s:g} s; the computer is too busy"
+            ) from None
+        if report is None:
+            raise SessionError("the acquisition process has ended at its start; its messages are above")
+        if isinstance(report, Refused):
+            raise _error(report.failure)
+        return report
+
+    def _send(self, command: Command) -> None:
+        assert self._process.stdin is not None
+        try:
+            pickle.dump(command, self._process.stdin)
+            self._process.stdin.flush()
+        except OSError as error:
+            raise SessionError("the acquisition process is gone; its messages are above") from error
+
+    def _read(self) -> None:
+        """Pass on what the process reports; of the telemetry only the newest is kept."""
+        assert self._process.stdout is not None
+        try:
+            while True:
+                report = pickle.load(self._process.stdout)
+                if isinstance(report, Telemetry):
+                    self.telemetry = report
+                else:
+                    self._reports.put(report)
+        except (EOFError, OSError, ValueError, pickle.UnpicklingError):
+            self._reports.put(None)
+
+
+def _error(failure: Failure) -> errors.DaqError:
+    """Return the error of the same name, SessionError for one of a device."""
+    kind = getattr(errors, failure.kind, SessionError)
+    return kind(failure.message) if issubclass(kind, errors.DaqError) else SessionError(failure.message)

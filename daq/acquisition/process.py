@@ -1,0 +1,233 @@
+"""The acquisition process itself: sessions in its main thread, the client heard, watched and told in three others.
+
+What the client sends is read by one thread, which therefore notices its end at once; another looks how long it has
+been silent; a third tells it the telemetry, and may wait for a client that does not read without keeping anybody.
+"""
+
+import pickle
+import queue
+import threading
+from typing import BinaryIO
+
+from daq.acquisition.live_view import LiveView
+from daq.acquisition.messages import (
+    VERSION,
+    Alive,
+    Close,
+    Command,
+    Ended,
+    Failure,
+    Hold,
+    Note,
+    Open,
+    Opened,
+    Refused,
+    Release,
+    Report,
+    Start,
+    StreamCounts,
+    Telemetry,
+)
+from daq.devices import Devices
+from daq.errors import DaqError, SessionError, SoftwareStopError
+from daq.recording.folder import read_info
+from daq.recording.streams import FORCE, ROBOT, Streams, camera_stream
+from daq.rig import Rig, make_devices
+from daq.session.session import Session, connected
+from robot_drivers.clock import host_time_ns
+from robot_drivers.errors import DeviceError
+
+SILENCE_LIMIT_S = 0.8
+
+_TELEMETRY_PERIOD_S = 0.1
+_WATCH_PERIOD_S = 0.05
+
+
+def serve(commands: BinaryIO, reports: BinaryIO) -> None:
+    """Do what the client says until it closes or is gone."""
+    first = pickle.load(commands)
+    link = Link(reports)
+    try:
+        if not isinstance(first, Open) or first.version != VERSION:
+            raise SessionError(
+                f"the client speaks another version of the messages than {VERSION}; start it anew"
+            )
+        with connected(make_devices(first.rig)) as devices:
+            link.send(Opened({role: device.identity for role, device in devices.all().items()}))
+            Host(first.rig, devices, link).run(commands)
+    except (DaqError, DeviceError) as error:
+        link.send(Refused(_failure(error)))
+
+
+class Link:
+    """Sends reports, one at a time; a client that is gone is left to those who watch it."""
+
+    def __init__(self, reports: BinaryIO) -> None:
+        self._reports = reports
+        self._lock = threading.Lock()
+
+    def send(self, report: Report) -> None:
+        """Send a report; waits for a client that does not read."""
+        data = pickle.dumps(report)
+        with self._lock:
+            try:
+                self._reports.write(data)
+                self._reports.flush()
+            except (BrokenPipeError, ValueError):
+                return
+
+
+class Host:
+    """Carries out the commands of one client with connected devices."""
+
+    def __init__(self, rig: Rig, devices: Devices, link: Link) -> None:
+        self._rig = rig
+        self._devices = devices
+        self._link = link
+        self._live = LiveView()
+        self._starts: queue.SimpleQueue[Start | None] = queue.SimpleQueue()
+        self._session: Session | None = None
+        self._progress = ("ready", 0, 0)
+        self._held = ""
+        self._heard_ns = host_time_ns()
+        self._closing = threading.Event()
+
+    def run(self, commands: BinaryIO) -> None:
+        """Run sessions until the client closes or is gone."""
+        threads = [
+            threading.Thread(target=self._hear, args=(commands,), name="client-ear", daemon=True),
+            threading.Thread(target=self._watch, name="client-watch"),
+            threading.Thread(target=self._tell, name="telemetry", daemon=True),
+        ]
+        for thread in threads:
+            thread.start()
+        try:
+            while (start := self._next_start()) is not None:
+                self._link.send(self._carry_out(start))
+        finally:
+            self._closing.set()
+
+    def _next_start(self) -> Start | None:
+        """Show what the devices bring until the next session is asked for."""
+        devices = self._devices
+        devices.force_sensor.start()
+        try:
+            with Streams(devices.force_sensor, devices.robot, devices.cameras, (self._live,)):
+                return self._starts.get()
+        finally:
+            devices.force_sensor.stop()
+
+    def _carry_out(self, start: Start) -> Ended:
+        failure = None
+        try:
+            session = self._session = Session(
+                self._rig, self._devices, start.trajectory, start.folder, start.label, (self._live,)
+            )
+            return Ended(session.run(self._show_progress), None)
+        except (DaqError, DeviceError) as error:
+            failure = _failure(error)
+            if isinstance(error, SoftwareStopError):
+                self._held = str(error)
+        finally:
+            self._session, self._progress = None, ("ready", 0, 0)
+        try:
+            return Ended(read_info(start.folder), failure)
+        except DaqError:
+            return Ended(None, failure)
+
+    def _show_progress(self, text: str, done: int, total: int) -> None:
+        self._progress = (text, done, total)
+
+    def _hear(self, commands: BinaryIO) -> None:
+        """Take the client's commands until its end of the line is gone, however it went."""
+        try:
+            while not isinstance(command := pickle.load(commands), Close):
+                self._heard_ns = host_time_ns()
+                self._obey(command)
+            reason = "the client has closed"
+        except (EOFError, OSError, pickle.UnpicklingError):
+            reason = "the controlling program is gone"
+        if (session := self._session) is not None:
+            session.hold(reason)
+        self._starts.put(None)
+
+    def _obey(self, command: Command) -> None:
+        try:
+            match command:
+                case Start() if self._session is not None:
+                    raise SessionError("a session is running; wait for its end, or hold")
+                case Start():
+                    self._starts.put(command)
+                case Hold(reason):
+                    self._hold(reason)
+                case Release():
+                    self._devices.robot.resume()
+                    self._held = ""
+                case Note(text):
+                    self._note(text)
+                case Alive():
+                    pass
+        except (DaqError, DeviceError) as error:
+            self._link.send(Refused(_failure(error)))
+
+    def _note(self, text: str) -> None:
+        if self._session is None:
+            raise SessionError("nothing is being recorded; note it once a session runs")
+        self._session.note(text)
+
+    def _hold(self, reason: str) -> None:
+        if (session := self._session) is not None:
+            session.hold(reason)
+        else:
+            self._devices.robot.hold()
+        self._held = reason
+
+    def _watch(self) -> None:
+        """Hold the robot when the client has been silent for too long while a session runs."""
+        while not self._closing.wait(_WATCH_PERIOD_S):
+            silent_s = (host_time_ns() - self._heard_ns) * 1e-9
+            if (session := self._session) is not None and silent_s > SILENCE_LIMIT_S and session.stop is None:
+                self._hold(f"the controlling program has been silent for {silent_s:.2g} s")
+
+    def _tell(self) -> None:
+        while not self._closing.wait(_TELEMETRY_PERIOD_S):
+            self._link.send(self._telemetry())
+
+    def _telemetry(self) -> Telemetry:
+        force, pose, images = self._live.take()
+        state, step, steps = self._progress
+        session = self._session
+        return Telemetry(
+            time_ns=host_time_ns(),
+            state=state,
+            step=step,
+            steps=steps,
+            session=session.folder if session is not None else None,
+            held=self._held,
+            counts=self._counts(session),
+            force=force,
+            pose=pose,
+            images=images,
+        )
+
+    def _counts(self, session: Session | None) -> dict[str, StreamCounts]:
+        written = session.written() if session is not None else {}
+        dropped = session.dropped() if session is not None else {}
+        statistics_of = {FORCE: self._devices.force_sensor.statistics, ROBOT: self._devices.robot.statistics}
+        for name, camera in self._devices.cameras.items():
+            statistics_of[camera_stream(name)] = camera.statistics
+        counts = {}
+        for stream, ask in statistics_of.items():
+            statistics = ask()
+            counts[stream] = StreamCounts(
+                statistics.received,
+                statistics.lost,
+                written.get(stream, 0),
+                dropped.get(stream, 0),
+                self._live.age_s(stream),
+            )
+        return counts
+
+
+def _failure(error: Exception) -> Failure:
+    return Failure(type(error).__name__, str(error))

@@ -1,0 +1,145 @@
+"""Whether the streams of a session belong together in time: the same motion, seen by robot, force sensor and cameras.
+
+Every session moves, so every session can be checked, whatever was calibrated before. A tissue that creeps follows the
+gripper late by itself; a warning here is a reason to look, not a correction.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daq.errors import DaqError, SynchronisationError
+from daq.fiducial_windows import track_fiducials
+from daq.progress import Progress
+from daq.recording.reader import Event, Recording
+from daq.rig import Rig
+from daq.session.steps import MOVE_BEGIN, MOVE_END
+from daq.stereo_images import StereoImages
+from daq.sync import force_event_times, gripper_in_tissue
+from daq.timing.event_times import estimate_event_times
+from daq.timing.latency import Latency, estimate_latency, main_motion
+from robot_drivers.protocols import FloatArray, IntArray
+
+WARN_BEYOND_S = 2e-3
+FORCE_SENSOR, CAMERAS = "force sensor", "cameras"
+
+_EDGE_NS = 300_000_000
+_LARGEST_S = 0.15
+_SIGNIFICANT = 3.0
+_MOST_PAIRS = 80
+_GROUPS = 5
+_NO_MOVE = -1
+
+
+@dataclass(frozen=True, slots=True)
+class Alignment:
+    """How much later a stream shows the motion than the robot does.
+
+    Attributes
+    ----------
+    stream : "force sensor" or "cameras"
+    lag_s, std_s : and the standard deviation of that; NaN where it cannot be told
+    explained : share of the stream's motion that the robot's explains
+    remark : why it cannot be told; empty where it can
+    """
+
+    stream: str
+    lag_s: float = math.nan
+    std_s: float = math.nan
+    explained: float = math.nan
+    remark: str = ""
+
+    @property
+    def misaligned(self) -> bool:
+        """Whether the lag is beyond 2 ms, and no accident of noise."""
+        return abs(self.lag_s) > max(WARN_BEYOND_S, _SIGNIFICANT * self.std_s)
+
+    def __str__(self) -> str:
+        if self.remark:
+            return f"{self.stream}: its alignment with the robot cannot be told ({self.remark})"
+        return (
+            f"{self.stream}: {self.lag_s * 1e3:+.2f} ± {self.std_s * 1e3:.2f} ms against the robot's motion"
+        )
+
+
+def check_alignment(recording: Recording, rig: Rig, progress: Progress) -> tuple[Alignment, ...]:
+    """Compare force and bead motion with the robot's; of the images only as many as a few moves need."""
+    return (
+        _told(FORCE_SENSOR, lambda: _force_alignment(recording, rig)),
+        _told(CAMERAS, lambda: _camera_alignment(recording, rig, progress)),
+    )
+
+
+def _told(stream: str, estimate: Callable[[], Alignment]) -> Alignment:
+    try:
+        return estimate()
+    except DaqError as error:
+        return Alignment(stream, remark=str(error))
+
+
+def _force_alignment(recording: Recording, rig: Rig) -> Alignment:
+    force = recording.force
+    times = force_event_times(force, rig)
+    move = np.where(force.usable, _move_of(recording.events, times.time_ns), _NO_MOVE)
+    used = move != _NO_MOVE
+    return _against_robot(
+        FORCE_SENSOR, recording, rig, times.time_ns[used], force.wrench[used, :3], move[used]
+    )
+
+
+def _camera_alignment(recording: Recording, rig: Rig, progress: Progress) -> Alignment:
+    images = StereoImages(recording, rig)
+    move = _move_of(recording.events, images.exposed_ns)
+    used = move != _NO_MOVE
+    used[np.flatnonzero(used)[_MOST_PAIRS:]] = False
+    if not used.any():
+        raise SynchronisationError("no image was taken while the robot moved")
+    track = track_fiducials(images, rig, used, progress)
+    seen = np.isfinite(track.positions).all(axis=(0, 2))
+    if not seen.any():
+        raise SynchronisationError("no bead is seen in every image of the first moves")
+    beads = track.positions[:, seen].reshape(len(track.positions), -1)
+    return _against_robot(CAMERAS, recording, rig, track.time_ns, beads, move[used])
+
+
+def _against_robot(
+    stream: str, recording: Recording, rig: Rig, time_ns: IntArray, samples: FloatArray, move: IntArray
+) -> Alignment:
+    """Estimate the lag of samples (n, k), each of which belongs to a move (n,); its spread by leaving moves out."""
+    if len(samples) == 0:
+        raise SynchronisationError("nothing was recorded while the robot moved")
+    robot = recording.robot
+    times = estimate_event_times(robot.device_time_s, robot.host_time_ns)
+    origin_ns = int(times.time_ns[0])
+    robot_time_s, time_s = _seconds(times.time_ns, origin_ns), _seconds(time_ns, origin_ns)
+    way, signal = main_motion(gripper_in_tissue(robot, rig.frames)[0]), main_motion(samples)
+
+    def estimate(used: NDArray[np.bool_]) -> Latency:
+        return estimate_latency(robot_time_s, way, time_s[used], signal[used], _LARGEST_S)
+
+    whole = estimate(np.ones(len(time_s), dtype=np.bool_))
+    groups = min(_GROUPS, len(np.unique(move)))
+    std_s = whole.std_s
+    if groups > 1:
+        # the jackknife over groups of moves (Efron, "The Jackknife, the Bootstrap and Other Resampling Plans", 1982)
+        lags = np.array([estimate(move % groups != group).lag_s for group in range(groups)])
+        std_s = float(np.sqrt((groups - 1) * lags.var()))
+    return Alignment(stream, whole.lag_s, std_s, whole.explained)
+
+
+def _seconds(time_ns: IntArray, origin_ns: int) -> FloatArray:
+    return np.asarray((time_ns - origin_ns) * 1e-9, dtype=np.float64)
+
+
+def _move_of(events: Sequence[Event], time_ns: IntArray) -> IntArray:
+    """Return in which move each instant lies, or just before or after which; -1 for none."""
+    begins = [event.time_ns for event in events if event.name == MOVE_BEGIN]
+    ends = [event.time_ns for event in events if event.name == MOVE_END]
+    move = np.full(len(time_ns), _NO_MOVE, dtype=np.int64)
+    spans = zip(begins, ends, strict=False)  # the last move of a session that was stopped has no end
+    for number, (begin, end) in enumerate(spans):
+        move[(time_ns >= begin - _EDGE_NS) & (time_ns <= end + _EDGE_NS)] = number
+    return move

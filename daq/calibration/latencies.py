@@ -1,0 +1,152 @@
+"""The latency of force sensor and cameras against the robot, from a recording of a sway or of taps."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.figure import Figure as Plot
+from numpy.typing import NDArray
+
+from daq.calibration.outcome import Figure, Outcome
+from daq.calibration.results import StreamLatency, TimeResult
+from daq.errors import CalibrationError
+from daq.fiducial_windows import track_fiducials
+from daq.progress import Progress
+from daq.recording.folder import RIG_FILE
+from daq.recording.reader import Recording
+from daq.rig import Rig, read_rig
+from daq.stereo_images import StereoImages
+from daq.sync import force_event_times, gripper_in_tissue
+from daq.timing.event_times import estimate_event_times
+from daq.timing.latency import Latency, estimate_latency, main_motion
+from daq.windows import measuring_windows
+from robot_drivers.protocols import FloatArray, IntArray
+
+MOST_STD_S = 5e-4
+LEAST_EXPLAINED = 0.9
+FORCE, CAMERAS = "force sensor", "cameras"
+
+_LARGEST_S = 0.15
+_EDGE_S = 0.3
+
+
+def calibrate_time(recording: Recording, progress: Progress) -> Outcome[TimeResult]:
+    """Find the latencies from a recording of :func:`daq.routines.sway` or :func:`daq.routines.tap`.
+
+    The latencies that the rig file states already are taken off first and added to what is found, so the result is the
+    whole latency.
+
+    Raises
+    ------
+    CalibrationError, SynchronisationError
+        The recording holds no motion that both streams show.
+    """
+    rig = read_rig(recording.folder / RIG_FILE)
+    found: dict[str, Latency] = {
+        FORCE: force_latency(recording, rig),
+        CAMERAS: camera_latency(recording, rig, progress),
+    }
+    known = {FORCE: rig.latencies.force_s, CAMERAS: rig.latencies.cameras_s}
+    result = TimeResult(
+        procedure=str(recording.info.trajectory["kind"]),
+        streams=tuple(
+            StreamLatency(
+                stream,
+                latency.lag_s + known[stream],
+                latency.std_s,
+                tuple(latency.lags_s.tolist()),
+                tuple(latency.correlation.tolist()),
+                tuple(latency.correlation_std.tolist()),
+            )
+            for stream, latency in found.items()
+        ),
+    )
+    return Outcome("time", result, _figures(found, result), lambda plot: _draw(plot, found))
+
+
+def force_latency(recording: Recording, rig: Rig) -> Latency:
+    """Return how late the force is stamped against the robot's pose, beyond what the rig file states."""
+    force = recording.force
+    times = force_event_times(force, rig)
+    usable = force.usable & _while_moving(recording, times.time_ns)
+    origin_ns = int(times.time_ns[0])
+    return _against_robot(
+        recording, rig, _seconds(times.time_ns[usable], origin_ns), force.wrench[usable, :3], origin_ns
+    )
+
+
+def camera_latency(recording: Recording, rig: Rig, progress: Progress) -> Latency:
+    """Return how late the images are stamped against the robot's pose, beyond what the rig file states."""
+    images = StereoImages(recording, rig)
+    rest = measuring_windows(recording.events)[0]
+    track = track_fiducials(images, rig, images.exposed_ns >= rest.begin_ns, progress)
+    moving = _while_moving(recording, track.time_ns)
+    positions = track.positions[moving]
+    seen = np.isfinite(positions).all(axis=(0, 2))
+    if not seen.any():
+        raise CalibrationError(
+            "time: no bead is seen in every image of the motion; uncover one, or move less"
+        )
+    origin_ns = int(track.time_ns[0])
+    return _against_robot(
+        recording,
+        rig,
+        _seconds(track.time_ns[moving], origin_ns),
+        positions[:, seen].reshape(len(positions), -1),
+        origin_ns,
+    )
+
+
+def _while_moving(recording: Recording, time_ns: IntArray) -> NDArray[np.bool_]:
+    """Tell which instants lie between the windows at both ends, with a margin around the motion."""
+    windows = measuring_windows(recording.events)
+    if len(windows) < 2:
+        raise CalibrationError("time: the recording has no window after its motion; let it end by itself")
+    margin_ns = round(_EDGE_S * 1e9)
+    begin_ns, end_ns = windows[0].end_ns - margin_ns, windows[-1].begin_ns + margin_ns
+    inside: NDArray[np.bool_] = (time_ns >= begin_ns) & (time_ns <= end_ns)
+    return inside
+
+
+def _against_robot(
+    recording: Recording, rig: Rig, time_s: FloatArray, samples: FloatArray, origin_ns: int
+) -> Latency:
+    robot = recording.robot
+    times = estimate_event_times(robot.device_time_s, robot.host_time_ns)
+    position, _ = gripper_in_tissue(robot, rig.frames)
+    if len(samples) == 0:
+        raise CalibrationError("time: a stream has no sample while the robot moves; record again")
+    return estimate_latency(
+        _seconds(times.time_ns, origin_ns), main_motion(position), time_s, main_motion(samples), _LARGEST_S
+    )
+
+
+def _seconds(time_ns: IntArray, origin_ns: int) -> FloatArray:
+    return np.asarray((time_ns - origin_ns) * 1e-9, dtype=np.float64)
+
+
+def _figures(found: Mapping[str, Latency], result: TimeResult) -> tuple[Figure, ...]:
+    figures = []
+    for told in result.streams:
+        latency = found[told.stream]
+        figures += [
+            Figure(f"{told.stream}, latency", told.latency_s * 1e3, "ms"),
+            Figure(f"{told.stream}, standard deviation", told.std_s * 1e3, "ms", most=MOST_STD_S * 1e3),
+            Figure(f"{told.stream}, explained by the motion", latency.explained, "", least=LEAST_EXPLAINED),
+        ]
+    return tuple(figures)
+
+
+def _draw(plot: Plot, found: Mapping[str, Latency]) -> None:
+    for axes, (stream, latency) in zip(
+        plot.subplots(1, len(found), squeeze=False)[0], found.items(), strict=True
+    ):
+        lags_ms = latency.lags_s * 1e3
+        axes.fill_between(
+            lags_ms,
+            latency.correlation - latency.correlation_std,
+            latency.correlation + latency.correlation_std,
+            alpha=0.3,
+        )
+        axes.plot(lags_ms, latency.correlation)
+        axes.axvline(latency.lag_s * 1e3, linestyle="--")
+        axes.set(title=stream, xlabel="lag, ms", ylabel="correlation with the robot's motion")

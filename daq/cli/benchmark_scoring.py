@@ -1,0 +1,73 @@
+"""``retract benchmark run`` and ``score``: answer sealed cases, and tell how well they were answered."""
+
+import argparse
+from pathlib import Path
+
+from daq.cli.verb import Result, Verbs, add_verb, progress
+from estimator.blind.scoring.running import answer_cases
+from estimator.blind.scoring.score import score_answers
+from estimator.blind.scoring.telling import check_writable, score_text, write_score
+from estimator.diagnosis.diagnose import diagnose
+
+_RUN_EXAMPLES = """  retract benchmark run sealed/cases
+  retract benchmark run sealed/cases --out answers --processes 2"""
+_SCORE_EXAMPLES = """  retract benchmark score sealed/cases-answers sealed/keys
+  retract benchmark score answers sealed/keys --output score.html --json"""
+
+
+def add_run(actions: Verbs) -> None:
+    """Add the action that diagnoses the cases."""
+    parser = add_verb(actions, "run", "diagnose cases without their answers", _RUN_EXAMPLES, _run)
+    parser.add_argument("cases", type=Path, metavar="DIR", help="folder of the cases")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="ANSWERS",
+        help="folder of the answers (default: beside DIR, named DIR-answers)",
+    )
+    parser.add_argument(
+        "--processes",
+        type=int,
+        default=1,
+        metavar="N",
+        help="cases at a time (default: %(default)s; a diagnosis uses all cores by itself)",
+    )
+
+
+def add_score(actions: Verbs) -> None:
+    """Add the action that compares answers and keys."""
+    parser = add_verb(actions, "score", "compare the answers with the keys", _SCORE_EXAMPLES, _score)
+    parser.add_argument("answers", type=Path, metavar="ANSWERS", help="folder of the diagnosis's answers")
+    parser.add_argument(
+        "keys", type=Path, metavar="KEYS", help="folder of the keys; every opening is counted in it"
+    )
+    parser.add_argument(
+        "--output",
+        type=Path,
+        metavar="FILE",
+        help="write a page (.html), or the confusion as a picture (.png)",
+    )
+
+
+def _run(options: argparse.Namespace) -> Result:
+    answers = options.out or options.cases.with_name(f"{options.cases.name}-answers")
+    with progress() as tell:
+        done = answer_cases(diagnose, options.cases, answers, processes=options.processes, progress=tell)
+    lines = [f"{len(done.answered)} cases diagnosed, {len(done.present)} had been; answers in {answers}"]
+    lines += [f"no answer to {name}: {reason}" for name, reason in done.failed.items()]
+    data = {
+        "answers": str(answers),
+        "answered": list(done.answered),
+        "present": list(done.present),
+        "failed": done.failed,
+    }
+    return Result("\n".join(lines), data, status=1 if done.failed else 0)
+
+
+def _score(options: argparse.Namespace) -> Result:
+    if options.output is not None:
+        check_writable(options.output)
+    found = score_answers(options.answers, options.keys)
+    if options.output is not None:
+        write_score(found, options.output, title=f"Score of {options.answers.name}")
+    return Result(score_text(found), found.as_json())

@@ -1,0 +1,50 @@
+"""``retract diagnose``: which effect causes the gap between model and measurement, where, and how far it closes."""
+
+import argparse
+import json
+from pathlib import Path
+
+from daq.cli.verb import Result, Verbs, add_verb, progress
+from daq.versions import package_versions
+from estimator.diagnosis.as_json import as_json
+from estimator.diagnosis.diagnose import diagnose
+from estimator.experiment import read_case
+from estimator.report.diagnosis.findings import summary_text
+from estimator.report.diagnosis.writing import write_report
+
+PAGE_FILE = "diagnosis.html"
+DATA_FILE = "diagnosis.json"
+
+_EXAMPLES = """  retract diagnose cases/P07
+  retract diagnose cases/P07 --output runs/P07
+  retract diagnose cases/P07/pull --json"""
+
+
+def add_parser(verbs: Verbs) -> None:
+    """Add the verb."""
+    summary = "name the cause of the gap between model and measurement"
+    parser = add_verb(verbs, "diagnose", summary, _EXAMPLES, run)
+    parser.add_argument(
+        "--output", type=Path, metavar="DIR", help=f"write {PAGE_FILE} and {DATA_FILE} into this folder"
+    )
+    parser.add_argument(
+        "case", type=Path, metavar="CASE", help="folder of experiments of one phantom, or one experiment"
+    )
+
+
+def run(options: argparse.Namespace) -> Result:
+    """Diagnose, and tell the verdict."""
+    experiments = read_case(options.case)
+    if options.output is not None:
+        options.output.mkdir(parents=True, exist_ok=True)
+    with progress() as tell:
+        found = diagnose(experiments, tell)
+    data = as_json(found)
+    text = summary_text(found)
+    if options.output is not None:
+        file = options.output / PAGE_FILE
+        provenance = {"case": str(options.case), **package_versions()}
+        write_report(found, file, title=f"Diagnosis of {experiments[0].phantom_id}", provenance=provenance)
+        (options.output / DATA_FILE).write_text(json.dumps(data, indent=1), encoding="utf-8")
+        text += f"\nReport: {file}"
+    return Result(text, data)

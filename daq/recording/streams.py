@@ -1,0 +1,112 @@
+"""A thread for each device reads it and shows what came to the observers, whether it is recorded or not."""
+
+import threading
+from collections.abc import Callable, Mapping, Sequence, Sized
+from types import TracebackType
+from typing import Protocol, Self, TypeVar
+
+from daq.errors import RecordingError
+from robot_drivers.errors import DeviceError
+from robot_drivers.protocols import Camera, ForceSensor, Frame, PoseBlock, Robot, WrenchBlock
+
+FORCE = "force"
+ROBOT = "robot"
+
+_READ_TIMEOUT_S = 0.02
+
+Block = TypeVar("Block", bound=Sized)
+
+
+class Observer(Protocol):
+    """Sees what arrives, in the thread of the device; an empty block means silence."""
+
+    def on_wrench(self, block: WrenchBlock) -> None:
+        """See samples of the force sensor."""
+
+    def on_pose(self, block: PoseBlock) -> None:
+        """See states of the robot."""
+
+    def on_frames(self, camera: str, frames: Sequence[Frame]) -> None:
+        """See images of one camera."""
+
+    def on_failure(self, stream: str, error: DeviceError) -> None:
+        """Learn that a device has failed; nothing more comes from it."""
+
+
+class Streams:
+    """Reads connected, streaming devices from construction to :meth:`close`; a context manager.
+
+    The observers see every block in their order, before the next one is read.
+    """
+
+    def __init__(
+        self,
+        force_sensor: ForceSensor,
+        robot: Robot,
+        cameras: Mapping[str, Camera],
+        observers: Sequence[Observer],
+    ) -> None:
+        self._observers = observers
+        self._failures: list[DeviceError] = []
+        self._stopping = threading.Event()
+        shows = [observer.on_wrench for observer in observers]
+        loops = [self._loop(FORCE, force_sensor.read, shows)]
+        loops.append(self._loop(ROBOT, robot.read, [observer.on_pose for observer in observers]))
+        for name, camera in cameras.items():
+            loops.append(self._loop(camera_stream(name), camera.read, _frame_shows(observers, name)))
+        self._threads = [threading.Thread(target=loop, name=f"read-{n}") for n, loop in enumerate(loops)]
+        for thread in self._threads:
+            thread.start()
+
+    def check(self) -> None:
+        """Raise when a device or this program has failed."""
+        if self._failures:
+            raise self._failures[0]
+        if not all(thread.is_alive() for thread in self._threads):
+            raise RecordingError(
+                "a recording thread has ended by a programming error; see its traceback above"
+            )
+
+    def close(self) -> None:
+        """Stop reading."""
+        self._stopping.set()
+        for thread in self._threads:
+            thread.join()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _loop(
+        self, stream: str, read: Callable[[float], Block], shows: Sequence[Callable[[Block], None]]
+    ) -> Callable[[], None]:
+        """Return what the thread of a device does until the end, or until the device fails."""
+
+        def loop() -> None:
+            try:
+                while not self._stopping.is_set():
+                    block = read(_READ_TIMEOUT_S)
+                    for show in shows:
+                        show(block)
+            except DeviceError as error:
+                self._failures.append(error)
+                for observer in self._observers:
+                    observer.on_failure(stream, error)
+
+        return loop
+
+
+def camera_stream(name: str) -> str:
+    """Return what a camera's stream is called."""
+    return f"camera/{name}"
+
+
+def _frame_shows(observers: Sequence[Observer], name: str) -> list[Callable[[Sequence[Frame]], None]]:
+    def shower(observer: Observer) -> Callable[[Sequence[Frame]], None]:
+        return lambda frames: observer.on_frames(name, frames)
+
+    return [shower(observer) for observer in observers]
