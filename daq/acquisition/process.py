@@ -36,6 +36,7 @@ from daq.rig import Rig, make_devices
 from daq.session.session import Session, connected
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceError
+from robot_drivers.real_time import shorten_collections
 
 SILENCE_LIMIT_S = 0.8
 
@@ -53,6 +54,7 @@ def serve(commands: BinaryIO, reports: BinaryIO) -> None:
                 f"the client speaks another version of the messages than {VERSION}; start it anew"
             )
         with connected(make_devices(first.rig)) as devices:
+            shorten_collections()
             link.send(Opened({role: device.identity for role, device in devices.all().items()}))
             Host(first.rig, devices, link).run(commands)
     except (DaqError, DeviceError) as error:

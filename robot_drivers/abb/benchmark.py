@@ -31,6 +31,7 @@ from robot_drivers.abb.guidance_session import EGMGuidanceSettings
 from robot_drivers.abb.udp import StampedSocket
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import Pose, Speed
+from robot_drivers.real_time import shorten_collections
 
 LATEST_ANSWER_S = 2e-3
 """What 99.9 % of the answers must keep below."""
@@ -91,6 +92,7 @@ def run(seconds: float, loaded: bool) -> AnswerTimes:
         stack.callback(pacer.terminate)
         robot.connect()
         stack.callback(robot.close)
+        shorten_collections()
         ended = threading.Event()
         mover = threading.Thread(target=_move_to_and_fro, args=(robot, ended))
         mover.start()

@@ -22,6 +22,7 @@ from robot_drivers.errors import (
     MotionRefusedError,
 )
 from robot_drivers.protocols import DeviceIdentity, Pose, PoseBlock, RobotState, Speed, StreamStatistics
+from robot_drivers.real_time import prefer_this_thread
 
 _LONGEST_QUEUE = 100_000
 _STANDSTILL_TIMEOUT_S = 5.0
@@ -30,7 +31,9 @@ _STANDSTILL_TIMEOUT_S = 5.0
 class EGMGuidedRobot:
     """The robot as a :class:`robot_drivers.protocols.Robot`, guided by EGM.
 
-    A thread answers the controller; what it shares is guarded by one condition, notified with each datagram.
+    A thread answers the controller; what it shares is guarded by one condition, notified with each datagram. It runs
+    before other programs where the system grants that; a process that guides also does well to call
+    :func:`robot_drivers.real_time.shorten_collections` once it is set up.
     """
 
     def __init__(self, settings: EGMGuidanceSettings) -> None:
@@ -185,6 +188,7 @@ class EGMGuidedRobot:
             self._changed.notify_all()
 
     def _serve(self, stream: PositionStream) -> None:
+        prefer_this_thread()
         while not self._closing:
             samples = stream.receive(self._settings.silence_limit_s)
             with self._changed:
