@@ -6,7 +6,7 @@ A new emulator is one more entry of :data:`KINDS`.
 import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -106,6 +106,28 @@ class TransducerFaults:
 
 
 @dataclass(frozen=True, slots=True)
+class BoxOnCanFaults:
+    """What befalls a Net F/T box on a CAN bus. Times count from the start.
+
+    Attributes
+    ----------
+    unplug_at_s, unplug_for_s : the cable of the bus is out meanwhile; the box goes on
+    restart_at_s, restart_for_s : the box loses power meanwhile, and with it bias, latch and sample number
+    saturated : all gages at the end of their range
+    drift_per_s : wrench error that grows with time, N/s and N·m/s
+    status : bits raised in the status word
+    """
+
+    unplug_at_s: float = math.inf
+    unplug_for_s: float = 0.0
+    restart_at_s: float = math.inf
+    restart_for_s: float = 0.0
+    saturated: bool = False
+    drift_per_s: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    status: int = 0
+
+
+@dataclass(frozen=True, slots=True)
 class OpenABBFaults:
     """Departures from a healthy open-abb server.
 
@@ -191,11 +213,12 @@ def _netcanoem(
 
 @contextmanager
 def _netbox_can(
-    settings: NetBoxCanEmulatorSettings, load: Load, transducer: TransducerFaults, faults: CanFaults
+    settings: NetBoxCanEmulatorSettings, load: Load, of_box: BoxOnCanFaults, faults: CanFaults
 ) -> Iterator[Running]:
     settings = replace(settings, channel=settings.channel or _DEFAULT_CHANNEL)
-    with NetBoxCanEmulator(transducer.source(load), settings) as box:
+    with NetBoxCanEmulator(load.at, settings) as box:
         box.faults = faults
+        box.inject(BoxFaults(**asdict(of_box)))
         with _reachable_bus(settings.interface, settings.channel) as bus:
             yield Running(f"Net F/T box on CAN with base {settings.base:#05x} on {bus}")
 
@@ -329,9 +352,9 @@ KINDS: Mapping[str, EmulatorKind] = {
     ),
     "netbox_can": EmulatorKind(
         "ATI Net F/T box on its native CAN protocol, by default behind an emulated serial adapter (slcan)",
-        {"box": NetBoxCanEmulatorSettings, "load": Load, "gages": TransducerFaults, "faults": CanFaults},
+        {"box": NetBoxCanEmulatorSettings, "load": Load, "faults": BoxOnCanFaults, "bus": CanFaults},
         _netbox_can,
-        example="--base 0x1B0 --halving 0.01",
+        example="--base 0x1B0 --halving 0.01 --unplug-at-s 10 --unplug-for-s 2",
     ),
     "irb140": EmulatorKind(
         "ABB IRC5 controller with an IRB 140: RAPID server, EGM",

@@ -1,6 +1,7 @@
 """The Net Box on its native CAN protocol: driver and emulated box on python-can's virtual bus."""
 
 import itertools
+import math
 import struct
 import time
 from contextlib import contextmanager
@@ -244,15 +245,25 @@ def test_a_restart_of_the_box_shows_as_a_new_epoch_of_its_clock():
         assert device == pytest.approx(host * 1e-9, abs=0.1)
 
 
-def test_a_box_that_left_the_bus_is_silent_and_serves_again_when_it_returns():
+def leave_the_bus(emulator, gone):
+    emulator.faults = CanFaults(bus_off=gone)
+
+
+def pull_the_cable(emulator, gone):
+    emulator.inject(Faults(unplug_at_s=0.0, unplug_for_s=math.inf) if gone else Faults())
+
+
+@pytest.mark.parametrize("part", [leave_the_bus, pull_the_cable])
+def test_a_box_off_the_bus_is_silent_and_serves_the_same_epoch_when_it_returns(part):
     with connected() as (emulator, sensor):
         sensor.start()
         first_block(sensor)
-        emulator.faults = CanFaults(bus_off=True)
+        part(emulator, True)
         while len(sensor.read(0.2)):
             pass
-        emulator.faults = CanFaults()
+        part(emulator, False)
         assert first_block(sensor).usable.all()
+        assert sensor.statistics().restarts == 0
 
 
 def test_a_sample_number_of_another_rate_is_refused_with_the_rate_found():

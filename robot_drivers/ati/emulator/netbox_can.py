@@ -94,7 +94,7 @@ class NetBoxCanEmulator:
         self.close()
 
     def inject(self, faults: Faults) -> None:
-        """Replace the faults of the box in force; those of its network link mean nothing here."""
+        """Replace the faults of the box in force; its cable is that of the bus, other faults of a network mean nothing."""
         self._box.inject(faults)
 
     def latch_monitor_condition(self) -> None:
@@ -114,7 +114,7 @@ class NetBoxCanEmulator:
             self._box.update()
             if message is None or message.is_extended_id or message.arbitration_id != self.settings.base:
                 continue
-            if self._box.powered and not self.faults.bus_off and len(message.data) == 1:
+            if self._box.reachable and not self.faults.bus_off and len(message.data) == 1:
                 for offset, data in self._answer(message.data[0]):
                     identifier = self.settings.base + offset
                     self._bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
