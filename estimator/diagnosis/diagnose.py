@@ -294,7 +294,7 @@ def _diagnosis(
     verdict = winner.labels if winner is not None else (() if leading == NONE else (UNKNOWN,))
     before, after = held_out_residuals(baseline), held_out_residuals(chosen)
     gap = gap_of(before, after, floor_of(case))
-    effects = _findings(field, winner, probability, gap.closure_held_out)
+    effects = _findings(field, winner, probability)
     catalogue_only = {label: field.evidence[label] for label in LABELS if label in field.evidence}
     shares = softmax(TEMPER * np.array(list(catalogue_only.values())))
     where = where_of(
@@ -333,16 +333,30 @@ def _diagnosis(
 
 
 def _findings(
-    field: _Field, winner: Contender | None, probability: Mapping[str, float], closure: float
+    field: _Field, winner: Contender | None, probability: Mapping[str, float]
 ) -> dict[str, EffectFinding]:
     fit = winner.fit if winner is not None else field.baseline
     found = {}
     for label, trial in best_trials(field.trials).items():
         if winner is not None and label in winner.labels:
-            number = winner.labels.index(label)
-            drop = field.baseline.chi2 - fit.chi2
-            share = closure if np.isfinite(closure) else None
-            found[label] = present_finding(winner, number, probability[label], drop, share)
+            without = _without(field, winner, label)
+            closure = gap_of(
+                held_out_residuals(without), held_out_residuals(winner.fit), floor_of(field.case)
+            ).closure_held_out
+            found[label] = present_finding(
+                winner,
+                winner.labels.index(label),
+                probability[label],
+                without.chi2 - winner.fit.chi2,
+                closure if np.isfinite(closure) else None,
+            )
         else:
             found[label] = absent_finding(trial, fit, probability[label])
     return found
+
+
+def _without(field: _Field, winner: Contender, label: str) -> Linearisation:
+    """Return the fit with the other causes of the verdict alone, the baseline where there is none."""
+    others = tuple(other for other in winner.labels if other != label)
+    alone = (one.fit for one in field.contenders if one.labels == others)
+    return next(alone, field.baseline)

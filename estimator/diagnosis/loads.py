@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from estimator.diagnosis.chain import TermChain
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.passage import Mechanics, Passage, reported_motion
 from estimator.effects.effect import Effect
-from estimator.fem.body import Response, nodal_forces, respond, stress_of
+from estimator.fem.body import nodal_forces, respond, stress_of
 from estimator.fem.equilibrium import EquilibriumSolver, EquilibriumState, rigid_modes
 from estimator.fem.observation import interpolate
 from estimator.fem.problem import RetractionProblem
-from estimator.fem.terms import Term
 
 FloatArray = NDArray[np.float64]
 
@@ -49,9 +49,9 @@ class MechanicalChange:
 
     Attributes
     ----------
-    wrench : (n, 6)
-    fiducials : (n, m, 3)
-    motion : (n, 6) translation and rotation vector of the gripper
+    wrench : (n, 6) N, N·m
+    fiducials : (n, m, 3) m
+    motion : (n, 6) translation (m) and rotation vector (rad) of the gripper
     """
 
     wrench: FloatArray
@@ -151,7 +151,7 @@ def modulus_changes(
     for one in mechanics:
         passage = one.passage
         problem = passage.problem
-        body, free, gripped = problem.body, problem.pattern.free, problem.gripped
+        body = problem.body
         nodes = body.mesh.cells.ravel()
         count = len(body.mesh.points)
         gather = csr_array((np.ones(len(nodes)), (nodes, np.arange(len(nodes)))), shape=(count, len(nodes)))
@@ -163,13 +163,9 @@ def modulus_changes(
             of_elements = np.einsum("peq,eqx->epx", log_factors, shares, optimize=True)
             blocks = of_elements.reshape(*of_elements.shape[:2], -1, 3).transpose(0, 2, 1, 3)
             loads = (gather @ blocks.reshape(len(nodes), -1)).reshape(count, -1, 3).transpose(0, 2, 1)
-            loads = loads.reshape(3 * count, -1)
-            motion = np.zeros(loads.shape)
-            motion[free] = -state.tangent.free.solve(loads[free])
-            held = loads.reshape(count, 3, -1)[gripped].reshape(-1, loads.shape[1])
-            held = held + state.tangent.gripped_free @ motion[free]
-            wrenches.append(-rigid_modes(problem, state.pose).T @ held)
-            fiducials.append(interpolate(problem, motion))
+            wrench, moved = _linear_answers(problem, state, loads.reshape(3 * count, -1))
+            wrenches.append(wrench)
+            fiducials.append(moved)
         rows = passage.visits.of_row
         result.append(
             (np.moveaxis(np.array(wrenches), 2, 0)[:, rows], np.moveaxis(np.array(fiducials), 3, 0)[:, rows])
@@ -187,15 +183,15 @@ def _by_loads(
     new_problem = effect is not None and _overrides(effect, "problem")
     problem = to.problem(passages[0].baseline) if new_problem else passages[0].problem
     terms_matter = bool(hypothesis.effects) or (effect is not None and _overrides(effect, "terms"))
-    before, after = _Chain(hypothesis), _Chain(to)
+    before, after = TermChain(hypothesis), TermChain(to)
     result = []
     for passage in passages:
         change = _no_change(passage)
         if not (new_material or new_problem or terms_matter):
             result.append(change)
             continue
-        before.begin(passage.problem, passage)
-        after.begin(problem, passage)
+        before.begin(passage.problem, passage.visits.experiment)
+        after.begin(problem, passage.visits.experiment)
         for station in _stations(passage, to.rate_dependent):
             state = station.state
             displacement, response = state.displacement, state.response
@@ -211,8 +207,8 @@ def _by_loads(
                 load += nodal_forces(problem.body, response, response.slope)
                 load -= nodal_forces(passage.problem.body, state.response, state.response.slope)
             if terms_matter:
-                load += after.forces(station, displacement, response)
-                load -= before.forces(station, state.displacement, state.response)
+                load += after.forces(station.elapsed_s, displacement, response)
+                load -= before.forces(station.elapsed_s, state.displacement, state.response)
             wrench, fiducials = _answer(passage.problem, problem, state, displacement, load)
             change.wrench[station.rows] = wrench
             change.fiducials[station.rows] = fiducials
@@ -228,51 +224,26 @@ def _answer(
     load: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the change of wrench and fiducials once the nodal forces have changed by ``load`` (n, 3)."""
-    free, gripped = problem.pattern.free, problem.gripped
-    motion = np.zeros(load.size)
-    motion[free] = -state.tangent.free.solve(load.reshape(-1)[free])
-    held = load[gripped].reshape(-1) + state.tangent.gripped_free @ motion[free]
-    modes = rigid_modes(problem, state.pose)
-    wrench = -modes.T @ held
-    fiducials = interpolate(problem, motion[:, None])[:, :, 0]
+    wrenches, moved = _linear_answers(problem, state, load.reshape(-1, 1))
+    wrench, fiducials = wrenches[:, 0], moved[:, :, 0]
     if changed is not problem:
-        reaction = state.forces[gripped].reshape(-1)
-        wrench -= (rigid_modes(changed, state.pose) - modes).T @ reaction
+        reaction = state.forces[problem.gripped].reshape(-1)
+        wrench -= (rigid_modes(changed, state.pose) - rigid_modes(problem, state.pose)).T @ reaction
         fiducials += changed.fiducial_positions(displacement, state.pose)
         fiducials -= problem.fiducial_positions(state.displacement, state.pose)
     return wrench, fiducials
 
 
-class _Chain:
-    """The terms of a hypothesis as they advance along solved states."""
-
-    def __init__(self, hypothesis: Hypothesis) -> None:
-        self._hypothesis = hypothesis
-        self._terms: tuple[Term, ...] | None = None
-
-    def begin(self, problem: RetractionProblem, passage: Passage) -> None:
-        """Start an experiment."""
-        if self._terms is None:
-            self._terms = self._hypothesis.terms(problem, passage.visits.experiment)
-        else:
-            self._terms = tuple(term.rested() for term in self._terms)
-
-    def at(self, station: _Station) -> tuple[Term, ...]:
-        """Return the terms as they stand at a station."""
-        self._terms = tuple(term.starting_after(station.elapsed_s) for term in self._terms or ())
-        return self._terms
-
-    def pass_by(self, displacement: FloatArray, response: Response) -> None:
-        """Advance past a station."""
-        self._terms = tuple(term.after(displacement, response) for term in self._terms or ())
-
-    def forces(self, station: _Station, displacement: FloatArray, response: Response) -> FloatArray:
-        """Return the nodal forces (n, 3) at a station, and advance past it."""
-        total = np.zeros_like(displacement)
-        for term in self.at(station):
-            total += term.forces(displacement, response)
-        self.pass_by(displacement, response)
-        return total
+def _linear_answers(
+    problem: RetractionProblem, state: EquilibriumState, loads: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the changes of wrench (6, k) and fiducials (m, 3, k) by changes of the nodal forces (3n, k)."""
+    free, gripped = problem.pattern.free, problem.gripped
+    motion = np.zeros(loads.shape)
+    motion[free] = -state.tangent.free.solve(loads[free])
+    held = loads.reshape(-1, 3, loads.shape[1])[gripped].reshape(-1, loads.shape[1])
+    held = held + state.tangent.gripped_free @ motion[free]
+    return -rigid_modes(problem, state.pose).T @ held, interpolate(problem, motion)
 
 
 def _change_of_log_modulus(
@@ -294,14 +265,14 @@ def _by_newton_steps(mechanics: Sequence[Mechanics], to: Hypothesis) -> list[Mec
     passages = [one.passage for one in mechanics]
     changed = to.problem(passages[0].baseline)
     solver, material = EquilibriumSolver(changed), to.material()
-    chain = _Chain(to)
+    chain = TermChain(to)
     result = []
     for passage, one in zip(passages, mechanics, strict=True):
         change = _no_change(passage)
-        chain.begin(changed, passage)
+        chain.begin(changed, passage.visits.experiment)
         for station in _stations(passage, to.rate_dependent):
             state = station.state
-            terms = chain.at(station)
+            terms = chain.at(station.elapsed_s)
             displacement, forces = solver.newton_step(
                 state.pose, material, state.displacement, state.response.pressure, terms
             )

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.diagnosis.chain import TermChain
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.visits import Visits, rows_as_visits, visits_of
 from estimator.effects.effect import Motion
@@ -157,17 +158,14 @@ def solve_case(
     nearby = EquilibriumSolver(changed, _FROM_A_NEIGHBOUR)
     material, strays = hypothesis.material(), 0
     passages = []
-    remembered: tuple[Term, ...] | None = None
+    chain = TermChain(hypothesis)
     for number, visits in enumerate(all_visits):
         motion = hypothesis.motion(reported_motion(visits, hypothesis, unit_wrenches[number]))
-        if remembered is None:
-            terms = hypothesis.terms(changed, visits.experiment)
-        else:
-            terms = tuple(term.rested() for term in remembered)
+        chain.begin(changed, visits.experiment)
         states: list[EquilibriumState] = []
         for visit in range(len(visits)):
             elapsed = float(visits.time[visit] - visits.time[visit - 1]) if visit else 0.0
-            terms = tuple(term.starting_after(elapsed) for term in terms)
+            terms = chain.at(elapsed)
             pose = GripperPose(motion.position[visit], motion.rotation[visit])
             field = known[number][_first_row(visits, visit)] if known is not None else None
             last = states[-1] if states else None
@@ -177,12 +175,11 @@ def solve_case(
                 if strays > _STRAYS:
                     known = None
                 state = following.solve(pose, material, last or following.rest(material), terms)
-            terms = tuple(term.after(state.displacement, state.response) for term in terms)
+            chain.pass_by(state.displacement, state.response)
             states.append(state)
             done += 1
             if progress is not None:
                 progress(done, total)
-        remembered = terms
         passages.append(Passage(visits, unit_wrenches[number], motion, changed, problem, tuple(states)))
     return passages
 

@@ -1,0 +1,46 @@
+"""The terms of a hypothesis as they advance along an experiment and from one experiment to the next."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.diagnosis.hypothesis import Hypothesis
+from estimator.experiment import Experiment
+from estimator.fem.body import Response
+from estimator.fem.problem import RetractionProblem
+from estimator.fem.terms import Term
+
+FloatArray = NDArray[np.float64]
+
+
+class TermChain:
+    """What the tissue and its surroundings remember: :meth:`begin`, then :meth:`at` and :meth:`pass_by` in turn."""
+
+    def __init__(self, hypothesis: Hypothesis) -> None:
+        self._hypothesis = hypothesis
+        self._terms: tuple[Term, ...] | None = None
+
+    def begin(self, problem: RetractionProblem, experiment: Experiment) -> None:
+        """Start an experiment; from the second on after a rest."""
+        if self._terms is None:
+            self._terms = self._hypothesis.terms(problem, experiment)
+        else:
+            self._terms = tuple(term.rested() for term in self._terms)
+
+    def at(self, elapsed_s: float) -> tuple[Term, ...]:
+        """Return the terms as they stand so long after the last station."""
+        self._terms = tuple(term.starting_after(elapsed_s) for term in self._terms or ())
+        return self._terms
+
+    def pass_by(self, displacement: FloatArray, response: Response) -> None:
+        """Advance past a station with its displacement (n, 3)."""
+        self._terms = tuple(term.after(displacement, response) for term in self._terms or ())
+
+    def forces(self, elapsed_s: float, displacement: FloatArray, response: Response) -> FloatArray:
+        """Return the nodal forces (n, 3) at the next station, and advance past it."""
+        total = np.zeros_like(displacement)
+        for term in self.at(elapsed_s):
+            total += term.forces(displacement, response)
+        self.pass_by(displacement, response)
+        return total
