@@ -14,7 +14,7 @@ from estimator.diagnosis.discrepancy import ModelError, forgiven
 from estimator.diagnosis.evidence import LinearModel, log_evidence, marginal_evidence
 from estimator.diagnosis.hypothesis import Coordinate, Hypothesis
 from estimator.diagnosis.passage import mechanics_of, solve_case
-from estimator.diagnosis.refit import newton_step, refit
+from estimator.diagnosis.refit import moved, newton_step, refit
 from estimator.diagnosis.screening import Signature, signatures_of
 from estimator.effects.effect import Effect
 from estimator.errors import SolverError
@@ -108,19 +108,21 @@ def _signatures(case: Case, base: Linearisation, effects: Sequence[Effect]) -> l
 
 def trial_of(base: Linearisation, error: ModelError, signature: Signature) -> Trial:
     """Weigh a signature beside a solved hypothesis, and return where its refit should begin."""
+    joint = beside(base, signature)
+    model = linear_model(joint.residual, joint.by_coordinate, joint.coordinates, joint.hypothesis)
+    step, _ = newton_step(joint)
+    return Trial(signature, log_evidence(model, error, error.floor), moved(joint, step))
+
+
+def beside(base: Linearisation, signature: Signature) -> Linearisation:
+    """Return the linearisation of a solved hypothesis with one effect more, at that effect's null."""
     columns = [np.column_stack(pair) for pair in zip(base.by_coordinate, signature.columns, strict=True)]
     number = len(base.hypothesis.effects)
     free = (*base.coordinates, *(replace(c, effect=number) for c in signature.coordinates))
     null = base.hypothesis.with_effect(
         signature.effect, {**signature.constants, **{a.name: 0.0 for a in signature.effect.amplitudes}}
     )
-    model = linear_model(base.residual, columns, free, null)
-    joint = replace(base, hypothesis=null, coordinates=free, by_coordinate=tuple(columns))
-    step, _ = newton_step(joint)
-    start = null
-    for coordinate, change in zip(free, step, strict=True):
-        start = coordinate.put(start, coordinate.get(start) + float(change))
-    return Trial(signature, log_evidence(model, error, error.floor), start)
+    return replace(base, hypothesis=null, coordinates=free, by_coordinate=tuple(columns))
 
 
 def linear_model(

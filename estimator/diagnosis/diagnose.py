@@ -8,10 +8,12 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import softmax
 
 from estimator.diagnosis.advice import advise
 from estimator.diagnosis.case import Case, Linearisation
+from estimator.diagnosis.considering import consider
 from estimator.diagnosis.contest import (
     Contender,
     Tell,
@@ -42,6 +44,8 @@ from estimator.diagnosis.workers import worker_pool
 from estimator.effects.catalogue import CATALOGUE, LABELS
 from estimator.effects.effect import Effect
 from estimator.experiment import Experiment
+
+FloatArray = NDArray[np.float64]
 
 # Signatures are inexact, so that evidences of hundreds overstate what they say.
 TEMPER = 0.5
@@ -318,8 +322,8 @@ def _diagnosis(
             )
         },
         where=where,
-        before=Material(**material_quantities(baseline, alone)),
-        after=Material(**material_quantities(chosen, alone if winner is None else winner.deviations)),
+        before=_material(baseline, alone),
+        after=_material(chosen, alone if winner is None else winner.deviations),
         cannot_tell=what_cannot_be_told(effects, credible),
         next_experiment=advise(case, baseline, best_trials(field.trials), probability, executor, tell),
         traces=tuple(
@@ -328,8 +332,13 @@ def _diagnosis(
                 case.experiments, baseline.predicted, chosen.predicted, case.whitenings, strict=True
             )
         ),
+        considered=consider(case, baseline, field.error, field.trials, field.contenders),
         seconds=time.perf_counter() - started,
     )
+
+
+def _material(fit: Linearisation, deviations: FloatArray) -> Material:
+    return Material(**material_quantities(fit.hypothesis, fit.coordinates, deviations))
 
 
 def _findings(

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.diagnosis.rest_positions import plane_polynomials
 from estimator.diagnosis.whitening import Whitening, shrunk
 from estimator.experiment import Experiment
 
@@ -127,9 +128,8 @@ def _waves(rows: int) -> FloatArray:
 
 def _plane(rest: FloatArray) -> FloatArray:
     """Polynomials (m, 6) up to the second degree over the beads' places; unit variance in all, roughly."""
-    x, y = ((rest[:, :2] - rest[:, :2].mean(axis=0)) / _PLANE_M).T
-    found = np.column_stack([np.ones_like(x), x, y, x * x - (x * x).mean(), x * y, y * y - (y * y).mean()])
-    return found / np.sqrt(found.shape[1])
+    found = plane_polynomials(rest, _PLANE_M)
+    return np.asarray(found / np.sqrt(found.shape[1]))
 
 
 def _principal(part: FloatArray) -> tuple[FloatArray, FloatArray]:

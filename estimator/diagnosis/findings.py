@@ -88,20 +88,7 @@ def present_finding(
     """Return the finding of a named cause, the ``number``-th effect of a fit."""
     fit = contender.fit
     effect = fit.hypothesis.effects[number]
-    parameters = {
-        coordinate.parameter: Quantity(
-            coordinate.value_of(coordinate.get(fit.hypothesis)),
-            _std_of_value(coordinate, fit.hypothesis, float(deviation)),
-            coordinate.unit,
-        )
-        for coordinate, deviation in zip(fit.coordinates, contender.deviations, strict=True)
-        if coordinate.effect == number
-    }
-    fixed = {
-        constant.name: Quantity(float(fit.hypothesis.values[number][constant.name]), 0.0, constant.unit)
-        for constant in effect.constants
-        if constant.fixed
-    }
+    parameters = effect_quantities(fit.hypothesis, fit.coordinates, contender.deviations, number)
     amplitudes = {amplitude.name: amplitude for amplitude in effect.amplitudes}
     small = all(abs(parameters[name].value) < a.smallest for name, a in amplitudes.items())
     return EffectFinding(
@@ -111,20 +98,43 @@ def present_finding(
         effect.words,
         probability,
         "negligible" if small else "present",
-        {**parameters, **fixed},
+        parameters,
         chi2_drop,
         closure,
         {name: Quantity(_SEEN * parameters[name].std, 0.0, parameters[name].unit) for name in amplitudes},
     )
 
 
-def material_quantities(fit: Linearisation, deviations: FloatArray) -> dict[str, Quantity]:
-    """Return E and ν of a fit whose internal variables have these standard deviations (p,)."""
+def effect_quantities(
+    hypothesis: Hypothesis, free: Sequence[Coordinate], deviations: FloatArray, number: int
+) -> dict[str, Quantity]:
+    """Return the parameters of the ``number``-th effect of a hypothesis, those that stay fixed last.
+
+    Parameters
+    ----------
+    free : coordinates of the hypothesis
+    deviations : (p,) standard deviation of the internal variable of each
+    """
+    found = {
+        c.parameter: Quantity(c.value_of(c.get(hypothesis)), _std_of_value(c, hypothesis, float(d)), c.unit)
+        for c, d in zip(free, deviations, strict=True)
+        if c.effect == number
+    }
+    fixed = {
+        constant.name: Quantity(float(hypothesis.values[number][constant.name]), 0.0, constant.unit)
+        for constant in hypothesis.effects[number].constants
+        if constant.name not in found
+    }
+    return {**found, **fixed}
+
+
+def material_quantities(
+    hypothesis: Hypothesis, free: Sequence[Coordinate], deviations: FloatArray
+) -> dict[str, Quantity]:
+    """Return E and ν of a hypothesis; the rest as for :func:`effect_quantities`."""
     return {
-        c.name: Quantity(
-            c.value_of(c.get(fit.hypothesis)), _std_of_value(c, fit.hypothesis, float(d)), c.unit
-        )
-        for c, d in zip(fit.coordinates, deviations, strict=True)
+        c.name: Quantity(c.value_of(c.get(hypothesis)), _std_of_value(c, hypothesis, float(d)), c.unit)
+        for c, d in zip(free, deviations, strict=True)
         if c.effect is None
     }
 

@@ -10,15 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from estimator.diagnosis.case import Case, Linearisation, linearisation_of
+from estimator.diagnosis.case import Case, Linearisation, linearisation_of, predictions
 from estimator.diagnosis.hypothesis import LARGEST_POISSON_RATIO, Hypothesis
 from estimator.diagnosis.passage import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.refit import refit
+from estimator.diagnosis.rest_positions import rest_deviation
 from estimator.diagnosis.whitening import whitening_of
 from estimator.experiment import Experiment
 from estimator.fem.block_mesh import Grading
 from estimator.fit.estimate import fit_few_states
-from estimator.fit.residuals import predicted_channels, state_means
+from estimator.fit.residuals import measured_rows, predicted_channels, state_means
 from estimator.forward.meshing import FINE_GRADING, mesh_experiment
 from estimator.forward.model import ForwardModel
 from estimator.forward.schedule import schedule_poses, spread_states, travel
@@ -48,8 +49,16 @@ def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[Case
     finer = [executor.submit(_fine_states, experiment, rough) for experiment in ordered]
     uncorrected, mechanics = _uncorrected(ordered, GRADING, rough)
     corrections = [_correction(one, future.result()) for one, future in zip(mechanics, finer, strict=True)]
-    whitenings = [whitening_of(one, c) for one, c in zip(mechanics, corrections, strict=True)]
-    case = replace(uncorrected, corrections=tuple(corrections), whitenings=tuple(whitenings))
+    corrected = replace(uncorrected, corrections=tuple(corrections))
+    misfits = [
+        (measured_rows(experiment) - channels) / whitening.deviation
+        for experiment, channels, whitening in zip(
+            ordered, predictions(corrected, mechanics, rough), corrected.whitenings, strict=True
+        )
+    ]
+    spread = rest_deviation(ordered, misfits)
+    whitenings = [whitening_of(one, c, spread) for one, c in zip(mechanics, corrections, strict=True)]
+    case = replace(corrected, whitenings=tuple(whitenings))
     baseline = refit(case, rough, linearisation_of(case, rough, mechanics), evaluations=3)
     modulus = baseline.hypothesis.youngs_modulus
     return replace(case, unit_wrenches=tuple(p[:, :6] / modulus for p in baseline.predicted)), baseline

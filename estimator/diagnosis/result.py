@@ -77,6 +77,42 @@ class Material:
 
 
 @dataclass(frozen=True)
+class Place:
+    """Where a local cause sits in the tissue: centre and radius, m."""
+
+    centre: tuple[float, float, float]
+    radius: float
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The model with one cause in it, fitted.
+
+    Attributes
+    ----------
+    parameters : of the cause, by name
+    material : E and ν beside it
+    gap : of all data without and with it, on experiments left out of the fit
+    place : of the cause; None for one that sits nowhere in particular
+    channels : for each experiment (n, 6 + 3m), predicted; NaN may stand where nothing was measured
+    """
+
+    parameters: Mapping[str, Quantity]
+    material: Material
+    gap: Gap
+    place: Place | None
+    channels: tuple[FloatArray, ...]
+
+
+@dataclass(frozen=True)
+class Consideration:
+    """One cause alone beside the baseline: as its signature makes one expect, and refitted in full where it was."""
+
+    expected: Outcome
+    achieved: Outcome | None
+
+
+@dataclass(frozen=True)
 class Where:
     """Where the gap lies.
 
@@ -149,6 +185,7 @@ class Diagnosis:
     cannot_tell : sentences: what these data do not say
     next_experiment : Advice, the best first
     traces : one an experiment
+    considered : by label, what each cause alone would do
     seconds : that it took
     """
 
@@ -166,4 +203,5 @@ class Diagnosis:
     cannot_tell: tuple[str, ...]
     next_experiment: tuple[Advice, ...]
     traces: tuple[Trace, ...]
+    considered: Mapping[str, Consideration]
     seconds: float

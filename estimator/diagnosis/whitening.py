@@ -45,6 +45,13 @@ class Whitening:
         scaled = (columns / self.deviation[:, None])[self.seen]
         return shrunk(scaled, self.vectors, self.shrink)
 
+    def undo(self, whitened: FloatArray) -> FloatArray:
+        """Return the channels (n, c) whose whitened values these (r,) are; NaN where nothing was measured."""
+        scaled = whitened + self.vectors @ (self.shrink / (1.0 - self.shrink) * (self.vectors.T @ whitened))
+        channels = np.full(self.seen.shape, np.nan)
+        channels[self.seen] = scaled
+        return channels * self.deviation
+
     @property
     def floor(self) -> float:
         """Root mean square of a whitened residual that holds white noise alone, none of the shared errors."""
@@ -70,20 +77,22 @@ def inverse_root(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
     return vectors, 1.0 - 1.0 / np.sqrt(1.0 + eigenvalues[kept])
 
 
-def whitening_of(mechanics: Mechanics, correction: FloatArray) -> Whitening:
+def whitening_of(mechanics: Mechanics, correction: FloatArray, rest_deviation: float = 1.0) -> Whitening:
     """Build the whitening of an experiment.
 
     Parameters
     ----------
     mechanics : of the fitted baseline, for its derivative by the gripper's position
     correction : (n, c) of the discretisation
+    rest_deviation : of the beads' stated rest positions, in units of one reading's noise
     """
     visits = mechanics.passage.visits
     experiment = visits.experiment
     seen = np.isfinite(measured_rows(experiment))
     deviation = np.sqrt(channel_variance(experiment))
     rows, count = seen.shape
-    shared = [np.broadcast_to(np.diag(deviation), (rows, count, count))]
+    offsets = np.where(np.arange(count) < 6, 1.0, rest_deviation) * deviation
+    shared = [np.broadcast_to(np.diag(offsets), (rows, count, count))]
     by_position = derivatives_by_position(mechanics) * np.sqrt(visits.position_variance)[:, None, None]
     of_visits = np.zeros((rows, count, len(visits), 3))
     of_visits[np.arange(rows), :, visits.of_row] = by_position[visits.of_row]

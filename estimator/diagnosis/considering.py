@@ -1,0 +1,135 @@
+"""What each cause alone would do to the gap: expected to first order, and achieved where it was refitted in full."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.diagnosis.case import Case, Linearisation
+from estimator.diagnosis.contest import (
+    Contender,
+    Tell,
+    Trial,
+    beside,
+    parameter_deviations,
+    polish_all,
+    refit_all,
+    screen,
+)
+from estimator.diagnosis.discrepancy import ModelError, model_error_of
+from estimator.diagnosis.findings import best_trials, effect_quantities, material_quantities
+from estimator.diagnosis.held_out import floor_of, gap_of, held_out_residuals
+from estimator.diagnosis.hypothesis import Hypothesis
+from estimator.diagnosis.preparation import prepare
+from estimator.diagnosis.result import Consideration, Gap, Material, Outcome, Place
+from estimator.diagnosis.workers import worker_pool
+from estimator.effects.catalogue import CATALOGUE, LABELS
+from estimator.errors import InputError
+from estimator.experiment import Experiment
+
+FloatArray = NDArray[np.float64]
+
+_STARTS = 3
+
+
+def consider(
+    case: Case,
+    baseline: Linearisation,
+    error: ModelError,
+    trials: Sequence[Trial],
+    contenders: Sequence[Contender],
+) -> dict[str, Consideration]:
+    """Return for every label of the trials what its best form would do alone beside the baseline."""
+    refitted: dict[str, Contender] = {}
+    for contender in contenders:
+        if len(contender.labels) == 1:
+            refitted.setdefault(contender.labels[0], contender)
+    return {
+        label: Consideration(
+            _expected(case, baseline, error, trial),
+            _achieved(case, baseline, refitted[label]) if label in refitted else None,
+        )
+        for label, trial in best_trials(trials).items()
+    }
+
+
+def what_if(experiments: Sequence[Experiment], label: str, progress: Tell | None = None) -> Consideration:
+    """Fit a model with one cause to experiments of one phantom in one mounting, however improbable it is.
+
+    Parameters
+    ----------
+    experiments : as for :func:`estimator.diagnosis.diagnose.diagnose`
+    label : of the catalogue
+    progress : told what is being done, and how much of it is done
+
+    Raises
+    ------
+    InputError
+        The catalogue has no such label, or the phantom cannot be meshed.
+    FitError
+        The baseline cannot be fitted.
+    SolverError
+        The baseline has no equilibrium.
+    """
+    if label not in LABELS:
+        raise InputError(f"{label}: is no cause of the catalogue; choose one of {', '.join(LABELS)}")
+    tell = progress or (lambda stage, done, total: None)
+    with worker_pool() as executor:
+        tell("fitting the baseline", 0, 1)
+        case, baseline = prepare(experiments, executor)
+        error = model_error_of(case.experiments, case.whitenings, baseline.predicted)
+        forms = [effect for effect in CATALOGUE if effect.label == label and not effect.elaborates]
+        trials = screen(case, baseline, error, forms, executor, tell)
+        starts = [trial.start for trial in trials[:_STARTS]]
+        contenders = refit_all(case, baseline, error, starts, executor, tell)
+        polished = polish_all(case, baseline, error, contenders[:1], executor, tell)
+        return consider(case, baseline, error, trials, polished)[label]
+
+
+def _expected(case: Case, baseline: Linearisation, error: ModelError, trial: Trial) -> Outcome:
+    joint = beside(baseline, trial.signature)
+    step = np.array([c.get(trial.start) - c.get(joint.hypothesis) for c in joint.coordinates])
+    change = [
+        whitening.undo(columns @ step)
+        for whitening, columns in zip(case.whitenings, joint.by_coordinate, strict=True)
+    ]
+    channels = tuple(p + c for p, c in zip(baseline.predicted, change, strict=True))
+    return _outcome(
+        case, baseline, joint, trial.start, parameter_deviations(joint, error, error.floor), channels
+    )
+
+
+def _achieved(case: Case, baseline: Linearisation, contender: Contender) -> Outcome:
+    fit = contender.fit
+    return _outcome(case, baseline, fit, fit.hypothesis, contender.deviations, fit.predicted)
+
+
+def _outcome(
+    case: Case,
+    baseline: Linearisation,
+    fit: Linearisation,
+    reached: Hypothesis,
+    deviations: FloatArray,
+    channels: tuple[FloatArray, ...],
+) -> Outcome:
+    return Outcome(
+        parameters=effect_quantities(reached, fit.coordinates, deviations, 0),
+        material=Material(**material_quantities(reached, fit.coordinates, deviations)),
+        gap=_gap(case, baseline, fit),
+        place=_place(case, reached),
+        channels=channels,
+    )
+
+
+def _gap(case: Case, baseline: Linearisation, fit: Linearisation) -> Gap:
+    return gap_of(held_out_residuals(baseline), held_out_residuals(fit), floor_of(case))
+
+
+def _place(case: Case, hypothesis: Hypothesis) -> Place | None:
+    found = hypothesis.effects[0].place(case.problem, hypothesis.values[0])
+    if found is None:
+        return None
+    x, y, z = found[0].tolist()
+    return Place((x, y, z), found[1])
