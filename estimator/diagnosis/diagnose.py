@@ -226,7 +226,7 @@ def _winner(field: _Field, executor: Executor, tell: Tell) -> tuple[Contender | 
         return None, probability
     best = next(one for one in field.contenders if one.labels[0] == _first_label(probability))
     pair = _best_pair(field, best, executor, tell)
-    if pair is not None and pair.log_evidence > max(best.log_evidence, field.evidence[UNKNOWN]):
+    if pair is not None and pair.log_evidence > field.evidence[UNKNOWN] + _SECOND_CAUSE:
         evidence = dict(field.evidence)
         leader = _stronger(field, pair)
         evidence[leader] = max(evidence[leader], pair.log_evidence)
