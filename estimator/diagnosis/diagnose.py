@@ -33,7 +33,7 @@ from estimator.diagnosis.findings import (
     material_quantities,
     present_finding,
 )
-from estimator.diagnosis.held_out import floor_of, gap_of, gaps_by_kind, held_out_residuals
+from estimator.diagnosis.held_out import gap_of, gaps_by_kind, held_out_residuals, noise_floor, white_floor
 from estimator.diagnosis.hypothesis import Hypothesis, negligible
 from estimator.diagnosis.judgement import LOG_PRIOR_OF_A_PAIR, best_of, credible_set, probabilities
 from estimator.diagnosis.preparation import prepare
@@ -195,7 +195,7 @@ def _leaders(trials: Sequence[Trial], none: float) -> list[Trial]:
 def _adequate(case: Case, contender: Contender) -> bool:
     """Tell whether a contender leaves no more than noise, so that no finer form of it is called for."""
     values = sum(len(residual) for residual in contender.fit.residual)
-    return contender.fit.chi2 < values * floor_of(case) ** 2 + 3 * np.sqrt(2 * values)
+    return contender.fit.chi2 < values * white_floor(case) ** 2 + 3 * np.sqrt(2 * values)
 
 
 def _elaborations(contenders: Sequence[Contender]) -> list[Effect]:
@@ -297,8 +297,11 @@ def _diagnosis(
     leading = next(iter(probability))
     verdict = winner.labels if winner is not None else (() if leading == NONE else (UNKNOWN,))
     before, after = held_out_residuals(baseline), held_out_residuals(chosen)
-    gap = gap_of(before, after, floor_of(case))
-    effects = _findings(field, winner, probability)
+    floor = noise_floor(
+        case, (winner or field.contenders[0]).fit if field.contenders else baseline, field.error
+    )
+    gap = gap_of(before, after, floor)
+    effects = _findings(field, winner, probability, floor)
     catalogue_only = {label: field.evidence[label] for label in LABELS if label in field.evidence}
     shares = softmax(TEMPER * np.array(list(catalogue_only.values())))
     where = where_of(
@@ -314,12 +317,10 @@ def _diagnosis(
         credible_set=credible,
         effects=effects,
         gap=gap,
-        by_channel=gaps_by_kind(case, before, after),
+        by_channel=gaps_by_kind(case, before, after, floor),
         by_experiment={
-            experiment.name: gap_of([one], [two], whitening.floor)
-            for experiment, one, two, whitening in zip(
-                case.experiments, before, after, case.whitenings, strict=True
-            )
+            experiment.name: gap_of([one], [two], floor)
+            for experiment, one, two in zip(case.experiments, before, after, strict=True)
         },
         where=where,
         before=_material(baseline, alone),
@@ -342,7 +343,7 @@ def _material(fit: Linearisation, deviations: FloatArray) -> Material:
 
 
 def _findings(
-    field: _Field, winner: Contender | None, probability: Mapping[str, float]
+    field: _Field, winner: Contender | None, probability: Mapping[str, float], floor: float
 ) -> dict[str, EffectFinding]:
     fit = winner.fit if winner is not None else field.baseline
     found = {}
@@ -350,7 +351,7 @@ def _findings(
         if winner is not None and label in winner.labels:
             without = _without(field, winner, label)
             closure = gap_of(
-                held_out_residuals(without), held_out_residuals(winner.fit), floor_of(field.case)
+                held_out_residuals(without), held_out_residuals(winner.fit), floor
             ).closure_held_out
             found[label] = present_finding(
                 winner,

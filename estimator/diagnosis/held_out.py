@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.contest import linear_model
+from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.evidence import LinearModel, bounded_minimum
 from estimator.diagnosis.result import Gap
 
@@ -61,13 +62,31 @@ def gap_of(before: Sequence[FloatArray], after: Sequence[FloatArray], floor: flo
     return Gap(one, two, floor, closure)
 
 
-def floor_of(case: Case) -> float:
-    """Return the root mean square of the noise over all experiments."""
+def noise_floor(case: Case, fit: Linearisation, error: ModelError) -> float:
+    """Return the root mean square of the noise over all experiments, as the misfit of the best fit shows it.
+
+    What a model misses is smooth along the experiment and over the plane; the rest of the misfit is noise, together
+    with the errors that rows share (tare, rest positions, reported poses) as large as they really were. It lies between
+    the white noise alone and all that is stated.
+    """
+    squares, count = 0.0, 0
+    for residual, process in zip(fit.residual, error.processes, strict=True):
+        smooth, _ = np.linalg.qr(np.hstack(process.vectors))
+        rough = residual - smooth @ (smooth.T @ residual)
+        squares += float(rough @ rough)
+        count += len(rough) - smooth.shape[1]
+    return float(np.clip(np.sqrt(squares / count), white_floor(case), 1.0))
+
+
+def white_floor(case: Case) -> float:
+    """Return the root mean square over all experiments of the white noise alone."""
     squares = [w.floor**2 for w in case.whitenings]
     return float(np.sqrt(np.average(squares, weights=[len(w.vectors) for w in case.whitenings])))
 
 
-def gaps_by_kind(case: Case, before: Sequence[FloatArray], after: Sequence[FloatArray]) -> dict[str, Gap]:
+def gaps_by_kind(
+    case: Case, before: Sequence[FloatArray], after: Sequence[FloatArray], floor: float
+) -> dict[str, Gap]:
     """Return the gaps of force, torque and fiducials."""
     found = {}
     for kind, chosen in KINDS.items():
@@ -79,5 +98,5 @@ def gaps_by_kind(case: Case, before: Sequence[FloatArray], after: Sequence[Float
                 numbers = np.arange(whitening.seen.shape[1])[chosen]
                 parts.append(r[np.isin(channel, numbers)])
             picked.append(parts)
-        found[kind] = gap_of(picked[0], picked[1], floor_of(case))
+        found[kind] = gap_of(picked[0], picked[1], floor)
     return found

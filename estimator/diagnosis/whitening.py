@@ -33,15 +33,12 @@ class Whitening:
     deviation : (c,) standard deviation of one value
     vectors : (r, k) orthonormal, over the measured values
     shrink : (k,) 1 − (1 + λ)^−½
-    floor : root mean square of a whitened residual with all the noise that is stated, but no discretisation error,
-        which the right model need not have
     """
 
     seen: NDArray[np.bool_]
     deviation: FloatArray
     vectors: FloatArray
     shrink: FloatArray
-    floor: float
 
     def apply(self, columns: FloatArray) -> FloatArray:
         """Whiten columns (n, c, k) to (r, k)."""
@@ -54,6 +51,11 @@ class Whitening:
         channels = np.full(self.seen.shape, np.nan)
         channels[self.seen] = scaled
         return channels * self.deviation
+
+    @property
+    def floor(self) -> float:
+        """Root mean square of a whitened residual that holds white noise alone, none of the shared errors."""
+        return float(np.sqrt(1.0 - np.sum(1.0 - (1.0 - self.shrink) ** 2) / len(self.vectors)))
 
     def residual(self, experiment: Experiment, predicted: FloatArray) -> FloatArray:
         """Return the whitened misfit (r,) of predicted channels (n, c)."""
@@ -98,7 +100,4 @@ def whitening_of(mechanics: Mechanics, correction: FloatArray, rest_deviation: f
     left = np.where(np.arange(count) < 6, _LEFT_IN_WRENCH, _LEFT_IN_FIDUCIALS)
     shared.append((left * correction)[:, :, None] * np.eye(count))
     directions = (np.concatenate(shared, axis=2) / deviation[:, None])[seen]
-    vectors, shrink = inverse_root(directions)
-    discretisation = shrunk(directions[:, -count:], vectors, shrink)
-    floor = float(np.sqrt(1.0 - np.sum(discretisation**2) / len(directions)))
-    return Whitening(seen, deviation, vectors, shrink, floor)
+    return Whitening(seen, deviation, *inverse_root(directions))
