@@ -20,7 +20,7 @@ from estimator.diagnosis.contest import (
 )
 from estimator.diagnosis.discrepancy import ModelError, model_error_of
 from estimator.diagnosis.findings import best_trials, effect_quantities, material_quantities
-from estimator.diagnosis.held_out import floor_of, gap_of, held_out_residuals
+from estimator.diagnosis.held_out import gap_of, held_out_residuals, white_floor
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.preparation import prepare
 from estimator.diagnosis.result import Consideration, Gap, Material, Outcome, Place
@@ -124,7 +124,7 @@ def _outcome(
 
 
 def _gap(case: Case, baseline: Linearisation, fit: Linearisation) -> Gap:
-    return gap_of(held_out_residuals(baseline), held_out_residuals(fit), floor_of(case))
+    return gap_of(held_out_residuals(baseline), held_out_residuals(fit), white_floor(case))
 
 
 def _place(case: Case, hypothesis: Hypothesis) -> Place | None:
