@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 from estimator.diagnosis.case import Case, Linearisation, linearisation_of
 from estimator.diagnosis.contest import Tell, Trial
 from estimator.diagnosis.hypothesis import Hypothesis
+from estimator.diagnosis.noise import Noise
 from estimator.diagnosis.passage import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.result import Advice
 from estimator.diagnosis.screening import Signature, signatures_at
@@ -168,7 +169,11 @@ def _signatures_of_manoeuvre(
         return None
     zero = np.zeros((len(planned.time), 6 + 3 * len(planned.fiducials_rest)))
     mini = Case(
-        (planned,), case.problem, (zero,), (whitening_of(mechanics, zero),), (mechanics.passage.unit_wrench,)
+        (planned,),
+        case.problem,
+        (zero,),
+        (whitening_of(mechanics, zero, Noise()),),
+        (mechanics.passage.unit_wrench,),
     )
     linear = linearisation_of(mini, hypothesis, [mechanics])
     return _Rehearsal(linear.by_coordinate[0], tuple(signatures_at(mini, [mechanics], hypothesis, plans)))

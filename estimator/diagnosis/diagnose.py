@@ -121,10 +121,11 @@ def _contest(experiments: Sequence[Experiment], executor: Executor, tell: Tell) 
     polished = polish_all(case, baseline, error, close, executor, tell)
     rest = contenders[len(close) :]
     more: list[Trial] = []
-    if polished and not _adequate(case, polished[0]):
-        elaborate = _elaborations(polished[:2])
+    doubtful = _doubtful(case, polished)
+    if doubtful:
+        elaborate = _elaborations(doubtful)
         more = screen(case, baseline, error, elaborate, executor, tell) if elaborate else []
-        more += _siblings(trials, polished[:1], contenders)
+        more += _siblings(trials, doubtful[:1], contenders)
     if more:
         refitted = refit_all(case, baseline, error, [t.start for t in more[:4]], executor, tell)
         better = [one for one in refitted if one.log_evidence > polished[0].log_evidence]
@@ -190,6 +191,17 @@ def _leaders(trials: Sequence[Trial], none: float) -> list[Trial]:
         if len(chosen) == _CONTENDERS:
             break
     return chosen
+
+
+def _doubtful(case: Case, polished: Sequence[Contender]) -> list[Contender]:
+    """Return the contenders of which a finer form could win: rivals close to the best, or what leaves a misfit."""
+    if not polished:
+        return []
+    best = polished[0].log_evidence
+    rivals = [one for one in polished if one.log_evidence > best - _CLOSE]
+    if len({one.labels[0] for one in rivals}) > 1:
+        return rivals
+    return [] if _adequate(case, polished[0]) else list(polished[:2])
 
 
 def _adequate(case: Case, contender: Contender) -> bool:

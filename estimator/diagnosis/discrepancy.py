@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.rest_positions import plane_polynomials
+from estimator.diagnosis.noise import plane_polynomials
 from estimator.diagnosis.whitening import Whitening, shrunk
 from estimator.experiment import Experiment
 

@@ -12,9 +12,9 @@ from scipy.interpolate import PchipInterpolator
 
 from estimator.diagnosis.case import Case, Linearisation, linearisation_of, predictions
 from estimator.diagnosis.hypothesis import LARGEST_POISSON_RATIO, Hypothesis
+from estimator.diagnosis.noise import Noise, noise_of
 from estimator.diagnosis.passage import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.refit import refit
-from estimator.diagnosis.rest_positions import rest_deviation
 from estimator.diagnosis.whitening import whitening_of
 from estimator.experiment import Experiment
 from estimator.fem.block_mesh import Grading
@@ -56,8 +56,8 @@ def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[Case
             ordered, predictions(corrected, mechanics, rough), corrected.whitenings, strict=True
         )
     ]
-    spread = rest_deviation(ordered, misfits)
-    whitenings = [whitening_of(one, c, spread) for one, c in zip(mechanics, corrections, strict=True)]
+    noise = noise_of(ordered, misfits)
+    whitenings = [whitening_of(one, c, noise) for one, c in zip(mechanics, corrections, strict=True)]
     case = replace(corrected, whitenings=tuple(whitenings))
     baseline = refit(case, rough, linearisation_of(case, rough, mechanics), evaluations=3)
     modulus = baseline.hypothesis.youngs_modulus
@@ -106,5 +106,5 @@ def _uncorrected(
     unit_wrenches = tuple(zero[:, :6] for zero in zeros)
     passages = solve_case(problem, experiments, hypothesis, unit_wrenches)
     mechanics = [mechanics_of(passage) for passage in passages]
-    whitenings = tuple(whitening_of(one, zero) for one, zero in zip(mechanics, zeros, strict=True))
+    whitenings = tuple(whitening_of(one, zero, Noise()) for one, zero in zip(mechanics, zeros, strict=True))
     return Case(experiments, problem, zeros, whitenings, unit_wrenches), mechanics

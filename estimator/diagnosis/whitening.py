@@ -1,9 +1,10 @@
 """The noise of one experiment, row by row, with everything that nobody calls an effect, and its whitening.
 
-A row's channels carry the sensors' white noise. On top of it lie errors that many rows share: the zero of the wrench,
-the beads' stated rest positions, the reported pose of each visit, and what is left of the discretisation error. With
-these as U η, η ~ N(0, 1), and the white part scaled to one, the covariance is I + U Uᵀ, and its inverse root is
-I − Q (1 − (1 + λ)^−½) Qᵀ with the singular vectors Q and squared singular values λ of U.
+A row's channels carry the sensors' noise, white or correlated with that of the row before. On top of it lie errors
+that many rows share: the zero of the wrench, the beads' stated rest positions, the reported pose of each visit, and
+what is left of the discretisation error. With these as U η, η ~ N(0, 1), and the white part scaled to one, the
+covariance is I + U Uᵀ, and its inverse root is I − Q (1 − (1 + λ)^−½) Qᵀ with the singular vectors Q and squared
+singular values λ of U.
 """
 
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.diagnosis.noise import Noise
 from estimator.diagnosis.passage import Mechanics
 from estimator.diagnosis.prediction import derivatives_by_position
 from estimator.experiment import Experiment
@@ -31,18 +33,20 @@ class Whitening:
     ----------
     seen : (n, c) bool, what was measured
     deviation : (c,) standard deviation of one value
+    correlation : (c,) of one value's noise with that of the row before
     vectors : (r, k) orthonormal, over the measured values
     shrink : (k,) 1 − (1 + λ)^−½
     """
 
     seen: NDArray[np.bool_]
     deviation: FloatArray
+    correlation: FloatArray
     vectors: FloatArray
     shrink: FloatArray
 
     def apply(self, columns: FloatArray) -> FloatArray:
         """Whiten columns (n, c, k) to (r, k)."""
-        scaled = (columns / self.deviation[:, None])[self.seen]
+        scaled = uncorrelated(columns / self.deviation[:, None], self.seen, self.correlation)
         return shrunk(scaled, self.vectors, self.shrink)
 
     def undo(self, whitened: FloatArray) -> FloatArray:
@@ -50,6 +54,10 @@ class Whitening:
         scaled = whitened + self.vectors @ (self.shrink / (1.0 - self.shrink) * (self.vectors.T @ whitened))
         channels = np.full(self.seen.shape, np.nan)
         channels[self.seen] = scaled
+        before, weight = _before(self.seen, self.correlation)
+        for row in range(len(channels)):
+            last = np.where(weight[row] > 0, channels[before[row], np.arange(len(self.deviation))], 0.0)
+            channels[row] = np.sqrt(1.0 - weight[row] ** 2) * channels[row] + weight[row] * last
         return channels * self.deviation
 
     @property
@@ -61,6 +69,30 @@ class Whitening:
         """Return the whitened misfit (r,) of predicted channels (n, c)."""
         error = np.where(self.seen, measured_rows(experiment) - predicted, 0.0)
         return self.apply(error[:, :, None])[:, 0]
+
+
+def uncorrelated(columns: FloatArray, seen: NDArray[np.bool_], correlation: FloatArray) -> FloatArray:
+    """Return columns (n, c, k) at what was seen, (r, k), free of the correlation (c,) of each row with the one before.
+
+    The first-order autoregression's innovations, (x_t - w x_s) / (1 - w²)^½, s being the last row seen before t and
+    w the correlation to the power of their distance.
+    """
+    if not correlation.any():
+        return np.asarray(columns[seen])
+    before, weight = _before(seen, correlation)
+    w = weight[:, :, None]
+    last = np.take_along_axis(columns, np.broadcast_to(before[:, :, None], columns.shape), axis=0)
+    last = np.where(w > 0, last, 0.0)
+    return np.asarray(((columns - w * last) / np.sqrt(1.0 - w**2))[seen])
+
+
+def _before(seen: NDArray[np.bool_], correlation: FloatArray) -> tuple[NDArray[np.int64], FloatArray]:
+    """Return for each value the last row (n, c) before it that was seen, and the correlation with it, 0 for none."""
+    rows = np.arange(len(seen))[:, None]
+    latest = np.maximum.accumulate(np.where(seen, rows, -1), axis=0)
+    before = np.vstack([np.full((1, seen.shape[1]), -1), latest[:-1]])
+    weight = np.where(before >= 0, correlation ** (rows - before), 0.0)
+    return np.maximum(before, 0), weight
 
 
 def shrunk(columns: FloatArray, vectors: FloatArray, shrink: FloatArray) -> FloatArray:
@@ -77,27 +109,29 @@ def inverse_root(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
     return vectors, 1.0 - 1.0 / np.sqrt(1.0 + eigenvalues[kept])
 
 
-def whitening_of(mechanics: Mechanics, correction: FloatArray, rest_deviation: float = 1.0) -> Whitening:
+def whitening_of(mechanics: Mechanics, correction: FloatArray, noise: Noise) -> Whitening:
     """Build the whitening of an experiment.
 
     Parameters
     ----------
     mechanics : of the fitted baseline, for its derivative by the gripper's position
     correction : (n, c) of the discretisation
-    rest_deviation : of the beads' stated rest positions, in units of one reading's noise
+    noise : what the file does not state of it
     """
     visits = mechanics.passage.visits
     experiment = visits.experiment
     seen = np.isfinite(measured_rows(experiment))
     deviation = np.sqrt(channel_variance(experiment))
     rows, count = seen.shape
-    offsets = np.where(np.arange(count) < 6, 1.0, rest_deviation) * deviation
+    of_wrench = np.arange(count) < 6
+    offsets = np.where(of_wrench, 1.0, noise.rest_deviation) * deviation
     shared = [np.broadcast_to(np.diag(offsets), (rows, count, count))]
     by_position = derivatives_by_position(mechanics) * np.sqrt(visits.position_variance)[:, None, None]
     of_visits = np.zeros((rows, count, len(visits), 3))
     of_visits[np.arange(rows), :, visits.of_row] = by_position[visits.of_row]
     shared.append(of_visits.reshape(rows, count, -1))
-    left = np.where(np.arange(count) < 6, _LEFT_IN_WRENCH, _LEFT_IN_FIDUCIALS)
+    left = np.where(of_wrench, _LEFT_IN_WRENCH, _LEFT_IN_FIDUCIALS)
     shared.append((left * correction)[:, :, None] * np.eye(count))
-    directions = (np.concatenate(shared, axis=2) / deviation[:, None])[seen]
-    return Whitening(seen, deviation, *inverse_root(directions))
+    correlation = np.where(of_wrench, noise.wrench_correlation, noise.fiducial_correlation)
+    directions = uncorrelated(np.concatenate(shared, axis=2) / deviation[:, None], seen, correlation)
+    return Whitening(seen, deviation, correlation, *inverse_root(directions))

@@ -20,7 +20,12 @@ from estimator.effects.force_drift import ForceDrift
 from estimator.effects.force_frame_rotation import ForceFrameRotation
 from estimator.effects.grasp_misplacement import GRASP_MISPLACEMENT
 from estimator.effects.gravity_sag import GRAVITY_SAG
-from estimator.effects.gripper_compliance import AxisCompliance, GripperCompliance, RotationCompliance
+from estimator.effects.gripper_compliance import (
+    AxisAndRotationCompliance,
+    AxisCompliance,
+    GripperCompliance,
+    RotationCompliance,
+)
 from estimator.effects.gripper_slip import GripperJump, GripperSlip
 from estimator.effects.inhomogeneity import INHOMOGENEITY
 from estimator.effects.modulus_gradient import MODULUS_GRADIENT
@@ -67,6 +72,7 @@ _MOTION: tuple[Effect, ...] = (
     GripperCompliance(),
     AxisCompliance(),
     RotationCompliance(),
+    AxisAndRotationCompliance(),
     GripperSlip(),
     GripperJump(),
 )

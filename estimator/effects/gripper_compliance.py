@@ -42,17 +42,33 @@ class AxisCompliance(GripperCompliance):
         return motion.moved(motion.position + motion.rotation.apply(compliance * force))
 
 
+_OF_ROTATION = Amplitude("rotation_compliance", "rad/(N·m)", scale=1.0, smallest=0.05, lower=0.0)
+
+
+def _turned(yielding: Motion, reported: Motion, values: Values) -> Motion:
+    """Turn the gripper under the torque about its origin: true rotation = exp(C_r T) times the reported one."""
+    turn = Rotation.from_rotvec(values[_OF_ROTATION.name] * reported.load[:, 3:])
+    return yielding.moved(yielding.position, turn * reported.rotation)
+
+
 class RotationCompliance(GripperCompliance):
-    """The gripper also turns under the torque about its origin: true rotation = exp(C_r T) times the reported one."""
+    """The gripper yields alike in all directions, and turns under the torque."""
 
     form = "translation_and_rotation"
-    amplitudes = (
-        *GripperCompliance.amplitudes,
-        Amplitude("rotation_compliance", "rad/(N·m)", scale=1.0, smallest=0.05, lower=0.0),
-    )
+    amplitudes = (*GripperCompliance.amplitudes, _OF_ROTATION)
 
     def motion(self, motion: Motion, values: Values) -> Motion:
         """Let the gripper yield to force and torque."""
-        yielding = super().motion(motion, values)
-        turn = Rotation.from_rotvec(values["rotation_compliance"] * motion.load[:, 3:])
-        return yielding.moved(yielding.position, turn * motion.rotation)
+        return _turned(super().motion(motion, values), motion, values)
+
+
+class AxisAndRotationCompliance(AxisCompliance):
+    """Each axis of the gripper yields by its own compliance, and the gripper turns under the torque."""
+
+    form = "by_axis_and_rotation"
+    elaborates = "by_axis"
+    amplitudes = (*AxisCompliance.amplitudes, _OF_ROTATION)
+
+    def motion(self, motion: Motion, values: Values) -> Motion:
+        """Let the gripper yield to force and torque."""
+        return _turned(super().motion(motion, values), motion, values)

@@ -1,15 +1,19 @@
 """The statistics of the diagnosis against closed forms and independent solvers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from retraction_cases import SMALL_BLOCK
 from scipy.optimize import lsq_linear
 from scipy.stats import multivariate_normal
 
 from estimator.diagnosis.discrepancy import Discrepancy, ModelError, forgiven
 from estimator.diagnosis.evidence import LinearModel, bounded_minimum, log_evidence
 from estimator.diagnosis.judgement import best_of, credible_set, log_priors, probabilities
-from estimator.diagnosis.whitening import inverse_root, shrunk
+from estimator.diagnosis.noise import noise_of
+from estimator.diagnosis.whitening import inverse_root, shrunk, uncorrelated
 
 FloatArray = NDArray[np.float64]
 
@@ -92,3 +96,41 @@ def test_the_credible_set_holds_what_is_needed_and_no_more() -> None:
 
 def test_more_forms_of_one_label_do_not_raise_its_evidence() -> None:
     assert best_of([("a", 5.0), ("a", 5.0)])["a"] < best_of([("a", 5.0)])["a"]
+
+
+def correlated_noise(rng: np.random.Generator, rows: int, channels: int, correlation: float) -> FloatArray:
+    noise = rng.normal(size=(rows, channels))
+    for row in range(1, rows):
+        noise[row] = correlation * noise[row - 1] + np.sqrt(1.0 - correlation**2) * noise[row]
+    return noise
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.5])
+def test_correlation_and_rest_positions_are_found_behind_a_smooth_misfit(correlation: float) -> None:
+    rng = np.random.default_rng(4)
+    grid = np.column_stack([np.indices((4, 4)).reshape(2, -1).T * 0.02, np.zeros(16)])
+    experiment = replace(SMALL_BLOCK, fiducials_rest=grid)
+    rows, misfits = 120, []
+    rest = 0.4 * rng.normal(size=48)
+    for _ in range(3):
+        smooth = np.linspace(0.0, 5.0, rows)[:, None] * rng.normal(size=54)
+        misfits.append(smooth + correlated_noise(rng, rows, 54, correlation) + np.append(np.zeros(6), rest))
+    noise = noise_of([experiment] * 3, misfits)
+    assert noise.wrench_correlation == pytest.approx(correlation, abs=0.1)
+    assert noise.fiducial_correlation == pytest.approx(correlation, abs=0.05)
+    # the smooth misfit's own roughness over the beads adds to it
+    assert 0.3 < noise.rest_deviation <= 1.0
+
+
+def test_innovations_of_correlated_rows_are_white_also_across_gaps() -> None:
+    rng = np.random.default_rng(5)
+    seen = rng.random((40, 2)) > 0.2
+    correlation = np.array([0.6, 0.0])
+    times = np.arange(40)
+    covariance = 0.6 ** np.abs(times[:, None] - times[None])
+    root = np.linalg.cholesky(covariance)
+    columns = np.zeros((40, 2, 40))
+    columns[:, 0] = root
+    columns[:, 1] = np.eye(40)
+    white = uncorrelated(columns, seen, correlation)[np.nonzero(seen)[1] == 0]
+    assert np.allclose(white @ white.T, np.eye(seen[:, 0].sum()))

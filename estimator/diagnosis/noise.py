@@ -1,0 +1,93 @@
+"""What an experiment does not state of its noise, found from a misfit: correlation of rows, errors of rest positions.
+
+What a model misses is smooth along the rows and over the plane of the beads. So the change of a misfit from row to row
+tells the noise, and the correlation by how much less it is than that of white noise. The errors of the beads' rest
+positions, the same in every row, show in a mean misfit once polynomials over the plane are taken out. Both robustly,
+since motion and single beads may be misread.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.experiment import Experiment
+
+FloatArray = NDArray[np.float64]
+
+# In units of one reading's noise: nobody places beads better, and who places them worse finds some effects less easily.
+_BEST, _WORST = 0.1, 1.0
+_MEDIAN_OF_A_NORMAL = 0.6745
+_FEWEST_BEADS = 8
+
+
+# Of the smallest so many of normal values, the mean square is this share of the variance.
+_KEPT, _MEAN_SQUARE_OF_KEPT = 0.75, 0.3684
+# A correlation less than this cannot be told from an error of the stated noise.
+_SMALLEST_CORRELATION, _LARGEST_CORRELATION = 0.15, 0.9
+
+
+@dataclass(frozen=True)
+class Noise:
+    """What an experiment does not state of its noise.
+
+    Attributes
+    ----------
+    wrench_correlation, fiducial_correlation : of a reading's noise with that of the row before
+    rest_deviation : standard deviation of the beads' rest positions, in units of one reading's noise
+    """
+
+    wrench_correlation: float = 0.0
+    fiducial_correlation: float = 0.0
+    rest_deviation: float = _WORST
+
+
+def noise_of(experiments: Sequence[Experiment], misfits: Sequence[FloatArray]) -> Noise:
+    """Find out about the noise of a case.
+
+    Parameters
+    ----------
+    misfits : for each experiment (n, 6 + 3m), measured less predicted, in units of the noise; NaN where not measured
+    """
+    wrench = _correlation([misfit[:, :6] for misfit in misfits])
+    fiducials = _correlation([misfit[:, 6:] for misfit in misfits])
+    return Noise(wrench, fiducials, _rest_deviation(experiments, misfits, fiducials))
+
+
+def _correlation(misfits: Sequence[FloatArray]) -> float:
+    changes = np.concatenate([np.diff(misfit, axis=0).ravel() for misfit in misfits])
+    squares = np.sort(changes[np.isfinite(changes)] ** 2)
+    if len(squares) == 0:
+        return 0.0
+    variance = np.mean(squares[: max(1, int(_KEPT * len(squares)))]) / _MEAN_SQUARE_OF_KEPT
+    found = float(min(1.0 - variance / 2.0, _LARGEST_CORRELATION))
+    return found if found > _SMALLEST_CORRELATION else 0.0
+
+
+def plane_polynomials(rest: FloatArray, length_m: float) -> FloatArray:
+    """Return polynomials (m, 6) up to the second degree over the beads' rest positions (m, 3)."""
+    x, y = ((rest[:, :2] - rest[:, :2].mean(axis=0)) / length_m).T
+    return np.column_stack([np.ones_like(x), x, y, x * x - (x * x).mean(), x * y, y * y - (y * y).mean()])
+
+
+def _rest_deviation(
+    experiments: Sequence[Experiment], misfits: Sequence[FloatArray], correlation: float
+) -> float:
+    rough, white = [], []
+    for experiment, misfit in zip(experiments, misfits, strict=True):
+        rest = experiment.fiducials_rest
+        beads = misfit[:, 6:].reshape(len(misfit), -1, 3)
+        seen = np.isfinite(beads).all(axis=2).sum(axis=0)
+        known = seen > 0
+        if known.sum() < _FEWEST_BEADS:
+            continue
+        mean = np.nanmean(beads[:, known], axis=0)
+        basis, _ = np.linalg.qr(plane_polynomials(rest[known], 1.0))
+        left = mean - basis @ (basis.T @ mean)
+        rough.append(left.ravel() / np.sqrt(1.0 - basis.shape[1] / known.sum()))
+        white.append(np.mean(1.0 / seen[known]) * (1.0 + correlation) / (1.0 - correlation))
+    if not rough:
+        return _WORST
+    deviation = np.median(np.abs(np.concatenate(rough))) / _MEDIAN_OF_A_NORMAL
+    return float(np.clip(np.sqrt(max(deviation**2 - np.mean(white), 0.0)), _BEST, _WORST))
