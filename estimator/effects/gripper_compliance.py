@@ -37,7 +37,7 @@ class AxisCompliance(GripperCompliance):
 
     def motion(self, motion: Motion, values: Values) -> Motion:
         """Let the gripper yield to the force along each of its axes."""
-        compliance = np.array([values[amplitude.name] for amplitude in self.amplitudes])
+        compliance = np.array([values[f"compliance_{axis}"] for axis in AXES])
         force = motion.rotation.inv().apply(motion.load[:, :3])
         return motion.moved(motion.position + motion.rotation.apply(compliance * force))
 
