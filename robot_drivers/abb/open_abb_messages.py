@@ -12,6 +12,7 @@ from enum import IntEnum
 
 from robot_drivers.abb import poses
 from robot_drivers.abb.kinematics import Joints
+from robot_drivers.decimal_text import decimal
 from robot_drivers.errors import ConfigurationError, DeviceProtocolError
 from robot_drivers.protocols import Pose, Speed
 
@@ -132,10 +133,7 @@ def parse_joints(payload: str) -> Joints:
 
 
 def _numbers(payload: str, count: int) -> list[float]:
-    try:
-        numbers = [float(word) for word in payload.split()]
-    except ValueError:
-        numbers = []
+    numbers = [decimal(word) for word in payload.split()]
     if len(numbers) != count or not all(map(math.isfinite, numbers)):
         raise DeviceProtocolError(f"the open-abb server answered {payload!r} instead of {count} numbers")
     return numbers

@@ -6,19 +6,18 @@ a user picked other units. So the index of the active configuration is read firs
 """
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from robot_drivers.ati.scaling import Scaling
 from robot_drivers.ati.web import WebPages, parse_tags
+from robot_drivers.decimal_text import decimal
 from robot_drivers.errors import ConfigurationError, DeviceProtocolError
 
 MAX_RDT_RATE_HZ = 7000
 
 _CONFIGURATION_ROOTS = ("netft", "netFTApi")
 _CALIBRATION_ROOTS = ("netftCalibration",)
-_DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +134,7 @@ def _text(tags: Mapping[str, str], tag: str) -> str:
 
 def _number(tags: Mapping[str, str], tag: str) -> float:
     text = _text(tags, tag)
-    value = float(text) if _DECIMAL.fullmatch(text) else math.nan
+    value = decimal(text)
     if not math.isfinite(value):
         raise DeviceProtocolError(f"the sensor's {tag!r} is {text!r}: not a number")
     return value

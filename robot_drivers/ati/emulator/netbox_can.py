@@ -94,7 +94,7 @@ class NetBoxCanEmulator:
         self.close()
 
     def inject(self, faults: Faults) -> None:
-        """Replace the faults of the box in force; its cable is that of the bus, other faults of a network mean nothing."""
+        """Replace the faults of the box in force; its cable is that of the bus, other network faults mean nothing."""
         self._box.inject(faults)
 
     def latch_monitor_condition(self) -> None:
