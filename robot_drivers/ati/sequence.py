@@ -19,6 +19,9 @@ MAX_TICKS_PER_RECORD = 8000
 TRUSTED_STEP = 8192
 """A record further than this from the newest one needs a second one that confirms it, and is itself not used."""
 
+_NEIGHBOURS = 16
+"""A record further than this from the newest one must also keep the pace of the records before."""
+
 _REMEMBERED_GAPS = 256
 _CLOCK_TOLERANCE_S = 0.5
 """By how much host and device clock differ at most across an interruption of the network."""
@@ -85,6 +88,7 @@ class SequenceTracker:
         self._ticks_per_ns = internal_rate_hz * 1e-9
         self._newest: _Position | None = None
         self._suspect: tuple[int, int] | None = None
+        self._ticks_per_record: int | None = None
         self._gaps = _Gaps()
         self._start_requested = True
         self._received = self._lost = self._duplicated = self._late = self._restarts = self._strange = 0
@@ -127,6 +131,7 @@ class SequenceTracker:
             host_time_ns=int(host_time_ns[-1]),
         )
         self._suspect = None
+        self._ticks_per_record = int(ticks[-1])
         self._received += n
         return placement
 
@@ -149,7 +154,7 @@ class SequenceTracker:
         if newest is not None:
             step = _signed(rdt - newest.rdt_sequence)
             ticks = _signed(ft - newest.ft_sequence)
-            if _fit(step, ticks) and (confirmed or abs(step) <= TRUSTED_STEP):
+            if _fit(step, ticks) and (confirmed or self._trusted(step, ticks)):
                 position = _Position(rdt, ft, newest.counter + step, newest.tick + ticks, stamp_ns)
                 if step > 0:
                     return self._advance(newest, position, confirmed)
@@ -169,6 +174,13 @@ class SequenceTracker:
         self._strange += 1
         return None
 
+    def _trusted(self, step: int, ticks: int) -> bool:
+        """Tell whether a record so far from the newest one may be used without a second one that confirms it."""
+        if abs(step) <= _NEIGHBOURS or self._ticks_per_record is None:
+            return abs(step) <= TRUSTED_STEP
+        expected = step * self._ticks_per_record
+        return abs(step) <= TRUSTED_STEP and abs(ticks - expected) <= abs(expected) // 100
+
     def _follows_suspect(self, rdt: int, ft: int) -> bool:
         if self._suspect is None:
             return False
@@ -178,7 +190,10 @@ class SequenceTracker:
     def _advance(self, newest: _Position, position: _Position, confirmed: bool) -> _Position:
         if confirmed:  # the suspect was a record of this stream; it was not delivered
             self._strange -= 1
-        self._lost += position.counter - newest.counter - 1
+        missing = position.counter - newest.counter - 1
+        if not missing:
+            self._ticks_per_record = position.tick - newest.tick
+        self._lost += missing
         self._gaps.add(newest.counter + 1, position.counter)
         self._newest, self._suspect = position, None
         return position
@@ -193,6 +208,7 @@ class SequenceTracker:
             tick = self._tick_across(newest, ft, stamp_ns)
         missing = (rdt - first) % 2**32
         position = _Position(rdt, ft, counter + missing + 1, tick, stamp_ns)
+        self._ticks_per_record = None
         self._gaps.clear()
         self._gaps.add(counter + 1, position.counter)
         self._lost += missing

@@ -1,6 +1,7 @@
 """Fuzz targets: Externally Guided Motion - messages of the controller and of the PC, and their numbering."""
 
 import struct
+from collections.abc import Container
 from random import Random
 
 from robot_drivers.abb.egm import EGMSample, classify, to_sample
@@ -48,7 +49,7 @@ def _check_robot(datagram: bytes) -> bool:
     """Every number of a sample is found where another reading of the bytes has it, and nowhere twice."""
     message = decode_robot(datagram)
     sample = to_sample(message, 0, "rad")
-    told = _leaves(datagram)
+    told = _leaves(datagram, _ROBOT_MESSAGES)
     untimed = message.feed_back is None or message.feed_back.time is None
     degree = 1.0 if untimed else 0.017453292519943295
     agree(sample.number, _one(told, (1, 1)), "sequence number")
@@ -86,7 +87,7 @@ def _near(expected: list[float], sample: EGMSample) -> list[float]:
 
 def _check_sensor(datagram: bytes) -> bool:
     message = decode_sensor(datagram)
-    told = _leaves(datagram)
+    told = _leaves(datagram, _SENSOR_MESSAGES)
     if message.header is not None and message.header.seqno is not None:
         agree(message.header.seqno, _one(told, (1, 1)), "sequence number")
     cartesian = None if message.planned is None else message.planned.cartesian
@@ -99,14 +100,14 @@ def _check_sensor(datagram: bytes) -> bool:
     return True
 
 
-def _leaves(data: bytes) -> dict[Path, list[Value]]:
-    """Read wire bytes without a schema: the values by their path of field numbers, in order."""
+def _leaves(data: bytes, messages: Container[Path]) -> dict[Path, list[Value]]:
+    """Read wire bytes: the values by their path of field numbers, in order; ``messages`` are to be looked into."""
     leaves: dict[Path, list[Value]] = {}
-    _collect(data, (), leaves)
+    _collect(data, (), leaves, messages)
     return leaves
 
 
-def _collect(data: bytes, path: Path, leaves: dict[Path, list[Value]]) -> None:
+def _collect(data: bytes, path: Path, leaves: dict[Path, list[Value]], messages: Container[Path]) -> None:
     place = 0
     while place < len(data):
         key, place = _number(data, place)
@@ -118,19 +119,20 @@ def _collect(data: bytes, path: Path, leaves: dict[Path, list[Value]]) -> None:
             length, place = _number(data, place)
             content, place = data[place : place + length], place + length
             leaves.setdefault(here, []).append(content)
-            if here in _MESSAGES:
-                _collect(content, here, leaves)
+            if here in messages:
+                _collect(content, here, leaves, messages)
         else:
             length = 8 if key & 7 == 1 else 4
             leaves.setdefault(here, []).append(data[place : place + length])
             place += length
 
 
-_MESSAGES = {
-    *((1,), (2,), (3,), (4,), (5,), (8,), (9,)),
+_POSES = {
     *((motion, part) for motion in (2, 3) for part in (1, 2, 4)),
     *((motion, 2, part) for motion in (2, 3) for part in (1, 2)),
 }
+_SENSOR_MESSAGES = {(1,), (2,), (3,)} | _POSES
+_ROBOT_MESSAGES = {(1,), (2,), (3,), (4,), (5,), (8,), (9,)} | _POSES
 
 
 def _number(data: bytes, place: int) -> tuple[int, int]:

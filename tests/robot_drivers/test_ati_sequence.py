@@ -159,6 +159,14 @@ def test_a_number_that_fits_with_a_clock_that_does_not_is_not_used():
     assert statistics == StreamStatistics(received=3, malformed=1)
 
 
+def test_a_far_record_out_of_the_streams_pace_waits_for_a_second_one():
+    pairs = records(1, 2, 3)
+    rubbish = (900, pairs[-1][1] + 50 * 897 * TICKS)
+    statistics, (placement,) = run([*pairs, rubbish, *records(4, first_ft=pairs[-1][1] + TICKS)])
+    assert placement.counter.tolist() == [1, 2, 3, 4]
+    assert statistics == StreamStatistics(received=4, malformed=1)
+
+
 def test_an_empty_batch_places_nothing():
     tracker = SequenceTracker()
     for _ in range(2):
