@@ -1,0 +1,94 @@
+"""A process beside the window that answers one request after the other and remembers what it was told before.
+
+For a long computation with progress there is :mod:`gui.jobs`; this is for many short ones on the same things.
+"""
+
+import multiprocessing
+import queue
+import signal
+import threading
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from typing import Any
+
+from PySide6.QtCore import QObject, Signal
+
+from daq.errors import DaqError
+from gui.job_process import Failed
+from robot_drivers.errors import DeviceError
+
+_Requests = queue.SimpleQueue[Any]
+
+
+class Companion(QObject):
+    """Runs from construction to :meth:`end`; the process ends with the window, however that goes.
+
+    ``answered`` brings every answer in the order of the requests, ``gone`` tells that the process has ended by itself.
+
+    Parameters
+    ----------
+    make : of a module; called in the process with ``arguments``, and returns what answers the requests. All of these
+        are pickled. An error of the laboratory is answered with :class:`gui.job_process.Failed`.
+    """
+
+    answered = Signal(object)
+    gone = Signal()
+
+    def __init__(
+        self,
+        make: Callable[..., Callable[[Any], Any]],
+        arguments: tuple[Any, ...],
+        parent: QObject | None = None,
+    ) -> None:
+        super().__init__(parent)
+        context = multiprocessing.get_context("spawn")
+        connection, other = context.Pipe()
+        context.Process(target=_serve, args=(other, make, arguments), name=make.__name__, daemon=True).start()
+        other.close()
+        self._requests: _Requests = queue.SimpleQueue()
+        talker = threading.Thread(
+            target=self._talk, args=(connection, self._requests), name=f"talk to {make.__name__}", daemon=True
+        )
+        talker.start()
+
+    def ask(self, request: object) -> None:
+        """Ask for an answer."""
+        self._requests.put(request)
+
+    def end(self) -> None:
+        """End the process once it has answered; does not wait."""
+        self._requests.put(_END)
+
+    def _talk(self, connection: Connection, requests: _Requests) -> None:
+        with connection:
+            while (request := requests.get()) is not _END:
+                try:
+                    connection.send(request)
+                    answer = connection.recv()
+                except (EOFError, OSError):
+                    self.gone.emit()
+                    return
+                self.answered.emit(answer)
+
+
+_END = object()
+
+
+def _serve(
+    connection: Connection, make: Callable[..., Callable[[Any], Any]], arguments: tuple[Any, ...]
+) -> None:
+    """Answer until the other end closes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    answer = make(*arguments)
+    while True:
+        try:
+            connection.send(_answered(answer, connection.recv()))
+        except (EOFError, BrokenPipeError, ConnectionResetError):
+            return
+
+
+def _answered(answer: Callable[[Any], Any], request: object) -> object:
+    try:
+        return answer(request)
+    except (DaqError, DeviceError) as error:
+        return Failed(" ".join(str(error).split()))

@@ -1,0 +1,195 @@
+"""Which rig is used: the one of the rig file, with any of its devices replaced by emulated ones.
+
+The emulated laboratory is started when the first device needs it, in a thread that may wait, and ends with the window.
+"""
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager, ExitStack
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal, Protocol
+
+from PySide6.QtCore import QObject, QThread, Signal, Slot
+
+from daq.errors import DaqError
+from daq.rig import Rig, read_rig
+
+FORCE_SENSOR, ROBOT = "force sensor", "robot"
+STANDARD = "standard"
+Action = Literal["board", "touch", "home"]
+
+_NO_MORE = 10**6
+
+
+class Helper(Protocol):
+    """The person at the emulated laboratory; see :class:`daq.virtual_rig.operator.VirtualOperator`."""
+
+    def show_board(self, number: int) -> bool:
+        """Show the calibration board to the cameras."""
+
+    def touch_point(self, number: int) -> bool:
+        """Touch a fixed point with the gripper."""
+
+
+class Running(Protocol):
+    """An emulated laboratory that runs."""
+
+    @property
+    def rig_path(self) -> Path:
+        """Its rig file."""
+
+    @property
+    def operator(self) -> Helper:
+        """Who works at it."""
+
+
+RunEmulators = Callable[[str], AbstractContextManager[Running]]
+"""Runs the emulated laboratory as long as the context lasts, with what is mounted in it: ``STANDARD``, or for a kind
+of calibration."""
+
+
+class Laboratory(QObject):
+    """Prepares the rig to be connected.
+
+    Signals
+    -------
+    prepared : Rig, ready to be connected
+    failed : str, the emulated laboratory could not be started, or its person cannot help
+    helped : what its person has done, and False where there was no more to do
+
+    Parameters
+    ----------
+    own : the rig of the rig file; None where there is only the emulated one
+    """
+
+    prepared = Signal(object)
+    failed = Signal(str)
+    helped = Signal(str, bool)
+    _wanted = Signal(str)
+    _help_wanted = Signal(str, int)
+
+    def __init__(self, own: Rig | None, run_emulators: RunEmulators, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.own = own
+        self.emulated: frozenset[str] = frozenset()
+        self.helper: Helper | None = None
+        self._thread = QThread()
+        self._thread.setObjectName("laboratory")
+        self._runner = _Runner(run_emulators)
+        self._runner.moveToThread(self._thread)
+        self._wanted.connect(self._runner.run)
+        self._runner.running.connect(self._on_running)
+        self._runner.failed.connect(self.failed)
+        self._runner.helped.connect(self.helped)
+        self._help_wanted.connect(self._runner.help)
+        self._thread.start()
+
+    def prepare(self, emulated: frozenset[str], mounted: str = STANDARD) -> None:
+        """Prepare the rig with these devices emulated, by their roles; ``prepared`` or ``failed`` follows."""
+        self.emulated = emulated
+        if emulated or self.own is None:
+            self._wanted.emit(mounted)
+        else:
+            self.prepared.emit(self.own)
+
+    def help(self, action: Action, number: int = 0) -> None:
+        """Have the emulated person show the board, touch the point, or jog the robot home; ``helped`` follows."""
+        self._help_wanted.emit(action, number)
+
+    def end(self) -> None:
+        """End the emulated laboratory and the thread; waits for them."""
+        self._wanted.emit("")
+        self._thread.quit()
+        self._thread.wait()
+
+    @Slot(object, object)
+    def _on_running(self, virtual: Rig, helper: object) -> None:
+        self.helper = helper  # type: ignore[assignment] # signals know no protocols
+        if self.own is None:
+            self.emulated = frozenset(roles(virtual))
+        self.prepared.emit(mixed(self.own, virtual, self.emulated))
+
+
+def roles(rig: Rig) -> tuple[str, ...]:
+    """Return the roles of a rig's devices."""
+    return (FORCE_SENSOR, ROBOT, *(f"camera {camera.name}" for camera in rig.cameras))
+
+
+def mixed(own: Rig | None, virtual: Rig, emulated: frozenset[str]) -> Rig:
+    """Return a rig with some devices of the emulated laboratory.
+
+    An emulated robot stands in the emulated laboratory, so frames, tool, limits and specimen are those of the latter;
+    emulated cameras bring their own calibration. The name tells what is emulated, so that no calibration of the real
+    rig is taken for the mixed one.
+    """
+    if own is None or emulated >= set(roles(own)):
+        return virtual
+    rig = replace(own, name=f"{own.name} with emulated {', '.join(sorted(emulated))}")
+    if FORCE_SENSOR in emulated:
+        rig = replace(rig, force_sensor=virtual.force_sensor)
+    if ROBOT in emulated:
+        rig = replace(
+            rig,
+            robot=virtual.robot,
+            frames=virtual.frames,
+            tool=virtual.tool,
+            limits=virtual.limits,
+            specimen=virtual.specimen,
+        )
+    left, right = (
+        replace(theirs, name=ours.name) if f"camera {ours.name}" in emulated else ours
+        for ours, theirs in zip(own.cameras, virtual.cameras, strict=True)
+    )
+    if any(f"camera {camera.name}" in emulated for camera in own.cameras):
+        rig = replace(rig, stereo_calibration=virtual.stereo_calibration, vision=virtual.vision)
+    return replace(rig, cameras=(left, right))
+
+
+class _Runner(QObject):
+    """Starts and ends the emulated laboratory; everything here happens in the laboratory's thread."""
+
+    running = Signal(object, object)
+    failed = Signal(str)
+    helped = Signal(str, bool)
+
+    def __init__(self, run_emulators: RunEmulators) -> None:
+        super().__init__()
+        self._run_emulators = run_emulators
+        self._stack = ExitStack()
+        self._mounted = ""
+        self._now: tuple[Rig, Helper] | None = None
+
+    @Slot(str)
+    def run(self, mounted: str) -> None:
+        """Run the laboratory with this mounted; with nothing it ends."""
+        if mounted != self._mounted or self._now is None:
+            self._stack.close()
+            self._stack, self._mounted, self._now = ExitStack(), "", None
+            if mounted and not self._started(mounted):
+                return
+        if self._now is not None:
+            self.running.emit(*self._now)
+
+    @Slot(str, int)
+    def help(self, action: str, number: int) -> None:
+        """Let the emulated person act."""
+        if self._now is None:
+            return
+        _, helper = self._now
+        try:
+            # after the last touch the robot is jogged back to the grasp
+            place = _NO_MORE if action == "home" else number
+            more = helper.show_board(number) if action == "board" else helper.touch_point(place)
+        except DaqError as error:
+            self.failed.emit(str(error))
+        else:
+            self.helped.emit(action, more)
+
+    def _started(self, mounted: str) -> bool:
+        try:
+            running = self._stack.enter_context(self._run_emulators(mounted))
+            self._now, self._mounted = (read_rig(running.rig_path), running.operator), mounted
+        except (DaqError, OSError) as error:
+            self.failed.emit(str(error))
+            return False
+        return True

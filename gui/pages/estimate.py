@@ -1,0 +1,134 @@
+"""Estimate: Young's modulus and Poisson's ratio of finished sessions, and what the fit leaves unexplained."""
+
+from pathlib import Path
+from typing import ClassVar
+
+from PySide6.QtWidgets import QCheckBox, QFileDialog, QVBoxLayout, QWidget
+
+from estimator.fit.online import OnlineEstimate
+from estimator.fit.result import Estimate
+from gui.computations import estimate_sources, write_estimate_page
+from gui.context import Context
+from gui.following import follow_session
+from gui.jobs import Job
+from gui.messages import Message, information
+from gui.state import RigState
+from gui.widgets.cards import button, label
+from gui.widgets.estimate_result import EstimateResult
+from gui.widgets.job_strip import WAIT, JobStrip
+from gui.widgets.save_dialog import ask_where_to_save
+from gui.widgets.source_picker import SourcePicker
+from gui.widgets.split import side_by_side
+
+
+class EstimatePage(QWidget):
+    """Left what to estimate from, right what came out."""
+
+    title: ClassVar[str] = "Estimate"
+
+    def __init__(self, context: Context, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._context = context
+        self._sources: tuple[Path, ...] = ()
+        self.estimate: Estimate | None = None
+        self.picker = SourcePicker("Sessions", context.sessions_folder)
+        self.picker.changed.connect(self._show_readiness)
+        self.begin = button("Estimate", "primary", "Fit E and ν to what is checked; takes a minute or so")
+        self.begin.clicked.connect(self._begin)
+        self.follow = QCheckBox("Estimate while a session is recorded")
+        self.follow.setToolTip("After the steps that have been measured, as often as the fit keeps up")
+        self.follow.toggled.connect(lambda: self._follow(context.link.state))
+        self._followed: Path | None = None
+        self._history: list[OnlineEstimate] = []
+        self.strip = JobStrip()
+        self.result = EstimateResult()
+        self.result.save.clicked.connect(self._ask_where_to_save)
+        self.result.diagnose.clicked.connect(self._diagnose)
+        self._dialog: QFileDialog | None = None
+        left = QWidget()
+        column = QVBoxLayout(left)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self.picker, 1)
+        column.addWidget(self.begin)
+        column.addWidget(self.follow)
+        right = QWidget()
+        beside = QVBoxLayout(right)
+        beside.setContentsMargins(0, 0, 0, 0)
+        beside.addWidget(self.strip)
+        beside.addWidget(self.result, 1)
+        layout = QVBoxLayout(self)
+        layout.addWidget(label(self.title, "title"))
+        layout.addWidget(side_by_side(left, right, (300, 900)), 1)
+        context.navigator.estimate_requested.connect(self._begin_with)
+        context.navigator.session_recorded.connect(self.picker.refresh)
+        context.link.state_changed.connect(self._follow)
+        self._show_readiness()
+
+    def show_estimate(self, estimate: Estimate) -> None:
+        """Show what came out."""
+        self.estimate = estimate
+        self.result.show_estimate(estimate)
+
+    def show_step(self, found: OnlineEstimate) -> None:
+        """Show what the steps so far of the running session tell."""
+        self._history.append(found)
+        self.result.show_history(self._history)
+
+    def _show_whole(self, found: Estimate | None) -> None:
+        if found is not None:
+            self.show_estimate(found)
+
+    def _follow(self, state: RigState) -> None:
+        """Begin to estimate from a session that has just begun, where that is wanted."""
+        session = state.session
+        if session is None or session == self._followed or not self.follow.isChecked() or not self.strip.idle:
+            return
+        self._followed, self._history, self._sources = session, [], (session,)
+        job = self._context.jobs.start("Estimating while it is recorded", follow_session, session)
+        self._watch(job, "No estimate")
+        job.shown.connect(self.show_step)
+        job.finished.connect(self._show_whole)
+
+    def _begin_with(self, sources: object) -> None:
+        assert isinstance(sources, tuple)
+        self.picker.choose(sources)
+        self._begin()
+
+    def _begin(self) -> None:
+        if not self.begin.isEnabled():
+            return
+        self._sources = self.picker.chosen()
+        job = self._context.jobs.start("Estimating E and ν", estimate_sources, self._sources)
+        self._watch(job, "No estimate")
+        job.finished.connect(self.show_estimate)
+
+    def _watch(self, job: Job, failure: str) -> None:
+        self.strip.watch(job)
+        job.failed.connect(
+            lambda line: self._context.navigator.tell(
+                Message("error", f"{failure}: {line}", "The recordings are as they were.")
+            )
+        )
+        job.ended.connect(self._show_readiness)
+        self._show_readiness()
+
+    def _show_readiness(self) -> None:
+        self.begin.setEnabled(bool(self.picker.chosen()) and self.strip.idle)
+
+    def _diagnose(self) -> None:
+        self._context.navigator.diagnose_requested.emit(self._sources)
+
+    def _ask_where_to_save(self) -> None:
+        title = "Save the report of the estimation"
+        self._dialog = ask_where_to_save(self, title, "estimation.html", "HTML page (*.html)", self.save)
+
+    def save(self, page: Path) -> None:
+        """Write the report of what is shown to a file; while something is being computed, that has to end first."""
+        if not self.strip.idle:
+            self._context.navigator.tell(information("No report yet: a computation is running.", WAIT))
+            return
+        job = self._context.jobs.start("Writing the report", write_estimate_page, self.estimate, page)
+        self._watch(job, "No report")
+        job.finished.connect(
+            lambda path: self._context.navigator.tell(information(f"Report written to {path}"))
+        )

@@ -1,0 +1,133 @@
+"""A picture of every page, taken from the real window over the emulated laboratory.
+
+Usage::
+
+    python -m gui.screenshots docs/window
+    python -m gui.screenshots pictures --theme dark --scale 1.5 --sessions sessions
+"""
+
+import argparse
+import os
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from PySide6.QtCore import QSize
+from PySide6.QtWidgets import QApplication
+
+from daq.errors import SessionError
+from daq.plans import Trial
+from daq.trajectories import STANDARD
+from gui.app import Desk
+from gui.context import Context
+from gui.pages.acquire import AcquirePage
+from gui.pages.calibrate import CalibratePage
+from gui.rehearsal import wait_for, wait_until
+from gui.theme import DARK, LIGHT, apply_theme
+from gui.window import Window
+from robot_drivers.real_time import prefer_this_process
+
+_SIZE = QSize(1440, 900)
+_STEP_SHOWN = 5
+_VIEWS_SHOWN = 4
+_PATIENCE_S = 240.0
+_NO_MORE = 10**6
+"""A view that the emulated person does not have: the board is put away."""
+
+
+def take(folder: Path, desk: Desk) -> Iterator[Path]:
+    """Rehearse a morning in the window and yield each picture as it is taken."""
+    desk.open_virtual()
+    wait_until(lambda: desk.window is not None, "the emulated laboratory", _PATIENCE_S)
+    window, context = desk.window, desk.context
+    assert window is not None
+    assert context is not None
+    window.resize(_SIZE)
+    wait_until(lambda: context.link.state.phase == "ready", "a connected rig", _PATIENCE_S)
+    wait_for(8.0)
+    context.link.take_tare()
+    wait_for(2.0)
+    window.show_page("Rig")
+    yield _picture(window, folder / "rig.png")
+    yield from _calibrate(window, folder)
+    desk.laboratory.help("board", _NO_MORE)
+    yield from _acquire(window, context, folder)
+    for title in window.pages:
+        if title not in ("Rig", "Calibrate", "Acquire"):
+            window.show_page(title)
+            wait_for(1.5)
+            yield _picture(window, folder / f"{title.lower()}.png")
+
+
+def _calibrate(window: Window, folder: Path) -> Iterator[Path]:
+    page = window.page(CalibratePage)
+    window.show_page("Calibrate")
+    page.choose("stereo")
+    taken: list[object] = []
+    page.wizard.view_taken.connect(taken.append)
+    while len(taken) < _VIEWS_SHOWN:
+        before = len(taken)
+        page.take_button.click()
+        wait_until(lambda before=before: len(taken) > before, "a view of the board", _PATIENCE_S)  # type: ignore[misc]
+    wait_for(1.0)
+    yield _picture(window, folder / "calibrate.png")
+
+
+def _acquire(window: Window, context: Context, folder: Path) -> Iterator[Path]:
+    page = window.page(AcquirePage)
+    window.show_page("Acquire")
+    for kind, retraction in STANDARD.items():
+        page.runner.add(Trial(kind, steps=retraction.steps, step_length_m=retraction.step_length))
+    wait_for(2.0)
+    page.run_button.click()
+    wait_until(
+        lambda: context.link.state.step >= _STEP_SHOWN or not page.runner.running,
+        "a pull under way",
+        _PATIENCE_S,
+    )
+    if not page.runner.running:
+        raise SessionError(f"the pull has ended early: {page.runner.queue[0].remark}")
+    wait_for(1.5)
+    yield _picture(window, folder / "acquire.png")
+    window.stop()
+    wait_until(lambda: context.link.state.session is None, "a sealed session", _PATIENCE_S)
+    wait_for(1.0)
+    yield _picture(window, folder / "held.png")
+    while window.messages.message is not None:
+        window.messages.dismiss()
+
+
+def _picture(window: Window, path: Path) -> Path:
+    window.grab().save(str(path))
+    return path
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Take the pictures and tell where they are."""
+    parser = argparse.ArgumentParser(prog="python -m gui.screenshots", description=main.__doc__)
+    parser.add_argument("folder", type=Path, help="where to put them")
+    parser.add_argument("--theme", choices=("light", "dark"), default="light")
+    parser.add_argument(
+        "--scale", type=float, default=1.0, help="as a desktop's scaling (default: %(default)s)"
+    )
+    parser.add_argument("--sessions", type=Path, help="to be shown (default: none but those made here)")
+    options = parser.parse_args(arguments)
+    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    os.environ["QT_SCALE_FACTOR"] = f"{options.scale:g}"
+    prefer_this_process()
+    application = QApplication(sys.argv[:1])
+    application.setQuitOnLastWindowClosed(False)
+    apply_theme(application, DARK if options.theme == "dark" else LIGHT)
+    options.folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="screenshots-") as own:
+        desk = Desk(None, options.sessions or Path(own) / "sessions")
+        for path in take(options.folder, desk):
+            sys.stdout.write(f"{path}\n")
+            sys.stdout.flush()
+        desk.end()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,133 @@
+"""Force and torque of the last seconds with the bands of their limits."""
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QEvent
+from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
+
+from daq.rig import Limits
+from gui.theme import theme_of
+from gui.widgets.live_rows import LiveRows
+from robot_drivers.protocols import FloatArray
+
+SPAN_S = 12.0
+_ROWS_PER_S = 200
+_BAND_ALPHA = 36
+_LEAST_HEIGHT = 120
+
+
+class ForcePlot(QWidget):
+    """Draws the wrench with its zero taken off; the zero moves the whole history, for the samples are kept as read."""
+
+    def __init__(self, limits: Limits, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._rows = LiveRows(round(SPAN_S * _ROWS_PER_S), 7)
+        self._force = _Panel("force", "N", "F", limits.force_n)
+        self._torque = _Panel("torque", "N·m", "T", limits.torque_nm)
+        self._torque.plot.setXLink(self._force.plot)
+        self._force.plot.setXRange(-SPAN_S, 0.0, padding=0.0)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(4)
+        layout.addWidget(self._force.plot)
+        layout.addWidget(self._torque.plot)
+        self._torque.plot.getPlotItem().setLabel("bottom", "time, s")
+        self._dress()
+
+    def set_limits(self, limits: Limits) -> None:
+        """Take the limits of another rig."""
+        self._force.set_limit(limits.force_n)
+        self._torque.set_limit(limits.torque_nm)
+
+    def add(self, rows: FloatArray, zero: FloatArray | None) -> None:
+        """Add rows (n, 7) of host time in s and wrench, and draw all of them less ``zero`` (6,)."""
+        self._rows.add(rows)
+        if not self.isVisible():
+            return
+        kept = self._rows.all()
+        if len(kept) == 0:
+            return
+        time_s = kept[:, 0] - kept[-1, 0]
+        wrench = kept[:, 1:] - (np.zeros(6) if zero is None else zero)
+        self._force.draw(time_s, wrench[:, :3])
+        self._torque.draw(time_s, wrench[:, 3:])
+
+    def clear(self) -> None:
+        """Forget what was shown."""
+        self._rows.clear()
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Follow the theme."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange:
+            self._dress()
+
+    def _dress(self) -> None:
+        for panel in (self._force, self._torque):
+            panel.dress(self)
+
+
+class _Panel:
+    """Three curves and the bands outside of ± the limit."""
+
+    def __init__(self, name: str, unit: str, letter: str, limit: float) -> None:
+        self.plot = pg.PlotWidget()
+        self.plot.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
+        self.plot.setMinimumHeight(_LEAST_HEIGHT)
+        self._name, self._unit = name, unit
+        item = self.plot.getPlotItem()
+        item.setMenuEnabled(False)
+        item.hideButtons()
+        item.setMouseEnabled(x=False, y=False)
+        item.showGrid(x=True, y=True, alpha=0.15)
+        item.setLabel("left", name, units=None)
+        item.addLegend(offset=(-6, 4), horSpacing=14, verSpacing=-6, colCount=3)
+        self._curves = [item.plot(name=f"{letter}{axis}") for axis in "xyz"]
+        for curve in self._curves:
+            curve.setDownsampling(auto=True, method="peak")
+            curve.setClipToView(True)
+        self._bands = [
+            pg.LinearRegionItem(orientation="horizontal", movable=False, pen=pg.mkPen(None)) for _ in range(2)
+        ]
+        for band in self._bands:
+            item.addItem(band, ignoreBounds=True)
+        self.set_limit(limit)
+
+    def set_limit(self, limit: float) -> None:
+        """Show the bands beyond a limit."""
+        self._limit = limit
+        self._bands[0].setRegion((limit, 100.0 * limit))
+        self._bands[1].setRegion((-100.0 * limit, -limit))
+        self.plot.setYRange(-1.15 * limit, 1.15 * limit, padding=0.0)
+
+    def draw(self, time_s: FloatArray, values: FloatArray) -> None:
+        """Draw values (n, 3); the scale widens when they leave it and shows the limit when they come near."""
+        for curve, column in zip(self._curves, values.T, strict=True):
+            curve.setData(time_s, column)
+        largest = float(np.abs(values).max())
+        reach = next((share for share in (0.1, 0.3, 1.15) if largest < 0.8 * share * self._limit), None)
+        reach_of = 1.2 * largest if reach is None else reach * self._limit
+        self.plot.setYRange(-reach_of, reach_of, padding=0.0)
+
+    def dress(self, widget: QWidget) -> None:
+        """Take the colours of the theme."""
+        theme = theme_of(widget)
+        self.plot.setBackground(theme.surface)
+        item = self.plot.getPlotItem()
+        for side in ("left", "bottom"):
+            axis = item.getAxis(side)
+            axis.enableAutoSIPrefix(False)
+            axis.setPen(theme.line)
+            axis.setTextPen(theme.muted)
+        item.getAxis("left").setWidth(64)
+        item.setLabel("left", f"{self._name}, {self._unit}", color=theme.muted)
+        item.legend.setLabelTextColor(theme.text)
+        for curve, colour in zip(self._curves, theme.channels, strict=True):
+            curve.setPen(pg.mkPen(colour, width=1))
+        for sample, label in item.legend.items:
+            label.setText(label.text, color=theme.text)
+            sample.update()
+        for band in self._bands:
+            colour = pg.mkColor(theme.bad)
+            colour.setAlpha(_BAND_ALPHA)
+            band.setBrush(colour)

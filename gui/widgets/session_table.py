@@ -1,0 +1,103 @@
+"""The list of recorded sessions with its filter."""
+
+from pathlib import Path
+from typing import get_args
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLineEdit, QWidget
+
+from gui.session_list import Condition, SessionEntry, entry_of, find_sessions, matching
+from gui.widgets.cards import Card, button, label
+from gui.widgets.tables import ReadTable
+
+_ALL = "all states"
+
+
+class SessionTable(Card):
+    """Sessions of a folder, the newest first; ``chosen`` tells the entry of the one that is looked at."""
+
+    chosen = Signal(object)
+
+    def __init__(self, sessions_folder: Path, parent: QWidget | None = None) -> None:
+        super().__init__("Recorded sessions", parent)
+        self.folder = sessions_folder
+        self._entries: tuple[SessionEntry, ...] = ()
+        self._shown: tuple[SessionEntry, ...] = ()
+        self.filter = QLineEdit()
+        self.filter.setPlaceholderText("filter by name, phantom, operator, notes")
+        self.filter.setClearButtonEnabled(True)
+        self.filter.textChanged.connect(self._fill)
+        self.condition = QComboBox()
+        self.condition.setAccessibleName("State of the sessions")
+        self.condition.addItems([_ALL, *get_args(Condition)])
+        self.condition.currentIndexChanged.connect(self._fill)
+        self.table = ReadTable(("started", "phantom", "trajectory", "state"), selectable=True)
+        self.table.setAccessibleName("Recorded sessions")
+        self.table.itemSelectionChanged.connect(self._tell)
+        self._none = label("", "muted")
+        again = button("Refresh", "flat", "Look for new sessions")
+        again.clicked.connect(self.refresh)
+        row = QHBoxLayout()
+        row.addWidget(self.filter, 1)
+        row.addWidget(self.condition)
+        self.body.addLayout(row)
+        self.body.addWidget(self.table, 1)
+        self.body.addWidget(self._none)
+        self.body.addWidget(again)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Look for sessions anew, and go on looking at the same one."""
+        self._entries = find_sessions(self.folder)
+        self._fill()
+
+    def choose(self, session: Path) -> None:
+        """Look at a session; one from elsewhere joins the list."""
+        self.filter.clear()
+        self.condition.setCurrentIndex(0)
+        self._entries = find_sessions(self.folder)
+        if session not in [entry.folder for entry in self._entries]:
+            self._entries = (entry_of(session), *self._entries)
+        self._fill(session)
+
+    @property
+    def entry(self) -> SessionEntry | None:
+        """What is looked at."""
+        rows = self.table.selectionModel().selectedRows()
+        return self._shown[rows[0].row()] if rows else None
+
+    def _fill(self, session: object = None) -> None:
+        present = self.entry
+        wanted = session if isinstance(session, Path) else None if present is None else present.folder
+        condition = "" if self.condition.currentIndex() == 0 else self.condition.currentText()
+        self._shown = matching(self._entries, self.filter.text(), condition)
+        self.table.blockSignals(True)
+        self.table.clearSelection()
+        self.table.show_rows([_texts(entry) for entry in self._shown])
+        self.table.blockSignals(False)
+        self._none.setText(self._emptiness())
+        self._none.setVisible(not self._shown)
+        folders = [entry.folder for entry in self._shown]
+        if folders:
+            self.table.selectRow(folders.index(wanted) if wanted in folders else 0)
+        else:
+            self.chosen.emit(None)
+
+    def _emptiness(self) -> str:
+        if self._entries:
+            return "No session matches the filter."
+        return f"No session in {self.folder} yet. Record one on the Acquire page."
+
+    def _tell(self) -> None:
+        self.chosen.emit(self.entry)
+
+
+def _texts(entry: SessionEntry) -> tuple[str, str, str, str]:
+    phantom = "" if entry.info is None else entry.info.phantom_id
+    problems = entry.info is not None and entry.info.problems
+    return (
+        entry.started or entry.folder.name,
+        phantom,
+        entry.trajectory,
+        f"{entry.condition} ⚠" if problems else entry.condition,
+    )

@@ -1,0 +1,143 @@
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+# another platform, such as xcb under Xvfb, may be asked for from outside
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+from pytestqt.qtbot import QtBot
+
+from daq.rig import Rig, make_devices, read_rig, write_rig
+from daq.session.session import connected
+from daq.virtual_rig.launch import VirtualRig, virtual_rig
+from daq.virtual_rig.layout import GRASP_CENTRE, Addresses, placed_beads, rig_description
+from daq.virtual_rig.phantom import SpringPhantom
+from daq.virtual_rig.processes import VirtualRigSettings
+from daq.virtual_rig.scene import flea2_pair
+from gui.app import Desk
+from gui.context import Context, Navigator
+from gui.jobs import Jobs
+from gui.link import AcquisitionLink
+from gui.pages.acquire import AcquirePage
+from gui.pages.rig import RigPage
+from gui.rehearsal import wait_until
+from gui.window import Window
+from robot_drivers.real_time import prefer_this_process
+
+PATIENCE_S = 15.0
+"""Emulated devices on a busy machine may keep silent for some seconds, which is not what these tests are about."""
+
+NO_MORE = 10**6
+"""After the last touch the emulated person jogs the robot back to rest."""
+
+
+@pytest.fixture(scope="session")
+def preferred() -> Iterator[None]:
+    """This process and what it starts go before others, as the window does, where the system grants it."""
+    before = os.getpriority(os.PRIO_PROCESS, 0)
+    granted = prefer_this_process()
+    yield
+    if granted:
+        os.setpriority(os.PRIO_PROCESS, 0, before)
+
+
+@pytest.fixture(scope="session")
+def laboratory(preferred: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[VirtualRig]:
+    """Emulated devices in processes of their own; they outlive every window."""
+    settings = VirtualRigSettings(SpringPhantom(GRASP_CENTRE, placed_beads(1)), seed=1, frames_per_s=4.0)
+    with virtual_rig(tmp_path_factory.mktemp("laboratory"), settings) as running:
+        rig = read_rig(running.rig_path)
+        patient = replace(
+            rig,
+            limits=replace(rig.limits, communication_age_s=PATIENCE_S),
+            robot=replace(rig.robot, settings=replace(rig.robot.settings, silence_limit_s=PATIENCE_S)),
+        )
+        write_rig(patient, running.rig_path)
+        yield running
+
+
+@pytest.fixture
+def rig_path(laboratory: VirtualRig) -> Path:
+    """The rig file; its robot released and at rest."""
+    with connected(make_devices(read_rig(laboratory.rig_path))) as devices:
+        devices.robot.resume()
+    laboratory.operator.touch_point(NO_MORE)
+    return laboratory.rig_path
+
+
+class Operator:
+    """Who sits at the real window, with its devices connected."""
+
+    def __init__(self, desk: Desk) -> None:
+        assert desk.window is not None
+        assert desk.context is not None
+        self.window: Window = desk.window
+        self.context: Context = desk.context
+
+    @property
+    def link(self) -> AcquisitionLink:
+        return self.context.link
+
+    def wait_until(self, condition: Callable[[], bool], what: str) -> None:
+        wait_until(condition, what, 90.0)
+
+    def begin_slow_pull(self) -> Path:
+        """Record a pull that would take long, and return its folder once the robot moves."""
+        page = self.window.page(AcquirePage)
+        page.trial_panel.choose("pull")
+        slow = {"steps": 1, "step_length_m": 0.006, "return_steps": 0, "speed_m_s": 0.0005}
+        page.trial_panel.form.set_values(slow)
+        page.start_button.click()
+        self.wait_until(lambda: self.link.state.step >= 1, "the first step")
+        folder = self.link.state.session
+        assert folder is not None
+        return folder
+
+
+@contextmanager
+def operated(rig: Rig, sessions: Path) -> Iterator[Operator]:
+    desk = Desk(rig, sessions)
+    desk.open()
+    operator = Operator(desk)
+    operator.window.page(RigPage).connect_button.click()
+    operator.wait_until(lambda: operator.link.state.phase == "ready", "a connected rig")
+    yield operator
+    desk.end()
+    operator.window.deleteLater()
+    desk.deleteLater()
+
+
+@pytest.fixture(scope="module")
+def operator(
+    laboratory: VirtualRig, tmp_path_factory: pytest.TempPathFactory, qapp_cls: type, qapp: object
+) -> Iterator[Operator]:
+    with operated(read_rig(laboratory.rig_path), tmp_path_factory.mktemp("sessions")) as at_window:
+        yield at_window
+
+
+@pytest.fixture
+def at_rest(operator: Operator, laboratory: VirtualRig, qtbot: QtBot) -> Operator:
+    """The operator with a robot that may move and stands at the grasp; the emulated person jogs it there."""
+    if operator.link.state.held:
+        operator.window.rig_bar.release.click()
+    laboratory.operator.touch_point(NO_MORE)
+    while operator.window.messages.message is not None:
+        operator.window.messages.dismiss()
+    operator.wait_until(lambda: operator.link.state.phase == "ready", "a released robot")
+    return operator
+
+
+@pytest.fixture
+def context(tmp_path: Path, qtbot: QtBot) -> Iterator[Context]:
+    """What a page is given; no device is connected."""
+    flea2_pair().save(tmp_path / "stereo.toml")
+    addresses = Addresses(1, 2, 3, 4, 5, 6, ("tcp://a:1", "tcp://b:2"))
+    rig = rig_description(addresses, tmp_path / "stereo.toml")
+    made = Context(rig, tmp_path / "sessions", AcquisitionLink(rig), Jobs(), Navigator())
+    yield made
+    made.jobs.close()
+    made.link.end()

@@ -1,0 +1,116 @@
+import random
+
+import numpy as np
+import pytest
+from conftest import Operator
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QFileDialog
+from pytestqt.qtbot import QtBot
+from session_endings import stop_of, wait_until_sealed
+
+from daq.recording.folder import read_info
+from daq.recording.reader import Recording
+from daq.virtual_rig.layout import REST_TOOL
+from gui.pages.acquire import AcquirePage
+from gui.pages.rig import RigPage
+from gui.window import STOPPED
+
+STARVED = "the controlling program has been silent"
+"""A window that gets no processor for most of a second has the robot held as well, as it should."""
+
+SHORT = {"steps": 1, "return_steps": 1, "settle_s": 0.1, "measure_s": 0.3}
+
+
+def test_a_tare_zeroes_what_is_shown_and_can_be_undone(at_rest: Operator) -> None:
+    link, page = at_rest.link, at_rest.window.page(RigPage)
+    at_rest.wait_until(lambda: all(row.health == "good" for row in link.state.rows), "all lamps")
+    at_rest.wait_until(lambda: link.state.rows[0].counts.received > 2000, "some seconds of samples")
+    raw_n = link.state.force_n
+    page.tare_button.click()
+    at_rest.wait_until(lambda: len(link.tares.tares) == 1 and link.state.force_n < 0.2, "a zeroed force")
+    assert raw_n > 10.0
+    page.undo_button.click()
+    at_rest.wait_until(lambda: link.state.force_n == pytest.approx(raw_n, abs=0.2), "the raw force")
+
+
+def test_the_three_retractions_are_recorded_from_the_queue(at_rest: Operator) -> None:
+    acquire = at_rest.window.page(AcquirePage)
+    for kind in ("pull", "gradual_tangent_pull", "twist_and_pull"):
+        acquire.trial_panel.card(kind).click()
+        turn = {} if kind == "pull" else {"angle_rad": 0.05}
+        acquire.trial_panel.form.set_values({**SHORT, **turn})
+        acquire.add_button.click()
+    acquire.run_button.click()
+    at_rest.wait_until(lambda: not acquire.runner.going_on, "the end of the queue")
+    at_rest.wait_until(lambda: not acquire.runner.running, "the end of the last session")
+
+    entries = acquire.runner.queue[-3:]
+    assert [(entry.state, entry.remark) for entry in entries] == [("done", "")] * 3
+    infos = [read_info(entry.session) for entry in entries if entry.session is not None]
+    assert [info.trajectory["kind"] for info in infos] == ["pull", "gradual_tangent_pull", "twist_and_pull"]
+    assert [info.order for info in infos] == [1, 2, 3]
+    assert {info.state for info in infos} == {"sealed"}
+
+
+def test_what_a_limit_forbids_is_told_by_its_step_and_nothing_moves(at_rest: Operator) -> None:
+    page, told = at_rest.window.page(AcquirePage), []
+    page.trial_panel.choose("pull")
+    page.trial_panel.form.set_values({"steps": 30, "step_length_m": 0.002})
+    at_rest.link.checked.connect(lambda checked: told.append(checked.failure.message))
+    page.check_button.click()
+    at_rest.wait_until(lambda: bool(told), "the verdict")
+    assert told[0].startswith("pull, step 16: the gripper at (72.0")
+    assert told[0].endswith("mm would leave the workspace")
+    page.start_button.click()
+    at_rest.wait_until(lambda: page.runner.queue[-1].state == "failed", "the refusal")
+    assert page.runner.queue[-1].session is None
+    tool = at_rest.link.state.tool
+    assert tool is not None
+    np.testing.assert_allclose(tool[:3], REST_TOOL.position, atol=1e-4)
+
+
+def test_the_stop_key_holds_the_robot_at_any_instant_whatever_has_the_focus(
+    at_rest: Operator, qtbot: QtBot
+) -> None:
+    window, link = at_rest.window, at_rest.link
+    folder = at_rest.begin_slow_pull()
+    chance = random.Random(folder.name)
+    dialog = QFileDialog(window)
+    dialog.setModal(False)
+    dialog.show()
+    qtbot.wait(chance.randrange(1000))
+    qtbot.keyClick(dialog, Qt.Key.Key_Escape)
+    at_rest.wait_until(lambda: link.state.phase == "held" and link.state.session is None, "a held robot")
+    reason = stop_of(folder)[0]
+    assert reason == STOPPED or STARVED in reason
+    assert dialog.isVisible() or STARVED in reason
+    dialog.close()
+    dialog.deleteLater()
+    assert read_info(folder).state == "sealed"
+    assert window.messages.message is not None
+    assert "held the robot" in window.messages.message.what
+    assert "sealed" in window.messages.message.safe
+    assert [entry.state for entry in window.page(AcquirePage).runner.queue].count("stopped") == 1
+
+
+def test_closing_while_the_robot_moves_asks_then_holds_and_seals(at_rest: Operator, qtbot: QtBot) -> None:
+    window = at_rest.window
+    folder = at_rest.begin_slow_pull()
+    window.close()
+    assert window.isVisible()
+    assert window.messages.message is not None
+    assert "Close nevertheless?" in window.messages.message.what
+    assert QApplication.activeModalWidget() is None
+    window.messages.answer("Go on recording").click()
+    qtbot.wait(200)
+    assert window.isVisible()
+    assert window.messages.message is None or "Close" not in window.messages.message.what
+
+    window.close()
+    window.messages.answer("Hold the robot, seal, and close").click()
+    at_rest.wait_until(lambda: not window.isVisible(), "the end of the window")
+    wait_until_sealed(folder)
+    assert read_info(folder).state == "sealed"
+    reason = stop_of(folder)[0]
+    assert reason == "the client has closed" or STARVED in reason
+    assert len(Recording(folder).force) > 500
