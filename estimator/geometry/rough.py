@@ -36,14 +36,39 @@ def rough_block(
     seed : of the relief
     cells : squares on the faces along x, y and z
     """
-    block = block_surface(size_m, cells)
-    points = block.vertices.copy()
-    plan = points[:, :2]
-    top = np.isclose(points[:, 2], size_m[2] / 2)
-    relief = ridged_multifractal(_WAVES * plan / max(size_m[:2]), seed)
+    block, relief, top = _block_and_relief(size_m, seed, cells)
     relief -= relief[top].mean()
-    relief *= roughness * size_m[2] / np.ptp(relief[top])
-    points[:, 2] += (points[:, 2] / size_m[2] + 0.5) * relief
+    return _with_relief(block, relief * (roughness * size_m[2] / np.ptp(relief[top])), size_m[2])
+
+
+def raised_block(
+    size_m: tuple[float, float, float], height_m: float, seed: int, cells: tuple[int, int, int] = (60, 60, 6)
+) -> Surface:
+    """Return a block around the origin on whose top a relief stands, so that it is thicker than the smooth one.
+
+    Parameters
+    ----------
+    size_m, seed, cells : as for :func:`rough_block`
+    height_m : of the relief's highest point above the block; its lowest lies on it
+    """
+    block, relief, top = _block_and_relief(size_m, seed, cells)
+    relief -= relief[top].min()
+    return _with_relief(block, relief * (height_m / np.ptp(relief[top])), size_m[2])
+
+
+def _block_and_relief(
+    size_m: tuple[float, float, float], seed: int, cells: tuple[int, int, int]
+) -> tuple[Surface, FloatArray, NDArray[np.bool_]]:
+    """Return the smooth block, the relief above each of its vertices, and which of them are on top."""
+    block = block_surface(size_m, cells)
+    top = np.isclose(block.vertices[:, 2], size_m[2] / 2)
+    return block, ridged_multifractal(_WAVES * block.vertices[:, :2] / max(size_m[:2]), seed), top
+
+
+def _with_relief(block: Surface, relief_m: FloatArray, thickness_m: float) -> Surface:
+    """Raise the vertices by the relief (n,), m: those on top by all of it, those below in proportion."""
+    points = block.vertices.copy()
+    points[:, 2] += (points[:, 2] / thickness_m + 0.5) * relief_m
     return closed_surface(points, block.triangles, "rough block")
 
 

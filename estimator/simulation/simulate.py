@@ -1,55 +1,108 @@
-"""Fill the observations of a planned experiment from a forward model, with the noise that its sensors state.
+"""Fill the observations of planned experiments from a forward model, with the noise that their sensors state.
 
 The mesh and the element are finer than an estimation's, so that estimating from the result commits no inverse crime.
 """
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from estimator.diagnosis.passage import Passage, mechanics_of
+from estimator.diagnosis.prediction import predicted_readings
+from estimator.effects.effect import Readings
+from estimator.effects.instants import bead_constant
+from estimator.errors import InputError
 from estimator.experiment import Experiment
 from estimator.fem.block_mesh import Grading
+from estimator.fem.elements import ElementKind
 from estimator.forward.meshing import mesh_experiment
-from estimator.forward.model import ForwardModel, Progress
+from estimator.forward.model import Progress
 from estimator.materials.material import Material
+from estimator.simulation.acting import ActingEffect
+from estimator.simulation.equilibria import solve_truth
+from estimator.simulation.truth import Truth, truth_of
+
+
+@dataclass(frozen=True, slots=True)
+class Resolution:
+    """The mesh of the simulated phantom; that of a surface takes its sizes from the grading."""
+
+    grading: Grading
+    kind: ElementKind = "hex64"
+
 
 # Cubic elements: 0.05 % in force and 10 µm in fiducials from the converged solution on the paper's block.
 TRUTH_GRADING = Grading(grasp_m=1e-3, anchor_m=3e-3, largest_m=15e-3, growth=2.5, layers=1)
+TRUE_RESOLUTION = Resolution(TRUTH_GRADING, "hex64")
 
 
-def simulate(
-    planned: Experiment, material: Material, seed: int, progress: Progress | None = None
-) -> Experiment:
-    """Return the experiment as its sensors would have seen it.
+def simulate_case(
+    planned: Sequence[Experiment],
+    material: Material,
+    seed: int,
+    acting: Sequence[ActingEffect] = (),
+    progress: Progress | None = None,
+    resolution: Resolution = TRUE_RESOLUTION,
+) -> list[Experiment]:
+    """Return the experiments as their sensors would have seen them, done one after the other on one phantom.
 
-    The gripper follows the planned poses exactly; its reported position, the wrench and the fiducials carry white
-    noise of the stated standard deviations. The wrench is zero at rest but for its noise.
+    The gripper follows the planned poses but for what the effects say; its reported position, the wrench and the
+    fiducials carry white noise of the stated standard deviations. What the tissue remembers goes with it from one
+    experiment to the next.
 
     Parameters
     ----------
-    planned : its pose columns are the true motion; its observations are ignored
+    planned : of one mounting, in their order; the pose columns are the motion, the observations are ignored
     material : of the whole phantom
     seed : of the noise
-    progress : called with (states done, states in all)
+    acting : effects on that phantom
+    progress : called with (visits solved, visits in all)
+    resolution : of the simulated phantom
 
     Raises
     ------
     InputError
-        The phantom cannot be meshed.
+        The phantom cannot be meshed, or an effect names a fiducial that is not there.
     SolverError
-        The motion has no equilibrium.
+        The motion has no equilibrium, or does not settle under its own load.
     """
-    model = ForwardModel(mesh_experiment(planned, TRUTH_GRADING, "hex64"), [planned])
-    schedule = model.schedules[0]
-    states = model.predict(material, [range(len(schedule.poses))], progress)[0]
-    wrench = np.array([states[state].wrench for state in schedule.state_of_row])
-    fiducials = np.array([states[state].fiducials for state in schedule.state_of_row])
-    random, sensor = np.random.default_rng(seed), planned.sensor
+    _check_beads(planned, acting)
+    problem = mesh_experiment(planned[0], resolution.grading, resolution.kind)
+    truth = truth_of(material, acting)
+    passages = solve_truth(problem, planned, truth, progress)
+    return [
+        _recorded(experiment, _readings(passage, truth), np.random.default_rng([seed, number]))
+        for number, (experiment, passage) in enumerate(zip(planned, passages, strict=True))
+    ]
+
+
+def _readings(passage: Passage, truth: Truth) -> Readings:
+    experiment = passage.visits.experiment
+    exact = np.zeros((len(experiment.time), 6 + experiment.fiducials[0].size))
+    return predicted_readings(mechanics_of(passage), truth, exact)
+
+
+def _recorded(planned: Experiment, seen: Readings, random: np.random.Generator) -> Experiment:
+    """Add the sensors' noise."""
+    sensor = planned.sensor
     deviation = np.repeat([sensor.force_std, sensor.torque_std], 3)
     return replace(
         planned,
         position=planned.position + random.normal(0.0, sensor.position_std, planned.position.shape),
-        wrench=wrench + deviation * random.normal(size=wrench.shape),
-        fiducials=fiducials + random.normal(0.0, sensor.fiducial_std, fiducials.shape),
+        wrench=seen.wrench + deviation * random.normal(size=seen.wrench.shape),
+        fiducials=seen.fiducials + random.normal(0.0, sensor.fiducial_std, seen.fiducials.shape),
         path=None,
     )
+
+
+def _check_beads(planned: Sequence[Experiment], acting: Sequence[ActingEffect]) -> None:
+    beads = len(planned[0].fiducials_rest)
+    for one in acting:
+        for constant in one.effect.constants:
+            number = one.values[constant.name]
+            if constant == bead_constant(constant.name) and not round(number) < beads:
+                raise InputError(
+                    f"effect {one.effect.name}: {constant.name} = {number:g}, but the {beads} fiducials are "
+                    f"numbered 0 to {beads - 1}"
+                )

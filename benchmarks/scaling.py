@@ -1,0 +1,51 @@
+"""Time and memory of one state against the number of unknowns, each mesh in a process of its own."""
+
+import resource
+import time
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from itertools import pairwise
+from math import log
+from multiprocessing import get_context
+
+from benchmarks.pull import POSES, PULL, unknowns
+from estimator.fem.block_mesh import Grading
+from estimator.fem.equilibrium import EquilibriumSolver
+from estimator.forward.meshing import mesh_experiment
+from estimator.studies.block import TRUTH
+
+_SIZES_M = (3e-3, 2e-3, 1e-3, 0.6e-3, 0.35e-3)
+_LAYERS = (1, 1, 2, 3, 4)
+
+
+def lines() -> Iterator[str]:
+    """Give a line for each mesh, and the exponent between neighbours."""
+    yield "hex27, first step of the Pull: unknowns, meshing s, solution s, peak memory MB, exponent of the solution"
+    found = []
+    for size, layers in zip(_SIZES_M, _LAYERS, strict=True):
+        with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
+            found.append(process.submit(_measure, size, layers).result())
+        count, meshing, solution, peak = found[-1]
+        line = f"{count:8d} {meshing:8.2f} {solution:8.2f} {peak:8.0f}"
+        if len(found) > 1:
+            ((before, _, earlier, _), _) = next(iter(pairwise(found[-2:])))
+            line += f" {log(solution / earlier) / log(count / before):8.2f}"
+        yield line
+
+
+def _measure(size_m: float, layers: int) -> tuple[int, float, float, float]:
+    """Return unknowns, seconds of meshing and of the solution of one step, and peak memory, MB."""
+    _solve(3e-3, 1)  # what is compiled or loaded once
+    return _solve(size_m, layers)
+
+
+def _solve(size_m: float, layers: int) -> tuple[int, float, float, float]:
+    started = time.perf_counter()
+    grading = Grading(grasp_m=size_m, anchor_m=2 * size_m, largest_m=8 * size_m, growth=1.6, layers=layers)
+    problem = mesh_experiment(PULL, grading)
+    solver = EquilibriumSolver(problem)
+    meshed = time.perf_counter()
+    solver.solve(POSES[1], TRUTH, solver.rest(TRUTH))
+    solved = time.perf_counter()
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    return unknowns(problem), meshed - started, solved - meshed, peak

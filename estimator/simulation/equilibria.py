@@ -1,0 +1,135 @@
+"""The equilibria of a simulated case: under loads that move the gripper, and from a rest that may be under load."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.diagnosis.passage import KnownField, Passage, reported_motion, solve_case
+from estimator.errors import SolverError
+from estimator.experiment import Experiment
+from estimator.fem.equilibrium import EquilibriumSolver, EquilibriumState, NewtonSettings, rigid_modes
+from estimator.fem.problem import RetractionProblem
+from estimator.forward.model import Progress
+from estimator.simulation.truth import Truth
+
+FloatArray = NDArray[np.float64]
+
+# Where the motion depends on the load: a motion that changes by less than this, m or rad, has settled.
+_SETTLED = 1e-6
+_ROUNDS = 30
+_RELAXATION = (0.1, 2.0)
+# The share of the loads at rest from which their continuation starts, and below which it gives up.
+_FIRST_SHARE = 1 / 16
+_SMALLEST_SHARE = 1e-4
+_AT_REST = NewtonSettings(tolerance=1e-6, chord_rate=0.3)
+
+
+def solve_truth(
+    problem: RetractionProblem,
+    planned: Sequence[Experiment],
+    truth: Truth,
+    progress: Progress | None = None,
+) -> list[Passage]:
+    """Solve a case until load and motion agree: a gripper that yields moves by the load that its motion makes.
+
+    The loads are relaxed by Aitken's factor (Küttler & Wall 2008, Comput. Mech. 43, section 3.2.2).
+
+    Raises
+    ------
+    SolverError
+        The motion has no equilibrium, or does not settle under its own load.
+    """
+    solve = partial(solve_case, problem, hypothesis=truth, progress=progress)
+    loads = [np.zeros((len(experiment.time), 6)) for experiment in planned]
+    unloaded = partial(solve, experiments=_under_load(planned, loads), unit_wrenches=loads)
+    try:
+        passages = unloaded()
+    except SolverError:
+        at_rest = _field_at_rest(problem, planned[0], truth)
+        passages = unloaded(known=[[at_rest] * len(experiment.time) for experiment in planned])
+    # What acts where nothing gives way: without load, no effect yields.
+    unit_wrenches = [_wrench(passage) / truth.youngs_modulus for passage in passages]
+    last, share = np.zeros(0), 1.0
+    for _ in range(_ROUNDS):
+        wrenches = [_wrench(passage) for passage in passages]
+        if _motion_change(passages, wrenches, truth, unit_wrenches) < _SETTLED:
+            return passages
+        off = np.concatenate(wrenches) - np.concatenate(loads)
+        if len(last):
+            turn = off - last
+            share = float(np.clip(-share * np.sum(last * turn) / np.sum(turn**2), *_RELAXATION))
+        loads = [load + share * (wrench - load) for load, wrench in zip(loads, wrenches, strict=True)]
+        known = [passage.known_fields() for passage in passages]
+        passages = solve(experiments=_under_load(planned, loads), unit_wrenches=unit_wrenches, known=known)
+        last = off
+    raise SolverError(
+        "the gripper's motion does not settle under the load that it makes; give slip or compliance a smaller value"
+    )
+
+
+def _under_load(planned: Sequence[Experiment], wrenches: Sequence[FloatArray]) -> list[Experiment]:
+    """Return the experiments with a wrench (n, 6) each: effects of the motion take the load from what was measured."""
+    return [replace(one, wrench=wrench) for one, wrench in zip(planned, wrenches, strict=True)]
+
+
+def _wrench(passage: Passage) -> FloatArray:
+    """Return the wrench (n, 6) of the tissue on the gripper by row, N and N·m."""
+    problem = passage.problem
+    by_visit = [
+        -rigid_modes(problem, state.pose).T @ state.forces[problem.gripped].reshape(-1)
+        for state in passage.states
+    ]
+    return np.array(by_visit)[passage.visits.of_row]
+
+
+def _motion_change(
+    passages: Sequence[Passage],
+    wrenches: Sequence[FloatArray],
+    truth: Truth,
+    unit_wrenches: Sequence[FloatArray],
+) -> float:
+    """Return by how much the true motion would change under the loads that it has made, m or rad."""
+    change = 0.0
+    for passage, wrench, unit_wrench in zip(passages, wrenches, unit_wrenches, strict=True):
+        first = np.searchsorted(passage.visits.of_row, np.arange(len(passage.visits)))
+        visits = replace(passage.visits, load=wrench[first] - wrench[0])
+        motion = truth.motion(reported_motion(visits, truth, unit_wrench))
+        turn = (motion.rotation * passage.motion.rotation.inv()).magnitude()
+        shift = np.abs(motion.position - passage.motion.position)
+        change = max(change, float(np.max(shift)), float(np.max(turn)))
+    return change
+
+
+def _field_at_rest(problem: RetractionProblem, experiment: Experiment, truth: Truth) -> KnownField:
+    """Follow the tissue at rest while what acts on it grows to its full size."""
+    changed = truth.problem(problem)
+    solver, material = EquilibriumSolver(changed, _AT_REST), truth.material()
+    state, reached, step = solver.rest(material), 0.0, _FIRST_SHARE
+    while reached < 1.0:
+        target = min(1.0, reached + step)
+        try:
+            state = _refined(solver, state, truth.weakened(target), changed, experiment)
+        except SolverError as failure:
+            step /= 2
+            if step < _SMALLEST_SHARE:
+                raise SolverError(
+                    f"at rest, no equilibrium under more than {100 * reached:.0f} % of what acts on the tissue: "
+                    f"{failure}"
+                ) from failure
+        else:
+            reached, step = target, 1.5 * step
+    return KnownField(state.displacement, state.response.pressure)
+
+
+def _refined(
+    solver: EquilibriumSolver,
+    near: EquilibriumState,
+    weakened: Truth,
+    problem: RetractionProblem,
+    experiment: Experiment,
+) -> EquilibriumState:
+    terms = weakened.terms(problem, experiment)
+    return solver.refine(near.pose, near.material, near.displacement, near.response.pressure, terms)

@@ -1,0 +1,59 @@
+"""Where cases run: in processes on this computer, or on a Dask cluster; both behind Python's own executor interface."""
+
+import os
+import signal
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import get_context
+
+from estimator.errors import InputError
+
+_PATIENCE_S = 30
+
+
+@contextmanager
+def process_pool(workers: int | None = None) -> Iterator[Executor]:
+    """Give processes on this computer, by default one for each core."""
+    count = workers or os.cpu_count() or 1
+    pool = ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=_end_on_interrupt)
+    try:
+        yield pool
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def dask_cluster(address: str) -> Iterator[Executor]:
+    """Give the workers of a running Dask scheduler; a case whose worker is lost goes to another one.
+
+    The workers need this project installed, in the same version.
+
+    Parameters
+    ----------
+    address : such as ``tcp://192.168.0.5:8786``
+
+    Raises
+    ------
+    InputError
+        Dask is not installed, or no scheduler answers there.
+    """
+    try:
+        from distributed import Client  # an optional extra
+    except ImportError:
+        raise InputError(
+            "a Dask scheduler needs the package distributed; install it with: pip install 'retraction[cluster]'"
+        ) from None
+    try:
+        client = Client(address, timeout=_PATIENCE_S)
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"{address}: no Dask scheduler answers there ({error}); start one with: dask scheduler"
+        ) from error
+    with client:
+        yield client.get_executor(pure=False)
+
+
+def _end_on_interrupt() -> None:
+    """Let Ctrl-C end a worker at once and without a word: the parent tells what happened."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)

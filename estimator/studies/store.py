@@ -1,0 +1,46 @@
+"""Keeps what became of each case in a file of its own as soon as it is known, so that a study goes on after a stop."""
+
+import json
+import os
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from estimator.errors import InputError
+from estimator.studies.case import Case, Outcome, digest
+
+
+@dataclass(frozen=True, slots=True)
+class OutcomeStore:
+    """A folder of outcomes; it may be deleted at any time, and single files of it too."""
+
+    folder: Path
+
+    def read(self, case: Case) -> Outcome | None:
+        """Return what became of a case; None where that is not known yet.
+
+        Raises
+        ------
+        InputError
+            The file is damaged.
+        """
+        file = self._file(case)
+        try:
+            kept = json.loads(file.read_text(encoding="utf-8"))
+            return Outcome(kept["row"], kept["failure"])
+        except FileNotFoundError:
+            return None
+        except (ValueError, KeyError, TypeError):
+            raise InputError(
+                f"{file}: the kept result is damaged; remove the file, and it is made anew"
+            ) from None
+
+    def write(self, case: Case, outcome: Outcome) -> None:
+        """Keep what became of a case; a reader sees the whole file or none."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        text = json.dumps({"case": case.name, "identity": case.identity, **asdict(outcome)}, indent=1)
+        draft = self._file(case).with_suffix(f".{os.getpid()}.new")
+        draft.write_text(text + "\n", encoding="utf-8")
+        draft.replace(self._file(case))
+
+    def _file(self, case: Case) -> Path:
+        return self.folder / f"{digest(case)}.json"
