@@ -15,3 +15,7 @@ class SolverError(EstimatorError, ArithmeticError):
 
 class FitError(EstimatorError):
     """The data do not determine the parameters, or the fit did not converge."""
+
+
+class StudyError(EstimatorError):
+    """The cases of a study could not all be carried out; what was done is kept."""

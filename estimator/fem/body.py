@@ -48,8 +48,8 @@ class Response:
     F : (e, q, 3, 3) deformation gradient
     energy : strain energy, J
     slope : (3, e, q) derivatives of the energy density by I1, I2, J
-    dilatation : (e, q) projected J − 1
-    pressure : (e, q) λ times that, Pa; a part of ``slope[2]``
+    dilatation : (e, q) projected dilatation: of J − 1, or of what the law has in its place
+    pressure : (e, q) λ times that, Pa; a part of ``slope``
     law : the law's own derivatives at the e·q points
     """
 
@@ -94,10 +94,10 @@ def respond(body: Body, material: Material, displacement: FloatArray) -> Respons
     if not j.min() > 0.0:
         raise SolverError("an element is turned inside out")
     law = material.law.derivatives(i1.ravel(), i2.ravel(), j.ravel(), material.shape)
-    dilatation = _projected(body, j - 1.0)
+    by = law.dilatation_by
+    dilatation = _projected(body, by[0] * (i1 - 3.0) + by[1] * (i2 - 3.0) + by[2] * (j - 1.0))
     mu, lame = material.lame
-    slope = mu * law.first.reshape(3, *j.shape)
-    slope[2] += lame * dilatation
+    slope = mu * law.first.reshape(3, *j.shape) + np.multiply.outer(by, lame * dilatation)
     energy = mu * float(np.sum(body.volume.ravel() * law.value))
     energy += 0.5 * lame * float(np.sum(body.volume * dilatation**2))
     return Response(F, energy, slope, dilatation, lame * dilatation, law)
@@ -138,8 +138,7 @@ def slopes_by_parameter(material: Material, response: Response) -> dict[str, Flo
     """Return the derivative of ``response.slope`` by each parameter of the material, at fixed deformation."""
     shape = response.slope.shape
     by_mu = response.law.first.reshape(shape)
-    by_lame = np.zeros(shape)
-    by_lame[2] = response.dilatation
+    by_lame = np.multiply.outer(response.law.dilatation_by, response.dilatation)
     slopes = {name: mu * by_mu + lame * by_lame for name, (mu, lame) in material.lame_derivatives.items()}
     mu = material.lame[0]
     for n, parameter in enumerate(material.law.shape_parameters):
@@ -148,8 +147,9 @@ def slopes_by_parameter(material: Material, response: Response) -> dict[str, Flo
 
 
 def pressure_after(body: Body, material: Material, response: Response, change: FloatArray) -> FloatArray:
-    """Return the pressure λ·(projected J − 1), linearised, once the displacements (n, 3) change: (e, q), Pa."""
-    rate = dilatation_rate(response.F, body.mesh.cells, body.gradient, change)
+    """Return the pressure λ·(projected dilatation), linearised, once the displacements (n, 3) change: (e, q), Pa."""
+    by = response.law.dilatation_by
+    rate = dilatation_rate(response.F, body.mesh.cells, body.gradient, change, by)
     return material.lame[1] * (response.dilatation + _projected(body, rate))
 
 
@@ -158,19 +158,20 @@ def stiffness(body: Body, material: Material, response: Response, pressure: Floa
 
     Parameters
     ----------
-    pressure : (e, q), Pa; at equilibrium λ·(projected J − 1). On the way there it is better taken from
+    pressure : (e, q), Pa; at equilibrium λ·(projected dilatation). On the way there it is better taken from
         :func:`pressure_after`: the tangent then is that of the mixed formulation with the pressure as an unknown,
         whose Newton iteration does not suffer from a large λ (Simo & Taylor 1991, section 3).
     """
     _, lame = material.lame
     count, rule = body.volume.shape
     curvature = material.lame[0] * response.law.second.reshape(6, count, rule)
+    by = response.law.dilatation_by
     if not body.basis.shape[2]:
-        curvature[5] += lame
-    slope = response.slope.copy()
-    slope[2] += pressure - response.pressure
+        first, second = np.triu_indices(3)
+        curvature += (lame * np.take(by, first) * np.take(by, second))[:, None, None]
+    slope = response.slope + np.multiply.outer(by, pressure - response.pressure)
     bulk = np.full(count, lame)
-    return element_stiffness(response.F, body.gradient, body.volume, slope, curvature, body.basis, bulk)
+    return element_stiffness(response.F, body.gradient, body.volume, slope, curvature, body.basis, bulk, by)
 
 
 def _summed_at_nodes(body: Body, per_element: FloatArray) -> FloatArray:

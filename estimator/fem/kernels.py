@@ -42,26 +42,6 @@ def _cofactor(F: FloatArray, out: FloatArray) -> None:
             out[i, j] = F[i1, j1] * F[i2, j2] - F[i1, j2] * F[i2, j1]
 
 
-@njit(cache=True, fastmath={"contract", "reassoc", "nsz"})
-def dilatation_rate(F: FloatArray, cells: IntArray, gradient: FloatArray, change: FloatArray) -> FloatArray:
-    """Return the first-order change (e, q) of J = det F for a change of the nodal displacements (n, 3)."""
-    count, rule, nodes, _ = gradient.shape
-    out = np.empty((count, rule))
-    cofactor = np.empty((3, 3))
-    for e in range(count):
-        for q in range(rule):
-            _cofactor(F[e, q], cofactor)
-            total = 0.0
-            for a in range(nodes):
-                for i in range(3):
-                    slope = 0.0
-                    for j in range(3):
-                        slope += cofactor[i, j] * gradient[e, q, a, j]
-                    total += slope * change[cells[e, a], i]
-            out[e, q] = total
-    return out
-
-
 @njit(cache=True)
 def invariants(F: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return I1, I2 and J, each (e, q), of deformation gradients (e, q, 3, 3)."""
@@ -101,6 +81,36 @@ def _invariant_gradients(F: FloatArray, G: FloatArray) -> None:
                 fc += F[i, m] * (F[0, m] * F[0, j] + F[1, m] * F[1, j] + F[2, m] * F[2, j])
             G[0, i, j] = 2.0 * F[i, j]
             G[1, i, j] = 2.0 * (trace * F[i, j] - fc)
+
+
+@njit(cache=True, fastmath={"contract", "reassoc", "nsz"})
+def dilatation_rate(
+    F: FloatArray,
+    cells: IntArray,
+    gradient: FloatArray,
+    change: FloatArray,
+    by: tuple[float, float, float],
+) -> FloatArray:
+    """Return the first-order change (e, q) of the dilatation for a change of the nodal displacements (n, 3).
+
+    ``by`` holds the dilatation's derivatives by I1, I2 and J.
+    """
+    count, rule, nodes, _ = gradient.shape
+    out = np.empty((count, rule))
+    G = np.empty((3, 3, 3))
+    for e in range(count):
+        for q in range(rule):
+            _invariant_gradients(F[e, q], G)
+            total = 0.0
+            for i in range(3):
+                s0 = by[0] * G[0, i, 0] + by[1] * G[1, i, 0] + by[2] * G[2, i, 0]
+                s1 = by[0] * G[0, i, 1] + by[1] * G[1, i, 1] + by[2] * G[2, i, 1]
+                s2 = by[0] * G[0, i, 2] + by[1] * G[1, i, 2] + by[2] * G[2, i, 2]
+                for a in range(nodes):
+                    g = gradient[e, q, a]
+                    total += (s0 * g[0] + s1 * g[1] + s2 * g[2]) * change[cells[e, a], i]
+            out[e, q] = total
+    return out
 
 
 @njit(cache=True, fastmath={"contract", "reassoc", "nsz"})
@@ -173,19 +183,20 @@ def element_stiffness(
     curvature: FloatArray,
     basis: FloatArray,
     bulk: FloatArray,
+    by: tuple[float, float, float],
 ) -> FloatArray:
     """Return the tangent stiffness of each element, (e, 3k, 3k), lower triangle filled.
 
     ``curvature`` (6, e, q) holds the energy's second derivatives by I1I1, I1I2, I1J, I2I2, I2J, JJ. The projected
-    dilatation adds Σ_r bulk_e (∂b_r/∂u)(∂b_r/∂u)ᵀ with b_r = ∫ basis_r J dV, ``basis`` (e, q, r) orthonormal in
-    each element.
+    dilatation θ, with its derivatives ``by`` I1, I2 and J, adds Σ_r bulk_e (∂b_r/∂u)(∂b_r/∂u)ᵀ with
+    b_r = ∫ basis_r θ dV, ``basis`` (e, q, r) orthonormal in each element.
     """
     count, rule, nodes, _ = gradient.shape
     modes = basis.shape[2]
     size = 3 * nodes
     out = np.zeros((count, size, size))
     for e in range(count):
-        G, A, T = np.empty((3, 3, 3)), np.empty((9, 9)), np.empty((9, size))
+        G, A, T, rate = np.empty((3, 3, 3)), np.empty((9, 9)), np.empty((9, size)), np.empty((3, 3))
         w, h = np.empty(3), np.empty(6)
         D = np.zeros((modes, size))
         K = out[e]
@@ -197,6 +208,9 @@ def element_stiffness(
                 h[n] = curvature[n, e, q] * dv
             _invariant_gradients(F[e, q], G)
             _elasticity(F[e, q], G, w, h, A)
+            for i in range(3):
+                for j in range(3):
+                    rate[i, j] = dv * (by[0] * G[0, i, j] + by[1] * G[1, i, j] + by[2] * G[2, i, j])
             for row in range(9):
                 for b in range(nodes):
                     g = gradient[e, q, b]
@@ -211,9 +225,9 @@ def element_stiffness(
                     target, t0, t1, t2 = K[3 * a + i], T[3 * i], T[3 * i + 1], T[3 * i + 2]
                     for column in range(last):
                         target[column] += g0 * t0[column] + g1 * t1[column] + g2 * t2[column]
-                    cofactor = G[2, i, 0] * g0 + G[2, i, 1] * g1 + G[2, i, 2] * g2
+                    dilatation = rate[i, 0] * g0 + rate[i, 1] * g1 + rate[i, 2] * g2
                     for r in range(modes):
-                        D[r, 3 * a + i] += dv * basis[e, q, r] * cofactor
+                        D[r, 3 * a + i] += basis[e, q, r] * dilatation
         for r in range(modes):
             for row in range(size):
                 factor = bulk[e] * D[r, row]

@@ -117,6 +117,7 @@ class Relaxation:
             shear_curvature(self.material, response),
             self.body.basis[:, :, :0],
             np.zeros(len(self.body.volume)),
+            response.law.dilatation_by,
         )
 
 

@@ -72,6 +72,7 @@ class Softening:
             curvature,
             self.body.basis[:, :, :0],
             np.zeros(len(self.body.volume)),
+            response.law.dilatation_by,
         )
         return TermStiffness(elements=elements)
 

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.optimize import lsq_linear
 
 from estimator.errors import FitError, SolverError
 from estimator.fit.parameters import FitParameter
@@ -14,9 +15,11 @@ from estimator.fit.residuals import WhitenedSystem
 FloatArray = NDArray[np.float64]
 Values = dict[str, float]
 
-# No step multiplies 1 − 2ν or E by more than e^1.5: the linearisation holds no farther.
-_LONGEST_STEP = 1.5
 _SHORTENINGS = 6
+# A step that promises to lower χ² by less changes no parameter by more than a hundredth of its deviation.
+_WORTHLESS = 1e-4
+# Smallest ratio of eigenvalues of the scaled information at which its inverse still means something.
+_SINGULAR = 1e-12
 
 
 @dataclass(frozen=True)
@@ -28,13 +31,15 @@ class MarginalStep:
     chi2 : misfit at the present parameters, nuisances at their best
     gradient : (p,) of −χ²/2 by the internal variables
     information : (p, p) of the internal variables; the inverse of their covariance
-    step : (p,) to the minimum, internal variables; zero for a parameter that a bound holds
+    step : (p,) to the minimum within the bounds, internal variables, no longer than each parameter permits
+    nuisances : (k,) at that minimum, in units of their priors' deviations
     """
 
     chi2: float
     gradient: FloatArray
     information: FloatArray
     step: FloatArray
+    nuisances: FloatArray
 
     @property
     def covariance(self) -> FloatArray:
@@ -69,30 +74,47 @@ def marginal_step(
     factor = cho_factor(N.T @ N + np.eye(N.shape[1]))
     reduced = np.column_stack([r, J]) - N @ cho_solve(factor, N.T @ np.column_stack([r, J]))
     gradient, information = J.T @ reduced[:, 0], J.T @ reduced[:, 1:]
-    scale = np.sqrt(np.diag(information))
-    if not np.all(scale > 0) or np.linalg.cond(information / np.outer(scale, scale)) > 1e12:
-        raise FitError(
-            "the measurements do not determine the parameters; add a motion that strains the tissue"
-        )
+    _check_determined(information, parameters)
     step = _step_within_bounds(gradient, information, parameters, values)
-    return MarginalStep(float(r @ reduced[:, 0]), gradient, information, step)
+    nuisances = cho_solve(factor, N.T @ (r - J @ step))
+    return MarginalStep(float(r @ reduced[:, 0]), gradient, information, step, nuisances)
+
+
+def _check_determined(information: FloatArray, parameters: tuple[FitParameter, ...]) -> None:
+    scale = np.sqrt(np.diag(information))
+    if not parameters:
+        return
+    silent = [p.label for p, s in zip(parameters, scale, strict=True) if not s > 0]
+    reason = f"nothing depends on {' and '.join(silent)}"
+    if not silent:
+        weakness, directions = np.linalg.eigh(information / np.outer(scale, scale))
+        if weakness[0] > _SINGULAR * weakness[-1]:
+            return
+        involved = np.abs(directions[:, 0]) > 0.3 * np.abs(directions[:, 0]).max()
+        names = [p.label for p, member in zip(parameters, involved, strict=True) if member]
+        reason = f"{' and '.join(names)} cannot be told apart"
+    raise FitError(
+        f"the measurements do not determine the parameters: {reason}; add a motion that strains the tissue "
+        "otherwise, a prior, or fix one of them"
+    )
 
 
 def _step_within_bounds(
     gradient: FloatArray, information: FloatArray, parameters: tuple[FitParameter, ...], values: Values
 ) -> FloatArray:
-    """Return the Newton step of the parameters that are not pushed against a bound at which they stand."""
-    held = np.array(
-        [
-            (values[p.name] >= p.upper and slope > 0) or (values[p.name] <= p.lower and slope < 0)
-            for p, slope in zip(parameters, gradient, strict=True)
-        ]
-    )
-    step = np.zeros(len(gradient))
-    free = ~held
-    if free.any():
-        step[free] = np.linalg.solve(information[np.ix_(free, free)], gradient[free])
-    return step
+    """Return the step to the minimum of the linearised misfit within the bounds and as far as it can be trusted."""
+    if not parameters:
+        return np.zeros(0)
+    here = np.array([p.to_internal(values[p.name]) for p in parameters])
+    longest = np.array([p.longest_step for p in parameters])
+    lower = np.maximum([p.to_internal(p.lower) for p in parameters] - here, -longest)
+    upper = np.minimum([p.to_internal(p.upper) for p in parameters] - here, longest)
+    scale = np.sqrt(np.diag(information))
+    root = np.linalg.cholesky(information / np.outer(scale, scale))
+    target = solve_triangular(root, gradient / scale, lower=True)
+    # Rounding may leave a value a hair beyond its bound.
+    limits = np.minimum(lower, 0.0) * scale, np.maximum(upper, 0.0) * scale + np.finfo(float).tiny
+    return np.asarray(lsq_linear(root.T, target, limits, method="bvls").x / scale)
 
 
 def minimise(
@@ -102,7 +124,7 @@ def minimise(
     tolerance: float,
     iterations: int = 20,
 ) -> tuple[list[Iterate], MarginalStep]:
-    """Iterate until what remains is linear: a step shorter than ``tolerance`` in every internal variable.
+    """Iterate until what remains is linear or nothing: a step shorter than ``tolerance`` in every internal variable.
 
     The step that remains is not taken; its error would be of the order of its square.
 
@@ -120,18 +142,21 @@ def minimise(
     last = marginal_step(linearise(values), parameters, values)
     iterates = [Iterate(values, last.chi2)]
     for _ in range(iterations):
-        if float(np.abs(last.step).max()) < tolerance:
+        promised = last.chi2 - last.chi2_after
+        if float(np.abs(last.step).max(initial=0.0)) < tolerance or promised < _WORTHLESS:
             return iterates, last
         values, last = _shortened(linearise, parameters, values, last)
         iterates.append(Iterate(values, last.chi2))
+    moving = [p.label for p, step in zip(parameters, last.step, strict=True) if abs(step) >= tolerance]
     raise FitError(
-        f"the fit has not converged in {iterations} iterations; the last point was {_words(values)}"
+        f"the fit has not converged in {iterations} iterations: {', '.join(moving)} still moved at {_words(values)}; "
+        "where the measurements hardly determine a parameter, fix it or give it a prior"
     )
 
 
 def moved(parameters: tuple[FitParameter, ...], values: Values, step: FloatArray) -> Values:
     """Return the values after a step in the internal variables, kept within the bounds."""
-    result = {}
+    result = dict(values)
     for parameter, change in zip(parameters, step, strict=True):
         value = parameter.from_internal(parameter.to_internal(values[parameter.name]) + float(change))
         result[parameter.name] = min(max(value, parameter.lower), parameter.upper)
@@ -145,7 +170,7 @@ def _shortened(
     last: MarginalStep,
 ) -> tuple[Values, MarginalStep]:
     """Take the step, halved until the misfit falls."""
-    step = last.step * min(1.0, _LONGEST_STEP / float(np.abs(last.step).max()))
+    step = last.step
     failure: SolverError | None = None
     for _ in range(_SHORTENINGS):
         trial = moved(parameters, values, step)

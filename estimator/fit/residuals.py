@@ -7,11 +7,11 @@ prediction f(θ) and its derivative T by the gripper's position, a state's mean 
 
 where δ is the error of the reported position (σ_p a row), the tare is that of the experiment (the sensor was zeroed
 with the noise of a row), and the rest offsets are those of the beads' stated rest positions. δ goes into the
-covariance; the others are free, with priors. ``np.linalg.lstsq`` over all
-states then is the marginal maximum likelihood (Kaipio & Somersalo 2005, section 5.8).
+covariance; the others are free, with priors (:mod:`estimator.fit.nuisances`). Least squares over all states then is the
+marginal maximum likelihood (Kaipio & Somersalo 2005, section 5.8).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,11 +20,14 @@ from scipy.linalg import solve_triangular
 
 from estimator.experiment import Experiment
 from estimator.fem.observation import Observation
+from estimator.fit.nuisances import USUAL, FloatingNuisance, floating, nuisance_columns
 from estimator.forward.schedule import PoseSchedule
 
 FloatArray = NDArray[np.float64]
 # Cholesky roots of covariances by (experiment, state).
 Roots = Mapping[tuple[int, int], FloatArray]
+# For each experiment, the observation of each solved state.
+Predictions = Sequence[Mapping[int, Observation]]
 
 
 @dataclass(frozen=True)
@@ -36,7 +39,7 @@ class StateMean:
     experiment : number of the experiment in the case
     state : number of the state in its schedule
     mean : (c,) means of the six wrench channels and 3m fiducial coordinates, NaN where nothing was measured
-    count : (c,) rows that made them
+    count : (c,) rows that made them; where a robust loss weighs them, the sum of their weights
     variance : (c,) of one row, from the sensor's stated noise
     position_variance : of the mean position of the gripper, m²
     """
@@ -44,7 +47,7 @@ class StateMean:
     experiment: int
     state: int
     mean: FloatArray
-    count: NDArray[np.int64]
+    count: FloatArray
     variance: FloatArray
     position_variance: float
 
@@ -65,20 +68,44 @@ class WhitenedSystem:
     by_nuisance: FloatArray
 
 
-def state_means(experiments: Sequence[Experiment], schedules: Sequence[PoseSchedule]) -> list[StateMean]:
-    """Average the rows of every state of every experiment."""
+def state_means(
+    experiments: Sequence[Experiment],
+    schedules: Sequence[PoseSchedule],
+    weights: Sequence[FloatArray] | None = None,
+) -> list[StateMean]:
+    """Average the rows of every state of every experiment.
+
+    Parameters
+    ----------
+    weights : for each experiment those of its rows' channels, (n, 6 + 3m) in [0, 1]; all one where not given
+    """
     means = []
     for number, (experiment, schedule) in enumerate(zip(experiments, schedules, strict=True)):
         rows = measured_rows(experiment)
+        weight = np.isfinite(rows) * (1.0 if weights is None else weights[number])
         variance = channel_variance(experiment)
         for state in range(len(schedule.poses)):
-            of_state = rows[schedule.state_of_row == state]
-            count = np.isfinite(of_state).sum(axis=0)
-            total = np.nansum(of_state, axis=0)
-            mean = np.divide(total, count, out=np.full(len(count), np.nan), where=count > 0)
-            position_variance = experiment.sensor.position_std**2 / len(of_state)
-            means.append(StateMean(number, state, mean, count, variance, position_variance))
+            of_state = schedule.state_of_row == state
+            position_std = experiment.sensor.position_std
+            means.append(
+                mean_of_rows(number, state, rows[of_state], weight[of_state], variance, position_std)
+            )
     return means
+
+
+def mean_of_rows(
+    experiment: int,
+    state: int,
+    rows: FloatArray,
+    weights: FloatArray,
+    variance: FloatArray,
+    position_std: float,
+) -> StateMean:
+    """Average the rows (n, c) of one state with their weights, zero where nothing was measured."""
+    count = weights.sum(axis=0)
+    total = np.nansum(weights * rows, axis=0)
+    mean = np.divide(total, count, out=np.full(len(count), np.nan), where=count > 0)
+    return StateMean(experiment, state, mean, count, variance, position_std**2 / len(rows))
 
 
 def measured_rows(experiment: Experiment) -> FloatArray:
@@ -110,7 +137,7 @@ def channels_by_position(observation: Observation) -> FloatArray:
     return np.concatenate(by_pose)[:, :3]
 
 
-def covariance_roots(means: Sequence[StateMean], predictions: Sequence[Mapping[int, Observation]]) -> Roots:
+def covariance_roots(means: Sequence[StateMean], predictions: Predictions) -> Roots:
     """Return the Cholesky root of the covariance of every predicted state's mean, by (experiment, state).
 
     It depends on the prediction through its derivative by the gripper's position. A fit keeps it fixed, so that its
@@ -132,42 +159,47 @@ def covariance_roots(means: Sequence[StateMean], predictions: Sequence[Mapping[i
 
 def whiten(
     means: Sequence[StateMean],
-    predictions: Sequence[Mapping[int, Observation]],
+    predictions: Predictions,
     slopes: Mapping[str, float],
     roots: Roots,
+    nuisances: Sequence[FloatingNuisance] = floating(USUAL),
 ) -> WhitenedSystem:
     """Set up the least-squares problem for the states that were predicted.
 
     Parameters
     ----------
     means : of all states
-    predictions : for each experiment, the observation of each solved state
+    predictions : of the states in use
     slopes : derivative of each parameter by its internal variable; its order is that of the columns
     roots : of the covariances, from :func:`covariance_roots`
+    nuisances : that float
     """
-    experiments = len(predictions)
-    blocks = []
-    for mean in means:
-        observation = predictions[mean.experiment].get(mean.state)
-        if observation is None:
-            continue
-        seen = mean.count > 0
-        error = mean.mean[seen] - predicted_channels(observation)[seen]
-        derivative = np.stack([channels_by(observation, n) * s for n, s in slopes.items()], axis=1)[seen]
-        nuisances = _nuisance_columns(mean, experiments)[seen]
-        root = roots[mean.experiment, mean.state]
-        stacked = np.column_stack([error, derivative, nuisances])
-        blocks.append(solve_triangular(root, stacked, lower=True, check_finite=False))
-    system = np.concatenate(blocks)
+
+    def columns(mean: StateMean, observation: Observation) -> FloatArray:
+        error = mean.mean - predicted_channels(observation)
+        derivative = [channels_by(observation, name) * slope for name, slope in slopes.items()]
+        deviation = np.sqrt(mean.variance)
+        floats = nuisance_columns(nuisances, deviation, observation, mean.experiment, len(predictions))
+        return np.column_stack([error, *derivative, floats])
+
+    system = whitened_rows(means, predictions, roots, columns)
     parameters = 1 + len(slopes)
     return WhitenedSystem(system[:, 0], system[:, 1:parameters], system[:, parameters:])
 
 
-def _nuisance_columns(mean: StateMean, experiments: int) -> FloatArray:
-    """Tares of all experiments, then rest offsets of all fiducials, each scaled by its prior deviation."""
-    channels = len(mean.variance)
-    columns = np.zeros((channels, 6 * experiments + channels - 6))
-    deviation = np.sqrt(mean.variance)
-    columns[:6, 6 * mean.experiment : 6 * mean.experiment + 6] = np.diag(deviation[:6])
-    columns[6:, 6 * experiments :] = np.diag(deviation[6:])
-    return columns
+def whitened_rows(
+    means: Sequence[StateMean],
+    predictions: Predictions,
+    roots: Roots,
+    columns: Callable[[StateMean, Observation], FloatArray],
+) -> FloatArray:
+    """Return columns (c, k) of every predicted state one below the other, whitened, without what was not measured."""
+    blocks = []
+    for mean in means:
+        observation = predictions[mean.experiment].get(mean.state)
+        if observation is not None:
+            seen = mean.count > 0
+            root = roots[mean.experiment, mean.state]
+            raw = columns(mean, observation)[seen]
+            blocks.append(solve_triangular(root, raw, lower=True, check_finite=False))
+    return np.concatenate(blocks)

@@ -1,6 +1,7 @@
 """What an estimation returns."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -9,17 +10,51 @@ from numpy.typing import NDArray
 from estimator.experiment import Experiment
 from estimator.fem.mesh import Mesh
 from estimator.fit.gauss_newton import Iterate
+from estimator.fit.identifiability import Absorption
+from estimator.fit.parameters import FitParameter
+from estimator.fit.profile import Profile
 
 FloatArray = NDArray[np.float64]
+
+Z95 = 1.959963984540054
 
 
 @dataclass(frozen=True, slots=True)
 class ParameterEstimate:
-    """A value with its standard deviation and its 95 % interval, which need not be symmetric."""
+    """A value with its standard deviation and its 95 % interval, which need not be symmetric; no width if fixed."""
 
     value: float
     std: float
     interval95: tuple[float, float]
+
+
+def interval(parameter: FitParameter, value: float, internal_std: float) -> ParameterEstimate:
+    """Return the estimate whose interval is symmetric in the internal variable, cut at the bounds."""
+    internal = parameter.to_internal(value)
+    ends = [parameter.from_internal(internal + sign * Z95 * internal_std) for sign in (-1.0, 1.0)]
+    ends = [min(max(end, parameter.lower), parameter.upper) for end in ends]
+    return ParameterEstimate(value, internal_std * parameter.slope(value), (ends[0], ends[1]))
+
+
+@dataclass(frozen=True, slots=True)
+class Floated:
+    """What the nuisances took up.
+
+    Attributes
+    ----------
+    tares : for each experiment the wrench (6,) that the sensor shows unloaded, N and N·m; zeros where none floats
+    rest_offsets : (m, 3) measured less stated rest positions of the fiducials, m
+    force_gain : of the force sensor, less one
+    discretisation : change of each free parameter by the correction of the discretisation error, its own unit
+    least_weight : smallest weight that the loss left to a channel of a row, and the share of them below a half
+    """
+
+    tares: tuple[FloatArray, ...]
+    rest_offsets: FloatArray
+    force_gain: float
+    discretisation: Mapping[str, float]
+    least_weight: float
+    rejected_share: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +74,8 @@ class ExperimentFit:
     ----------
     experiment : as it was read
     wrench, fiducials : (n, 6) and (n, m, 3), predicted for each row
-    displacement : (p, 3) nodal displacements at the state farthest from rest, m
+    displacements : (s, p, 3) nodal displacements of the distinct states, m
+    state_of_row : (n,) which of them each row shows
     wrench_std, fiducials_std : like those, what noise gives the residuals: the sensors', and that of the gripper's
         reported position
     """
@@ -47,9 +83,16 @@ class ExperimentFit:
     experiment: Experiment
     wrench: FloatArray
     fiducials: FloatArray
-    displacement: FloatArray
+    displacements: FloatArray
+    state_of_row: NDArray[np.int64]
     wrench_std: FloatArray
     fiducials_std: FloatArray
+
+    @property
+    def displacement(self) -> FloatArray:
+        """Nodal displacements (p, 3) where the gripper is farthest from where it began, m."""
+        way = np.linalg.norm(self.experiment.position - self.experiment.position[0], axis=1)
+        return self.displacements[self.state_of_row[int(np.argmax(way))]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +103,7 @@ class Estimate:
     ----------
     youngs_modulus : Pa
     poisson_ratio : ParameterEstimate
-    correlation : of the two
+    correlation : of the two; zero where one of them is fixed
     rmse : over all experiments
     noise_ratio : root mean square residual in units of the sensors' stated noise; 1 where the model explains the data
     inflation : by how much the intervals were widened because the model does not explain the data within the noise
@@ -70,6 +113,15 @@ class Estimate:
     mesh : that the fit was made on
     discretisation_force : largest change of a force component on the finer mesh, N
     fits : one for each experiment
+    law : name of the material law
+    shape : its shape parameters by name
+    fixed : names of the parameters that were given, not estimated
+    at_bound : names of the free parameters that stand at a bound
+    objective : ``"likelihood"`` or ``"paper"``
+    identifiability : sentences on what the measurements do not tell
+    absorptions : what the fit would make of errors outside the model
+    floated : what the nuisances took up; None where nobody asked
+    profiles : of the likelihood, of each free parameter where intervals come from them
     """
 
     youngs_modulus: ParameterEstimate
@@ -84,9 +136,23 @@ class Estimate:
     mesh: Mesh
     discretisation_force: float
     fits: tuple[ExperimentFit, ...]
+    law: str = "neo_hookean"
+    shape: Mapping[str, ParameterEstimate] = field(default_factory=dict)
+    fixed: tuple[str, ...] = ()
+    at_bound: tuple[str, ...] = ()
+    objective: str = "likelihood"
+    identifiability: tuple[str, ...] = ()
+    absorptions: tuple[Absorption, ...] = ()
+    floated: Floated | None = None
+    profiles: tuple[Profile, ...] = ()
+
+    @property
+    def parameters(self) -> dict[str, ParameterEstimate]:
+        """All parameters of the material by name."""
+        return {"youngs_modulus": self.youngs_modulus, "poisson_ratio": self.poisson_ratio, **self.shape}
 
     def as_json(self) -> dict[str, Any]:
-        """Return the fixed shape that ``retract estimate --json`` prints; SI units."""
+        """Return what ``retract estimate --json`` prints; SI units. Other programs read the keys down to ``mesh``."""
         return {
             "youngs_modulus": _parameter_json(self.youngs_modulus),
             "poisson_ratio": _parameter_json(self.poisson_ratio),
@@ -100,8 +166,28 @@ class Estimate:
             "forward_solves": self.forward_solves,
             "seconds": self.seconds,
             "mesh": self.mesh.describe(),
+            "law": self.law,
+            "shape": {name: _parameter_json(value) for name, value in self.shape.items()},
+            "fixed": list(self.fixed),
+            "at_bound": list(self.at_bound),
+            "objective": self.objective,
+            "identifiability": list(self.identifiability),
+            "absorptions": [asdict(absorption) for absorption in self.absorptions],
+            "floated": None if self.floated is None else _floated_json(self.floated),
+            "profiles": [asdict(profile) for profile in self.profiles],
         }
 
 
 def _parameter_json(estimate: ParameterEstimate) -> dict[str, Any]:
     return {"value": estimate.value, "std": estimate.std, "interval95": list(estimate.interval95)}
+
+
+def _floated_json(floated: Floated) -> dict[str, Any]:
+    return {
+        "tares": [tare.tolist() for tare in floated.tares],
+        "rest_offsets": floated.rest_offsets.tolist(),
+        "force_gain": floated.force_gain,
+        "discretisation": dict(floated.discretisation),
+        "least_weight": floated.least_weight,
+        "rejected_share": floated.rejected_share,
+    }

@@ -1,28 +1,37 @@
 """From the last linearisation to the values, intervals and residuals that people read."""
 
+import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimator.experiment import Experiment
-from estimator.fem.observation import Observation
-from estimator.fit.gauss_newton import Iterate, MarginalStep
-from estimator.fit.parameters import FitParameter
+from estimator.fit.gauss_newton import Iterate, MarginalStep, marginal_step
+from estimator.fit.identifiability import absorptions, confounder_columns, identifiability
+from estimator.fit.linearisation import Linearisation, prior_information
+from estimator.fit.nuisances import FORCE_GAIN, GAIN_STD, REST_POSITIONS, TARE, FloatingNuisance, floating
+from estimator.fit.parameters import FitParameter, law_parameters
+from estimator.fit.profile import Profile
 from estimator.fit.residuals import (
+    WhitenedSystem,
     channel_variance,
     channels_by,
-    channels_by_position,
     measured_rows,
     predicted_channels,
+    whitened_rows,
 )
-from estimator.fit.result import Estimate, ExperimentFit, ParameterEstimate, Rmse
+from estimator.fit.result import Z95, Estimate, ExperimentFit, Floated, ParameterEstimate, Rmse, interval
+from estimator.fit.row_residuals import row_deviation
+from estimator.fit.settings import FitSettings
 from estimator.forward.model import ForwardModel
 
 FloatArray = NDArray[np.float64]
 
-_Z95 = 1.959963984540054
+_ELASTIC = ("youngs_modulus", "poisson_ratio")
+# A measurement with less weight than this counts as rejected by the loss.
+_REJECTED = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,94 +40,223 @@ class FitOutcome:
 
     Attributes
     ----------
+    problem : the least-squares problem of all states, corrected for the discretisation error
+    linearised_at : parameter values at which it was solved last
     values : final parameter values by name
-    step : their change since ``predictions`` were made
+    weights : for each experiment those of its rows' channels, (n, 6 + 3m)
     change : prediction on the finer mesh less that on the model's, for each (experiment, state), (6 + 3m,)
-    last : the linearised problem, in internal variables
+    discretisation : (p,) what correcting for that moved the internal variables by
     bias_std : (p,) standard deviation of the bias that the discretisation leaves, in internal variables
+    finer_solves : states solved on the finer mesh
     """
 
     experiments: tuple[Experiment, ...]
     model: ForwardModel
-    parameters: tuple[FitParameter, ...]
+    settings: FitSettings
+    problem: Linearisation
+    linearised_at: dict[str, float]
     values: dict[str, float]
-    step: dict[str, float]
     iterates: tuple[Iterate, ...]
-    predictions: Sequence[Mapping[int, Observation]]
+    weights: Sequence[FloatArray]
     change: Mapping[tuple[int, int], FloatArray]
-    last: MarginalStep
+    discretisation: FloatArray
     bias_std: FloatArray
-    forward_solves: int
+    finer_solves: int
 
 
-def summarise(outcome: FitOutcome, seconds: float) -> Estimate:
-    """Return the estimate that a finished fit amounts to."""
+@dataclass(frozen=True, eq=False)
+class Uncertainty:
+    """How sure a finished fit is.
+
+    Attributes
+    ----------
+    noise_ratio : root mean square residual in units of the stated noise
+    inflation : by how much that widens intervals, at least one
+    covariance : (p, p) of the internal variables, widened, without the bias of the discretisation
+    bias_std : (p,) of that bias
+    """
+
+    noise_ratio: float
+    inflation: float
+    covariance: FloatArray
+    bias_std: FloatArray
+
+    @property
+    def std(self) -> FloatArray:
+        """Standard deviations (p,) of the internal variables, all told."""
+        return np.asarray(np.sqrt(np.diag(self.covariance) + self.bias_std**2))
+
+
+def uncertainty(outcome: FitOutcome) -> Uncertainty:
+    """Return how sure a finished fit is, by linearisation."""
+    settings, problem = outcome.settings, outcome.problem
+    step = marginal_step(problem.likelihood(outcome.linearised_at), settings.free, outcome.linearised_at)
+    moved = _internal_step(outcome)
+    chi2 = step.chi2 - float(2 * step.gradient @ moved - moved @ step.information @ moved)
+    ratio = _noise_ratio(outcome, chi2)
+    inflation = max(1.0, ratio)
+    covariance = inflation**2 * problem.covariance(outcome.linearised_at)
+    if settings.priors:
+        # A prior is no less sure where the measurements scatter more than stated.
+        priors = prior_information(settings, outcome.linearised_at)
+        information = (step.information - priors) / inflation**2 + priors
+        covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)
+    return Uncertainty(ratio, inflation, covariance, outcome.bias_std)
+
+
+def summarise(
+    outcome: FitOutcome, found: Uncertainty, profiles: Sequence[Profile], started: float
+) -> Estimate:
+    """Return the estimate that a finished fit amounts to; ``started`` by the performance counter."""
+    settings, values, problem = outcome.settings, outcome.values, outcome.problem
+    # Profiles may have left it at another point.
+    system = problem.likelihood(outcome.linearised_at)
     fits = tuple(_fit_of(outcome, number) for number in range(len(outcome.experiments)))
-    deviations = [(measured_rows(f.experiment) - _predicted_rows(f)) for f in fits]
-    noise_ratio = _noise_ratio(outcome)
-    inflation = max(1.0, noise_ratio)
-    covariance = outcome.last.covariance * inflation**2 + np.outer(outcome.bias_std, outcome.bias_std)
-    estimates = [
-        _interval(parameter, outcome.values[parameter.name], float(np.sqrt(covariance[n, n])))
-        for n, parameter in enumerate(outcome.parameters)
-    ]
-    stacked = np.concatenate(deviations)
+    stacked = np.concatenate([measured_rows(f.experiment) - _predicted_rows(f) for f in fits])
+    intervals = {
+        parameter.name: interval(parameter, values[parameter.name], float(std))
+        for parameter, std in zip(settings.free, found.std, strict=True)
+    }
+    for one, parameter, bias in zip(profiles, settings.free, found.bias_std, strict=False):
+        intervals[one.name] = _profiled(parameter, one, intervals[one.name], float(bias))
+    parameters = {
+        p.name: intervals.get(
+            p.name, ParameterEstimate(values[p.name], 0.0, (values[p.name], values[p.name]))
+        )
+        for p in law_parameters(settings.law)
+    }
+    names = [parameter.name for parameter in settings.free]
+    shape = {name: value for name, value in parameters.items() if name not in _ELASTIC}
+    last = marginal_step(system, settings.free, outcome.linearised_at)
+    absorbed = absorptions(system, _confounders(outcome, system), settings.free, outcome.linearised_at)
+    priors = prior_information(settings, outcome.linearised_at)
     return Estimate(
-        youngs_modulus=estimates[0],
-        poisson_ratio=estimates[1],
-        correlation=float(covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1])),
+        youngs_modulus=parameters["youngs_modulus"],
+        poisson_ratio=parameters["poisson_ratio"],
+        correlation=_correlation(found, names),
         rmse=Rmse(_rms(stacked[:, :3]), _rms(stacked[:, 3:6]), _rms(stacked[:, 6:])),
-        noise_ratio=noise_ratio,
-        inflation=inflation,
+        noise_ratio=found.noise_ratio,
+        inflation=found.inflation,
         iterates=outcome.iterates,
-        forward_solves=outcome.forward_solves,
-        seconds=seconds,
+        forward_solves=outcome.model.solved_states + outcome.finer_solves,
+        seconds=time.perf_counter() - started,
         mesh=outcome.model.problem.body.mesh,
         discretisation_force=max(float(np.abs(c[:3]).max()) for c in outcome.change.values()),
         fits=fits,
+        law=settings.law.name,
+        shape=shape,
+        fixed=tuple(settings.fixed),
+        at_bound=tuple(p.name for p in settings.free if not p.lower < values[p.name] < p.upper),
+        objective=settings.objective,
+        identifiability=identifiability(settings.free, last.information - priors, priors, absorbed),
+        absorptions=absorbed,
+        floated=_floated(outcome, last),
+        profiles=tuple(profiles),
     )
 
 
-def _noise_ratio(outcome: FitOutcome) -> float:
+def _correlation(found: Uncertainty, names: Sequence[str]) -> float:
+    if not set(_ELASTIC) <= set(names):
+        return 0.0
+    covariance = found.covariance + np.outer(found.bias_std, found.bias_std)
+    one, other = (names.index(name) for name in _ELASTIC)
+    return float(covariance[one, other] / np.sqrt(covariance[one, one] * covariance[other, other]))
+
+
+def _confounders(outcome: FitOutcome, system: WhitenedSystem) -> FloatArray:
+    """Return the whitened change (r, k) by every confounder; priors see nothing of them."""
+    problem = outcome.problem
+    columns = confounder_columns(outcome.experiments, outcome.model.schedules)
+    whitened = whitened_rows(problem.means, problem.predictions, problem.roots, columns)
+    missing = len(system.residual) - len(whitened)
+    return np.vstack([whitened, np.zeros((missing, whitened.shape[1]))])
+
+
+def _floated(outcome: FitOutcome, last: MarginalStep) -> Floated:
+    """Read the nuisances off the linearised optimum."""
+    count = len(outcome.experiments)
+    deviation = np.sqrt(channel_variance(outcome.experiments[0]))
+    sizes = {TARE: 6 * count, REST_POSITIONS: len(deviation) - 6, FORCE_GAIN: 1}
+    found: dict[FloatingNuisance, FloatArray] = {n: np.zeros(size) for n, size in sizes.items()}
+    start = 0
+    for nuisance in floating(outcome.settings.nuisances):
+        found[nuisance] = last.nuisances[start : start + sizes[nuisance]]
+        start += sizes[nuisance]
+    tares = [
+        np.sqrt(channel_variance(experiment)[:6]) * unit
+        for experiment, unit in zip(outcome.experiments, found[TARE].reshape(count, 6), strict=True)
+    ]
+    slopes = [p.slope(outcome.linearised_at[p.name]) for p in outcome.settings.free]
+    names = [p.name for p in outcome.settings.free]
+    weights = np.concatenate(
+        [w[np.isfinite(measured_rows(e))] for w, e in zip(outcome.weights, outcome.experiments, strict=True)]
+    )
+    return Floated(
+        tares=tuple(tares),
+        rest_offsets=(deviation[6:] * found[REST_POSITIONS]).reshape(-1, 3),
+        force_gain=GAIN_STD * float(found[FORCE_GAIN][0]),
+        discretisation=dict(zip(names, (outcome.discretisation * slopes).tolist(), strict=True)),
+        least_weight=float(weights.min()),
+        rejected_share=float(np.mean(weights < _REJECTED)),
+    )
+
+
+def _internal_step(outcome: FitOutcome) -> FloatArray:
+    """Return the change (p,) of the internal variables from the last solved point to the final values."""
+    before, after = outcome.linearised_at, outcome.values
+    return np.array(
+        [p.to_internal(after[p.name]) - p.to_internal(before[p.name]) for p in outcome.settings.free]
+    )
+
+
+def _noise_ratio(outcome: FitOutcome, chi2: float) -> float:
     """Return the root mean square of all residuals, tares and offsets taken out, in units of the stated noise.
 
-    The misfit of the state means and the scatter of the rows about them add up to that of all rows.
+    The misfit of the state means and the scatter of the rows about them add up to that of all rows. Under a robust loss
+    residuals count by their weights, and the ratio is that by which an estimate scatters more than its weights say.
     """
-    squares, count = outcome.last.chi2_after, 0
-    for experiment, schedule in zip(outcome.experiments, outcome.model.schedules, strict=True):
+    squares, count = chi2, 0.0
+    for experiment, schedule, all_weights in zip(
+        outcome.experiments, outcome.model.schedules, outcome.weights, strict=True
+    ):
         rows = measured_rows(experiment) / np.sqrt(channel_variance(experiment))
+        weights = np.where(np.isfinite(rows), all_weights, 0.0)
         for state in range(len(schedule.poses)):
-            of_state = rows[schedule.state_of_row == state]
-            measured = np.isfinite(of_state).sum(axis=0)
-            seen = of_state[:, measured > 0]
-            squares += float(np.nansum((seen - np.nanmean(seen, axis=0)) ** 2))
-            count += int(measured.sum())
-    return float(np.sqrt(squares / (count - len(outcome.parameters))))
+            of_state = schedule.state_of_row == state
+            total = weights[of_state].sum(axis=0)
+            seen = total > 0
+            values, weight = np.nan_to_num(rows[of_state][:, seen]), weights[of_state][:, seen]
+            mean = (weight * values).sum(axis=0) / total[seen]
+            squares += float(np.sum(weight * (values - mean) ** 2))
+            count += float(total.sum())
+    residuals = outcome.problem.row_residuals(outcome.experiments, outcome.linearised_at)
+    every = np.concatenate([residual[np.isfinite(residual)] for residual in residuals])
+    factor = outcome.settings.loss.variance_factor(every)
+    return float(np.sqrt(factor * squares / (count - len(outcome.settings.free))))
 
 
 def _fit_of(outcome: FitOutcome, number: int) -> ExperimentFit:
     experiment, schedule = outcome.experiments[number], outcome.model.schedules[number]
-    by_state, variance_by_state = [], []
+    by_state, std_by_state = [], []
     for state, rows_of_state in enumerate(schedule.rows_per_state):
-        observation = outcome.predictions[number][state]
+        observation = outcome.problem.predictions[number][state]
         moved = sum(
-            (channels_by(observation, name) * change for name, change in outcome.step.items()),
+            (
+                channels_by(observation, p.name) * (outcome.values[p.name] - outcome.linearised_at[p.name])
+                for p in outcome.settings.free
+            ),
             start=outcome.change[number, state],
         )
         by_state.append(predicted_channels(observation) + moved)
-        position_variance = experiment.sensor.position_std**2 / rows_of_state
-        from_position = position_variance * np.sum(channels_by_position(observation) ** 2, axis=1)
-        variance_by_state.append(channel_variance(experiment) + from_position)
+        std_by_state.append(row_deviation(experiment, observation, int(rows_of_state)))
     rows = np.array(by_state)[schedule.state_of_row]
-    std = np.sqrt(variance_by_state)[schedule.state_of_row]
-    farthest = int(
-        np.argmax([np.linalg.norm(p.position - schedule.poses[0].position) for p in schedule.poses])
-    )
+    std = np.array(std_by_state)[schedule.state_of_row]
     return ExperimentFit(
         experiment,
         rows[:, :6],
         rows[:, 6:].reshape(experiment.fiducials.shape),
-        outcome.model.deformed(number, farthest),
+        np.array([outcome.model.deformed(number, state) for state in range(len(schedule.poses))]),
+        schedule.state_of_row,
         std[:, :6],
         std[:, 6:].reshape(experiment.fiducials.shape),
     )
@@ -128,12 +266,17 @@ def _predicted_rows(fit: ExperimentFit) -> FloatArray:
     return np.hstack([fit.wrench, fit.fiducials.reshape(len(fit.wrench), -1)])
 
 
-def _interval(parameter: FitParameter, value: float, internal_std: float) -> ParameterEstimate:
-    """Return the interval that is symmetric in the internal variable, cut at the bounds."""
-    internal = parameter.to_internal(value)
-    ends = [parameter.from_internal(internal + sign * _Z95 * internal_std) for sign in (-1.0, 1.0)]
-    ends = [min(max(end, parameter.lower), parameter.upper) for end in ends]
-    return ParameterEstimate(value, internal_std * parameter.slope(value), (ends[0], ends[1]))
+def _profiled(
+    parameter: FitParameter, profile: Profile, linear: ParameterEstimate, bias_std: float
+) -> ParameterEstimate:
+    """Return the estimate with the interval of its profile, widened by the bias of the discretisation."""
+    centre = parameter.to_internal(linear.value)
+    ends = []
+    for end in profile.interval95:
+        way = parameter.to_internal(end) - centre
+        wider = centre + np.copysign(np.hypot(way, Z95 * bias_std), way)
+        ends.append(min(max(parameter.from_internal(float(wider)), parameter.lower), parameter.upper))
+    return replace(linear, interval95=(ends[0], ends[1]))
 
 
 def _rms(values: FloatArray) -> float:

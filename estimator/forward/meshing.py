@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +51,7 @@ def mesh_experiment(
         Grasp or anchors hold no tissue, the surface cannot be read or meshed, or a fiducial lies off the tissue.
     """
     if experiment.phantom.surface is not None:
-        return _surface_problem(experiment, experiment.phantom.surface, grading)
+        return surface_problem(experiment, read_surface(experiment.phantom.surface), grading)
     half = np.asarray(experiment.phantom.size_m) / 2
     mesh = block_mesh(2 * half, experiment.anchors, experiment.grasp.box, grading, kind)
     fixed = np.zeros(len(mesh.points), dtype=bool)
@@ -84,8 +83,17 @@ def edge_lengths(surface: Surface, regions: Iterable[str], grading: Grading) -> 
     return EdgeLengths(scale * largest, rims, _TETRAHEDRON_GROWTH * (grading.growth - 1.0))
 
 
-def _surface_problem(experiment: Experiment, file: Path, grading: Grading) -> RetractionProblem:
-    surface, regions = read_surface(file), held_regions(experiment)
+def surface_problem(
+    experiment: Experiment, surface: Surface, grading: Grading = DEFAULT_GRADING
+) -> RetractionProblem:
+    """Mesh a surface with tetrahedra and pose the retraction that an experiment states.
+
+    Raises
+    ------
+    InputError
+        Grasp or anchors hold no tissue, the surface cannot be meshed, or a fiducial lies off the tissue.
+    """
+    regions = held_regions(experiment)
     tissue = tissue_mesh(surface, regions, edge_lengths(surface, regions, grading))
     fixed = np.any([nodes for name, nodes in tissue.held.items() if name != _GRASP], axis=0)
     beads = experiment.fiducials_rest

@@ -104,14 +104,17 @@ class ForwardModel:
         return self._solver.solve(pose, material, last or self._solver.rest(material))
 
     def _carried_over(self, known: _Solution, material: Material) -> tuple[FloatArray, FloatArray]:
-        """Extrapolate known displacements and pressures to another material.
+        """Extrapolate known displacements and pressures to another material of the same law.
 
-        The field follows −ln(1 − 2ν), in which it is nearly linear; Young's modulus leaves it as it is and multiplies
-        the pressure.
+        The field follows −ln(1 − 2ν), in which it is nearly linear, and the shape parameters; Young's modulus leaves
+        it as it is and multiplies the pressure.
         """
         old, new = known.material.poisson_ratio, material.poisson_ratio
-        change = 0.5 * (1 - 2 * old) * math.log((1 - 2 * old) / (1 - 2 * new))
+        change = {"poisson_ratio": 0.5 * (1 - 2 * old) * math.log((1 - 2 * old) / (1 - 2 * new))}
+        for n, parameter in enumerate(material.law.shape_parameters):
+            change[parameter.name] = float(material.shape[n] - known.material.shape[n])
         guess = known.displacement.copy().reshape(-1)
-        guess[self.problem.pattern.free] += change * known.field_by["poisson_ratio"]
+        for name, amount in change.items():
+            guess[self.problem.pattern.free] += amount * known.field_by[name]
         pressure = known.pressure * (material.youngs_modulus / known.material.youngs_modulus)
         return guess.reshape(known.displacement.shape), pressure

@@ -9,6 +9,8 @@ from estimator.materials.gent import Gent
 from estimator.materials.law import Law
 from estimator.materials.mooney_rivlin import MooneyRivlin
 from estimator.materials.neo_hookean import NeoHookean
+from estimator.materials.ogden import Ogden1, Ogden2
+from estimator.materials.st_venant_kirchhoff import StVenantKirchhoff
 from estimator.materials.veronda_westmann import VerondaWestmann
 from estimator.materials.yeoh import Yeoh
 
@@ -19,6 +21,9 @@ __all__ = [
     "Law",
     "MooneyRivlin",
     "NeoHookean",
+    "Ogden1",
+    "Ogden2",
+    "StVenantKirchhoff",
     "VerondaWestmann",
     "Yeoh",
     "law_named",
@@ -32,6 +37,9 @@ _ALL: tuple[Law, ...] = (
     Gent(),
     ArrudaBoyce(),
     VerondaWestmann(),
+    Ogden1(),
+    Ogden2(),
+    StVenantKirchhoff(),
 )
 
 LAWS: Mapping[str, Law] = MappingProxyType({law.name: law for law in _ALL})

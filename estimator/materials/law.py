@@ -11,6 +11,8 @@ the classical incompressible laws, to which they reduce at J = 1:
 
     x = I1 − 3 − 2 ln J,        y = I2 − 3 − 4 ln J − 2 (ln J)²
 
+One law, St. Venant's and Kirchhoff's, has tr E in the place of J − 1.
+
 Every shape parameter has a null value at which the law becomes the Neo-Hookean one, w = x/2. That is the law
 of the paper's eq. (4): W = ½[μ(i₁−3) − μ ln i₃ + λ(√i₃−1)²] with i₃ = J².
 """
@@ -45,12 +47,15 @@ class EnergyDerivatives:
     first : (3, n) by I1, I2, J
     second : (6, n) by I1I1, I1I2, I1J, I2I2, I2J, JJ
     first_by_shape : (k, 3, n) derivative of ``first`` by each shape parameter
+    dilatation_by : derivatives by I1, I2, J of the measure θ of volume change, linear in them and zero at rest, of
+        which the volumetric energy is λ/2 θ²
     """
 
     value: FloatArray
     first: FloatArray
     second: FloatArray
     first_by_shape: FloatArray
+    dilatation_by: tuple[float, float, float] = (0.0, 0.0, 1.0)
 
 
 class Law(Protocol):

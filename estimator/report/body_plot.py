@@ -17,11 +17,12 @@ from estimator.experiment import Box
 from estimator.fem.mesh import Mesh
 from estimator.fem.surface import boundary_faces, facets, outlines
 from estimator.fit.result import ExperimentFit
-from estimator.report.marks import round_figure
-from estimator.report.painter import Face, View, paint
+from estimator.report.painter import Face, paint
+from estimator.report.rounding import round_figure
 from estimator.report.scene import MM, box_edges, farthest_row, gripped_surface
 from estimator.report.stretch import largest_stretch
 from estimator.report.theme import ANCHOR, GRASP, MEASURED, MUTED, PREDICTED
+from estimator.report.view import View
 
 FloatArray = NDArray[np.float64]
 

@@ -1,19 +1,15 @@
 """How the fit came to its values."""
 
-from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from estimator.fit.gauss_newton import Iterate
 from estimator.fit.result import Estimate, ParameterEstimate
+from estimator.report.facts import stage_starts
 from estimator.report.findings import Truth
 from estimator.report.theme import MEASURED, PREDICTED, TRUTH
-
-# Within a stage the fit accepts no step that raises the misfit by more than rounding errors.
-_RISE = 1.01
 
 
 def draw_convergence(sheet: Figure, estimate: Estimate, truth: Truth | None) -> None:
@@ -35,7 +31,7 @@ def draw_convergence(sheet: Figure, estimate: Estimate, truth: Truth | None) -> 
         None if truth is None else truth.poisson_ratio,
     )
     ratio.set_ylabel("Poisson's ratio ν")
-    for start, stop in pairwise(_stage_starts(iterates)):
+    for start, stop in pairwise(stage_starts(iterates)):
         steps = np.arange(start, stop)
         misfit.semilogy(steps, [iterates[n].chi2 for n in steps], "o-", color=PREDICTED, markersize=5)
     misfit.set_ylabel("misfit χ²")
@@ -43,12 +39,6 @@ def draw_convergence(sheet: Figure, estimate: Estimate, truth: Truth | None) -> 
         axes.set_xlabel("iteration")
         axes.set_xticks(np.arange(0, len(iterates), max(1, len(iterates) // 8)))
     sheet.legend(*modulus.get_legend_handles_labels(), loc="upper right", ncols=3, borderaxespad=0.2)
-
-
-def _stage_starts(iterates: Sequence[Iterate]) -> list[int]:
-    """Return where the misfit rises, which it does only where more measurements come in, and both ends."""
-    rises = [n for n in range(1, len(iterates)) if iterates[n].chi2 > iterates[n - 1].chi2 * _RISE]
-    return [0, *rises, len(iterates)]
 
 
 def _parameter(axes: Axes, values: list[float], interval: tuple[float, float], truth: float | None) -> None:

@@ -8,10 +8,12 @@ from estimator.fit.result import Estimate, ExperimentFit
 from estimator.report import page
 from estimator.report.body_plot import draw_body
 from estimator.report.convergence_plot import draw_convergence
+from estimator.report.facts import fit_facts, specimen_facts
 from estimator.report.fiducial_plot import arrow_factor, draw_fiducials
-from estimator.report.findings import Truth, caveats, comparison, modulus_text, ratio_text, verdict
+from estimator.report.findings import Truth, caveats, comparison, parameter_texts, verdict
+from estimator.report.identifiability import identifiability_section
 from estimator.report.page import Html
-from estimator.report.tables import experiment_table, fit_facts, residual_table, specimen_facts
+from estimator.report.tables import experiment_table, residual_table
 from estimator.report.wrench_plot import draw_wrench
 
 _WRENCH_SIZE_IN = (11.4, 6.6)
@@ -32,7 +34,7 @@ def write_report(
     provenance : what the values come from: input folders, versions, the law
     """
     blocks = [
-        page.headline(f"{modulus_text(estimate)}, {ratio_text(estimate)}."),
+        page.headline(f"{', '.join(parameter_texts(estimate))}."),
         page.headline(verdict(estimate)),
     ]
     if truth is not None:
@@ -48,6 +50,7 @@ def write_report(
             "The fit uses a few states of each experiment first, then all; the last point is corrected for the mesh. "
             "χ² grows with the measurements in use, so that only points joined by a line compare.",
         ),
+        *identifiability_section(estimate),
         page.heading("Numbers"),
         residual_table(estimate),
         page.note(

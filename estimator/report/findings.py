@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from estimator.fit.parameters import POISSON_RATIO, YOUNGS_MODULUS, FitParameter
+from estimator.fit.online import OnlineEstimate
+from estimator.fit.parameters import POISSON_RATIO, YOUNGS_MODULUS
 from estimator.fit.result import Estimate, ParameterEstimate
 from estimator.report.channels import channel_residuals
 
@@ -15,6 +16,7 @@ _NEARLY_EXPLAINED = 1.5
 # Well beyond what the scatter of a dozen rows reaches by chance.
 _CONSPICUOUS_SIGMA = 1.5
 _LARGE_DISCRETISATION = 0.02
+SYMBOLS = {parameter.name: parameter.symbol for parameter in (YOUNGS_MODULUS, POISSON_RATIO)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,17 +27,22 @@ class Truth:
     poisson_ratio: float
 
 
-def modulus_text(estimate: Estimate) -> str:
-    """Return E with its interval, kPa."""
-    modulus = estimate.youngs_modulus
-    low, high = modulus.interval95
-    kilo = ParameterEstimate(modulus.value / 1e3, modulus.std / 1e3, (low / 1e3, high / 1e3))
+def parameter_texts(estimate: Estimate) -> list[str]:
+    """Return each parameter of the material with its interval; E in kPa."""
+    return [_parameter_text(name, value) for name, value in estimate.parameters.items()]
+
+
+def step_text(estimate: OnlineEstimate) -> str:
+    """Return the parameters after a step of a running retraction."""
+    return ", ".join(_parameter_text(name, value) for name, value in estimate.parameters.items())
+
+
+def _parameter_text(name: str, estimate: ParameterEstimate) -> str:
+    if name != YOUNGS_MODULUS.name:
+        return _with_interval(SYMBOLS.get(name, name), estimate, "")
+    low, high = estimate.interval95
+    kilo = ParameterEstimate(estimate.value / 1e3, estimate.std / 1e3, (low / 1e3, high / 1e3))
     return _with_interval("E", kilo, " kPa")
-
-
-def ratio_text(estimate: Estimate) -> str:
-    """Return ν with its interval."""
-    return _with_interval("ν", estimate.poisson_ratio, "")
 
 
 def verdict(estimate: Estimate) -> str:
@@ -71,8 +78,11 @@ def caveats(estimate: Estimate) -> list[str]:
         )
     if conspicuous := _conspicuous_channels(estimate):
         found.append(f"Residuals that noise does not explain: {conspicuous}.")
-    found += _at_bound(YOUNGS_MODULUS, "E", estimate.youngs_modulus)
-    found += _at_bound(POISSON_RATIO, "ν", estimate.poisson_ratio)
+    found += [
+        f"{SYMBOLS.get(name, name)} = {estimate.parameters[name].value:.5g} is at the bound of the search: the data "
+        "want a value beyond it, and its interval means little."
+        for name in estimate.at_bound
+    ]
     largest = max(float(np.abs(fit.wrench[:, :3]).max()) for fit in estimate.fits)
     if estimate.discretisation_force > _LARGE_DISCRETISATION * largest:
         found.append(
@@ -83,12 +93,39 @@ def caveats(estimate: Estimate) -> list[str]:
     return found
 
 
+def taken_up(estimate: Estimate) -> str:
+    """Tell what the nuisances and the loss took up, so that it is not in the residuals; empty where nobody asked."""
+    floated = estimate.floated
+    if floated is None:
+        return ""
+    tares = np.abs(np.array(floated.tares)).max(axis=0)
+    offsets = float(np.sqrt(np.mean(np.square(floated.rest_offsets)))) if floated.rest_offsets.size else 0.0
+    words = [
+        f"tares up to {tares[:3].max():.2g} N and {1e3 * tares[3:].max():.2g} mN·m",
+        f"rest positions of the fiducials off by {1e6 * offsets:.2g} µm (rms)",
+    ]
+    if floated.force_gain:
+        words.append(f"a force gain of {100 * floated.force_gain:+.2g} %")
+    if floated.rejected_share:
+        words.append(
+            f"{100 * floated.rejected_share:.2g} % of the measurements, which the loss gave little weight"
+        )
+    correction = [
+        f"{SYMBOLS.get(name, name)} by {change:+.2g}{' Pa' if name == 'youngs_modulus' else ''}"
+        for name, change in floated.discretisation.items()
+    ]
+    if any(floated.discretisation.values()):
+        words.append(f"the discretisation error, which moved {' and '.join(correction)}")
+    return f"Taken up besides: {', '.join(words)}."
+
+
 def summary_text(estimate: Estimate, truth: Truth | None) -> str:
     """Return the findings as a few lines for the terminal."""
-    lines = [modulus_text(estimate), ratio_text(estimate), verdict(estimate)]
+    lines = [*parameter_texts(estimate), verdict(estimate)]
     if truth is not None:
         lines.append(comparison(estimate, truth))
     lines += [f"Warning: {caveat}" for caveat in caveats(estimate)]
+    lines += [*estimate.identifiability, *filter(None, [taken_up(estimate)])]
     lines.append(
         f"{len(estimate.iterates) - 1} iterations, {estimate.forward_solves} states solved, "
         f"{estimate.seconds:.1f} s"
@@ -97,6 +134,8 @@ def summary_text(estimate: Estimate, truth: Truth | None) -> str:
 
 
 def _with_interval(symbol: str, estimate: ParameterEstimate, unit: str) -> str:
+    if estimate.std == 0.0:
+        return f"{symbol} = {estimate.value:.6g}{unit} (given)"
     decimals = min(max(0, 1 - math.floor(math.log10(estimate.std))), 6)
     low, high = estimate.interval95
     return f"{symbol} = {estimate.value:.{decimals}f}{unit} (95 %: {low:.{decimals}f} to {high:.{decimals}f})"
@@ -105,15 +144,6 @@ def _with_interval(symbol: str, estimate: ParameterEstimate, unit: str) -> str:
 def _standing(estimate: ParameterEstimate, truth: float) -> str:
     low, high = estimate.interval95
     return "within the interval" if low <= truth <= high else "outside the interval"
-
-
-def _at_bound(parameter: FitParameter, symbol: str, estimate: ParameterEstimate) -> list[str]:
-    if parameter.lower < estimate.value < parameter.upper:
-        return []
-    return [
-        f"{symbol} = {estimate.value:.5g} is at the bound of the search: the data want a value beyond it, and its "
-        "interval means little."
-    ]
 
 
 def _conspicuous_channels(estimate: Estimate) -> str:

@@ -1,6 +1,5 @@
 """Marks that several figures share: what was measured, and the phases of the motion."""
 
-import math
 from itertools import groupby
 
 import numpy as np
@@ -76,9 +75,3 @@ def phase_legend(experiment: Experiment) -> list[Patch]:
         for phase, (colour, opacity) in _SHADES.items()
         if phase in experiment.phase
     ]
-
-
-def round_figure(at_most: float) -> float:
-    """Return the largest of 1, 2 and 5 times a power of ten that is not above a positive number."""
-    decade = 10.0 ** math.floor(math.log10(at_most))
-    return max(step * decade for step in (1, 2, 5) if step * decade <= at_most)

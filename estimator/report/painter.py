@@ -8,34 +8,10 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from numpy.typing import NDArray
 
+from estimator.report.view import View, normals
+
 FloatArray = NDArray[np.float64]
 RGBA = tuple[float, float, float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class View:
-    """A parallel projection: the reader looks from an azimuth about z, measured from x, and an elevation."""
-
-    azimuth_deg: float
-    elevation_deg: float
-
-    def project(self, points: FloatArray) -> FloatArray:
-        """Return coordinates (..., 2), to the right and up, of points (..., 3)."""
-        return points @ self._axes()[:2].T
-
-    def depth(self, points: FloatArray) -> FloatArray:
-        """Return how near points (..., 3) are to the reader, (...)."""
-        return points @ self._axes()[2]
-
-    def _axes(self) -> FloatArray:
-        azimuth, elevation = np.radians([self.azimuth_deg, self.elevation_deg])
-        right = [-np.sin(azimuth), np.cos(azimuth), 0.0]
-        towards = [
-            np.cos(elevation) * np.cos(azimuth),
-            np.cos(elevation) * np.sin(azimuth),
-            np.sin(elevation),
-        ]
-        return np.array([right, np.cross(towards, right), towards])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,7 +34,7 @@ class Face:
 
 def paint(axes: Axes, view: View, faces: Sequence[Face]) -> None:
     """Draw the faces that turn their outside to the reader, those far away first."""
-    seen = [face for face in faces if view.depth(_normal(face.rim)) > 0]
+    seen = [face for face in faces if view.depth(normals(face.rim)) > 0]
     seen.sort(key=lambda face: float(view.depth(face.rim.mean(axis=0))))
     polygons: list[FloatArray] = []
     insides: list[FloatArray] = []
@@ -76,7 +52,3 @@ def paint(axes: Axes, view: View, faces: Sequence[Face]) -> None:
             rasterized=True,
         )
     )
-
-
-def _normal(corners: FloatArray) -> FloatArray:
-    return np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)

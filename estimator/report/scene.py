@@ -11,7 +11,7 @@ from estimator.experiment import Box, Experiment
 FloatArray = NDArray[np.float64]
 
 MM = 1e3
-_GRASP_PIECES = 8
+_GRASP_PIECES = (8, 8, 8)
 
 
 def farthest_row(experiment: Experiment) -> int:
@@ -24,18 +24,18 @@ def within_mm(box: Box, extent: FloatArray) -> FloatArray:
     return np.clip(MM * np.array([box.lower, box.upper]), extent[0], extent[1])
 
 
-def box_surface(box: FloatArray, pieces: int) -> FloatArray:
-    """Return each face of a box (2, 3) as ``pieces``² quadrilaterals, (6·pieces², 4, 3), anticlockwise from outside."""
-    steps = np.linspace(0.0, 1.0, pieces + 1)
+def box_surface(box: FloatArray, pieces: tuple[int, int, int]) -> FloatArray:
+    """Return the faces of a box (2, 3) as quadrilaterals (f, 4, 3), so many along x, y and z, anticlockwise outside."""
+    steps = [np.linspace(0.0, 1.0, count + 1) for count in pieces]
     quads = []
     for axis, side in product(range(3), (0, 1)):
         # One direction in the face, then the other, turn anticlockwise about the outward normal.
         first, second = ((axis + 1) % 3, (axis + 2) % 3)[:: 1 if side else -1]
-        for i, j in product(range(pieces), repeat=2):
+        for i, j in product(range(pieces[first]), range(pieces[second])):
             share = np.empty((4, 3))
             share[:, axis] = side
-            share[:, first] = steps[[i, i + 1, i + 1, i]]
-            share[:, second] = steps[[j, j, j + 1, j + 1]]
+            share[:, first] = steps[first][[i, i + 1, i + 1, i]]
+            share[:, second] = steps[second][[j, j, j + 1, j + 1]]
             quads.append(box[0] + share * (box[1] - box[0]))
     return np.array(quads)
 

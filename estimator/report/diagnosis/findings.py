@@ -61,6 +61,15 @@ def explanations(diagnosis: Diagnosis) -> list[str]:
     return found
 
 
+def gap_rows(diagnosis: Diagnosis) -> list[tuple[str, Gap]]:
+    """Return the gaps in an order to be read: all data, the channels, the experiments."""
+    return [
+        ("all data", diagnosis.gap),
+        *((words_of(name), gap) for name, gap in diagnosis.by_channel.items()),
+        *((name, gap) for name, gap in diagnosis.by_experiment.items()),
+    ]
+
+
 def material_sentence(before: Material, after: Material) -> str:
     """Tell E and ν without and with the causes."""
     return (

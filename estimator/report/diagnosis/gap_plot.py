@@ -9,22 +9,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 from estimator.diagnosis.result import Diagnosis, Gap, Quantity
-from estimator.report.diagnosis.quantities import percent, words_of
+from estimator.report.diagnosis.findings import gap_rows
+from estimator.report.diagnosis.quantities import percent
 from estimator.report.theme import INK, LINE, MUTED, PREDICTED, TRUTH
 
 BEFORE, AFTER = PREDICTED, TRUTH
 
 _TICKS = (0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 _INTERVAL_95 = 1.96
-
-
-def gap_rows(diagnosis: Diagnosis) -> list[tuple[str, Gap]]:
-    """Return the gaps that the figure shows: all data, the channels, the experiments."""
-    return [
-        ("all data", diagnosis.gap),
-        *((words_of(name), gap) for name, gap in diagnosis.by_channel.items()),
-        *((name, gap) for name, gap in diagnosis.by_experiment.items()),
-    ]
 
 
 def draw_gap(sheet: Figure, diagnosis: Diagnosis) -> None:

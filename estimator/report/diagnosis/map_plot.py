@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from estimator.diagnosis.result import Diagnosis, Trace, Where
 from estimator.report.diagnosis.quantities import percent
 from estimator.report.diagnosis.residuals import farthest_fiducials_mm
-from estimator.report.marks import round_figure
+from estimator.report.rounding import round_figure
 from estimator.report.scene import MM, within_mm
 from estimator.report.theme import ANCHOR, GRASP, INK, MEASURED, MUTED, PREDICTED, TRUTH
 

@@ -2,7 +2,7 @@
 
 import math
 
-from estimator.diagnosis.result import EffectFinding, Quantity
+from estimator.diagnosis.result import EffectFinding, Quantity, State
 
 # The units that people read, and how many of them make the SI unit.
 _DISPLAY = {
@@ -19,6 +19,13 @@ _DISPLAY = {
 }
 _MOST_DECIMALS = 6
 
+STATE_WORDS: dict[State, str] = {
+    "present": "present",
+    "negligible": "present, negligible",
+    "absent": "absent",
+    "cannot_tell": "cannot tell",
+}
+
 
 def percent(probability: float) -> str:
     """Return a share in percent; one that is neither nothing nor all never reads as 0 or 100."""
@@ -29,6 +36,13 @@ def percent(probability: float) -> str:
     if 0.995 < probability < 1:
         return "> 99 %"
     return f"{100 * probability:.0f} %"
+
+
+def closure_text(closure: float | None) -> str:
+    """Return the share of a gap that closes, in percent; negative where it widens."""
+    if closure is None or not math.isfinite(closure):
+        return "–"
+    return f"−{percent(-closure)}" if closure < 0 else percent(closure)
 
 
 def sigma(value: float) -> str:

@@ -4,16 +4,18 @@ import math
 
 from estimator.diagnosis.result import Diagnosis, EffectFinding, State
 from estimator.report import page
-from estimator.report.diagnosis.gap_plot import gap_rows
-from estimator.report.diagnosis.quantities import detectable_text, parameters_text, percent, sigma, words_of
+from estimator.report.diagnosis.findings import gap_rows
+from estimator.report.diagnosis.quantities import (
+    STATE_WORDS,
+    closure_text,
+    detectable_text,
+    parameters_text,
+    percent,
+    sigma,
+    words_of,
+)
 from estimator.report.page import Html
 
-_STATES: dict[State, str] = {
-    "present": "present",
-    "negligible": "present, negligible",
-    "absent": "absent",
-    "cannot_tell": "cannot tell",
-}
 _ORDER: tuple[State, ...] = ("present", "negligible", "cannot_tell", "absent")
 
 
@@ -30,10 +32,10 @@ def _effect_cells(finding: EffectFinding) -> tuple[str, ...]:
     return (
         words_of(finding.label),
         finding.group,
-        _STATES[finding.state],
+        STATE_WORDS[finding.state],
         percent(finding.probability),
         f"{finding.chi2_drop:.0f}" if math.isfinite(finding.chi2_drop) else "–",
-        _closure(finding.closure_held_out),
+        closure_text(finding.closure_held_out),
         parameters_text(finding) or "–",
         detectable_text(finding),
     )
@@ -42,15 +44,9 @@ def _effect_cells(finding: EffectFinding) -> tuple[str, ...]:
 def gap_table(diagnosis: Diagnosis) -> Html:
     """Return the gap of all data, of each channel and of each experiment."""
     rows = [
-        (name, sigma(gap.before), sigma(gap.after), sigma(gap.floor), _closure(gap.closure_held_out))
+        (name, sigma(gap.before), sigma(gap.after), sigma(gap.floor), closure_text(gap.closure_held_out))
         for name, gap in gap_rows(diagnosis)
     ]
     return page.table(
         "Gap on experiments left out of the fit", ("", "before", "after", "floor", "closure"), rows
     )
-
-
-def _closure(closure: float | None) -> str:
-    if closure is None or not math.isfinite(closure):
-        return "–"
-    return f"−{percent(-closure)}" if closure < 0 else percent(closure)

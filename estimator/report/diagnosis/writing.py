@@ -13,12 +13,13 @@ from estimator.report.diagnosis.causes_plot import causes_height_in, draw_causes
 from estimator.report.diagnosis.findings import (
     advice_text,
     explanations,
+    gap_rows,
     gap_sentence,
     material_sentence,
     open_questions,
     verdict_sentence,
 )
-from estimator.report.diagnosis.gap_plot import draw_gap, gap_rows
+from estimator.report.diagnosis.gap_plot import draw_gap
 from estimator.report.diagnosis.heat_map import draw_heat_maps
 from estimator.report.diagnosis.map_plot import arrow_factor, draw_map
 from estimator.report.diagnosis.residuals import residual_sigma

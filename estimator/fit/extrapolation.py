@@ -1,0 +1,47 @@
+"""A prediction at other parameter values near those it was solved for."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from estimator.fem.observation import Observation
+from estimator.fit.parameters import YOUNGS_MODULUS, FitParameter
+
+
+def extrapolated(
+    observation: Observation,
+    parameters: Sequence[FitParameter],
+    before: Mapping[str, float],
+    after: Mapping[str, float],
+) -> Observation:
+    """Return the observation for the values ``after`` from that for ``before``.
+
+    Every force is proportional to Young's modulus, which leaves all motions alone; by the others it goes linearly in
+    their internal variables. Derivatives go along; ``field_by`` stays as it was.
+
+    Parameters
+    ----------
+    parameters : all of the material
+    """
+    ratio = after[YOUNGS_MODULUS.name] / before[YOUNGS_MODULUS.name]
+    others = [parameter for parameter in parameters if parameter.name != YOUNGS_MODULUS.name]
+    wrench, fiducials = observation.wrench, observation.fiducials
+    wrench_by, fiducials_by = dict(observation.wrench_by), dict(observation.fiducials_by)
+    for parameter in others:
+        name = parameter.name
+        slope = parameter.slope(before[name])
+        change = slope * (parameter.to_internal(after[name]) - parameter.to_internal(before[name]))
+        wrench = wrench + change * observation.wrench_by[name]
+        fiducials = fiducials + change * observation.fiducials_by[name]
+        steeper = slope / parameter.slope(after[name])
+        wrench_by[name] = ratio * steeper * observation.wrench_by[name]
+        fiducials_by[name] = steeper * observation.fiducials_by[name]
+    wrench = ratio * wrench
+    wrench_by[YOUNGS_MODULUS.name] = wrench / after[YOUNGS_MODULUS.name]
+    return replace(
+        observation,
+        wrench=wrench,
+        fiducials=fiducials,
+        wrench_by=wrench_by,
+        fiducials_by=fiducials_by,
+        wrench_by_pose=ratio * observation.wrench_by_pose,
+    )
