@@ -9,25 +9,23 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from daq.errors import DaqError, SynchronisationError
 from daq.fiducial_windows import track_fiducials
 from daq.progress import Progress
 from daq.recording.reader import Event, Recording
 from daq.rig import Rig
+from daq.robot_motion import bead_motion, robot_motion
 from daq.session.steps import MOVE_BEGIN, MOVE_END
 from daq.stereo_images import StereoImages
-from daq.sync import force_event_times, gripper_in_tissue
-from daq.timing.event_times import estimate_event_times
-from daq.timing.latency import Latency, estimate_latency, main_motion
+from daq.stream_times import force_times
+from daq.timing.latency import main_motion
 from robot_drivers.protocols import FloatArray, IntArray
 
 WARN_BEYOND_S = 2e-3
 FORCE_SENSOR, CAMERAS = "force sensor", "cameras"
 
 _EDGE_NS = 300_000_000
-_LARGEST_S = 0.15
 _SIGNIFICANT = 3.0
 _MOST_PAIRS = 80
 _GROUPS = 5
@@ -82,12 +80,13 @@ def _told(stream: str, estimate: Callable[[], Alignment]) -> Alignment:
 
 def _force_alignment(recording: Recording, rig: Rig) -> Alignment:
     force = recording.force
-    times = force_event_times(force, rig)
-    move = np.where(force.usable, _move_of(recording.events, times.time_ns), _NO_MOVE)
+    time_ns = force_times(force, rig).time_ns
+    move = np.where(force.usable, _move_of(recording.events, time_ns), _NO_MOVE)
     used = move != _NO_MOVE
-    return _against_robot(
-        FORCE_SENSOR, recording, rig, times.time_ns[used], force.wrench[used, :3], move[used]
-    )
+    if not used.any():
+        raise SynchronisationError("nothing was recorded while the robot moved")
+    motion = main_motion(force.wrench[used, :3])
+    return _against_robot(FORCE_SENSOR, recording, rig, time_ns[used], motion, move[used])
 
 
 def _camera_alignment(recording: Recording, rig: Rig, progress: Progress) -> Alignment:
@@ -98,40 +97,23 @@ def _camera_alignment(recording: Recording, rig: Rig, progress: Progress) -> Ali
     if not used.any():
         raise SynchronisationError("no image was taken while the robot moved")
     track = track_fiducials(images, rig, used, progress)
-    seen = np.isfinite(track.positions).all(axis=(0, 2))
-    if not seen.any():
-        raise SynchronisationError("no bead is seen in every image of the first moves")
-    beads = track.positions[:, seen].reshape(len(track.positions), -1)
-    return _against_robot(CAMERAS, recording, rig, track.time_ns, beads, move[used])
+    return _against_robot(CAMERAS, recording, rig, track.time_ns, bead_motion(track.positions), move[used])
 
 
 def _against_robot(
-    stream: str, recording: Recording, rig: Rig, time_ns: IntArray, samples: FloatArray, move: IntArray
+    stream: str, recording: Recording, rig: Rig, time_ns: IntArray, signal: FloatArray, move: IntArray
 ) -> Alignment:
-    """Estimate the lag of samples (n, k), each of which belongs to a move (n,); its spread by leaving moves out."""
-    if len(samples) == 0:
-        raise SynchronisationError("nothing was recorded while the robot moved")
-    robot = recording.robot
-    times = estimate_event_times(robot.device_time_s, robot.host_time_ns)
-    origin_ns = int(times.time_ns[0])
-    robot_time_s, time_s = _seconds(times.time_ns, origin_ns), _seconds(time_ns, origin_ns)
-    way, signal = main_motion(gripper_in_tissue(robot, rig.frames)[0]), main_motion(samples)
-
-    def estimate(used: NDArray[np.bool_]) -> Latency:
-        return estimate_latency(robot_time_s, way, time_s[used], signal[used], _LARGEST_S)
-
-    whole = estimate(np.ones(len(time_s), dtype=np.bool_))
+    """Estimate the lag of a signal (n,) whose samples belong to moves (n,); its spread by leaving moves out."""
+    robot = robot_motion(recording, rig)
+    whole = robot.latency_of(time_ns, signal)
     groups = min(_GROUPS, len(np.unique(move)))
     std_s = whole.std_s
     if groups > 1:
         # the jackknife over groups of moves (Efron, "The Jackknife, the Bootstrap and Other Resampling Plans", 1982)
-        lags = np.array([estimate(move % groups != group).lag_s for group in range(groups)])
+        kept = [move % groups != group for group in range(groups)]
+        lags = np.array([robot.latency_of(time_ns[part], signal[part]).lag_s for part in kept])
         std_s = float(np.sqrt((groups - 1) * lags.var()))
     return Alignment(stream, whole.lag_s, std_s, whole.explained)
-
-
-def _seconds(time_ns: IntArray, origin_ns: int) -> FloatArray:
-    return np.asarray((time_ns - origin_ns) * 1e-9, dtype=np.float64)
 
 
 def _move_of(events: Sequence[Event], time_ns: IntArray) -> IntArray:

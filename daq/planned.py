@@ -31,7 +31,7 @@ def planned_experiment(
     now, present = 0.0, IDENTITY
     for step in trajectory.steps[1:]:
         target = step.T_rest_gripper
-        duration = _duration(trajectory, present, target)
+        duration = move_duration_s(trajectory, present, target)
         if duration > 0:
             for row in range(1, rows_per_move + 1):
                 fraction = row / rows_per_move
@@ -70,7 +70,8 @@ def planned_experiment(
     )
 
 
-def _duration(trajectory: Trajectory, start: Pose, stop: Pose) -> float:
+def move_duration_s(trajectory: Trajectory, start: Pose, stop: Pose) -> float:
+    """Return how long the straight way between two steps takes at the trajectory's speed, s."""
     turn = rotation(stop.quaternion_wxyz) * rotation(start.quaternion_wxyz).inv()
     length = float(np.linalg.norm(np.subtract(stop.position, start.position)))
     return max(length / trajectory.speed.linear, float(turn.magnitude()) / trajectory.speed.angular)

@@ -252,7 +252,7 @@ def run_plan(
     due = [run for run in runs(plan) if run.key not in done]
     trajectories = [run.trial.lay_out(folder) for run in due]
     for run, trajectory in zip(due, trajectories, strict=True):
-        session = _new_folder(plan, rig, run, trajectory)
+        session = new_folder(plan, rig, run, trajectory)
         label = Label(session.name, run.order, plan.operator, run.trial.notes)
         record(trajectory, session, label, progress)
         done[run.key] = str(session)
@@ -260,7 +260,8 @@ def run_plan(
         yield session
 
 
-def _new_folder(plan: Plan, rig: Rig, run: Run, trajectory: Trajectory) -> Path:
+def new_folder(plan: Plan, rig: Rig, run: Run, trajectory: Trajectory) -> Path:
+    """Return the folder of a session to be: named by the plan's template, and not there yet."""
     now = datetime.now().astimezone()
     name = plan.name.format(
         date=f"{now:%Y-%m-%d}",

@@ -20,7 +20,8 @@ from daq.recording.folder import DERIVED_FOLDER, RIG_FILE
 from daq.recording.reader import Recording
 from daq.rig import read_rig
 from daq.session.guard import GUARD_LATENCY
-from daq.timing.event_times import estimate_event_times
+from daq.stream_times import clock_times, robot_times
+from daq.timing.event_times import EventTimes, estimate_event_times
 from robot_drivers.protocols import FloatArray, IntArray
 
 REPORT_FILE = "report.json"
@@ -151,26 +152,19 @@ def _streams(recording: Recording) -> dict[str, StreamQuality]:
     force, robot = recording.force, recording.robot
     streams = {}
     if len(force) > 1:
-        streams["force"] = _quality(force.counter, force.counter, force.device_time_s, force.host_time_ns)
+        times = estimate_event_times(force.counter, force.host_time_ns)
+        streams["force"] = _quality(times, force.counter, force.device_time_s)
     if len(robot) > 1:
-        streams["robot"] = _quality(
-            robot.device_time_s, robot.counter, robot.device_time_s, robot.host_time_ns
-        )
+        streams["robot"] = _quality(robot_times(robot), robot.counter, robot.device_time_s)
     for name in recording.cameras:
         images = recording.images(name)
         if len(images) > 1:
-            has_clock = bool(np.all(np.isfinite(images.device_time_s)))
-            clock = images.device_time_s if has_clock else images.host_time_ns
-            streams[f"camera {name}"] = _quality(
-                clock, images.counter, images.device_time_s, images.host_time_ns
-            )
+            times = clock_times(images.device_time_s, images.host_time_ns)
+            streams[f"camera {name}"] = _quality(times, images.counter, images.device_time_s)
     return streams
 
 
-def _quality(
-    clock: FloatArray | IntArray, counter: IntArray, device_time_s: FloatArray, host_time_ns: IntArray
-) -> StreamQuality:
-    times = estimate_event_times(clock, host_time_ns)
+def _quality(times: EventTimes, counter: IntArray, device_time_s: FloatArray) -> StreamQuality:
     steps = np.diff(counter)
     at_gaps = np.diff(times.time_ns)[times.gap_ends - 1]
     return StreamQuality(

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +9,7 @@ from numpy.typing import NDArray
 from daq.errors import SynchronisationError
 from daq.recording.reader import Images, Recording
 from daq.rig import Rig
-from daq.timing.event_times import EventTimes, estimate_event_times
+from daq.stream_times import exposure_times
 from daq.timing.pairing import pair_by_time
 from robot_drivers.protocols import IntArray
 
@@ -40,9 +39,7 @@ class StereoImages:
         self._left, self._right = (recording.images(camera.name) for camera in rig.cameras)
         for role, images in zip(roles, (self._left, self._right), strict=True):
             _check_format(role, images, rig.vision.beads.pixel_format)
-        left, right = (
-            _exposure_times(images, rig.latencies.cameras_s) for images in (self._left, self._right)
-        )
+        left, right = (exposure_times(images, rig) for images in (self._left, self._right))
         self.times = dict(zip(roles, (left, right), strict=True))
         pairing = pair_by_time(left.time_ns, right.time_ns, _LARGEST_DIFFERENCE * left.period_s * 1e9)
         self.unpaired = dict(zip(roles, (pairing.unpaired_left, pairing.unpaired_right), strict=True))
@@ -72,12 +69,3 @@ def _check_format(role: str, images: Images, pixel_format: str) -> None:
             f"{role}: recorded {images.pixel_format(0)} images, vision.beads.pixel_format of the rig file says "
             f"{pixel_format}; make them agree"
         )
-
-
-def _exposure_times(images: Images, latency_s: float) -> EventTimes:
-    """Return when the images were exposed; by the receive stamps alone where the camera has no clock."""
-    has_clock = bool(np.all(np.isfinite(images.device_time_s)))
-    stamped = estimate_event_times(
-        images.device_time_s if has_clock else images.host_time_ns, images.host_time_ns
-    )
-    return replace(stamped, time_ns=stamped.time_ns - round(latency_s * 1e9))

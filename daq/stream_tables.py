@@ -1,16 +1,18 @@
 """A recording as tables: one for each stream, and the synchronised one; every column with its unit."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from daq.recording.reader import Recording
+from daq.recording.reader import Images, Recording
+from daq.stream_times import clock_times
 from daq.timing.event_times import EventTimes, estimate_event_times
 from estimator.experiment import Experiment
-from robot_drivers.protocols import FloatArray, IntArray
+from robot_drivers.protocols import FloatArray, IntArray, PoseBlock, WrenchBlock
 
 _WRENCH = (("fx", "N"), ("fy", "N"), ("fz", "N"), ("tx", "N m"), ("ty", "N m"), ("tz", "N m"))
 _POSE = (("px", "m"), ("py", "m"), ("pz", "m"), ("qw", "1"), ("qx", "1"), ("qy", "1"), ("qz", "1"))
@@ -49,7 +51,7 @@ def stream_tables(recording: Recording) -> Iterator[Table]:
     yield Table(
         "force",
         (
-            *_stamps(force.device_time_s, force.counter, force.device_time_s, force.host_time_ns, origin_ns),
+            *_stamps(force, partial(estimate_event_times, force.counter), origin_ns),
             Column("status", "1", force.status),
             usable,
             *_columns(_WRENCH, force.wrench),
@@ -58,7 +60,7 @@ def stream_tables(recording: Recording) -> Iterator[Table]:
     yield Table(
         "robot",
         (
-            *_stamps(robot.device_time_s, robot.counter, robot.device_time_s, robot.host_time_ns, origin_ns),
+            *_stamps(robot, partial(clock_times, robot.device_time_s), origin_ns),
             Column("moving", "1", robot.moving.astype(np.uint8)),
             *_columns(_POSE, np.hstack([robot.position, robot.quaternion_wxyz])),
             *_columns([(f"joint_{n}", "rad") for n in range(1, 7)], robot.joints),
@@ -66,13 +68,7 @@ def stream_tables(recording: Recording) -> Iterator[Table]:
     )
     for name in recording.cameras:
         images = recording.images(name)
-        clock = (
-            images.device_time_s if np.isfinite(images.device_time_s).all() else images.host_time_ns
-        )  # a camera without a clock has its receive stamps
-        yield Table(
-            f"camera_{name}",
-            _stamps(clock, images.counter, images.device_time_s, images.host_time_ns, origin_ns),
-        )
+        yield Table(f"camera_{name}", _stamps(images, partial(clock_times, images.device_time_s), origin_ns))
     events = recording.events
     yield Table(
         "events",
@@ -101,21 +97,16 @@ def synchronised_table(experiment: Experiment) -> Table:
 
 
 def _stamps(
-    clock: FloatArray | IntArray,
-    counter: IntArray,
-    device_time_s: FloatArray,
-    host_time_ns: IntArray,
-    origin_ns: int,
+    stream: WrenchBlock | PoseBlock | Images, map_clock: Callable[[IntArray], EventTimes], origin_ns: int
 ) -> tuple[Column, ...]:
-    estimate = np.full(len(clock), np.nan)
-    if len(clock) >= 2:
-        times: EventTimes = estimate_event_times(clock, host_time_ns)
-        estimate = _since(times.time_ns, origin_ns)
+    estimate = np.full(len(stream), np.nan)
+    if len(stream) >= 2:
+        estimate = _since(map_clock(stream.host_time_ns).time_ns, origin_ns)
     return (
         Column("time", "s", estimate),
-        Column("host_time", "s", _since(host_time_ns, origin_ns)),
-        Column("device_time", "s", device_time_s),
-        Column("counter", "1", counter),
+        Column("host_time", "s", _since(stream.host_time_ns, origin_ns)),
+        Column("device_time", "s", stream.device_time_s),
+        Column("counter", "1", stream.counter),
     )
 
 

@@ -6,7 +6,7 @@ session's events tell. Nothing is interpolated: a window in which a stream has t
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,7 +17,8 @@ from daq.progress import Progress
 from daq.recording.folder import RIG_FILE
 from daq.recording.reader import Recording
 from daq.rig import Frames, Rig, read_rig
-from daq.timing.event_times import EventTimes, estimate_event_times
+from daq.stream_times import force_times, robot_times
+from daq.timing.event_times import EventTimes
 from daq.trajectories import experiment_kind
 from daq.windows import Means, Window, in_window, measuring_windows, window_means
 from daq.wrenches import WrenchCompensation
@@ -55,12 +56,11 @@ def synchronise(recording: Recording, progress: Progress) -> Synchronised:
     windows = measuring_windows(recording.events)
     progress("averaging force and pose", 0, 1)
     force, robot = recording.force, recording.robot
-    force_times = estimate_event_times(force.device_time_s, force.host_time_ns)
-    robot_times = estimate_event_times(robot.device_time_s, robot.host_time_ns)
+    taken, stood = force_times(force, rig), robot_times(robot)
     position, quaternion = gripper_in_tissue(robot, rig.frames)
-    positions = window_means(position, robot_times, windows, "robot")
-    orientations = _mean_orientations(quaternion, robot_times, windows)
-    wrenches = _wrench_means(force, force_times, windows, orientations, rig)
+    positions = window_means(position, stood, windows, "robot")
+    orientations = _mean_orientations(quaternion, stood, windows)
+    wrenches = _wrench_means(force, taken, windows, orientations, rig)
     beads, camera_times, rejected = fiducial_means(recording, rig, windows, progress)
     since_rest = rotation(orientations) * rotation(orientations[0]).inv()
     experiment = Experiment(
@@ -84,7 +84,7 @@ def synchronise(recording: Recording, progress: Progress) -> Synchronised:
     )
     return Synchronised(
         experiment,
-        times={"force sensor": force_times, "robot": robot_times, **camera_times},
+        times={"force sensor": taken, "robot": stood, **camera_times},
         samples={
             "force sensor": wrenches.count,
             "robot": positions.count,
@@ -92,12 +92,6 @@ def synchronise(recording: Recording, progress: Progress) -> Synchronised:
         },
         rejected=rejected,
     )
-
-
-def force_event_times(force: WrenchBlock, rig: Rig) -> EventTimes:
-    """Return when the force samples were taken, by the sensor's counter and the rig's latency."""
-    stamped = estimate_event_times(force.counter, force.host_time_ns)
-    return replace(stamped, time_ns=stamped.time_ns - round(rig.latencies.force_s * 1e9))
 
 
 def gripper_in_tissue(robot: PoseBlock, frames: Frames) -> tuple[FloatArray, FloatArray]:

@@ -10,9 +10,11 @@ output, in the typed messages of :mod:`daq.acquisition.messages`; nobody else ca
   (a window from a timer of its event loop, so that a frozen window is a silent client). A client that is silent for
   0.8 s, or gone, while a session runs has the robot held; what is being recorded is sealed. When the client is gone
   the process ends, after that.
-- Ten times a second the process sends :class:`~daq.acquisition.messages.Telemetry`: the state in words, the progress
-  by step, the counts of every stream, the latest samples decimated to 200 Hz, and a small image of each camera twice a
-  second; with or without a session. Only the newest is kept for a client that does not keep up.
+- Thirty times a second the process sends :class:`~daq.acquisition.messages.Telemetry`: the state in words, the
+  progress by step, the counts of every stream, the latest samples decimated to 200 Hz, and a small copy of each
+  camera's latest image; with or without a session. Only the newest is kept for a client that does not keep up.
+- Between sessions a client may have a trajectory checked from where the robot stands, and at any time ask for a zero of
+  the force sensor, which changes nothing that is recorded, and for both cameras' full images of one moment.
 - :class:`~daq.acquisition.messages.Start` begins a session, which ends with :class:`~daq.acquisition.messages.Ended`.
   ``Hold`` is the software stop, and works at any time; after it only ``Release`` lets the robot move again.
 """

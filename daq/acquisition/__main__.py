@@ -5,6 +5,7 @@ import signal
 import sys
 
 from daq.acquisition.process import serve
+from robot_drivers.real_time import prefer_this_process, shorten_turns
 
 
 def main() -> None:
@@ -14,6 +15,8 @@ def main() -> None:
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     # an interrupt from the keyboard is for the client, which will say what is to be done
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    prefer_this_process()
+    shorten_turns()
     serve(sys.stdin.buffer, reports)
 
 

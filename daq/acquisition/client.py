@@ -71,7 +71,7 @@ class Acquisition:
         self._reader = threading.Thread(target=self._read, name="acquisition-reader", daemon=True)
         self._reader.start()
         try:
-            self._send(Open(rig))
+            self.send(Open(rig))
             opened = self._wait(_OPEN_TIMEOUT_S)
             if not isinstance(opened, Opened) or opened.version != VERSION:
                 raise SessionError(
@@ -95,7 +95,24 @@ class Acquisition:
         SessionError
             A command was refused, or the process has died.
         """
-        self._send(Alive())
+        self.show_alive()
+        report = self.listen(timeout_s)
+        if isinstance(report, Refused):
+            raise _error(report.failure)
+        return report if isinstance(report, Ended) else None
+
+    def show_alive(self) -> None:
+        """Show that somebody watches."""
+        self.send(Alive())
+
+    def listen(self, timeout_s: float = 0.0) -> Report | None:
+        """Return the next report but for telemetry, waiting so long for it, without showing that somebody watches.
+
+        Raises
+        ------
+        SessionError
+            The process has died.
+        """
         try:
             report = self._reports.get(timeout=timeout_s) if timeout_s > 0 else self._reports.get_nowait()
         except queue.Empty:
@@ -105,25 +122,38 @@ class Acquisition:
                 "the acquisition process has died; its messages are above, the robot stops by its own watchdog, and "
                 "`retract recover` saves the recording"
             )
-        if isinstance(report, Refused):
-            raise _error(report.failure)
-        return report if isinstance(report, Ended) else None
+        return report
+
+    def send(self, command: Command) -> None:
+        """Send a command; what it is answered with comes from :meth:`listen`.
+
+        Raises
+        ------
+        SessionError
+            The process is gone.
+        """
+        assert self._process.stdin is not None
+        try:
+            pickle.dump(command, self._process.stdin)
+            self._process.stdin.flush()
+        except OSError as error:
+            raise SessionError("the acquisition process is gone; its messages are above") from error
 
     def start(self, trajectory: Trajectory, folder: Path, label: Label) -> None:
         """Begin a session; its end comes from :meth:`poll`."""
-        self._send(Start(trajectory, folder.absolute(), label))
+        self.send(Start(trajectory, folder.absolute(), label))
 
     def hold(self, reason: str) -> None:
         """Hold the robot; a session under way ends."""
-        self._send(Hold(reason))
+        self.send(Hold(reason))
 
     def release(self) -> None:
         """Let a robot that was held move again; look at the cell first."""
-        self._send(Release())
+        self.send(Release())
 
     def note(self, text: str) -> None:
         """Record what the operator has to say."""
-        self._send(Note(text))
+        self.send(Note(text))
 
     def record(self, trajectory: Trajectory, folder: Path, label: Label, progress: Progress) -> SessionInfo:
         """Carry out a session and wait for its end, as :func:`daq.session.session.run_session` does in one process.
@@ -152,7 +182,7 @@ class Acquisition:
         """End the process; a session under way is held and sealed first."""
         assert self._process.stdin is not None
         try:
-            self._send(Close())
+            self.send(Close())
             self._process.stdin.close()
         except (SessionError, OSError):
             pass  # it has ended already
@@ -190,14 +220,6 @@ class Acquisition:
         if isinstance(report, Refused):
             raise _error(report.failure)
         return report
-
-    def _send(self, command: Command) -> None:
-        assert self._process.stdin is not None
-        try:
-            pickle.dump(command, self._process.stdin)
-            self._process.stdin.flush()
-        except OSError as error:
-            raise SessionError("the acquisition process is gone; its messages are above") from error
 
     def _read(self) -> None:
         """Pass on what the process reports; of the telemetry only the newest is kept."""

@@ -14,9 +14,10 @@ from daq.recording.folder import SessionInfo
 from daq.rig import Rig
 from daq.session.session import Label
 from daq.trajectories import Trajectory
+from robot_drivers.ati.tare import Tare
 from robot_drivers.protocols import DeviceIdentity, FloatArray
 
-VERSION = 1
+VERSION = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +35,23 @@ class Start:
     trajectory: Trajectory
     folder: Path
     label: Label
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """Check a trajectory from where the robot stands, as a session would before anything moves. Nothing moves."""
+
+    trajectory: Trajectory
+
+
+@dataclass(frozen=True, slots=True)
+class TakeTare:
+    """Take the force sensor's last second for zero. What is recorded stays as it is read."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """Ask for both cameras' next images of one moment, at full size."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +83,7 @@ class Close:
     """Hold a robot that moves, end, and close the devices."""
 
 
-Command = Open | Start | Hold | Release | Note | Alive | Close
+Command = Open | Start | Check | TakeTare | Look | Hold | Release | Note | Alive | Close
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +104,7 @@ class StreamCounts:
     written : are in the file of the session and survive the death of the process
     dropped : were received and are not in the file; more than 0 marks the session
     age_s : of the newest sample
+    sync_s : how well the device's clock is known on the host's; NaN where it has none or is too new
     """
 
     received: int
@@ -93,6 +112,7 @@ class StreamCounts:
     written: int
     dropped: int
     age_s: float
+    sync_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +130,7 @@ class Telemetry:
     force : (n, 7) host time in s, wrench in N and N·m; at most 200 rows a second
     pose : (n, 8) host time in s, position in m, quaternion with the scalar first
     images : the latest of each camera, at a quarter of its size, where there is a new one
+    zero : (6,) what the guard takes for no load, N and N·m, sensor frame; None while it does not guard
     """
 
     time_ns: int
@@ -122,6 +143,7 @@ class Telemetry:
     force: FloatArray
     pose: FloatArray
     images: Mapping[str, NDArray[np.uint8]]
+    zero: FloatArray | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,4 +169,28 @@ class Refused:
     failure: Failure
 
 
-Report = Opened | Telemetry | Ended | Refused
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """What the check of a trajectory says; ``failure`` is None where the robot may carry it out."""
+
+    trajectory: Trajectory
+    failure: Failure | None
+
+
+@dataclass(frozen=True, slots=True)
+class Tared:
+    """A zero for the force sensor."""
+
+    tare: Tare
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """Both cameras' images of one moment, by name, left one first, and that moment on the host clock."""
+
+    images: Mapping[str, NDArray[np.uint8]]
+    pixel_format: str
+    time_ns: int
+
+
+Report = Opened | Telemetry | Ended | Refused | Checked | Tared | Seen

@@ -7,25 +7,33 @@ been silent; a third tells it the telemetry, and may wait for a client that does
 import pickle
 import queue
 import threading
+from collections.abc import Iterable
+from pathlib import Path
 from typing import BinaryIO
 
 from daq.acquisition.live_view import LiveView
 from daq.acquisition.messages import (
     VERSION,
     Alive,
+    Check,
+    Checked,
     Close,
     Command,
     Ended,
     Failure,
     Hold,
+    Look,
     Note,
     Open,
     Opened,
     Refused,
     Release,
     Report,
+    Seen,
     Start,
     StreamCounts,
+    TakeTare,
+    Tared,
     Telemetry,
 )
 from daq.devices import Devices
@@ -33,14 +41,15 @@ from daq.errors import DaqError, SessionError, SoftwareStopError
 from daq.recording.folder import read_info
 from daq.recording.streams import FORCE, ROBOT, Streams, camera_stream
 from daq.rig import Rig, make_devices
-from daq.session.session import Session, connected
+from daq.session.session import Label, Session, connected
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceError
 from robot_drivers.real_time import shorten_collections
 
 SILENCE_LIMIT_S = 0.8
 
-_TELEMETRY_PERIOD_S = 0.1
+_TELEMETRY_PERIOD_S = 1.0 / 30.0
+_SYNC_PERIOD_NS = 1_000_000_000
 _WATCH_PERIOD_S = 0.05
 
 
@@ -87,11 +96,13 @@ class Host:
         self._devices = devices
         self._link = link
         self._live = LiveView()
-        self._starts: queue.SimpleQueue[Start | None] = queue.SimpleQueue()
+        self._starts: queue.SimpleQueue[Start | Check | None] = queue.SimpleQueue()
         self._session: Session | None = None
         self._progress = ("ready", 0, 0)
         self._held = ""
         self._heard_ns = host_time_ns()
+        self._sync_s: dict[str, float] = {}
+        self._sync_due_ns = 0
         self._closing = threading.Event()
 
     def run(self, commands: BinaryIO) -> None:
@@ -115,9 +126,19 @@ class Host:
         devices.force_sensor.start()
         try:
             with Streams(devices.force_sensor, devices.robot, devices.cameras, (self._live,)):
-                return self._starts.get()
+                while isinstance(asked := self._starts.get(), Check):
+                    self._link.send(self._checked(asked))
+                return asked
         finally:
             devices.force_sensor.stop()
+
+    def _checked(self, check: Check) -> Checked:
+        try:
+            # never made: a session makes its folder only when it runs
+            Session(self._rig, self._devices, check.trajectory, Path(), Label("check")).check()
+        except (DaqError, DeviceError) as error:
+            return Checked(check.trajectory, _failure(error))
+        return Checked(check.trajectory, None)
 
     def _carry_out(self, start: Start) -> Ended:
         failure = None
@@ -156,10 +177,14 @@ class Host:
     def _obey(self, command: Command) -> None:
         try:
             match command:
-                case Start() if self._session is not None:
+                case Start() | Check() if self._session is not None:
                     raise SessionError("a session is running; wait for its end, or hold")
-                case Start():
+                case Start() | Check():
                     self._starts.put(command)
+                case TakeTare():
+                    self._link.send(Tared(self._live.tare()))
+                case Look():
+                    self._live.look.ask()
                 case Hold(reason):
                     self._hold(reason)
                 case Release():
@@ -194,6 +219,10 @@ class Host:
     def _tell(self) -> None:
         while not self._closing.wait(_TELEMETRY_PERIOD_S):
             self._link.send(self._telemetry())
+            if frames := self._live.look.take(tuple(self._devices.cameras)):
+                images = {name: frame.image for name, frame in frames.items()}
+                first = next(iter(frames.values()))
+                self._link.send(Seen(images, first.pixel_format, first.host_time_ns))
 
     def _telemetry(self) -> Telemetry:
         force, pose, images = self._live.take()
@@ -210,6 +239,7 @@ class Host:
             force=force,
             pose=pose,
             images=images,
+            zero=session.zero if session is not None else None,
         )
 
     def _counts(self, session: Session | None) -> dict[str, StreamCounts]:
@@ -218,6 +248,7 @@ class Host:
         statistics_of = {FORCE: self._devices.force_sensor.statistics, ROBOT: self._devices.robot.statistics}
         for name, camera in self._devices.cameras.items():
             statistics_of[camera_stream(name)] = camera.statistics
+        self._watch_clocks(statistics_of)
         counts = {}
         for stream, ask in statistics_of.items():
             statistics = ask()
@@ -227,8 +258,15 @@ class Host:
                 written.get(stream, 0),
                 dropped.get(stream, 0),
                 self._live.age_s(stream),
+                self._sync_s.get(stream, float("nan")),
             )
         return counts
+
+    def _watch_clocks(self, streams: Iterable[str]) -> None:
+        """Look how well the clocks are known, now and then: it costs more than a count."""
+        if (now_ns := host_time_ns()) >= self._sync_due_ns:
+            self._sync_due_ns = now_ns + _SYNC_PERIOD_NS
+            self._sync_s = {stream: self._live.sync_s(stream) for stream in streams}
 
 
 def _failure(error: Exception) -> Failure:

@@ -12,8 +12,8 @@ from daq.frames import quaternions_wxyz, rotation
 from daq.recording.folder import RIG_FILE
 from daq.recording.reader import Recording
 from daq.rig import read_rig
-from daq.sync import force_event_times, gripper_in_tissue
-from daq.timing.event_times import estimate_event_times
+from daq.stream_times import force_times, robot_times
+from daq.sync import gripper_in_tissue
 from daq.windows import in_window, measuring_windows, scatter_of_mean
 from robot_drivers.ati.compensation import gravity_in_sensor, identify_tool
 from robot_drivers.errors import ConfigurationError
@@ -41,14 +41,13 @@ def calibrate_force(recording: Recording) -> Outcome[ForceResult]:
     rig = read_rig(recording.folder / RIG_FILE)
     windows = measuring_windows(recording.events)
     force, robot = recording.force, recording.robot
-    force_times = force_event_times(force, rig)
-    robot_times = estimate_event_times(robot.device_time_s, robot.host_time_ns)
+    taken, stood = force_times(force, rig), robot_times(robot)
     _, gripper = gripper_in_tissue(robot, rig.frames)
     R_gripper_sensor = rotation(rig.frames.T_gripper_sensor.quaternion_wxyz)
     orientations, readings, scatters, noises = [], [], [], []
     for window in windows:
-        samples = force.wrench[in_window(force_times, window) & force.usable]
-        turned = gripper[in_window(robot_times, window)]
+        samples = force.wrench[in_window(taken, window) & force.usable]
+        turned = gripper[in_window(stood, window)]
         if len(samples) < 8 or len(turned) == 0:
             raise CalibrationError(
                 f"force: the window at pose {window.number} holds {len(samples)} usable force samples and "

@@ -1,6 +1,7 @@
 """The latency of force sensor and cameras against the robot, from a recording of a sway or of taps."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from matplotlib.figure import Figure as Plot
@@ -14,18 +15,17 @@ from daq.progress import Progress
 from daq.recording.folder import RIG_FILE
 from daq.recording.reader import Recording
 from daq.rig import Rig, read_rig
+from daq.robot_motion import bead_motion, robot_motion
 from daq.stereo_images import StereoImages
-from daq.sync import force_event_times, gripper_in_tissue
-from daq.timing.event_times import estimate_event_times
-from daq.timing.latency import Latency, estimate_latency, main_motion
+from daq.stream_times import force_times
+from daq.timing.latency import Latency, main_motion
 from daq.windows import measuring_windows
-from robot_drivers.protocols import FloatArray, IntArray
+from robot_drivers.protocols import IntArray
 
 MOST_STD_S = 5e-4
 LEAST_EXPLAINED = 0.9
 FORCE, CAMERAS = "force sensor", "cameras"
 
-_LARGEST_S = 0.15
 _EDGE_S = 0.3
 
 
@@ -42,16 +42,15 @@ def calibrate_time(recording: Recording, progress: Progress) -> Outcome[TimeResu
     """
     rig = read_rig(recording.folder / RIG_FILE)
     found: dict[str, Latency] = {
-        FORCE: force_latency(recording, rig),
-        CAMERAS: camera_latency(recording, rig, progress),
+        FORCE: _whole(force_latency(recording, rig), rig.latencies.force_s),
+        CAMERAS: _whole(camera_latency(recording, rig, progress), rig.latencies.cameras_s),
     }
-    known = {FORCE: rig.latencies.force_s, CAMERAS: rig.latencies.cameras_s}
     result = TimeResult(
         procedure=str(recording.info.trajectory["kind"]),
         streams=tuple(
             StreamLatency(
                 stream,
-                latency.lag_s + known[stream],
+                latency.lag_s,
                 latency.std_s,
                 tuple(latency.lags_s.tolist()),
                 tuple(latency.correlation.tolist()),
@@ -66,12 +65,11 @@ def calibrate_time(recording: Recording, progress: Progress) -> Outcome[TimeResu
 def force_latency(recording: Recording, rig: Rig) -> Latency:
     """Return how late the force is stamped against the robot's pose, beyond what the rig file states."""
     force = recording.force
-    times = force_event_times(force, rig)
-    usable = force.usable & _while_moving(recording, times.time_ns)
-    origin_ns = int(times.time_ns[0])
-    return _against_robot(
-        recording, rig, _seconds(times.time_ns[usable], origin_ns), force.wrench[usable, :3], origin_ns
-    )
+    time_ns = force_times(force, rig).time_ns
+    used = force.usable & _while_moving(recording, time_ns)
+    if not used.any():
+        raise CalibrationError("time: the force sensor has no sample while the robot moves; record again")
+    return robot_motion(recording, rig).latency_of(time_ns[used], main_motion(force.wrench[used, :3]))
 
 
 def camera_latency(recording: Recording, rig: Rig, progress: Progress) -> Latency:
@@ -80,20 +78,13 @@ def camera_latency(recording: Recording, rig: Rig, progress: Progress) -> Latenc
     rest = measuring_windows(recording.events)[0]
     track = track_fiducials(images, rig, images.exposed_ns >= rest.begin_ns, progress)
     moving = _while_moving(recording, track.time_ns)
-    positions = track.positions[moving]
-    seen = np.isfinite(positions).all(axis=(0, 2))
-    if not seen.any():
-        raise CalibrationError(
-            "time: no bead is seen in every image of the motion; uncover one, or move less"
-        )
-    origin_ns = int(track.time_ns[0])
-    return _against_robot(
-        recording,
-        rig,
-        _seconds(track.time_ns[moving], origin_ns),
-        positions[:, seen].reshape(len(positions), -1),
-        origin_ns,
-    )
+    motion = bead_motion(track.positions[moving])
+    return robot_motion(recording, rig).latency_of(track.time_ns[moving], motion)
+
+
+def _whole(beyond: Latency, known_s: float) -> Latency:
+    """Return a latency with what was known and taken off before."""
+    return replace(beyond, lag_s=beyond.lag_s + known_s, lags_s=beyond.lags_s + known_s)
 
 
 def _while_moving(recording: Recording, time_ns: IntArray) -> NDArray[np.bool_]:
@@ -105,23 +96,6 @@ def _while_moving(recording: Recording, time_ns: IntArray) -> NDArray[np.bool_]:
     begin_ns, end_ns = windows[0].end_ns - margin_ns, windows[-1].begin_ns + margin_ns
     inside: NDArray[np.bool_] = (time_ns >= begin_ns) & (time_ns <= end_ns)
     return inside
-
-
-def _against_robot(
-    recording: Recording, rig: Rig, time_s: FloatArray, samples: FloatArray, origin_ns: int
-) -> Latency:
-    robot = recording.robot
-    times = estimate_event_times(robot.device_time_s, robot.host_time_ns)
-    position, _ = gripper_in_tissue(robot, rig.frames)
-    if len(samples) == 0:
-        raise CalibrationError("time: a stream has no sample while the robot moves; record again")
-    return estimate_latency(
-        _seconds(times.time_ns, origin_ns), main_motion(position), time_s, main_motion(samples), _LARGEST_S
-    )
-
-
-def _seconds(time_ns: IntArray, origin_ns: int) -> FloatArray:
-    return np.asarray((time_ns - origin_ns) * 1e-9, dtype=np.float64)
 
 
 def _figures(found: Mapping[str, Latency], result: TimeResult) -> tuple[Figure, ...]:

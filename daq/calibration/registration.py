@@ -21,7 +21,7 @@ from daq.recording.folder import RIG_FILE
 from daq.recording.reader import Recording
 from daq.rig import Rig, Transform, Vector, read_rig
 from daq.stereo_images import StereoImages
-from daq.timing.event_times import estimate_event_times
+from daq.stream_times import robot_times
 from daq.vision.beads import detect_beads
 from daq.vision.camera_model import StereoCalibration
 from daq.vision.stereo import match
@@ -58,7 +58,7 @@ def calibrate_robot(recording: Recording) -> Outcome[RobotResult]:
     images = StereoImages(recording, rig)
     seen = _without_still([_seen_points(images, rig, stereo, window) for window in windows])
     robot = recording.robot
-    times = estimate_event_times(robot.device_time_s, robot.host_time_ns)
+    times = robot_times(robot)
     tools, points = [], []
     for window, found in zip(windows, seen, strict=True):
         inside = in_window(times, window)

@@ -13,11 +13,13 @@ from daq.cli import (
     emulate,
     estimate,
     export,
+    gui,
     mesh,
     record,
     recover,
     replay,
     simulate,
+    study,
     uniaxial,
 )
 from daq.cli.verb import Result, fail, write
@@ -27,6 +29,7 @@ from robot_drivers.errors import DeviceError
 
 _VERBS = (
     demo,
+    gui,
     devices,
     emulate,
     calibrate,
@@ -39,11 +42,13 @@ _VERBS = (
     diagnose,
     uniaxial,
     mesh,
+    study,
     benchmark,
 )
 
 _EXAMPLES = """examples:
   retract demo                               the whole chain on a virtual laboratory, a minute and a half
+  retract gui --virtual                      the operator's window over a virtual laboratory
   retract devices lab.toml                   who answers, and how
   retract emulate netft --port 49152         one emulated device, to try things on
   retract record lab.toml --trajectory pull  record one retraction

@@ -39,7 +39,7 @@ def add_parser(verbs: Verbs) -> None:
     )
     parser.add_argument(
         "--trajectory",
-        type=_trajectory_name,
+        type=trajectory_name,
         default="pull",
         help=f"{', '.join(NAMED)}; or a table FILE.csv, or a function FILE.py:NAME (default: %(default)s)",
     )
@@ -130,7 +130,8 @@ def _run_plan(options: argparse.Namespace) -> Result:
     return _result(recorded, f"{before} of {len(runs(plan))} were finished before")
 
 
-def _trajectory_name(text: str) -> str:
+def trajectory_name(text: str) -> str:
+    """Return the name of a trajectory as it stands on the command line; raises what argparse tells in one line."""
     if text in NAMED or text.endswith(".csv") or text.rpartition(":")[0].endswith(".py"):
         return text
     raise argparse.ArgumentTypeError(

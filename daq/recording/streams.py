@@ -8,6 +8,7 @@ from typing import Protocol, Self, TypeVar
 from daq.errors import RecordingError
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import Camera, ForceSensor, Frame, PoseBlock, Robot, WrenchBlock
+from robot_drivers.real_time import prefer_this_thread
 
 FORCE = "force"
 ROBOT = "robot"
@@ -49,9 +50,12 @@ class Streams:
         self._observers = observers
         self._failures: list[DeviceError] = []
         self._stopping = threading.Event()
-        shows = [observer.on_wrench for observer in observers]
-        loops = [self._loop(FORCE, force_sensor.read, shows)]
-        loops.append(self._loop(ROBOT, robot.read, [observer.on_pose for observer in observers]))
+        wrench_shows = [observer.on_wrench for observer in observers]
+        pose_shows = [observer.on_pose for observer in observers]
+        loops = [
+            _first_of_all(self._loop(FORCE, force_sensor.read, wrench_shows)),
+            _first_of_all(self._loop(ROBOT, robot.read, pose_shows)),
+        ]
         for name, camera in cameras.items():
             loops.append(self._loop(camera_stream(name), camera.read, _frame_shows(observers, name)))
         self._threads = [threading.Thread(target=loop, name=f"read-{n}") for n, loop in enumerate(loops)]
@@ -98,6 +102,16 @@ class Streams:
                     observer.on_failure(stream, error)
 
         return loop
+
+
+def _first_of_all(loop: Callable[[], None]) -> Callable[[], None]:
+    """Return a loop that goes before other programs: the guard sits in it."""
+
+    def preferred() -> None:
+        prefer_this_thread()
+        loop()
+
+    return preferred
 
 
 def camera_stream(name: str) -> str:

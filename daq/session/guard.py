@@ -77,7 +77,7 @@ class Guard:
         self._rest_wrench: FloatArray | None = None
         self._step_origin: FloatArray | None = None
         self.latency = LatencyTally()
-        self._rate_base: tuple[int, FloatArray] | None = None
+        self._rate_base = (host_time_ns(), np.zeros(6))
         self._heard_ns = dict.fromkeys(_STREAMS.values(), host_time_ns())
         self._speed_base: tuple[float, FloatArray] | None = None
 
@@ -86,6 +86,11 @@ class Guard:
         """Why the robot was held, None while it was not; waits for a hold under way."""
         with self._lock:
             return self._stop
+
+    @property
+    def zero(self) -> FloatArray | None:
+        """The mean reading at rest (6,), from which force and torque count; None before :meth:`arm`."""
+        return self._rest_wrench
 
     def watch_rest(self) -> None:
         """Begin to take the mean reading at rest."""
@@ -103,6 +108,7 @@ class Guard:
             raise SessionError(
                 "the force sensor gave no usable sample at rest, so nothing may move; check it for saturation"
             )
+        self._rate_base = (host_time_ns(), np.zeros(6))
         self._rest_wrench = np.concatenate(self._rest_samples).mean(axis=0)
 
     def begin_step(self, T_base_tool: Pose) -> None:
@@ -174,8 +180,6 @@ class Guard:
     def _check_rate(self, block: WrenchBlock, change: FloatArray) -> None:
         """Check how fast the mean wrench of a block has changed since that of an earlier one."""
         now_ns, present = int(block.host_time_ns[-1]), change.mean(axis=0)
-        if self._rate_base is None:
-            self._rate_base = (now_ns, present)
         elapsed_s = (now_ns - self._rate_base[0]) * 1e-9
         if elapsed_s < _RATE_BASE_S:
             return

@@ -35,6 +35,7 @@ from daq.session_report import write_report
 from daq.trajectories import Trajectory
 from daq.versions import package_versions
 from daq.vision.camera_model import PinholeCamera, StereoCalibration
+from robot_drivers.protocols import FloatArray, Pose
 
 # what the tissue and the robot do once it was stopped belongs into the recording
 _AFTER_STOP_S = 0.5
@@ -105,6 +106,21 @@ class Session:
         self._guard = Guard(rig.limits, rig.frames, devices.robot)
         self._recorder: Recorder | None = None
 
+    def check(self) -> list[Pose]:
+        """Return where the tool will stand at every step, ``T_base_tool``; nothing moves.
+
+        Raises
+        ------
+        SessionError, MotionLimitError, MotionRefusedError
+            The robot does not stand at the grasp, or a limit forbids a step; the message names step and axis.
+        """
+        state = self._devices.robot.state()
+        require_rest(self._rig, state)
+        targets = tool_targets(self._rig, self._trajectory, state.T_base_tool)
+        check_limits(self._rig, self._trajectory, targets)
+        self._devices.robot.check_trajectory(targets[1:], self._trajectory.speed)
+        return targets
+
     def run(self, progress: Progress) -> SessionInfo:
         """Record the retraction; ``progress`` is called in this thread.
 
@@ -124,11 +140,7 @@ class Session:
             The same.
         """
         devices, trajectory = self._devices, self._trajectory
-        state = devices.robot.state()
-        require_rest(self._rig, state)
-        targets = tool_targets(self._rig, trajectory, state.T_base_tool)
-        check_limits(self._rig, trajectory, targets)
-        devices.robot.check_trajectory(targets[1:], trajectory.speed)
+        targets = self.check()
         models = _camera_models(self._rig)
         devices.force_sensor.start()
         _make_folder(self._rig, self._in_force, devices, trajectory, self.folder, self._label)
@@ -156,6 +168,11 @@ class Session:
     def stop(self) -> Stop | None:
         """Why the robot was held, None while it was not; waits for a hold under way."""
         return self._guard.stop
+
+    @property
+    def zero(self) -> FloatArray | None:
+        """What the guard takes for no load (6,), N and N·m, sensor frame; None before it guards."""
+        return self._guard.zero
 
     def hold(self, reason: str) -> None:
         """Hold the robot, which ends the session; from any thread."""

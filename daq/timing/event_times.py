@@ -3,19 +3,25 @@
 The device's counter (of a periodic device) or clock is the better clock, the host's receive stamp the common one.
 Windows of a minute follow the wander of the clocks; between their centres the lines are blended. What no one-way
 method can see is the constant least delay of the transport, which stays in the result.
+
+A clock in seconds is known beforehand to run at about one second a second. A counter is not: nobody knows its rate to
+better than some per cent. So a camera, which sends few and late messages, is mapped by its clock, and a force sensor
+by its counter.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from daq.errors import SynchronisationError
-from daq.timing.envelope import FloatArray, lower_envelope
+from daq.timing.envelope import FloatArray, lower_envelope, lower_envelope_near
 from robot_drivers.protocols import IntArray
 
 WINDOW_S = 60.0
 _RESIDUAL_QUANTILES = (0.5, 0.95, 0.999, 1.0)
 _GAP_PERIODS = 1.5
+_CRYSTAL = 20e-6  # how far the rates of two crystals are apart on average; some are by 100 ppm
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +47,7 @@ class EventTimes:
 
 
 def estimate_event_times(
-    device: FloatArray | IntArray, host_time_ns: IntArray, quantum: float = 0.0
+    device: FloatArray | IntArray, host_time_ns: IntArray, quantum: float = 0.0, unit_ns: float = math.nan
 ) -> EventTimes:
     """Map a device's counter or clock to the host clock by the lower envelope.
 
@@ -50,6 +56,7 @@ def estimate_event_times(
     device : (n,) counter or clock of the samples in the order of arrival, in any unit
     host_time_ns : (n,) receive stamps
     quantum : resolution of a clock that rounds down, in its unit; 0 for a counter
+    unit_ns : what a unit of a clock with a crystal lasts by its name, ns; NaN for a counter, whose rate nobody knows
 
     Raises
     ------
@@ -63,7 +70,7 @@ def estimate_event_times(
     time_ns = np.empty(len(clock), dtype=np.int64)
     rates: list[float] = []
     for part in np.split(np.arange(len(clock)), starts):
-        time_ns[part], part_rates = _map_segment(clock[part], host_time_ns[part], quantum)
+        time_ns[part], part_rates = _map_segment(clock[part], host_time_ns[part], quantum, unit_ns)
         rates += part_rates
     residual = np.quantile(host_time_ns - time_ns, _RESIDUAL_QUANTILES) * 1e-9
     steps = np.diff(time_ns)
@@ -79,25 +86,33 @@ def estimate_event_times(
     )
 
 
-def _map_segment(clock: FloatArray, host_time_ns: IntArray, quantum: float) -> tuple[IntArray, list[float]]:
+def _map_segment(
+    clock: FloatArray, host_time_ns: IntArray, quantum: float, unit_ns: float
+) -> tuple[IntArray, list[float]]:
     """Map one segment without resets; returns the times and the rate (ns per unit) of each window."""
     span = clock[-1] - clock[0]
     host = (host_time_ns - host_time_ns[0]).astype(np.float64)
     if span == 0 or host[-1] == 0:
         return host_time_ns.copy(), []
-    # the nominal rate is taken out first, so that the envelope works on small numbers
-    nominal_ns = host[-1] / span
+    # the mean rate is taken out first, so that the envelope works on small numbers
+    mean_ns = host[-1] / span
     elapsed = clock - clock[0]
-    excess = host - nominal_ns * elapsed
-    width = min(WINDOW_S * 1e9 / nominal_ns, span)
+    excess = host - mean_ns * elapsed
+    width = min(WINDOW_S * 1e9 / mean_ns, span)
     count = max(1, int(np.ceil(2 * span / width)) - 1)
     centres = np.linspace(width / 2, span - width / 2, count)
     lines = []
     for centre in centres:
         inside = np.abs(elapsed - centre) <= width / 2
-        lines.append(lower_envelope(elapsed[inside], excess[inside]))
+        x, y = elapsed[inside], excess[inside]
+        known = math.isfinite(unit_ns)
+        lines.append(
+            lower_envelope_near(x, y, unit_ns - mean_ns, _CRYSTAL * unit_ns)
+            if known
+            else lower_envelope(x, y)
+        )
     intercepts, slopes = np.array(lines).T
     # lines blended with linear weights are lines of blended coefficients
-    rates = nominal_ns + np.interp(elapsed, centres, slopes)
+    rates = mean_ns + np.interp(elapsed, centres, slopes)
     mapped = np.interp(elapsed, centres, intercepts) + rates * (elapsed + quantum / 2)
-    return host_time_ns[0] + np.rint(mapped).astype(np.int64), list(nominal_ns + slopes)
+    return host_time_ns[0] + np.rint(mapped).astype(np.int64), list(mean_ns + slopes)

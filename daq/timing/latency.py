@@ -2,8 +2,8 @@
 
 Both signals belong to one motion and need no common unit: a coarse search correlates them over the lag, a fine one fits
 the first signal, shifted, scaled, bent a little and with a linear drift, to the second one. The standard deviation is
-that of the mean over five parts of the motion, each with a lag of its own, so that it holds slow errors as well as
-noise.
+that of the mean over five parts of the motion, each with a lag of its own and weighed by how much it tells of it, so
+that it holds slow errors as well as noise.
 
 The second signal has to follow the first without a lag of its own. A viscoelastic body does not: sway and tap on
 something springy or hard, not on the tissue.
@@ -100,13 +100,12 @@ def estimate_latency(
     slope = (_fitted(curve, times, values, lag + _LAG_STEP_S) - fitted) / _LAG_STEP_S
     left = values - fitted
     by_part = np.array([_lag_that_remains(slope[part], left[part]) for part in parts])
-    root = np.sqrt(_PARTS)
     return Latency(
         lag_s=lag,
-        std_s=float(by_part.std(ddof=1) / root),
+        std_s=_std_of_mean(*by_part.T),
         lags_s=lags,
         correlation=whole,
-        correlation_std=correlations.std(axis=0, ddof=1) / root,
+        correlation_std=correlations.std(axis=0, ddof=1) / np.sqrt(_PARTS),
         explained=1.0 - float(np.var(left) / np.var(values)),
     )
 
@@ -146,7 +145,14 @@ def _fitted(curve: CubicSpline, times: FloatArray, values: FloatArray, lag: floa
     return np.asarray(design @ np.linalg.lstsq(design, values, rcond=None)[0], dtype=np.float64)
 
 
-def _lag_that_remains(slope: FloatArray, left: FloatArray) -> float:
-    """Return the lag by which one part of the motion differs from the whole, to first order."""
-    design = np.column_stack([slope, np.ones_like(slope)])
-    return float(np.linalg.lstsq(design, left, rcond=None)[0][0])
+def _lag_that_remains(slope: FloatArray, left: FloatArray) -> tuple[float, float]:
+    """Return the lag by which one part of the motion differs from the whole, to first order, and its weight."""
+    centred = slope - slope.mean()
+    weight = max(float(centred @ centred), np.finfo(float).tiny)
+    return float(centred @ left) / weight, weight
+
+
+def _std_of_mean(values: FloatArray, weights: FloatArray) -> float:
+    """Return the standard deviation of the weighted mean of values whose variances are as one over their weights."""
+    mean = np.average(values, weights=weights)
+    return float(np.sqrt(np.average((values - mean) ** 2, weights=weights) / (len(values) - 1)))

@@ -3,32 +3,42 @@
 import multiprocessing
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 
 from daq.errors import SessionError
-from daq.rig import write_rig
-from daq.virtual_rig.layout import Addresses, rig_description
+from daq.rig import Latencies, write_rig
+from daq.virtual_rig.layout import CAMERA_READOUT_S, FORCE_FILTER_S, Addresses, rig_description
 from daq.virtual_rig.operator import VirtualOperator
-from daq.virtual_rig.processes import VirtualRigSettings, run_emulators, solve_phantom
+from daq.virtual_rig.processes import DeviceClocks, VirtualRigSettings, run_emulators, solve_phantom
 from daq.virtual_rig.scene import flea2_pair
 
 RIG_FILE = "rig.toml"
 STEREO_FILE = "stereo.toml"
 TRUTH_FILE = "truth.toml"
+LATENCIES = Latencies(force_s=FORCE_FILTER_S, cameras_s=CAMERA_READOUT_S)
+"""What the rig file knows of the devices' delays."""
 
-_START_TIMEOUT_S = 60.0
+_START_TIMEOUT_S = 300.0
 _END_TIMEOUT_S = 5.0
 
 
 @dataclass(frozen=True, slots=True)
 class VirtualRig:
-    """A running virtual rig: its rig file, where its phantom's true parameters are written, and who works at it."""
+    """A running virtual rig.
+
+    Attributes
+    ----------
+    rig_path, truth_path : its rig file, and where its phantom's true parameters are written
+    operator : who works at it
+    clocks : what its devices' clocks truly show
+    """
 
     rig_path: Path
     truth_path: Path
     operator: VirtualOperator
+    clocks: DeviceClocks
 
 
 @contextmanager
@@ -53,12 +63,13 @@ def virtual_rig(folder: Path, settings: VirtualRigSettings) -> Iterator[VirtualR
     for end in (from_emulators, to_solver, control_end):
         end.close()
     try:
-        addresses = _addresses(control)
+        clocks, addresses = _told(control)
         pair = flea2_pair()
         pair.save(folder / STEREO_FILE)
-        write_rig(rig_description(addresses, folder / STEREO_FILE), folder / RIG_FILE)
+        rig = replace(rig_description(addresses, folder / STEREO_FILE), latencies=LATENCIES)
+        write_rig(rig, folder / RIG_FILE)
         _write_truth(folder / TRUTH_FILE, settings)
-        yield VirtualRig(folder / RIG_FILE, folder / TRUTH_FILE, VirtualOperator(control))
+        yield VirtualRig(folder / RIG_FILE, folder / TRUTH_FILE, VirtualOperator(control), clocks)
     finally:
         control.close()
         for process in reversed(processes):
@@ -69,18 +80,19 @@ def virtual_rig(folder: Path, settings: VirtualRigSettings) -> Iterator[VirtualR
             process.close()
 
 
-def _addresses(control: Connection) -> Addresses:
+def _told(control: Connection) -> tuple[DeviceClocks, Addresses]:
     if not control.poll(_START_TIMEOUT_S):
         raise SessionError(
             f"the virtual rig has not started in {_START_TIMEOUT_S:g} s; the computer is too busy"
         )
     try:
+        clocks: DeviceClocks = control.recv()
         addresses: Addresses = control.recv()
     except EOFError as error:
         raise SessionError(
             "the virtual rig's processes ended at their start; see the messages above"
         ) from error
-    return addresses
+    return clocks, addresses
 
 
 def _write_truth(path: Path, settings: VirtualRigSettings) -> None:

@@ -62,8 +62,14 @@ SPECIMEN = Specimen(
 # The robot's repeatability, and how far the beads that vision finds lie from the rendered ones, rms a coordinate.
 UNCERTAINTY = Uncertainty(position_m=3e-5, fiducial_m=7e-6)
 
+FORCE_FILTER_S = 0.01
+"""By how much the emulated sensor's low-pass filter delays the force: more than two cycles of the controller."""
+
+CAMERA_READOUT_S = 0.05
+"""From an exposure until its image leaves the emulated camera: enough for a busy machine to render it."""
+
 # An emulated laboratory shares the computer with the recorder; on a busy one nothing answers at once.
-PATIENCE_S = 2.0
+PATIENCE_S = 5.0
 
 LIMITS = Limits(
     force_n=15.0,

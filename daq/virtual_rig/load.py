@@ -31,9 +31,10 @@ from robot_drivers.cameras.emulator import BusClock, CameraEmulator, CameraEmula
 from robot_drivers.clock import host_time_ns
 from robot_drivers.protocols import FloatArray
 
-_START_TIMEOUT_S = 60.0
+_START_TIMEOUT_S = 300.0
 _END_TIMEOUT_S = 5.0
 _DIFFERENT_IMAGES = 6
+_BUFFERED = 25  # a late emulator must not look like a late recorder
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +150,7 @@ def _run_camera(control: Connection, load: Load, side: int) -> None:
     camera = (flea2_pair().left, flea2_pair().right)[side]
     scene = Scene(camera, SceneSettings(pixel_format="bayer_rggb8" if load.colour else "mono8"), seed=side)
     images = [scene.render(placed_beads(0), number) for number in range(_DIFFERENT_IMAGES)]
-    settings = CameraEmulatorSettings(camera.width, camera.height, load.frames_per_s)
+    settings = CameraEmulatorSettings(camera.width, camera.height, load.frames_per_s, _BUFFERED)
     with CameraEmulator(_in_turn(images, load.frames_per_s), settings, BusClock(host_time_ns())) as emulator:
         _serve(control, {"url": emulator.url})
 

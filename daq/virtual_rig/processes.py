@@ -1,13 +1,11 @@
 """The two processes of the virtual rig: one with the emulated devices, one that solves the phantom.
 
-Both end when the process that started them does, and leave an interrupt from the keyboard to it. The solver steps back
-behind the devices, whose time is real.
+Both end when the process that started them does, and leave an interrupt from the keyboard to it. Where the system
+grants it the devices, whose time is real, go before the solver and other programs.
 """
 
-import os
 import signal
 import socket
-import sys
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -16,7 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.virtual_rig.board_scene import BoardScene
-from daq.virtual_rig.layout import FRAMES, PATIENCE_S, REST_TOOL, SPECIMEN, T_FLANGE_TOOL, TOOL, Addresses
+from daq.virtual_rig.layout import (
+    CAMERA_READOUT_S,
+    FORCE_FILTER_S,
+    FRAMES,
+    PATIENCE_S,
+    REST_TOOL,
+    SPECIMEN,
+    T_FLANGE_TOOL,
+    TOOL,
+    Addresses,
+)
 from daq.virtual_rig.operator import BOARD, Jog
 from daq.virtual_rig.phantom import PhantomModel, PhantomSolver, PhantomState
 from daq.virtual_rig.scene import Scene, SceneSettings, flea2_pair
@@ -30,11 +38,10 @@ from robot_drivers.ati.emulator import NetFTEmulator
 from robot_drivers.cameras.emulator import BusClock, CameraEmulator, CameraEmulatorSettings, ImageSource
 from robot_drivers.clock import host_time_ns
 from robot_drivers.protocols import Pose
+from robot_drivers.real_time import prefer_this_process, shorten_turns
 
 _BURST_S = 0.005
-_SOLVER_NICENESS = 5
-# rendering must not keep the fast devices waiting
-_SWITCH_INTERVAL_S = 5e-4
+_BUFFERED = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +56,7 @@ class VirtualRigSettings:
     frames_per_s : of both cameras
     sensor_offset : (6,) what an unbiased sensor reads without load, N and N·m
     clock_ppm : how much faster than the host's the force sensor's clock runs
-    force_delay_s, camera_delay_s : how long ago what the force sensor or a camera stamps now has happened
+    force_delay_s, camera_delay_s : by how much force or images are late beyond what the rig file knows
     """
 
     phantom: PhantomModel
@@ -62,11 +69,18 @@ class VirtualRigSettings:
     camera_delay_s: float = 0.0
 
 
+@dataclass(frozen=True, slots=True)
+class DeviceClocks:
+    """The clocks of the emulated devices, which no driver can see."""
+
+    force: BusClock
+    robot: BusClock
+    cameras: BusClock
+
+
 def solve_phantom(connection: Connection, phantom: PhantomModel) -> None:
     """Answer every pose with the phantom's state, until the other end closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if sys.platform != "win32":
-        os.nice(_SOLVER_NICENESS)
     solver = phantom.build()
     while True:
         try:
@@ -83,9 +97,10 @@ def _answer(solver: PhantomSolver, pose: Pose) -> PhantomState | SolverError:
 
 
 def run_emulators(control: Connection, solver: Connection, settings: VirtualRigSettings) -> None:
-    """Run the devices; tell their addresses over ``control``, carry out orders from there, end when it closes."""
+    """Run the devices; tell their clocks and addresses over ``control``, obey orders from there, end when it closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    sys.setswitchinterval(_SWITCH_INTERVAL_S)
+    prefer_this_process()  # the devices' time is real; the solver's is not
+    shorten_turns()  # rendering must not keep the fast devices waiting
     with ExitStack() as stack:
         arm = ArmSettings(home=REST_TOOL, T_flange_tool=T_FLANGE_TOOL, seed=settings.seed)
         controller = stack.enter_context(
@@ -97,21 +112,23 @@ def run_emulators(control: Connection, solver: Connection, settings: VirtualRigS
         transducer = SimulatedTransducer(
             tissue, FRAMES, TOOL, SPECIMEN.environment.gravity, np.array(settings.sensor_offset)
         )
-        host_ns_per_s = 1e9 / (1.0 + settings.clock_ppm * 1e-6)
-        epoch_ns = host_time_ns() - round(settings.force_delay_s * 1e9)
+        delay_ns = round((FORCE_FILTER_S + settings.force_delay_s) * 1e9)
+        sensor_settings = SensorSettings(
+            rate_hz=settings.force_rate_hz,
+            clock_ppm=settings.clock_ppm,
+            burst_s=_BURST_S,
+            seed=settings.seed,
+        )
         sensor = stack.enter_context(
             NetFTEmulator(
-                lambda time_s: transducer.load(epoch_ns + round(time_s * host_ns_per_s)),
-                SensorSettings(
-                    rate_hz=settings.force_rate_hz,
-                    clock_ppm=settings.clock_ppm,
-                    burst_s=_BURST_S,
-                    seed=settings.seed,
-                ),
+                lambda time_s: transducer.load(force_clock.host_time_ns(time_s) - delay_ns), sensor_settings
             )
         )
+        force_clock = BusClock(sensor.epoch_ns, drift=settings.clock_ppm * 1e-6)
+        bus = BusClock(host_time_ns(), offset_s=17.0, drift=-20e-6)
         held: list[Pose] = []
-        cameras = [stack.enter_context(camera) for camera in _cameras(tissue, settings, held)]
+        cameras = [stack.enter_context(camera) for camera in _cameras(tissue, settings, held, bus)]
+        control.send(DeviceClocks(force_clock, BusClock(controller.epoch_ns), bus))
         control.send(
             Addresses(
                 rdt_port=sensor.rdt_port,
@@ -126,11 +143,12 @@ def run_emulators(control: Connection, solver: Connection, settings: VirtualRigS
         _obey(control, controller, held)
 
 
-def _cameras(tissue: SimulatedTissue, settings: VirtualRigSettings, held: list[Pose]) -> list[CameraEmulator]:
+def _cameras(
+    tissue: SimulatedTissue, settings: VirtualRigSettings, held: list[Pose], bus: BusClock
+) -> list[CameraEmulator]:
     """Return both cameras; they see the board while ``held`` has its pose, else the phantom."""
     pair = flea2_pair()
     delay_ns = round(settings.camera_delay_s * 1e9)
-    bus = BusClock(host_time_ns(), offset_s=17.0, drift=-20e-6)
     scene_settings = SceneSettings(phantom_size=SPECIMEN.phantom.size_m)
     scenes = [
         Scene(camera, scene_settings, seed=2 * settings.seed + side)
@@ -148,7 +166,9 @@ def _cameras(tissue: SimulatedTissue, settings: VirtualRigSettings, held: list[P
 
         return expose
 
-    emulated = CameraEmulatorSettings(pair.left.width, pair.left.height, settings.frames_per_s)
+    emulated = CameraEmulatorSettings(
+        pair.left.width, pair.left.height, settings.frames_per_s, _BUFFERED, CAMERA_READOUT_S
+    )
     return [
         CameraEmulator(image_source(scene, board), emulated, bus)
         for scene, board in zip(scenes, boards, strict=True)

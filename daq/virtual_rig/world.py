@@ -1,6 +1,7 @@
 """The physics between the emulated devices: the tissue follows the gripper, the sensor feels it, beads move."""
 
 import threading
+import time
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from multiprocessing.connection import Connection
@@ -12,18 +13,23 @@ from daq.rig import Frames, Tool, Vector
 from daq.virtual_rig.phantom import PhantomMotion, PhantomState, increment
 from estimator.errors import SolverError
 from robot_drivers.abb import poses
+from robot_drivers.clock import host_time_ns
 from robot_drivers.protocols import FloatArray, Pose
 
 _SOLVE_BEYOND_M = 5e-4
 _SOLVE_BEYOND_RAD = 0.01
 _FIRST_PULL_M = 1e-3
 _SAMPLE_S = 0.004
+_LATEST_CYCLE_NS = 100_000_000
+_POLL_S = 0.0005
 
 
 class SimulatedTissue:
     """Follows the gripper: has the phantom solved, in another process, as soon as the gripper has moved on.
 
-    The devices ask for an instant, not for now: a device that is late still senses what was.
+    The devices ask for an instant, not for now: a device that is late still senses what was, and one that asks before
+    the controller has gone through the cycle after that instant waits for it. To take the newest pose instead would
+    let every device sense the motion two milliseconds late.
 
     Parameters
     ----------
@@ -66,7 +72,7 @@ class SimulatedTissue:
 
     def _gripper(self, time_ns: int) -> Pose:
         """Return ``T_tissue_gripper`` at an instant of the host clock, between the samples of its path."""
-        path = self._path()
+        path = self._path_beyond(time_ns)
         place = bisect_left(path, time_ns, key=lambda sample: sample[0])
         if place == 0:
             return self._gripper_at(path[0][1])
@@ -75,6 +81,14 @@ class SimulatedTissue:
         (before_ns, before), (after_ns, after) = path[place - 1], path[place]
         between = poses.interpolate(before, after, (time_ns - before_ns) / (after_ns - before_ns))
         return self._gripper_at(between)
+
+    def _path_beyond(self, time_ns: int) -> Sequence[tuple[int, Pose]]:
+        """Wait until the path reaches beyond an instant; a controller without power stands where it was."""
+        path = self._path()
+        while path[-1][0] < time_ns and host_time_ns() < time_ns + _LATEST_CYCLE_NS:
+            time.sleep(_POLL_S)
+            path = self._path()
+        return path
 
     def _follow(self) -> None:
         while not self._stopping.wait(_SAMPLE_S):

@@ -225,8 +225,9 @@ class CommandConnection:
         while True:
             now = time.monotonic()
             if now - last_heard > self._settings.silence_limit_s:
+                hint = "; another client may hold its command port" if self._newest_reply is None else ""
                 raise DeviceTimeoutError(
-                    f"the robot controller {self._address} has been silent for {now - last_heard:.1f} s"
+                    f"the robot controller {self._address} has been silent for {now - last_heard:.1f} s{hint}"
                 )
             if now >= next_beat:
                 self.send(Command.GET_STATE)

@@ -1,10 +1,5 @@
-"""An emulated IRC5 controller with an IRB 140: the RAPID server's TCP ports and EGM, in real time.
+"""An emulated IRC5 controller with an IRB 140: the RAPID server's TCP ports and EGM, in real time."""
 
-``python -m robot_drivers.abb.emulator --command-port 5000 --state-port 5001 --egm 127.0.0.1:6510`` runs it
-alone.
-"""
-
-import argparse
 import queue
 import select
 import socket
@@ -21,7 +16,7 @@ from robot_drivers.abb.emulator_egm import GENERATIONS, EgmSender, robot_message
 from robot_drivers.abb.emulator_guidance import Guidance, GuidanceSettings, GuidanceState
 from robot_drivers.abb.emulator_ports import CommandPort, ServerPort
 from robot_drivers.abb.emulator_rapid import RapidServer
-from robot_drivers.abb.emulator_settings import ArmSettings, ControllerFaults, EmulatorSettings
+from robot_drivers.abb.emulator_settings import ControllerFaults, EmulatorSettings
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import ConfigurationError, DeviceTimeoutError, MotionRefusedError
 from robot_drivers.protocols import Pose
@@ -51,6 +46,7 @@ class ControllerEmulator:
         self._egm_number = 0
         self._state_number = 0
         self._cycles = 0
+        self._epoch_ns = host_time_ns()
         self._injected_s = time.monotonic()
         self._restart_due = True
         self._held_back: list[bytes] = []
@@ -76,6 +72,11 @@ class ControllerEmulator:
     def path(self) -> Sequence[tuple[int, Pose]]:
         """Return host time, ns, and :meth:`pose` of the newest cycles, oldest first; cheap, from any thread."""
         return self._path.copy()
+
+    @property
+    def epoch_ns(self) -> int:
+        """Host time at which the controller's clock, which runs at the host's rate, showed zero."""
+        return self._epoch_ns
 
     def start(self) -> None:
         """Switch the controller on."""
@@ -243,6 +244,7 @@ class ControllerEmulator:
             for reply in self._held_back:
                 self._command.send(reply)
             self._held_back.clear()
+        self._epoch_ns = due_ns - 1000 * self._controller_us
         self._path.append((due_ns, self._arm.actual))
         drop_at = self._rapid.faults.drop_at_fraction
         if drop_at is not None and self._arm.fraction_done > drop_at:
@@ -320,35 +322,3 @@ class ControllerEmulator:
 
     def _end(self) -> None:
         self._stopping = True
-
-
-def main() -> None:
-    """Run an emulated controller until interrupted."""
-    parser = argparse.ArgumentParser(prog="python -m robot_drivers.abb.emulator", description=main.__doc__)
-    parser.add_argument("--bind", default="127.0.0.1", help="address to listen on (default %(default)s)")
-    parser.add_argument("--command-port", type=int, default=5000, help="TCP port (default %(default)s)")
-    parser.add_argument("--state-port", type=int, default=5001, help="TCP port (default %(default)s)")
-    parser.add_argument("--egm", metavar="HOST:PORT", help="send the EGM position stream to this PC")
-    parser.add_argument(
-        "--generation", choices=GENERATIONS, default="B'", help="EGM layout (default %(default)s)"
-    )
-    parser.add_argument("--seed", type=int, default=0, help="of all random numbers (default %(default)s)")
-    options = parser.parse_args()
-    settings = EmulatorSettings(
-        arm=ArmSettings(seed=options.seed),
-        bind_address=options.bind,
-        command_port=options.command_port,
-        state_port=options.state_port,
-    )
-    with ControllerEmulator(settings) as emulator:
-        if options.egm:
-            host, _, port = options.egm.rpartition(":")
-            emulator.start_egm_stream(host, int(port), options.generation)
-        try:
-            threading.Event().wait()
-        except KeyboardInterrupt:
-            parser.exit(message="\n")
-
-
-if __name__ == "__main__":
-    main()

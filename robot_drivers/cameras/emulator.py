@@ -66,6 +66,8 @@ class CameraEmulatorSettings:
     width, height : image size, px
     fps : images per second of bus time; exposures fall on its multiples, so cameras of one clock expose
         together
+    buffered : images that wait for a client or a machine that is late; beyond that exposures are missed
+    readout_s : from an exposure until its image begins to leave the camera, as long as the image is there by then
     bind_address, port : where it listens; port 0 takes any free one
     frame_info : the register 12F8h; by default cycle time and frame counter are embedded, 0x8000_0000 embeds
         nothing
@@ -74,6 +76,8 @@ class CameraEmulatorSettings:
     width: int = 1288
     height: int = 964
     fps: float = 15.0
+    buffered: int = 0
+    readout_s: float = 0.0
     bind_address: str = "127.0.0.1"
     port: int = 0
     frame_info: int = _PRESENT | _TIMESTAMP | _FRAME_COUNTER
@@ -119,8 +123,8 @@ class CameraEmulator:
     """A camera at ``url`` whose images come from ``image_source(bus time in s)``: uint8, (height, width).
 
     It runs from construction to :meth:`close`, serves one client at a time, and calls the source only for
-    images that it sends. When the source or the client is slower than the frame rate, exposures are missed;
-    as in a camera, the embedded counter tells.
+    images that it sends. When the source or the client falls behind the frame rate by more than is buffered,
+    exposures are missed; as in a camera, the embedded counter tells.
 
     Attributes
     ----------
@@ -216,16 +220,21 @@ class CameraEmulator:
         exposure = self._next_exposure()
         while True:
             time_s = exposure / settings.fps
-            self._stopping.wait((self._clock.host_time_ns(time_s) - host_time_ns()) * 1e-9)
+            self._wait_until(time_s)
             if self._stopping.is_set() or self._disconnecting.is_set() or self._unreachable():
                 return
             if self._to_drop:
                 self._to_drop -= 1
             elif not (self._stalled.is_set() or self._random.random() < self._faults.loss):
+                image = self._expose(time_s, exposure - self._first_exposure)
+                self._wait_until(time_s + settings.readout_s)
                 self._stopping.wait(self._faults.delay_s)
                 connection.sendall(b"FRAME\n")
-                connection.sendall(self._expose(time_s, exposure - self._first_exposure).data)
-            exposure = max(exposure + 1, self._next_exposure())
+                connection.sendall(image.data)
+            exposure = max(exposure + 1, self._next_exposure() - settings.buffered)
+
+    def _wait_until(self, time_s: float) -> None:
+        self._stopping.wait(max(0, self._clock.host_time_ns(time_s) - host_time_ns()) * 1e-9)
 
     def _unreachable(self) -> bool:
         elapsed_s = (host_time_ns() - self._injected_ns) * 1e-9
