@@ -7,10 +7,13 @@ import numpy as np
 
 from estimator.diagnosis.result import (
     Advice,
+    Consideration,
     Diagnosis,
     EffectFinding,
     Gap,
     Material,
+    Outcome,
+    Place,
     Quantity,
     Trace,
     Where,
@@ -91,6 +94,17 @@ def finding(label: str, group: str, probability: float = 0.0, **changes: object)
     return replace(base, **changes)  # type: ignore[arg-type]  # fields by name, as the tests write them
 
 
+def outcome(traces: tuple[Trace, ...], closure: float, place: Place | None = None) -> Outcome:
+    """A model that closes so much of what the baseline misses."""
+    return Outcome(
+        parameters={"amount": Quantity(0.3, 0.02, "1")},
+        material=Material(Quantity(26_050.0, 180.0, "Pa"), Quantity(0.482, 0.003, "1")),
+        gap=Gap(4.31, 4.31 - closure * 3.31, 1.0, closure),
+        place=place,
+        channels=tuple(one.before + closure * (one.after - one.before) for one in traces),
+    )
+
+
 def diagnosis(
     verdict: tuple[str, ...],
     probabilities: Mapping[str, float],
@@ -122,6 +136,7 @@ def diagnosis(
         cannot_tell=(),
         next_experiment=(),
         traces=(trace("pull", 1), trace("twist", 2)),
+        considered={},
         seconds=48.2,
     )
     return replace(base, **changes)  # type: ignore[arg-type]  # fields by name, as the tests write them
@@ -177,6 +192,12 @@ def inclusion() -> Diagnosis:
         centre_std=(0.0012, 0.0018, 0.001),
         radius=0.0161,
     )
+    traces = (trace("pull", 1, (-0.0113, 0.0152), 0.7), trace("twist", 2, (-0.0113, 0.0152), 0.4))
+    place = Place((-0.0113, 0.0152, 0.0), 0.0161)
+    considered = {
+        "inhomogeneity": Consideration(outcome(traces, 0.88, place), outcome(traces, 0.94, place)),
+        "modulus_gradient": Consideration(outcome(traces, 0.37), None),
+    }
     region = finding(
         "inhomogeneity",
         "inhomogeneity",
@@ -222,7 +243,8 @@ def inclusion() -> Diagnosis:
             Advice("Pull along y from the other side", ("inhomogeneity", "modulus_gradient"), 3.4, 9.8),
             Advice("Hold the farthest state for a minute", ("inhomogeneity", "viscoelasticity"), 5.0, 14.0),
         ),
-        traces=(trace("pull", 1, (-0.0113, 0.0152), 0.7), trace("twist", 2, (-0.0113, 0.0152), 0.4)),
+        traces=traces,
+        considered=considered,
     )
 
 

@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -18,6 +18,8 @@ from robot_drivers.protocols import (
     StreamStatistics,
     WrenchBlock,
 )
+
+PATIENCE_S = 60.0
 
 
 class _Fake:
@@ -64,6 +66,7 @@ class FakeRobot(_Fake):
         self.held = threading.Event()
         self.hold_calls = 0
         self.move_s = 0.02
+        self.on_the_way: Callable[[], object] | None = None
         self.reach_m = 1.0
         self.pushed_m = np.zeros(3)
 
@@ -74,6 +77,11 @@ class FakeRobot(_Fake):
     def move_linear(self, T_base_tool: Pose, speed: Speed, timeout_s: float) -> Pose:
         if self.held.is_set():
             raise MotionRefusedError("held")
+        if (act := self.on_the_way) is not None:
+            self.on_the_way = None
+            act()
+            if self.held.wait(PATIENCE_S):
+                raise DeviceFaultError("held on the way")
         start = np.array(self.pose.position)
         way = np.array(T_base_tool.position) - start
         for number in range(1, 11):

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -65,6 +66,14 @@ def make_session(folder: Path) -> None:
     write_info(folder, SessionInfo("test", "P1", 1))
 
 
+def wait_for_samples(recorder: Recorder, least: Mapping[str, int]) -> None:
+    """Wait until so many samples of each stream are in the file."""
+    deadline = time.monotonic() + 60.0
+    while any(recorder.written().get(stream, 0) < count for stream, count in least.items()):
+        assert time.monotonic() < deadline, recorder.written()
+        time.sleep(0.01)
+
+
 @pytest.fixture
 def recorded(tmp_path: Path) -> Path:
     """A short recording of all kinds of device, not sealed."""
@@ -74,7 +83,7 @@ def recorded(tmp_path: Path) -> Path:
     force.wrench[:] = 1, 2, 3, 4, 5, 6
     with Recorder(folder, force, robot, {"left": FakeCamera(), "right": FakeCamera("bgr8")}) as recorder:
         recorder.event("begin", text="Ω", value=1.5)
-        time.sleep(0.15)
+        wait_for_samples(recorder, {"force": 50, "robot": 20, "camera/left": 4, "camera/right": 4})
         recorder.event("end")
     return folder
 
@@ -108,7 +117,7 @@ def test_events_keep_their_order_time_and_details(recorded: Path) -> None:
     begin, end = Recording(recorded).events
     assert (begin.name, begin.details) == ("begin", {"text": "Ω", "value": 1.5})
     assert end.name == "end"
-    assert 0.1e9 < end.time_ns - begin.time_ns < 10e9
+    assert end.time_ns > begin.time_ns
 
 
 def test_status_counter_and_clock_survive_beside_the_wrench(tmp_path: Path) -> None:
@@ -321,9 +330,12 @@ def test_a_device_that_fails_is_told_in_the_recording_and_to_the_session(tmp_pat
             return super().read(timeout_s)
 
     make_session(tmp_path / "s")
-    with Recorder(tmp_path / "s", FakeForceSensor(), FakeRobot(REST), {"left": FailingCamera()}) as recorder:
-        time.sleep(0.1)
-        with pytest.raises(DeviceTimeoutError, match="unplugged"):
+    with (
+        Recorder(tmp_path / "s", FakeForceSensor(), FakeRobot(REST), {"left": FailingCamera()}) as recorder,
+        pytest.raises(DeviceTimeoutError, match="unplugged"),
+    ):
+        for _ in range(6000):
+            time.sleep(0.01)
             recorder.check()
     (event,) = Recording(tmp_path / "s").events
     assert (event.name, event.details["stream"]) == ("device_failed", "camera/left")

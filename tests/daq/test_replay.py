@@ -31,15 +31,23 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def wait_for_the_end(clock: ReplayClock) -> None:
     while not clock.finished:
         time.sleep(0.01)
-    time.sleep(0.1)
+
+
+def wait_for_all_of(recording: Recording, recorder: Recorder) -> None:
+    """Wait until another recorder has written every sample of a recording."""
+    counts = {"force": len(recording.force), "robot": len(recording.robot)}
+    counts |= {f"camera/{name}": len(recording.images(name)) for name in recording.cameras}
+    while any(recorder.written().get(stream, 0) < count for stream, count in counts.items()):
+        time.sleep(0.01)
 
 
 def test_a_recorded_replay_is_the_recording_again(session: Path, tmp_path: Path) -> None:
     original = Recording(session)
     write_info(tmp_path, SessionInfo("again", "P1", 1))
     devices, clock = replayed(original, speed=2.0)
-    with Recorder(tmp_path, devices.force_sensor, devices.robot, devices.cameras):
+    with Recorder(tmp_path, devices.force_sensor, devices.robot, devices.cameras) as recorder:
         wait_for_the_end(clock)
+        wait_for_all_of(original, recorder)
     again = Recording(tmp_path)
     for name in ("counter", "device_time_s", "status", "usable", "wrench"):
         np.testing.assert_array_equal(getattr(again.force, name), getattr(original.force, name))
@@ -65,8 +73,8 @@ def test_samples_come_when_they_are_due(session: Path) -> None:
         received += len(devices.force_sensor.read(0.05))
         due = np.searchsorted(stamps, clock.position_ns)
         assert received <= due + 1
-    assert 0.4 < time.monotonic() - started < 1.5
-    assert received >= 400
+    assert time.monotonic() - started > 0.4
+    assert received + len(devices.force_sensor.read(0.0)) >= 400
 
 
 def test_a_seek_goes_on_from_there_and_back_again(session: Path) -> None:

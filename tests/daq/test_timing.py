@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from daq.errors import SynchronisationError
-from daq.timing.envelope import lower_envelope
+from daq.timing.envelope import lower_envelope, lower_envelope_near
 from daq.timing.event_times import estimate_event_times
 
 ORIGIN_NS = 10**15
@@ -44,6 +44,23 @@ def test_a_coarse_clock_is_taken_at_the_middle_of_its_tick() -> None:
     assert np.abs(error).max() < 0.55e6
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_few_late_messages_leave_a_clock_in_seconds_its_rate(seed: int) -> None:
+    """A camera that sends five images a second for ten seconds, each up to some tens of milliseconds late."""
+    true_s = np.arange(50) * 0.2
+    late_s = np.random.default_rng(seed).gamma(3.0, 5e-3, len(true_s))
+    host = np.rint(ORIGIN_NS + (true_s + late_s) * 1e9).astype(np.int64)
+    times = estimate_event_times(true_s * (1 + 20e-6), host, unit_ns=1e9)
+    error_ns = times.time_ns - ORIGIN_NS - true_s * 1e9
+    assert np.ptp(error_ns) < 0.25e6
+
+
+def test_many_prompt_messages_tell_the_rate_of_an_odd_clock() -> None:
+    true_s = np.arange(60 * 250) * 0.004032
+    times = estimate_event_times(true_s * 1.002, jittered(ORIGIN_NS + true_s * 1e9, seed=6), unit_ns=1e9)
+    assert np.abs(times.time_ns - ORIGIN_NS - true_s * 1e9).max() < 0.1e6
+
+
 def test_lost_samples_are_told_as_a_gap() -> None:
     counter = np.delete(np.arange(5000), np.arange(2000, 2050))
     times = estimate_event_times(counter, jittered(ORIGIN_NS + counter * 1e6, seed=3))
@@ -77,3 +94,14 @@ def test_the_envelope_touches_the_cloud_from_below() -> None:
     assert height.min() == pytest.approx(0.0, abs=1e-12)
     assert np.sum(height < 1e-9) >= 2
     assert (intercept, slope) == pytest.approx((3.0, 0.5), abs=0.05)
+
+
+def test_a_usual_slope_is_kept_until_the_points_contradict_it() -> None:
+    rng = np.random.default_rng(7)
+    x = np.sort(rng.uniform(-1, 1, 500))
+    y = 3.0 + 0.5 * x + rng.exponential(1.0, 500)
+    intercept, slope = lower_envelope_near(x[::50], y[::50], usual=0.5, spread=1e-3)
+    assert slope == 0.5
+    assert (y[::50] - intercept - slope * x[::50]).min() == pytest.approx(0.0, abs=1e-12)
+    _, contradicted = lower_envelope_near(x, y, usual=5.0, spread=1.0)
+    assert contradicted == pytest.approx(0.5, abs=0.05)

@@ -39,6 +39,16 @@ def test_the_standard_deviation_is_that_of_repeated_estimates() -> None:
     assert np.std(lags) == pytest.approx(np.sqrt(np.mean(np.square(stds))), rel=0.5)
 
 
+def test_a_part_that_hardly_moves_does_not_spoil_the_standard_deviation() -> None:
+    time_s = np.arange(0.03, 12.0, 0.04)
+    halting = np.where((ROBOT_S > 4.0) & (ROBOT_S < 7.0), 0.0, sway(ROBOT_S))
+    late = np.interp(time_s - 0.043, ROBOT_S, halting)
+    late += np.random.default_rng(3).normal(0.0, 1e-5, len(time_s))
+    found = estimate_latency(ROBOT_S, halting, time_s, late)
+    assert found.lag_s == pytest.approx(0.043, abs=5e-4)
+    assert found.std_s < 5e-4
+
+
 def test_a_bent_signal_keeps_its_lag() -> None:
     time_s = np.arange(0.0, 12.0, 1e-3)
     way = 400.0 * sway(time_s - 0.02)

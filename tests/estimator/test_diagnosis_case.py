@@ -80,3 +80,22 @@ def test_the_gap_closes_on_what_was_left_out(diagnosis: Diagnosis) -> None:
     # What is left is noise, whose own scatter is a third of this gap.
     assert 0.6 < gap.closure_held_out < 1.4
     assert diagnosis.where.blocks["force"] > 0.9
+
+
+def test_its_signature_foretells_what_it_does_to_the_gap(diagnosis: Diagnosis) -> None:
+    considered = diagnosis.considered["force_frame_rotation"]
+    assert considered.achieved is not None
+    # A turn of six degrees is nearly linear.
+    foretold, achieved = considered.expected, considered.achieved
+    assert foretold.gap.closure_held_out == pytest.approx(achieved.gap.closure_held_out, abs=0.1)
+    assert achieved.material == diagnosis.after
+    for trace, expected in zip(diagnosis.traces, foretold.channels, strict=True):
+        residual, signature = (w[:, :6].ravel() for w in (trace.experiment.wrench, expected))
+        baseline = trace.before[:, :6].ravel()
+        assert np.corrcoef(residual - baseline, signature - baseline)[0, 1] > 0.9
+
+
+def test_every_effect_is_considered(diagnosis: Diagnosis) -> None:
+    assert diagnosis.considered.keys() == diagnosis.effects.keys()
+    harmless = diagnosis.considered["tool_weight"].expected
+    assert harmless.gap.closure_held_out < 0.5

@@ -30,6 +30,9 @@ SHAPES = {
     "gent": [0.3],
     "arruda_boyce": [0.25],
     "veronda_westmann": [0.8, -0.4],
+    "ogden1": [3.0],
+    "ogden2": [2.5, -1.5, 0.3],
+    "st_venant_kirchhoff": [],
 }
 # 40 % stretch, shear and a rotation of some 40°; det F = 0.98 keeps the energy of the bulk in play.
 LARGE_DEFORMATION = Rotation.from_rotvec([0.3, -0.5, 0.4]).as_matrix() @ np.array(

@@ -35,6 +35,9 @@ SHAPES = {
     "gent": [0.05],
     "arruda_boyce": [0.1],
     "veronda_westmann": [0.5, 0.2],
+    "ogden1": [3.0],
+    "ogden2": [2.5, -1.5, 0.3],
+    "st_venant_kirchhoff": [],
 }
 
 

@@ -20,6 +20,9 @@ SHAPES = {
     "gent": [0.2],
     "arruda_boyce": [0.2],
     "veronda_westmann": [0.3, -0.4],
+    "ogden1": [3.0],
+    "ogden2": [2.5, -1.5, 0.3],
+    "st_venant_kirchhoff": [],
 }
 
 

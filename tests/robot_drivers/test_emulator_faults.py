@@ -55,9 +55,9 @@ def status(bus, patience_s=1.0):
 
 def test_a_board_that_went_bus_off_is_silent_and_then_tells_of_it_until_it_is_reset(board):
     emulator, bus = board
-    emulator.faults = BoardFaults(bus_off_at_s=0.0, bus_off_for_s=0.2)
+    emulator.faults = BoardFaults(bus_off_at_s=0.0, bus_off_for_s=1.0)
     assert status(bus, 0.05) is None
-    time.sleep(0.25)
+    time.sleep(1.1)
     assert status(bus) == 1 << 15 | 1 << 14
     bus.send(can.Message(arbitration_id=0x20C, is_extended_id=False))
     assert status(bus) == 0
@@ -68,9 +68,9 @@ def test_a_board_that_lost_power_uses_calibration_0_again(board):
     bus.send(can.Message(arbitration_id=0x206, data=b"\x03", is_extended_id=False))
     assert bytes(bus.recv(1.0).data) == b"\x03"
     assert status(bus) & 1 << 6  # slot 3 is empty
-    emulator.faults = BoardFaults(restart_at_s=0.0, restart_for_s=0.1)
+    emulator.faults = BoardFaults(restart_at_s=0.0, restart_for_s=1.0)
     assert status(bus, 0.05) is None
-    time.sleep(0.15)
+    time.sleep(1.1)
     assert status(bus) == 0
 
 
@@ -86,7 +86,7 @@ def test_the_driver_lives_through_bus_off():
             assert len(sensor.read(1.0))
             emulator.faults = BoardFaults(bus_off_at_s=0.0, bus_off_for_s=0.2)
             time.sleep(0.25)
-            deadline = time.monotonic() + 5.0
+            deadline = time.monotonic() + 60.0
             while not any(word & 1 << 14 for word in sensor.read(0.1).status) and time.monotonic() < deadline:
                 pass
             assert time.monotonic() < deadline
@@ -133,7 +133,7 @@ def stream():
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listening,
     ):
         listening.bind(("127.0.0.1", 0))
-        listening.settimeout(2.0)
+        listening.settimeout(60.0)
         controller.start_egm_stream("127.0.0.1", listening.getsockname()[1])
         yield controller, listening
 
@@ -149,8 +149,11 @@ def test_truncated_datagrams_are_shorter_than_whole_ones(stream):
     controller, listening = stream
     whole = len(listening.recv(4096))
     controller.inject(ControllerFaults(egm_truncation=1.0))
-    listening.recv(4096)
-    assert all(len(datagram) < whole for datagram in received(listening, 0.1)[1:])
+    while len(listening.recv(4096)) >= whole:  # those that were sent before
+        pass
+    lengths = [len(listening.recv(4096)) for _ in range(30)]
+    assert len(set(lengths)) > 10
+    assert min(lengths) < whole / 2
 
 
 def test_delayed_datagrams_come_late_by_the_controllers_clock(stream):
@@ -162,21 +165,22 @@ def test_delayed_datagrams_come_late_by_the_controllers_clock(stream):
         return time.monotonic() - time_of.sec - 1e-6 * time_of.usec
 
     prompt = min(age() for _ in range(20))
-    controller.inject(ControllerFaults(egm_delay_s=0.2))
+    controller.inject(ControllerFaults(egm_delay_s=0.5))
     time.sleep(0.5)
     received(listening, 0.3)
-    assert min(age() for _ in range(20)) - prompt == pytest.approx(0.2, abs=0.1)
+    assert min(age() for _ in range(20)) - prompt > 0.4
 
 
 def test_an_unplugged_controller_is_silent_and_goes_on_counting(stream):
     controller, listening = stream
     listening.recv(4096)
-    controller.inject(ControllerFaults(unplug_at_s=0.0, unplug_for_s=0.3))
+    controller.inject(ControllerFaults(unplug_at_s=0.0, unplug_for_s=1.5))
     listening.settimeout(0.1)
     with pytest.raises(TimeoutError):
-        received(listening, 0.25)
-    listening.settimeout(2.0)
-    assert decode_robot(listening.recv(4096)).feed_back.time.usec > 200_000
+        received(listening, 1.0)
+    listening.settimeout(60.0)
+    time_of = decode_robot(listening.recv(4096)).feed_back.time
+    assert time_of.sec + 1e-6 * time_of.usec > 1.4
 
 
 def test_a_restarted_controller_breaks_its_connections_and_begins_its_numbers_anew(stream):
@@ -186,10 +190,9 @@ def test_a_restarted_controller_breaks_its_connections_and_begins_its_numbers_an
         time.sleep(0.05)
         controller.inject(ControllerFaults(restart_at_s=0.0, restart_for_s=0.2))
         assert client.recv(100) == b""
-    time.sleep(0.3)
-    numbers = [decode_robot(datagram).header.seqno for datagram in received(listening, 0.2)]
-    assert 0 in numbers
-    assert max(numbers[numbers.index(0) :]) < 100
+    deadline = time.monotonic() + 60.0
+    while decode_robot(listening.recv(4096)).header.seqno:
+        assert time.monotonic() < deadline, "the numbers do not begin anew"
 
 
 # ---- camera
@@ -225,9 +228,12 @@ def test_a_camera_that_lost_power_counts_from_0_when_it_is_back():
     with camera(CameraFaults()) as emulator:
         time.sleep(0.5)
         before = frames_of(emulator, 1)[0].counter
+        assert before > 0
+        restarted_s = time.monotonic()
         emulator.inject(CameraFaults(restart_at_s=0.0, restart_for_s=0.1))
         time.sleep(0.2)
-        assert frames_of(emulator, 1)[0].counter < before + 10
+        counter = frames_of(emulator, 1)[0].counter
+        assert counter <= 50.0 * (time.monotonic() - restarted_s)
 
 
 def test_an_unplugged_camera_ends_its_stream_and_can_be_opened_again():

@@ -1,8 +1,5 @@
 """Counters and times of a stream that has neither, and the emulated line it comes over."""
 
-import re
-import subprocess
-import sys
 import threading
 import time
 from collections import deque
@@ -224,16 +221,3 @@ def test_no_thread_and_no_port_is_left_behind():
         sensor.close()
         assert threading.active_count() == before + 1
     assert threading.active_count() == before
-
-
-@pytest.mark.parametrize(("device", "greeting"), [("digital", b""), ("controller", b"\r\n\r\n>")])
-def test_an_emulator_runs_alone(device, greeting):
-    command = [sys.executable, "-m", "robot_drivers.ati.serial_emulator", device, "--bit-rate", "115200"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        try:
-            announced = re.fullmatch(rf"emulated {device} on (\S+)\n", process.stdout.readline())
-            with serial.serial_for_url(announced[1], timeout=1.0) as port:
-                port.write(b"\r" if greeting else bytes.fromhex("0A 46 55 A3 9D"))
-                assert port.read(5) == (greeting or bytes.fromhex("0A 46 01 A2 62"))
-        finally:
-            process.terminate()

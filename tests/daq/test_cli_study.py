@@ -1,0 +1,111 @@
+"""The verb ``study``, with a study that costs no time."""
+
+import json
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from synthetic_diagnoses import small_experiment
+
+from daq.cli import main
+from estimator.experiment import write_experiment
+from estimator.studies.case import Parametric, Row
+from estimator.studies.study import Group, Level, Study, Truth
+
+
+@dataclass(frozen=True)
+class Drawn(Parametric):
+    number: int
+
+    @property
+    def name(self) -> str:
+        return f"draw {self.number}"
+
+    def run(self) -> Row:
+        return {"youngs_modulus": 15e3 + 100 * self.number, "poisson_ratio": 0.49, "seconds": 1.0}
+
+
+def one_study(names: Sequence[str], draws: int) -> list[Study]:
+    levels = (Level("5 mm", tuple(Drawn(number) for number in range(draws))),)
+    return [Study(names[0], "Grasps", (), (Group("pulls", levels, Truth(15e3, 0.49)),))]
+
+
+@contextmanager
+def threads(workers: int | None) -> Iterator[Executor]:
+    with ThreadPoolExecutor(workers or 2) as pool:
+        yield pool
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("daq.cli.study.studies_named", one_study)
+    monkeypatch.setattr("daq.cli.study.process_pool", threads)
+
+
+def run(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
+    status = main([str(argument) for argument in arguments])
+    out, err = capsys.readouterr()
+    return status, out, err
+
+
+def test_study_prints_its_table_writes_its_page_and_goes_on(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    status, out, err = run(capsys, "study", "table3", "--draws", 2, "--output", tmp_path)
+    assert status == 0
+    assert "2 of 2" in out
+    assert out.endswith(f"Report: {tmp_path / 'studies.html'}\n")
+    assert err.startswith("0 of 2 cases are known\n")
+    assert (tmp_path / "table3.png").exists()
+    status, out, err = run(capsys, "study", "table3", "--draws", 3, "--output", tmp_path, "--json")
+    assert status == 0
+    assert json.loads(out)["studies"]["table3"]["groups"][0]["levels"][0]["youngs_modulus"] == [
+        15000.0,
+        15100.0,
+        15200.0,
+    ]
+    assert err.startswith("2 of 3 cases are known\n")
+
+
+def test_recorded_experiments_are_a_study_of_their_phantoms(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        "estimator.studies.recorded.RecordedRetraction.run", lambda case: Drawn(case.experiment.order).run()
+    )
+    for order, name in enumerate(("pull", "again"), start=1):
+        write_experiment(small_experiment(name, order), tmp_path / "P07" / name)
+    status, out, _ = run(capsys, "study", tmp_path / "P07", "--output", tmp_path / "out")
+    assert status == 0
+    assert "Tables VI and VII" in out
+    assert "the paper's phantoms" in out
+    assert "25.0 to 27.1" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("table9",), "'table9' is neither a study (table1, table2"),
+        (("table1", "."), "give studies or folders alone"),
+        (("table1", "--workers", "0"), "at least one is needed"),
+    ],
+)
+def test_wrong_input_ends_with_one_line_and_status_2(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: tuple[str, ...], words: str
+) -> None:
+    status, out, err = run(capsys, "study", *arguments, "--output", tmp_path / "out")
+    assert (status, out) == (2, "")
+    assert err.startswith("retract: ")
+    assert err.count("\n") == 1
+    assert words in err
+
+
+def test_study_has_help_with_examples(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["study", "--help"])
+    out = capsys.readouterr().out
+    assert "retract study table1" in out
+    assert "--scheduler tcp://HOST:PORT" in out

@@ -1,0 +1,74 @@
+"""The physics between the emulated devices: each senses the instant that it asks for."""
+
+import multiprocessing
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from daq.frames import compose, inverse
+from daq.virtual_rig.layout import FRAMES, GRASP_CENTRE, placed_beads
+from daq.virtual_rig.phantom import SpringPhantom
+from daq.virtual_rig.world import SimulatedTissue
+from robot_drivers.clock import host_time_ns
+from robot_drivers.protocols import Pose
+
+SECOND_NS = 1_000_000_000
+PHANTOM = SpringPhantom(GRASP_CENTRE, placed_beads(1))
+
+
+def tool_at(way_m: float) -> Pose:
+    """``T_base_tool`` that pulls the phantom by so much along x."""
+    x, y, z = GRASP_CENTRE
+    gripper = compose(FRAMES.T_base_tissue.pose, Pose((x + way_m, y, z)))
+    return compose(gripper, inverse(FRAMES.T_tool_gripper.pose))
+
+
+@pytest.fixture
+def path() -> list[tuple[int, Pose]]:
+    """Where the tool was, as the controller tells it; it stood until a second ago."""
+    return [(host_time_ns() - SECOND_NS, tool_at(0.0))]
+
+
+@pytest.fixture
+def tissue(path: list[tuple[int, Pose]]) -> Iterator[SimulatedTissue]:
+    ours, theirs = multiprocessing.Pipe()
+
+    def solve() -> None:
+        while (pose := theirs.recv()) is not None:
+            theirs.send(PHANTOM.solve(pose))
+
+    solver = threading.Thread(target=solve)
+    solver.start()
+    tissue = SimulatedTissue(ours, path.copy, FRAMES)
+    yield tissue
+    tissue.close()
+    ours.send(None)
+    solver.join()
+
+
+def test_between_two_cycles_the_gripper_is_between_their_poses(
+    path: list[tuple[int, Pose]], tissue: SimulatedTissue
+) -> None:
+    begin_ns = path[-1][0]
+    path.append((begin_ns + 4_000_000, tool_at(0.0004)))
+    wrench, pose = tissue.wrench(begin_ns + 1_000_000)
+    assert pose.position[0] - GRASP_CENTRE[0] == pytest.approx(1e-4)
+    assert wrench[0] == pytest.approx(-PHANTOM.stiffness[0] * 1e-4)
+
+
+def test_a_device_that_asks_before_the_controller_has_got_there_waits_for_it(
+    path: list[tuple[int, Pose]], tissue: SimulatedTissue
+) -> None:
+    cycle_ns = host_time_ns() + 60 * SECOND_NS  # what is asked for lies ahead, so that there is time to wait
+    path.append((cycle_ns, tool_at(0.0)))
+    controller = threading.Timer(0.1, path.append, [(cycle_ns + 4_000_000, tool_at(0.0004))])
+    controller.start()
+    _, pose = tissue.wrench(cycle_ns + 2_000_000)
+    controller.join()
+    assert pose.position[0] - GRASP_CENTRE[0] == pytest.approx(2e-4)
+
+
+def test_a_controller_without_power_leaves_the_gripper_where_it_was(tissue: SimulatedTissue) -> None:
+    _, pose = tissue.wrench(host_time_ns() - SECOND_NS // 2)
+    assert pose.position == pytest.approx(GRASP_CENTRE)
