@@ -14,8 +14,8 @@ from estimator.fem.equilibrium import EquilibriumSolver
 from estimator.forward.meshing import mesh_experiment
 from estimator.studies.block import TRUTH
 
-_SIZES_M = (3e-3, 2e-3, 1e-3, 0.6e-3, 0.35e-3)
-_LAYERS = (1, 1, 2, 3, 4)
+_SIZES_M = (3e-3, 2e-3, 1e-3, 0.6e-3, 0.45e-3)
+_LAYERS = (1, 1, 2, 3, 3)
 
 
 def lines() -> Iterator[str]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from estimator.errors import FitError
 from estimator.experiment import Experiment
 from estimator.fit.gauss_newton import marginal_step
+from estimator.fit.losses import LINEAR
 from estimator.fit.nuisances import GRIPPER_POSITION, floating, nuisance_columns
 from estimator.fit.paper import paper_covariance, paper_system
 from estimator.fit.residuals import (
@@ -130,6 +131,8 @@ class Linearisation:
         """
         loss, schedules = self._settings.loss, self._model.schedules
         weights = [np.isfinite(measured_rows(experiment)).astype(np.float64) for experiment in experiments]
+        if loss == LINEAR:
+            return weights
         for _ in range(_REWEIGHTINGS):
             residuals = self.row_residuals(experiments, values)
             renewed = [np.where(np.isfinite(r), loss.weight(np.nan_to_num(r)), 0.0) for r in residuals]

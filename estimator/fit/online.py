@@ -45,7 +45,7 @@ from estimator.forward.meshing import mesh_experiment
 FloatArray = NDArray[np.float64]
 
 # Internal variables other than ln E may be this far off before a state is worth solving anew.
-_NEAR = 0.02
+_NEAR = 0.05
 _ITERATIONS, _STEADY = 20, 1e-3
 # The gripper has moved once it is this many deviations of its reported position from where it began.
 _MOVED = 20.0

@@ -1,4 +1,4 @@
-"""The numbers behind an estimation: residuals, experiments, fit and specimen."""
+"""The numbers behind an estimation: residuals and experiments."""
 
 from itertools import chain
 

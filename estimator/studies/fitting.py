@@ -16,6 +16,8 @@ from estimator.forward.model import ForwardModel
 
 _SEARCHES = {"likelihood": minimise, "paper": minimise_by_sqp}
 _LINEAR_STEP = 0.01
+# No tissue widens where it is drawn; a search that looks there may find no equilibrium.
+_POISSON_RATIOS = (0.0, 0.4999)
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +43,7 @@ def fitted(
         The motion has no equilibrium at the first guess.
     """
     started = time.perf_counter()
-    settings = FitSettings(objective=objective)
+    settings = FitSettings(objective=objective, bounds={"poisson_ratio": _POISSON_RATIOS})
     model = ForwardModel(problem, experiments)
     means = state_means(experiments, model.schedules)
     rough = fit_few_states(model, means, _silent, settings)

@@ -13,11 +13,11 @@ from estimator.studies.study import GroupResult, StudyResult
 
 FloatArray = NDArray[np.float64]
 
-COLUMN_IN, HEIGHT_IN = 3.4, 5.2
+COLUMN_IN, HEIGHT_IN = 3.7, 5.2
 # Draws stand side by side within this part of their level's width.
 _SPREAD = 0.5
 _PAPER_MARK = 0.36
-_LABEL_CHARACTERS = 13
+_LABEL_CHARACTERS = 11
 
 
 def figure_size(result: StudyResult) -> tuple[float, float]:
@@ -28,7 +28,7 @@ def figure_size(result: StudyResult) -> tuple[float, float]:
 def draw_study(sheet: Figure, result: StudyResult) -> None:
     """Draw every case as a mark, mean and standard deviation as a bar, the truth as a line, the paper as diamonds."""
     panels = sheet.subplots(2, len(result.groups), squeeze=False, sharey="row", sharex="col")
-    sheet.subplots_adjust(left=0.09, right=0.985, bottom=0.14, top=0.85, wspace=0.08, hspace=0.1)
+    sheet.subplots_adjust(left=0.115, right=0.985, bottom=0.14, top=0.85, wspace=0.08, hspace=0.1)
     for column, group in enumerate(result.groups):
         modulus, ratio = panels[:, column]
         truth = group.group.truth

@@ -89,10 +89,9 @@ def test_its_signature_foretells_what_it_does_to_the_gap(diagnosis: Diagnosis) -
     foretold, achieved = considered.expected, considered.achieved
     assert foretold.gap.closure_held_out == pytest.approx(achieved.gap.closure_held_out, abs=0.1)
     assert achieved.material == diagnosis.after
-    for trace, expected in zip(diagnosis.traces, foretold.channels, strict=True):
-        residual, signature = (w[:, :6].ravel() for w in (trace.experiment.wrench, expected))
-        baseline = trace.before[:, :6].ravel()
-        assert np.corrcoef(residual - baseline, signature - baseline)[0, 1] > 0.9
+    for trace, expected, fitted in zip(diagnosis.traces, foretold.channels, achieved.channels, strict=True):
+        signature, change = ((one - trace.before) / trace.deviation for one in (expected, fitted))
+        assert np.corrcoef(signature.ravel(), change.ravel())[0, 1] > 0.95
 
 
 def test_every_effect_is_considered(diagnosis: Diagnosis) -> None:
