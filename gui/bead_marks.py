@@ -17,6 +17,7 @@ from daq.vision.stereo import epipolar_distance_px, match
 from robot_drivers.protocols import FloatArray, IntArray
 
 UNNAMED = -1
+_WAITING = "The beads get their numbers once the phantom is seen at rest."
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,8 +66,8 @@ class BeadViewer:
         words, named = "", np.empty(0, dtype=np.intp)
         try:
             named = self._named(matches.points.positions, seen.time_ns * 1e-9)
-        except VisionError as error:
-            self._tracker, words = None, str(error)
+        except VisionError:
+            self._tracker, words = None, _WAITING
         distances = epipolar_distance_px(
             self._stereo, left.centres[matches.left], right.centres[matches.right]
         ).diagonal()

@@ -67,6 +67,7 @@ class Laboratory(QObject):
     helped = Signal(str, bool)
     _wanted = Signal(str)
     _help_wanted = Signal(str, int)
+    _ending = Signal()
 
     def __init__(self, own: Rig | None, run_emulators: RunEmulators, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -82,6 +83,7 @@ class Laboratory(QObject):
         self._runner.failed.connect(self.failed)
         self._runner.helped.connect(self.helped)
         self._help_wanted.connect(self._runner.help)
+        self._ending.connect(self._runner.end)
         self._thread.start()
 
     def prepare(self, emulated: frozenset[str], mounted: str = STANDARD) -> None:
@@ -98,8 +100,7 @@ class Laboratory(QObject):
 
     def end(self) -> None:
         """End the emulated laboratory and the thread; waits for them."""
-        self._wanted.emit("")
-        self._thread.quit()
+        self._ending.emit()
         self._thread.wait()
 
     @Slot(object, object)
@@ -161,14 +162,20 @@ class _Runner(QObject):
 
     @Slot(str)
     def run(self, mounted: str) -> None:
-        """Run the laboratory with this mounted; with nothing it ends."""
+        """Run the laboratory with this mounted."""
         if mounted != self._mounted or self._now is None:
             self._stack.close()
             self._stack, self._mounted, self._now = ExitStack(), "", None
-            if mounted and not self._started(mounted):
+            if not self._started(mounted):
                 return
         if self._now is not None:
             self.running.emit(*self._now)
+
+    @Slot()
+    def end(self) -> None:
+        """End the laboratory and the thread."""
+        self._stack.close()
+        self.thread().quit()
 
     @Slot(str, int)
     def help(self, action: str, number: int) -> None:

@@ -75,6 +75,7 @@ class AcquisitionLink(QObject):
     failed = Signal(object)
     closed = Signal()
     _commanded = Signal(object)
+    _ending = Signal()
 
     def __init__(self, rig: Rig, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -88,6 +89,7 @@ class AcquisitionLink(QObject):
         self._worker = _Worker(self._exchange)
         self._worker.moveToThread(self._thread)
         self._commanded.connect(self._worker.obey)
+        self._ending.connect(self._worker.end)
         self._worker.opened.connect(self._on_opened)
         self._worker.reported.connect(self._on_report)
         self._worker.failed.connect(self._on_failed)
@@ -146,8 +148,7 @@ class AcquisitionLink(QObject):
     def end(self) -> None:
         """End the thread, after :meth:`close`; waits for whatever is still to be sealed."""
         self._beat.stop()
-        self._commanded.emit(Close())
-        self._thread.quit()
+        self._ending.emit()
         self._thread.wait()
 
     def _on_beat(self) -> None:
@@ -272,6 +273,12 @@ class _Worker(QObject):
                 )
             case _:
                 self._guarded(lambda acquisition: acquisition.send(command))
+
+    @Slot()
+    def end(self) -> None:
+        """Let go, and end the thread."""
+        self._let_go()
+        self.thread().quit()
 
     def _open(self, rig: Rig) -> None:
         self._let_go()

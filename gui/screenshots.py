@@ -11,6 +11,7 @@ import os
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QSize
@@ -77,6 +78,9 @@ def _calibrate(window: Window, folder: Path) -> Iterator[Path]:
 def _acquire(window: Window, context: Context, folder: Path) -> Iterator[Path]:
     page = window.page(AcquirePage)
     window.show_page("Acquire")
+    page.runner.set_labels(
+        replace(page.runner.labels, operator="N. N.", name="{phantom}_{trajectory}_{order}")
+    )
     for kind, retraction in STANDARD.items():
         page.runner.add(Trial(kind, steps=retraction.steps, step_length_m=retraction.step_length))
     wait_for(2.0)

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QObject, Qt, QTimer
+from PySide6.QtCore import QEvent, QEventLoop, QObject, Qt, QTimer
 from PySide6.QtWidgets import QApplication
 
 from daq.acquisition.messages import Telemetry
@@ -147,10 +147,10 @@ def run(minutes: float, folder: Path, load: Load, application: QApplication) -> 
         desk.window.show_page("Acquire")
         meter = Meter(application)
         link.telemetry.connect(meter.take)
-        _wait(application, 0.1 * minutes)
+        _wait(0.1 * minutes)
         meter.begin()
         first = _received(desk)
-        _wait(application, minutes)
+        _wait(minutes)
         seconds = time.monotonic() - meter.began_s
         received = {name: (count - first[name]) / seconds for name, count in _received(desk).items()}
         result = SoakResult(
@@ -170,10 +170,11 @@ def run(minutes: float, folder: Path, load: Load, application: QApplication) -> 
     return result
 
 
-def _wait(application: QApplication, minutes: float) -> None:
-    """Let the event loop run as it does in the window."""
-    QTimer.singleShot(round(6e4 * minutes), application.quit)
-    application.exec()
+def _wait(minutes: float) -> None:
+    """Let the event loop run as it does in the window; the application's own quit would close the window."""
+    loop = QEventLoop()
+    QTimer.singleShot(round(6e4 * minutes), loop.quit)
+    loop.exec()
 
 
 def _received(desk: Desk) -> dict[str, int]:

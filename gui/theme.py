@@ -138,7 +138,7 @@ QFrame[role="card"] { background: $surface; border: 1px solid $line; border-radi
 QFrame[role="bar"] { background: $surface; border: none; border-bottom: 1px solid $line; }
 QScrollArea { border: none; background: transparent; }
 QScrollArea > QWidget > QWidget[role="page"] { background: transparent; }
-QListWidget[role="navigation"] { background: $window; border: none; outline: none;
+QListWidget[role="navigation"] { background: transparent; border: none; outline: none;
   font-size: 11pt; padding: 8px 6px; }
 QListWidget[role="navigation"]::item { padding: 9px 12px; border-radius: 6px; margin: 2px 0; color: $text; }
 QListWidget[role="navigation"]::item:hover { background: $hover; }
@@ -175,8 +175,7 @@ QProgressBar { border: 1px solid $line; border-radius: 5px; background: $window;
 QProgressBar::chunk { background: $accent; border-radius: 4px; }
 QCheckBox::indicator, QListView::indicator { width: 13px; height: 13px; border: 1px solid $muted; border-radius: 3px;
   background: $surface; }
-QCheckBox::indicator:checked, QListView::indicator:checked { background: $accent; border: 3px solid $surface;
-  outline: 1px solid $muted; }
+QCheckBox::indicator:checked, QListView::indicator:checked { background: $accent; border: 1px solid $accent; }
 QCheckBox::indicator:disabled { border: 1px solid $line; }
 QSplitter::handle { background: $line; }
 """)

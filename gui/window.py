@@ -22,7 +22,7 @@ from gui.messages import Message, failure_told
 from gui.state import RigState
 from gui.stop_key import StopKey
 from gui.theme import DARK, LIGHT, apply_theme, theme_of
-from gui.widgets.cards import button
+from gui.widgets.cards import button, scrolled
 from gui.widgets.message_bar import Answer, MessageBar
 from gui.widgets.rig_bar import RigBar
 
@@ -115,7 +115,8 @@ class Window(QMainWindow):
         for number, (title, page) in enumerate(self.pages.items(), start=1):
             self.navigation.addItem(title)
             self.navigation.item(number - 1).setToolTip(f"Ctrl+{number}")
-            self._stack.addWidget(page)
+            # on a small or much enlarged screen a page scrolls before the window outgrows it
+            self._stack.addWidget(scrolled(page))
         wide = self.navigation.fontMetrics().horizontalAdvance("M" * 11)
         side = QWidget()
         side.setFixedWidth(wide)

@@ -37,4 +37,5 @@ def run(options: argparse.Namespace) -> Result:
                 break
             except KeyboardInterrupt:
                 continue  # the window asks what is to be done
-    return Result("the window is closed", {"status": status}, status)
+    words = "the window is closed" if status == 0 else "the window has ended early; its own line tells why"
+    return Result(words, {"status": status}, status)

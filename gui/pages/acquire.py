@@ -233,7 +233,8 @@ class AcquirePage(QWidget):
         self._force.set_limits(rig.limits)
 
     def _show_telemetry(self, seen: Telemetry) -> None:
-        self._beads.watch(self.isVisible())
+        # a look now and then keeps the beads' names while another page is in front
+        self._beads.watch(self.isVisible() or seen.session is not None)
         self._force.add(seen.force, self._context.link.state.zero)
         if self.isVisible():
             self._preview.show_images(seen.images)

@@ -34,7 +34,7 @@ class DeviceTable(QWidget):
         super().__init__(parent)
         grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
-        grid.setHorizontalSpacing(16)
+        grid.setHorizontalSpacing(12)
         grid.setVerticalSpacing(8)
         grid.setColumnStretch(2, 1)
         for column, title in enumerate(_TITLES):
@@ -129,5 +129,5 @@ class _Row:
 def _figure() -> QLabel:
     made = QLabel("–")
     made.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-    made.setMinimumWidth(made.fontMetrics().horizontalAdvance("00 000.0 Hz"))
+    made.setMinimumWidth(made.fontMetrics().horizontalAdvance("0 000.0 Hz"))
     return made

@@ -3,7 +3,7 @@
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent
-from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from daq.rig import Limits
 from gui.theme import theme_of
@@ -22,13 +22,16 @@ class ForcePlot(QWidget):
     def __init__(self, limits: Limits, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._rows = LiveRows(round(SPAN_S * _ROWS_PER_S), 7)
-        self._force = _Panel("force", "N", "F", limits.force_n)
-        self._torque = _Panel("torque", "N·m", "T", limits.torque_nm)
+        self._force = _Panel("force", "N", limits.force_n)
+        self._torque = _Panel("torque", "N·m", limits.torque_nm)
         self._torque.plot.setXLink(self._force.plot)
         self._force.plot.setXRange(-SPAN_S, 0.0, padding=0.0)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(4)
+        self._legend = QLabel()
+        self._legend.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+        layout.addWidget(self._legend)
         layout.addWidget(self._force.plot)
         layout.addWidget(self._torque.plot)
         self._torque.plot.getPlotItem().setLabel("bottom", "time, s")
@@ -63,6 +66,12 @@ class ForcePlot(QWidget):
             self._dress()
 
     def _dress(self) -> None:
+        theme = theme_of(self)
+        axes = [
+            f'<span style="color:{colour}">━ {axis}</span>'
+            for axis, colour in zip("xyz", theme.channels, strict=True)
+        ]
+        self._legend.setText("&nbsp;&nbsp;&nbsp;".join(axes))
         for panel in (self._force, self._torque):
             panel.dress(self)
 
@@ -70,7 +79,7 @@ class ForcePlot(QWidget):
 class _Panel:
     """Three curves and the bands outside of ± the limit."""
 
-    def __init__(self, name: str, unit: str, letter: str, limit: float) -> None:
+    def __init__(self, name: str, unit: str, limit: float) -> None:
         self.plot = pg.PlotWidget()
         self.plot.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
         self.plot.setMinimumHeight(_LEAST_HEIGHT)
@@ -81,8 +90,7 @@ class _Panel:
         item.setMouseEnabled(x=False, y=False)
         item.showGrid(x=True, y=True, alpha=0.15)
         item.setLabel("left", name, units=None)
-        item.addLegend(offset=(-6, 4), horSpacing=14, verSpacing=-6, colCount=3)
-        self._curves = [item.plot(name=f"{letter}{axis}") for axis in "xyz"]
+        self._curves = [item.plot() for _ in range(3)]
         for curve in self._curves:
             curve.setDownsampling(auto=True, method="peak")
             curve.setClipToView(True)
@@ -121,12 +129,8 @@ class _Panel:
             axis.setTextPen(theme.muted)
         item.getAxis("left").setWidth(64)
         item.setLabel("left", f"{self._name}, {self._unit}", color=theme.muted)
-        item.legend.setLabelTextColor(theme.text)
         for curve, colour in zip(self._curves, theme.channels, strict=True):
             curve.setPen(pg.mkPen(colour, width=1))
-        for sample, label in item.legend.items:
-            label.setText(label.text, color=theme.text)
-            sample.update()
         for band in self._bands:
             colour = pg.mkColor(theme.bad)
             colour.setAlpha(_BAND_ALPHA)

@@ -45,6 +45,10 @@ class PathView(QWidget):
         """Some room."""
         return QSize(300, 210)
 
+    def minimumSizeHint(self) -> QSize:
+        """Still legible."""
+        return QSize(180, 150)
+
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Begin to turn."""
         self._pressed = event.position()

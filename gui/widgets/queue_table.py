@@ -48,7 +48,8 @@ class QueueTable(QWidget):
         self.table.verticalHeader().setDefaultSectionSize(26)
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(3, QHeaderView.ResizeMode.Stretch)
+        for wide in ("notes", "session"):
+            header.setSectionResizeMode(_COLUMNS.index(wide), QHeaderView.ResizeMode.Stretch)
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft)
         self.table.itemChanged.connect(self._on_note)
         row = QHBoxLayout()

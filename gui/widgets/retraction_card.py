@@ -15,6 +15,8 @@ NAMES: dict[Kind, str] = {
     "twist_and_pull": "Twist and pull",
 }
 
+_BOLD = 1.15  # how much wider bold letters are
+
 
 class RetractionCard(QAbstractButton):
     """A checkable card: a drawing of the phantom from its anchor to the gripper's way, the name, and the usual size."""
@@ -31,7 +33,12 @@ class RetractionCard(QAbstractButton):
     def sizeHint(self) -> QSize:
         """Drawing above two lines of text."""
         line = self.fontMetrics().height()
-        return QSize(self.fontMetrics().horizontalAdvance("Gradual tangent pull") + 30, 72 + 2 * line + 22)
+        longest = max(map(self.fontMetrics().horizontalAdvance, NAMES.values()))
+        return QSize(round(_BOLD * longest) + 24, 72 + 2 * line + 22)
+
+    def minimumSizeHint(self) -> QSize:
+        """The same."""
+        return self.sizeHint()
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw it."""

@@ -61,9 +61,8 @@ class CameraPane(QWidget):
         theme = theme_of(self)
         painter = QPainter(self)
         if self._image is None:
+            painter.fillRect(self.rect(), QColor(theme.window))
             painter.setPen(QColor(theme.muted))
-            painter.setBrush(QColor(theme.window))
-            painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
             painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, f"{self._name}: no image")
             painter.end()
             return

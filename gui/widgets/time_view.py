@@ -77,7 +77,8 @@ class TimeView(QWidget):
             item.getAxis(side).setPen(theme.line)
             item.getAxis(side).setTextPen(theme.muted)
         item.setLabel("left", "way, mm", color=theme.channels[0])
-        item.setLabel("right", "turn, °", color=theme.channels[1])
+        # the plot's own setLabel would show an axis that is hidden
+        item.getAxis("right").setLabel("turn, °", color=theme.channels[1])
         item.setLabel("bottom", "time, s (shaded: measured)", color=theme.muted)
         self._way.setPen(pg.mkPen(theme.channels[0], width=2))
         self._turn.setPen(pg.mkPen(theme.channels[1], width=1.6))

@@ -55,11 +55,11 @@ def test_the_three_retractions_are_recorded_from_the_queue(at_rest: Operator) ->
 def test_what_a_limit_forbids_is_told_by_its_step_and_nothing_moves(at_rest: Operator) -> None:
     page, told = at_rest.window.page(AcquirePage), []
     page.trial_panel.choose("pull")
-    page.trial_panel.form.set_values({"steps": 30, "step_length_m": 0.002})
+    page.trial_panel.form.set_values({"steps": 30, "step_length_m": 0.0022})
     at_rest.link.checked.connect(lambda checked: told.append(checked.failure.message))
     page.check_button.click()
     at_rest.wait_until(lambda: bool(told), "the verdict")
-    assert told[0].startswith("pull, step 16: the gripper at (72.0")
+    assert told[0].startswith("pull, step 14: the gripper at (70.8")
     assert told[0].endswith("mm would leave the workspace")
     page.start_button.click()
     at_rest.wait_until(lambda: page.runner.queue[-1].state == "failed", "the refusal")
