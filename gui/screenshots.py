@@ -2,7 +2,7 @@
 
 Usage::
 
-    python -m gui.screenshots docs/window
+    python -m gui.screenshots docs/window --case show/case001
     python -m gui.screenshots pictures --theme dark --scale 1.5 --sessions sessions
 """
 
@@ -24,6 +24,8 @@ from gui.app import Desk
 from gui.context import Context
 from gui.pages.acquire import AcquirePage
 from gui.pages.calibrate import CalibratePage
+from gui.pages.diagnose import DiagnosePage
+from gui.pages.estimate import EstimatePage
 from gui.rehearsal import wait_for, wait_until
 from gui.theme import DARK, LIGHT, apply_theme
 from gui.window import Window
@@ -33,12 +35,16 @@ _SIZE = QSize(1440, 900)
 _STEP_SHOWN = 5
 _VIEWS_SHOWN = 4
 _PATIENCE_S = 240.0
+_PATIENCE_OF_WORK_S = 1200.0
 _NO_MORE = 10**6
 """A view that the emulated person does not have: the board is put away."""
 
 
-def take(folder: Path, desk: Desk) -> Iterator[Path]:
-    """Rehearse a morning in the window and yield each picture as it is taken."""
+def take(folder: Path, desk: Desk, cases: Sequence[Path] = ()) -> Iterator[Path]:
+    """Rehearse a morning in the window and yield each picture as it is taken.
+
+    ``cases``, of one phantom, are estimated and diagnosed; without any those pages stay empty.
+    """
     desk.open_virtual()
     wait_until(lambda: desk.window is not None, "the emulated laboratory", _PATIENCE_S)
     window, context = desk.window, desk.context
@@ -54,11 +60,21 @@ def take(folder: Path, desk: Desk) -> Iterator[Path]:
     yield from _calibrate(window, folder)
     desk.laboratory.help("board", _NO_MORE)
     yield from _acquire(window, context, folder)
-    for title in window.pages:
-        if title not in ("Rig", "Calibrate", "Acquire"):
-            window.show_page(title)
-            wait_for(1.5)
-            yield _picture(window, folder / f"{title.lower()}.png")
+    window.show_page("Sessions")
+    wait_for(1.5)
+    yield _picture(window, folder / "sessions.png")
+    for page in (window.page(EstimatePage), window.page(DiagnosePage)):
+        window.show_page(page.title)
+        if cases:
+            _compute(page, cases)
+        wait_for(1.5)
+        yield _picture(window, folder / f"{page.title.lower()}.png")
+
+
+def _compute(page: EstimatePage | DiagnosePage, cases: Sequence[Path]) -> None:
+    page.picker.choose(cases)
+    page.begin.click()
+    wait_until(lambda: page.strip.idle, f"an end of the page {page.title}'s work", _PATIENCE_OF_WORK_S)
 
 
 def _calibrate(window: Window, folder: Path) -> Iterator[Path]:
@@ -116,6 +132,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--scale", type=float, default=1.0, help="as a desktop's scaling (default: %(default)s)"
     )
     parser.add_argument("--sessions", type=Path, help="to be shown (default: none but those made here)")
+    parser.add_argument(
+        "--case",
+        type=Path,
+        action="append",
+        default=[],
+        help="experiments of one phantom, to be estimated and diagnosed",
+    )
     options = parser.parse_args(arguments)
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     os.environ["QT_SCALE_FACTOR"] = f"{options.scale:g}"
@@ -126,7 +149,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options.folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="screenshots-") as own:
         desk = Desk(None, options.sessions or Path(own) / "sessions")
-        for path in take(options.folder, desk):
+        for path in take(options.folder, desk, options.case):
             sys.stdout.write(f"{path}\n")
             sys.stdout.flush()
         desk.end()

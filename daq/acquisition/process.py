@@ -99,7 +99,8 @@ class Host:
         self._starts: queue.SimpleQueue[Start | Check | None] = queue.SimpleQueue()
         self._session: Session | None = None
         self._progress = ("ready", 0, 0)
-        self._held = ""
+        # a client before may have died, or the robot was held by somebody else
+        self._held = "the robot was held before it was connected" if devices.robot.state().stopped else ""
         self._heard_ns = host_time_ns()
         self._sync_s: dict[str, float] = {}
         self._sync_due_ns = 0

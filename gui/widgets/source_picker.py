@@ -71,10 +71,9 @@ class SourcePicker(Card):
         self._fill(self.chosen())
 
     def _fill(self, checked: Sequence[Path]) -> None:
-        finished = [entry for entry in find_sessions(self._folder) if entry.finished]
         shown = [
             entry
-            for entry in finished
+            for entry in self._finished
             if entry.folder in checked or entry in matching([entry], self.filter.text())
         ]
         self.list.blockSignals(True)

@@ -6,14 +6,18 @@ Usage::
 """
 
 import argparse
-import re
-import subprocess
+import contextlib
+import multiprocessing
 import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from multiprocessing.connection import Connection
 
+import numpy as np
+
+from robot_drivers.ati.emulator import EmulatorSettings, NetFTEmulator
 from robot_drivers.ati.netft import NetFT, NetFTSettings
 from robot_drivers.protocols import StreamStatistics
 
@@ -53,19 +57,24 @@ def run(rate_hz: int, seconds: float) -> BenchmarkResult:
 @contextmanager
 def _emulator() -> Iterator[tuple[int, int]]:
     """Run the emulator in a process of its own; give its RDT and web ports."""
-    module = "robot_drivers.ati.emulator"
-    ports = ["--port", "0", "--http-port", "0", "--command-port", "0"]
-    with subprocess.Popen(
-        [sys.executable, "-m", module, *ports], stdout=subprocess.PIPE, text=True
-    ) as process:
-        try:
-            announcement = process.stdout.readline() if process.stdout else ""
-            found = re.search(r"RDT (\d+), web (\d+)", announcement)
-            if found is None:
-                raise RuntimeError(f"the emulator did not start: it said {announcement!r}")
-            yield int(found[1]), int(found[2])
-        finally:
-            process.terminate()
+    context = multiprocessing.get_context("spawn")
+    here, there = context.Pipe()
+    process = context.Process(target=_emulate, args=(there,), daemon=True)
+    process.start()
+    there.close()
+    try:
+        yield here.recv()
+    finally:
+        here.close()
+        process.join()
+
+
+def _emulate(told: Connection) -> None:
+    """Tell the ports of an emulated box, which ends when the other side has gone."""
+    with NetFTEmulator(lambda _time_s: np.zeros(6), EmulatorSettings()) as box:
+        told.send((box.rdt_port, box.http_port))
+        with contextlib.suppress(EOFError):
+            told.recv()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -3,7 +3,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -84,6 +84,28 @@ def test_telemetry_shows_the_devices_before_anything_is_recorded(rig: Rig) -> No
     assert seen.force.shape[1:] == (7,)
     assert images["left"].shape == (241, 322)
     np.testing.assert_allclose(seen.pose[-1, 1:4], REST_TOOL.position, atol=1e-4)
+
+
+def test_a_robot_held_before_it_was_connected_is_told_and_can_be_released(rig: Rig) -> None:
+    with connected(make_devices(rig)) as devices:
+        devices.robot.hold()
+    with Acquisition(rig) as acquisition:
+        assert "held before" in held(acquisition, lambda reason: bool(reason))
+        acquisition.release()
+        assert held(acquisition, lambda reason: not reason) == ""
+
+
+def held(acquisition: Acquisition, wanted: Callable[[str], bool]) -> str:
+    """Return why the robot is held, as soon as that is as wanted, or in the end."""
+    deadline = time.monotonic() + 60.0
+    reason = ""
+    while time.monotonic() < deadline:
+        acquisition.poll(0.05)
+        if acquisition.telemetry is not None:
+            reason = acquisition.telemetry.held
+            if wanted(reason):
+                break
+    return reason
 
 
 def test_what_the_session_refuses_is_told_to_the_client(rig: Rig, tmp_path: Path) -> None:

@@ -104,7 +104,7 @@ def operated(rig: Rig, sessions: Path) -> Iterator[Operator]:
     desk.open()
     operator = Operator(desk)
     operator.window.page(RigPage).connect_button.click()
-    operator.wait_until(lambda: operator.link.state.phase == "ready", "a connected rig")
+    operator.wait_until(lambda: operator.link.state.tool is not None, "a connected rig that tells its state")
     yield operator
     desk.end()
     operator.window.deleteLater()
