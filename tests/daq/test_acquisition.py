@@ -1,3 +1,4 @@
+import operator
 import os
 import signal
 import subprocess
@@ -90,9 +91,9 @@ def test_a_robot_held_before_it_was_connected_is_told_and_can_be_released(rig: R
     with connected(make_devices(rig)) as devices:
         devices.robot.hold()
     with Acquisition(rig) as acquisition:
-        assert "held before" in held(acquisition, lambda reason: bool(reason))
+        assert "held before" in held(acquisition, bool)
         acquisition.release()
-        assert held(acquisition, lambda reason: not reason) == ""
+        assert held(acquisition, operator.not_) == ""
 
 
 def held(acquisition: Acquisition, wanted: Callable[[str], bool]) -> str:
