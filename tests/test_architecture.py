@@ -17,7 +17,9 @@ FORBIDDEN_IMPORTS = {
 }
 MOST_LINES = 400
 SIMULATED = re.compile(r"emulators?$|^virtual_|^testing$")
-CHOOSES_SIMULATION = re.compile(r"(daq\.(cli|demo)|gui\.(app|soak|screenshots)|robot_drivers\.ati\.benchmark)\b")
+CHOOSES_SIMULATION = re.compile(
+    r"(daq\.(cli|demo)|gui\.(app|soak|screenshots)|robot_drivers\.ati\.benchmark)\b"
+)
 MACHINE_PATH = re.compile(
     r"(?<![\w.:/$}>-])/(home|root|Users|opt|mnt|media|srv|work|workspace)/\w|\b[A-Z]:\\+Users"
 )
