@@ -20,10 +20,10 @@ from estimator.diagnosis.contest import (
 )
 from estimator.diagnosis.discrepancy import ModelError, model_error_of
 from estimator.diagnosis.findings import best_trials, effect_quantities, material_quantities
-from estimator.diagnosis.held_out import gap_of, held_out_residuals, white_floor
+from estimator.diagnosis.held_out import gap_of, held_out_residuals, noise_floor
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.preparation import prepare
-from estimator.diagnosis.result import Consideration, Gap, Material, Outcome, Place
+from estimator.diagnosis.result import Consideration, Material, Outcome, Place
 from estimator.diagnosis.workers import worker_pool
 from estimator.effects.catalogue import CATALOGUE, LABELS
 from estimator.errors import InputError
@@ -40,16 +40,20 @@ def consider(
     error: ModelError,
     trials: Sequence[Trial],
     contenders: Sequence[Contender],
+    floor: float,
 ) -> dict[str, Consideration]:
-    """Return for every label of the trials what its best form would do alone beside the baseline."""
+    """Return for every label of the trials what its best form would do alone beside the baseline.
+
+    ``floor`` is the root mean square of the noise in the whitened misfit.
+    """
     refitted: dict[str, Contender] = {}
     for contender in contenders:
         if len(contender.labels) == 1:
             refitted.setdefault(contender.labels[0], contender)
     return {
         label: Consideration(
-            _expected(case, baseline, error, trial),
-            _achieved(case, baseline, refitted[label]) if label in refitted else None,
+            _expected(case, baseline, error, trial, floor),
+            _achieved(case, baseline, refitted[label], floor) if label in refitted else None,
         )
         for label, trial in best_trials(trials).items()
     }
@@ -85,10 +89,11 @@ def what_if(experiments: Sequence[Experiment], label: str, progress: Tell | None
         starts = [trial.start for trial in trials[:_STARTS]]
         contenders = refit_all(case, baseline, error, starts, executor, tell)
         polished = polish_all(case, baseline, error, contenders[:1], executor, tell)
-        return consider(case, baseline, error, trials, polished)[label]
+        best = polished[0].fit if polished else baseline
+        return consider(case, baseline, error, trials, polished, noise_floor(case, best, error))[label]
 
 
-def _expected(case: Case, baseline: Linearisation, error: ModelError, trial: Trial) -> Outcome:
+def _expected(case: Case, baseline: Linearisation, error: ModelError, trial: Trial, floor: float) -> Outcome:
     joint = beside(baseline, trial.signature)
     step = np.array([c.get(trial.start) - c.get(joint.hypothesis) for c in joint.coordinates])
     change = [
@@ -96,14 +101,13 @@ def _expected(case: Case, baseline: Linearisation, error: ModelError, trial: Tri
         for whitening, columns in zip(case.whitenings, joint.by_coordinate, strict=True)
     ]
     channels = tuple(p + c for p, c in zip(baseline.predicted, change, strict=True))
-    return _outcome(
-        case, baseline, joint, trial.start, parameter_deviations(joint, error, error.floor), channels
-    )
+    deviations = parameter_deviations(joint, error, error.floor)
+    return _outcome(case, baseline, joint, trial.start, deviations, channels, floor)
 
 
-def _achieved(case: Case, baseline: Linearisation, contender: Contender) -> Outcome:
+def _achieved(case: Case, baseline: Linearisation, contender: Contender, floor: float) -> Outcome:
     fit = contender.fit
-    return _outcome(case, baseline, fit, fit.hypothesis, contender.deviations, fit.predicted)
+    return _outcome(case, baseline, fit, fit.hypothesis, contender.deviations, fit.predicted, floor)
 
 
 def _outcome(
@@ -113,18 +117,15 @@ def _outcome(
     reached: Hypothesis,
     deviations: FloatArray,
     channels: tuple[FloatArray, ...],
+    floor: float,
 ) -> Outcome:
     return Outcome(
         parameters=effect_quantities(reached, fit.coordinates, deviations, 0),
         material=Material(**material_quantities(reached, fit.coordinates, deviations)),
-        gap=_gap(case, baseline, fit),
+        gap=gap_of(held_out_residuals(baseline), held_out_residuals(fit), floor),
         place=_place(case, reached),
         channels=channels,
     )
-
-
-def _gap(case: Case, baseline: Linearisation, fit: Linearisation) -> Gap:
-    return gap_of(held_out_residuals(baseline), held_out_residuals(fit), white_floor(case))
 
 
 def _place(case: Case, hypothesis: Hypothesis) -> Place | None:

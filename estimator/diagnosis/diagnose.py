@@ -345,7 +345,7 @@ def _diagnosis(
                 case.experiments, baseline.predicted, chosen.predicted, case.whitenings, strict=True
             )
         ),
-        considered=consider(case, baseline, field.error, field.trials, field.contenders),
+        considered=consider(case, baseline, field.error, field.trials, field.contenders, floor),
         seconds=time.perf_counter() - started,
     )
 
