@@ -1,7 +1,6 @@
 """An emulated Net F/T box on a CAN bus of python-can, set to "CAN Bus", written from its manual's tables."""
 
 import struct
-import threading
 from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Self
@@ -10,11 +9,11 @@ import can
 import numpy as np
 
 from robot_drivers.ati.emulator.box import Box, Measurement, WrenchSource
+from robot_drivers.ati.emulator.can_node import AnswerCounts, CanNode, Frames, astray
 from robot_drivers.ati.emulator.faults import Faults
 from robot_drivers.ati.emulator.settings import EmulatorSettings
 
 _LONG, _SHORT, _BIAS, _CLEAR_LATCH = 0x01, 0x02, 0x04, 0x08
-_POLL_S = 0.02
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,15 +54,6 @@ class CanFaults:
     bus_off: bool = False
 
 
-@dataclass(slots=True)
-class CanCounts:
-    """Requests for samples, those left without a whole answer, and the messages that were cut short."""
-
-    requests: int = 0
-    unanswered: int = 0
-    cut: int = 0
-
-
 class NetBoxCanEmulator:
     """A box that senses ``source``; it answers from construction until :meth:`close`.
 
@@ -77,13 +67,12 @@ class NetBoxCanEmulator:
     def __init__(self, source: WrenchSource, settings: NetBoxCanEmulatorSettings) -> None:
         self.settings = settings
         self.faults = CanFaults()
-        self.counts = CanCounts()
+        self.counts = AnswerCounts()
         self._box = Box(source, settings.box)
         self._random = np.random.default_rng(settings.seed)
-        self._bus = can.Bus(channel=settings.channel, interface=settings.interface)
-        self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._serve, name="Net F/T emulator: CAN")
-        self._thread.start()
+        self._node = CanNode(
+            settings.channel, settings.interface, "Net F/T emulator: CAN", self._answer_message
+        )
 
     def __enter__(self) -> Self:
         return self
@@ -103,23 +92,18 @@ class NetBoxCanEmulator:
 
     def close(self) -> None:
         """Switch the box off."""
-        if not self._closing.is_set():
-            self._closing.set()
-            self._thread.join()
-            self._bus.shutdown()
+        self._node.close()
 
-    def _serve(self) -> None:
-        while not self._closing.is_set():
-            message = self._bus.recv(_POLL_S)
-            self._box.update()
-            if message is None or message.is_extended_id or message.arbitration_id != self.settings.base:
-                continue
-            if self._box.reachable and not self.faults.bus_off and len(message.data) == 1:
-                for offset, data in self._answer(message.data[0]):
-                    identifier = self.settings.base + offset
-                    self._bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
+    def _answer_message(self, message: can.Message | None) -> Frames:
+        self._box.update()
+        if message is None or message.is_extended_id or message.arbitration_id != self.settings.base:
+            return []
+        if not self._box.reachable or self.faults.bus_off or len(message.data) != 1:
+            return []
+        answer = self._answer(message.data[0])
+        return [(self.settings.base + offset, data) for offset, data in answer]
 
-    def _answer(self, code: int) -> list[tuple[int, bytes]]:
+    def _answer(self, code: int) -> Frames:
         if code == _LONG:
             return self._disturbed(self._long(self._box.sample_now()))
         if code == _SHORT:
@@ -130,7 +114,7 @@ class NetBoxCanEmulator:
             self._box.clear_latch()
         return []
 
-    def _long(self, measured: Measurement) -> list[tuple[int, bytes]]:
+    def _long(self, measured: Measurement) -> Frames:
         fx, fy, fz, tx, ty, tz = measured.counts[0].tolist()
         status, sample = int(measured.status[0]), int(measured.ft_sequence[0])
         return [
@@ -140,7 +124,7 @@ class NetBoxCanEmulator:
             (4, struct.pack("<II", status, sample)),
         ]
 
-    def _short(self, measured: Measurement) -> list[tuple[int, bytes]]:
+    def _short(self, measured: Measurement) -> Frames:
         scaled = np.rint(measured.counts[0] / self.settings.box.scale_factors)
         fx, fy, fz, tx, ty, tz = np.clip(scaled, -(2**15), 2**15 - 1).astype(int).tolist()
         status = int(measured.status[0]) >> self.settings.short_status_shift & 0xFFFF
@@ -149,15 +133,5 @@ class NetBoxCanEmulator:
             (6, struct.pack("<hhHH", fz, tz, status, int(measured.ft_sequence[0]) & 0xFFFF)),
         ]
 
-    def _disturbed(self, answer: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
-        faults = self.faults
-        silent, halved, cut = self._random.random(3) < (faults.silence, faults.halving, faults.cutting)
-        self.counts.requests += 1
-        self.counts.unanswered += bool(silent or halved or cut)
-        if silent:
-            return []
-        if cut:
-            self.counts.cut += 1
-            (offset, data), *rest = answer
-            return [(offset, data[:-1]), *rest]
-        return answer[:-1] if halved else answer
+    def _disturbed(self, answer: Frames) -> Frames:
+        return astray(answer, self.faults, self._random, self.counts)

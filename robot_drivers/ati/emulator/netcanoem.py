@@ -2,7 +2,6 @@
 
 import math
 import struct
-import threading
 import time
 from dataclasses import dataclass
 from types import TracebackType
@@ -12,12 +11,12 @@ import can
 import numpy as np
 
 from robot_drivers.ati.emulator.box import WrenchSource
+from robot_drivers.ati.emulator.can_node import AnswerCounts, CanNode, Frames, astray
 from robot_drivers.ati.gamma import GAGE_MATRIX
 from robot_drivers.clock import host_time_ns
 
 _GAGES_PER_SI = np.linalg.inv(1e-6 * GAGE_MATRIX)
 _EVEN_GAGES, _ODD_GAGES = [0, 2, 4], [1, 3, 5]
-_POLL_S = 0.02
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,15 +90,6 @@ class BoardFaults:
         return any(begin <= elapsed_s < begin + length for begin, length in stretches)
 
 
-@dataclass(slots=True)
-class BoardCounts:
-    """Requests for gages, those left without a whole answer, and the frames that were cut short."""
-
-    requests: int = 0
-    unanswered: int = 0
-    cut: int = 0
-
-
 class NetCANOEMEmulator:
     """A board that senses ``source``; it answers from construction until :meth:`close`.
 
@@ -110,7 +100,7 @@ class NetCANOEMEmulator:
     """
 
     def __init__(self, source: WrenchSource, settings: BoardSettings) -> None:
-        self.counts = BoardCounts()
+        self.counts = AnswerCounts()
         self._faults = BoardFaults()
         self._injected_ns = 0
         self._restart_due = self._bus_off_due = self._bus_error = False
@@ -119,10 +109,7 @@ class NetCANOEMEmulator:
         self._calibration = 0
         self._epoch_ns = host_time_ns()
         self._random = np.random.default_rng(settings.seed)
-        self._bus = can.Bus(channel=settings.channel, interface=settings.interface)
-        self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._serve, name="NETCANOEM emulator")
-        self._thread.start()
+        self._node = CanNode(settings.channel, settings.interface, "NETCANOEM emulator", self._answer_message)
 
     def __enter__(self) -> Self:
         return self
@@ -150,19 +137,14 @@ class NetCANOEMEmulator:
 
     def close(self) -> None:
         """Switch the board off."""
-        if not self._closing.is_set():
-            self._closing.set()
-            self._thread.join()
-            self._bus.shutdown()
+        self._node.close()
 
-    def _serve(self) -> None:
-        while not self._closing.is_set():
-            message = self._bus.recv(_POLL_S)
-            if self._works() and message is not None and message.arbitration_id >> 4 == self.settings.base:
-                time.sleep(self._faults.delay_s)
-                for opcode, data in self._answer(message.arbitration_id & 0xF, bytes(message.data)):
-                    identifier = self.settings.base << 4 | opcode
-                    self._bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
+    def _answer_message(self, message: can.Message | None) -> Frames:
+        if not self._works() or message is None or message.arbitration_id >> 4 != self.settings.base:
+            return []
+        time.sleep(self._faults.delay_s)
+        answer = self._answer(message.arbitration_id & 0xF, bytes(message.data))
+        return [(self.settings.base << 4 | opcode, data) for opcode, data in answer]
 
     def _works(self) -> bool:
         """Carry out what has become due; tell whether the board takes part in the bus."""
@@ -175,7 +157,7 @@ class NetCANOEMEmulator:
             self._bus_error = True
         return not self._faults.off_the_bus(elapsed_s)
 
-    def _answer(self, opcode: int, data: bytes) -> list[tuple[int, bytes]]:
+    def _answer(self, opcode: int, data: bytes) -> Frames:
         settings = self.settings
         if opcode == 0x0 and not data:
             return self._gages()
@@ -198,12 +180,7 @@ class NetCANOEMEmulator:
             return [(0xF, struct.pack(">BBH", *settings.firmware))]
         return []
 
-    def _gages(self) -> list[tuple[int, bytes]]:
-        silent, halved, cut = self._random.random(3) < (
-            self._faults.silence,
-            self._faults.halving,
-            self._faults.cutting,
-        )
+    def _gages(self) -> Frames:
         time_s = (host_time_ns() - self._epoch_ns) * 1e-9
         load = _GAGES_PER_SI @ self._source(time_s)
         gages = np.rint(load + self.settings.noise_std * self._random.standard_normal(6))
@@ -216,11 +193,4 @@ class NetCANOEMEmulator:
             status |= 1 << 15 | 1 << 14
         even = struct.pack(">H3h", status, *gages[_EVEN_GAGES].tolist())
         odd = struct.pack(">3h", *gages[_ODD_GAGES].tolist())
-        self.counts.requests += 1
-        self.counts.unanswered += bool(silent or halved or cut)
-        if silent:
-            return []
-        if cut:
-            self.counts.cut += 1
-            return [(0x0, even[:-1]), (0x1, odd)]
-        return [(0x0, even)] if halved else [(0x0, even), (0x1, odd)]
+        return astray([(0x0, even), (0x1, odd)], self._faults, self._random, self.counts)
