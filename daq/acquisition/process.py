@@ -37,7 +37,7 @@ from daq.acquisition.messages import (
     Telemetry,
 )
 from daq.devices import Devices
-from daq.errors import DaqError, SessionError, SoftwareStopError
+from daq.errors import DaqError, SessionError
 from daq.recording.folder import read_info
 from daq.recording.streams import FORCE, ROBOT, Streams, camera_stream
 from daq.rig import Rig, make_devices
@@ -150,7 +150,7 @@ class Host:
             return Ended(session.run(self._show_progress), None)
         except (DaqError, DeviceError) as error:
             failure = _failure(error)
-            if isinstance(error, SoftwareStopError):
+            if (held := self._session) is not None and held.stop is not None:
                 self._held = str(error)
         finally:
             self._session, self._progress = None, ("ready", 0, 0)

@@ -7,53 +7,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fake_devices import FakeCamera, FakeForceSensor, FakeRobot
+from session_bench import SHORT, Bench, silent
 
-from daq.devices import Devices
 from daq.errors import MotionLimitError, SessionError, SoftwareStopError
 from daq.recording.folder import read_info, verify_checksums
 from daq.recording.reader import Recording, open_recording
-from daq.rig import Rig, read_rig
+from daq.rig import read_rig
 from daq.session.checks import gripper_in_tissue
 from daq.session.session import Label, Session, connected, run_session
 from daq.session_report import read_report
-from daq.trajectories import PULL, TWIST_AND_PULL, Dwell, Trajectory
-from daq.virtual_rig.layout import REST_TOOL, Addresses, rig_description
-from daq.virtual_rig.scene import flea2_pair
+from daq.trajectories import TWIST_AND_PULL
 from robot_drivers.errors import DeviceTimeoutError, MotionRefusedError
 from robot_drivers.protocols import Pose, Speed, WrenchBlock
-
-SHORT = replace(
-    PULL, steps=3, return_steps=1, step_length=0.002, dwell=Dwell(rest_s=0.1, settle_s=0.02, measure_s=0.05)
-)
-
-
-def silent(text: str, done: int, total: int) -> None:
-    """No progress is shown."""
-
-
-class Bench:
-    """Fake devices at rest, and a rig that describes them; generous speed limit, for the fakes jump."""
-
-    def __init__(self, folder: Path) -> None:
-        calibration = folder / "stereo.toml"
-        flea2_pair().save(calibration)
-        addresses = Addresses(1, 2, 3, 4, 5, 6, ("tcp://a:1", "tcp://b:2"))
-        rig = rig_description(addresses, calibration)
-        self.rig: Rig = replace(rig, limits=replace(rig.limits, speed_m_s=5.0, communication_age_s=30.0))
-        self.force = FakeForceSensor()
-        self.force.wrench[:] = 20.0, -7.0, 3.0, 0.5, 0.2, 0.1
-        self.robot = FakeRobot(REST_TOOL)
-        self.devices = Devices(self.force, self.robot, {"left": FakeCamera(), "right": FakeCamera()})
-        self.folder = folder / "session"
-        self.trajectory: Trajectory = SHORT.trajectory()
-
-    def run(self) -> None:
-        run_session(self.rig, self.devices, self.trajectory, self.folder, Label("test"), silent)
-
-    def load(self, *wrench: float) -> None:
-        """Let the force sensor feel so much more from the middle of the first motion on."""
-        self.robot.on_the_way = lambda: np.add(self.force.wrench, wrench, out=self.force.wrench)
 
 
 @pytest.fixture
@@ -292,7 +257,7 @@ import resource, sys
 from pathlib import Path
 sys.path[:0] = {paths!r}
 from daq.errors import RecordingError
-from test_session import Bench
+from session_bench import Bench
 bench = Bench(Path({folder!r}))
 resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
 try:
