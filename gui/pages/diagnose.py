@@ -13,8 +13,7 @@ from estimator.diagnosis.result import Advice, Consideration, Diagnosis
 from estimator.report.diagnosis.findings import answer_words
 from gui.computations import diagnose_sources, try_cause, write_diagnosis_page
 from gui.context import Context
-from gui.jobs import Job
-from gui.messages import Message, information
+from gui.messages import information
 from gui.widgets.cards import Card, button, label
 from gui.widgets.diagnosis_result import Diagnosed, DiagnosisResult
 from gui.widgets.job_strip import WAIT, JobStrip
@@ -49,7 +48,8 @@ class DiagnosePage(QWidget):
         self.history.setSpacing(2)
         self.history.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.history.currentRowChanged.connect(self._show)
-        self.strip = JobStrip()
+        self.strip = JobStrip(context.navigator.tell)
+        self.strip.idle_changed.connect(self._show_readiness)
         self.result = DiagnosisResult()
         self.result.hide()
         self.result.cause_wanted.connect(self._try_cause)
@@ -97,7 +97,7 @@ class DiagnosePage(QWidget):
             return
         sources = self.picker.chosen()
         job = self._context.jobs.start("Diagnosing", diagnose_sources, sources)
-        self._watch(job, "No diagnosis")
+        self.strip.watch(job, "No diagnosis")
         job.finished.connect(lambda found: self.add(found, sources))
 
     def _try_cause(self, cause: str) -> None:
@@ -107,7 +107,7 @@ class DiagnosePage(QWidget):
         job = self._context.jobs.start(
             f"Adding {answer_words(cause)} to the model", try_cause, shown.sources, cause
         )
-        self._watch(job, "The cause was not added")
+        self.strip.watch(job, "The cause was not added")
         job.finished.connect(lambda found: self._consider(shown, cause, found))
 
     def _consider(self, shown: Diagnosed, cause: str, found: Consideration) -> None:
@@ -128,16 +128,6 @@ class DiagnosePage(QWidget):
     def _show_readiness(self) -> None:
         self.begin.setEnabled(bool(self.picker.chosen()) and self.strip.idle)
 
-    def _watch(self, job: Job, failure: str) -> None:
-        self.strip.watch(job)
-        job.failed.connect(
-            lambda line: self._context.navigator.tell(
-                Message("error", f"{failure}: {line}", "The recordings are as they were.")
-            )
-        )
-        job.ended.connect(self._show_readiness)
-        self._show_readiness()
-
     def _queue(self, advice: Advice) -> None:
         trial = advised_trial(advice.manoeuvre, self._context.sessions_folder / MANOEUVRES_FOLDER)
         if trial is not None:
@@ -157,7 +147,7 @@ class DiagnosePage(QWidget):
         job = self._context.jobs.start(
             "Writing the report", write_diagnosis_page, self.result.shown.diagnosis, page
         )
-        self._watch(job, "No report")
+        self.strip.watch(job, "No report")
         job.finished.connect(
             lambda path: self._context.navigator.tell(information(f"Report written to {path}"))
         )

@@ -10,8 +10,7 @@ from estimator.fit.result import Estimate
 from gui.computations import estimate_sources, write_estimate_page
 from gui.context import Context
 from gui.following import follow_session
-from gui.jobs import Job
-from gui.messages import Message, information
+from gui.messages import information
 from gui.state import RigState
 from gui.widgets.cards import button, label
 from gui.widgets.estimate_result import EstimateResult
@@ -40,7 +39,8 @@ class EstimatePage(QWidget):
         self.follow.toggled.connect(lambda: self._follow(context.link.state))
         self._followed: Path | None = None
         self._history: list[OnlineEstimate] = []
-        self.strip = JobStrip()
+        self.strip = JobStrip(context.navigator.tell)
+        self.strip.idle_changed.connect(self._show_readiness)
         self.result = EstimateResult()
         self.result.save.clicked.connect(self._ask_where_to_save)
         self.result.diagnose.clicked.connect(self._diagnose)
@@ -85,7 +85,7 @@ class EstimatePage(QWidget):
             return
         self._followed, self._history, self._sources = session, [], (session,)
         job = self._context.jobs.start("Estimating while it is recorded", follow_session, session)
-        self._watch(job, "No estimate")
+        self.strip.watch(job, "No estimate")
         job.shown.connect(self.show_step)
         job.finished.connect(self._show_whole)
 
@@ -99,18 +99,8 @@ class EstimatePage(QWidget):
             return
         self._sources = self.picker.chosen()
         job = self._context.jobs.start("Estimating E and ν", estimate_sources, self._sources)
-        self._watch(job, "No estimate")
+        self.strip.watch(job, "No estimate")
         job.finished.connect(self.show_estimate)
-
-    def _watch(self, job: Job, failure: str) -> None:
-        self.strip.watch(job)
-        job.failed.connect(
-            lambda line: self._context.navigator.tell(
-                Message("error", f"{failure}: {line}", "The recordings are as they were.")
-            )
-        )
-        job.ended.connect(self._show_readiness)
-        self._show_readiness()
 
     def _show_readiness(self) -> None:
         self.begin.setEnabled(bool(self.picker.chosen()) and self.strip.idle)
@@ -128,7 +118,7 @@ class EstimatePage(QWidget):
             self._context.navigator.tell(information("No report yet: a computation is running.", WAIT))
             return
         job = self._context.jobs.start("Writing the report", write_estimate_page, self.estimate, page)
-        self._watch(job, "No report")
+        self.strip.watch(job, "No report")
         job.finished.connect(
             lambda path: self._context.navigator.tell(information(f"Report written to {path}"))
         )

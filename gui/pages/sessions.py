@@ -10,11 +10,10 @@ from daq.errors import RecordingError
 from daq.session_report import SessionReport, read_report
 from gui.computations import EXPORTS, export_session, judge_session, repair_session
 from gui.context import Context
-from gui.jobs import Job
 from gui.messages import Message, information
 from gui.session_list import SessionEntry
 from gui.widgets.cards import Card, button, label, scrolled
-from gui.widgets.job_strip import JobStrip
+from gui.widgets.job_strip import JobStrip, failed
 from gui.widgets.replay_pane import ReplayPane
 from gui.widgets.save_dialog import ask_where_to_save
 from gui.widgets.session_table import SessionTable
@@ -41,9 +40,10 @@ class SessionsPage(QWidget):
         super().__init__(parent)
         self._context = context
         self._dialog: QFileDialog | None = None
-        self.strip = JobStrip()
+        self.strip = JobStrip(context.navigator.tell)
+        self.strip.idle_changed.connect(self._on_idle_changed)
         self.replay = ReplayPane(context.rig)
-        self.replay.failed.connect(lambda line: self._tell_failure("Cannot be replayed", line))
+        self.replay.failed.connect(lambda line: self._tell(failed("Cannot be replayed", line)))
         self._replayed: Path | None = None
         self.facts, self.quality = Facts(), label("", "muted")
         self.repair = button("Repair", "primary", "Seal what was recorded before the session was cut off")
@@ -151,12 +151,14 @@ class SessionsPage(QWidget):
     def _repair(self) -> None:
         (session,) = self._folders()
         job = self._context.jobs.start("Repairing", repair_session, session)
-        self._watch(job, "Not repaired")
+        self.strip.watch(job, "Not repaired")
         job.finished.connect(lambda kept: self._tell(information(f"{session.name} is repaired: {kept}")))
 
     def _judge(self) -> None:
         (session,) = self._folders()
-        self._watch(self._context.jobs.start("Judging the recording", judge_session, session), "Not judged")
+        self.strip.watch(
+            self._context.jobs.start("Judging the recording", judge_session, session), "Not judged"
+        )
 
     def _ask_where_to_export(self) -> None:
         (session,) = self._folders()
@@ -174,17 +176,13 @@ class SessionsPage(QWidget):
     def export_to(self, session: Path, form: str, target: Path) -> None:
         """Export a session in one of the formats to a new place."""
         job = self._context.jobs.start(f"Exporting {_FORMS[form]}", export_session, session, form, target)
-        self._watch(job, "Not exported")
+        self.strip.watch(job, "Not exported")
         job.finished.connect(lambda told: self._tell(information(f"Exported: {told}")))
 
-    def _watch(self, job: Job, failure: str) -> None:
-        self.strip.watch(job)
-        job.failed.connect(lambda line: self._tell_failure(failure, line))
-        job.ended.connect(self.table.refresh)
+    def _on_idle_changed(self) -> None:
+        if self.strip.idle:
+            self.table.refresh()
         self._show_actions()
-
-    def _tell_failure(self, what: str, line: str) -> None:
-        self._tell(Message("error", f"{what}: {line}", "The recording is as it was."))
 
     def _tell(self, message: Message) -> None:
         self._context.navigator.tell(message)

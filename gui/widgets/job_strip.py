@@ -1,19 +1,40 @@
 """What a job is doing, how far it is, and the button that ends it."""
 
+from collections.abc import Callable
+
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QWidget
 
 from gui.jobs import Job
+from gui.messages import Message
 from gui.widgets.cards import button, label
 
 WAIT = "Wait until it has ended, or cancel it, and do it again."
 """What to do where a page can compute only one thing at a time."""
 
 
-class JobStrip(QWidget):
-    """One line; hidden while nothing is being computed."""
+def failed(what: str, line: str) -> Message:
+    """Return what to tell where ``what`` did not come about for the reason of ``line``."""
+    return Message("error", f"{what}: {line}", "What was recorded is as it was.")
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+
+class JobStrip(QWidget):
+    """One line; hidden while nothing is being computed.
+
+    Parameters
+    ----------
+    tell : shows a message to the operator
+
+    Signals
+    -------
+    idle_changed : a job is watched, or has ended
+    """
+
+    idle_changed = Signal()
+
+    def __init__(self, tell: Callable[[Message], None], parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self._tell = tell
         self._job: Job | None = None
         self._text = label("", "muted")
         self._text.setWordWrap(False)
@@ -34,14 +55,16 @@ class JobStrip(QWidget):
         """Whether nothing is being computed."""
         return self._job is None
 
-    def watch(self, job: Job) -> None:
-        """Show a job until it ends."""
+    def watch(self, job: Job, failure: str) -> None:
+        """Show a job until it ends; where it fails, ``failure`` says what there is not."""
         self._job = job
         self._progress(job.title, 0, 0)
         self.cancel.setEnabled(True)
         job.progressed.connect(self._progress)
+        job.failed.connect(lambda line: self._tell(failed(failure, line)))
         job.ended.connect(self._end)
         self.show()
+        self.idle_changed.emit()
 
     def _progress(self, text: str, done: int, total: int) -> None:
         counted = total > 1
@@ -58,3 +81,4 @@ class JobStrip(QWidget):
     def _end(self) -> None:
         self._job = None
         self.hide()
+        self.idle_changed.emit()
