@@ -6,10 +6,10 @@ import math
 import signal
 import socket
 import threading
-import time
 
 import numpy as np
 import pytest
+from abb_motions import moving, shifted, stands, wait_until
 
 from robot_drivers.abb import poses
 from robot_drivers.abb.egm import EGMSettings
@@ -19,7 +19,6 @@ from robot_drivers.abb.irb140 import IRB140, IRB140Settings, MotionInterruptedEr
 from robot_drivers.abb.limits import Box, MotionLimits
 from robot_drivers.errors import (
     ConfigurationError,
-    DeviceError,
     DeviceFaultError,
     DeviceTimeoutError,
     DeviceUnreachableError,
@@ -56,33 +55,6 @@ def connected(emulator, **changes):
         robot.close()
 
 
-@contextlib.contextmanager
-def moving(robot, target, speed=SLOW):
-    """A motion in another thread, already under way; gives the list that will hold how it ended."""
-    outcome = []
-
-    def move():
-        try:
-            outcome.append(robot.move_linear(target, speed, timeout_s=60.0))
-        except DeviceError as error:
-            outcome.append(error)
-
-    thread = threading.Thread(target=move)
-    thread.start()
-    wait_until(lambda: robot.state().moving or outcome)
-    try:
-        yield outcome
-    finally:
-        thread.join()
-
-
-def wait_until(condition, timeout_s=60.0):
-    deadline = time.monotonic() + timeout_s
-    while not condition():
-        assert time.monotonic() < deadline, "it did not happen in time"
-        time.sleep(0.005)
-
-
 def raises(kind, call):
     try:
         call()
@@ -91,22 +63,10 @@ def raises(kind, call):
     return False
 
 
-def stands(emulator):
-    """Whether the arm keeps its place for a while (12 cycles)."""
-    before = emulator.pose()
-    time.sleep(0.05)
-    return emulator.pose() == before
-
-
 def free_udp_port():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]
-
-
-def shifted(pose, dx=0.0, dy=0.0, dz=0.0):
-    x, y, z = pose.position
-    return Pose((x + dx, y + dy, z + dz), pose.quaternion_wxyz)
 
 
 @pytest.fixture
@@ -202,7 +162,7 @@ def test_the_controller_also_keeps_the_limits_it_was_handed(emulator, home):
 
 
 def test_hold_stops_a_motion_of_another_thread_on_its_way(emulator, robot, home):
-    with moving(robot, shifted(home, dx=0.02)) as outcome:
+    with moving(robot, shifted(home, dx=0.02), SLOW) as outcome:
         robot.hold()
         assert stands(emulator)
     assert isinstance(outcome[0], MotionInterruptedError)
@@ -212,7 +172,7 @@ def test_hold_stops_a_motion_of_another_thread_on_its_way(emulator, robot, home)
 
 
 def test_nothing_moves_after_hold_until_resume_and_resume_moves_nothing(emulator, robot, home):
-    with moving(robot, shifted(home, dx=0.02)):
+    with moving(robot, shifted(home, dx=0.02), SLOW):
         robot.hold()
     with pytest.raises(MotionRefusedError, match="resume"):
         robot.move_linear(home, SPEED, timeout_s=60.0)
@@ -259,7 +219,7 @@ def test_ctrl_c_during_a_motion_stops_it(emulator, robot, home):
 
 
 def test_two_motions_at_once_are_refused(robot, home):
-    with moving(robot, shifted(home, dx=0.02)):
+    with moving(robot, shifted(home, dx=0.02), SLOW):
         with pytest.raises(MotionRefusedError, match="under way"):
             robot.move_linear(home, SPEED, timeout_s=60.0)
         robot.hold()

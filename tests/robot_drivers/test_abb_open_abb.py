@@ -5,11 +5,11 @@ import dataclasses
 import math
 import re
 import socket
-import threading
 import time
 
 import numpy as np
 import pytest
+from abb_motions import moving, shifted, stands
 
 from robot_drivers.abb import open_abb_messages as messages
 from robot_drivers.abb import poses
@@ -20,7 +20,6 @@ from robot_drivers.abb.open_abb import OpenABB, OpenABBSettings
 from robot_drivers.abb.open_abb_emulator import OpenABBEmulator, OpenABBEmulatorSettings
 from robot_drivers.errors import (
     ConfigurationError,
-    DeviceError,
     DeviceFaultError,
     DeviceProtocolError,
     DeviceTimeoutError,
@@ -83,38 +82,6 @@ def bare_client(emulator):
 def say(connection, text):
     connection.sendall(text.encode())
     return connection.recv(4096).decode()
-
-
-@contextlib.contextmanager
-def moving(robot, target, speed=SLOW):
-    outcome = []
-
-    def move():
-        try:
-            outcome.append(robot.move_linear(target, speed, timeout_s=60.0))
-        except DeviceError as error:
-            outcome.append(error)
-
-    thread = threading.Thread(target=move)
-    thread.start()
-    deadline = time.monotonic() + 60.0
-    while not robot.state().moving and not outcome:
-        assert time.monotonic() < deadline
-    try:
-        yield outcome
-    finally:
-        thread.join()
-
-
-def stands(emulator):
-    before = emulator.pose()
-    time.sleep(0.05)
-    return emulator.pose() == before
-
-
-def shifted(pose, dx=0.0, dy=0.0, dz=0.0):
-    x, y, z = pose.position
-    return Pose((x + dx, y + dy, z + dz), pose.quaternion_wxyz)
 
 
 # ---- bytes
@@ -281,7 +248,7 @@ def test_a_step_beyond_the_limit_is_refused_before_anything_moves(emulator, robo
 
 
 def test_hold_takes_effect_at_the_end_of_a_piece(emulator, robot, home):
-    with moving(robot, shifted(home, dx=0.03)) as outcome:
+    with moving(robot, shifted(home, dx=0.03), SLOW) as outcome:
         robot.hold()
         assert stands(emulator)
     assert isinstance(outcome[0], MotionInterruptedError)
@@ -310,7 +277,10 @@ def test_a_motion_that_takes_too_long_ends_between_two_pieces(emulator, robot, h
 
 
 def test_a_server_that_falls_silent_in_a_motion_is_told_with_the_way_out(emulator, home):
-    with connected(emulator, reply_timeout_s=1.0) as robot, moving(robot, shifted(home, dx=0.03)) as outcome:
+    with (
+        connected(emulator, reply_timeout_s=1.0) as robot,
+        moving(robot, shifted(home, dx=0.03), SLOW) as outcome,
+    ):
         emulator.mute = True
     assert isinstance(outcome[0], DeviceTimeoutError)
     assert "Look at the robot" in str(outcome[0])
@@ -320,7 +290,7 @@ def test_a_server_that_falls_silent_in_a_motion_is_told_with_the_way_out(emulato
 
 def test_a_late_acknowledgement_never_passes_for_another_answer(emulator, home):
     with connected(emulator, reply_timeout_s=1.0) as robot:
-        with moving(robot, shifted(home, dx=0.03)) as outcome:
+        with moving(robot, shifted(home, dx=0.03), SLOW) as outcome:
             emulator.mute = True
         emulator.mute = False
         assert isinstance(outcome[0], DeviceTimeoutError)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sensor_blocks import first_block
 
 from robot_drivers.ati.emulator import EmulatorSettings, Faults
 from robot_drivers.ati.emulator.netbox_can import CanFaults, NetBoxCanEmulator, NetBoxCanEmulatorSettings
@@ -43,15 +44,6 @@ def connected(source=lambda _: LOAD, box=NOISELESS, **changes):
             yield emulator, sensor
         finally:
             sensor.close()
-
-
-def first_block(sensor, condition=lambda _: True):
-    end = time.monotonic() + 60.0
-    while time.monotonic() < end:
-        block = sensor.read(0.05)
-        if len(block) and condition(block):
-            return block
-    raise AssertionError("no such block came")
 
 
 # ---- bytes

@@ -2,7 +2,6 @@
 
 import itertools
 import struct
-import time
 from contextlib import contextmanager
 
 import can
@@ -10,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sensor_blocks import first_block, read_for
 
 from robot_drivers.ati.emulator.netcanoem import BoardFaults, BoardSettings, NetCANOEMEmulator
 from robot_drivers.ati.gamma import GAGE_MATRIX
@@ -37,25 +37,6 @@ def connected(source=lambda _: LOAD, board=None, **settings):
             yield emulator, sensor
         finally:
             sensor.close()
-
-
-def read_for(sensor, seconds):
-    end, blocks = time.monotonic() + seconds, []
-    while time.monotonic() < end:
-        block = sensor.read(0.05)
-        if len(block):
-            blocks.append(block)
-    return blocks
-
-
-def first_block(sensor, condition):
-    """Read on to the first block with samples that satisfies a condition."""
-    end = time.monotonic() + 3.0
-    while time.monotonic() < end:
-        block = sensor.read(0.05)
-        if len(block) and condition(block):
-            return block
-    raise AssertionError("no such block came")
 
 
 # ---- bytes

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from sensor_blocks import read_for
 
 from robot_drivers.ati.benchmark import run as run_benchmark
 from robot_drivers.ati.emulator import BoxConfiguration, EmulatorSettings, Faults, NetFTEmulator
@@ -41,16 +42,6 @@ def streaming(source=lambda _: LOAD, box=None, **settings):
     with connected(source, box, **settings) as (emulator, sensor):
         sensor.start()
         yield emulator, sensor
-
-
-def read_for(sensor, seconds):
-    """Read for some time; return the blocks that were not empty."""
-    end, blocks = time.monotonic() + seconds, []
-    while time.monotonic() < end:
-        block = sensor.read(0.05)
-        if len(block):
-            blocks.append(block)
-    return blocks
 
 
 def wrenches(blocks):

@@ -8,6 +8,7 @@ import pytest
 import serial
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sensor_blocks import gathered, read_for
 
 from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
 from robot_drivers.ati.controller_ft_emulator import ControllerFTEmulator, ControllerFTEmulatorSettings
@@ -52,19 +53,6 @@ def wired_to(emulator):
     """A bare serial port to the emulator."""
     with serial.Serial(emulator.port, 19200, timeout=2.0) as port:
         yield port
-
-
-def read_for(sensor, seconds):
-    end, blocks = time.monotonic() + seconds, []
-    while time.monotonic() < end:
-        block = sensor.read(0.05)
-        if len(block):
-            blocks.append(block)
-    return blocks
-
-
-def gathered(blocks, name):
-    return np.concatenate([getattr(block, name) for block in blocks])
 
 
 def decoded(decoder, data, chunk=50):

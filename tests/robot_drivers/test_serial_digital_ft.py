@@ -7,6 +7,7 @@ from contextlib import closing, contextmanager
 import numpy as np
 import pytest
 import serial
+from sensor_blocks import gathered, read_for, read_until
 
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
 from robot_drivers.ati.digital_ft_emulator import (
@@ -75,27 +76,6 @@ def wired_to(emulator):
     """A bare serial port to the emulator; a pseudo-terminal minds neither bit rate nor parity."""
     with serial.Serial(emulator.port, 115200, timeout=2.0) as port:
         yield port
-
-
-def read_for(sensor, seconds):
-    end, blocks = time.monotonic() + seconds, []
-    while time.monotonic() < end:
-        block = sensor.read(0.05)
-        if len(block):
-            blocks.append(block)
-    return blocks
-
-
-def gathered(blocks, name):
-    return np.concatenate([getattr(block, name) for block in blocks])
-
-
-def read_until(sensor, condition, limit_s=60.0):
-    end, blocks = time.monotonic() + limit_s, []
-    while not condition():
-        assert time.monotonic() < end, "it did not come about"
-        blocks.append(sensor.read(0.05))
-    return blocks
 
 
 def test_the_calibration_record_is_read_as_the_register_table_says():
