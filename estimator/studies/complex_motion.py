@@ -9,7 +9,7 @@ from estimator.forward.meshing import DEFAULT_GRADING, mesh_experiment
 from estimator.simulation.simulate import TRUE_RESOLUTION, Resolution
 from estimator.studies.block import MOTIONS, POISSON_RATIO, YOUNGS_MODULUS, block, measured
 from estimator.studies.case import Parametric, Row
-from estimator.studies.fitting import fitted
+from estimator.studies.fitting import fitted, row_of
 from estimator.studies.objectives import OBJECTIVES
 from estimator.studies.study import Group, Level, Study, Truth
 
@@ -34,11 +34,7 @@ class ComplexMotion(Parametric):
         true = mesh_experiment(planned[0], self.truth.grading, self.truth.kind)
         seen: list[Experiment] = [measured(one, true) for one in planned]
         found = fitted(mesh_experiment(planned[0], self.grading), seen, self.objective)
-        return {
-            "youngs_modulus": found.youngs_modulus,
-            "poisson_ratio": found.poisson_ratio,
-            "seconds": found.seconds,
-        }
+        return row_of(found)
 
 
 def complex_motion(truth: Resolution = TRUE_RESOLUTION, grading: Grading = DEFAULT_GRADING) -> Study:

@@ -1,31 +1,22 @@
 """E and ν on a given mesh, as it is: what the discretisation does to them is what some studies look at."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from estimator.experiment import Experiment
 from estimator.fem.problem import RetractionProblem
 from estimator.fit.estimate import estimate
 from estimator.fit.nuisances import DISCRETISATION, USUAL
+from estimator.fit.result import Estimate
 from estimator.fit.settings import FitSettings, Objective
+from estimator.studies.case import Row
 
 # No tissue widens where it is drawn; a search that looks there may find no equilibrium.
 _POISSON_RATIOS = (0.0, 0.4999)
 
 
-@dataclass(frozen=True, slots=True)
-class Fitted:
-    """E in Pa, ν, the states that were solved for them, and the wall time in s."""
-
-    youngs_modulus: float
-    poisson_ratio: float
-    solves: int
-    seconds: float
-
-
 def fitted(
     problem: RetractionProblem, experiments: Sequence[Experiment], objective: Objective = "likelihood"
-) -> Fitted:
+) -> Estimate:
     """Fit E and ν to all states, from a fit to a few of them.
 
     Raises
@@ -40,5 +31,14 @@ def fitted(
         bounds={"poisson_ratio": _POISSON_RATIOS},
         nuisances=USUAL - {DISCRETISATION},
     )
-    found = estimate(experiments, settings=settings, mesh=lambda _: problem)
-    return Fitted(found.youngs_modulus.value, found.poisson_ratio.value, found.forward_solves, found.seconds)
+    return estimate(experiments, settings=settings, mesh=lambda _: problem)
+
+
+def row_of(found: Estimate, **further: float | str) -> Row:
+    """Return what a table keeps of an estimate: E in Pa, ν, the wall time in s, and what else the case has to say."""
+    return {
+        "youngs_modulus": found.youngs_modulus.value,
+        "poisson_ratio": found.poisson_ratio.value,
+        "seconds": found.seconds,
+        **further,
+    }

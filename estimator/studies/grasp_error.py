@@ -12,7 +12,7 @@ from estimator.forward.meshing import mesh_experiment
 from estimator.studies import paper
 from estimator.studies.block import MOTIONS, POISSON_RATIO, SIZE_M, YOUNGS_MODULUS, block, grasp_at, measured
 from estimator.studies.case import Parametric, Row
-from estimator.studies.fitting import fitted
+from estimator.studies.fitting import fitted, row_of
 from estimator.studies.objectives import OBJECTIVES
 from estimator.studies.study import UNKNOWN, Group, Level, Study, Truth
 
@@ -45,13 +45,7 @@ class GraspError(Parametric):
         seen = measured(true, mesh_experiment(true, self.grading))
         believed = replace(seen, grasp=stated.grasp, position=stated.position)
         found = fitted(mesh_experiment(stated, self.grading), [believed], self.objective)
-        return {
-            "youngs_modulus": found.youngs_modulus,
-            "poisson_ratio": found.poisson_ratio,
-            "seconds": found.seconds,
-            "shift_x": shift[0],
-            "shift_y": shift[1],
-        }
+        return row_of(found, shift_x=shift[0], shift_y=shift[1])
 
 
 def drawn_shift(error_m: float, draw: int) -> tuple[float, float]:

@@ -15,7 +15,7 @@ from estimator.materials import NeoHookean
 from estimator.materials.material import Material
 from estimator.studies.block import MOTIONS, measured, unmeasured
 from estimator.studies.case import Parametric, Row
-from estimator.studies.fitting import fitted
+from estimator.studies.fitting import fitted, row_of
 from estimator.studies.objectives import OBJECTIVES
 from estimator.studies.study import Group, Level, Study, Truth
 
@@ -50,12 +50,7 @@ class Liver(Parametric):
         seen = measured(planned, surface_problem(planned, surface, FINE_GRADING), truth)
         model = surface_problem(planned, surface)
         found = fitted(model, [seen], self.objective)
-        return {
-            "youngs_modulus": found.youngs_modulus,
-            "poisson_ratio": found.poisson_ratio,
-            "seconds": found.seconds,
-            "remark": f"{len(model.body.mesh.cells)} {model.body.mesh.kind}",
-        }
+        return row_of(found, remark=f"{len(model.body.mesh.cells)} {model.body.mesh.kind}")
 
 
 def liver_experiment(surface: Surface, motion: str) -> Experiment:

@@ -11,7 +11,7 @@ from estimator.simulation.simulate import TRUTH_GRADING
 from estimator.studies import paper
 from estimator.studies.block import MOTIONS, POISSON_RATIO, YOUNGS_MODULUS, block, measured
 from estimator.studies.case import Parametric, Row
-from estimator.studies.fitting import fitted
+from estimator.studies.fitting import fitted, row_of
 from estimator.studies.study import UNKNOWN, Group, Level, PaperFigure, Study, Truth
 from estimator.studies.tetrahedra import block_of_tetrahedra
 
@@ -46,12 +46,10 @@ class MeshDensity(Parametric):
         experiment = measured(planned, posed(planned, self.data))
         model = posed(planned, self.model)
         found = fitted(model, [experiment], self.objective)
-        return {
-            "youngs_modulus": found.youngs_modulus,
-            "poisson_ratio": found.poisson_ratio,
-            "seconds": found.seconds,
-            "remark": f"{len(model.body.mesh.cells)} {model.body.mesh.kind}, {found.solves} states solved",
-        }
+        return row_of(
+            found,
+            remark=f"{len(model.body.mesh.cells)} {model.body.mesh.kind}, {found.forward_solves} states solved",
+        )
 
 
 def posed(experiment: Experiment, mesh: MeshName) -> RetractionProblem:

@@ -10,7 +10,7 @@ from estimator.fit.settings import Objective
 from estimator.forward.meshing import mesh_experiment
 from estimator.studies.block import MOTIONS, POISSON_RATIO, YOUNGS_MODULUS, block, measured
 from estimator.studies.case import Parametric, Row
-from estimator.studies.fitting import fitted
+from estimator.studies.fitting import fitted, row_of
 from estimator.studies.grasp_error import GRADING
 from estimator.studies.objectives import OBJECTIVES
 from estimator.studies.study import Group, Level, Study, Truth
@@ -44,11 +44,7 @@ class MotionNoise(Parametric):
         model = mesh_experiment(block(reported), self.grading)
         seen = measured(block([reported[0], *true]), model)
         found = fitted(model, [replace(seen, position=block(reported).position)], self.objective)
-        return {
-            "youngs_modulus": found.youngs_modulus,
-            "poisson_ratio": found.poisson_ratio,
-            "seconds": found.seconds,
-        }
+        return row_of(found)
 
 
 def motion_noise(draws: int, grading: Grading = GRADING) -> Study:

@@ -7,6 +7,7 @@ from hashlib import sha256
 from estimator.experiment import Experiment
 from estimator.fit.estimate import estimate
 from estimator.studies.case import Row
+from estimator.studies.fitting import row_of
 from estimator.studies.study import Group, Level, Study
 
 
@@ -36,12 +37,7 @@ class RecordedRetraction:
     def run(self) -> Row:
         """Estimate as ``retract estimate`` does."""
         found = estimate([self.experiment])
-        return {
-            "youngs_modulus": found.youngs_modulus.value,
-            "poisson_ratio": found.poisson_ratio.value,
-            "seconds": found.seconds,
-            "remark": f"residual/noise {found.noise_ratio:.2f}",
-        }
+        return row_of(found, remark=f"residual/noise {found.noise_ratio:.2f}")
 
 
 def recorded(experiments: Sequence[Experiment]) -> Study:

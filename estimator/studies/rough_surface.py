@@ -15,7 +15,7 @@ from estimator.geometry.surface import Surface
 from estimator.studies import paper
 from estimator.studies.block import MOTIONS, POISSON_RATIO, SIZE_M, YOUNGS_MODULUS, block, measured
 from estimator.studies.case import Parametric, Row
-from estimator.studies.fitting import fitted
+from estimator.studies.fitting import fitted, row_of
 from estimator.studies.study import UNKNOWN, Group, Level, Study, Truth
 
 FloatArray = NDArray[np.float64]
@@ -61,12 +61,7 @@ class RoughSurface(Parametric):
         else:
             found = fitted(true, [seen], self.objective)
         volume = float(np.prod(SIZE_M))
-        return {
-            "youngs_modulus": found.youngs_modulus,
-            "poisson_ratio": found.poisson_ratio,
-            "seconds": found.seconds,
-            "remark": f"mean thickness {100 * (surface.volume_m3 / volume - 1):+.0f} %",
-        }
+        return row_of(found, remark=f"mean thickness {100 * (surface.volume_m3 / volume - 1):+.0f} %")
 
 
 def rough_surface_of(relief: Relief, height: float, seed: int, cells: tuple[int, int, int]) -> Surface:
