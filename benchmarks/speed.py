@@ -36,7 +36,10 @@ def lines() -> Iterator[str]:
     estimation = fastest(lambda: fitted(low, [data]), _REPEATS)
     found = fitted(low, [data])
     yield f"two-parameter estimation there: {estimation} = {estimation.cpu_s / ours.cpu_s:.1f} forward Pulls (<= 4)"
-    yield f"  E {found.youngs_modulus / 1e3:.3f} kPa, nu {found.poisson_ratio:.4f}, {found.solves} states"
+    yield (
+        f"  E {found.youngs_modulus.value / 1e3:.3f} kPa, nu {found.poisson_ratio.value:.4f}, "
+        f"{found.forward_solves} states"
+    )
     before = peer.runs
     (modulus, ratio), slsqp = timed(lambda: estimate_by_slsqp(peer, data))
     yield f"the peer's, SLSQP and finite differences: {slsqp}: ratio {slsqp.cpu_s / estimation.cpu_s:.0f} (>= 30)"
