@@ -1,15 +1,32 @@
 """``retract uniaxial``: fit material laws to a tensile or compression test."""
 
 import argparse
+from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from daq.cli.verb import Result, Verbs, add_verb
 from estimator.materials import LAWS, law_named
-from estimator.uniaxial import as_json, as_text, fit_record, read_record, write_report
+from estimator.uniaxial import (
+    Comparison,
+    Rung,
+    UniaxialRecord,
+    as_json,
+    as_text,
+    compare_runs,
+    fit_record,
+    read_record,
+    stiffening_ladder,
+    stiffens_from,
+    write_report,
+)
 
 _EXAMPLES = """  retract uniaxial tests/ecoflex_tension.csv
   retract uniaxial tests/ecoflex_tension.csv --slack 0.08 --output runs/ecoflex
-  retract uniaxial tests/ecoflex_tension.csv --law gent yeoh2 --strain-fit 0.5 --strain-test 1.0"""
+  retract uniaxial tests/ecoflex_tension.csv --law gent yeoh2 --strain-fit 0.5 --strain-test 1.0
+  retract uniaxial tests/ecoflex_tension.csv --stiffening
+  retract uniaxial tests/run1.csv --against tests/run2.csv tests/run3.csv"""
 
 
 def add_parser(verbs: Verbs) -> None:
@@ -50,14 +67,29 @@ def add_parser(verbs: Verbs) -> None:
         help="find a slack of at most this; 0.08 suits strain of the crosshead (default: %(default)s, none)",
     )
     parser.add_argument(
+        "--stiffening",
+        action="store_true",
+        help="tell from which strain on a stiffening law predicts larger strains better",
+    )
+    parser.add_argument(
+        "--against",
+        type=Path,
+        nargs="+",
+        default=[],
+        metavar="RUN",
+        help="tell whether other runs of the test differ by more than repeats do, and in what",
+    )
+    parser.add_argument(
         "--output", type=Path, metavar="DIR", help="write an HTML page and a plot into this folder"
     )
 
 
 def run(options: argparse.Namespace) -> Result:
     """Fit the laws, and tell their ranking."""
+    record = read_record(options.record)
+    runs = [read_record(path) for path in options.against]
     fit = fit_record(
-        read_record(options.record),
+        record,
         [law_named(name) for name in dict.fromkeys(options.law or LAWS)],
         strain_from=options.strain_from,
         strain_fit=options.strain_fit,
@@ -65,7 +97,46 @@ def run(options: argparse.Namespace) -> Result:
         slack_limit=options.slack,
     )
     text, data = as_text(fit), as_json(fit)
+    if options.stiffening:
+        text, data = _with_stiffening(text, data, record)
+    if runs:
+        comparisons = [compare_runs(record, run) for run in runs]
+        text = "\n".join([text, "", *(_told(comparison) for comparison in comparisons)])
+        data = {**data, "against": [asdict(comparison) for comparison in comparisons]}
     if options.output is not None:
         report = write_report(fit, options.output)
         text, data = f"{text}\n\n{report}", {**data, "report": str(report)}
     return Result(text, data)
+
+
+def _with_stiffening(
+    text: str, data: Mapping[str, Any], record: UniaxialRecord
+) -> tuple[str, dict[str, Any]]:
+    ladder = stiffening_ladder(record)
+    onset = stiffens_from(ladder)
+    verdict = (
+        "No stiffening is borne out by the strains left out of the fit."
+        if onset is None
+        else f"Stiffening is borne out where strains up to {onset:g} or more are fitted."
+    )
+    rows = [{**asdict(rung), "claimed": rung.claimed} for rung in ladder]
+    return (
+        "\n".join([text, "", verdict, *(_step(rung) for rung in ladder)]),
+        {**data, "stiffening": {"from": onset, "ranges": rows}},
+    )
+
+
+def _step(rung: Rung) -> str:
+    return (
+        f"  fitted to {rung.strain_fit:g}, held against {rung.strain_test:g}: {rung.law} takes "
+        f"{round(100 * rung.closure_fit)} % off the Neo-Hookean error within, "
+        f"{round(100 * rung.closure_held_out)} % beyond"
+    )
+
+
+def _told(comparison: Comparison) -> str:
+    return (
+        f"{comparison.second} against {comparison.first}: {comparison.verdict}; they differ by "
+        f"{100 * comparison.gap:.2g} %, {round(100 * comparison.closure_held_out)} % of it by "
+        f"{comparison.size:+.2g} ({comparison.unit})"
+    )

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.errors import InputError
+from estimator.input_file import read_input_text
 
 FloatArray = NDArray[np.float64]
 Mode = Literal["tension", "compression"]
@@ -82,14 +83,7 @@ def read_record(path: Path | str) -> UniaxialRecord:
         The file is missing or no such table, a field is no number, or the values cannot be stress and strain.
     """
     file = Path(path)
-    try:
-        lines = file.read_text(encoding="utf-8-sig").splitlines()
-    except FileNotFoundError:
-        raise InputError(
-            f"{file}: there is no such file; give the CSV of a tensile or compression test"
-        ) from None
-    except (UnicodeDecodeError, IsADirectoryError) as error:
-        raise InputError(f"{file}: not readable as text: {error}; save it as CSV in UTF-8") from None
+    lines = read_input_text(file).splitlines()
     header = _header_line(file, lines)
     titles = [] if header is None else _split(lines[header])
     strain_column, strain_unit = _column(file, header, titles, "strain", _STRAIN_UNITS)
