@@ -79,7 +79,7 @@ def screen(
     found: dict[str, list[Trial]] = {}
     for done, job in enumerate(as_completed(jobs), start=1):
         for signature in job.result():
-            found.setdefault(signature.effect.name, []).append(trial_of(base, error, signature))
+            found.setdefault(signature.effect.name, []).append(trial_of(case, base, error, signature))
         tell("screening the catalogue", done, len(jobs))
     return sorted((t for trials in found.values() for t in _best_starts(trials)), key=_descending)
 
@@ -106,12 +106,22 @@ def _signatures(case: Case, base: Linearisation, effects: Sequence[Effect]) -> l
     return signatures_of(case, mechanics, base.hypothesis, effects)
 
 
-def trial_of(base: Linearisation, error: ModelError, signature: Signature) -> Trial:
+def trial_of(case: Case, base: Linearisation, error: ModelError, signature: Signature) -> Trial:
     """Weigh a signature beside a solved hypothesis, and return where its refit should begin."""
     joint = beside(base, signature)
-    model = linear_model(joint.residual, joint.by_coordinate, joint.coordinates, joint.hypothesis)
     step, _ = newton_step(joint)
-    return Trial(signature, log_evidence(model, error, error.floor), moved(joint, step))
+    return Trial(signature, first_order_evidence(case, joint, error), moved(joint, step))
+
+
+def first_order_evidence(case: Case, fit: Linearisation, error: ModelError) -> float:
+    """Weigh a linearised hypothesis with the floor of what every model misses."""
+    model = linear_model(fit.residual, fit.by_coordinate, fit.coordinates, fit.hypothesis)
+    return log_evidence(model, error, error.floor) - _price_of_choice(case, fit.hypothesis)
+
+
+def _price_of_choice(case: Case, hypothesis: Hypothesis) -> float:
+    """Return what choosing the fixed constants costs: the log of among how many, equally likely beforehand."""
+    return float(sum(np.log(effect.choices(case.experiments)) for effect in hypothesis.effects))
 
 
 def beside(base: Linearisation, signature: Signature) -> Linearisation:
@@ -210,6 +220,7 @@ def contender_of(case: Case, base: Linearisation, error: ModelError, fit: Linear
     """Weigh a refitted hypothesis."""
     model = linear_model(fit.residual, fit.by_coordinate, fit.coordinates, fit.hypothesis)
     value, inexactness = marginal_evidence(model, error, explained(case, base, fit))
+    value -= _price_of_choice(case, fit.hypothesis)
     return Contender(fit, value, parameter_deviations(fit, error, inexactness))
 
 

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from scipy.special import softmax
 
 from estimator.diagnosis.advice import advise
-from estimator.diagnosis.case import Case, Linearisation
+from estimator.diagnosis.case import Case, Linearisation, deformed_mesh
 from estimator.diagnosis.considering import consider
 from estimator.diagnosis.contest import (
     Contender,
     Tell,
     Trial,
+    first_order_evidence,
     linear_model,
     parameter_deviations,
     polish_all,
@@ -26,7 +27,7 @@ from estimator.diagnosis.contest import (
     trial_of,
 )
 from estimator.diagnosis.discrepancy import ModelError, model_error_of
-from estimator.diagnosis.evidence import log_evidence, unknown_evidence
+from estimator.diagnosis.evidence import unknown_evidence
 from estimator.diagnosis.findings import (
     absent_finding,
     best_trials,
@@ -110,7 +111,7 @@ def _contest(experiments: Sequence[Experiment], executor: Executor, tell: Tell) 
     error = model_error_of(case.experiments, case.whitenings, baseline.predicted)
     model = linear_model(baseline.residual, baseline.by_coordinate, baseline.coordinates, baseline.hypothesis)
     evidence = {
-        NONE: log_evidence(model, error, error.floor),
+        NONE: first_order_evidence(case, baseline, error),
         UNKNOWN: unknown_evidence(model, error),
     }
     plain = [effect for effect in CATALOGUE if not effect.elaborates]
@@ -261,18 +262,12 @@ def _best_pair(field: _Field, best: Contender, executor: Executor, tell: Tell) -
     starts = []
     for leader in field.contenders[:2]:
         beside = [
-            trial_of(leader.fit, field.error, trial.signature)
+            trial_of(field.case, leader.fit, field.error, trial.signature)
             for trial in best_trials(field.trials).values()
             if trial.signature.effect.label not in leader.labels
         ]
         beside.sort(key=lambda trial: -trial.log_evidence)
-        alone = log_evidence(
-            linear_model(
-                leader.fit.residual, leader.fit.by_coordinate, leader.fit.coordinates, leader.fit.hypothesis
-            ),
-            field.error,
-            field.error.floor,
-        )
+        alone = first_order_evidence(field.case, leader.fit, field.error)
         starts += [
             (trial.log_evidence - alone + leader.log_evidence, trial.start)
             for trial in beside[:3]
@@ -340,9 +335,9 @@ def _diagnosis(
         cannot_tell=what_cannot_be_told(effects, credible),
         next_experiment=advise(case, baseline, best_trials(field.trials), probability, executor, tell),
         traces=tuple(
-            Trace(experiment, one, two, whitening.deviation)
-            for experiment, one, two, whitening in zip(
-                case.experiments, baseline.predicted, chosen.predicted, case.whitenings, strict=True
+            Trace(experiment, one, two, whitening.deviation, deformed_mesh(case, baseline, number))
+            for number, (experiment, one, two, whitening) in enumerate(
+                zip(case.experiments, baseline.predicted, chosen.predicted, case.whitenings, strict=True)
             )
         ),
         considered=consider(case, baseline, field.error, field.trials, field.contenders, floor),

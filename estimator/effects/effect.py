@@ -190,6 +190,13 @@ class Effect:
         grid = itertools.product(*(constant.grid for constant in self.constants))
         return [dict(zip(names, point, strict=True)) for point in grid]
 
+    def choices(self, experiments: Sequence[Experiment]) -> int:
+        """Return among how many equally likely values of its fixed constants a search chooses.
+
+        The more places an accident has to happen in, the likelier noise alone feigns one of them.
+        """
+        return 1
+
     def place(self, problem: RetractionProblem, values: Values) -> tuple[FloatArray, float] | None:
         """Return centre (3,) and radius, m, of an effect that sits somewhere in the tissue; None for others."""
         return None

@@ -1,5 +1,6 @@
 """Two fiducials are exchanged from some instant on."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,6 +14,8 @@ from estimator.effects.instants import (
     bead,
     bead_constant,
     in_order,
+    number_of_beads,
+    number_of_rows,
     start_of_row,
     sums_to_the_end,
 )
@@ -41,6 +44,10 @@ class FiducialMislabel(Effect):
         gain = sums_to_the_end(np.concatenate([_gain(each) for each in ordered]))
         row, first, second = _largest(gain)
         return [{"first": first, "second": second, **start_of_row(ordered, row)}]
+
+    def choices(self, experiments: Sequence[Experiment]) -> int:
+        """Return the number of pairs and rows."""
+        return math.comb(number_of_beads(experiments), 2) * number_of_rows(experiments)
 
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Exchange the two beads."""

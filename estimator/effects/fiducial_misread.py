@@ -14,6 +14,8 @@ from estimator.effects.instants import (
     bead,
     bead_constant,
     in_order,
+    number_of_beads,
+    number_of_rows,
     start_of_row,
     sums_to_the_end,
 )
@@ -40,6 +42,10 @@ class FiducialMisread(Effect):
         mean = np.concatenate([_misfit(each) for each in baseline]).mean(axis=0)
         worst = np.argsort(-np.linalg.norm(mean, axis=1))
         return [{"bead": float(number)} for number in worst[:_TRIED_BEADS]]
+
+    def choices(self, experiments: Sequence[Experiment]) -> int:
+        """Return the number of beads."""
+        return number_of_beads(experiments)
 
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Move the bead."""
@@ -69,6 +75,10 @@ class FiducialMisreadFrom(FiducialMisread):
             {"bead": float(number), **start_of_row(ordered, int(np.argmax(gain[:, number])))}
             for number in worst
         ]
+
+    def choices(self, experiments: Sequence[Experiment]) -> int:
+        """Return the number of beads and rows."""
+        return number_of_beads(experiments) * number_of_rows(experiments)
 
     def _misread(self, experiment: Experiment, values: Values) -> BoolArray:
         return after(experiment, values)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from estimator.effects.axes import WRENCH_CHANNELS, in_gripper_axes, in_tissue_axes
 from estimator.effects.effect import Amplitude, Constant, Effect, Readings, Values
+from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
 
@@ -61,6 +62,10 @@ class ForcePairCrosstalk(ForceCrosstalk):
         gain = (misfit[seen].T @ load[seen]) ** 2 / np.maximum((load[seen] ** 2).sum(axis=0), 1e-300)
         pairs = sorted(_PAIRS, key=lambda pair: -gain[pair[1], pair[0]])
         return [{"source": float(j), "target": float(i)} for j, i in pairs[:_TRIED_PAIRS]]
+
+    def choices(self, experiments: Sequence[Experiment]) -> int:
+        """Return the number of ordered pairs of axes."""
+        return len(_PAIRS)
 
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Add what leaks."""

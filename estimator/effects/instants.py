@@ -25,6 +25,16 @@ def bead(values: Values, name: str) -> int:
     return round(values[name])
 
 
+def number_of_beads(experiments: Sequence[Experiment]) -> int:
+    """Return how many fiducials there are, of which one may be at fault."""
+    return len(experiments[0].fiducials_rest)
+
+
+def number_of_rows(experiments: Sequence[Experiment]) -> int:
+    """Return how many rows there are in all, at each of which a fault may begin."""
+    return sum(len(experiment.time) for experiment in experiments)
+
+
 def after(experiment: Experiment, values: Values) -> BoolArray:
     """Tell for each row (n,) whether it is as late as the instant ``time`` of experiment number ``order``, or later."""
     if experiment.order == round(values["order"]):
