@@ -7,7 +7,7 @@ from typing import ClassVar
 from estimator.effects.effect import Amplitude, Constant, Effect, Group, Values
 from estimator.experiment import Experiment
 from estimator.fem.problem import RetractionProblem
-from estimator.fem.softening import Softening
+from estimator.fem.softening import Softening, SofteningPart
 from estimator.fem.terms import Term
 from estimator.materials.material import Material
 
@@ -29,8 +29,12 @@ class StressSoftening(Effect):
     words: ClassVar[str] = "After a larger strain the tissue is softer at smaller ones (Mullins)."
     amplitudes = (_DEPTH,)
 
-    def __init__(self, form: str, width: Constant) -> None:
+    def __init__(
+        self, form: str, width: Constant, part: SofteningPart = "shear", elaborates: str = ""
+    ) -> None:
         self.form = form
+        self.elaborates = elaborates
+        self._part = part
         self.constants = (width,)
 
     def terms(
@@ -42,10 +46,12 @@ class StressSoftening(Effect):
             return ()
         width_pa = material.youngs_modulus * values.get(_WIDTH.name, 0.0)
         relative = values.get(_RELATIVE_WIDTH.name, 0.0)
-        return (Softening.virgin(problem.body, material, depth, width_pa, relative),)
+        return (Softening.virgin(problem.body, material, self._part, depth, width_pa, relative),)
 
 
 STRESS_SOFTENING = (
     StressSoftening("absolute_width", _WIDTH),
     StressSoftening("relative_width", _RELATIVE_WIDTH),
+    StressSoftening("absolute_isochoric", _WIDTH, "isochoric", "absolute_width"),
+    StressSoftening("relative_isochoric", _RELATIVE_WIDTH, "isochoric", "relative_width"),
 )

@@ -65,9 +65,10 @@ class Viscoelasticity(Effect):
         return (Relaxation.at_rest(problem.body, material, self._part, shares, times_s),)
 
 
-# The first two leave the bulk modulus as it is, which is usual: rubbery networks relax in shear.
+# The first two leave pressure and volume as they are, which is usual: rubbery networks relax in shear (J. C. Simo,
+# Comput. Methods Appl. Mech. Engng 60 (1987) 153).
 VISCOELASTICITY = (
-    Viscoelasticity("one_term", terms=1, part="shear"),
-    Viscoelasticity("two_terms", terms=2, part="shear"),
+    Viscoelasticity("one_term", terms=1, part="isochoric"),
+    Viscoelasticity("two_terms", terms=2, part="isochoric"),
     Viscoelasticity("whole_stress", terms=1, part="whole"),
 )

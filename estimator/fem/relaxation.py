@@ -21,12 +21,12 @@ from numpy.typing import NDArray
 
 from estimator.fem.body import Body, Response, forces_of_stress, nodal_forces, stiffness
 from estimator.fem.kernels import element_stiffness
-from estimator.fem.stress_terms import geometric_stiffness, second_piola, shear_curvature, shear_slope
+from estimator.fem.stress_terms import geometric_stiffness, isochoric_energy, second_piola
 from estimator.fem.terms import TermStiffness
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
-RelaxingPart = Literal["whole", "shear"]
+RelaxingPart = Literal["whole", "isochoric"]
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Relaxation:
 
     Attributes
     ----------
-    part : what relaxes: the whole stress, or what Lamé's μ weighs of it
+    part : what relaxes: the whole stress, or the isochoric part of what Lamé's μ weighs of it
     shares, times_s : (m,) g_i and τ_i
     last : (e, q, 3, 3) S at the last state, Pa
     memory : (m, e, q, 3, 3) H_i at the last state, Pa
@@ -104,17 +104,20 @@ class Relaxation:
         return np.asarray(decayed - self._gain * self.last)
 
     def _slope(self, response: Response) -> FloatArray:
-        return response.slope if self.part == "whole" else shear_slope(self.material, response)
+        if self.part == "whole":
+            return response.slope
+        return isochoric_energy(self.material, response).slope
 
     def _part_stiffness(self, response: Response) -> FloatArray:
         if self.part == "whole":
             return stiffness(self.body, self.material, response, response.pressure)
+        energy = isochoric_energy(self.material, response)
         return element_stiffness(
             response.F,
             self.body.gradient,
             self.body.volume,
-            shear_slope(self.material, response),
-            shear_curvature(self.material, response),
+            energy.slope,
+            energy.curvature,
             self.body.basis[:, :, :0],
             np.zeros(len(self.body.volume)),
             response.law.dilatation_by,

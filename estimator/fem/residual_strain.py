@@ -22,7 +22,6 @@ from estimator.fem.stress_terms import (
     green_lagrange,
     product_stiffness,
     shear_energy,
-    shear_slope,
 )
 from estimator.fem.terms import TermStiffness
 from estimator.materials.material import Material
@@ -62,10 +61,10 @@ class ResidualStrain:
         rate = np.divide(
             2 * self.material.lame[0] * self.share,
             self.largest,
-            out=np.zeros_like(energy),
-            where=energy < self.largest,
+            out=np.zeros_like(self.largest),
+            where=energy.density < self.largest,
         )
-        own = stress_of(response.F, shear_slope(self.material, response))
+        own = stress_of(response.F, energy.slope)
         elements = geometric_stiffness(self.body, self._stress(response))
         elements += product_stiffness(self.body, response.F @ self.strain, own, rate)
         return TermStiffness(elements=elements)
@@ -76,7 +75,7 @@ class ResidualStrain:
 
     def after(self, displacement: FloatArray, response: Response) -> Self:
         """Return the term that remembers the strain reached."""
-        energy = shear_energy(self.material, response)
+        energy = shear_energy(self.material, response).density
         strain = green_lagrange(response.F)
         deviator = strain - np.trace(strain, axis1=-2, axis2=-1)[..., None, None] / 3 * np.eye(3)
         farther = energy > self.largest
@@ -91,7 +90,7 @@ class ResidualStrain:
         return self
 
     def _stress(self, response: Response) -> FloatArray:
-        energy = shear_energy(self.material, response)
+        energy = shear_energy(self.material, response).density
         softened = energy < self.largest
         used = np.divide(energy, self.largest, out=np.ones_like(energy), where=softened)
         factor = -2 * self.material.lame[0] * self.share * (1 - used)

@@ -4,13 +4,13 @@
 
 with the energy W of the virgin tissue and its largest value Wm so far at the same point: R. W. Ogden and D. G.
 Roxburgh, Proc. R. Soc. A 455 (1999) 2861, with the width m + β Wm of Abaqus ("Mullins effect"). On virgin loading
-W = Wm and η = 1. The energy is that which Lamé's μ weighs: a change of volume neither damages nor softens.
+W = Wm and η = 1. The energy is that which Lamé's μ weighs, or its isochoric part: a change of volume hardly damages.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +18,12 @@ from scipy.special import erf
 
 from estimator.fem.body import Body, Response, nodal_forces
 from estimator.fem.kernels import element_stiffness
-from estimator.fem.stress_terms import shear_curvature, shear_energy, shear_slope
+from estimator.fem.stress_terms import PartialEnergy, isochoric_energy, shear_energy
 from estimator.fem.terms import TermStiffness
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
+SofteningPart = Literal["shear", "isochoric"]
 
 # Pairs of I1, I2, J in the order of second derivatives.
 _PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
@@ -34,6 +35,7 @@ class Softening:
 
     Attributes
     ----------
+    part : which energy damages and is softened: what Lamé's μ weighs, or the isochoric part of that
     depth : 1/r, the largest share that is lost
     width_pa, relative_width : m (J/m³) and β; one of them positive
     largest : (e, q) Wm, J/m³
@@ -41,6 +43,7 @@ class Softening:
 
     body: Body
     material: Material
+    part: SofteningPart
     depth: float
     width_pa: float
     relative_width: float
@@ -48,21 +51,29 @@ class Softening:
 
     @classmethod
     def virgin(
-        cls, body: Body, material: Material, depth: float, width_pa: float, relative_width: float
+        cls,
+        body: Body,
+        material: Material,
+        part: SofteningPart,
+        depth: float,
+        width_pa: float,
+        relative_width: float,
     ) -> Self:
         """Return the term of a tissue that was never strained."""
-        return cls(body, material, depth, width_pa, relative_width, np.zeros_like(body.volume))
+        return cls(body, material, part, depth, width_pa, relative_width, np.zeros_like(body.volume))
 
     def forces(self, displacement: FloatArray, response: Response) -> FloatArray:
         """Return the nodal forces (n, 3), N."""
-        lost, _ = self._lost(response)
-        return nodal_forces(self.body, response, -lost * shear_slope(self.material, response))
+        virgin = self._virgin(response)
+        lost, _ = self._lost(virgin.density)
+        return nodal_forces(self.body, response, -lost * virgin.slope)
 
     def stiffness(self, displacement: FloatArray, response: Response) -> TermStiffness:
         """Return the derivative of :meth:`forces`, exact but at the kink where W = Wm."""
-        lost, by_energy = self._lost(response)
-        slope = shear_slope(self.material, response)
-        curvature = -lost * shear_curvature(self.material, response)
+        virgin = self._virgin(response)
+        lost, by_energy = self._lost(virgin.density)
+        slope = virgin.slope
+        curvature = -lost * virgin.curvature
         curvature -= by_energy * np.stack([slope[i] * slope[j] for i, j in _PAIRS])
         elements = element_stiffness(
             response.F,
@@ -82,15 +93,19 @@ class Softening:
 
     def after(self, displacement: FloatArray, response: Response) -> Self:
         """Return the term that remembers the energy reached."""
-        return replace(self, largest=np.maximum(self.largest, shear_energy(self.material, response)))
+        return replace(self, largest=np.maximum(self.largest, self._virgin(response).density))
 
     def rested(self) -> Self:
         """Return the term itself: the softening stays."""
         return self
 
-    def _lost(self, response: Response) -> tuple[FloatArray, FloatArray]:
+    def _virgin(self, response: Response) -> PartialEnergy:
+        energy = shear_energy if self.part == "shear" else isochoric_energy
+        return energy(self.material, response)
+
+    def _lost(self, energy: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return 1 − η and its derivative by W, both (e, q)."""
-        below = self.largest - shear_energy(self.material, response)
+        below = self.largest - energy
         width = self.width_pa + self.relative_width * self.largest
         softened = below > 0
         z = np.divide(below, width, out=np.zeros_like(below), where=softened)

@@ -5,6 +5,8 @@ stiffness; what it changes with the strain adds products of first Piola–Kirchh
 Continuum Mechanics for Finite Element Analysis", 2nd ed., section 9.4).
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,19 +16,59 @@ from estimator.materials.material import Material
 FloatArray = NDArray[np.float64]
 
 
-def shear_energy(material: Material, response: Response) -> FloatArray:
-    """Return the density (e, q), J/m³, of the energy that Lamé's μ weighs."""
-    return material.lame[0] * response.law.value.reshape(response.dilatation.shape)
+@dataclass(frozen=True)
+class PartialEnergy:
+    """A part of the tissue's energy density, J/m³, and its derivatives.
+
+    Attributes
+    ----------
+    density : (e, q)
+    slope : (3, e, q) by I1, I2 and J
+    curvature : (6, e, q) by I1I1, I1I2, I1J, I2I2, I2J, JJ
+    """
+
+    density: FloatArray
+    slope: FloatArray
+    curvature: FloatArray
 
 
-def shear_slope(material: Material, response: Response) -> FloatArray:
-    """Return the derivatives (3, e, q) of :func:`shear_energy` by I1, I2 and J."""
-    return material.lame[0] * response.law.first.reshape(response.slope.shape)
+def shear_energy(material: Material, response: Response) -> PartialEnergy:
+    """Return what Lamé's μ weighs of the energy."""
+    mu, shape, law = material.lame[0], response.dilatation.shape, response.law
+    return PartialEnergy(
+        mu * law.value.reshape(shape), mu * law.first.reshape(3, *shape), mu * law.second.reshape(6, *shape)
+    )
 
 
-def shear_curvature(material: Material, response: Response) -> FloatArray:
-    """Return the second derivatives (6, e, q) of :func:`shear_energy` by I1I1, I1I2, I1J, I2I2, I2J, JJ."""
-    return material.lame[0] * response.law.second.reshape(6, *response.dilatation.shape)
+def isochoric_energy(material: Material, response: Response) -> PartialEnergy:
+    """Return that energy at the same deformation without its change of volume, so that its stress has no pressure.
+
+    The law's w at the invariants J^(−2/3) I1 and J^(−4/3) I2 of the isochoric part of C, and J = 1 (P. J. Flory, Trans.
+    Faraday Soc. 57 (1961) 829).
+    """
+    c = np.swapaxes(response.F, -1, -2) @ response.F
+    i1 = np.trace(c, axis1=-2, axis2=-1)
+    i2 = 0.5 * (i1**2 - np.sum(c * c, axis=(-2, -1)))
+    j = np.linalg.det(response.F)
+    a, b = j ** (-2 / 3), j ** (-4 / 3)
+    law = material.law.derivatives((a * i1).ravel(), (b * i2).ravel(), np.ones(j.size), material.shape)
+    w1, w2, _ = law.first.reshape(3, *j.shape)
+    w11, w12, _, w22, _, _ = law.second.reshape(6, *j.shape)
+    # derivatives of the isochoric invariants by J
+    p, q = -2 / 3 * a * i1 / j, -4 / 3 * b * i2 / j
+    slope = np.array([a * w1, b * w2, p * w1 + q * w2])
+    curvature = np.array(
+        [
+            a * a * w11,
+            a * b * w12,
+            a * (w11 * p + w12 * q) - 2 / 3 * a / j * w1,
+            b * b * w22,
+            b * (w12 * p + w22 * q) - 4 / 3 * b / j * w2,
+            w11 * p * p + 2 * w12 * p * q + w22 * q * q + (-5 / 3 * p * w1 - 7 / 3 * q * w2) / j,
+        ]
+    )
+    mu = material.lame[0]
+    return PartialEnergy(mu * law.value.reshape(j.shape), mu * slope, mu * curvature)
 
 
 def second_piola(F: FloatArray, slope: FloatArray) -> FloatArray:

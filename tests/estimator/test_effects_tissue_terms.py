@@ -22,12 +22,13 @@ from estimator.effects.stress_softening import STRESS_SOFTENING
 from estimator.effects.viscoelasticity import VISCOELASTICITY, Viscoelasticity
 from estimator.fem.fibres import Fibres
 from estimator.fem.relaxation import RelaxingPart
+from estimator.fem.stress_terms import isochoric_energy, second_piola
 from estimator.fem.terms import Term
 from estimator.materials.material import Material, make_material
 from estimator.materials.veronda_westmann import VerondaWestmann
 
 ONE_TERM, TWO_TERMS, WHOLE = VISCOELASTICITY
-ABSOLUTE, RELATIVE = STRESS_SOFTENING
+ABSOLUTE, RELATIVE, ABSOLUTE_ISOCHORIC, _ = STRESS_SOFTENING
 EXPONENTIAL = make_material(VerondaWestmann(), 1e4, 0.45, (0.8, 0.3))
 
 PRESENT: list[tuple[Effect, dict[str, float]]] = [
@@ -45,6 +46,7 @@ PRESENT: list[tuple[Effect, dict[str, float]]] = [
     (WHOLE, {"relaxing_share_1": 0.4, "relaxation_time_1": 10.0}),
     (ABSOLUTE, {"depth": 0.3, "width_over_modulus": 0.01}),
     (RELATIVE, {"depth": 0.3, "relative_width": 0.5}),
+    (ABSOLUTE_ISOCHORIC, {"depth": 0.3, "width_over_modulus": 0.01}),
     (PERMANENT_SET, {"share": 0.1}),
 ]
 NAMES = [effect.name for effect, _ in PRESENT]
@@ -146,10 +148,13 @@ def test_fibres_at_an_angle_pull_the_gripper_sideways() -> None:
     assert abs(sideways) > 0.02 * along
 
 
-# At small strain the force follows the modulus: exactly where all of it relaxes, and where the volume is kept.
-@pytest.mark.parametrize(("part", "poisson_ratio"), [("whole", 0.4), ("shear", 0.4999)])
+# At small strain the force follows the modulus: exactly where all of it relaxes, and nearly where the volume is kept,
+# which an element does in the mean only.
+@pytest.mark.parametrize(
+    ("part", "poisson_ratio", "tolerance"), [("whole", 0.4, 1e-4), ("isochoric", 0.4999, 2e-3)]
+)
 def test_held_tissue_relaxes_as_the_hereditary_integral_says(
-    part: RelaxingPart, poisson_ratio: float
+    part: RelaxingPart, poisson_ratio: float, tolerance: float
 ) -> None:
     # A ramp over T = 2 s, then 1 + Σ g τ/T (1 − exp(−T/τ)) exp(−t/τ) times the long-term force.
     tissue = make_material(TISSUE.law, 1e4, poisson_ratio)
@@ -163,7 +168,16 @@ def test_held_tissue_relaxes_as_the_hereditary_integral_says(
         1 + sum(g * tau / 2 * -np.expm1(-2 / tau) * np.exp(-t / tau) for g, tau in ((0.2, 3.0), (0.3, 30.0)))
         for t in held_s
     ]
-    np.testing.assert_allclose(pulls[4:] / relaxed[0], expected, rtol=1e-4)
+    np.testing.assert_allclose(pulls[4:] / relaxed[0], expected, rtol=tolerance)
+
+
+def test_what_relaxes_bears_no_pressure() -> None:
+    field = smooth_field(0.2)
+    response = response_to(field)
+    stress = second_piola(response.F, isochoric_energy(TISSUE, response).slope)
+    c = np.swapaxes(response.F, -1, -2) @ response.F
+    # the Kirchhoff stress F S Fᵀ has the trace S : C
+    assert np.abs(np.sum(stress * c, axis=(-2, -1))).max() < 1e-9 * np.abs(stress).max()
 
 
 def test_long_held_tissue_bears_the_long_term_force_whatever_the_stretch() -> None:
@@ -206,7 +220,7 @@ def test_the_depth_of_softening_is_that_of_ogden_and_roxburgh() -> None:
     term = term_of(RELATIVE, {"depth": 0.3, "relative_width": 0.1}).after(past, response_to(past))
     shear = make_material(TISSUE.law, 2 * TISSUE.lame[0], 0.0)
     own = response_to(rest, shear)
-    virgin = term_of(ONE_TERM, {"relaxing_share_1": 1.0, "relaxation_time_1": 1.0}, shear).starting_after(0.0)
+    virgin = term_of(WHOLE, {"relaxing_share_1": 1.0, "relaxation_time_1": 1.0}, shear).starting_after(0.0)
     np.testing.assert_allclose(
         term.forces(rest, response_to(rest)), -0.3 * virgin.forces(rest, own), rtol=1e-6, atol=1e-13
     )
