@@ -8,6 +8,7 @@ import numpy as np
 from estimator.diagnosis.result import (
     Advice,
     Consideration,
+    DeformedMesh,
     Diagnosis,
     EffectFinding,
     Gap,
@@ -19,6 +20,7 @@ from estimator.diagnosis.result import (
     Where,
 )
 from estimator.experiment import Box, Environment, Experiment, Grasp, Phantom, SensorNoise
+from estimator.fem.block_mesh import structured_mesh
 
 SENSOR = SensorNoise(force_std=0.02, torque_std=5e-4, fiducial_std=5e-5, position_std=3e-5)
 DEVIATION = np.array([SENSOR.force_std] * 3 + [SENSOR.torque_std] * 3 + [SENSOR.fiducial_std] * 48)
@@ -74,7 +76,16 @@ def trace(name: str, order: int, centre: tuple[float, float] | None = None, size
     recorded = replace(
         exact, wrench=measured[:, :6], fiducials=measured[:, 6:].reshape(exact.fiducials.shape)
     )
-    return Trace(recorded, after - missed, after, DEVIATION)
+    return Trace(recorded, after - missed, after, DEVIATION, stretched_block(exact))
+
+
+def stretched_block(experiment: Experiment) -> DeformedMesh:
+    """A block that its grasp stretches evenly."""
+    edges = (np.linspace(-0.05, 0.03, 5), np.linspace(-0.05, 0.05, 6), np.array([-0.005, 0.005]))
+    mesh = structured_mesh(edges, "hex27")
+    share = (mesh.points[:, 0] + 0.05) / 0.08
+    ways = experiment.position - experiment.position[0]
+    return DeformedMesh(mesh, np.einsum("n,rx->rnx", share, ways), np.arange(len(ways)))
 
 
 def finding(label: str, group: str, probability: float = 0.0, **changes: object) -> EffectFinding:
@@ -119,6 +130,7 @@ def diagnosis(
         incomplete=False,
         probabilities=probabilities,
         credible_set=(max(probabilities, key=lambda label: probabilities[label]),),
+        chance=0.0 if verdict else 0.4,
         effects={effect.label: effect for effect in effects},
         gap=gap,
         by_channel={"force": gap, "torque": gap, "fiducials": gap},
@@ -135,6 +147,7 @@ def diagnosis(
         after=Material(Quantity(26_050.0, 180.0, "Pa"), Quantity(0.482, 0.003, "1")),
         cannot_tell=(),
         next_experiment=(),
+        glitches=0,
         traces=(trace("pull", 1), trace("twist", 2)),
         considered={},
         seconds=48.2,

@@ -12,6 +12,7 @@ from estimator.diagnosis.hypothesis import Coordinate, Hypothesis, coordinates
 from estimator.diagnosis.loads import Perturbation, acts_on_tissue
 from estimator.diagnosis.passage import KnownFields, Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.prediction import channels, derivatives, predicted_readings
+from estimator.diagnosis.result import DeformedMesh
 from estimator.diagnosis.whitening import Whitening
 from estimator.experiment import Experiment
 from estimator.fem.problem import RetractionProblem
@@ -70,6 +71,14 @@ class Linearisation:
     def chi2(self) -> float:
         """Sum of the squared whitened residuals."""
         return float(sum(r @ r for r in self.residual))
+
+
+def deformed_mesh(case: Case, fit: Linearisation, number: int) -> DeformedMesh:
+    """Return the body through an experiment: at the fit, or, where its mechanics are extrapolated, at its neighbour."""
+    of_row = fit.mechanics[number].passage.visits.of_row
+    _, first = np.unique(of_row, return_index=True)
+    displacements = np.array([fit.known[number][row].displacement for row in first])
+    return DeformedMesh(case.problem.body.mesh, displacements, of_row)
 
 
 def linearise(

@@ -20,7 +20,7 @@ from estimator.diagnosis.contest import (
 )
 from estimator.diagnosis.discrepancy import ModelError, model_error_of
 from estimator.diagnosis.findings import best_trials, effect_quantities, material_quantities
-from estimator.diagnosis.held_out import gap_of, held_out_residuals, noise_floor
+from estimator.diagnosis.held_out import gap_of, held_out_residuals
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.preparation import prepare
 from estimator.diagnosis.result import Consideration, Material, Outcome, Place
@@ -59,13 +59,16 @@ def consider(
     }
 
 
-def what_if(experiments: Sequence[Experiment], label: str, progress: Tell | None = None) -> Consideration:
+def what_if(
+    experiments: Sequence[Experiment], label: str, floor: float, progress: Tell | None = None
+) -> Consideration:
     """Fit a model with one cause to experiments of one phantom in one mounting, however improbable it is.
 
     Parameters
     ----------
     experiments : as for :func:`estimator.diagnosis.diagnose.diagnose`
     label : of the catalogue
+    floor : root mean square of the noise alone, as the diagnosis of these experiments has it (``gap.floor``)
     progress : told what is being done, and how much of it is done
 
     Raises
@@ -89,8 +92,7 @@ def what_if(experiments: Sequence[Experiment], label: str, progress: Tell | None
         starts = [trial.start for trial in trials[:_STARTS]]
         contenders = refit_all(case, baseline, error, starts, executor, tell)
         polished = polish_all(case, baseline, error, contenders[:1], executor, tell)
-        best = polished[0].fit if polished else baseline
-        return consider(case, baseline, error, trials, polished, noise_floor(case, best, error))[label]
+        return consider(case, baseline, error, trials, polished, floor)[label]
 
 
 def _expected(case: Case, baseline: Linearisation, error: ModelError, trial: Trial, floor: float) -> Outcome:

@@ -34,9 +34,11 @@ from estimator.diagnosis.findings import (
     material_quantities,
     present_finding,
 )
+from estimator.diagnosis.glitches import number_left_out
 from estimator.diagnosis.held_out import gap_of, gaps_by_kind, held_out_residuals, noise_floor, white_floor
 from estimator.diagnosis.hypothesis import Hypothesis, negligible
 from estimator.diagnosis.judgement import LOG_PRIOR_OF_A_PAIR, best_of, credible_set, probabilities
+from estimator.diagnosis.multiplicity import Multiplicity, multiplicity_of
 from estimator.diagnosis.preparation import prepare
 from estimator.diagnosis.result import NONE, UNKNOWN, Diagnosis, EffectFinding, Material, Trace
 from estimator.diagnosis.sentences import what_cannot_be_told
@@ -72,6 +74,7 @@ class _Field:
     """What the contest has produced."""
 
     case: Case
+    glitches: int
     baseline: Linearisation
     error: ModelError
     trials: tuple[Trial, ...]
@@ -135,7 +138,8 @@ def _contest(experiments: Sequence[Experiment], executor: Executor, tell: Tell) 
         trials = [*trials, *(trial for trial in more if trial not in trials)]
     contenders = sorted([*polished, *rest], key=lambda one: -one.log_evidence)
     weighed = weigh(evidence, contenders, trials)
-    return _Field(case, baseline, error, tuple(trials), tuple(contenders), weighed)
+    left_out = number_left_out(experiments, case.experiments)
+    return _Field(case, left_out, baseline, error, tuple(trials), tuple(contenders), weighed)
 
 
 def weigh(
@@ -308,7 +312,8 @@ def _diagnosis(
         case, (winner or field.contenders[0]).fit if field.contenders else baseline, field.error
     )
     gap = gap_of(before, after, floor)
-    effects = _findings(field, winner, probability, floor)
+    multiplicity = multiplicity_of(baseline, field.trials, field.error)
+    effects = _findings(field, winner, probability, floor, multiplicity)
     catalogue_only = {label: field.evidence[label] for label in LABELS if label in field.evidence}
     shares = softmax(TEMPER * np.array(list(catalogue_only.values())))
     where = where_of(
@@ -322,6 +327,7 @@ def _diagnosis(
         incomplete=incomplete,
         probabilities=probability,
         credible_set=credible,
+        chance=multiplicity.chance,
         effects=effects,
         gap=gap,
         by_channel=gaps_by_kind(case, before, after, floor),
@@ -334,6 +340,7 @@ def _diagnosis(
         after=_material(chosen, alone if winner is None else winner.deviations),
         cannot_tell=what_cannot_be_told(effects, credible),
         next_experiment=advise(case, baseline, best_trials(field.trials), probability, executor, tell),
+        glitches=field.glitches,
         traces=tuple(
             Trace(experiment, one, two, whitening.deviation, deformed_mesh(case, baseline, number))
             for number, (experiment, one, two, whitening) in enumerate(
@@ -350,7 +357,11 @@ def _material(fit: Linearisation, deviations: FloatArray) -> Material:
 
 
 def _findings(
-    field: _Field, winner: Contender | None, probability: Mapping[str, float], floor: float
+    field: _Field,
+    winner: Contender | None,
+    probability: Mapping[str, float],
+    floor: float,
+    multiplicity: Multiplicity,
 ) -> dict[str, EffectFinding]:
     fit = winner.fit if winner is not None else field.baseline
     found = {}
@@ -368,7 +379,7 @@ def _findings(
                 closure if np.isfinite(closure) else None,
             )
         else:
-            found[label] = absent_finding(trial, fit, probability[label])
+            found[label] = absent_finding(trial, fit, probability[label], multiplicity)
     return found
 
 

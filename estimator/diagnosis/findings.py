@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from estimator.diagnosis.case import Linearisation
 from estimator.diagnosis.contest import Contender, Trial
 from estimator.diagnosis.hypothesis import Coordinate, Hypothesis
+from estimator.diagnosis.multiplicity import Multiplicity
 from estimator.diagnosis.result import EffectFinding, Quantity, State
 
 FloatArray = NDArray[np.float64]
 
 # A size is seen with three standard deviations, and with eight in ten chances where it has 3 + 0.84.
 _SEEN, _SEEN_MOSTLY = 3.0, 3.84
-_SIGNIFICANT = 11.0
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,9 @@ def sizes_beside(fit: Linearisation, trial: Trial) -> Sizes:
     )
 
 
-def absent_finding(trial: Trial, fit: Linearisation, probability: float) -> EffectFinding:
+def absent_finding(
+    trial: Trial, fit: Linearisation, probability: float, multiplicity: Multiplicity
+) -> EffectFinding:
     """Return the finding of an effect that the verdict does not name."""
     effect, sizes = trial.signature.effect, sizes_beside(fit, trial)
     amplitudes = {amplitude.name: amplitude for amplitude in effect.amplitudes}
@@ -64,7 +66,7 @@ def absent_finding(trial: Trial, fit: Linearisation, probability: float) -> Effe
     relative = [q.std / amplitudes[name].smallest for name, q in parameters.items()]
     would_be_seen = all(_SEEN_MOSTLY * r < 1.0 for r in relative)
     state: State = "absent" if would_be_seen else "cannot_tell"
-    if sizes.chi2_drop > _SIGNIFICANT and all(
+    if multiplicity.significant(sizes.chi2_drop, len(sizes.names)) and all(
         abs(q.value) < amplitudes[name].smallest for name, q in parameters.items()
     ):
         state = "negligible"

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from estimator.diagnosis.case import Case, Linearisation, linearisation_of, predictions
+from estimator.diagnosis.glitches import without_glitches
 from estimator.diagnosis.hypothesis import LARGEST_POISSON_RATIO, Hypothesis
 from estimator.diagnosis.noise import Noise, noise_of
 from estimator.diagnosis.passage import Mechanics, mechanics_of, solve_case
@@ -50,18 +51,38 @@ def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[Case
     uncorrected, mechanics = _uncorrected(ordered, GRADING, rough)
     corrections = [_correction(one, future.result()) for one, future in zip(mechanics, finer, strict=True)]
     corrected = replace(uncorrected, corrections=tuple(corrections))
-    misfits = [
-        (measured_rows(experiment) - channels) / whitening.deviation
-        for experiment, channels, whitening in zip(
-            ordered, predictions(corrected, mechanics, rough), corrected.whitenings, strict=True
-        )
-    ]
-    noise = noise_of(ordered, misfits)
+    predicted = predictions(corrected, mechanics, rough)
+    cleaned = without_glitches(ordered, _misfits(corrected, predicted))
+    corrected = replace(corrected, experiments=cleaned)
+    mechanics = [_measured_as(one, experiment) for one, experiment in zip(mechanics, cleaned, strict=True)]
+    noise = noise_of(cleaned, _misfits(corrected, predicted))
     whitenings = [whitening_of(one, c, noise) for one, c in zip(mechanics, corrections, strict=True)]
     case = replace(corrected, whitenings=tuple(whitenings))
     baseline = refit(case, rough, linearisation_of(case, rough, mechanics), evaluations=3)
     modulus = baseline.hypothesis.youngs_modulus
     return replace(case, unit_wrenches=tuple(p[:, :6] / modulus for p in baseline.predicted)), baseline
+
+
+def _misfits(case: Case, predicted: Sequence[FloatArray]) -> list[FloatArray]:
+    """Return measured less predicted (n, 6 + 3m) of each experiment in units of the noise, NaN where not measured."""
+    return [
+        (measured_rows(experiment) - channels) / whitening.deviation
+        for experiment, channels, whitening in zip(case.experiments, predicted, case.whitenings, strict=True)
+    ]
+
+
+def _measured_as(mechanics: Mechanics, experiment: Experiment) -> Mechanics:
+    """Return the same mechanics of an experiment of which less was measured."""
+    passage = mechanics.passage
+    visits, motion = passage.visits, passage.motion
+    return replace(
+        mechanics,
+        passage=replace(
+            passage,
+            visits=replace(visits, experiment=experiment),
+            motion=replace(motion, experiment=experiment),
+        ),
+    )
 
 
 def _rough_fit(experiments: tuple[Experiment, ...]) -> Hypothesis:

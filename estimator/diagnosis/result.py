@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.experiment import Experiment
+from estimator.fem.mesh import Mesh
 
 FloatArray = NDArray[np.float64]
 State = Literal["present", "negligible", "absent", "cannot_tell"]
@@ -151,21 +152,39 @@ class Advice:
     sigma_then: float
 
 
+@dataclass(frozen=True, eq=False)
+class DeformedMesh:
+    """The body through one experiment, as the baseline has it.
+
+    Attributes
+    ----------
+    mesh : at rest
+    displacements : (s, p, 3) of its nodes in each state, m
+    state_of_row : (n,) which of them each row shows
+    """
+
+    mesh: Mesh
+    displacements: FloatArray
+    state_of_row: NDArray[np.int64]
+
+
 @dataclass(frozen=True)
 class Trace:
-    """Measured and predicted channels of one experiment, and its noise.
+    """Measured and predicted channels of one experiment, its noise, and how the body deforms.
 
     Attributes
     ----------
     experiment : Experiment
     before, after : (n, 6 + 3m) channels predicted by the baseline, and with the causes in
     deviation : (6 + 3m,) standard deviation of one value
+    body : of the baseline; a cause changes it by far less than can be seen
     """
 
     experiment: Experiment
     before: FloatArray
     after: FloatArray
     deviation: FloatArray
+    body: DeformedMesh
 
 
 @dataclass(frozen=True)
@@ -178,12 +197,14 @@ class Diagnosis:
     incomplete : whether something unexplained remains beside the verdict's causes
     probabilities : of the leading single cause, "none" and "unknown" among them
     credible_set : the smallest set of probable answers with 90 %
+    chance : share of noises alone, none of them with a cause, that would feign one as strong as the strongest found
     effects : by label
     gap, by_channel, by_experiment : Gap of all data, of force, torque and fiducials, and of each experiment
     where : Where
     before, after : material without and with the causes
     cannot_tell : sentences: what these data do not say
     next_experiment : Advice, the best first
+    glitches : how many single readings of a bead were left out as wild
     traces : one an experiment
     considered : by label, what each cause alone would do
     seconds : that it took
@@ -193,6 +214,7 @@ class Diagnosis:
     incomplete: bool
     probabilities: Mapping[str, float]
     credible_set: tuple[str, ...]
+    chance: float
     effects: Mapping[str, EffectFinding]
     gap: Gap
     by_channel: Mapping[str, Gap]
@@ -202,6 +224,7 @@ class Diagnosis:
     after: Material
     cannot_tell: tuple[str, ...]
     next_experiment: tuple[Advice, ...]
+    glitches: int
     traces: tuple[Trace, ...]
     considered: Mapping[str, Consideration]
     seconds: float

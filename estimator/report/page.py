@@ -20,6 +20,11 @@ SWITCHED = "switched"
 
 _RASTER_DPI = 125
 
+# A browser that reads this loads nothing and runs nothing, whatever a name in the page may contain.
+_CONTENT_POLICY = (
+    "default-src 'none'; style-src 'unsafe-inline'; img-src data:; form-action 'none'; base-uri 'none'"
+)
+
 
 def page(title: str, blocks: Iterable[Html]) -> str:
     """Return a whole page that follows the reader's light or dark theme and prints in the light one."""
@@ -32,6 +37,7 @@ def page(title: str, blocks: Iterable[Html]) -> str:
         [
             "<!DOCTYPE html>",
             '<html lang="en"><head><meta charset="utf-8"/>',
+            f'<meta http-equiv="Content-Security-Policy" content="{_CONTENT_POLICY}"/>',
             '<meta name="viewport" content="width=device-width, initial-scale=1"/>',
             f"<title>{html.escape(title)}</title>",
             f"<style>\n{colours}\n{style}</style></head><body>",

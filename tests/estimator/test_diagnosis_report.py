@@ -14,7 +14,7 @@ from synthetic_diagnoses import DEVIATION, inclusion, no_gap, trace, two_causes,
 from estimator.diagnosis.as_json import as_json
 from estimator.diagnosis.result import Diagnosis, Gap, Quantity
 from estimator.report.channels import CHANNELS
-from estimator.report.diagnosis.findings import summary_text
+from estimator.report.diagnosis.findings import gap_sentence, summary_text
 from estimator.report.diagnosis.map_plot import arrow_factor
 from estimator.report.diagnosis.quantities import percent, quantity_text
 from estimator.report.diagnosis.residuals import farthest_fiducials_mm, residual_map, stretches
@@ -133,9 +133,21 @@ def test_the_page_shows_ranking_place_material_and_advice(page: str) -> None:
         assert shown in drawn(page)
 
 
+@pytest.mark.parametrize(
+    ("gap", "told"),
+    [
+        (Gap(1.01, 0.985, 0.99, 1.25), "all of it closes (the gap stands only 1.02 × above the noise)."),
+        (Gap(1.01, 0.995, 0.99, 0.75), "75 % of it closes (the gap stands only 1.02 × above the noise)."),
+        (Gap(5.0, 0.985, 0.99, 1.0012), "all of it closes."),
+    ],
+)
+def test_never_more_than_all_of_a_gap_closes_and_a_slight_one_is_called_so(gap: Gap, told: str) -> None:
+    assert gap_sentence(gap).endswith(told)
+
+
 def test_a_gap_that_widens_is_shown_and_not_hidden(page: str) -> None:
     assert "widens 10 %" in drawn(page)
-    assert "−10 %" in words(page)
+    assert "widens 10 %" in words(page)
 
 
 def test_the_table_of_effects_states_what_would_have_shown(page: str) -> None:

@@ -12,6 +12,7 @@ from scipy.stats import multivariate_normal
 from estimator.diagnosis.discrepancy import Discrepancy, ModelError, forgiven
 from estimator.diagnosis.evidence import LinearModel, bounded_minimum, log_evidence
 from estimator.diagnosis.judgement import best_of, credible_set, log_priors, probabilities
+from estimator.diagnosis.multiplicity import among_tests
 from estimator.diagnosis.noise import noise_of
 from estimator.diagnosis.whitening import inverse_root, shrunk, uncorrelated
 
@@ -134,3 +135,27 @@ def test_innovations_of_correlated_rows_are_white_also_across_gaps() -> None:
     columns[:, 1] = np.eye(40)
     white = uncorrelated(columns, seen, correlation)[np.nonzero(seen)[1] == 0]
     assert np.allclose(white @ white.T, np.eye(seen[:, 0].sum()))
+
+
+def test_among_many_tests_noise_alone_is_significant_in_one_case_of_twenty() -> None:
+    rng = np.random.default_rng(11)
+    nuisances = rng.normal(size=(60, 2))
+    shared = rng.normal(size=(60, 1))
+    # many effects that resemble each other, and some with several amplitudes
+    signatures = [shared + 0.3 * rng.normal(size=(60, 1 + number % 3)) for number in range(12)]
+    chances = np.array(
+        [among_tests(rng.normal(size=60), nuisances, signatures, seed).chance for seed in range(100)]
+    )
+    assert 1 <= np.sum(chances < 0.05) <= 12
+    assert abs(np.mean(chances) - 0.5) < 0.1
+
+
+def test_a_real_effect_is_no_chance_and_one_along_a_nuisance_is_not_seen() -> None:
+    rng = np.random.default_rng(12)
+    nuisances, signature = rng.normal(size=(60, 2)), rng.normal(size=(60, 1))
+    noise = rng.normal(size=60)
+    others = [rng.normal(size=(60, 1)) for _ in range(10)]
+    real = among_tests(noise + 2.0 * signature[:, 0], nuisances, [signature, *others])
+    assert real.chance == 0.0
+    swallowed = among_tests(noise + 50.0 * nuisances[:, 0], nuisances, [nuisances[:, :1], *others])
+    assert swallowed.chance == among_tests(noise, nuisances, [nuisances[:, :1], *others]).chance

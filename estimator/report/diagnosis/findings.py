@@ -3,7 +3,15 @@
 import math
 
 from estimator.diagnosis.result import NONE, UNKNOWN, Advice, Diagnosis, Gap, Material, Quantity
-from estimator.report.diagnosis.quantities import parameters_text, percent, quantity_text, sigma, words_of
+from estimator.report.diagnosis.quantities import (
+    closure_text,
+    parameters_text,
+    percent,
+    quantity_text,
+    sigma,
+    slight_text,
+    words_of,
+)
 
 _SHOWN_CAUSES = 5
 # An answer less probable than this is left out of a ranking, unless it belongs to the credible set.
@@ -44,8 +52,24 @@ def gap_sentence(gap: Gap) -> str:
     if gap.closure_held_out < 0:
         share = f"adding the causes widens it by {percent(-gap.closure_held_out)}"
     else:
-        share = f"{percent(gap.closure_held_out)} of it closes"
-    return f"Gap on experiments left out of the fit: {sizes}; {share}."
+        share = f"{closure_text(gap.closure_held_out)} of it closes"
+    slight = f" ({text})" if (text := slight_text(gap)) else ""
+    return f"Gap on experiments left out of the fit: {sizes}; {share}{slight}."
+
+
+def chance_sentence(diagnosis: Diagnosis) -> str:
+    """Tell how often noise alone would look like a cause as strong as the strongest found."""
+    return (
+        f"Of noise alone, {percent(diagnosis.chance)} would feign a cause as strong as the strongest found here, "
+        f"so many being looked for."
+    )
+
+
+def glitches_sentence(diagnosis: Diagnosis) -> str:
+    """Tell how many readings were left out."""
+    count = diagnosis.glitches
+    readings = "1 reading of a bead was" if count == 1 else f"{count} readings of beads were"
+    return f"{readings} left out as wild, unlike those before and after."
 
 
 def explanations(diagnosis: Diagnosis) -> list[str]:
@@ -120,7 +144,12 @@ def advice_text(advice: Advice) -> str:
 
 def summary_text(diagnosis: Diagnosis) -> str:
     """Return the findings as a few lines for the terminal."""
-    lines = [verdict_sentence(diagnosis), *explanations(diagnosis), gap_sentence(diagnosis.gap)]
+    lines = [
+        verdict_sentence(diagnosis),
+        *explanations(diagnosis),
+        gap_sentence(diagnosis.gap),
+        chance_sentence(diagnosis),
+    ]
     lines.append(
         f"Material without the causes -> with them: {material_sentence(diagnosis.before, diagnosis.after)}"
     )
@@ -136,6 +165,8 @@ def summary_text(diagnosis: Diagnosis) -> str:
         ]
     if diagnosis.next_experiment:
         lines += ["What to do next:", *(f"  {advice_text(advice)}" for advice in diagnosis.next_experiment)]
+    if diagnosis.glitches:
+        lines.append(glitches_sentence(diagnosis))
     lines.append(f"{diagnosis.seconds:.0f} s")
     return "\n".join(lines)
 

@@ -1,6 +1,5 @@
 """The gap without and with the causes, and the floor of noise; and what E and ν were and become."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,7 +9,7 @@ from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 from estimator.diagnosis.result import Diagnosis, Gap, Quantity
 from estimator.report.diagnosis.findings import gap_rows
-from estimator.report.diagnosis.quantities import percent
+from estimator.report.diagnosis.quantities import closure_text
 from estimator.report.theme import INK, LINE, MUTED, PREDICTED, TRUTH
 
 BEFORE, AFTER = PREDICTED, TRUTH
@@ -57,7 +56,7 @@ def _arrows(axes: Axes, rows: Sequence[tuple[str, Gap]]) -> None:
         )
         widened = gap.closure_held_out < 0
         axes.annotate(
-            _closure_text(gap),
+            closure_text(gap.closure_held_out),
             (1.02, place),
             xycoords=("axes fraction", "data"),
             va="center",
@@ -80,16 +79,6 @@ def _arrows(axes: Axes, rows: Sequence[tuple[str, Gap]]) -> None:
     axes.set_xticks([tick for tick in _TICKS if low <= tick <= high])
     axes.xaxis.set_major_formatter(ScalarFormatter())
     axes.xaxis.set_minor_formatter(NullFormatter())
-
-
-def _closure_text(gap: Gap) -> str:
-    if not math.isfinite(gap.closure_held_out):
-        return "–"
-    return (
-        f"widens {percent(-gap.closure_held_out)}"
-        if gap.closure_held_out < 0
-        else percent(gap.closure_held_out)
-    )
 
 
 def _material(axes: Axes, values: Sequence[Quantity]) -> None:

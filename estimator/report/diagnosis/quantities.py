@@ -2,7 +2,7 @@
 
 import math
 
-from estimator.diagnosis.result import EffectFinding, Quantity, State
+from estimator.diagnosis.result import EffectFinding, Gap, Quantity, State
 
 # The units that people read, and how many of them make the SI unit.
 _DISPLAY = {
@@ -18,6 +18,8 @@ _DISPLAY = {
     "kg": ("g", 1e3),
 }
 _MOST_DECIMALS = 6
+# A gap below so many times the noise alone is a slight one.
+_SLIGHT = 1.2
 
 STATE_WORDS: dict[State, str] = {
     "present": "present",
@@ -39,10 +41,21 @@ def percent(probability: float) -> str:
 
 
 def closure_text(closure: float | None) -> str:
-    """Return the share of a gap that closes, in percent; negative where it widens."""
+    """Return the share of a gap that closes, in percent, or by how much it widens.
+
+    With its causes in, a gap may come to lie below the floor, which is an estimate too: no more than all of it closes.
+    """
     if closure is None or not math.isfinite(closure):
         return "–"
-    return f"−{percent(-closure)}" if closure < 0 else percent(closure)
+    if closure >= 1:
+        return "all"
+    return f"widens {percent(-closure)}" if closure < 0 else percent(closure)
+
+
+def slight_text(gap: Gap) -> str:
+    """Tell that a gap hardly stands above the noise, so that little can be said of a share of it; else empty."""
+    excess = gap.before / gap.floor
+    return f"the gap stands only {excess:.2f} × above the noise" if excess < _SLIGHT else ""
 
 
 def sigma(value: float) -> str:

@@ -12,9 +12,11 @@ from estimator.report.channels import root_mean_square
 from estimator.report.diagnosis.causes_plot import causes_height_in, draw_causes
 from estimator.report.diagnosis.findings import (
     advice_text,
+    chance_sentence,
     explanations,
     gap_rows,
     gap_sentence,
+    glitches_sentence,
     material_sentence,
     open_questions,
     verdict_sentence,
@@ -54,6 +56,8 @@ def write_report(diagnosis: Diagnosis, path: Path, *, title: str, provenance: Ma
             "Closes: share of the gap on experiments left out of the fit. Would show from: the size that these data "
             "show at three standard deviations."
         ),
+        page.note(chance_sentence(diagnosis)),
+        *([page.note(glitches_sentence(diagnosis))] if diagnosis.glitches else []),
         page.beside([gap_table(diagnosis), page.facts("Provenance", provenance)]),
     ]
     path.parent.mkdir(parents=True, exist_ok=True)

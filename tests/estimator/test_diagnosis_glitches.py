@@ -1,0 +1,69 @@
+"""Wild single readings of a bead are left out, and nothing else."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from retraction_cases import SMALL_BLOCK
+
+from estimator.diagnosis.glitches import number_left_out, without_glitches
+from estimator.experiment import Experiment
+
+FloatArray = NDArray[np.float64]
+ROWS, BEADS = 60, 16
+
+
+def measured(misfit: FloatArray) -> Experiment:
+    return replace(
+        SMALL_BLOCK,
+        fiducials=np.zeros((ROWS, BEADS, 3)),
+        fiducials_rest=np.zeros((BEADS, 3)),
+        time=np.arange(float(ROWS)),
+    )
+
+
+def noise(seed: int) -> FloatArray:
+    return np.random.default_rng(seed).normal(size=(ROWS, 6 + 3 * BEADS))
+
+
+def left_out(misfit: FloatArray) -> list[tuple[int, int]]:
+    """Rows and beads that are left out."""
+    experiment = measured(misfit)
+    (kept,) = without_glitches([experiment], [misfit])
+    wild = np.isnan(kept.fiducials).all(axis=2)
+    assert number_left_out([experiment], [kept]) == wild.sum()
+    return [(int(row), int(bead)) for row, bead in np.argwhere(wild)]
+
+
+def test_a_wild_reading_is_left_out_whole() -> None:
+    misfit = noise(1)
+    misfit[20, 6 + 3 * 5 + 1] += 9.0
+    misfit[41, 6 + 3 * 2] -= 9.0
+    assert left_out(misfit) == [(20, 5), (41, 2)]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_noise_alone_loses_next_to_nothing(seed: int) -> None:
+    assert len(left_out(noise(seed))) <= 1
+
+
+def test_a_bead_that_is_false_from_some_row_on_is_kept() -> None:
+    misfit = noise(2)
+    misfit[30:, 6 + 3 * 4 : 9 + 3 * 4] += 12.0
+    assert left_out(misfit) == []
+
+
+def test_a_turn_that_all_beads_share_is_kept() -> None:
+    misfit = noise(3)
+    misfit[:, 6:] += 10.0 * np.minimum(np.arange(ROWS), 30)[:, None]
+    misfit[30:, 6:] -= 10.0 * np.arange(ROWS - 30)[:, None]
+    assert left_out(misfit) == []
+
+
+def test_beads_that_were_not_seen_do_no_harm() -> None:
+    misfit = noise(4)
+    misfit[10:14, 6:] = np.nan
+    misfit[:, 6 + 3 * 7 : 9 + 3 * 7] = np.nan
+    misfit[50, 6 + 3 * 1] += 9.0
+    assert left_out(misfit) == [(50, 1)]
