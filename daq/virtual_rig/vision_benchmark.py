@@ -36,7 +36,7 @@ TOGETHER = SceneSettings(
 """Everything at once, in focus."""
 
 DEFOCUSED_AND_GLOSSY = replace(TOGETHER, blur=1.3)
-"""The known limit: a highlight on the rim that is blurred as wide as the bead shifts its centre."""
+"""The hardest: a highlight on the rim, blurred as wide as half of the bead, hides where the rim is."""
 
 MOTION_M = 0.03
 IMAGES = 41

@@ -129,10 +129,12 @@ def _fit(
     distances = np.hypot(columns - starts[:, 0, None, None], rows - starts[:, 1, None, None])
     patches = image[rows, columns].astype(np.float64)
     windows = distances < _WINDOW * radii[:, None, None] + _WINDOW_MARGIN_PX
+    planes = np.zeros(patches.shape, dtype=np.intp)
     if settings.pixel_format != "mono8":
         around = windows & (distances > radii[:, None, None] + 1.0)
-        patches = _equalise_mosaic(patches, rows % 2 * 2 + columns % 2, around)
-    return fit_ellipses(patches, windows.astype(np.float64), starts - middles, radii)
+        planes = rows % 2 * 2 + columns % 2
+        patches = _equalise_mosaic(patches, planes, around)
+    return fit_ellipses(patches, windows.astype(np.float64), planes, starts - middles, radii)
 
 
 def _candidates(
@@ -167,14 +169,14 @@ def _candidates(
     return starts[strongest_first[~crowd]], radii[strongest_first[~crowd]]
 
 
-def _equalise_mosaic(patches: FloatArray, colours: NDArray[np.intp], around: NDArray[np.bool_]) -> FloatArray:
+def _equalise_mosaic(patches: FloatArray, planes: NDArray[np.intp], around: NDArray[np.bool_]) -> FloatArray:
     """Scale the four planes of a Bayer mosaic so that the surface ``around`` a bead is equally bright in each.
 
-    ``colours`` (n, h, w) holds the plane, 0 to 3, of every pixel.
+    ``planes`` (n, h, w) holds the plane, 0 to 3, of every pixel.
     """
     gains = np.ones_like(patches)
-    for colour in range(4):
-        plane = colours == colour
+    for number in range(4):
+        plane = planes == number
         level = np.sum(patches * (plane & around), axis=(1, 2)) / np.sum(plane & around, axis=(1, 2))
         gains /= np.where(plane, np.maximum(level, 1.0)[:, None, None], 1.0)
     brightness = np.sum(patches * around, axis=(1, 2)) / np.sum(around, axis=(1, 2))
