@@ -8,15 +8,19 @@ and ``phase`` (``hold`` or ``return_hold``). The position is needed, the rest ma
 
 import csv
 import importlib.util
+import io
 import math
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 from scipy.spatial.transform import Rotation
 
 from daq.errors import TrajectoryError
 from daq.frames import IDENTITY, pose
 from daq.trajectories import STANDARD_SPEED, Dwell, Step, Trajectory
+from estimator.errors import InputError
+from estimator.input_file import parse_number, read_input_text
 from robot_drivers.protocols import Pose, Speed
 
 _POSITION = ("x_m", "y_m", "z_m")
@@ -35,10 +39,13 @@ def read_table(path: Path, speed: Speed = STANDARD_SPEED, dwell: Dwell | None = 
     """
     dwell = dwell or Dwell()
     try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            rows = list(csv.DictReader(stream, skipinitialspace=True))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise TrajectoryError(f"{path}: cannot be read ({error}); name a CSV table") from error
+        rows = list(csv.DictReader(io.StringIO(read_input_text(path), newline=""), skipinitialspace=True))
+    except InputError as error:
+        raise TrajectoryError(str(error)) from error
+    except csv.Error as error:
+        raise TrajectoryError(
+            f"{path}: not readable as CSV: {error}; save it as comma-separated UTF-8"
+        ) from error
     if not rows:
         raise TrajectoryError(f"{path}: has no row below its header; write one row for each step")
     present = set(rows[0])
@@ -86,13 +93,30 @@ def load_function(path: Path, name: str) -> Callable[[float], Pose]:
     if not path.is_file() or specification is None or specification.loader is None:
         raise TrajectoryError(f"{path}: is no Python file; name one, such as paths.py:{name}")
     module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
+    try:
+        specification.loader.exec_module(module)
+    except Exception as error:
+        raise TrajectoryError(f"{path}: cannot be run ({error!r}); correct it there") from error
     function = getattr(module, name, None)
-    if not callable(function) or not isinstance(function(0.0), Pose):
-        raise TrajectoryError(
-            f"{path}: {name} is no function that returns a robot_drivers.protocols.Pose for a number from 0 to 1"
-        )
-    path_of: Callable[[float], Pose] = function
+
+    def path_of(fraction: float) -> Pose:
+        try:
+            found = function(fraction) if callable(function) else None
+        except Exception as error:
+            raise TrajectoryError(
+                f"{path}: {name}({fraction:g}) fails ({error!r}); correct it there"
+            ) from error
+        if not isinstance(found, Pose):
+            raise TrajectoryError(
+                f"{path}: {name} is no function that returns a robot_drivers.protocols.Pose for a number from 0 to 1"
+            )
+        if not np.all(np.isfinite([*found.position, *found.quaternion_wxyz])):
+            raise TrajectoryError(
+                f"{path}: {name}({fraction:g}) is {found}, which is not finite; correct it there"
+            )
+        return found
+
+    path_of(0.0)
     return path_of
 
 
@@ -101,7 +125,7 @@ def _number(row: dict[str, str], name: str, usual: float | None, where: str) -> 
     if not text and usual is not None:
         return usual
     try:
-        value = float(text)
+        value = parse_number(text)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):

@@ -18,14 +18,17 @@ is not finished. A trial whose parameters were edited counts as a new one; trial
 
 import hashlib
 import json
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import datetime
-from pathlib import Path
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from string import Formatter
 from typing import TypeVar
 
 from daq.errors import TrajectoryError
+from daq.names import check_name
 from daq.own_trajectories import load_function, read_table
 from daq.progress import Progress
 from daq.rig import Rig
@@ -33,12 +36,18 @@ from daq.routines import NAMED, repeated
 from daq.session.session import Label, RecordSession
 from daq.toml_tables import TomlFile
 from daq.trajectories import STANDARD, STANDARD_SPEED, Dwell, Trajectory, lay_out
+from estimator.errors import InputError
+from estimator.input_file import parse_json, read_input_text
 from robot_drivers.protocols import Speed
 
 T = TypeVar("T")
 
 FORMAT = "retraction-plan/1"
 NAME_TEMPLATE = "{date}_{time}_{phantom}_{trajectory}_{repeat}"
+
+_MOST_SESSIONS = 10_000
+_MOST_ROUNDS = 1000
+_FIELD = re.compile(r"[a-z]+:(0?[1-9]?d)?")
 
 _SAMPLE_FIELDS = {
     "date": "2026-05-04",
@@ -81,8 +90,10 @@ class Trial:
     notes: str = ""
 
     def __post_init__(self) -> None:
-        if self.repeat < 1 or self.rounds < 1:
-            raise ValueError("repeat and rounds must be at least 1")
+        if not (1 <= self.repeat <= _MOST_SESSIONS and 1 <= self.rounds <= _MOST_ROUNDS):
+            raise ValueError(
+                f"repeat and rounds must be at least 1, at most {_MOST_SESSIONS} and {_MOST_ROUNDS}"
+            )
 
     @property
     def digest(self) -> str:
@@ -175,15 +186,19 @@ class Plan:
 
     def __post_init__(self) -> None:
         try:
-            sample = self.name.format(**_SAMPLE_FIELDS)
+            for _, field, width, conversion in Formatter().parse(self.name):
+                if field is not None and (conversion or not _FIELD.fullmatch(f"{field}:{width}")):
+                    raise ValueError("a field is a name, and for a number its width, as {trial:02d}")
+            sample = self.name.format(**{**_SAMPLE_FIELDS, "operator": self.operator or "N"})
         except (KeyError, IndexError, ValueError) as error:
             raise ValueError(
-                f"name template {self.name!r} cannot be filled in ({error}); use {', '.join(_SAMPLE_FIELDS)}"
+                f"name template {self.name[:80]!r} cannot be filled in ({error}); use {', '.join(_SAMPLE_FIELDS)}"
             ) from error
-        if self.format != FORMAT or not self.trials or not sample or "/" in sample or "\\" in sample:
-            raise ValueError(
-                f'a plan has format = "{FORMAT}", at least one of [[trials]], and a name without / or \\'
-            )
+        if self.format != FORMAT or not self.trials:
+            raise ValueError(f'a plan has format = "{FORMAT}" and at least one of [[trials]]')
+        check_name(sample, "name, filled in,")
+        if sum(trial.repeat for trial in self.trials) > _MOST_SESSIONS:
+            raise ValueError(f"repeat adds up to more than {_MOST_SESSIONS} sessions")
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,7 +215,23 @@ class Run:
 def read_plan(path: Path) -> Plan:
     """Read a plan file; raises RigError that names file, line and key of what is wrong."""
     file = TomlFile.read(path)
-    return file.build(Plan, file.root)
+    plan = file.build(Plan, file.root)
+    for number, trial in enumerate(plan.trials):
+        if _leads_elsewhere(trial.trajectory):
+            raise file.mistake(
+                ("trials", number, "trajectory"),
+                "names a program outside of the plan's folder, which is not run; copy it there",
+            )
+    return plan
+
+
+def _leads_elsewhere(trajectory: str) -> bool:
+    """Tell whether a trajectory is a function of a file that is not beside the plan or below."""
+    program = trajectory.rpartition(":")[0]
+    paths = (PurePosixPath(program), PureWindowsPath(program))
+    return program.endswith(".py") and any(
+        path.is_absolute() or path.drive or ".." in path.parts for path in paths
+    )
 
 
 def runs(plan: Plan) -> list[Run]:
@@ -224,8 +255,36 @@ def finished(journal: Path) -> dict[str, str]:
     """Return the session folder of each finished run by its key; none where there is no journal yet."""
     if not journal.exists():
         return {}
-    entries: dict[str, str] = json.loads(journal.read_text(encoding="utf-8"))
+    try:
+        entries = parse_json(read_input_text(journal), journal)
+    except InputError as error:
+        raise TrajectoryError(str(error)) from error
+    if not isinstance(entries, dict) or not all(isinstance(session, str) for session in entries.values()):
+        raise TrajectoryError(
+            f"{journal}: does not name a session folder for each finished trial; restore it from a copy, or remove it "
+            "to record everything anew"
+        )
     return entries
+
+
+def due_runs(plan: Plan, journal: Path, folder: Path = Path()) -> list[tuple[Run, Trajectory]]:
+    """Return the sessions that are not finished yet with their trajectories.
+
+    Every one is laid out before the first is carried out, so that a mistake in the last line of a plan costs no
+    morning.
+
+    Parameters
+    ----------
+    journal : file that remembers what is finished
+    folder : where tables and functions are looked for
+
+    Raises
+    ------
+    TrajectoryError
+        A trajectory cannot be laid out, or the journal cannot be read.
+    """
+    done = finished(journal)
+    return [(run, run.trial.lay_out(folder)) for run in runs(plan) if run.key not in done]
 
 
 def run_plan(
@@ -233,8 +292,7 @@ def run_plan(
 ) -> Iterator[Path]:
     """Record what is not finished yet, and yield each session folder as soon as it is sealed.
 
-    Every trajectory is laid out before the first one is carried out, so that a mistake in the last line of a plan
-    costs no morning. The journal is written after a session has ended well; one that was stopped or failed is
+    The journal is written after a session has ended well; one that was stopped or failed is
     recorded anew by the next run, into a folder of its own.
 
     Parameters
@@ -249,9 +307,7 @@ def run_plan(
         As :func:`daq.session.session.run_session` does; what was finished before stays so.
     """
     done = finished(journal)
-    due = [run for run in runs(plan) if run.key not in done]
-    trajectories = [run.trial.lay_out(folder) for run in due]
-    for run, trajectory in zip(due, trajectories, strict=True):
+    for run, trajectory in due_runs(plan, journal, folder):
         session = new_folder(plan, rig, run, trajectory)
         label = Label(session.name, run.order, plan.operator, run.trial.notes)
         record(trajectory, session, label, progress)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from daq.devices import CAMERAS, FORCE_SENSORS, ROBOTS, Devices, Driver
+from daq.names import check_name
 from daq.toml_tables import Keys, TomlFile, toml_text
 from daq.vision.fiducials import FiducialSettings
 from estimator.experiment import Box, Environment, Grasp, Phantom
@@ -56,6 +57,9 @@ class CameraDevice:
     name: str
     driver: str
     settings: object = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        check_name(self.name, "name")
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +147,9 @@ class Specimen:
     grasp: Grasp
     environment: Environment
     fiducials_m: tuple[Vector, ...]
+
+    def __post_init__(self) -> None:
+        check_name(self.phantom_id, "phantom_id")
 
 
 @dataclass(frozen=True, slots=True)

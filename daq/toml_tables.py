@@ -6,18 +6,22 @@ file and line. ``tomllib`` keeps no line numbers, so the line is looked up by th
 
 import dataclasses
 import json
-import math
 import re
-import tomllib
 import types
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from daq.errors import RigError
+from estimator.errors import InputError
+from estimator.input_file import LARGEST_NUMBER, parse_toml, read_input_text
 
 T = TypeVar("T")
 Keys = tuple[str | int, ...]
+
+# of what fits into 64 bits, with room to count on
+_LARGEST_INTEGER = 2**62
+_LONGEST_SHOWN = 60
 
 _HEADER = re.compile(r"^\s*(\[\[?)\s*([A-Za-z0-9_.\-\"' ]+?)\s*\]\]?")
 _ASSIGNMENT = re.compile(r"^\s*([A-Za-z0-9_.\-\"' ]+?)\s*=")
@@ -35,12 +39,10 @@ class TomlFile:
     def read(cls, path: Path) -> "TomlFile":
         """Read and parse; raises RigError where there is no file or no TOML in it."""
         try:
-            text = path.read_text(encoding="utf-8")
-            return cls(path, text, tomllib.loads(text))
-        except (OSError, UnicodeDecodeError) as error:
-            raise RigError(f"{path}: cannot be read ({error}); name an existing TOML file") from error
-        except tomllib.TOMLDecodeError as error:
-            raise RigError(f"{path}: no valid TOML: {error}") from error
+            text = read_input_text(path)
+            return cls(path, text, parse_toml(text, path))
+        except InputError as error:
+            raise RigError(str(error)) from error
 
     def mistake(self, keys: Keys, complaint: str, line_of: Keys | None = None) -> RigError:
         """Return the error for a value at ``keys``, with its line, or the one of a key within it."""
@@ -76,25 +78,33 @@ class TomlFile:
             return self.convert(next(kind for kind in arguments if kind is not types.NoneType), value, keys)
         if origin is Literal:
             if value not in arguments:
-                raise self.mistake(keys, f"must be one of {', '.join(map(repr, arguments))}, not {value!r}")
+                raise self.mistake(
+                    keys, f"must be one of {', '.join(map(repr, arguments))}, not {_shown(value)}"
+                )
             return value
         if hint is object:
             return value
         if origin is tuple:
             return self._convert_tuple(arguments, value, keys)
         if hint is float and isinstance(value, int | float) and not isinstance(value, bool):
-            if not math.isfinite(value):
-                raise self.mistake(keys, f"must be finite, not {value!r}")
+            if not abs(value) <= LARGEST_NUMBER:
+                raise self.mistake(keys, f"must be finite, not {_shown(value)}")
             return float(value)
         if hint is Path and isinstance(value, str):
+            if "\0" in value:
+                raise self.mistake(keys, f"names no file: {_shown(value)}")
             return self.path.parent / value
+        if hint is int and type(value) is int and abs(value) > _LARGEST_INTEGER:
+            raise self.mistake(
+                keys, f"must be at most {_LARGEST_INTEGER:g} in magnitude, not {_shown(value)}"
+            )
         if hint in (str, bool, int) and type(value) is hint:
             return value
-        raise self.mistake(keys, f"must be {_wording(hint)}, not {value!r}")
+        raise self.mistake(keys, f"must be {_wording(hint)}, not {_shown(value)}")
 
     def _convert_tuple(self, kinds: tuple[Any, ...], value: object, keys: Keys) -> tuple[Any, ...]:
         if not isinstance(value, list):
-            raise self.mistake(keys, f"must be a list, not {value!r}")
+            raise self.mistake(keys, f"must be a list, not {_shown(value)}")
         if kinds[-1] is Ellipsis:
             kinds = (kinds[0],) * len(value)
         if len(kinds) != len(value):
@@ -127,6 +137,14 @@ class TomlFile:
 def _names(dotted: str) -> list[str]:
     """Return the parts of a dotted key, of which each may be quoted."""
     return [part.strip(" \"'") for part in dotted.split(".")]
+
+
+def _shown(value: object) -> str:
+    """Return a value as it was written, or its beginning."""
+    if isinstance(value, int) and not isinstance(value, bool) and value.bit_length() > 200:
+        return f"a number of {value.bit_length() // 3} digits"
+    told = repr(value)
+    return told if len(told) <= _LONGEST_SHOWN else f"{told[:_LONGEST_SHOWN]}..."
 
 
 def _wording(hint: Any) -> str:

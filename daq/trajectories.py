@@ -73,6 +73,8 @@ class Dwell:
     holds_s: tuple[float, ...] = ()
 
 
+_MOST_STEPS = 100_000
+
 STANDARD_SPEED = Speed(linear=0.005, angular=0.25)
 
 
@@ -123,9 +125,9 @@ def lay_out(
 
 
 def _require_steps(kind: str, steps: int, return_steps: int) -> None:
-    if steps < 1 or return_steps < 0:
+    if not (1 <= steps <= _MOST_STEPS and 0 <= return_steps <= _MOST_STEPS):
         raise TrajectoryError(
-            f"{kind}: {steps} steps out and {return_steps} back; at least one step out is needed"
+            f"{kind}: {steps} steps out and {return_steps} back; at least one step out is needed, at most {_MOST_STEPS}"
         )
 
 

@@ -8,6 +8,9 @@ from daq.calibration.outcome import Kind
 from daq.rig import Transform, Vector
 from daq.vision.camera_model import StereoCalibration
 
+LATE_STREAMS = ("force sensor", "cameras")
+"""The streams whose latency against the robot's can be found."""
+
 Six = tuple[float, float, float, float, float, float]
 
 
@@ -89,6 +92,12 @@ class StreamLatency:
     lags_s: tuple[float, ...]
     correlation: tuple[float, ...]
     correlation_std: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if self.stream not in LATE_STREAMS:
+            raise ValueError(
+                f"stream must be one of {', '.join(map(repr, LATE_STREAMS))}, not {self.stream[:40]!r}"
+            )
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,6 @@
 """The command line ``retract``: one module for each verb, each a thin layer over functions that a script can call."""
 
 import argparse
-import json
 from collections.abc import Sequence
 
 from daq.cli import (
@@ -22,10 +21,7 @@ from daq.cli import (
     study,
     uniaxial,
 )
-from daq.cli.verb import Result, fail, write
-from daq.errors import DaqError
-from estimator.errors import EstimatorError
-from robot_drivers.errors import DeviceError
+from daq.cli.verb import concluded
 
 _VERBS = (
     demo,
@@ -73,13 +69,4 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for verb in _VERBS:
         verb.add_parser(verbs)
     options = parser.parse_args(arguments)
-    try:
-        result: Result = options.run(options)
-    except (DaqError, EstimatorError, DeviceError) as error:
-        return fail(str(error), status=2)
-    except OSError as error:
-        return fail(f"{error.filename or 'file'}: {error.strerror or error}", status=2)
-    except KeyboardInterrupt as interrupt:
-        return fail(str(interrupt) or "interrupted", status=130)
-    write(json.dumps(result.data) if options.json else result.text)
-    return result.status
+    return concluded(lambda: options.run(options), as_json=options.json)

@@ -23,12 +23,14 @@ from daq.cli.rigs import VIRTUAL, add_rig
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.devices import Devices
 from daq.errors import CalibrationError
+from daq.png import is_whole_png
 from daq.recording.reader import open_recording
 from daq.rig import Rig, make_devices, read_rig
 from daq.session.session import connected
 from daq.virtual_rig.launch import virtual_rig
 from daq.virtual_rig.standard import calibration_settings
 from daq.vision.charuco import CharucoBoard
+from estimator.input_file import read_input
 from robot_drivers.protocols import Camera, Frame
 
 _EXAMPLES = """  retract calibrate stereo lab.toml --square 8.02 --marker 6.01
@@ -41,6 +43,7 @@ _EXAMPLES = """  retract calibrate stereo lab.toml --square 8.02 --marker 6.01
   retract calibrate force virtual --output runs/calibration"""
 
 _FRESH_FRAMES = 3
+_MOST_IMAGE_BYTES = 100_000_000
 _FRAME_TIMEOUT_S = 5.0
 
 
@@ -151,7 +154,7 @@ def _outcome(
         with progress() as tell:
             return evaluate(options.kind, recording, tell), serials_of(options.kind, known)
     if options.images is not None:
-        return _from_board(options, rig, _stored_views(options.images)), {}
+        return _from_board(options, rig, stored_views(options.images)), {}
     with connected(make_devices(rig)) as devices:
         serials = {role: device.identity.serial for role, device in devices.all().items()}
         if options.kind in MOTIONS:
@@ -224,14 +227,24 @@ def _fresh(camera: Camera) -> NDArray[np.uint8]:
     return grey(seen[-1].image, seen[-1].pixel_format)
 
 
-def _stored_views(folder: Path) -> Iterator[tuple[NDArray[np.uint8], NDArray[np.uint8]]]:
+def stored_views(folder: Path) -> Iterator[tuple[NDArray[np.uint8], NDArray[np.uint8]]]:
+    """Read pairs of views of the board, ``left*.png`` and ``right*.png``; raises CalibrationError."""
     left, right = (sorted(folder.glob(f"{side}*.png")) for side in ("left", "right"))
     if not left or len(left) != len(right):
         raise CalibrationError(
             f"{folder}: holds {len(left)} images left*.png and {len(right)} right*.png; give one pair for each view"
         )
     for pair in zip(left, right, strict=True):
-        images = [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in pair]
-        if images[0] is None or images[1] is None:
-            raise CalibrationError(f"{pair[0]}, {pair[1]}: cannot be read as images; write them as PNG")
-        yield np.asarray(images[0], dtype=np.uint8), np.asarray(images[1], dtype=np.uint8)
+        yield _stored_view(pair[0]), _stored_view(pair[1])
+
+
+def _stored_view(path: Path) -> NDArray[np.uint8]:
+    content = read_input(path, _MOST_IMAGE_BYTES)
+    found = (
+        cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_GRAYSCALE)
+        if is_whole_png(content)
+        else None
+    )
+    if found is None:
+        raise CalibrationError(f"{path}: is no whole PNG image; take the view again, or leave the pair out")
+    return np.asarray(found, dtype=np.uint8)

@@ -9,7 +9,7 @@ from daq.acquisition.client import Acquisition
 from daq.cli.rigs import VIRTUAL, opened_rig
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.errors import TrajectoryError
-from daq.plans import Trial, journal_path, read_plan, run_plan, runs
+from daq.plans import Trial, due_runs, journal_path, read_plan, run_plan, runs
 from daq.recording.folder import SessionInfo, read_info
 from daq.rig import Rig
 from daq.routines import NAMED
@@ -120,6 +120,7 @@ def chosen_trial(options: argparse.Namespace) -> Trial:
 
 def _run_plan(options: argparse.Namespace) -> Result:
     plan, journal = read_plan(options.plan), journal_path(options.plan)
+    due_runs(plan, journal, options.plan.parent)  # refuses a mistake before any device is connected
     recorded: dict[Path, SessionInfo] = {}
     with opened_rig(options.rig) as rig, Acquisition(rig) as acquisition, progress() as tell:
         if options.release:

@@ -1,6 +1,7 @@
 """What the verbs share: their options, their results on standard output, progress and complaints on standard error."""
 
 import argparse
+import json
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -10,7 +11,13 @@ from typing import Any, TypeAlias
 from rich import progress as rich_progress
 from rich.console import Console
 
+from daq.errors import DaqError
 from daq.progress import Progress
+from estimator.errors import EstimatorError
+from robot_drivers.errors import DeviceError
+
+# more than any complaint needs; what a file says within one may be without end
+_LONGEST_LINE = 1000
 
 Verbs: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
@@ -40,15 +47,33 @@ def add_verb(
     return parser
 
 
+def concluded(run: Callable[[], Result], *, as_json: bool) -> int:
+    """Run a verb, write its result or one line on why there is none, and return the exit status."""
+    try:
+        result = run()
+    except (DaqError, EstimatorError, DeviceError) as error:
+        return _fail(str(error), status=2)
+    except OSError as error:
+        return _fail(f"{error.filename or 'file'}: {error.strerror or error}", status=2)
+    except KeyboardInterrupt as interrupt:
+        return _fail(str(interrupt) or "interrupted", status=130)
+    write(json.dumps(result.data) if as_json else result.text)
+    return result.status
+
+
 def write(text: str) -> None:
     """Write the result to standard output."""
     sys.stdout.write(text + "\n")
     sys.stdout.flush()
 
 
-def fail(complaint: str, status: int) -> int:
-    """Write one line to standard error and return the exit status."""
-    sys.stderr.write(f"retract: {' '.join(complaint.split())}\n")
+def _fail(complaint: str, status: int) -> int:
+    """Write one line to standard error, whatever a file has put into the complaint, and return the exit status."""
+    line = " ".join(complaint.split())
+    shown = "".join(one if one.isprintable() else repr(one)[1:-1] for one in line)
+    if len(shown) > _LONGEST_LINE:
+        shown = f"{shown[: _LONGEST_LINE // 2]} ... {shown[-_LONGEST_LINE // 2 :]}"
+    sys.stderr.write(f"retract: {shown}\n")
     return status
 
 

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from daq.png import is_whole_png
 from robot_drivers.protocols import Frame
 
 PLANES = "planes"
@@ -45,7 +46,7 @@ def raw(frame: Frame) -> EncodedImage:
 
 def decoded(data: NDArray[np.uint8], compression: str) -> NDArray[np.uint8] | None:
     """Return the image that :func:`compressed` stored, None where the data are damaged."""
-    image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+    image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if is_whole_png(data.data) else None
     if image is None:
         return None
     pixels = np.asarray(image, dtype=np.uint8)

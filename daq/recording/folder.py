@@ -18,12 +18,15 @@ import time
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from daq.errors import RecordingError
 from daq.recording.mcap_log import require_unused
 from daq.recording.recorder import CAMERAS_FILE, SIGNALS_FILE
+from daq.recording.scan import scan
 from daq.recording.seal import SealReport, seal
+from estimator.errors import InputError
+from estimator.input_file import parse_json, read_input_text
 from robot_drivers.clock import host_time_ns
 from robot_drivers.protocols import DeviceIdentity
 
@@ -92,14 +95,18 @@ class SessionInfo:
 
 def write_info(folder: Path, info: SessionInfo) -> None:
     """Write ``session.json`` in one step: a reader sees the old one or the new one."""
-    text = json.dumps({"format": FORMAT, "started": info.clock_anchor.iso, **asdict(info)}, indent=2)
     draft = folder / f"{INFO_FILE}.new"
-    with draft.open("w", encoding="utf-8") as file:
-        file.write(text + "\n")
+    with draft.open("wb") as file:
+        file.write(_encoded(info))
         file.flush()
         os.fsync(file.fileno())
     draft.replace(folder / INFO_FILE)
     _sync_names(folder)
+
+
+def _encoded(info: SessionInfo) -> bytes:
+    text = json.dumps({"format": FORMAT, "started": info.clock_anchor.iso, **asdict(info)}, indent=2)
+    return f"{text}\n".encode()
 
 
 def _sync_names(folder: Path) -> None:
@@ -117,18 +124,39 @@ def read_info(folder: Path) -> SessionInfo:
     """Read ``session.json``; raises RecordingError where there is none or it is of another format."""
     path = folder / INFO_FILE
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = parse_json(read_input_text(path), path)
         if content.pop("format") != FORMAT:
             raise RecordingError(f"{path}: is not of the format {FORMAT}")
         content.pop("started")
         devices = {role: DeviceIdentity(**told) for role, told in content.pop("devices").items()}
         anchor = ClockAnchor(**content.pop("clock_anchor"))
         problems = tuple(content.pop("problems"))
-        return SessionInfo(devices=devices, clock_anchor=anchor, problems=problems, **content)
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        info = SessionInfo(devices=devices, clock_anchor=anchor, problems=problems, **content)
+        _check_types(info)
+        return info
+    except InputError as error:
+        raise RecordingError(f"{error}; name a session folder") from error
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise RecordingError(
             f"{path}: is no session description ({error!r}); name a session folder"
         ) from error
+
+
+def _check_types(info: SessionInfo) -> None:
+    """Raise TypeError where something is of another type than its field says."""
+    anchor, devices = info.clock_anchor, info.devices.values()
+    texts = [info.name, info.phantom_id, info.operator, info.notes, *info.problems]
+    texts += [text for one in devices for text in (one.kind, one.model, one.serial, one.address)]
+    tables = [info.calibrations, info.checksums, info.versions, *(one.details for one in devices)]
+    counts = [info.order, anchor.host_time_ns, anchor.wall_time_ns, *info.samples.values()]
+    if not all(
+        isinstance(text, str) for text in (*texts, *(text for table in tables for text in table.values()))
+    ):
+        raise TypeError("a text is none")
+    if not all(type(count) is int and 0 <= count < 2**63 for count in counts):
+        raise TypeError("a whole number is none")
+    if not isinstance(info.trajectory, dict) or info.state not in get_args(State):
+        raise TypeError("trajectory or state cannot be right")
 
 
 def seal_session(folder: Path, problems: tuple[str, ...] = ()) -> SessionInfo:
@@ -148,7 +176,8 @@ def recover_session(folder: Path) -> tuple[SessionInfo, int]:
     if info.state != "recording":
         raise RecordingError(f"{folder}: is {info.state} already; there is nothing to recover")
     for name in (SIGNALS_FILE, CAMERAS_FILE):
-        require_unused(folder / name)
+        with scan(folder / name):  # nothing is sealed where one of them cannot be
+            require_unused(folder / name)
     signals, images = _seal_files(folder)
     left_out = signals.dropped_bytes + images.dropped_bytes
     told = (
@@ -164,25 +193,42 @@ def _seal_files(folder: Path) -> tuple[SealReport, SealReport]:
 def _finish(
     folder: Path, state: State, problems: tuple[str, ...], signals: SealReport, images: SealReport
 ) -> SessionInfo:
-    """Write the final description and the checksums."""
-    info = replace(
-        read_info(folder), state=state, problems=problems, samples={**signals.counts, **images.counts}
-    )
+    """Write the checksums and the final description, this last: until then the session can be recovered.
+
+    Checksums of a long session take a minute, so what is known of it is written before.
+    """
+    counts = {**signals.counts, **images.counts}
+    info = replace(read_info(folder), problems=problems, samples=counts)
     write_info(folder, info)
+    final = replace(info, state=state)
     kept = [path for path in folder.rglob("*") if path.is_file() and path.name != CHECKSUMS_FILE]
     files = sorted(path for path in kept if path.relative_to(folder).parts[0] != DERIVED_FOLDER)
-    lines = [f"{sha256(path)}  {path.relative_to(folder).as_posix()}\n" for path in files]
+    sums = {path.relative_to(folder).as_posix(): sha256(path) for path in files}
+    sums[INFO_FILE] = hashlib.sha256(_encoded(final)).hexdigest()
+    lines = [f"{checksum}  {name}\n" for name, checksum in sums.items()]
     (folder / CHECKSUMS_FILE).write_text("".join(lines), encoding="utf-8")
-    return info
+    write_info(folder, final)
+    return final
 
 
 def verify_checksums(folder: Path) -> list[str]:
-    """Return the names of the files that are missing or differ from ``CHECKSUMS.sha256``."""
+    """Return the names of the files that are missing or differ from ``CHECKSUMS.sha256``.
+
+    Raises
+    ------
+    RecordingError
+        That file cannot be read.
+    """
+    try:
+        lines = read_input_text(folder / CHECKSUMS_FILE).splitlines()
+    except InputError as error:
+        raise RecordingError(str(error)) from error
     differing = []
-    for line in (folder / CHECKSUMS_FILE).read_text(encoding="utf-8").splitlines():
-        expected, name = line.split(maxsplit=1)
+    for line in lines:
+        expected, _, name = line.partition("  ")
         path = folder / name
-        if not path.is_file() or sha256(path) != expected:
+        inside = ".." not in path.parts and path.is_relative_to(folder)
+        if not inside or not path.is_file() or sha256(path) != expected:
             differing.append(name)
     return differing
 

@@ -24,6 +24,9 @@ from mcap.writer import MCAP0_MAGIC
 
 from daq.errors import RecordingError
 from daq.recording.chunks import Placed, Rows
+from daq.recording.damage import telling_damage
+from estimator.errors import InputError
+from estimator.input_file import require_file
 from robot_drivers.protocols import IntArray
 
 _RECORD = struct.Struct("<BQ")
@@ -33,6 +36,7 @@ _MESSAGE_INDEX = struct.Struct("<HI")
 _FOOTER_SIZE = 29
 _INDEX_ENTRY_SIZE = 16
 _LAST_OPCODE = max(Opcode)
+_MOST_CHUNK_BYTES = 1 << 30
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +140,40 @@ class Scan:
 
 def scan(path: Path) -> Scan:
     """Scan a file; raises RecordingError where it is none of MCAP."""
+    result = _opened(path)
+    with telling_damage(path):
+        if result._mapped is not None:
+            _scan_file(result._view, result)
+        if not result.sealed:
+            _leave_out_damaged(result)
+    return result
+
+
+def scan_on(path: Path, before: Scan) -> Scan:
+    """Scan what a file that is being written holds beyond an earlier scan of it, at first an empty one.
+
+    Only whole chunks are taken, so that what is just being written is left to the next time. The channels and schemas
+    are all that were declared so far.
+
+    Raises
+    ------
+    RecordingError
+        It is no file of MCAP.
+    """
+    result = _opened(path)
+    result.channels, result.schemas = dict(before.channels), dict(before.schemas)
+    if result._mapped is not None:
+        result.complete_bytes = max(result.complete_bytes, before.complete_bytes)
+        with telling_damage(path):
+            _scan_file(result._view, result)
+    result.segments = [segment for segment in result.segments if segment.index is not None]
+    return result
+
+
+def _opened(path: Path) -> Scan:
+    """Return a scan that has looked at nothing but the first bytes; without a mapping where there are not all."""
     try:
+        require_file(path)
         with path.open("rb") as file:
             start = file.read(len(MCAP0_MAGIC))
             if not MCAP0_MAGIC.startswith(start):
@@ -144,19 +181,16 @@ def scan(path: Path) -> Scan:
             if len(start) < len(MCAP0_MAGIC):
                 return Scan(lost_bytes=len(start))
             mapped = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+    except InputError as error:
+        raise RecordingError(str(error)) from error
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read ({error})") from error
-    result = Scan(_mapped=mapped, _view=memoryview(mapped))
-    _scan_file(result._view, result)
-    if not result.sealed:
-        _leave_out_damaged(result)
-    return result
+    return Scan(complete_bytes=len(MCAP0_MAGIC), _mapped=mapped, _view=memoryview(mapped))
 
 
 def _scan_file(data: memoryview, result: Scan) -> None:
-    """Collect declarations and chunks up to the first incomplete record or the end of the data section."""
-    position = len(MCAP0_MAGIC)
-    result.complete_bytes = position
+    """Go on collecting declarations and chunks up to the first incomplete record or the end of the data section."""
+    position = result.complete_bytes
     while position + _RECORD.size <= len(data):
         opcode, length = _RECORD.unpack_from(data, position)
         body, end = position + _RECORD.size, position + _RECORD.size + length
@@ -173,7 +207,7 @@ def _scan_file(data: memoryview, result: Scan) -> None:
         elif not 0 < opcode <= _LAST_OPCODE or end > len(data):
             break
         elif opcode == Opcode.MESSAGE:
-            raise RecordingError("messages lie outside of chunks; another program wrote this file")
+            raise RecordingError("messages lie outside of chunks; another program wrote it, record anew")
         else:
             _declare(opcode, data[body:end], result)
         position = result.complete_bytes = end
@@ -293,6 +327,8 @@ def _declare(opcode: int, body: memoryview, result: Scan) -> None:
 
 
 def _uncompressed(stored: memoryview, compression: str, size: int) -> memoryview:
+    if size > _MOST_CHUNK_BYTES:
+        raise RecordingError(f"a chunk tells a size of {size} bytes; restore it from a copy")
     if compression == "zstd":
         return memoryview(zstandard.decompress(stored, max_output_size=size))
     if compression:

@@ -7,7 +7,7 @@ a full disk is rarely too full for it, and a second attempt begins where the fir
 
 import os
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +22,8 @@ from daq.recording.mcap_log import encoded, preamble
 from daq.recording.scan import scan
 
 _FOOTER_WITHOUT_CRC = 25
+# of what is behind the last whole chunk, to be put back where sealing fails: many times what a recorder writes at once
+_MOST_KEPT_BYTES = 256_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +40,7 @@ def seal(path: Path) -> SealReport:
     Raises
     ------
     RecordingError
-        The sealed file does not hold what the unsealed one held; look for a failing disk.
+        The sealed file does not hold what the unsealed one held, and is as it was; look for a failing disk.
     """
     with scan(path) as found:
         counts = found.counts()
@@ -54,8 +56,11 @@ def seal(path: Path) -> SealReport:
         complete_bytes, lost_bytes = found.complete_bytes, found.lost_bytes
     # from here on the file is not mapped into memory any more: no system may cut a mapped file
     begun = complete_bytes >= len(preamble())
+    start = complete_bytes if begun else 0
     with path.open("r+b") as file:
-        position = file.seek(complete_bytes if begun else 0)
+        file.seek(start)
+        replaced = file.read(_MOST_KEPT_BYTES)
+        position = file.seek(start)
         file.truncate()
         if not begun:
             position += file.write(preamble())
@@ -67,13 +72,25 @@ def seal(path: Path) -> SealReport:
         file.write(_summary(schemas, channels, chunks, messages, position))
         file.flush()
         os.fsync(file.fileno())
-    with scan(path) as sealed:
-        if not sealed.sealed or sealed.counts() != counts:
-            raise RecordingError(
-                f"{path}: holds {sealed.counts()} messages after sealing and {counts} before; look for a failing "
-                "disk and run `retract recover` again"
-            )
+    try:
+        with scan(path) as sealed:
+            if not sealed.sealed or _present(sealed.counts()) != _present(counts):
+                raise RecordingError(
+                    f"{path}: holds {sealed.counts()} messages after sealing and {counts} before; look for a failing "
+                    "disk and run `retract recover` again"
+                )
+    except RecordingError:
+        with path.open("r+b") as file:
+            file.seek(start)
+            file.write(replaced)
+            file.truncate()
+        raise
     return SealReport(counts, lost_bytes)
+
+
+def _present(counts: Mapping[str, int]) -> dict[str, int]:
+    """Leave out topics without a message: one declared within a record that was cut off is not declared any more."""
+    return {topic: count for topic, count in counts.items() if count}
 
 
 def _summary(

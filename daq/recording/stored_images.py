@@ -1,5 +1,6 @@
 """The images in a recording: ``CompressedImage`` and ``Image`` messages taken apart."""
 
+import math
 import struct
 from dataclasses import dataclass
 
@@ -29,7 +30,7 @@ class StoredImage:
         data = np.frombuffer(self.data, np.uint8)
         if self.compression is not None:
             return codec.decoded(data, self.compression)
-        return data.reshape(self.shape).copy() if data.size == np.prod(self.shape) else None
+        return data.reshape(self.shape).copy() if data.size == math.prod(self.shape) else None
 
 
 def sequence_of(record: memoryview) -> int:

@@ -1,6 +1,7 @@
 """The table ``observations.csv``: one row an instant, an empty field where nothing was measured."""
 
 import csv
+import io
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,9 +12,11 @@ from numpy.typing import NDArray
 
 from estimator.errors import InputError
 from estimator.experiment.model import PHASES, Experiment, FloatArray
+from estimator.input_file import parse_number, read_input_text
 
 _POSE_COLUMNS = ("time", "px", "py", "pz", "qw", "qx", "qy", "qz")
 WRENCH_COLUMNS: tuple[str, ...] = ("fx", "fy", "fz", "tx", "ty", "tz")
+_LONGEST_STEP = 9  # digits
 _ANY_FIDUCIAL = re.compile(r"m\d{2,}[xyz]")
 
 
@@ -91,11 +94,9 @@ def write_observations(file: Path, experiment: Experiment) -> None:
 
 def _read_rows(file: Path) -> tuple[list[str], list[list[str]]]:
     try:
-        with file.open(encoding="utf-8-sig", newline="") as stream:
-            lines = [[field.strip() for field in line] for line in csv.reader(stream)]
-    except FileNotFoundError:
-        raise InputError(f"{file}: there is no such file; write the observations there") from None
-    except (UnicodeDecodeError, csv.Error) as error:
+        stream = io.StringIO(read_input_text(file), newline="")
+        lines = [[field.strip() for field in line] for line in csv.reader(stream)]
+    except csv.Error as error:
         raise InputError(f"{file}: not readable as CSV: {error}; save it as comma-separated UTF-8") from None
     while lines and not any(lines[-1]):
         lines.pop()
@@ -160,13 +161,13 @@ class _Table:
     def steps(self) -> NDArray[np.int64]:
         texts = [row[self._place["step"]] for row in self._rows]
         for i, text in enumerate(texts):
-            if not (text.isascii() and text.isdigit()):
-                raise self._error(i, "step", f"'{text}' is no step number; write a whole number from 0")
+            if not (text.isascii() and text.isdigit() and len(text) <= _LONGEST_STEP):
+                raise self._error(i, "step", f"'{text[:40]}' is no step number; write a whole number from 0")
         return np.array(texts, dtype=np.int64)
 
     def _number(self, text: str, row: int, column: str) -> float:
         try:
-            value = float(text)
+            value = parse_number(text)
         except ValueError:
             raise self._error(
                 row,

@@ -7,6 +7,10 @@ import numpy as np
 
 from estimator.errors import InputError
 from estimator.experiment.model import FloatArray
+from estimator.input_file import read_input
+
+MOST_SURFACE_BYTES = 200_000_000
+"""Largest file of a surface that is read."""
 
 _HEADER_BYTES = 84
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("vertices", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -21,13 +25,12 @@ def read_stl(file: Path) -> FloatArray:
     InputError
         The file is missing, cut short, or no STL.
     """
-    try:
-        content = file.read_bytes()
-    except FileNotFoundError:
-        raise InputError(f"{file}: there is no such file; put the phantom's surface there") from None
+    content = read_input(file, MOST_SURFACE_BYTES)
     count = int.from_bytes(content[80:_HEADER_BYTES], "little")
     if len(content) > _HEADER_BYTES and len(content) == _HEADER_BYTES + count * _TRIANGLE.itemsize:
-        triangles = np.frombuffer(content, _TRIANGLE, offset=_HEADER_BYTES)["vertices"].astype(np.float64)
+        single = np.frombuffer(content, _TRIANGLE, offset=_HEADER_BYTES)["vertices"]
+        with np.errstate(invalid="ignore"):  # bits that are no number are refused below
+            triangles = single.astype(np.float64)
     else:
         triangles = _text_triangles(content)
     if not len(triangles) or not np.isfinite(triangles).all():

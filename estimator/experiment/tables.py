@@ -1,7 +1,5 @@
 """Typed access to a TOML file; every refusal names the file, the key, what is wrong and what to write."""
 
-import math
-import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +7,7 @@ import numpy as np
 
 from estimator.errors import InputError
 from estimator.experiment.model import Box, FloatArray, Vector
+from estimator.input_file import is_number, parse_toml, read_input_text
 
 
 class TomlTable:
@@ -26,14 +25,9 @@ class TomlTable:
         Raises
         ------
         InputError
-            The file is missing, or no TOML.
+            The file is missing, cannot be read, or is no TOML.
         """
-        try:
-            return cls(tomllib.loads(file.read_text(encoding="utf-8-sig")), file)
-        except FileNotFoundError:
-            raise InputError(f"{file}: there is no such file; write it or give another folder") from None
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise InputError(f"{file}: not readable as TOML: {error}; correct it there") from None
+        return cls(parse_toml(read_input_text(file), file), file)
 
     def __contains__(self, key: str) -> bool:
         return key in self._data
@@ -73,7 +67,7 @@ class TomlTable:
     def number(self, key: str, default: float | None = None) -> float:
         """Return a finite number."""
         value = self._get(key, default)
-        if not _is_number(value):
+        if not is_number(value):
             raise self._error(key, f"is {value!r}; write a finite number")
         return float(value)
 
@@ -118,9 +112,5 @@ class TomlTable:
         return InputError(f"{self._file}: {place} {text}")
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-
-
 def _is_vector(value: object) -> bool:
-    return isinstance(value, list | tuple) and len(value) == 3 and all(_is_number(entry) for entry in value)
+    return isinstance(value, list | tuple) and len(value) == 3 and all(is_number(entry) for entry in value)

@@ -6,8 +6,8 @@ from pathlib import Path
 from estimator.errors import InputError
 
 
-def read_obj(file: Path) -> tuple[list[Sequence[float]], list[Sequence[int]]]:
-    """Return vertices (x, y, z), in the file's unit, and polygons as vertex numbers from 0.
+def read_obj(content: bytes, file: Path) -> tuple[list[Sequence[float]], list[Sequence[int]]]:
+    """Return vertices (x, y, z), in the file's unit, and polygons as vertex numbers from 0; ``file`` is named.
 
     Raises
     ------
@@ -16,11 +16,12 @@ def read_obj(file: Path) -> tuple[list[Sequence[float]], list[Sequence[int]]]:
     """
     vertices: list[Sequence[float]] = []
     polygons: list[Sequence[int]] = []
-    for number, line in enumerate(file.read_text("utf-8", errors="replace").splitlines(), start=1):
+    for number, line in enumerate(content.decode("utf-8", "replace").splitlines(), start=1):
         kind, *words = line.split() or [""]
         try:
             if kind == "v":
-                vertices.append([float(word) for word in words[:3]])
+                x, y, z = map(float, words[:3])
+                vertices.append((x, y, z))
             elif kind == "f":
                 polygons.append([_index(word, len(vertices)) for word in words])
         except ValueError:

@@ -39,15 +39,14 @@ class _Element:
     properties: list[_Property] = field(default_factory=list)
 
 
-def read_ply(file: Path) -> tuple[list[Sequence[float]], list[Sequence[int]]]:
-    """Return vertices (x, y, z), in the file's unit, and polygons as vertex numbers from 0.
+def read_ply(content: bytes, file: Path) -> tuple[list[Sequence[float]], list[Sequence[int]]]:
+    """Return vertices (x, y, z), in the file's unit, and polygons as vertex numbers from 0; ``file`` is named.
 
     Raises
     ------
     InputError
         The file is no PLY file, or cut short; the message names the line of the header or the row.
     """
-    content = file.read_bytes()
     head, separator, body = content.partition(b"end_header")
     body = body.partition(b"\n")[2]
     lines = head.decode("ascii", errors="replace").splitlines()
@@ -67,7 +66,7 @@ def read_ply(file: Path) -> tuple[list[Sequence[float]], list[Sequence[int]]]:
                 elif element.name == "face":
                     name = next(name for name in _INDEX_NAMES if name in columns)
                     polygons.append([int(index) for index in row[columns[name]]])
-            except (StopIteration, KeyError, IndexError, ValueError, struct.error):
+            except (StopIteration, KeyError, IndexError, ValueError, OverflowError, struct.error):
                 raise InputError(
                     f"{file}: {element.name} {number} (from 0) cannot be read; the file is cut short or has other "
                     "columns than x, y, z and vertex_indices: export the surface again"

@@ -9,17 +9,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from estimator.errors import InputError
-from estimator.experiment.stl import read_stl
+from estimator.experiment.stl import MOST_SURFACE_BYTES, read_stl
 from estimator.geometry.obj import read_obj
 from estimator.geometry.ply import read_ply
 from estimator.geometry.surface import Surface, closed_surface
 from estimator.geometry.vtp import read_vtp
+from estimator.input_file import read_input
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-PolygonReader: TypeAlias = Callable[[Path], tuple[ArrayLike, Sequence[Sequence[int]]]]
+PolygonReader: TypeAlias = Callable[[bytes, Path], tuple[ArrayLike, Sequence[Sequence[int]]]]
 
-_MOST_BYTES = 200_000_000
 _POLYGON_READERS: dict[str, PolygonReader] = {".ply": read_ply, ".obj": read_obj, ".vtp": read_vtp}
 SUFFIXES = (".stl", *_POLYGON_READERS)
 
@@ -37,19 +37,13 @@ def read_surface(file: Path | str) -> Surface:
         metres; the message names the file and, where there is one, the line.
     """
     path = Path(file)
-    if not path.is_file():
-        raise InputError(f"{path}: there is no such file; give a surface ({', '.join(SUFFIXES)})")
-    if (size := path.stat().st_size) > _MOST_BYTES:
-        raise InputError(
-            f"{path}: {size / 1e6:.0f} MB; decimate the surface to below {_MOST_BYTES / 1e6:.0f} MB"
-        )
     suffix = path.suffix.lower()
     if suffix == ".stl":
         corners = read_stl(path)
         return closed_surface(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3), str(path))
     if suffix not in _POLYGON_READERS:
         raise InputError(f"{path}: unknown kind of file; give a surface as {', '.join(SUFFIXES)}")
-    vertices, polygons = _POLYGON_READERS[suffix](path)
+    vertices, polygons = _POLYGON_READERS[suffix](read_input(path, MOST_SURFACE_BYTES), path)
     points = np.asarray(vertices, dtype=np.float64).reshape(-1, 3)
     return closed_surface(points, _triangles(polygons, len(points), path), str(path))
 

@@ -18,10 +18,11 @@ from estimator.errors import InputError
 
 _ZLIB = "vtkZLibDataCompressor"
 _MOST_BYTES = 400_000_000
+_TYPES = ("Float32", "Float64", *(f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)))
 
 
-def read_vtp(file: Path) -> tuple[NDArray[np.float64], list[Sequence[int]]]:
-    """Return vertices (n, 3), in the file's unit, and polygons as vertex numbers from 0.
+def read_vtp(content: bytes, file: Path) -> tuple[NDArray[np.float64], list[Sequence[int]]]:
+    """Return vertices (n, 3), in the file's unit, and polygons as vertex numbers from 0; ``file`` is named.
 
     Raises
     ------
@@ -29,7 +30,7 @@ def read_vtp(file: Path) -> tuple[NDArray[np.float64], list[Sequence[int]]]:
         The file is no such file, damaged, or compressed by another method.
     """
     try:
-        return _Document(file.read_bytes()).polygons()
+        return _Document(content).polygons()
     except (ElementTree.ParseError, KeyError, ValueError, TypeError, IndexError, zlib.error) as error:
         raise InputError(
             f"{file}: cannot be read as VTP ({error}); save it again as PolyData, as text or compressed by zlib"
@@ -44,6 +45,9 @@ class _Document:
         attributes, _, data = tail.partition(b"_")
         self._appendix = data
         self._appendix_is_text = b'"base64"' in attributes
+        # entities can grow without end, and read files; without zero bytes UTF-16 looks like ASCII
+        if b"<!DOCTYPE" in head.replace(b"\0", b""):
+            raise ValueError("it declares a document type, which no VTP file does")
         root = ElementTree.fromstring(head + b"</VTKFile>" if appended else content)
         if root.attrib["type"] != "PolyData":
             raise ValueError(f"it holds {root.attrib['type']}")
@@ -73,6 +77,8 @@ class _Document:
     def _values(self, array: ElementTree.Element | None) -> NDArray[np.generic]:
         if array is None:
             raise ValueError("points or polygons are missing")
+        if array.attrib["type"] not in _TYPES:
+            raise ValueError(f"it holds values of type {array.attrib['type'][:20]}")
         kind = np.dtype(array.attrib["type"].lower()).newbyteorder(self._order)
         form, text = array.attrib["format"], (array.text or "").strip()
         if form == "ascii":

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from estimator.errors import InputError
+from estimator.input_file import parse_json, read_input_text
 from estimator.studies.case import Case, Outcome, digest
 
 
@@ -24,12 +25,12 @@ class OutcomeStore:
             The file is damaged.
         """
         file = self._file(case)
-        try:
-            kept = json.loads(file.read_text(encoding="utf-8"))
-            return Outcome(kept["row"], kept["failure"])
-        except FileNotFoundError:
+        if not file.exists():
             return None
-        except (ValueError, KeyError, TypeError):
+        try:
+            kept = parse_json(read_input_text(file), file)
+            return _outcome(kept["row"], kept["failure"])
+        except (InputError, KeyError, TypeError):
             raise InputError(
                 f"{file}: the kept result is damaged; remove the file, and it is made anew"
             ) from None
@@ -44,3 +45,13 @@ class OutcomeStore:
 
     def _file(self, case: Case) -> Path:
         return self.folder / f"{digest(case)}.json"
+
+
+def _outcome(row: object, failure: object) -> Outcome:
+    """Return the outcome; raises TypeError where these cannot be one."""
+    values = row if isinstance(row, dict) else {}
+    if (row is None) == (not failure) or not isinstance(failure, str):
+        raise TypeError("neither a row nor a failure, or both")
+    if row is not None and not all(isinstance(value, int | float | str) for value in values.values()):
+        raise TypeError("a value of the row is neither a number nor a text")
+    return Outcome(None if row is None else values, failure)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.errors import InputError
-from estimator.input_file import read_input_text
+from estimator.input_file import parse_number, read_input_text
 
 FloatArray = NDArray[np.float64]
 Mode = Literal["tension", "compression"]
@@ -167,7 +167,7 @@ def _number(file: Path, line: int, fields: Sequence[str], column: int) -> float:
 
 def _is_number(text: str) -> bool:
     try:
-        return math.isfinite(float(text))
+        return math.isfinite(parse_number(text))
     except ValueError:
         return False
 

@@ -17,6 +17,7 @@ from robot_drivers.abb.kinematics import Joints
 from robot_drivers.abb.sequence import SequenceAccount
 from robot_drivers.abb.udp import Datagram, StampedSocket
 from robot_drivers.errors import ConfigurationError, DeviceProtocolError, DeviceUnreachableError
+from robot_drivers.interfaces import LOOPBACK, address_towards, is_loopback
 from robot_drivers.protocols import Pose, PoseBlock, StreamStatistics
 
 _STANDING_RAD_S = 5e-4  # planned joint speed; a float32 angle near 90° resolves 3e-5 rad/s at 250 Hz
@@ -31,14 +32,15 @@ class EGMSettings:
     Attributes
     ----------
     port : UDP port of this computer; the controller's UDPUC device names it as remote port
-    bind_address : address of the network interface towards the controller
+    bind_address : address of the network interface to listen on; None for the one towards ``controller_address``, or
+        for the loopback where there is none. On another than the loopback, the controller's address is needed
     controller_address : only datagrams from here count; None takes whoever sends the first valid one
     untimed_joint_unit : unit of the joint angles in messages without a time field (RobotWare 6.00 – 6.06). The
         client library abb_libegm took them for radians; this was not confirmed on a controller
     """
 
     port: int = 6510
-    bind_address: str = "0.0.0.0"
+    bind_address: str | None = None
     controller_address: str | None = None
     untimed_joint_unit: Literal["rad", "deg"] = "rad"
 
@@ -77,12 +79,12 @@ class PositionStream:
         Raises
         ------
         ConfigurationError
-            When the port cannot be had.
+            When the port cannot be had, or datagrams from elsewhere would be taken from anybody.
         DeviceUnreachableError
             When the controller's name has no address.
         """
         self._peer = _resolve(self._settings.controller_address)
-        self._socket = StampedSocket(self._settings.bind_address, self._settings.port)
+        self._socket = StampedSocket(_interface(self._settings.bind_address, self._peer), self._settings.port)
 
     @property
     def port(self) -> int:
@@ -234,6 +236,24 @@ def _joints(motion: EgmMotion, unit: float) -> Joints:
         raise DeviceProtocolError(f"EGM message with joints {angles} instead of six numbers")
     q1, q2, q3, q4, q5, q6 = (unit * angle for angle in angles)
     return q1, q2, q3, q4, q5, q6
+
+
+def _interface(bind_address: str | None, peer: str | None) -> str:
+    """Return the address to listen on."""
+    if bind_address is None:
+        if peer is None:
+            return LOOPBACK
+        try:
+            return address_towards(peer)
+        except OSError as error:
+            raise DeviceUnreachableError(
+                f"no network leads to the EGM controller {peer} ({error.strerror}): check cable and network"
+            ) from error
+    if peer is None and not is_loopback(bind_address):
+        raise ConfigurationError(
+            f"EGM would listen on {bind_address} to whoever sends first; name the controller in controller_address"
+        )
+    return bind_address
 
 
 def _resolve(host: str | None) -> str | None:

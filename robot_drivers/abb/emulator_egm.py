@@ -29,6 +29,7 @@ from robot_drivers.abb.egm_codec import (
 from robot_drivers.abb.emulator_arm import Reading
 from robot_drivers.abb.emulator_settings import ControllerFaults
 from robot_drivers.abb.protobuf import encode
+from robot_drivers.interfaces import address_towards
 
 GENERATIONS = ("A", "B", "B'", "C", "D")
 
@@ -82,7 +83,7 @@ class EgmSender:
         self._on_the_way: deque[tuple[float, bytes]] = deque()
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
-        self._socket.bind(("", 0))
+        self._socket.bind((address_towards(remote[0]), 0))
 
     def send(self, message: EgmRobot, faults: ControllerFaults) -> None:
         """Send one message, as the faults allow."""

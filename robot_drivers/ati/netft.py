@@ -142,9 +142,12 @@ class NetFT:
         self._connected()
         self.stop()
         self._close_receiver()
-        self._receiver = DatagramReceiver(
-            (self._address, self._settings.rdt_port), rdt.DATAGRAM_SIZES, self._settings.batch_s
-        )
+        try:
+            self._receiver = DatagramReceiver(
+                (self._address, self._settings.rdt_port), rdt.DATAGRAM_SIZES, self._settings.batch_s
+            )
+        except OSError as error:
+            raise self._unreachable(error) from error
         self._tracker = SequenceTracker(self._settings.internal_rate_hz)
         self._streaming = True
         self._repeated_starts = 0
@@ -263,9 +266,12 @@ class NetFT:
                 with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as once:
                     once.sendto(request, (self._address, self._settings.rdt_port))
         except OSError as error:
-            raise DeviceUnreachableError(
-                f"force sensor {self._settings.host} cannot be reached ({error}): check cable and network"
-            ) from error
+            raise self._unreachable(error) from error
+
+    def _unreachable(self, error: OSError) -> DeviceUnreachableError:
+        return DeviceUnreachableError(
+            f"force sensor {self._settings.host} cannot be reached ({error}): check cable and network"
+        )
 
     def _revive_when_silent(self) -> None:
         now_ns = host_time_ns()

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robot_drivers.clock import host_time_ns, wall_to_host_offset_ns
+from robot_drivers.interfaces import address_towards
 from robot_drivers.kernel_stamps import KERNEL_STAMPS, STAMP_SPACE, request_stamps, wall_time_ns
 from robot_drivers.protocols import IntArray
 
@@ -35,7 +36,7 @@ class Datagrams:
 
 
 class DatagramReceiver:
-    """A UDP socket that hears one peer.
+    """A UDP socket that hears one peer, on the network interface that leads to it.
 
     Parameters
     ----------
@@ -49,6 +50,11 @@ class DatagramReceiver:
     ----------
     foreign : datagrams that came from someone else; they were rejected
     malformed : datagrams of another length; they were rejected
+
+    Raises
+    ------
+    OSError
+        No network leads to the peer.
     """
 
     def __init__(
@@ -67,9 +73,10 @@ class DatagramReceiver:
         self._batch_ns = round(batch_s * 1e9) if kernel_stamps else 0
         self._next_batch_ns = 0
         self._offset_ns, self._offset_at_ns = wall_to_host_offset_ns(), host_time_ns()
+        interface = address_towards(peer[0])
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
-        self._socket.bind(("", 0))
+        self._socket.bind((interface, 0))
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _WANTED_BUFFER_BYTES)
         if kernel_stamps:
             request_stamps(self._socket)

@@ -5,14 +5,14 @@ import signal
 import sys
 import time
 import traceback
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
 from random import Random
 
+from robot_drivers.fuzzing.bounds import HangError, limit_memory, time_bound
 from robot_drivers.fuzzing.target import Target
 from robot_drivers.fuzzing.targets import TARGETS
 
@@ -26,7 +26,6 @@ LONGEST_INPUT_S = 1.0
 """CPU time after which a parser is said to hang."""
 
 _STUCK_CHUNK_S = 600.0
-_EXTRA_MEMORY_BYTES = 1 << 30
 _MOST_FINDINGS = 5  # kept of one chunk
 _LONGEST_CASE = 600
 
@@ -77,10 +76,6 @@ class ChunkResult:
     findings: tuple[Finding, ...]
 
 
-class _HangError(Exception):
-    pass
-
-
 def run_chunk(seed: int, chunk: int, targets: Sequence[Target] = TARGETS) -> ChunkResult:
     """Run one chunk; which parser gets it follows from its number."""
     target = targets[chunk % len(targets)]
@@ -89,7 +84,7 @@ def run_chunk(seed: int, chunk: int, targets: Sequence[Target] = TARGETS) -> Chu
     findings: list[Finding] = []
     faulthandler.dump_traceback_later(_STUCK_CHUNK_S, exit=True)  # for what no signal can interrupt
     try:
-        with _time_bound() as bound:
+        with time_bound() as bound:
             for _ in range(CHUNK):
                 case = target.generate(random)
                 outcome, complaint = _judge(target, case, bound)
@@ -110,7 +105,7 @@ def run_campaign(
     """
     findings: list[Finding] = []
     waiting = iter(chunks)
-    with ProcessPoolExecutor(processes, initializer=_limit_memory) as pool:
+    with ProcessPoolExecutor(processes, initializer=_begin_work) as pool:
         running: dict[Future[ChunkResult], int] = {}
         while True:
             for chunk in islice(waiting, 2 * processes - len(running)):
@@ -142,7 +137,7 @@ def _judge(target: Target, case: object, bound: Callable[[float], None]) -> tupl
         taken = int(target.check(case))
     except target.errors:
         refused = 1
-    except _HangError:
+    except HangError:
         complaint = f"needs more than {LONGEST_INPUT_S:g} s"
     except Exception as error:  # noqa: BLE001 - whatever else a parser raises is what this program looks for
         place = traceback.extract_tb(error.__traceback__)[-1]
@@ -153,37 +148,10 @@ def _judge(target: Target, case: object, bound: Callable[[float], None]) -> tupl
     return Tally(1, taken, refused, cpu_s, cpu_s), complaint
 
 
-@contextmanager
-def _time_bound() -> Iterator[Callable[[float], None]]:
-    """Give a function that interrupts what runs after so much CPU time; 0 ends that."""
-    if sys.platform == "win32":
-        yield lambda _seconds: None
-        return
-
-    def hang(_number: int, _frame: object) -> None:
-        raise _HangError
-
-    before = signal.signal(signal.SIGPROF, hang)
-    try:
-        yield _set_timer
-    finally:
-        _set_timer(0.0)
-        signal.signal(signal.SIGPROF, before)
-
-
-def _set_timer(seconds: float) -> None:
-    if sys.platform != "win32":
-        signal.setitimer(signal.ITIMER_PROF, seconds)
-
-
-def _limit_memory() -> None:
-    """Let this process have a gigabyte more than it has; a parser that wants more meets a MemoryError."""
+def _begin_work() -> None:
+    """Leave interrupts to the process that hands out the work, and bound the memory of this one."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if sys.platform == "linux":
-        with open("/proc/self/statm", encoding="ascii") as file:  # noqa: PTH123 - no file of anybody's
-            pages = int(file.read().split()[0])
-        limit = pages * resource.getpagesize() + _EXTRA_MEMORY_BYTES
-        resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+    limit_memory()
 
 
 def _peak_bytes() -> int:

@@ -23,6 +23,7 @@ from estimator.fem.block_mesh import Grading
 from estimator.fem.equilibrium import EquilibriumSolver
 from estimator.fem.motion import GripperPose
 from estimator.fem.observation import Observation, observe
+from estimator.fem.problem import RetractionProblem
 from estimator.fit.estimate import estimate
 from estimator.fit.result import Estimate
 from estimator.forward.meshing import mesh_experiment
@@ -206,6 +207,19 @@ def test_experiments_together_determine_more_than_each_alone(
         assert inside(alone.fit)
         assert np.all(widths(both.fit) < widths(alone.fit))
     assert [fit.experiment.name for fit in both.fit.fits] == ["pull", "twist"]
+
+
+def test_beads_that_are_seen_anew_at_rest_are_those_of_the_same_mounting(both: Fitted) -> None:
+    class MeshingError(Exception):
+        """The experiments were taken for those of one mounting."""
+
+    def mesh(experiment: Experiment) -> RetractionProblem:
+        raise MeshingError
+
+    first, second = both.experiments
+    seen = second.fiducials_rest + np.random.default_rng(1).normal(0.0, 3e-5, second.fiducials_rest.shape)
+    with pytest.raises(MeshingError):
+        estimate([first, replace(second, fiducials_rest=seen)], mesh=mesh)
 
 
 def test_experiments_of_different_phantoms_are_refused(both: Fitted) -> None:

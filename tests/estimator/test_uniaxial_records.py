@@ -106,5 +106,5 @@ def test_what_is_no_record_is_refused_in_one_line(file: Path, text: str, message
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"none\.csv: there is no such file"):
         read_record(tmp_path / "none.csv")
-    with pytest.raises(InputError, match="not readable as text"):
+    with pytest.raises(InputError, match="is a folder"):
         read_record(tmp_path)

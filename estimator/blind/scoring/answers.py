@@ -1,6 +1,5 @@
 """The diagnosis's answers to a set of cases, one file for each case, as ``retract diagnose --json`` prints them."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,6 +7,7 @@ from typing import Any
 
 from estimator.diagnosis.result import NONE
 from estimator.errors import InputError
+from estimator.input_file import is_number, parse_json, read_input_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,27 +69,49 @@ def read_answers(folder: Path) -> dict[str, Answer]:
 
 def _read_answer(file: Path) -> Answer:
     try:
-        return _answer(json.loads(file.read_text(encoding="utf-8")))
-    except json.JSONDecodeError as error:
-        raise InputError(f"{file}: {error}; remove it and diagnose the case again") from error
-    except (KeyError, TypeError, ValueError) as error:
+        return _answer(parse_json(read_input_text(file), file))
+    except InputError as error:
+        raise InputError(f"{error}, or remove it and diagnose the case again") from error
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise InputError(
             f"{file}: is no diagnosis ({error!r}); remove it and diagnose the case again"
         ) from error
 
 
 def _answer(told: Mapping[str, Any]) -> Answer:
-    blocks = told["where"]["blocks"]
-    centre = told["where"]["centre"]
+    blocks = {label: _number(share) for label, share in told["where"]["blocks"].items()}
+    centre, closure = told["where"]["centre"], told["gap"]["closure_held_out"]
     before, after = told["material"]["before"], told["material"]["after"]
     return Answer(
-        verdict=tuple(told["verdict"]),
-        probabilities={label: float(p) for label, p in told["probabilities"].items()},
-        credible_set=tuple(told["credible_set"]),
-        closure=told["gap"]["closure_held_out"],
+        verdict=_labels(told["verdict"]),
+        probabilities={label: _number(p) for label, p in told["probabilities"].items()},
+        credible_set=_labels(told["credible_set"]),
+        closure=None if closure is None else _number(closure),
         block=max(blocks, key=lambda name: blocks[name]),
-        centre=None if centre is None else tuple(centre),
-        youngs_modulus=(before["youngs_modulus"]["value"], after["youngs_modulus"]["value"]),
-        poisson_ratio=(before["poisson_ratio"]["value"], after["poisson_ratio"]["value"]),
-        seconds=told["seconds"],
+        centre=None if centre is None else _point(centre),
+        youngs_modulus=(
+            _number(before["youngs_modulus"]["value"]),
+            _number(after["youngs_modulus"]["value"]),
+        ),
+        poisson_ratio=(_number(before["poisson_ratio"]["value"]), _number(after["poisson_ratio"]["value"])),
+        seconds=_number(told["seconds"]),
     )
+
+
+def _labels(value: object) -> tuple[str, ...]:
+    if not isinstance(value, list) or not all(isinstance(label, str) for label in value):
+        raise TypeError("a list of labels is none")
+    return tuple(value)
+
+
+def _point(value: object) -> tuple[float, float, float]:
+    if not isinstance(value, list) or len(value) != 3:
+        raise TypeError("a centre has not three coordinates")
+    x, y, z = map(_number, value)
+    return x, y, z
+
+
+def _number(value: object) -> float:
+    if not is_number(value):
+        raise TypeError("a number is none")
+    return float(value)

@@ -1,6 +1,5 @@
 """The answers to sealed cases, and the count of how often they were opened."""
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -9,6 +8,7 @@ from typing import Any
 
 from estimator.blind.scoring.labels import within_catalogue
 from estimator.errors import InputError
+from estimator.input_file import is_number, parse_toml, read_input_text
 
 KEY_FILE = "truth.toml"
 OPENINGS_FILE = "openings.txt"
@@ -52,12 +52,22 @@ def open_keys(folder: Path, reader: str) -> tuple[dict[str, Key], int]:
     InputError
         There is no key, or one cannot be read.
     """
+    files = _key_files(folder)
+    openings = _count_opening(folder / OPENINGS_FILE, reader)
+    return {name: _read_key(file) for name, file in files.items()}, openings
+
+
+def read_keys(folder: Path) -> dict[str, Key]:
+    """Read all keys in a folder as :func:`open_keys` does, without counting: for who makes or checks them."""
+    return {name: _read_key(file) for name, file in _key_files(folder).items()}
+
+
+def _key_files(folder: Path) -> dict[str, Path]:
     files = {file.parent.name: file for file in sorted(folder.glob(f"*/{KEY_FILE}"))}
     files |= {file.stem: file for file in sorted(folder.glob("*.toml"))}
     if not files:
         raise InputError(f"{folder}: holds no key; give a folder with CASE/{KEY_FILE} or CASE.toml")
-    openings = _count_opening(folder / OPENINGS_FILE, reader)
-    return {name: _read_key(file) for name, file in files.items()}, openings
+    return files
 
 
 def _count_opening(file: Path, reader: str) -> int:
@@ -67,10 +77,7 @@ def _count_opening(file: Path, reader: str) -> int:
 
 
 def _read_key(file: Path) -> Key:
-    try:
-        stated = tomllib.loads(file.read_text(encoding="utf-8"))
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{file}: {error}") from error
+    stated = parse_toml(read_input_text(file), file)
     generator, where = stated.get("generator", {}), stated.get("where", {})
     effects = stated.get("effects")
     if not isinstance(effects, list) or not all(isinstance(label, str) for label in effects):
@@ -89,13 +96,13 @@ def _read_key(file: Path) -> Key:
 
 def _number(table: Mapping[str, Any], name: str, file: Path) -> float:
     value = table.get(name)
-    if not isinstance(value, int | float):
+    if not is_number(value):
         raise InputError(f"{file}: {name} is missing or no number; state it")
     return float(value)
 
 
 def _point(value: object, file: Path) -> tuple[float, float, float]:
-    match value:
-        case [int() | float() as x, int() | float() as y, int() | float() as z]:
-            return float(x), float(y), float(z)
+    if isinstance(value, list) and len(value) == 3 and all(map(is_number, value)):
+        x, y, z = map(float, value)
+        return x, y, z
     raise InputError(f"{file}: [where] centre is {value}; state three numbers in metres")

@@ -5,6 +5,7 @@ MODULE RetractComm
 
     LOCAL VAR socketdev listener;
     LOCAL VAR socketdev client;
+    LOCAL VAR string clientAddress;
     LOCAL VAR bool connected;
     LOCAL VAR clock silence;
     LOCAL VAR clock sinceAbort;
@@ -40,8 +41,8 @@ MODULE RetractComm
         rtListen listener,RT_COMMAND_PORT;
         WHILE TRUE DO
             SocketClose client;
-            SocketAccept listener,client\Time:=WAIT_MAX;
-            ServeClient;
+            SocketAccept listener,client\ClientAddress:=clientAddress\Time:=WAIT_MAX;
+            IF clientAddress=RT_CLIENT_IP ServeClient;
         ENDWHILE
     ERROR
         ! Sockets only: begin anew. Nothing moves here, a motion was stopped when its client went.

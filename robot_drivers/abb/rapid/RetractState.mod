@@ -6,6 +6,7 @@ MODULE RetractState
 
     LOCAL VAR socketdev listener;
     LOCAL VAR socketdev client;
+    LOCAL VAR string clientAddress;
     LOCAL VAR dnum messageNumber;
 
     ! A num resolves 24 bits, so a clock that runs for hours loses its microseconds. Each minute the time is
@@ -24,9 +25,9 @@ MODULE RetractState
         rtListen listener,RT_STATE_PORT;
         WHILE TRUE DO
             SocketClose client;
-            SocketAccept listener,client\Time:=WAIT_MAX;
+            SocketAccept listener,client\ClientAddress:=clientAddress\Time:=WAIT_MAX;
             messageNumber:=0;
-            SendStates;
+            IF clientAddress=RT_CLIENT_IP SendStates;
         ENDWHILE
     ERROR
         SkipWarn;

@@ -1,0 +1,225 @@
+"""All kinds of files that a user hands over, with the readers and the verbs that read them."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from daq.bad_input import samples, session_sample
+from daq.bad_input.damage import BINARY, TEXT, Damage
+from daq.bad_input.kind import Kind
+from daq.bad_input.layout_damage import MCAP, NUMBERS, PLY, STL, VTP
+from daq.bad_input.value_damage import JSON, TABLE, TOML
+from daq.calibration.in_force import calibrations_in_force
+from daq.cli.calibrate import stored_views
+from daq.export import sealed_recording
+from daq.own_trajectories import read_table
+from daq.plans import due_runs, journal_path, read_plan
+from daq.recording.folder import recover_session
+from daq.recording.reader import open_recording
+from daq.rig import make_devices, read_rig
+from daq.vision.camera_model import StereoCalibration
+from estimator import uniaxial
+from estimator.blind.scoring.keys import OPENINGS_FILE
+from estimator.blind.scoring.score import score_answers
+from estimator.blind.scoring.telling import score_text
+from estimator.experiment import read_case, read_experiment
+from estimator.geometry.surface_io import read_surface
+from estimator.materials import law_named
+from estimator.studies.store import OutcomeStore
+
+_SESSION = "session"
+_IN_TEXT = (*TEXT, *NUMBERS)
+
+
+def _read_plan(folder: Path) -> object:
+    plan = folder / "plan.toml"
+    return due_runs(read_plan(plan), journal_path(plan), folder)
+
+
+def _read_session(folder: Path) -> object:
+    recording = open_recording(folder / _SESSION)
+    images = [recording.images(name) for name in recording.cameras]
+    decoded = [one.image(number) for one in images for number in range(len(one))]
+    return recording.force, recording.robot, recording.events, decoded
+
+
+def _read_benchmark(folder: Path) -> object:
+    return score_text(score_answers(folder / "answers", folder / "keys"))
+
+
+def _fit_uniaxial(folder: Path) -> object:
+    record = uniaxial.read_record(folder / "record.csv")
+    return uniaxial.as_text(uniaxial.fit_record(record, [law_named("neo_hookean")]))
+
+
+def _apply_calibration(folder: Path) -> object:
+    rig = replace(read_rig(folder / "rig.toml"), calibration=folder)
+    return calibrations_in_force(rig, {}).apply(rig)
+
+
+def _export(given: Path, out: Path) -> list[str]:
+    return ["export", str(given / _SESSION), "--format", "csv", "--output", str(out / "tables")]
+
+
+def _surface(name: str, file: str, write: Callable[[Path], None], damages: Sequence[Damage]) -> Kind:
+    """Return the kind of a surface file, which is read by ``retract mesh``."""
+    return Kind(
+        name,
+        write,
+        {file: damages},
+        read=lambda folder: read_surface(folder / file),
+        command=lambda given, out: ["mesh", str(given / file), "-o", str(out / "mesh.vtu")],
+    )
+
+
+def _session(name: str, write: Callable[[Path], None], file: str, damages: Sequence[Damage]) -> Kind:
+    """Return the kind of a session folder in which one file is damaged."""
+    return Kind(
+        name,
+        write,
+        {f"{_SESSION}/{file}": damages},
+        read=_read_session,
+        command=_export,
+    )
+
+
+KINDS: tuple[Kind, ...] = (
+    Kind(
+        "rig",
+        samples.rig,
+        {"rig.toml": (*TEXT, *TOML)},
+        read=lambda folder: make_devices(read_rig(folder / "rig.toml")),
+        command=lambda given, out: ["devices", str(given / "rig.toml")],
+    ),
+    Kind(
+        "stereo calibration",
+        samples.rig,
+        {"stereo.toml": (*TEXT, *TOML)},
+        read=lambda folder: StereoCalibration.load(folder / "stereo.toml"),
+    ),
+    Kind(
+        "kept calibration",
+        samples.calibration,
+        {"force_*.toml": (*TEXT, *TOML), "time_*.toml": TOML},
+        read=_apply_calibration,
+    ),
+    Kind(
+        "views of the board",
+        samples.views,
+        {"left*.png": BINARY},
+        read=lambda folder: list(stored_views(folder)),
+        command=lambda given, out: [
+            "calibrate", "cameras", str(given / "rig.toml"), "--images", str(given), "--output", str(out / "kept")
+        ],
+    ),
+    Kind(
+        "plan",
+        samples.plan,
+        {"plan.toml": (*TEXT, *TOML)},
+        read=_read_plan,
+        command=lambda given, out: ["record", str(given / "rig.toml"), "--plan", str(given / "plan.toml")],
+    ),
+    Kind(
+        "journal of a plan",
+        samples.plan,
+        {"plan.journal.json": (*TEXT, *JSON)},
+        read=_read_plan,
+        command=lambda given, out: ["record", str(given / "rig.toml"), "--plan", str(given / "plan.toml")],
+    ),
+    Kind(
+        "trajectory table",
+        samples.trajectory_table,
+        {"table.csv": (*TEXT, *TABLE)},
+        read=lambda folder: read_table(folder / "table.csv"),
+        command=lambda given, out: [
+            "record", str(given / "rig.toml"), "--trajectory", str(given / "table.csv"), "--output", str(out / "s")
+        ],
+    ),
+    Kind(
+        "experiment",
+        samples.experiment,
+        {"pull/experiment.toml": (*TEXT, *TOML)},
+        read=lambda folder: read_experiment(folder / "pull"),
+        command=lambda given, out: ["estimate", str(given / "pull"), "--report", str(out / "page.html")],
+    ),
+    Kind(
+        "observations",
+        samples.experiment,
+        {"pull/observations.csv": (*TEXT, *TABLE)},
+        read=lambda folder: read_experiment(folder / "pull"),
+        command=lambda given, out: ["estimate", str(given / "pull"), "--report", str(out / "page.html")],
+    ),
+    Kind(
+        "experiment's surface",
+        samples.experiment_of_surface,
+        {"pull/phantom.stl": (*BINARY, *STL)},
+        read=lambda folder: read_experiment(folder / "pull"),
+        command=lambda given, out: ["mesh", str(given / "pull"), "-o", str(out / "mesh.vtu")],
+    ),
+    Kind(
+        "case",
+        samples.case,
+        {"case/again/experiment.toml": TOML, "case/pull/observations.csv": TABLE},
+        read=lambda folder: read_case(folder / "case"),
+        command=lambda given, out: ["diagnose", str(given / "case"), "--output", str(out / "report")],
+    ),
+    _session("session description", session_sample.sealed_session, "session.json", (*TEXT, *JSON)),
+    Kind(
+        "session's checksums",
+        session_sample.sealed_session,
+        {"session/CHECKSUMS.sha256": TEXT},
+        read=lambda folder: sealed_recording(folder / _SESSION),
+        command=_export,
+    ),
+    _session("signals", session_sample.sealed_session, "signals.mcap", (*BINARY, *MCAP)),
+    _session("images", session_sample.sealed_session, "cameras.mcap", (*BINARY, *MCAP)),
+    Kind(
+        "cut session",
+        session_sample.cut_session,
+        {"session/signals.mcap": (*BINARY, *MCAP), "session/cameras.mcap": (*BINARY, *MCAP)},
+        read=lambda folder: recover_session(folder / _SESSION),
+        command=lambda given, out: ["recover", str(given / _SESSION)],
+        changes=frozenset({"signals.mcap"}),  # sealed before the images turn out not to be: whole, and found so again
+    ),
+    _surface("STL", "body.stl", samples.stl, (*BINARY, *STL)),
+    _surface("STL, text", "body.stl", samples.stl_text, _IN_TEXT),
+    _surface("PLY", "body.ply", samples.ply, (*BINARY, *PLY)),
+    _surface("PLY, text", "body.ply", samples.ply_text, (*_IN_TEXT, *PLY)),
+    _surface("OBJ", "body.obj", samples.obj, _IN_TEXT),
+    _surface("VTP", "body.vtp", samples.vtp, (*_IN_TEXT, *VTP)),
+    Kind(
+        "tensile record",
+        samples.uniaxial,
+        {"record.csv": (*TEXT, *TABLE)},
+        read=_fit_uniaxial,
+        command=lambda given, out: [
+            "uniaxial", str(given / "record.csv"), "--law", "neo_hookean", "--output", str(out / "report")
+        ],
+    ),
+    Kind(
+        "answers",
+        samples.benchmark,
+        {"answers/one.json": (*TEXT, *JSON)},
+        read=_read_benchmark,
+        command=lambda given, out: [
+            "benchmark", "score", str(given / "answers"), str(given / "keys"), "--output", str(out / "score.html")
+        ],
+        changes=frozenset({OPENINGS_FILE}),
+    ),
+    Kind(
+        "keys",
+        samples.benchmark,
+        {"keys/two.toml": (*TEXT, *TOML)},
+        read=_read_benchmark,
+        command=lambda given, out: [
+            "benchmark", "score", str(given / "answers"), str(given / "keys"), "--output", str(out / "score.html")
+        ],
+        changes=frozenset({OPENINGS_FILE}),
+    ),
+    Kind(
+        "study's kept row",
+        samples.outcome,
+        {"*.json": (*TEXT, *JSON)},
+        read=lambda folder: OutcomeStore(folder).read(samples.KnownCase()),
+    ),
+)  # fmt: skip

@@ -1,0 +1,204 @@
+"""What the campaign of broken inputs has found, and stays found."""
+
+import json
+import zlib
+from pathlib import Path
+
+import pytest
+
+from daq.bad_input import samples, session_sample
+from daq.calibration.in_force import calibrations_in_force
+from daq.errors import RecordingError, RigError, TrajectoryError
+from daq.own_trajectories import load_function
+from daq.plans import due_runs, journal_path, read_plan
+from daq.png import is_whole_png
+from daq.recording.folder import read_info, recover_session, verify_checksums
+from daq.rig import read_rig
+from estimator.blind.scoring.answers import read_answers
+from estimator.errors import InputError
+from estimator.experiment import read_experiment
+from estimator.geometry.surface_io import read_surface
+
+
+def edited(file: Path, old: str, new: str) -> None:
+    text = file.read_text(encoding="utf-8")
+    assert old in text
+    file.write_text(text.replace(old, new, 1), encoding="utf-8")
+
+
+@pytest.mark.parametrize("number", ["1" + "0" * 400, "9" * 5000, "1e308"])
+def test_a_number_beyond_all_quantities_is_refused(tmp_path: Path, number: str) -> None:
+    samples.rig(tmp_path)
+    edited(tmp_path / "rig.toml", "mass_kg = 0.35", f"mass_kg = {number}")
+    with pytest.raises(RigError):
+        read_rig(tmp_path / "rig.toml")
+    samples.experiment(tmp_path)
+    edited(tmp_path / "pull" / "experiment.toml", "density = ", f"density = {number} # ")
+    with pytest.raises(InputError):
+        read_experiment(tmp_path / "pull")
+
+
+@pytest.mark.parametrize(
+    "name", ["../P07", "/tmp/P07", "a/b", "a\\\\b", "..", "", "CON", "aux.txt", "x\\u0000y", "P07."]
+)
+def test_a_phantom_whose_name_would_lead_out_of_the_folder_of_sessions_is_refused(
+    tmp_path: Path, name: str
+) -> None:
+    samples.rig(tmp_path)
+    edited(tmp_path / "rig.toml", 'phantom_id = "virtual"', f'phantom_id = "{name}"')
+    with pytest.raises(RigError, match=r"rig\.toml, line \d+: specimen is refused: phantom_id"):
+        read_rig(tmp_path / "rig.toml")
+
+
+@pytest.mark.parametrize(
+    "template",
+    [
+        "../{date}",
+        "{date.__class__}",
+        "{trial:999999999d}",
+        "{trial!r:>99}",
+        "/tmp/{date}",
+        "{nothing}",
+        "nul",
+    ],
+)
+def test_a_template_that_is_no_plain_name_is_refused(tmp_path: Path, template: str) -> None:
+    samples.plan(tmp_path)
+    edited(tmp_path / "plan.toml", "{date}_{phantom}_{trial:02d}_{repeat}", template)
+    with pytest.raises(RigError, match="name"):
+        read_plan(tmp_path / "plan.toml")
+
+
+@pytest.mark.parametrize(
+    "program", ["../mine.py:sway", "/elsewhere/mine.py:sway", "a/../../mine.py:sway", "C:/mine.py:sway"]
+)
+def test_a_plan_runs_no_program_outside_of_its_folder(tmp_path: Path, program: str) -> None:
+    samples.plan(tmp_path)
+    edited(tmp_path / "plan.toml", "mine.py:sway", program)
+    with pytest.raises(RigError, match="outside of the plan's folder"):
+        read_plan(tmp_path / "plan.toml")
+
+
+def test_no_program_of_a_plan_runs_where_the_plan_is_refused(tmp_path: Path) -> None:
+    samples.plan(tmp_path)
+    (tmp_path / "mine.py").write_text("from pathlib import Path\nPath(__file__).with_name('ran').touch()\n")
+    edited(tmp_path / "plan.toml", "first_order = 1", "first_order = 'one'")
+    with pytest.raises(RigError):
+        read_plan(tmp_path / "plan.toml")
+    assert not (tmp_path / "ran").exists()
+
+
+@pytest.mark.parametrize("count", ["100000000000", "99999999"])
+def test_a_plan_of_sessions_without_end_is_refused(tmp_path: Path, count: str) -> None:
+    samples.plan(tmp_path)
+    edited(tmp_path / "plan.toml", "repeat = 2", f"repeat = {count}")
+    with pytest.raises(RigError, match="at most"):
+        read_plan(tmp_path / "plan.toml")
+
+
+@pytest.mark.parametrize(
+    "source",
+    ["def sway(way:", "raise SystemError('no')", "import nowhere_at_all", "sway = 3", "def sway(way): 1 / 0"],
+)
+def test_a_function_that_fails_is_told_in_one_line(tmp_path: Path, source: str) -> None:
+    (tmp_path / "mine.py").write_text(source)
+    with pytest.raises(TrajectoryError, match=r"mine\.py: "):
+        load_function(tmp_path / "mine.py", "sway")
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"a": 1}', '{"a": "b", "a": "c"}', "\\xff", "[" * 100_000])
+def test_a_damaged_journal_is_refused_before_anything_is_recorded(tmp_path: Path, text: str) -> None:
+    samples.plan(tmp_path)
+    journal_path(tmp_path / "plan.toml").write_text(text)
+    with pytest.raises(TrajectoryError, match=r"plan\.journal\.json"):
+        due_runs(read_plan(tmp_path / "plan.toml"), journal_path(tmp_path / "plan.toml"), tmp_path)
+
+
+def test_a_latency_of_an_unknown_stream_is_refused(tmp_path: Path) -> None:
+    samples.calibration(tmp_path)
+    edited(next(tmp_path.glob("time_*.toml")), '"force sensor"', '"wind"')
+    with pytest.raises(RigError, match="stream must be one of"):
+        calibrations_in_force(_with_calibrations(tmp_path), {})
+
+
+def _with_calibrations(folder: Path):
+    edited(folder / "rig.toml", 'name = "virtual rig"', 'name = "virtual rig"\ncalibration = "."')
+    return read_rig(folder / "rig.toml")
+
+
+def test_nothing_is_sealed_where_one_of_the_recordings_cannot_be(tmp_path: Path) -> None:
+    session_sample.cut_session(tmp_path)
+    session = tmp_path / "session"
+    (session / "cameras.mcap").write_bytes(b"no recording at all")
+    before = (session / "signals.mcap").read_bytes()
+    with pytest.raises(RecordingError, match=r"cameras\.mcap"):
+        recover_session(session)
+    assert (session / "signals.mcap").read_bytes() == before
+    assert read_info(session).state == "recording"
+
+
+@pytest.mark.parametrize(
+    "line", ["0000  ../rig.toml", "0000  /dev/zero", "no line of it", "0000  signals.mcap"]
+)
+def test_a_list_of_checksums_leads_nowhere_but_into_its_session(tmp_path: Path, line: str) -> None:
+    session_sample.sealed_session(tmp_path)
+    (tmp_path / "session" / "CHECKSUMS.sha256").write_text(f"{line}\n")
+    assert len(verify_checksums(tmp_path / "session")) == 1
+
+
+@pytest.mark.parametrize(
+    "key, value", [("order", "one"), ("problems", [3]), ("state", "new"), ("samples", {"/force": "x"})]
+)
+def test_a_session_description_of_other_types_is_refused(tmp_path: Path, key: str, value: object) -> None:
+    session_sample.sealed_session(tmp_path)
+    file = tmp_path / "session" / "session.json"
+    file.write_text(json.dumps({**json.loads(file.read_text()), key: value}))
+    with pytest.raises(RecordingError, match=r"session\.json"):
+        read_info(tmp_path / "session")
+
+
+def test_an_answer_of_other_types_is_refused(tmp_path: Path) -> None:
+    samples.benchmark(tmp_path)
+    edited(tmp_path / "answers" / "one.json", '"closure_held_out": 0.8', '"closure_held_out": "much"')
+    with pytest.raises(InputError, match=r"one\.json: is no diagnosis"):
+        read_answers(tmp_path / "answers")
+
+
+ENTITIES = '<!DOCTYPE VTKFile [<!ENTITY a "1 1 1 1"><!ENTITY b "&a;&a;&a;&a;">]>'
+OUTSIDE = '<!DOCTYPE VTKFile [<!ENTITY b SYSTEM "file:///etc/hostname">]>'
+
+
+@pytest.mark.parametrize("declaration", [ENTITIES, OUTSIDE], ids=["growing", "external"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_a_vtp_file_declares_no_entities(tmp_path: Path, declaration: str, encoding: str) -> None:
+    samples.vtp(tmp_path)
+    file = tmp_path / "body.vtp"
+    text = file.read_text().replace("\n", declaration, 1).replace("</DataArray>", "&b;</DataArray>", 1)
+    file.write_bytes(text.encode(encoding))
+    with pytest.raises(InputError, match="document type"):
+        read_surface(file)
+
+
+@pytest.mark.parametrize("count", ["1000000000000", "-1"])
+def test_a_count_that_lies_takes_no_memory(tmp_path: Path, count: str) -> None:
+    samples.ply(tmp_path)
+    file = tmp_path / "body.ply"
+    content = file.read_bytes()
+    file.write_bytes(content.replace(b"element vertex 42", b"element vertex " + count.encode(), 1))
+    assert file.read_bytes() != content
+    with pytest.raises(InputError, match=r"body\.ply"):
+        read_surface(file)
+
+
+def test_a_png_is_whole_with_every_chunk_and_checksum() -> None:
+    header = (8).to_bytes(4, "big") + (6).to_bytes(4, "big") + b"\x08\x00\x00\x00\x00"
+    chunks = {b"IHDR": header, b"IDAT": zlib.compress(bytes(54)), b"IEND": b""}
+    pieces = [
+        len(data).to_bytes(4, "big") + kind + data + zlib.crc32(kind + data).to_bytes(4, "big")
+        for kind, data in chunks.items()
+    ]
+    whole = b"\x89PNG\r\n\x1a\n" + b"".join(pieces)
+    assert is_whole_png(whole)
+    assert not is_whole_png(whole[:-1])
+    assert not is_whole_png(whole.replace(b"IDAT", b"IDAX"))
+    assert not is_whole_png(whole.replace((8).to_bytes(4, "big") + (6).to_bytes(4, "big"), b"\x7f" * 8))
