@@ -81,7 +81,7 @@ def export_experiment(session: Path, target: Path, progress: Progress) -> tuple[
     InputError
         The target exists, or the outcome cannot be right.
     """
-    recording = _sealed(session)
+    recording = sealed_recording(session)
     with appearing(target) as draft:
         synchronised = synchronise(recording, progress)
         write_experiment(synchronised.experiment, draft)
@@ -115,7 +115,7 @@ def export_tables(session: Path, file_format: str, target: Path, progress: Progr
     InputError
         The target exists.
     """
-    recording = _sealed(session)
+    recording = sealed_recording(session)
     with appearing(target) as draft:
         progress("reading the streams", 0, 2)
         tables: list[Table] = list(stream_tables(recording))
@@ -129,7 +129,7 @@ def export_tables(session: Path, file_format: str, target: Path, progress: Progr
     return ExportedTables({table.name: len(table) for table in tables}, unsynchronised)
 
 
-def _sealed(session: Path) -> Recording:
+def sealed_recording(session: Path) -> Recording:
     """Open a session that is as it was sealed; one that was cut off is recovered first."""
     recording = open_recording(session)
     if altered := verify_checksums(session):

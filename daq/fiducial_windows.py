@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from daq.errors import SynchronisationError
 from daq.progress import Progress
-from daq.recording.reader import Recording
 from daq.rig import Rig
-from daq.stereo_images import StereoImages
+from daq.stereo_images import RecordedImages, StereoImages
 from daq.timing.event_times import EventTimes
 from daq.vision.camera_model import StereoCalibration
 from daq.vision.fiducials import FiducialTracker
@@ -41,12 +40,26 @@ class FiducialTrack:
     rejected: Mapping[str, int]
 
 
-def fiducial_means(
-    recording: Recording, rig: Rig, windows: Sequence[Window], progress: Progress
-) -> tuple[Means, dict[str, EventTimes], Mapping[str, int]]:
-    """Return the mean positions (n, m, 3) of the beads in the order of the rig's design, and the cameras' times.
+@dataclass(frozen=True, slots=True)
+class FiducialMeans:
+    """The beads in every window.
 
-    The third is what was seen and not used, by stage and reason: unpaired images, and marks in the paired ones.
+    Attributes
+    ----------
+    means : of their positions (n, m, 3), in the order of the rig's design, m
+    times : of each camera's images, by the camera's role
+    rejected : what was seen and not used, by stage and reason: unpaired images, and marks in the paired ones
+    """
+
+    means: Means
+    times: dict[str, EventTimes]
+    rejected: Mapping[str, int]
+
+
+def fiducial_means(
+    recording: RecordedImages, rig: Rig, windows: Sequence[Window], progress: Progress
+) -> FiducialMeans:
+    """Return the means of the beads over the windows.
 
     Raises
     ------
@@ -56,9 +69,21 @@ def fiducial_means(
         Too few beads are seen in the first images.
     """
     images = StereoImages(recording, rig)
-    track = track_fiducials(images, rig, _needed(images.exposed_ns, windows), progress)
+    track = track_fiducials(images, rig, needed_pairs(images.exposed_ns, windows), progress)
+    return means_of_track(images, track, windows)
+
+
+def means_of_track(images: StereoImages, track: FiducialTrack, windows: Sequence[Window]) -> FiducialMeans:
+    """Return the means over the windows of beads that were followed through the images.
+
+    Raises
+    ------
+    SynchronisationError
+        A bead is not seen at rest.
+    """
     unpaired = {f"pairing: {role}, no partner in time": n for role, n in images.unpaired.items() if n}
-    return _means(track.positions, track.time_ns, windows), images.times, {**unpaired, **track.rejected}
+    means = _means(track.positions, track.time_ns, windows)
+    return FiducialMeans(means, images.times, {**unpaired, **track.rejected})
 
 
 def track_fiducials(
@@ -86,7 +111,7 @@ def track_fiducials(
     return FiducialTrack(exposed_ns, positions, rejected)
 
 
-def _needed(exposed_ns: IntArray, windows: Sequence[Window]) -> NDArray[np.bool_]:
+def needed_pairs(exposed_ns: IntArray, windows: Sequence[Window]) -> NDArray[np.bool_]:
     """Tell which pairs (p,) are in a window, or follow the last needed one after a while."""
     needed = np.zeros(len(exposed_ns), dtype=np.bool_)
     for window in windows:

@@ -2,12 +2,13 @@
 
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from daq.errors import SynchronisationError
-from daq.recording.reader import Images, Recording
+from daq.recording.reader import Images
 from daq.rig import Rig
 from daq.stream_times import exposure_times
 from daq.timing.pairing import pair_by_time
@@ -19,11 +20,19 @@ _LARGEST_DIFFERENCE = 0.5  # periods between the exposures of a pair
 ImagePair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
 
 
+class RecordedImages(Protocol):
+    """A recording, sealed or still running, as far as its images go."""
+
+    def images(self, camera: str) -> Images:
+        """Return the images of one camera; raises RecordingError for an unknown one."""
+
+
 class StereoImages:
     """Pairs of images of a rig's two cameras, by the times of their exposure.
 
     Attributes
     ----------
+    pairs : (p, 2) numbers of the left and the right image of each pair, in order of time
     times : exposure times of each camera's images, by the camera's role; the rig's latency is taken off
     unpaired : images of each camera that have no partner, by the camera's role
     exposed_ns : (p,) of each pair, host clock
@@ -34,7 +43,7 @@ class StereoImages:
         A camera recorded no image, or images of another format than the rig file says.
     """
 
-    def __init__(self, recording: Recording, rig: Rig) -> None:
+    def __init__(self, recording: RecordedImages, rig: Rig) -> None:
         roles = [f"camera {camera.name}" for camera in rig.cameras]
         self._left, self._right = (recording.images(camera.name) for camera in rig.cameras)
         for role, images in zip(roles, (self._left, self._right), strict=True):
@@ -43,12 +52,12 @@ class StereoImages:
         self.times = dict(zip(roles, (left, right), strict=True))
         pairing = pair_by_time(left.time_ns, right.time_ns, _LARGEST_DIFFERENCE * left.period_s * 1e9)
         self.unpaired = dict(zip(roles, (pairing.unpaired_left, pairing.unpaired_right), strict=True))
-        self._pairs = pairing.index
-        self.exposed_ns: IntArray = left.time_ns[self._pairs[:, 0]]
+        self.pairs: IntArray = pairing.index
+        self.exposed_ns: IntArray = left.time_ns[self.pairs[:, 0]]
 
     def decoded(self, chosen: NDArray[np.bool_]) -> Iterator[ImagePair]:
         """Decode the chosen pairs (p,) in order, a few of them ahead in threads."""
-        pairs = self._pairs[chosen]
+        pairs = self.pairs[chosen]
         with ThreadPoolExecutor(_DECODED_AHEAD) as pool:
             waiting = [
                 (pool.submit(self._left.image, i), pool.submit(self._right.image, j))

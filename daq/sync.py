@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from daq.errors import SynchronisationError
-from daq.fiducial_windows import fiducial_means
+from daq.fiducial_windows import FiducialMeans, fiducial_means
 from daq.frames import inverse, quaternions_wxyz, rotation
 from daq.progress import Progress
-from daq.recording.folder import RIG_FILE
+from daq.recording.folder import RIG_FILE, SessionInfo
 from daq.recording.reader import Recording
 from daq.rig import Frames, Rig, read_rig
 from daq.stream_times import force_times, robot_times
@@ -32,12 +32,14 @@ class Synchronised:
 
     Attributes
     ----------
+    windows : in which its rows were measured
     times : of each stream, on the host clock
     samples : how many samples of each stream every row holds
     rejected : what the cameras saw and vision did not use, by stage and reason
     """
 
     experiment: Experiment
+    windows: tuple[Window, ...]
     times: dict[str, EventTimes]
     samples: dict[str, tuple[int, ...]]
     rejected: Mapping[str, int]
@@ -55,22 +57,60 @@ def synchronise(recording: Recording, progress: Progress) -> Synchronised:
     rig = read_rig(recording.folder / RIG_FILE)
     windows = measuring_windows(recording.events)
     progress("averaging force and pose", 0, 1)
-    force, robot = recording.force, recording.robot
+    signals = signal_means(recording.force, recording.robot, rig, windows)
+    beads = fiducial_means(recording, rig, windows, progress)
+    return brought_together(recording.info, rig, windows, signals, beads)
+
+
+@dataclass(frozen=True, slots=True)
+class SignalMeans:
+    """Force and pose in every window.
+
+    Attributes
+    ----------
+    taken, stood : times of the force sensor and of the robot
+    positions : (n, 3) of the gripper, tissue frame, m
+    orientations : (n, 4) of the gripper in the tissue frame
+    wrenches : (n, 6) of the tissue on the gripper, zero at rest, N and N·m
+    """
+
+    taken: EventTimes
+    stood: EventTimes
+    positions: Means
+    orientations: FloatArray
+    wrenches: Means
+
+
+def signal_means(force: WrenchBlock, robot: PoseBlock, rig: Rig, windows: Sequence[Window]) -> SignalMeans:
+    """Average force and pose over windows, the first of them at rest.
+
+    Raises
+    ------
+    SynchronisationError
+        Force or pose is missing at rest, or the poses from any window.
+    """
     taken, stood = force_times(force, rig), robot_times(robot)
     position, quaternion = gripper_in_tissue(robot, rig.frames)
     positions = window_means(position, stood, windows, "robot")
     orientations = _mean_orientations(quaternion, stood, windows)
     wrenches = _wrench_means(force, taken, windows, orientations, rig)
-    beads, camera_times, rejected = fiducial_means(recording, rig, windows, progress)
-    since_rest = rotation(orientations) * rotation(orientations[0]).inv()
+    return SignalMeans(taken, stood, positions, orientations, wrenches)
+
+
+def brought_together(
+    info: SessionInfo, rig: Rig, windows: Sequence[Window], signals: SignalMeans, fiducials: FiducialMeans
+) -> Synchronised:
+    """Return the experiment whose rows are the windows."""
+    positions, wrenches, beads = signals.positions, signals.wrenches, fiducials.means
+    since_rest = rotation(signals.orientations) * rotation(signals.orientations[0]).inv()
     experiment = Experiment(
-        name=recording.info.name,
-        phantom_id=recording.info.phantom_id,
-        order=recording.info.order,
+        name=info.name,
+        phantom_id=info.phantom_id,
+        order=info.order,
         phantom=rig.specimen.phantom,
         anchors=rig.specimen.anchors,
         grasp=rig.specimen.grasp,
-        trajectory_kind=experiment_kind(recording.info.trajectory["kind"]),
+        trajectory_kind=experiment_kind(info.trajectory["kind"]),
         environment=rig.specimen.environment,
         sensor=_noise(rig, positions, wrenches, beads),
         fiducials_rest=beads.mean[0],
@@ -84,13 +124,14 @@ def synchronise(recording: Recording, progress: Progress) -> Synchronised:
     )
     return Synchronised(
         experiment,
-        times={"force sensor": taken, "robot": stood, **camera_times},
+        windows=tuple(windows),
+        times={"force sensor": signals.taken, "robot": signals.stood, **fiducials.times},
         samples={
             "force sensor": wrenches.count,
             "robot": positions.count,
-            **dict.fromkeys(camera_times, beads.count),
+            **dict.fromkeys(fiducials.times, beads.count),
         },
-        rejected=rejected,
+        rejected=fiducials.rejected,
     )
 
 

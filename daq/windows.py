@@ -12,6 +12,9 @@ from daq.session.steps import MEASURE_BEGIN, MEASURE_END
 from daq.timing.event_times import EventTimes
 from robot_drivers.protocols import FloatArray
 
+UNDER_WAY = 2**62
+"""An end that has not come yet, ns."""
+
 _PARTS = 4
 _ENOUGH = 0.5  # of the samples that a window ought to have
 
@@ -39,17 +42,27 @@ def measuring_windows(events: Sequence[Event]) -> list[Window]:
     SynchronisationError
         The session ended before its first window did.
     """
-    ends = {event.details["row"]: event.time_ns for event in events if event.name == MEASURE_END}
-    windows = [
-        Window(event.details["number"], event.details["phase"], event.time_ns, ends[event.details["row"]])
-        for event in events
-        if event.name == MEASURE_BEGIN and event.details["row"] in ends
-    ]
+    windows = [window for window in windows_begun(events) if window.end_ns != UNDER_WAY]
     if not windows or windows[0].number != 0:
         raise SynchronisationError(
             "the recording has no complete window at rest; record the retraction again"
         )
     return windows
+
+
+def windows_begun(events: Sequence[Event]) -> list[Window]:
+    """Return the windows that were begun; one that was not measured to its end ends at :data:`UNDER_WAY`."""
+    ends = {event.details["row"]: event.time_ns for event in events if event.name == MEASURE_END}
+    return [
+        Window(
+            event.details["number"],
+            event.details["phase"],
+            event.time_ns,
+            ends.get(event.details["row"], UNDER_WAY),
+        )
+        for event in events
+        if event.name == MEASURE_BEGIN
+    ]
 
 
 def in_window(times: EventTimes, window: Window) -> NDArray[np.bool_]:

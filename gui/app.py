@@ -13,7 +13,7 @@ from daq.errors import DaqError
 from daq.rig import Rig, read_rig
 from gui.context import Context, Navigator
 from gui.jobs import Jobs
-from gui.laboratory import Laboratory, roles
+from gui.laboratory import CALIBRATIONS_FOLDER, Laboratory, roles
 from gui.link import AcquisitionLink
 from gui.opening import Opening
 from gui.pages.acquire import AcquirePage
@@ -54,7 +54,7 @@ class Desk(QObject):
         self._sessions_folder = sessions_folder
         self.window: Window | None = None
         self.context: Context | None = None
-        self.laboratory = Laboratory(own, run_emulators, self)
+        self.laboratory = Laboratory(own, run_emulators, sessions_folder / CALIBRATIONS_FOLDER, self)
         self.laboratory.failed.connect(self.failed)
 
     def open(self) -> None:

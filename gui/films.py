@@ -10,21 +10,18 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.result import Place, Trace
+from estimator.diagnosis.result import DeformedMesh, Place, Trace
 from estimator.experiment import Box, Experiment
-from estimator.experiment.stl import read_stl
-from estimator.fem.mesh import Mesh
+from estimator.fem.mesh import Mesh, interpolation_rows
 from estimator.fem.surface import boundary_faces, facets, outlines
 from estimator.fit.result import ExperimentFit
 from estimator.report.rounding import round_figure, round_figure_above
-from estimator.report.scene import MM, box_surface, gripped_surface
+from estimator.report.scene import MM, gripped_surface
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Part = Literal["tissue", "anchor", "grasp"]
 
-# The longest edge of a block is cut into so many pieces, the others into pieces of about that size.
-_PIECES = 20
 # The longest arrow is drawn about as long as this share of the body.
 _LONGEST_ARROW = 0.08
 # The scale ends where this share of all residuals lies below.
@@ -72,7 +69,8 @@ class Film:
     beads : (n, m, 3), NaN where one was not seen
     arrows : (n, m, 3) from the beads, ``magnified`` times too long
     captions : n lines that tell the instant
-    place : centre (3,) and radius of a local cause
+    place : centres (n, 3) of a local cause, which moves with the tissue, and its radius
+    marked : (f,) bool, the pieces where a cause sits that has no such place
     """
 
     surface: Surface
@@ -83,7 +81,8 @@ class Film:
     arrows: FloatArray
     magnified: float
     captions: tuple[str, ...]
-    place: tuple[FloatArray, float] | None = None
+    place: tuple[FloatArray, float] | None
+    marked: NDArray[np.bool_]
 
     def __len__(self) -> int:
         return len(self.captions)
@@ -91,18 +90,39 @@ class Film:
 
 def film_of_fit(mesh: Mesh, fit: ExperimentFit) -> Film:
     """Return the deformed mesh of a fit, coloured by the residual of its beads."""
+    missed = MM * (fit.experiment.fiducials - fit.fiducials)
+    body = DeformedMesh(mesh, fit.displacements, fit.state_of_row)
+    return _film(body, fit.experiment, missed, missed, None, "")
+
+
+def film_of_trace(trace: Trace, predicted: FloatArray, place: Place | None, block: str) -> Film:
+    """Return the deformed mesh of a diagnosis, coloured by what a prediction (n, 6 + 3m) misses of the beads.
+
+    Scale and arrows are those of the baseline whatever the prediction, so that they can be compared.
+
+    Parameters
+    ----------
+    place : of a local cause; None for one that sits nowhere in particular
+    block : of the rig where such a cause sits, one of :data:`estimator.effects.effect.BLOCK_OF_GROUP` or empty
+    """
+    seen = trace.experiment.fiducials
+    before, after = (MM * (seen - one[:, 6:].reshape(seen.shape)) for one in (trace.before, predicted))
+    return _film(trace.body, trace.experiment, after, before, place, "" if place is not None else block)
+
+
+def _body_film(body: DeformedMesh, experiment: Experiment) -> tuple[Surface, Callable[[int], FloatArray]]:
+    """Return the surface with the gripped tissue at rest, and what moves its points."""
+    mesh = body.mesh
     faces = boundary_faces(mesh)
-    experiment = fit.experiment
     extent = MM * np.stack([mesh.points.min(axis=0), mesh.points.max(axis=0)])
-    body = _surface(mesh.points, facets(faces), outlines(faces)[:, :-1], experiment)
-    surface = _with_grasp(body, gripped_surface(experiment, extent, 0))
-    at_rest, moved, state_of_row = body.points, MM * fit.displacements, fit.state_of_row
+    free = _surface(mesh.points, facets(faces), outlines(faces)[:, :-1], experiment)
+    at_rest, moved, state_of_row = free.points, MM * body.displacements, body.state_of_row
 
     def points_at(row: int) -> FloatArray:
         gripped = gripped_surface(experiment, extent, row).reshape(-1, 3)
         return np.concatenate([at_rest + moved[state_of_row[row]], gripped])
 
-    return _film(surface, points_at, experiment, fit.fiducials, place=None)
+    return _with_grasp(free, gripped_surface(experiment, extent, 0)), points_at
 
 
 def _with_grasp(body: Surface, gripped: FloatArray) -> Surface:
@@ -118,27 +138,6 @@ def _with_grasp(body: Surface, gripped: FloatArray) -> Surface:
         np.concatenate([body.rims, rims]),
         np.concatenate([body.parts, np.full(len(pieces), "grasp")]),
     )
-
-
-def film_of_trace(trace: Trace, predicted: FloatArray, place: Place | None) -> Film:
-    """Return the body at rest with its beads as they were seen, coloured by what a prediction (n, 6 + 3m) misses."""
-    surface = resting_surface(trace.experiment)
-    fiducials = predicted[:, 6:].reshape(trace.experiment.fiducials.shape)
-    return _film(surface, lambda row: surface.points, trace.experiment, fiducials, place)
-
-
-def resting_surface(experiment: Experiment) -> Surface:
-    """Return the surface of the phantom as it is stated: a block, or the triangles of its file."""
-    phantom = experiment.phantom
-    if phantom.surface is None:
-        half = np.array(phantom.size_m) / 2
-        x, y, z = np.ceil(_PIECES * half / half.max()).astype(int).tolist()
-        corners = box_surface(np.stack([-half, half]), (x, y, z))
-    else:
-        corners = read_stl(phantom.surface)
-    points, numbers = np.unique(corners.reshape(-1, 3).round(7), axis=0, return_inverse=True)
-    pieces = numbers.reshape(corners.shape[:2]).astype(np.int64)
-    return _surface(points, pieces, pieces, experiment)
 
 
 def _surface(points_m: FloatArray, pieces: IntArray, rims: IntArray, experiment: Experiment) -> Surface:
@@ -157,15 +156,17 @@ def _near(box: Box) -> Box:
 
 
 def _film(
-    surface: Surface,
-    points_at: Callable[[int], FloatArray],
+    body: DeformedMesh,
     experiment: Experiment,
-    predicted_m: FloatArray,
+    missed: FloatArray,
+    compared: FloatArray,
     place: Place | None,
+    block: str,
 ) -> Film:
-    missed = MM * (experiment.fiducials - predicted_m)
-    length_um = 1e3 * np.linalg.norm(missed, axis=2)
-    known = length_um[np.isfinite(length_um)]
+    """Return a film of residuals ``missed`` (n, m, 3), mm; ``compared`` are those that set scale and arrows."""
+    surface, points_at = _body_film(body, experiment)
+    length_um, compared_um = (1e3 * np.linalg.norm(one, axis=2) for one in (missed, compared))
+    known = compared_um[np.isfinite(compared_um)]
     top = float(np.percentile(known, _SCALE_PERCENTILE)) if len(known) else 0.0
     longest = 1e-3 * float(known.max(initial=0.0))
     size = float(np.ptp(surface.points, axis=0).max())
@@ -183,8 +184,28 @@ def _film(
             f"step {step}, {phase.replace('_', ' ')}, {time:.1f} s"
             for step, phase, time in zip(experiment.step, experiment.phase, experiment.time, strict=True)
         ),
-        None if place is None else (MM * np.array(place.centre), MM * place.radius),
+        None if place is None else (_carried(body, place), MM * place.radius),
+        _where_it_sits(surface, block),
     )
+
+
+def _carried(body: DeformedMesh, place: Place) -> FloatArray:
+    """Return where the tissue carries the centre of a place, (n, 3)."""
+    centre = np.array(place.centre)
+    nodes, weights = interpolation_rows(body.mesh, centre[None], tolerance_m=np.inf)
+    moved = np.einsum("k,skx->sx", weights[0], body.displacements[:, nodes[0]])
+    return MM * (centre + moved[body.state_of_row])
+
+
+def _where_it_sits(surface: Surface, block: str) -> NDArray[np.bool_]:
+    """Return which pieces (f,) of the surface are the block of the rig; none where it is no part of the surface."""
+    match block:
+        case "anchor" | "grasp":
+            return np.asarray(surface.parts == block)
+        case "support":
+            height = surface.points[surface.pieces][..., 2]
+            return np.asarray((height <= surface.points[:, 2].min() + MM * _ON_THE_FACE_M).all(axis=1))
+    return np.zeros(len(surface.pieces), dtype=np.bool_)
 
 
 def spread(values: FloatArray, beads: FloatArray, places: FloatArray) -> FloatArray:

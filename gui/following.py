@@ -1,30 +1,43 @@
 """Estimating from a session while it is recorded: from what is on the disk, after every step that has been measured."""
 
 import time
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
-from daq.errors import SessionError, SynchronisationError
+from daq.errors import SessionError
 from daq.recording.folder import INFO_FILE
-from daq.recording.reader import Recording
 from daq.recording.recorder import CAMERAS_FILE, SIGNALS_FILE
-from daq.sync import synchronise
-from daq.windows import measuring_windows
+from daq.running_sync import RunningSynchronisation
+from daq.sync import Synchronised
 from estimator.errors import FitError, SolverError
-from estimator.experiment import Experiment
 from estimator.fit.estimate import estimate
-from estimator.fit.online import Following, advance, follow_from, standing_rows
+from estimator.fit.online import Following, OnlineEstimate, advance, follow_from, standing_rows
 from estimator.fit.result import Estimate
 from gui.job_process import Reporter
 from gui.session_list import entry_of
 from gui.sources import experiments_of
 
-_POLL_S = 0.1
+_POLL_S = 0.05
 _PATIENCE_S = 30.0
 
 
+@dataclass(frozen=True, slots=True)
+class FollowedStep:
+    """What the steps of a running session tell up to one of them.
+
+    Attributes
+    ----------
+    estimate : after the step
+    measured_ns : when its measuring window ended, host clock
+    """
+
+    estimate: OnlineEstimate
+    measured_ns: int
+
+
 def follow_session(report: Reporter, session: Path) -> Estimate | None:
-    """Show an :class:`~estimator.fit.online.OnlineEstimate` after every step of a running session.
+    """Show a :class:`FollowedStep` after every step of a running session.
 
     Returns the estimate of the whole session once it is sealed, None where it was cut off. Until the steps tell E
     from ν, the next ones are waited for.
@@ -39,14 +52,13 @@ def follow_session(report: Reporter, session: Path) -> Estimate | None:
         The phantom cannot be meshed, or the whole session cannot be estimated.
     """
     _wait_for_its_files(report, session)
+    synchronisation = RunningSynchronisation(session)
     following: Following | None = None
-    measured = 0
     while True:
+        # asked first: what is read after the end is all there is
         running = entry_of(session).condition == "recording"
-        if (now := _measured(session)) > measured:
-            measured = now
-            experiment = synchronise(Recording(session), report).experiment
-            following = _caught_up(report, following or follow_from(experiment), experiment)
+        if (found := synchronisation.read_on()) is not None:
+            following = _caught_up(report, following or follow_from(found.experiment), found)
         elif running:
             report("waiting for the next step", 0, 0)
             time.sleep(_POLL_S)
@@ -56,17 +68,19 @@ def follow_session(report: Reporter, session: Path) -> Estimate | None:
             return None
 
 
-def _caught_up(report: Reporter, following: Following, experiment: Experiment) -> Following:
+def _caught_up(report: Reporter, following: Following, found: Synchronised) -> Following:
     """Go on through the stays that are new, and show what each of them tells."""
-    for stay in islice(standing_rows(experiment), len(following.steps), None):
-        step = len(following.steps)
+    stays = list(standing_rows(found.experiment))
+    row = sum(len(stay.position) for stay in stays[: len(following.steps)])
+    for stay in islice(stays, len(following.steps), None):
+        step, row = len(following.steps), row + len(stay.position)
         try:
             following = advance(following, stay)
         except (FitError, SolverError) as error:
             report(f"step {step} does not suffice ({error})", 0, 0)
             return following
         if following.estimate is not None:
-            report.show(following.estimate)
+            report.show(FollowedStep(following.estimate, found.windows[row - 1].end_ns))
     return following
 
 
@@ -78,11 +92,3 @@ def _wait_for_its_files(report: Reporter, session: Path) -> None:
             raise SessionError(f"{session}: has not begun within {_PATIENCE_S:g} s; record it again")
         report("waiting for the session to begin", 0, 0)
         time.sleep(_POLL_S)
-
-
-def _measured(session: Path) -> int:
-    """Return how many windows have been measured to their end."""
-    try:
-        return len(measuring_windows(Recording(session).events))
-    except SynchronisationError:
-        return 0

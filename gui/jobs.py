@@ -2,19 +2,31 @@
 
 A job belongs to the interface thread. What its process says is received by a thread and taken from there by a timer,
 so that neither a busy nor a silent process ever blocks the window.
+
+Where the system can, the processes are copies of one that has loaded what computations need, so that only the first
+job spends its first seconds importing, and none after :meth:`Jobs.prepare`.
 """
 
 import multiprocessing
 import queue
+import sys
 import threading
 from collections.abc import Callable
 from multiprocessing.connection import Connection
-from multiprocessing.context import SpawnProcess
+from multiprocessing.process import BaseProcess
 from typing import Any
 
 from PySide6.QtCore import QCoreApplication, QObject, QTimer, Signal
 
 from gui.job_process import GRACE_S, Failed, Finished, Message, Progressed, Shown, run
+
+if sys.platform == "win32":
+    _CONTEXT = multiprocessing.get_context("spawn")
+else:
+    from multiprocessing import forkserver
+
+    _CONTEXT = multiprocessing.get_context("forkserver")
+    _CONTEXT.set_forkserver_preload(["gui.following"])
 
 _LISTEN_MS = 30
 _END_S = GRACE_S + 3.0
@@ -47,10 +59,9 @@ class Job(QObject):
         super().__init__(parent)
         self.title = title
         self.running = True
-        context = multiprocessing.get_context("spawn")
-        messages, told = context.Pipe(duplex=False)
-        watched, self._lifeline = context.Pipe(duplex=False)
-        self._process = context.Process(target=run, args=(told, watched, task, arguments), name=title)
+        messages, told = _CONTEXT.Pipe(duplex=False)
+        watched, self._lifeline = _CONTEXT.Pipe(duplex=False)
+        self._process = _CONTEXT.Process(target=run, args=(told, watched, task, arguments), name=title)
         self._process.start()
         # from here on the ends of the child are its own, so that either side notices when the other is gone
         told.close()
@@ -126,6 +137,11 @@ class Jobs(QObject):
         if application is not None:
             application.aboutToQuit.connect(self.close)
 
+    def prepare(self) -> None:
+        """Load what computations need before one is started; does not wait."""
+        if sys.platform != "win32":
+            forkserver.ensure_running()
+
     def start(self, title: str, task: Callable[..., object], *arguments: object) -> Job:
         """Begin a computation and return it; connect its signals at once, for it speaks from the event loop only."""
         job = Job(title, task, arguments, self)
@@ -150,7 +166,7 @@ class Jobs(QObject):
         self.changed.emit()
 
 
-def _listen(messages: Connection, process: SpawnProcess, heard: queue.SimpleQueue[Message | None]) -> None:
+def _listen(messages: Connection, process: BaseProcess, heard: queue.SimpleQueue[Message | None]) -> None:
     """Pass on what a process says, wait until it is gone, and see to it that it goes."""
     try:
         while True:

@@ -16,6 +16,8 @@ from daq.rig import Rig, read_rig
 
 FORCE_SENSOR, ROBOT = "force sensor", "robot"
 STANDARD = "standard"
+CALIBRATIONS_FOLDER = "calibration"
+"""Beside the sessions: where the calibrations of a rig are that names no folder for them."""
 Action = Literal["board", "touch", "home"]
 
 _NO_MORE = 10**6
@@ -60,6 +62,7 @@ class Laboratory(QObject):
     Parameters
     ----------
     own : the rig of the rig file; None where there is only the emulated one
+    calibrations : folder of the calibrations of a rig that names none
     """
 
     prepared = Signal(object)
@@ -69,9 +72,12 @@ class Laboratory(QObject):
     _help_wanted = Signal(str, int)
     _ending = Signal()
 
-    def __init__(self, own: Rig | None, run_emulators: RunEmulators, parent: QObject | None = None) -> None:
+    def __init__(
+        self, own: Rig | None, run_emulators: RunEmulators, calibrations: Path, parent: QObject | None = None
+    ) -> None:
         super().__init__(parent)
-        self.own = own
+        self._calibrations = calibrations.absolute()
+        self.own = None if own is None else self._with_calibrations(own)
         self.emulated: frozenset[str] = frozenset()
         self.helper: Helper | None = None
         self._thread = QThread()
@@ -103,8 +109,12 @@ class Laboratory(QObject):
         self._ending.emit()
         self._thread.wait()
 
+    def _with_calibrations(self, rig: Rig) -> Rig:
+        return replace(rig, calibration=rig.calibration or self._calibrations)
+
     @Slot(object, object)
-    def _on_running(self, virtual: Rig, helper: object) -> None:
+    def _on_running(self, found: Rig, helper: object) -> None:
+        virtual = self._with_calibrations(found)
         self.helper = helper  # type: ignore[assignment] # signals know no protocols
         if self.own is None:
             self.emulated = frozenset(roles(virtual))

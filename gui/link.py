@@ -53,7 +53,7 @@ class AcquisitionLink(QObject):
     Signals
     -------
     opened : the devices are connected; Mapping of their identities by role
-    telemetry : Telemetry, at most thirty times a second
+    telemetry : Telemetry, in step with the cameras, otherwise thirty times a second
     state_changed : RigState, after every event, and eight times a second with new numbers
     ended : Ended, a session has ended
     checked : Checked, whether a trajectory may be carried out
@@ -92,11 +92,12 @@ class AcquisitionLink(QObject):
         self._ending.connect(self._worker.end)
         self._worker.opened.connect(self._on_opened)
         self._worker.reported.connect(self._on_report)
+        self._worker.arrived.connect(self._on_arrived)
         self._worker.failed.connect(self._on_failed)
         self._worker.closed.connect(self._on_closed)
         self._thread.start()
         self._beat = QTimer(self, interval=_BEAT_MS)
-        self._beat.timeout.connect(self._on_beat)
+        self._beat.timeout.connect(self._exchange.beat)
         self._beat.start()
 
     def open(self, rig: Rig) -> None:
@@ -151,8 +152,9 @@ class AcquisitionLink(QObject):
         self._ending.emit()
         self._thread.wait()
 
-    def _on_beat(self) -> None:
-        seen = self._exchange.beat()
+    @Slot()
+    def _on_arrived(self) -> None:
+        seen = self._exchange.take()
         if seen is None or not self.state.connected:
             return
         before, self.state = self.state, states.told(self.state, seen, self.tares)
@@ -209,10 +211,14 @@ class _Exchange:
         self._beaten = False
         self._telemetry: Telemetry | None = None
 
-    def beat(self) -> Telemetry | None:
-        """Give a sign of life, and take what came since the last one."""
+    def beat(self) -> None:
+        """Give a sign of life."""
         with self._lock:
             self._beaten = True
+
+    def take(self) -> Telemetry | None:
+        """Take what came since the last time; None where an earlier call has taken it."""
+        with self._lock:
             seen, self._telemetry = self._telemetry, None
             return seen
 
@@ -223,7 +229,7 @@ class _Exchange:
             return beaten
 
     def put(self, seen: Telemetry) -> None:
-        """Leave telemetry for the next beat, together with what still lies there."""
+        """Leave telemetry to be taken, together with what still lies there."""
         with self._lock:
             before = self._telemetry
             self._telemetry = seen if before is None else _joined(before, seen)
@@ -248,6 +254,7 @@ class _Worker(QObject):
 
     opened = Signal(object)
     reported = Signal(object)
+    arrived = Signal()
     failed = Signal(object)
     closed = Signal()
 
@@ -310,6 +317,7 @@ class _Worker(QObject):
         if (seen := acquisition.telemetry) is not None and seen is not self._seen:
             self._seen = seen
             self._exchange.put(seen)
+            self.arrived.emit()
         while (report := acquisition.listen()) is not None:
             self.reported.emit(report)
 

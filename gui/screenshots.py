@@ -26,6 +26,8 @@ from gui.pages.acquire import AcquirePage
 from gui.pages.calibrate import CalibratePage
 from gui.pages.diagnose import DiagnosePage
 from gui.pages.estimate import EstimatePage
+from gui.pages.rig import RigPage
+from gui.pages.sessions import SessionsPage
 from gui.rehearsal import wait_for, wait_until
 from gui.theme import DARK, LIGHT, apply_theme
 from gui.window import Window
@@ -61,6 +63,8 @@ def take(folder: Path, desk: Desk, cases: Sequence[Path] = ()) -> Iterator[Path]
     desk.laboratory.help("board", _NO_MORE)
     yield from _acquire(window, context, folder)
     window.show_page("Sessions")
+    sessions = window.page(SessionsPage)
+    wait_until(lambda: sessions.table.entry is not None, "a list of sessions", _PATIENCE_S)
     wait_for(1.5)
     yield _picture(window, folder / "sessions.png")
     for page in (window.page(EstimatePage), window.page(DiagnosePage)):
@@ -69,6 +73,10 @@ def take(folder: Path, desk: Desk, cases: Sequence[Path] = ()) -> Iterator[Path]
             _compute(page, cases)
         wait_for(1.5)
         yield _picture(window, folder / f"{page.title.lower()}.png")
+    if cases:
+        window.page(DiagnosePage).result.details.show_body()
+        wait_for(1.0)
+        yield _picture(window, folder / "diagnose_body.png")
 
 
 def _compute(page: EstimatePage | DiagnosePage, cases: Sequence[Path]) -> None:
@@ -114,6 +122,9 @@ def _acquire(window: Window, context: Context, folder: Path) -> Iterator[Path]:
     wait_until(lambda: context.link.state.session is None, "a sealed session", _PATIENCE_S)
     wait_for(1.0)
     yield _picture(window, folder / "held.png")
+    window.rig_bar.release.click()
+    window.page(RigPage).home_button.click()
+    wait_until(lambda: context.link.state.phase == "ready", "a released robot", _PATIENCE_S)
     while window.messages.message is not None:
         window.messages.dismiss()
 

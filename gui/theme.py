@@ -173,6 +173,7 @@ QHeaderView::section { background: $window; color: $muted; border: none; border-
   padding: 5px 8px; font-weight: 600; }
 QProgressBar { border: 1px solid $line; border-radius: 5px; background: $window; text-align: center; min-height: 16px; }
 QProgressBar::chunk { background: $accent; border-radius: 4px; }
+QListView::item { padding: 4px; }
 QCheckBox::indicator, QListView::indicator { width: 13px; height: 13px; border: 1px solid $muted; border-radius: 3px;
   background: $surface; }
 QCheckBox::indicator:checked, QListView::indicator:checked { background: $accent; border: 1px solid $accent; }

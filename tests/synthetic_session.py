@@ -1,7 +1,7 @@
 """A session folder written without devices: known motion, known load, clocks with delay and drift."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from pathlib import Path
 
@@ -23,6 +23,7 @@ from robot_drivers.protocols import Frame, Pose, PoseBlock, WrenchBlock
 START_NS = 10**15
 WINDOW_S = 1.0
 MOVE_S = 0.5
+_CHUNK = 100
 
 
 @cache
@@ -115,8 +116,7 @@ class SyntheticSession:
             log.add_channel("/force/device", schemas.DEVICE_STAMP),
             "force_sensor",
         )
-        fields = ("counter", "device_time_s", "host_time_ns", "status", "usable", "wrench")
-        log.append(rows.pack(WrenchBlock(*(getattr(block, name)[kept] for name in fields)), 0))
+        _append(log, rows, WrenchBlock(*(getattr(block, f.name)[kept] for f in fields(block))))
 
     def _load(self, pose: Pose) -> np.ndarray:
         """The sensor's load from the equilibrium of forces and moments about its own origin."""
@@ -154,7 +154,7 @@ class SyntheticSession:
             joints=np.zeros((len(time_s), 6)),
             moving=np.zeros(len(time_s), dtype=np.bool_),
         )
-        log.append(rows.pack(block, 0))
+        _append(log, rows, block)
 
     def _write_images(self, log: McapLog) -> None:
         pair = flea2_pair()
@@ -174,3 +174,12 @@ class SyntheticSession:
                 image = scene.render(self.phantom.solve(self._pose_at(moment)).beads, number)
                 frame = Frame(number, 50.0 + moment, int(received[number]), "mono8", image)
                 log.append(rows.pack(compressed(frame), number))
+
+
+def _append(log: McapLog, rows: WrenchRows | PoseRows, block: WrenchBlock | PoseBlock) -> None:
+    """In chunks, as a recorder does."""
+    for first in range(0, len(block), _CHUNK):
+        part = replace(
+            block, **{f.name: getattr(block, f.name)[first : first + _CHUNK] for f in fields(block)}
+        )
+        log.append(rows.pack(part, first))  # type: ignore[arg-type]  # rows and block are of one kind

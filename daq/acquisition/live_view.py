@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from daq.acquisition.stereo_look import StereoLook
+from daq.blocks import joined
 from daq.timing.clock_watch import ClockWatch
 from robot_drivers.ati.tare import Tare, take_tare
 from robot_drivers.clock import host_time_ns
@@ -16,7 +17,7 @@ from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import FloatArray, Frame, IntArray, PoseBlock, WrenchBlock
 
 _PERIOD_NS = 5_000_000
-_IMAGE_PERIOD_NS = 32_000_000  # so that every image of a camera with 30 a second is shown
+_IMAGE_PERIOD_NS = 20_000_000  # every image of a camera with 30 a second, also of one that is 13 ms late
 _MOST_ROWS = 400
 IMAGE_STEP = 4
 _TARE_S = 1.0
@@ -36,6 +37,7 @@ class LiveView:
         self._pose = _Decimated(8)
         self._images: dict[str, NDArray[np.uint8]] = {}
         self._image_due_ns: dict[str, int] = {}
+        self._complete = threading.Event()
         self._heard_ns: dict[str, int] = {}
         self._recent: deque[WrenchBlock] = deque()
         self._clocks: dict[str, ClockWatch] = {}
@@ -64,6 +66,8 @@ class LiveView:
             small = frames[-1].image[::IMAGE_STEP, ::IMAGE_STEP].copy()
             with self._lock:
                 self._images[camera] = small
+                if len(self._images) == len(self._image_due_ns):
+                    self._complete.set()
 
     def on_failure(self, stream: str, error: DeviceError) -> None:
         """The session tells it."""
@@ -73,10 +77,15 @@ class LiveView:
         heard_ns = self._heard_ns.get(stream)
         return float("inf") if heard_ns is None else (host_time_ns() - heard_ns) * 1e-9
 
+    def wait_for_images(self, timeout_s: float) -> bool:
+        """Wait until every camera has a new image to show; return False where that takes longer."""
+        return self._complete.wait(timeout_s)
+
     def take(self) -> tuple[FloatArray, FloatArray, dict[str, NDArray[np.uint8]]]:
         """Return force (n, 7), pose (n, 8) and small images that came since the last call."""
         with self._lock:
             images, self._images = self._images, {}
+            self._complete.clear()
             return self._force.take(), self._pose.take(), images
 
     def sync_s(self, stream: str) -> float:
@@ -116,11 +125,10 @@ class LiveView:
 
 def _joined(blocks: Sequence[WrenchBlock]) -> WrenchBlock:
     """Return consecutive blocks as one, an empty one where there are none."""
-    names = [field.name for field in fields(WrenchBlock)]
     if not blocks:
-        none = dict.fromkeys(names, np.empty(0, dtype=np.int64))
+        none = dict.fromkeys([field.name for field in fields(WrenchBlock)], np.empty(0, dtype=np.int64))
         return WrenchBlock(**{**none, "wrench": np.empty((0, 6))})  # type: ignore[arg-type]
-    return WrenchBlock(**{name: np.concatenate([getattr(block, name) for block in blocks]) for name in names})
+    return joined(blocks)
 
 
 class _Decimated:

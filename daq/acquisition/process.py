@@ -49,6 +49,7 @@ from robot_drivers.real_time import shorten_collections
 SILENCE_LIMIT_S = 0.8
 
 _TELEMETRY_PERIOD_S = 1.0 / 30.0
+_SLOWEST_PACE_S = 0.05  # of cameras that set the pace
 _SYNC_PERIOD_NS = 1_000_000_000
 _WATCH_PERIOD_S = 0.05
 
@@ -218,7 +219,10 @@ class Host:
                 self._hold(f"the controlling program has been silent for {silent_s:.2g} s")
 
     def _tell(self) -> None:
-        while not self._closing.wait(_TELEMETRY_PERIOD_S):
+        """Tell what is new in step with the cameras, so that each of their images is shown, or else by the clock."""
+        paced = False
+        while not self._closing.is_set():
+            paced = self._live.wait_for_images(_SLOWEST_PACE_S if paced else _TELEMETRY_PERIOD_S)
             self._link.send(self._telemetry())
             if frames := self._live.look.take(tuple(self._devices.cameras)):
                 images = {name: frame.image for name, frame in frames.items()}

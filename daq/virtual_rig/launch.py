@@ -66,7 +66,8 @@ def virtual_rig(folder: Path, settings: VirtualRigSettings) -> Iterator[VirtualR
         clocks, addresses = _told(control)
         pair = flea2_pair()
         pair.save(folder / STEREO_FILE)
-        rig = replace(rig_description(addresses, folder / STEREO_FILE), latencies=LATENCIES)
+        described = rig_description(addresses, folder / STEREO_FILE)
+        rig = replace(described, name=_name(described.name, settings), latencies=LATENCIES)
         write_rig(rig, folder / RIG_FILE)
         _write_truth(folder / TRUTH_FILE, settings)
         yield VirtualRig(folder / RIG_FILE, folder / TRUTH_FILE, VirtualOperator(control), clocks)
@@ -78,6 +79,13 @@ def virtual_rig(folder: Path, settings: VirtualRigSettings) -> Iterator[VirtualR
                 process.terminate()
                 process.join()
             process.close()
+
+
+def _name(usual: str, settings: VirtualRigSettings) -> str:
+    """Return another name where streams are late: what is calibrated there must not be in force elsewhere."""
+    late = {"force": settings.force_delay_s, "cameras": settings.camera_delay_s}
+    told = [f"{stream} late by {1e3 * delay_s:g} ms" for stream, delay_s in late.items() if delay_s]
+    return ", ".join([usual, *told])
 
 
 def _told(control: Connection) -> tuple[DeviceClocks, Addresses]:

@@ -8,15 +8,14 @@ from scipy.spatial.transform import Rotation
 
 from daq.errors import SessionError
 from daq.frames import pose, rotation
-from daq.virtual_rig.layout import REST_TOOL
+from daq.rig import Vector
+from daq.virtual_rig.layout import FRAMES, REST_TOOL
 from daq.vision.charuco import CharucoBoard
 from robot_drivers.protocols import Pose
 
 BOARD = CharucoBoard()
 BOARD_VIEWS = 20
 TOUCHES = 9
-TIP_IN_TOOL = (0.0006, -0.0004, 0.0009)
-"""Where the gripper's centre truly is in the tool frame, m; the rig file believes it at the origin."""
 
 BOARD_AT_REST = pose((0.032, 0.044, 0.005), Rotation.from_matrix([[0, -1, 0], [-1, 0, 0], [0, 0, -1]]))
 """Where the board lies flat on the phantom in the first view, ``T_tissue_board``."""
@@ -75,12 +74,12 @@ def board_pose(number: int) -> Pose:
     return pose(across + rng.uniform(-0.008, 0.008, 3) - turn.apply(middle), turn)
 
 
-def touching_pose(number: int) -> Pose:
-    """Return ``T_base_tool`` in which the tip touches the pin, nearly."""
+def touching_pose(number: int, gripper_in_tool_m: Vector = FRAMES.T_tool_gripper.position_m) -> Pose:
+    """Return ``T_base_tool`` in which the gripper's centre touches the pin, nearly."""
     rng = np.random.default_rng((number, 7))
     rest = rotation(REST_TOOL.quaternion_wxyz)
-    pin = np.array(REST_TOOL.position) + rest.apply(TIP_IN_TOOL)
+    pin = np.array(REST_TOOL.position) + rest.apply(gripper_in_tool_m)
     angle = 2.4 * number  # golden angle: no two directions alike
     tilt = _TILT * min(number, 1) * np.array([np.cos(angle), np.sin(angle), 0.3])
     turn = Rotation.from_rotvec(tilt) * rest
-    return pose(pin - turn.apply(TIP_IN_TOOL) + rng.normal(0.0, _TOUCH_ERROR_M, 3), turn)
+    return pose(pin - turn.apply(gripper_in_tool_m) + rng.normal(0.0, _TOUCH_ERROR_M, 3), turn)

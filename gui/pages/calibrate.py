@@ -2,6 +2,7 @@
 
 import math
 
+from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
 
 from daq.acquisition.messages import Telemetry
@@ -49,6 +50,7 @@ class CalibratePage(QWidget):
         super().__init__(parent)
         self._context, self._laboratory = context, laboratory
         self._mount_next = ""
+        self._serials: dict[str, str] = {}
         self.wizard = CalibrationWizard(context, laboratory, self)
         self.kinds = QListWidget()
         self._hint, self._told = label(""), label("", "muted")
@@ -126,7 +128,8 @@ class CalibratePage(QWidget):
         both = QHBoxLayout()
         both.setSpacing(12)
         both.addWidget(self.kinds)
-        both.addWidget(scrolled(page), stretch=1)
+        self._area = scrolled(page)
+        both.addWidget(self._area, stretch=1)
         outer = QVBoxLayout(self)
         outer.setContentsMargins(20, 16, 20, 16)
         outer.setSpacing(12)
@@ -138,10 +141,10 @@ class CalibratePage(QWidget):
         self.kinds.currentRowChanged.connect(lambda _: self._show_kind())
         link.state_changed.connect(self._show_state)
         link.telemetry.connect(self._show_telemetry)
-        link.opened.connect(self._show_in_force)
+        link.opened.connect(self._on_opened)
         link.closed.connect(self._on_closed)
         self.mount_button.clicked.connect(self._mount)
-        self.record_button.clicked.connect(lambda: wizard.record_motion(self.kind, self.motion.currentText()))
+        self.record_button.clicked.connect(self._record)
         self.take_button.clicked.connect(self._take)
         self.finish_button.clicked.connect(wizard.finish)
         wizard.told.connect(self._told.setText)
@@ -163,6 +166,10 @@ class CalibratePage(QWidget):
         if self._mount_next:
             mounted, self._mount_next = self._mount_next, ""
             self._laboratory.prepare(self._laboratory.emulated, mounted)
+
+    def _record(self) -> None:
+        self.outcome.hide()
+        self.wizard.record_motion(self.kind, self.motion.currentText())
 
     def _take(self) -> None:
         if self.kind in _BOARD_KINDS:
@@ -215,11 +222,14 @@ class CalibratePage(QWidget):
         if self.isVisible() and self.kind in _BOARD_KINDS:
             self._preview.show_images(seen.images)
 
-    def _show_in_force(self, devices: dict[str, DeviceIdentity]) -> None:
-        rig = self._context.link.rig
-        serials = {role: identity.serial for role, identity in devices.items()}
+    def _on_opened(self, devices: dict[str, DeviceIdentity]) -> None:
+        self._serials = {role: identity.serial for role, identity in devices.items()}
+        self._show_in_force()
+        self._begin()
+
+    def _show_in_force(self) -> None:
         try:
-            found = calibrations_in_force(rig, serials)
+            found = calibrations_in_force(self._context.link.rig, self._serials)
         except DaqError as error:
             self._told.setText(str(error))
             return
@@ -229,7 +239,6 @@ class CalibratePage(QWidget):
             self.kinds.item(row).setText(f"{kind}\n{told}")
         if found.warnings:
             self._context.navigator.tell(information(" ".join(found.warnings)))
-        self._begin()
 
     def _show_view(self, taken: ViewTaken) -> None:
         for shown, counts in zip(self._maps, taken.coverage, strict=True):
@@ -242,10 +251,16 @@ class CalibratePage(QWidget):
 
     def _show_outcome(self, outcome: Judged) -> None:
         self.outcome.show_outcome(outcome)
+        # after the layout has made room for it
+        QTimer.singleShot(0, self._show_verdict)
+
+    def _show_verdict(self) -> None:
+        self._area.ensureWidgetVisible(self.outcome.accept, 0, 400)
 
     def _on_kept(self, kept: Kept) -> None:
         verdict = "accepted" if kept.accepted else "rejected"
         self.outcome.show_kept(f"{verdict}, kept in {kept.path.name}")
+        self._show_in_force()
         self._context.navigator.tell(
             information(f"The calibration {kept.kind} is {verdict} and kept in {kept.path}.")
         )

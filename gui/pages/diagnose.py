@@ -104,9 +104,8 @@ class DiagnosePage(QWidget):
         shown = self.result.shown
         if shown is None or not self.strip.idle:
             return
-        job = self._context.jobs.start(
-            f"Adding {answer_words(cause)} to the model", try_cause, shown.sources, cause
-        )
+        title = f"Adding {answer_words(cause)} to the model"
+        job = self._context.jobs.start(title, try_cause, shown.sources, cause, shown.diagnosis.gap.floor)
         self.strip.watch(job, "The cause was not added")
         job.finished.connect(lambda found: self._consider(shown, cause, found))
 

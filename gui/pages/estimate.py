@@ -3,13 +3,14 @@
 from pathlib import Path
 from typing import ClassVar
 
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QCheckBox, QFileDialog, QVBoxLayout, QWidget
 
 from estimator.fit.online import OnlineEstimate
 from estimator.fit.result import Estimate
 from gui.computations import estimate_sources, write_estimate_page
 from gui.context import Context
-from gui.following import follow_session
+from gui.following import FollowedStep, follow_session
 from gui.messages import information
 from gui.state import RigState
 from gui.widgets.cards import button, label
@@ -18,12 +19,17 @@ from gui.widgets.job_strip import WAIT, JobStrip
 from gui.widgets.save_dialog import ask_where_to_save
 from gui.widgets.source_picker import SourcePicker
 from gui.widgets.split import side_by_side
+from robot_drivers.clock import host_time_ns
 
 
 class EstimatePage(QWidget):
-    """Left what to estimate from, right what came out."""
+    """Left what to estimate from, right what came out.
+
+    ``step_shown`` tells a step of a running session whose estimate is shown, and how long ago it was measured, s.
+    """
 
     title: ClassVar[str] = "Estimate"
+    step_shown = Signal(int, float)
 
     def __init__(self, context: Context, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -35,8 +41,10 @@ class EstimatePage(QWidget):
         self.begin = button("Estimate", "primary", "Fit E and ν to what is checked; takes a minute or so")
         self.begin.clicked.connect(self._begin)
         self.follow = QCheckBox("Estimate while a session is recorded")
-        self.follow.setToolTip("After the steps that have been measured, as often as the fit keeps up")
-        self.follow.toggled.connect(lambda: self._follow(context.link.state))
+        self.follow.setToolTip(
+            "E and ν are renewed after each step; the next session that begins is followed"
+        )
+        self.follow.toggled.connect(self._take_follow)
         self._followed: Path | None = None
         self._history: list[OnlineEstimate] = []
         self.strip = JobStrip(context.navigator.tell)
@@ -69,14 +77,22 @@ class EstimatePage(QWidget):
         self.estimate = estimate
         self.result.show_estimate(estimate)
 
-    def show_step(self, found: OnlineEstimate) -> None:
+    def show_step(self, found: FollowedStep) -> None:
         """Show what the steps so far of the running session tell."""
-        self._history.append(found)
-        self.result.show_history(self._history)
+        self._history.append(found.estimate)
+        late_s = (host_time_ns() - found.measured_ns) * 1e-9
+        self.result.show_history(self._history, late_s)
+        self.step_shown.emit(found.estimate.step, late_s)
 
     def _show_whole(self, found: Estimate | None) -> None:
         if found is not None:
             self.show_estimate(found)
+
+    def _take_follow(self, wanted: bool) -> None:
+        if wanted:
+            # the first step is too soon for a process that has yet to load its libraries
+            self._context.jobs.prepare()
+            self._follow(self._context.link.state)
 
     def _follow(self, state: RigState) -> None:
         """Begin to estimate from a session that has just begun, where that is wanted."""

@@ -1,10 +1,13 @@
 """One cause looked at: its signature beside the residual, what it closes, where it sits, and what E and ν become."""
 
+from typing import cast
+
 import numpy as np
 from PySide6.QtCore import QEvent, Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QTabWidget, QVBoxLayout, QWidget
 
 from estimator.diagnosis.result import Diagnosis, Outcome, Trace
+from estimator.effects.effect import BLOCK_OF_GROUP, Group
 from estimator.report.diagnosis.findings import answer_words, material_sentence
 from estimator.report.diagnosis.quantities import (
     STATE_WORDS,
@@ -12,8 +15,9 @@ from estimator.report.diagnosis.quantities import (
     detectable_text,
     parameters_text,
     sigma,
+    slight_text,
 )
-from estimator.report.scene import farthest_row
+from estimator.report.scene import MM, farthest_row
 from gui.films import film_of_trace
 from gui.widgets.cards import button, label
 from gui.widgets.film_player import FilmPlayer
@@ -22,6 +26,20 @@ from gui.widgets.plot_sheet import Stroke
 from gui.widgets.tables import Facts
 from gui.widgets.wrench_curves import Curve, WrenchCurves
 
+_BLOCK_WORDS = {
+    "interior": "in the tissue",
+    "anchor": "at the anchor",
+    "grasp": "at the grasp",
+    "support": "at the support and around",
+    "geometry": "the phantom's dimensions",
+    "force": "not in the tissue: the force sensor",
+    "timing": "not in the tissue: the clocks",
+    "vision": "not in the tissue: the cameras",
+    "robot": "not in the tissue: the robot",
+    "numerics": "not in the tissue: the computation",
+}
+# On a small screen the page is scrolled rather than the figures squeezed.
+_FIGURES_HEIGHT = 300
 _RESIDUAL = Stroke("measured")
 _RESIDUAL_WAY = Stroke("measured", 2.0)
 _EXPECTED = Stroke("predicted", 1.4, dashed=True)
@@ -39,6 +57,7 @@ class CauseDetails(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         # the theme may reach the widget while it is being made
         self._diagnosis: Diagnosis | None = None
+        self._filmed: Trace | None = None
         super().__init__(parent)
         self._label = ""
         self.heading, self.words = label("", "heading"), label("", "muted")
@@ -52,6 +71,7 @@ class CauseDetails(QWidget):
         self.wrench, self.plan, self.body = WrenchCurves(), PlanView(), FilmPlayer()
         self.tabs = QTabWidget()
         self.tabs.setDocumentMode(True)
+        self.tabs.setMinimumHeight(_FIGURES_HEIGHT)
         tabs: tuple[tuple[str, QWidget], ...] = (
             ("Force and torque", self.wrench),
             ("Beads", self.plan),
@@ -91,6 +111,10 @@ class CauseDetails(QWidget):
         self.facts.show_facts(cause_facts(diagnosis, cause))
         self._draw()
 
+    def show_body(self) -> None:
+        """Bring the body in three dimensions to the front."""
+        self.tabs.setCurrentWidget(self.body)
+
     def changeEvent(self, event: QEvent) -> None:
         """Draw the curves in the colours of another theme."""
         super().changeEvent(event)
@@ -106,7 +130,11 @@ class CauseDetails(QWidget):
         shown = self._best(self._diagnosis)
         predicted = trace.before if shown is None else shown.channels[number]
         place = None if shown is None else shown.place
-        self.body.show_film(film_of_trace(trace, predicted, place), farthest_row(trace.experiment))
+        film = film_of_trace(trace, predicted, place, cause_block(self._diagnosis, self._label))
+        # the next cause is looked at where this one was
+        instant = self.body.instant if trace is self._filmed else farthest_row(trace.experiment)
+        self._filmed = trace
+        self.body.show_film(film, instant)
 
     def _draw_curves(self, diagnosis: Diagnosis) -> None:
         considered = diagnosis.considered.get(self._label)
@@ -153,6 +181,23 @@ class CauseDetails(QWidget):
         self.plan.show_arrows(experiment, places, fields)
 
 
+def cause_block(diagnosis: Diagnosis, cause: str) -> str:
+    """Return the block of the rig where an answer sits; empty where it sits in none."""
+    finding = diagnosis.effects.get(cause)
+    return "" if finding is None else BLOCK_OF_GROUP.get(cast(Group, finding.group), "")
+
+
+def place_text(diagnosis: Diagnosis, cause: str) -> str:
+    """Tell where a cause sits: its place in the tissue, else the block of the rig; empty where it sits in none."""
+    considered = diagnosis.considered.get(cause)
+    best = None if considered is None else considered.achieved or considered.expected
+    block = _BLOCK_WORDS.get(cause_block(diagnosis, cause), "")
+    if best is None or best.place is None:
+        return block
+    x, y, z = (MM * coordinate for coordinate in best.place.centre)
+    return f"{block}, at x = {x:.1f}, y = {y:.1f}, z = {z:.1f} mm, radius {MM * best.place.radius:.1f} mm"
+
+
 def cause_facts(diagnosis: Diagnosis, cause: str) -> dict[str, str]:
     """Return what is known of an answer, by name."""
     facts: dict[str, str] = {}
@@ -162,6 +207,7 @@ def cause_facts(diagnosis: Diagnosis, cause: str) -> dict[str, str]:
         if size := parameters_text(finding):
             facts["size"] = size
         facts["would show from"] = detectable_text(finding)
+        facts["where"] = place_text(diagnosis, cause)
     considered = diagnosis.considered.get(cause)
     if considered is None:
         return facts
@@ -176,4 +222,6 @@ def cause_facts(diagnosis: Diagnosis, cause: str) -> dict[str, str]:
 
 def _closure(outcome: Outcome) -> str:
     gap = outcome.gap
-    return f"{closure_text(gap.closure_held_out)} ({sigma(gap.before)} to {sigma(gap.after)}, noise {sigma(gap.floor)})"
+    sizes = f"{sigma(gap.before)} to {sigma(gap.after)}, noise {sigma(gap.floor)}"
+    told = "; ".join(text for text in (sizes, slight_text(gap)) if text)
+    return f"{closure_text(gap.closure_held_out)} ({told})"

@@ -95,13 +95,14 @@ class EstimateResult(QWidget):
         self._show_tabs(whole=True)
         self._show_experiment(0)
 
-    def show_history(self, history: Sequence[OnlineEstimate]) -> None:
-        """Show E and ν after the last step of a running session, and how they came to their values."""
+    def show_history(self, history: Sequence[OnlineEstimate], late_s: float) -> None:
+        """Show E and ν after the last step of a running session, measured so long ago, and how they came there."""
         last = history[-1]
         self._estimate = None
         self.parameters.setText(step_text(last).replace("), ", ")\n"))
         self.verdict.setText(
-            f"After step {last.step} of a running session; residuals {last.noise_ratio:.2f} times the stated noise."
+            f"After step {last.step} of a running session, {late_s:.1f} s after it was measured; "
+            f"residuals {last.noise_ratio:.2f} times the stated noise."
         )
         self.remarks.hide()
         self.convergence.show_history(

@@ -37,6 +37,11 @@ class FilmPlayer(QWidget):
         layout.addLayout(below)
         self.show_film(None)
 
+    @property
+    def instant(self) -> int:
+        """Of the film, which is shown."""
+        return self.slider.value()
+
     def show_film(self, film: Film | None, instant: int = 0) -> None:
         """Show a film from an instant on; None for nothing."""
         self.play.setChecked(False)

@@ -11,11 +11,12 @@ from gui.widgets.plot_sheet import Stroke
 
 
 class Legend(QLabel):
-    """One line above a sheet of plots."""
+    """Above a sheet of plots: one line where there is room for it."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         self._strokes: tuple[tuple[str, Stroke], ...] = ()
         super().__init__(parent)
+        self.setWordWrap(True)
 
     def show_strokes(self, strokes: Sequence[tuple[str, Stroke]]) -> None:
         """Show names with their strokes."""

@@ -6,7 +6,17 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF, QWheelEvent
+from PySide6.QtGui import (
+    QBrush,
+    QColor,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPolygonF,
+    QWheelEvent,
+)
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from estimator.report.rounding import round_figure
@@ -146,8 +156,10 @@ class MeshView(QWidget):
 
         self._paint_surface(painter, film, on_screen(film.points_at(self._instant)))
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        self._paint_marked(painter, film, on_screen)
         if film.place is not None:
-            self._paint_place(painter, on_screen, *film.place)
+            centres, radius = film.place
+            self._paint_place(painter, on_screen, centres[self._instant], radius)
         self._paint_beads(painter, film, on_screen)
         self._paint_triad(painter, film.surface, scale)
         if film.scale is not None:
@@ -187,6 +199,16 @@ class MeshView(QWidget):
         known = [QColor(*rgb) for rgb in ramp(film.values[self._instant] / top, theme).tolist()]
         held = {"anchor": colour("anchor", theme), "grasp": colour("grasp", theme)}
         return [held.get(part, own) for part, own in zip(parts.tolist(), known, strict=True)]
+
+    def _paint_marked(
+        self, painter: QPainter, film: Film, on_screen: Callable[[FloatArray], FloatArray]
+    ) -> None:
+        """Hatch where a cause sits, also through the body."""
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QBrush(colour("ink", theme_of(self)), Qt.BrushStyle.BDiagPattern))
+        points = film.points_at(self._instant)
+        for corners in points[film.surface.pieces[film.marked]]:
+            painter.drawConvexPolygon(_polygon(on_screen(corners)))
 
     def _paint_place(
         self,

@@ -12,6 +12,8 @@ from gui.widgets.cards import Card, button, label
 from gui.widgets.lamp import Lamp
 
 _PLOT_WIDTH = 640
+# The units that people read, and how many of them make the unit of a figure.
+_HANDY = {"m": ("mm", 1e3), "kg": ("g", 1e3), "N m": ("mN·m", 1e3)}
 
 
 class OutcomePanel(Card):
@@ -31,13 +33,13 @@ class OutcomePanel(Card):
         self._told = label("", "muted")
         self.accept.clicked.connect(lambda: self.judged.emit(True))
         self.reject.clicked.connect(lambda: self.judged.emit(False))
-        self.body.addLayout(self._figures)
-        self.body.addWidget(self._plot)
         row = QHBoxLayout()
         row.addWidget(self.accept)
         row.addWidget(self.reject)
         row.addWidget(self._told, stretch=1)
         self.body.addLayout(row)
+        self.body.addLayout(self._figures)
+        self.body.addWidget(self._plot)
         self.hide()
 
     def show_outcome(self, outcome: Judged) -> None:
@@ -46,9 +48,10 @@ class OutcomePanel(Card):
             if (widget := item.widget()) is not None:
                 widget.deleteLater()
         for row, figure in enumerate(outcome.figures):
-            lamp = Lamp()
-            lamp.show_health("good" if figure.passed else "bad")
-            self._figures.addWidget(lamp, row, 0)
+            if asked_told(figure) or not figure.passed:
+                lamp = Lamp()
+                lamp.show_health("good" if figure.passed else "bad")
+                self._figures.addWidget(lamp, row, 0)
             self._figures.addWidget(label(figure.name), row, 1)
             self._figures.addWidget(_right(value_told(figure)), row, 2)
             self._figures.addWidget(label(asked_told(figure), "muted" if figure.passed else "bad"), row, 3)
@@ -69,15 +72,20 @@ class OutcomePanel(Card):
 
 def value_told(figure: Figure) -> str:
     """Return the value with its unit."""
-    return "–" if math.isnan(figure.value) else f"{figure.value:.4g} {figure.unit}".strip()
+    return "–" if math.isnan(figure.value) else _in_handy_units(figure.value, figure.unit)
 
 
 def asked_told(figure: Figure) -> str:
     """Return what is asked of it, empty where nothing is."""
     asked = [("at most", figure.most), ("at least", figure.least)]
     return ", ".join(
-        f"{word} {limit:.4g} {figure.unit}".strip() for word, limit in asked if limit is not None
+        f"{word} {_in_handy_units(limit, figure.unit)}" for word, limit in asked if limit is not None
     )
+
+
+def _in_handy_units(value: float, unit: str) -> str:
+    handy, factor = _HANDY.get(unit, (unit, 1.0))
+    return f"{factor * value:.3g} {handy}".strip()
 
 
 def _right(text: str) -> QLabel:

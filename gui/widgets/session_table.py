@@ -6,7 +6,8 @@ from typing import get_args
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLineEdit, QWidget
 
-from gui.session_list import Condition, SessionEntry, entry_of, find_sessions, matching
+from gui.session_finder import SessionFinder
+from gui.session_list import Condition, SessionEntry, entry_of, matching
 from gui.widgets.cards import Card, button, label
 from gui.widgets.tables import ReadTable
 
@@ -20,8 +21,11 @@ class SessionTable(Card):
 
     def __init__(self, sessions_folder: Path, parent: QWidget | None = None) -> None:
         super().__init__("Recorded sessions", parent)
-        self.folder = sessions_folder
-        self._entries: tuple[SessionEntry, ...] = ()
+        self._finder = SessionFinder(sessions_folder, self)
+        self._finder.found.connect(self._on_found)
+        self._finder.failed.connect(self._on_failed)
+        self.folder = self._finder.folder
+        self._entries: tuple[SessionEntry, ...] | None = None
         self._shown: tuple[SessionEntry, ...] = ()
         self.filter = QLineEdit()
         self.filter.setPlaceholderText("filter by name, phantom, operator, notes")
@@ -44,21 +48,31 @@ class SessionTable(Card):
         self.body.addWidget(self.table, 1)
         self.body.addWidget(self._none)
         self.body.addWidget(again)
+        self._fill()
         self.refresh()
 
     def refresh(self) -> None:
         """Look for sessions anew, and go on looking at the same one."""
-        self._entries = find_sessions(self.folder)
-        self._fill()
+        entries = self._entries or ()
+        self._finder.look([entry.folder for entry in entries if entry.folder.parent != self.folder])
 
     def choose(self, session: Path) -> None:
         """Look at a session; one from elsewhere joins the list."""
         self.filter.clear()
         self.condition.setCurrentIndex(0)
-        self._entries = find_sessions(self.folder)
-        if session not in [entry.folder for entry in self._entries]:
-            self._entries = (entry_of(session), *self._entries)
-        self._fill(session)
+        wanted, entries = session.absolute(), self._entries or ()
+        if wanted not in [entry.folder for entry in entries]:
+            self._entries = (entry_of(wanted), *entries)
+        self._fill(wanted)
+        self.refresh()
+
+    def _on_found(self, entries: tuple[SessionEntry, ...]) -> None:
+        self._entries = entries
+        self._fill()
+
+    def _on_failed(self, why: str) -> None:
+        self._none.setText(why)
+        self._none.show()
 
     @property
     def entry(self) -> SessionEntry | None:
@@ -70,7 +84,7 @@ class SessionTable(Card):
         present = self.entry
         wanted = session if isinstance(session, Path) else None if present is None else present.folder
         condition = "" if self.condition.currentIndex() == 0 else self.condition.currentText()
-        self._shown = matching(self._entries, self.filter.text(), condition)
+        self._shown = matching(self._entries or (), self.filter.text(), condition)
         self.table.blockSignals(True)
         self.table.clearSelection()
         self.table.show_rows([_texts(entry) for entry in self._shown])
@@ -84,6 +98,8 @@ class SessionTable(Card):
             self.chosen.emit(None)
 
     def _emptiness(self) -> str:
+        if self._entries is None:
+            return f"Looking for sessions in {self.folder}."
         if self._entries:
             return "No session matches the filter."
         return f"No session in {self.folder} yet. Record one on the Acquire page."

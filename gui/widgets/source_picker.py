@@ -6,7 +6,8 @@ from pathlib import Path
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLineEdit, QListWidget, QListWidgetItem, QWidget
 
-from gui.session_list import SessionEntry, find_sessions, matching
+from gui.session_finder import SessionFinder
+from gui.session_list import SessionEntry, matching
 from gui.widgets.cards import Card, button, label
 
 _PATH = Qt.ItemDataRole.UserRole
@@ -22,7 +23,9 @@ class SourcePicker(Card):
 
     def __init__(self, title: str, sessions_folder: Path, parent: QWidget | None = None) -> None:
         super().__init__(title, parent)
-        self._folder = sessions_folder
+        self._finder = SessionFinder(sessions_folder, self)
+        self._finder.found.connect(self._on_found)
+        self._finder.failed.connect(self._on_failed)
         self._elsewhere: list[Path] = []
         self._finished: tuple[SessionEntry, ...] = ()
         self._dialog: QFileDialog | None = None
@@ -59,16 +62,27 @@ class SourcePicker(Card):
 
     def choose(self, sources: Sequence[Path]) -> None:
         """Check these folders and no other; those from elsewhere are added to the list."""
-        self._finished = _finished(self._folder)
+        wanted = tuple(path.absolute() for path in sources)
         known = {entry.folder for entry in self._finished}
-        self._elsewhere += [path for path in sources if path not in known and path not in self._elsewhere]
+        self._elsewhere += [path for path in wanted if path not in known and path not in self._elsewhere]
         self.filter.clear()
-        self._fill(tuple(sources))
+        self._fill(wanted)
+        self.refresh()
 
     def refresh(self) -> None:
         """Look for new sessions, and keep what is checked."""
-        self._finished = _finished(self._folder)
-        self._fill(self.chosen())
+        self._finder.look()
+
+    def _on_found(self, entries: tuple[SessionEntry, ...]) -> None:
+        checked = self.chosen()
+        self._finished = tuple(entry for entry in entries if entry.finished)
+        known = {entry.folder for entry in self._finished}
+        self._elsewhere = [path for path in self._elsewhere if path not in known]
+        self._fill(checked)
+
+    def _on_failed(self, why: str) -> None:
+        self._none.setText(why)
+        self._none.show()
 
     def _fill(self, checked: Sequence[Path]) -> None:
         shown = [
@@ -103,10 +117,6 @@ class SourcePicker(Card):
         dialog.fileSelected.connect(lambda name: self.choose((*self.chosen(), Path(name))))
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.show()
-
-
-def _finished(folder: Path) -> tuple[SessionEntry, ...]:
-    return tuple(entry for entry in find_sessions(folder) if entry.finished)
 
 
 def _line(entry: SessionEntry) -> str:

@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QGridLayout,
@@ -69,3 +70,19 @@ class Facts(QWidget):
             told.setWordWrap(False)
             self._grid.addWidget(told, row, 0, Qt.AlignmentFlag.AlignTop)
             self._grid.addWidget(label(value), row, 1)
+        self._take_height()
+
+    def event(self, event: QEvent) -> bool:
+        """Take the height that the texts need, whatever else changes in them."""
+        if event.type() == QEvent.Type.LayoutRequest:
+            self._take_height()
+        return super().event(event)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Take the height that the texts need at another width."""
+        super().resizeEvent(event)
+        self._take_height()
+
+    def _take_height(self) -> None:
+        """See to it that no wrapped text is cut where a page is short of room."""
+        self.setMinimumHeight(max(self.heightForWidth(self.width()), 0))

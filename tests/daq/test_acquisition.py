@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from listening import ears
 from session_endings import stop_of, wait_until_sealed
 
 from daq.acquisition.client import Acquisition
@@ -230,3 +231,13 @@ def test_a_breach_in_the_acquisition_process_is_told_as_a_software_stop(rig: Rig
     report = read_report(tmp_path / "s")
     assert report.guard["stop"]["reaction_s"] >= 0.0
     assert report.guard["stop"]["reaction_s"] <= report.guard["stop"]["standstill_s"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="asks the kernel by /proc")
+def test_the_process_listens_for_the_devices_of_its_rig_alone_and_on_their_interface(rig: Rig) -> None:
+    named = {rig.robot.settings.egm.port}
+    with Acquisition(rig) as acquisition:
+        found = ears(acquisition.process_id)
+    assert {(ear.protocol, ear.address) for ear in found} == {("udp", "127.0.0.1")}
+    assert named <= {ear.port for ear in found}
+    assert len(found) <= len(named) + 1, "beside the controller's stream, one socket for the box's answers"

@@ -39,7 +39,7 @@ from daq.virtual_rig.layout import (
     Addresses,
     rig_description,
 )
-from daq.virtual_rig.operator import BOARD, BOARD_AT_REST, TIP_IN_TOOL, board_pose, touching_pose
+from daq.virtual_rig.operator import BOARD, BOARD_AT_REST, board_pose, touching_pose
 from daq.virtual_rig.phantom import SpringPhantom
 from daq.virtual_rig.scene import flea2_pair
 from robot_drivers.protocols import Pose
@@ -179,16 +179,17 @@ def test_latencies_are_found_to_half_a_millisecond(tmp_path: Path) -> None:
 
 
 def test_the_tool_centre_is_found_by_turning_about_a_point() -> None:
+    centre = (0.0006, -0.0004, 0.0009)
     collected = ToolCalibration(T_FLANGE_TOOL)
     for number in range(9):
-        told = collected.add(touching_pose(number))
+        told = collected.add(touching_pose(number, centre))
     assert told.touches == 9
     outcome = collected.finish()
     assert outcome.acceptable
-    np.testing.assert_allclose(outcome.result.gripper_in_tool_m, TIP_IN_TOOL, atol=4 * outcome.result.std_m)
+    np.testing.assert_allclose(outcome.result.gripper_in_tool_m, centre, atol=4 * outcome.result.std_m)
     np.testing.assert_allclose(
         outcome.result.gripper_in_flange_m,
-        np.add(TIP_IN_TOOL, T_FLANGE_TOOL.position),
+        np.add(centre, T_FLANGE_TOOL.position),
         atol=4 * outcome.result.std_m,
     )
 

@@ -3,9 +3,16 @@ from pathlib import Path
 import pytest
 
 from daq.errors import RecordingError
-from daq.recording import schemas
+from daq.recording import folder, schemas
 from daq.recording.chunks import Rows
-from daq.recording.folder import SessionInfo, recover_session, write_info
+from daq.recording.folder import (
+    SessionInfo,
+    read_info,
+    recover_session,
+    seal_session,
+    verify_checksums,
+    write_info,
+)
 from daq.recording.mcap_log import McapLog
 from daq.recording.reader import open_recording
 from daq.recording.rows import EventRows
@@ -107,6 +114,28 @@ def test_sealing_that_was_interrupted_is_finished_by_the_next(tmp_path: Path) ->
         path.write_bytes(sealed[:length])
         assert seal(path).counts == {"/events": 5}
         assert path.read_bytes() == sealed
+
+
+def test_a_session_interrupted_at_its_checksums_is_finished_later_and_keeps_what_was_told_of_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_session(tmp_path / "s")
+    with McapLog(tmp_path / "s" / "signals.mcap") as log:
+        log.add_channel("/events", schemas.EVENT)
+        log.append(event(0))
+
+    def interrupted(path: Path) -> str:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(folder, "sha256", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            seal_session(tmp_path / "s", ("3 samples are missing",))
+    assert read_info(tmp_path / "s").state == "recording"
+    info, left_out = recover_session(tmp_path / "s")
+    assert (info.state, left_out, info.samples) == ("recovered", 0, {"/events": 1})
+    assert info.problems[0] == "3 samples are missing"
+    assert verify_checksums(tmp_path / "s") == []
 
 
 def test_a_chunk_that_a_loss_of_power_left_half_written_is_left_out(tmp_path: Path) -> None:

@@ -135,7 +135,7 @@ def test_the_line_of_a_dotted_or_quoted_key_is_found(tmp_path: Path, spelling: s
         (b"format = \n", "line 1"),
         (b"a = 1\na = 2\n", "line 2"),
         (b"[limits\n", "line 1"),
-        (b"\xff\xfe", "cannot be read"),
+        (b"\xff\xfe", "byte 0 is no text in UTF-8"),
     ],
 )
 def test_what_is_no_toml_is_told_with_its_line_where_there_is_one(
@@ -147,4 +147,4 @@ def test_what_is_no_toml_is_told_with_its_line_where_there_is_one(
 
 
 def test_a_folder_in_place_of_the_file_is_told(tmp_path: Path) -> None:
-    assert "cannot be read" in complaint_about(tmp_path)
+    assert "is a folder" in complaint_about(tmp_path)

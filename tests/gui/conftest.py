@@ -1,4 +1,6 @@
 import os
+import socket
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -26,6 +28,8 @@ from gui.pages.acquire import AcquirePage
 from gui.pages.rig import RigPage
 from gui.rehearsal import wait_until
 from gui.window import Window
+from robot_drivers.abb.egm import EGMSettings
+from robot_drivers.abb.irb140_session import IRB140Settings
 from robot_drivers.real_time import prefer_this_process
 
 PATIENCE_S = 15.0
@@ -45,11 +49,10 @@ def preferred() -> Iterator[None]:
         os.setpriority(os.PRIO_PROCESS, 0, before)
 
 
-@pytest.fixture(scope="session")
-def laboratory(preferred: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[VirtualRig]:
-    """Emulated devices in processes of their own; they outlive every window."""
-    settings = VirtualRigSettings(SpringPhantom(GRASP_CENTRE, placed_beads(1)), seed=1, frames_per_s=4.0)
-    with virtual_rig(tmp_path_factory.mktemp("laboratory"), settings) as running:
+@contextmanager
+def patient_laboratory(folder: Path, settings: VirtualRigSettings) -> Iterator[VirtualRig]:
+    """Emulated devices in processes of their own."""
+    with virtual_rig(folder, settings) as running:
         rig = read_rig(running.rig_path)
         patient = replace(
             rig,
@@ -60,13 +63,37 @@ def laboratory(preferred: None, tmp_path_factory: pytest.TempPathFactory) -> Ite
         yield running
 
 
+@pytest.fixture(scope="session")
+def laboratory(preferred: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[VirtualRig]:
+    """One laboratory for all; it outlives every window."""
+    settings = VirtualRigSettings(SpringPhantom(GRASP_CENTRE, placed_beads(1)), seed=1, frames_per_s=4.0)
+    with patient_laboratory(tmp_path_factory.mktemp("laboratory"), settings) as running:
+        yield running
+
+
 @pytest.fixture
-def rig_path(laboratory: VirtualRig) -> Path:
-    """The rig file; its robot released and at rest."""
-    with connected(make_devices(read_rig(laboratory.rig_path))) as devices:
+def rig_path(laboratory: VirtualRig) -> Iterator[Path]:
+    """The rig file; its robot released and at rest. Whoever connected to it has let go of it when the test ends."""
+    rig = read_rig(laboratory.rig_path)
+    with connected(make_devices(rig)) as devices:
         devices.robot.resume()
     laboratory.operator.touch_point(NO_MORE)
-    return laboratory.rig_path
+    yield laboratory.rig_path
+    settings = rig.robot.settings
+    assert isinstance(settings, IRB140Settings)
+    deadline = time.monotonic() + 30.0
+    while not is_free(settings.egm) and time.monotonic() < deadline:
+        time.sleep(0.05)
+
+
+def is_free(egm: EGMSettings) -> bool:
+    """Tell whether nobody listens where the robot streams its poses to."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.bind((egm.bind_address, egm.port))
+        except OSError:
+            return False
+    return True
 
 
 class Operator:
@@ -121,14 +148,19 @@ def operator(
 
 @pytest.fixture
 def at_rest(operator: Operator, laboratory: VirtualRig, qtbot: QtBot) -> Operator:
-    """The operator with a robot that may move and stands at the grasp; the emulated person jogs it there."""
+    """The operator with a robot that may move and stands at the grasp."""
+    bring_to_rest(operator, laboratory)
+    return operator
+
+
+def bring_to_rest(operator: Operator, laboratory: VirtualRig) -> None:
+    """Release the robot and have the emulated person jog it to the grasp."""
     if operator.link.state.held:
         operator.window.rig_bar.release.click()
     laboratory.operator.touch_point(NO_MORE)
     while operator.window.messages.message is not None:
         operator.window.messages.dismiss()
     operator.wait_until(lambda: operator.link.state.phase == "ready", "a released robot")
-    return operator
 
 
 @pytest.fixture

@@ -42,6 +42,10 @@ class StandInJobs(QObject):
     def __init__(self) -> None:
         super().__init__()
         self.asked: list[StandInJob] = []
+        self.prepared = False
+
+    def prepare(self) -> None:
+        self.prepared = True
 
     def start(self, title: str, task: object, *arguments: object) -> StandInJob:
         self.asked.append(StandInJob(title, task, arguments))

@@ -19,7 +19,7 @@ OWN = replace(
 
 def test_a_rig_file_that_is_not_there_is_told_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["missing.toml"]) == 2
-    assert capsys.readouterr().err.startswith("retract gui: missing.toml: cannot be read")
+    assert capsys.readouterr().err.startswith("retract gui: missing.toml: there is no such file")
 
 
 def test_the_opening_shows_a_mistake_and_lets_choose_again(qtbot: QtBot, tmp_path: Path) -> None:

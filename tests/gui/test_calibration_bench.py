@@ -5,8 +5,8 @@ from pytestqt.qtbot import QtBot
 
 from daq.calibration.record import read_record
 from daq.errors import CalibrationError
-from daq.virtual_rig.layout import Addresses, rig_description
-from daq.virtual_rig.operator import TIP_IN_TOOL, TOUCHES, touching_pose
+from daq.virtual_rig.layout import FRAMES, Addresses, rig_description
+from daq.virtual_rig.operator import TOUCHES, touching_pose
 from daq.vision.charuco import CharucoBoard
 from gui.calibration_bench import Begin, CalibrationBench, Finish, Judged, Keep, Kept, TakeTouch, TouchTaken
 from gui.companion import Companion
@@ -36,7 +36,8 @@ def test_a_calibration_is_collected_judged_and_kept(tmp_path: Path) -> None:
     assert isinstance(kept, Kept)
     record = read_record(kept.path)
     assert (record.kind, record.verdict) == ("tool", "accepted")
-    assert record.result.gripper_in_tool_m == pytest.approx(TIP_IN_TOOL, abs=2e-4)  # type: ignore[attr-defined]
+    expected = FRAMES.T_tool_gripper.position_m
+    assert record.result.gripper_in_tool_m == pytest.approx(expected, abs=2e-4)  # type: ignore[attr-defined]
 
 
 def test_a_figure_that_is_not_met_leaves_only_the_rejection(tmp_path: Path, qtbot: QtBot) -> None:

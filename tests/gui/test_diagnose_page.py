@@ -22,7 +22,7 @@ from gui.pages.diagnose import DiagnosePage
 from gui.widgets.cause_details import cause_facts
 from gui.widgets.ranking import ranked_causes
 
-SOURCES = (Path("sessions/pull"), Path("sessions/twist"))
+SOURCES = (Path("sessions/pull").absolute(), Path("sessions/twist").absolute())
 
 
 @pytest.fixture
@@ -122,7 +122,8 @@ def test_a_cause_can_be_added_to_the_model(jobs_and_page: tuple[StandInJobs, Dia
     page.add(found, SOURCES)
     page.result.ranking.choose("modulus_gradient")
     page.result.details.add.click()
-    assert [(job.task, job.arguments) for job in jobs.asked] == [(try_cause, (SOURCES, "modulus_gradient"))]
+    asked = [(job.task, job.arguments) for job in jobs.asked]
+    assert asked == [(try_cause, (SOURCES, "modulus_gradient", found.gap.floor))]
     expected = found.considered["modulus_gradient"].expected
     jobs.asked[0].finish(Consideration(expected, outcome(found.traces, 0.41)))
     shown = page.result.shown

@@ -5,13 +5,15 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from job_tasks import break_down, clear_up_when_interrupted, count, ended, fail, wait_for_file
+from job_tasks import clear_up_when_interrupted, count, ended, fail, wait_for_file
 from PySide6.QtCore import QTimer
 from pytestqt.qtbot import QtBot
 
 from gui.jobs import Job, Jobs
 
 PATIENCE_MS = 60_000
+PROGRAM = [sys.executable, str(Path(__file__).with_name("job_program.py"))]
+ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
 
 
 @pytest.fixture
@@ -55,14 +57,10 @@ def test_an_expected_error_comes_as_one_line(jobs: Jobs, qtbot: QtBot) -> None:
     assert blocker.args == ["sessions/one: is being recorded; wait"]
 
 
-def test_an_error_of_the_program_is_told_and_printed(
-    jobs: Jobs, qtbot: QtBot, capfd: pytest.CaptureFixture[str]
-) -> None:
-    job = jobs.start("dividing", break_down)
-    with qtbot.waitSignal(job.failed, timeout=PATIENCE_MS) as blocker:
-        pass
-    assert "without a result (exit status 1)" in blocker.args[0]
-    assert "ZeroDivisionError" in capfd.readouterr().err
+def test_an_error_of_the_program_is_told_and_printed() -> None:
+    ended = subprocess.run(PROGRAM, env=ENVIRONMENT, capture_output=True, text=True, check=True)
+    assert "without a result (exit status 1)" in ended.stdout
+    assert "ZeroDivisionError" in ended.stderr
 
 
 def test_the_window_goes_on_while_a_job_runs(jobs: Jobs, qtbot: QtBot, tmp_path: Path) -> None:
@@ -105,10 +103,8 @@ def test_closing_ends_every_job(qtbot: QtBot, tmp_path: Path) -> None:
 
 
 def test_a_killed_window_takes_its_jobs_along(qtbot: QtBot, tmp_path: Path) -> None:
-    program = Path(__file__).parent / "job_program.py"
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    command = [sys.executable, str(program), str(tmp_path / "cleared")]
-    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as window:
+    command = [*PROGRAM, str(tmp_path / "cleared")]
+    with subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.PIPE, text=True) as window:
         assert window.stdout is not None
         process, worker = map(int, window.stdout.readline().split())
         window.kill()

@@ -117,17 +117,44 @@ def test_plus_and_minus_zoom(view: MeshView, qtbot: QtBot) -> None:
     assert view.zoom == pytest.approx(1.0)
 
 
-def test_a_local_cause_is_drawn_on_the_resting_phantom(view: MeshView) -> None:
+def test_a_local_cause_is_drawn_in_the_body_and_carried_along_with_it(view: MeshView) -> None:
     found = inclusion()
-    considered = found.considered["inhomogeneity"].expected
+    place = found.considered["inhomogeneity"].expected.place
+    assert place is not None
     trace = found.traces[0]
-    film = film_of_trace(trace, trace.before, considered.place)
+    film = film_of_trace(trace, trace.before, place, "interior")
     assert film.place is not None
-    assert film.place[1] == pytest.approx(16.1)
+    centres, radius = film.place
+    assert radius == pytest.approx(16.1)
+    row = farthest_row(trace.experiment)
+    way = 1e3 * (trace.experiment.position[row] - trace.experiment.position[0])
+    share = (place.centre[0] + 0.05) / 0.08
+    assert centres[row] == pytest.approx(1e3 * np.array(place.centre) + share * way)
     view.show_film(film)
     with_place = pixels(view)
-    view.show_film(film_of_trace(trace, trace.before, None))
+    view.show_film(film_of_trace(trace, trace.before, None, "interior"))
     assert np.any(pixels(view) != with_place)
+
+
+@pytest.mark.parametrize("block", ["anchor", "grasp", "support"])
+def test_a_cause_of_a_part_of_the_body_is_hatched_there(block: str, view: MeshView) -> None:
+    trace = inclusion().traces[0]
+    plain, marked = (film_of_trace(trace, trace.before, None, one) for one in ("force", block))
+    assert not plain.marked.any()
+    assert marked.marked.any()
+    if block != "support":
+        assert set(marked.surface.parts[marked.marked]) == {block}
+    view.show_film(plain)
+    before = pixels(view)
+    view.show_film(marked)
+    assert np.any(pixels(view) != before)
+
+
+def test_another_prediction_changes_the_arrows_and_not_their_scale() -> None:
+    trace = inclusion().traces[0]
+    before, after = (film_of_trace(trace, one, None, "") for one in (trace.before, trace.after))
+    assert (after.scale, after.magnified) == (before.scale, before.magnified)
+    assert np.nanmax(np.abs(after.arrows)) < 0.6 * np.nanmax(np.abs(before.arrows))
 
 
 def test_the_slider_steps_through_time_and_playing_ends_at_the_last_instant(qtbot: QtBot, film: Film) -> None:

@@ -2,6 +2,7 @@
 
 import fcntl
 import shutil
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,16 +16,16 @@ from daq.recording.folder import read_info, seal_session
 from daq.recording.reader import Recording
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads
 from daq.virtual_rig.phantom import SpringPhantom
-from estimator.fit.online import OnlineEstimate
 from gui.computations import export_session, judge_session, repair_session
 from gui.context import Context
-from gui.following import follow_session
+from gui.following import FollowedStep, follow_session
 from gui.job_process import Progressed, Reporter, Shown
 from gui.messages import Message
 from gui.pages.sessions import SessionsPage
 from gui.playback import open_playback
-from gui.session_list import find_sessions, matching
+from gui.session_list import SessionEntry, entry_of, find_sessions, matching
 from gui.widgets.replay_pane import ReplayPane
+from gui.widgets.session_table import SessionTable
 from robot_drivers.protocols import Pose
 
 POSES = tuple(Pose((0.04 + way, 0.0, 0.0)) for way in (0.0, 0.003))
@@ -56,6 +57,7 @@ def jobs_and_page(
     page = SessionsPage(changed)
     qtbot.addWidget(page)
     page.show()
+    qtbot.waitUntil(lambda: page.table.table.rowCount() == 2, timeout=PATIENCE_MS)
     yield jobs, page
     page.replay.end()
 
@@ -101,8 +103,40 @@ def test_the_table_follows_the_filter(jobs_and_page: tuple[StandInJobs, Sessions
     assert not page.export.isEnabled()
 
 
+def test_the_window_goes_on_while_a_slow_disk_lists_its_sessions(
+    sessions: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read = threading.Event()
+
+    def find_slowly(folder: Path) -> tuple[SessionEntry, ...]:
+        read.wait()
+        return find_sessions(folder)
+
+    monkeypatch.setattr("gui.session_finder.find_sessions", find_slowly)
+    table = SessionTable(sessions)
+    qtbot.addWidget(table)
+    table.show()
+    qtbot.wait(50)
+    assert table.table.rowCount() == 0
+    read.set()
+    qtbot.waitUntil(lambda: table.table.rowCount() == 2, timeout=PATIENCE_MS)
+
+
+def test_a_session_from_elsewhere_joins_the_list_and_stays(
+    jobs_and_page: tuple[StandInJobs, SessionsPage], recorded: Path, qtbot: QtBot
+) -> None:
+    _, page = jobs_and_page
+    page.table.choose(recorded)
+    assert page.table.entry is not None
+    assert page.table.entry.folder == recorded
+    with qtbot.waitSignal(page.table.chosen, timeout=PATIENCE_MS):
+        page.table.refresh()
+    assert page.table.table.rowCount() == 3
+    assert page.table.entry.folder == recorded
+
+
 def test_a_repair_is_asked_for_and_told(
-    jobs_and_page: tuple[StandInJobs, SessionsPage], context: Context, sessions: Path
+    jobs_and_page: tuple[StandInJobs, SessionsPage], context: Context, sessions: Path, qtbot: QtBot
 ) -> None:
     jobs, page = jobs_and_page
     told: list[Message] = []
@@ -114,9 +148,9 @@ def test_a_repair_is_asked_for_and_told(
     job.finish(repair_session(SILENT, sessions / "cut"))
     assert read_info(sessions / "cut").state == "recovered"
     assert "cut is repaired" in told[0].what
-    entry = page.table.entry
-    assert entry is not None
-    assert (entry.folder.name, entry.condition) == ("cut", "recovered")
+    recovered = entry_of(sessions / "cut")
+    assert recovered.condition == "recovered"
+    qtbot.waitUntil(lambda: page.table.entry == recovered, timeout=PATIENCE_MS)
     assert "alignment" in page.quality.text() or "against the robot" in page.quality.text()
 
 
@@ -191,7 +225,7 @@ def test_a_session_is_followed_while_it_is_recorded(sessions: Path) -> None:
 
         assert follow_session(Reporter(hear), sessions / "cut") is None
     shown = [message.value for message in told if isinstance(message, Shown)]
-    assert [one.step for one in shown if isinstance(one, OnlineEstimate)] == [1]
+    assert [one.estimate.step for one in shown if isinstance(one, FollowedStep)] == [1]
     assert told[-1] == waiting
 
 
