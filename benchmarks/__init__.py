@@ -1,1 +1,1 @@
-"""Speed, scaling and accuracy of the estimator on the paper's Pull: ``python -m benchmarks speed|scaling|accuracy``."""
+"""Measurements on the paper's Pull: ``python -m benchmarks speed|online|scaling|accuracy``."""

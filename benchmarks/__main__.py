@@ -3,9 +3,14 @@
 import argparse
 import sys
 
-from benchmarks import accuracy, scaling, speed
+from benchmarks import accuracy, online, scaling, speed
 
-_COMMANDS = {"speed": speed.lines, "scaling": scaling.lines, "accuracy": accuracy.lines}
+_COMMANDS = {
+    "speed": speed.lines,
+    "online": online.lines,
+    "scaling": scaling.lines,
+    "accuracy": accuracy.lines,
+}
 
 
 def main() -> None:

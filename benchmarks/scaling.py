@@ -1,11 +1,11 @@
 """Time and memory of one state against the number of unknowns, each mesh in a process of its own."""
 
-import resource
+import math
+import sys
 import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from itertools import pairwise
-from math import log
 from multiprocessing import get_context
 
 from benchmarks.pull import POSES, PULL, unknowns
@@ -13,6 +13,9 @@ from estimator.fem.block_mesh import Grading
 from estimator.fem.equilibrium import EquilibriumSolver
 from estimator.forward.meshing import mesh_experiment
 from estimator.studies.block import TRUTH
+
+if sys.platform != "win32":
+    import resource
 
 _SIZES_M = (3e-3, 2e-3, 1e-3, 0.6e-3, 0.45e-3)
 _LAYERS = (1, 1, 2, 3, 3)
@@ -29,7 +32,7 @@ def lines() -> Iterator[str]:
         line = f"{count:8d} {meshing:8.2f} {solution:8.2f} {peak:8.0f}"
         if len(found) > 1:
             ((before, _, earlier, _), _) = next(iter(pairwise(found[-2:])))
-            line += f" {log(solution / earlier) / log(count / before):8.2f}"
+            line += f" {math.log(solution / earlier) / math.log(count / before):8.2f}"
         yield line
 
 
@@ -47,5 +50,12 @@ def _solve(size_m: float, layers: int) -> tuple[int, float, float, float]:
     meshed = time.perf_counter()
     solver.solve(POSES[1], TRUTH, solver.rest(TRUTH))
     solved = time.perf_counter()
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    return unknowns(problem), meshed - started, solved - meshed, peak
+    return unknowns(problem), meshed - started, solved - meshed, _peak_memory_mb()
+
+
+def _peak_memory_mb() -> float:
+    """Return the most memory that this process has had, NaN on Windows, which does not tell it."""
+    if sys.platform == "win32":
+        return math.nan
+    kilobytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return kilobytes / (1024.0**2 if sys.platform == "darwin" else 1024.0)

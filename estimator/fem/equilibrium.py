@@ -85,9 +85,15 @@ def rigid_modes(problem: RetractionProblem, pose: GripperPose) -> FloatArray:
     arms = problem.gripped_positions(pose) - pose.position
     modes = np.zeros((len(arms), 3, 6))
     modes[:, :, :3] = np.eye(3)
-    for axis in range(3):
-        modes[:, :, 3 + axis] = np.cross(np.eye(3)[axis], arms)
+    modes[:, :, 3:] = turned(arms)
     return modes.reshape(-1, 6)
+
+
+def turned(arms: FloatArray) -> FloatArray:
+    """Return the displacement (n, 3, 3) of arms (n, 3) per unit of rotation about each axis: axis × arm."""
+    x, y, z = arms.T
+    none = np.zeros_like(x)
+    return np.stack([none, z, -y, -z, none, x, y, -x, none], axis=1).reshape(-1, 3, 3)
 
 
 class EquilibriumSolver:

@@ -122,12 +122,11 @@ def element_forces(F: FloatArray, gradient: FloatArray, volume: FloatArray, slop
     """
     count, rule, nodes, _ = gradient.shape
     out = np.zeros((count, nodes, 3))
+    G, p = np.empty((3, 3, 3)), np.empty(3)
     for e in range(count):
-        G = np.empty((3, 3, 3))
         for q in range(rule):
             _invariant_gradients(F[e, q], G)
             for i in range(3):
-                p = np.empty(3)
                 for j in range(3):
                     p[j] = volume[e, q] * (
                         slope[0, e, q] * G[0, i, j]
@@ -141,16 +140,19 @@ def element_forces(F: FloatArray, gradient: FloatArray, volume: FloatArray, slop
 
 
 @njit(cache=True)
-def _elasticity(F: FloatArray, G: FloatArray, w: FloatArray, h: FloatArray, A: FloatArray) -> None:
-    """Fill A (9, 9), the derivative of P by F, from first (3,) and second (6,) derivatives of the energy."""
-    b, c = np.zeros((3, 3)), np.zeros((3, 3))
+def _elasticity(
+    F: FloatArray, G: FloatArray, w: FloatArray, h: FloatArray, b: FloatArray, c: FloatArray, A: FloatArray
+) -> None:
+    """Fill A (9, 9), the derivative of P by F, from first (3,) and second (6,) derivatives of the energy.
+
+    The strains F Fᵀ and Fᵀ F are left in b and c, (3, 3).
+    """
     trace = 0.0
     for i in range(3):
         for j in range(3):
             trace += F[i, j] * F[i, j]
-            for m in range(3):
-                b[i, j] += F[i, m] * F[j, m]
-                c[i, j] += F[m, i] * F[m, j]
+            b[i, j] = F[i, 0] * F[j, 0] + F[i, 1] * F[j, 1] + F[i, 2] * F[j, 2]
+            c[i, j] = F[0, i] * F[0, j] + F[1, i] * F[1, j] + F[2, i] * F[2, j]
     for i in range(3):
         for j in range(3):
             g1, g2, g3 = G[0, i, j], G[1, i, j], G[2, i, j]
@@ -195,10 +197,11 @@ def element_stiffness(
     modes = basis.shape[2]
     size = 3 * nodes
     out = np.zeros((count, size, size))
+    G, A, T, rate = np.empty((3, 3, 3)), np.empty((9, 9)), np.empty((9, size)), np.empty((3, 3))
+    w, h, b, c = np.empty(3), np.empty(6), np.empty((3, 3)), np.empty((3, 3))
+    D = np.empty((modes, size))
     for e in range(count):
-        G, A, T, rate = np.empty((3, 3, 3)), np.empty((9, 9)), np.empty((9, size)), np.empty((3, 3))
-        w, h = np.empty(3), np.empty(6)
-        D = np.zeros((modes, size))
+        D[:] = 0.0
         K = out[e]
         for q in range(rule):
             dv = volume[e, q]
@@ -207,15 +210,15 @@ def element_stiffness(
             for n in range(6):
                 h[n] = curvature[n, e, q] * dv
             _invariant_gradients(F[e, q], G)
-            _elasticity(F[e, q], G, w, h, A)
+            _elasticity(F[e, q], G, w, h, b, c, A)
             for i in range(3):
                 for j in range(3):
                     rate[i, j] = dv * (by[0] * G[0, i, j] + by[1] * G[1, i, j] + by[2] * G[2, i, j])
             for row in range(9):
-                for b in range(nodes):
-                    g = gradient[e, q, b]
+                for a in range(nodes):
+                    g = gradient[e, q, a]
                     for k in range(3):
-                        T[row, 3 * b + k] = (
+                        T[row, 3 * a + k] = (
                             A[row, 3 * k] * g[0] + A[row, 3 * k + 1] * g[1] + A[row, 3 * k + 2] * g[2]
                         )
             for a in range(nodes):

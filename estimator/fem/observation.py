@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.fem.body import nodal_forces, slopes_by_parameter
-from estimator.fem.equilibrium import EquilibriumState, rigid_modes
+from estimator.fem.equilibrium import EquilibriumState, rigid_modes, turned
 from estimator.fem.problem import RetractionProblem
 
 FloatArray = NDArray[np.float64]
@@ -59,9 +59,8 @@ def observe(problem: RetractionProblem, state: EquilibriumState) -> Observation:
     reaction = state.forces[gripped]
     by_pose = -modes.T @ (state.tangent.gripped_free @ state.by_pose + state.tangent.gripped @ modes)
     arms = problem.gripped_positions(state.pose) - state.pose.position
-    for axis in range(3):
-        turned_arms = np.cross(np.eye(3)[axis], arms)
-        by_pose[3:, 3 + axis] -= np.cross(turned_arms, reaction).sum(axis=0)
+    # The arms turn with the gripper, and the torque of the reaction with them.
+    by_pose[3:, 3:] -= np.cross(turned(arms), reaction[:, :, None], axis=1).sum(axis=0)
     return Observation(
         -modes.T @ reaction.reshape(-1),
         problem.fiducial_positions(state.displacement, state.pose),
@@ -91,8 +90,7 @@ def _fiducial_motion_by_pose(
     held = problem.fiducials_gripped
     arms = state.pose.rotation.apply(problem.fiducials_rest[held] - problem.grasp_centre)
     motion[held, :, :3] = np.eye(3)
-    for axis in range(3):
-        motion[held, :, 3 + axis] = np.cross(np.eye(3)[axis], arms)
+    motion[held, :, 3:] = turned(arms)
     return motion
 
 

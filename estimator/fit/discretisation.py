@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from estimator.experiment import Experiment
 from estimator.fem.observation import Observation
 from estimator.fit.residuals import predicted_channels
-from estimator.forward.meshing import FINE_GRADING, mesh_experiment
+from estimator.forward.meshing import measuring_mesh
 from estimator.forward.model import ForwardModel
 from estimator.forward.schedule import spread_states, travel
 from estimator.materials.material import Material
@@ -34,7 +34,7 @@ def change_on_finer_mesh(
     change : for each (experiment, state), (6 + 3m,) finer minus coarser
     solved : number of states
     """
-    finer = ForwardModel(mesh_experiment(experiments[0], FINE_GRADING), experiments)
+    finer = ForwardModel(measuring_mesh(experiments[0]), experiments)
     chosen = [spread_states(schedule, _STATES) for schedule in finer.schedules]
     solved = finer.predict(material, chosen, progress)
     change = {}
