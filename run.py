@@ -5,7 +5,8 @@
     python3 run.py test      lint, types and tests; further arguments go to pytest
 
 Set-up makes .venv beside this file, installs the versions pinned in requirements.lock, and on Debian as root
-also the system packages that they need. Calls after the first find all that in place and start at once.
+also the system packages that they need; the tests need some more. Calls after the first find all that in place
+and start at once.
 """
 
 from __future__ import annotations
@@ -41,6 +42,15 @@ SYSTEM_LIBRARIES = {
     "libfontconfig.so.1": "libfontconfig1",
     "libgomp.so.1": "libgomp1",
 }
+# What the tests need beside those, to show the window on an X display of their own.
+TEST_LIBRARIES = {
+    "libxcb-cursor.so.0": "libxcb-cursor0",
+    "libxcb-icccm.so.4": "libxcb-icccm4",
+    "libxcb-keysyms.so.1": "libxcb-keysyms1",
+    "libxcb-shape.so.0": "libxcb-shape0",
+    "libxkbcommon-x11.so.0": "libxkbcommon-x11-0",
+}
+TEST_PROGRAMS = {"Xvfb": "xvfb"}
 CHECKS = (
     ("-m", "ruff", "check"),
     ("-m", "ruff", "format", "--check"),
@@ -60,6 +70,7 @@ def main(arguments: list[str]) -> int:
 
 def test(pytest_arguments: list[str]) -> int:
     """Run every check, also after one has failed; return 0 only if all passed."""
+    install_system_packages(missing_test_packages())
     statuses = []
     for check in (*CHECKS, ("-m", "pytest", *pytest_arguments)):
         say("$ python " + " ".join(check))
@@ -82,7 +93,7 @@ def set_up() -> None:
     wanted = fingerprint()
     if PYTHON.exists() and STAMP.exists() and STAMP.read_text() == wanted:
         return
-    install_system_packages()
+    install_system_packages(missing_system_packages())
     if not venv_is_usable():
         say(f"Making {VENV}")
         run(sys.executable, "-m", "venv", "--clear", str(VENV))
@@ -108,6 +119,12 @@ def missing_system_packages() -> list[str]:
     return missing
 
 
+def missing_test_packages() -> list[str]:
+    """Return the Debian packages that the tests still need on this Linux, found by trying."""
+    missing = [package for soname, package in TEST_LIBRARIES.items() if not loads(soname)]
+    return missing + [package for program, package in TEST_PROGRAMS.items() if shutil.which(program) is None]
+
+
 def loads(soname: str) -> bool:
     """Tell whether the dynamic linker finds a shared library."""
     try:
@@ -117,12 +134,9 @@ def loads(soname: str) -> bool:
     return True
 
 
-def install_system_packages() -> None:
+def install_system_packages(missing: list[str]) -> None:
     """Install what a Debian lacks if root, else stop with the command that does it; nothing off Linux."""
-    if sys.platform != "linux":
-        return
-    missing = missing_system_packages()
-    if not missing:
+    if sys.platform != "linux" or not missing:
         return
     install = ["apt-get", "install", "-y", "--no-install-recommends", *missing]
     if shutil.which("apt-get") is None:

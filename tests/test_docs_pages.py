@@ -1,0 +1,89 @@
+"""The documents against what they speak of: links, pictures, blocks of settings, and keys of drivers."""
+
+import re
+import tomllib
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import get_args, get_type_hints
+
+import pytest
+from doc_commands import DOCUMENTS, ROOT
+
+from daq.devices import CAMERAS, FORCE_SENSORS, ROBOTS
+from daq.plans import read_plan
+from daq.toml_tables import TomlFile
+
+DRIVERS = {**FORCE_SENSORS, **ROBOTS, **CAMERAS}
+FIRST_DAY = (ROOT / "docs" / "first-day.md").read_text(encoding="utf-8")
+BLOCKS = [
+    pytest.param(block, id=f"{path.name}-{number}")
+    for path in DOCUMENTS
+    for number, block in enumerate(
+        re.findall(r"^```toml\n(.*?)^```", path.read_text(encoding="utf-8"), re.M | re.S)
+    )
+]
+
+
+def anchors(text: str) -> set[str]:
+    """What GitHub makes of the headings of a text."""
+    headings = re.findall(r"^#+ (.*)$", text, re.M)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_what_a_document_links_to_is_there(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if target.startswith("http"):
+            continue
+        name, _, anchor = target.partition("#")
+        place = (path.parent / name).resolve() if name else path
+        assert place.exists(), target
+        assert place.is_relative_to(ROOT), target
+        if anchor:
+            assert anchor in anchors(place.read_text(encoding="utf-8")), target
+
+
+def test_the_index_leads_to_every_document() -> None:
+    index = ROOT / "docs" / "README.md"
+    linked = {
+        (index.parent / t.partition("#")[0]).resolve()
+        for t in re.findall(r"\]\(([^)]+)\)", index.read_text())
+    }
+    documents = {path for path in DOCUMENTS if path.is_relative_to(index.parent)} - {index}
+    assert documents - linked == set()
+    assert "docs/README.md" in (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("block", BLOCKS)
+def test_a_block_of_settings_is_one_that_the_program_takes(block: str, tmp_path: Path) -> None:
+    place = tmp_path / "settings.toml"
+    place.write_text(block, encoding="utf-8")
+    root = tomllib.loads(block)
+    if root.get("format") == "retraction-plan/1":
+        assert read_plan(place).trials
+        return
+    file = TomlFile.read(place)
+    devices = [(key, root[key]) for key in ("force_sensor", "robot") if key in root]
+    devices += [("cameras", camera) for camera in root.get("cameras", [])]
+    assert devices
+    for role, device in devices:
+        of_role = {"force_sensor": FORCE_SENSORS, "robot": ROBOTS, "cameras": CAMERAS}[role]
+        assert file.build(of_role[device["driver"]].settings, device.get("settings", {}), (role, "settings"))
+
+
+@pytest.mark.parametrize(
+    ("driver", "key"), sorted(set(re.findall(r"`(\w+(?:\.\w+)?): (\w+)`", FIRST_DAY))), ids=lambda part: part
+)
+def test_a_setting_that_the_first_day_settles_is_one_of_its_driver(driver: str, key: str) -> None:
+    name, _, inner = driver.partition(".")
+    settings = DRIVERS[name].settings
+    if inner:
+        hint = get_type_hints(settings)[inner]
+        settings = next(kind for kind in (hint, *get_args(hint)) if is_dataclass(kind))
+    assert key in {field.name for field in fields(settings)}
+
+
+def test_every_driver_has_its_page() -> None:
+    pages = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "docs" / "hardware").glob("*.md"))
+    assert [name for name in DRIVERS if f'driver = "{name}"' not in pages] == []
