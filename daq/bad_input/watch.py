@@ -1,6 +1,7 @@
 """What no file may bring about while it is read: a program started, a connection opened, a pickle taken apart."""
 
 import sys
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
@@ -25,6 +26,7 @@ class _Watch:
 
     def __init__(self) -> None:
         self.seen: list[str] | None = None
+        self.strangers: frozenset[int | None] = frozenset()
         self._installed = False
 
     def install(self) -> None:
@@ -33,7 +35,7 @@ class _Watch:
             self._installed = True
 
     def _hook(self, event: str, arguments: tuple[object, ...]) -> None:
-        if self.seen is not None and event in _FORBIDDEN:
+        if self.seen is not None and event in _FORBIDDEN and threading.get_ident() not in self.strangers:
             self.seen.append(f"{event} {arguments!r}"[:200])
 
 
@@ -42,8 +44,13 @@ _WATCH = _Watch()
 
 @contextmanager
 def watched() -> Iterator[Sequence[str]]:
-    """Give a list to which every forbidden thing is added that happens meanwhile in this process."""
+    """Give a list to which every forbidden thing is added that happens meanwhile in this process.
+
+    What other threads do that were there before is their own business.
+    """
     _WATCH.install()
+    here = threading.current_thread()
+    _WATCH.strangers = frozenset(thread.ident for thread in threading.enumerate() if thread is not here)
     seen: list[str] = []
     _WATCH.seen = seen
     try:

@@ -96,5 +96,5 @@ def test_what_is_wrong_in_a_calibration_file_is_told_with_its_line(tmp_path: Pat
     path.write_text(text.replace("width = 1288", "width = 0"))
     with pytest.raises(RigError, match="must be positive"):
         StereoCalibration.load(path)
-    with pytest.raises(RigError, match="cannot be read"):
+    with pytest.raises(RigError, match="there is no such file"):
         StereoCalibration.load(tmp_path / "none.toml")
