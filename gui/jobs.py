@@ -1,7 +1,7 @@
 """Long computations beside the window: each in a process of its own, heard by signals, cancelled at once.
 
-A job belongs to the interface thread. What its process says is received by a thread and taken from there by a timer,
-so that neither a busy nor a silent process ever blocks the window.
+A job belongs to the interface thread. Its process is started, and what it says received, by a thread, and taken from
+there by a timer, so that neither a process that is slow to start nor a busy or silent one ever blocks the window.
 
 Where the system can, the processes are copies of one that has loaded what computations need, so that only the first
 job spends its first seconds importing, and none after :meth:`Jobs.prepare`.
@@ -62,13 +62,12 @@ class Job(QObject):
         messages, told = _CONTEXT.Pipe(duplex=False)
         watched, self._lifeline = _CONTEXT.Pipe(duplex=False)
         self._process = _CONTEXT.Process(target=run, args=(told, watched, task, arguments), name=title)
-        self._process.start()
-        # from here on the ends of the child are its own, so that either side notices when the other is gone
-        told.close()
-        watched.close()
         self._heard: queue.SimpleQueue[Message | None] = queue.SimpleQueue()
         self._listener = threading.Thread(
-            target=_listen, args=(messages, self._process, self._heard), name=f"job {title}", daemon=True
+            target=_listen,
+            args=(self._process, (told, watched), messages, self._heard),
+            name=f"job {title}",
+            daemon=True,
         )
         self._listener.start()
         self._outcome: Message | None = None
@@ -166,9 +165,19 @@ class Jobs(QObject):
         self.changed.emit()
 
 
-def _listen(messages: Connection, process: BaseProcess, heard: queue.SimpleQueue[Message | None]) -> None:
-    """Pass on what a process says, wait until it is gone, and see to it that it goes."""
+def _listen(
+    process: BaseProcess,
+    ends: tuple[Connection, Connection],
+    messages: Connection,
+    heard: queue.SimpleQueue[Message | None],
+) -> None:
+    """Start a process, pass on what it says, wait until it is gone, and see to it that it goes."""
     try:
+        # the first one waits for a second or two until the process that it is a copy of has loaded everything
+        process.start()
+        # from here on the ends of the child are its own, so that either side notices when the other is gone
+        for end in ends:
+            end.close()
         while True:
             heard.put(messages.recv())
     except (EOFError, OSError):
