@@ -27,6 +27,7 @@ LONGEST_WAIT_S = 60.0
 """Time after which it is said to wait for something that never comes."""
 
 _PLACE_SHARE = 0.08
+_LONGEST_LINE = 1500
 _REFUSED = 2
 _SOUND = "sound"
 
@@ -148,9 +149,6 @@ def _misconduct(told: str) -> str:
     if any(not character.isprintable() for character in lines[0]):
         return f"a line with control characters: {told[:300]!r}"
     return ""
-
-
-_LONGEST_LINE = 1500
 
 
 def _status_other_than_refused(status: int) -> str:

@@ -61,6 +61,20 @@ def _export(given: Path, out: Path) -> list[str]:
     return ["export", str(given / _SESSION), "--format", "csv", "--output", str(out / "tables")]
 
 
+def _record_plan(given: Path, out: Path) -> list[str]:
+    return ["record", str(given / "rig.toml"), "--plan", str(given / "plan.toml")]
+
+
+def _estimate(given: Path, out: Path) -> list[str]:
+    return ["estimate", str(given / "pull"), "--report", str(out / "page.html")]
+
+
+def _score(given: Path, out: Path) -> list[str]:
+    return [
+        "benchmark", "score", str(given / "answers"), str(given / "keys"), "--output", str(out / "score.html")
+    ]  # fmt: skip
+
+
 def _surface(name: str, file: str, write: Callable[[Path], None], damages: Sequence[Damage]) -> Kind:
     """Return the kind of a surface file, which is read by ``retract mesh``."""
     return Kind(
@@ -117,14 +131,14 @@ KINDS: tuple[Kind, ...] = (
         samples.plan,
         {"plan.toml": (*TEXT, *TOML)},
         read=_read_plan,
-        command=lambda given, out: ["record", str(given / "rig.toml"), "--plan", str(given / "plan.toml")],
+        command=_record_plan,
     ),
     Kind(
         "journal of a plan",
         samples.plan,
         {"plan.journal.json": (*TEXT, *JSON)},
         read=_read_plan,
-        command=lambda given, out: ["record", str(given / "rig.toml"), "--plan", str(given / "plan.toml")],
+        command=_record_plan,
     ),
     Kind(
         "trajectory table",
@@ -140,14 +154,14 @@ KINDS: tuple[Kind, ...] = (
         samples.experiment,
         {"pull/experiment.toml": (*TEXT, *TOML)},
         read=lambda folder: read_experiment(folder / "pull"),
-        command=lambda given, out: ["estimate", str(given / "pull"), "--report", str(out / "page.html")],
+        command=_estimate,
     ),
     Kind(
         "observations",
         samples.experiment,
         {"pull/observations.csv": (*TEXT, *TABLE)},
         read=lambda folder: read_experiment(folder / "pull"),
-        command=lambda given, out: ["estimate", str(given / "pull"), "--report", str(out / "page.html")],
+        command=_estimate,
     ),
     Kind(
         "experiment's surface",
@@ -201,9 +215,7 @@ KINDS: tuple[Kind, ...] = (
         samples.benchmark,
         {"answers/one.json": (*TEXT, *JSON)},
         read=_read_benchmark,
-        command=lambda given, out: [
-            "benchmark", "score", str(given / "answers"), str(given / "keys"), "--output", str(out / "score.html")
-        ],
+        command=_score,
         changes=frozenset({OPENINGS_FILE}),
     ),
     Kind(
@@ -211,9 +223,7 @@ KINDS: tuple[Kind, ...] = (
         samples.benchmark,
         {"keys/two.toml": (*TEXT, *TOML)},
         read=_read_benchmark,
-        command=lambda given, out: [
-            "benchmark", "score", str(given / "answers"), str(given / "keys"), "--output", str(out / "score.html")
-        ],
+        command=_score,
         changes=frozenset({OPENINGS_FILE}),
     ),
     Kind(

@@ -177,7 +177,7 @@ class Trace:
     experiment : Experiment
     before, after : (n, 6 + 3m) channels predicted by the baseline, and with the causes in
     deviation : (6 + 3m,) standard deviation of one value
-    body : of the baseline; a cause changes it by far less than can be seen
+    body : of the baseline, whatever the causes
     """
 
     experiment: Experiment

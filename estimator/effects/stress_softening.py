@@ -22,6 +22,13 @@ class StressSoftening(Effect):
 
     ``depth`` is their 1/r. The energy over which the softening develops is a share of Young's modulus (their m), or of
     the largest energy at the same point (β of Abaqus), as ``width`` says.
+
+    Parameters
+    ----------
+    form : what the instance is called
+    width : the constant that states it
+    part : which energy damages and is softened
+    elaborates : form of which this one is a refinement; empty for none
     """
 
     label: ClassVar[str] = "stress_softening"

@@ -1,7 +1,9 @@
 import os
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 import pytest
@@ -61,6 +63,24 @@ def test_an_error_of_the_program_is_told_and_printed() -> None:
     ended = subprocess.run(PROGRAM, env=ENVIRONMENT, capture_output=True, text=True, check=True)
     assert "without a result (exit status 1)" in ended.stdout
     assert "ZeroDivisionError" in ended.stderr
+
+
+def test_a_process_that_is_slow_to_start_does_not_hold_the_window_up(
+    jobs: Jobs, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It starts only once the interface has gone on: the robot is held where that is silent."""
+    gone_on, start = threading.Event(), BaseProcess.start
+
+    def start_late(process: BaseProcess) -> None:
+        assert gone_on.wait(PATIENCE_MS / 1000)
+        start(process)
+
+    monkeypatch.setattr(BaseProcess, "start", start_late)
+    job = jobs.start("counting", count, 3)
+    gone_on.set()
+    with qtbot.waitSignal(job.finished, timeout=PATIENCE_MS) as blocker:
+        pass
+    assert blocker.args == [3]
 
 
 def test_the_window_goes_on_while_a_job_runs(jobs: Jobs, qtbot: QtBot, tmp_path: Path) -> None:
