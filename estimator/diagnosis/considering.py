@@ -12,13 +12,14 @@ from estimator.diagnosis.contest import (
     Contender,
     Tell,
     Trial,
+    baseline_error,
     beside,
     parameter_deviations,
     polish_all,
     refit_all,
     screen,
 )
-from estimator.diagnosis.discrepancy import ModelError, model_error_of
+from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.findings import best_trials, effect_quantities, material_quantities
 from estimator.diagnosis.held_out import gap_of, held_out_residuals
 from estimator.diagnosis.hypothesis import Hypothesis
@@ -86,7 +87,7 @@ def what_if(
     with worker_pool() as executor:
         tell("fitting the baseline", 0, 1)
         case, baseline = prepare(experiments, executor)
-        error = model_error_of(case.experiments, case.whitenings, baseline.predicted)
+        error = baseline_error(case, baseline)
         forms = [effect for effect in CATALOGUE if effect.label == label and not effect.elaborates]
         trials = screen(case, baseline, error, forms, executor, tell)
         starts = [trial.start for trial in trials[:_STARTS]]

@@ -10,9 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.case import Case, Linearisation
-from estimator.diagnosis.discrepancy import ModelError, forgiven
-from estimator.diagnosis.evidence import LinearModel, log_evidence, marginal_evidence
-from estimator.diagnosis.hypothesis import Coordinate, Hypothesis
+from estimator.diagnosis.discrepancy import ModelError, forgiven, model_error_of
+from estimator.diagnosis.evidence import (
+    LinearModel,
+    log_evidence,
+    marginal_evidence,
+    unknown_evidence,
+    with_floor_borne_out,
+)
+from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.passage import mechanics_of, solve_case
 from estimator.diagnosis.refit import moved, newton_step, refit
 from estimator.diagnosis.screening import Signature, signatures_of
@@ -66,6 +72,17 @@ class Contender:
         return tuple(effect.label for effect in self.fit.hypothesis.effects)
 
 
+def baseline_error(case: Case, baseline: Linearisation) -> ModelError:
+    """Return what any model misses of a case, by the size of the baseline's channels and of its misfit."""
+    error = model_error_of(case.experiments, case.whitenings, baseline.predicted)
+    return with_floor_borne_out(error, linear_model(baseline))
+
+
+def evidence_of_unknown(baseline: Linearisation, error: ModelError) -> float:
+    """Weigh something outside the catalogue beside the baseline."""
+    return unknown_evidence(linear_model(baseline), error)
+
+
 def screen(
     case: Case,
     base: Linearisation,
@@ -115,8 +132,7 @@ def trial_of(case: Case, base: Linearisation, error: ModelError, signature: Sign
 
 def first_order_evidence(case: Case, fit: Linearisation, error: ModelError) -> float:
     """Weigh a linearised hypothesis with the floor of what every model misses."""
-    model = linear_model(fit.residual, fit.by_coordinate, fit.coordinates, fit.hypothesis)
-    return log_evidence(model, error, error.floor) - _price_of_choice(case, fit.hypothesis)
+    return log_evidence(linear_model(fit), error, error.floor) - _price_of_choice(case, fit.hypothesis)
 
 
 def _price_of_choice(case: Case, hypothesis: Hypothesis) -> float:
@@ -135,19 +151,15 @@ def beside(base: Linearisation, signature: Signature) -> Linearisation:
     return replace(base, hypothesis=null, coordinates=free, by_coordinate=tuple(columns))
 
 
-def linear_model(
-    residual: Sequence[FloatArray],
-    columns: Sequence[FloatArray],
-    free: Sequence[Coordinate],
-    hypothesis: Hypothesis,
-) -> LinearModel:
+def linear_model(fit: Linearisation) -> LinearModel:
     """Return the linear model of a linearisation, with priors and bounds."""
+    free, hypothesis = fit.coordinates, fit.hypothesis
     values = np.array([c.get(hypothesis) for c in free])
     scale = np.array([np.inf if c.scale is None else c.scale for c in free])
     centre = np.array([c.prior_offset(hypothesis) for c in free])
     lower = np.array([c.internal_of(c.lower) if np.isfinite(c.lower) else -np.inf for c in free])
     upper = np.array([c.internal_of(c.upper) if np.isfinite(c.upper) else np.inf for c in free])
-    return LinearModel(residual, columns, centre, scale, lower - values, upper - values)
+    return LinearModel(fit.residual, fit.by_coordinate, centre, scale, lower - values, upper - values)
 
 
 def refit_all(
@@ -218,8 +230,7 @@ def _halved(hypothesis: Hypothesis) -> Hypothesis:
 
 def contender_of(case: Case, base: Linearisation, error: ModelError, fit: Linearisation) -> Contender:
     """Weigh a refitted hypothesis."""
-    model = linear_model(fit.residual, fit.by_coordinate, fit.coordinates, fit.hypothesis)
-    value, inexactness = marginal_evidence(model, error, explained(case, base, fit))
+    value, inexactness = marginal_evidence(linear_model(fit), error, explained(case, base, fit))
     value -= _price_of_choice(case, fit.hypothesis)
     return Contender(fit, value, parameter_deviations(fit, error, inexactness))
 

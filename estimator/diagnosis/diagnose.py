@@ -18,16 +18,16 @@ from estimator.diagnosis.contest import (
     Contender,
     Tell,
     Trial,
+    baseline_error,
+    evidence_of_unknown,
     first_order_evidence,
-    linear_model,
     parameter_deviations,
     polish_all,
     refit_all,
     screen,
     trial_of,
 )
-from estimator.diagnosis.discrepancy import ModelError, model_error_of
-from estimator.diagnosis.evidence import unknown_evidence
+from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.findings import (
     absent_finding,
     best_trials,
@@ -111,11 +111,10 @@ def _contest(experiments: Sequence[Experiment], executor: Executor, tell: Tell) 
     tell("fitting the baseline", 0, 1)
     case, baseline = prepare(experiments, executor)
     tell("fitting the baseline", 1, 1)
-    error = model_error_of(case.experiments, case.whitenings, baseline.predicted)
-    model = linear_model(baseline.residual, baseline.by_coordinate, baseline.coordinates, baseline.hypothesis)
+    error = baseline_error(case, baseline)
     evidence = {
         NONE: first_order_evidence(case, baseline, error),
-        UNKNOWN: unknown_evidence(model, error),
+        UNKNOWN: evidence_of_unknown(baseline, error),
     }
     plain = [effect for effect in CATALOGUE if not effect.elaborates]
     trials = screen(case, baseline, error, plain, executor, tell)

@@ -8,8 +8,9 @@ M projecting E and ν out (their prior is flat and common to all hypotheses), T 
 covariance of a discrepancy that forgives the signature its inexactness. Its amplitude is integrated over a grid.
 """
 
+import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,13 +22,15 @@ from estimator.diagnosis.discrepancy import ModelError, forgiven
 
 FloatArray = NDArray[np.float64]
 
-# Amplitudes of an unexplained misfit, in units of one value's noise.
+# Amplitudes of an unexplained misfit beyond the floor, in units of one value's noise.
 UNKNOWN = tuple(
     (w, f)
     for w in (0.05, 0.3, 1.0, 3.0, 10.0, 30.0)
     for f in (0.05, 0.3, 1.0, 3.0, 10.0, 30.0)
     if max(w, f) > 0.1
 )
+# Shares of the largest floor of what every model misses, of which the measurements choose.
+_FLOOR_SHARES = (1.0, 0.3, 0.1, 0.03, 0.01)
 # Inexactness of a signature, as a share of what the effect explains.
 _INEXACT = (0.0, 0.02, 0.05, 0.1)
 
@@ -119,7 +122,22 @@ def marginal_evidence(
     return float(logsumexp(values) - np.log(len(values))), max(found, key=lambda key: found[key])
 
 
+def with_floor_borne_out(error: ModelError, baseline: LinearModel) -> ModelError:
+    """Return a model error whose floor is the share of its largest one that the baseline's misfit makes most probable.
+
+    Sensors better than the model is taken to be would else show a misfit smaller than the floor, and something
+    unknown with a smaller amplitude would be the better explanation of nothing at all.
+    """
+    shares = itertools.product(_FLOOR_SHARES, repeat=2)
+    floors = [(w * error.floor[0], f * error.floor[1]) for w, f in shares]
+    return replace(error, floor=max(floors, key=lambda floor: log_evidence(baseline, error, floor)))
+
+
 def unknown_evidence(baseline: LinearModel, error: ModelError) -> float:
-    """Return the evidence of a smooth misfit of any size beside the baseline."""
-    found = [log_evidence(baseline, error, amplitude) for amplitude in UNKNOWN]
+    """Return the evidence of a smooth misfit of any size beyond the floor."""
+    wrench, fiducials = error.floor
+    found = [
+        log_evidence(baseline, error, (float(np.hypot(wrench, w)), float(np.hypot(fiducials, f))))
+        for w, f in UNKNOWN
+    ]
     return float(logsumexp(found) - np.log(len(found)))

@@ -30,7 +30,7 @@ def held_out_residuals(fit: Linearisation) -> list[FloatArray]:
 
     Where there is one experiment, its last third of rows is held out of a fit to the rest.
     """
-    model = linear_model(fit.residual, fit.by_coordinate, fit.coordinates, fit.hypothesis)
+    model = linear_model(fit)
     grams = [np.column_stack(pair) for pair in zip(fit.residual, fit.by_coordinate, strict=True)]
     grams = [g.T @ g for g in grams]
     if len(grams) == 1:

@@ -7,7 +7,7 @@ from typing import ClassVar
 from estimator.effects.effect import Amplitude, Constant, Effect, Group, Values
 from estimator.experiment import Experiment
 from estimator.fem.problem import RetractionProblem
-from estimator.fem.softening import Softening, SofteningPart
+from estimator.fem.softening import ContinuumDamage, PseudoElastic, Softening, SofteningLaw, SofteningPart
 from estimator.fem.terms import Term
 from estimator.materials.material import Material
 
@@ -18,10 +18,11 @@ _RELATIVE_WIDTH = Constant("relative_width", "1", (0.2, 0.7), lower=0.02, upper=
 
 
 class StressSoftening(Effect):
-    """The model of Ogden and Roxburgh.
+    """Stress that is lost for good with the largest energy reached.
 
-    ``depth`` is their 1/r. The energy over which the softening develops is a share of Young's modulus (their m), or of
-    the largest energy at the same point (β of Abaqus), as ``width`` says.
+    ``depth`` is the largest share of it: 1/r of Ogden and Roxburgh, d of continuum damage. The energy over which the
+    softening develops is a share of Young's modulus (their m), or of the largest energy at the same point (β of
+    Abaqus), as ``width`` says.
 
     Parameters
     ----------
@@ -48,17 +49,27 @@ class StressSoftening(Effect):
         self, problem: RetractionProblem, material: Material, experiment: Experiment, values: Values
     ) -> tuple[Term, ...]:
         """Return what the softening takes from the stress."""
-        depth = values[_DEPTH.name]
-        if not depth:
+        if not values[_DEPTH.name]:
             return ()
+        return (Softening.virgin(problem.body, material, self._part, self._law(material, values)),)
+
+    def _law(self, material: Material, values: Values) -> SofteningLaw:
         width_pa = material.youngs_modulus * values.get(_WIDTH.name, 0.0)
-        relative = values.get(_RELATIVE_WIDTH.name, 0.0)
-        return (Softening.virgin(problem.body, material, self._part, depth, width_pa, relative),)
+        return PseudoElastic(values[_DEPTH.name], width_pa, values.get(_RELATIVE_WIDTH.name, 0.0))
+
+
+class Damage(StressSoftening):
+    """Softening by which the virgin curve bends too, since the tissue is damaged as soon as it is strained."""
+
+    def _law(self, material: Material, values: Values) -> SofteningLaw:
+        return ContinuumDamage(values[_DEPTH.name], material.youngs_modulus * values[_WIDTH.name])
 
 
 STRESS_SOFTENING = (
     StressSoftening("absolute_width", _WIDTH),
     StressSoftening("relative_width", _RELATIVE_WIDTH),
+    Damage("damage", _WIDTH),
     StressSoftening("absolute_isochoric", _WIDTH, "isochoric", "absolute_width"),
     StressSoftening("relative_isochoric", _RELATIVE_WIDTH, "isochoric", "relative_width"),
+    Damage("damage_isochoric", _WIDTH, "isochoric", "damage"),
 )

@@ -3,6 +3,7 @@
 import shutil
 import tomllib
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from estimator.blind.making.noise import NOISE_KINDS, NoiseKind, with_noise
 from estimator.blind.making.plan import deck_size, plan
 from estimator.blind.making.retraction import KINDS, Manner, rows_of
 from estimator.blind.making.setup import SENSOR, draw_setup
+from estimator.blind.making.sizing import Pilot
 from estimator.errors import InputError
 from estimator.experiment import read_case
 from estimator.experiment.model import TrajectoryKind
@@ -102,6 +104,17 @@ def test_a_set_can_be_broken_off_and_comes_out_the_same(tmp_path: Path) -> None:
     shutil.rmtree(out / "case002")
     assert make() == (("case002",), ("case001",))
     assert table.read_bytes() == before
+
+
+def test_a_region_stands_out_in_proportion_to_how_much_stiffer_it_is() -> None:
+    # And not by the finer mesh that it is solved on.
+    setup = replace(draw_setup(np.random.default_rng(3), ()), order=("pull",))
+    form = next(form for form in FORMS["inhomogeneity"] if form.name == "stiff_ball")
+    pilot = Pilot(setup)
+    slight, double = (
+        pilot.sigma(form.draw(np.random.default_rng(5), size, setup.mechanics)) for size in (0.02, 0.04)
+    )
+    assert double == pytest.approx(2 * slight, rel=0.1)
 
 
 def test_answers_among_the_cases_are_refused(tmp_path: Path) -> None:

@@ -10,7 +10,13 @@ from scipy.optimize import lsq_linear
 from scipy.stats import multivariate_normal
 
 from estimator.diagnosis.discrepancy import Discrepancy, ModelError, forgiven
-from estimator.diagnosis.evidence import LinearModel, bounded_minimum, log_evidence
+from estimator.diagnosis.evidence import (
+    LinearModel,
+    bounded_minimum,
+    log_evidence,
+    unknown_evidence,
+    with_floor_borne_out,
+)
 from estimator.diagnosis.judgement import best_of, credible_set, log_priors, probabilities
 from estimator.diagnosis.multiplicity import among_tests
 from estimator.diagnosis.noise import noise_of
@@ -65,6 +71,35 @@ def test_the_evidence_of_a_linear_effect_is_that_of_the_joint_normal() -> None:
 
     expected = exact([wide, wide, scale], columns) - exact([wide, wide], columns[:, :2])
     assert gain == pytest.approx(expected, abs=1e-3)
+
+
+def smooth_misfits(
+    rng: np.random.Generator, largest_floor: float
+) -> tuple[ModelError, FloatArray, FloatArray]:
+    """Return the error of a model whose misfit would lie along 30 of 400 directions, those, and the derivatives."""
+    directions, columns = orthonormal(rng, 400, 30), rng.normal(size=(400, 2))
+    process = Discrepancy((directions, np.zeros((400, 0))), (np.full(30, 400 / 30), np.zeros(0)))
+    return ModelError((process,), (largest_floor, largest_floor)), directions, columns
+
+
+def test_noise_alone_is_not_unknown_however_large_an_error_the_model_is_taken_to_have() -> None:
+    rng = np.random.default_rng(6)
+    error, _, columns = smooth_misfits(rng, largest_floor=4.0)
+    baseline = linear(rng.normal(size=400), columns, np.array([np.inf, np.inf]))
+    lowered = with_floor_borne_out(error, baseline)
+    assert lowered.floor[0] < 0.1 * error.floor[0]
+    assert unknown_evidence(baseline, lowered) < log_evidence(baseline, lowered, lowered.floor)
+    assert unknown_evidence(baseline, error) < log_evidence(baseline, lowered, lowered.floor)
+
+
+def test_a_misfit_beyond_the_floor_is_unknown_and_leaves_the_floor_where_it_was() -> None:
+    rng = np.random.default_rng(7)
+    error, directions, columns = smooth_misfits(rng, largest_floor=0.3)
+    misfit = directions @ rng.normal(0.0, 2.0 * np.sqrt(400 / 30), size=30)
+    baseline = linear(rng.normal(size=400) + misfit, columns, np.array([np.inf, np.inf]))
+    lowered = with_floor_borne_out(error, baseline)
+    assert lowered.floor[0] == error.floor[0]
+    assert unknown_evidence(baseline, lowered) > log_evidence(baseline, lowered, lowered.floor) + 20.0
 
 
 @pytest.mark.parametrize("seed", range(8))

@@ -28,7 +28,7 @@ from estimator.materials.material import Material, make_material
 from estimator.materials.veronda_westmann import VerondaWestmann
 
 ONE_TERM, TWO_TERMS, WHOLE = VISCOELASTICITY
-ABSOLUTE, RELATIVE, ABSOLUTE_ISOCHORIC, _ = STRESS_SOFTENING
+ABSOLUTE, RELATIVE, DAMAGE, ABSOLUTE_ISOCHORIC, *_ = STRESS_SOFTENING
 EXPONENTIAL = make_material(VerondaWestmann(), 1e4, 0.45, (0.8, 0.3))
 
 PRESENT: list[tuple[Effect, dict[str, float]]] = [
@@ -46,6 +46,7 @@ PRESENT: list[tuple[Effect, dict[str, float]]] = [
     (WHOLE, {"relaxing_share_1": 0.4, "relaxation_time_1": 10.0}),
     (ABSOLUTE, {"depth": 0.3, "width_over_modulus": 0.01}),
     (RELATIVE, {"depth": 0.3, "relative_width": 0.5}),
+    (DAMAGE, {"depth": 0.3, "width_over_modulus": 0.01}),
     (ABSOLUTE_ISOCHORIC, {"depth": 0.3, "width_over_modulus": 0.01}),
     (PERMANENT_SET, {"share": 0.1}),
 ]
@@ -224,6 +225,26 @@ def test_the_depth_of_softening_is_that_of_ogden_and_roxburgh() -> None:
     np.testing.assert_allclose(
         term.forces(rest, response_to(rest)), -0.3 * virgin.forces(rest, own), rtol=1e-6, atol=1e-13
     )
+
+
+def test_damaged_tissue_is_a_softer_one_below_the_largest_strain() -> None:
+    depth = 0.3
+    past, later = smooth_field(0.2), smooth_field(0.1)
+    term = term_of(DAMAGE, {"depth": depth, "width_over_modulus": 1e-4}).after(past, response_to(past))
+    # The width is so small that all of it is lost wherever there was strain: what is left is (1 − d) of the stress.
+    whole = term_of(DAMAGE, {"depth": 1.0, "width_over_modulus": 1e-9}).after(past, response_to(past))
+    lost, all_there_is = (one.forces(later, response_to(later)) for one in (term, whole))
+    scale = np.abs(all_there_is).max()
+    np.testing.assert_allclose(lost, depth * all_there_is, rtol=0.0, atol=0.02 * scale)
+
+
+def test_damage_bends_the_virgin_curve_and_the_way_back_is_straighter() -> None:
+    values = {"depth": 0.4, "width_over_modulus": 0.01}
+    pulls, _, _ = driven(pulled_to(5.0, 10.0, 5.0), (term_of(DAMAGE, values),))
+    virgin, _, _ = driven(pulled_to(5.0, 10.0))
+    shares = np.array(pulls) / np.array([*virgin, virgin[0]])
+    assert shares[1] < shares[0] < 1.0
+    assert shares[2] < shares[0]
 
 
 def test_a_set_shows_after_unloading_and_stays() -> None:

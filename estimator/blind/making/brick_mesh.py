@@ -17,6 +17,8 @@ ELEMENT = felupe.QuadraticHexahedron()
 _CELL_RULE = felupe.GaussLegendre(order=1, dim=3)
 _FULL_RULE = felupe.GaussLegendre(order=2, dim=3)
 _FACE_RULE = felupe.GaussLegendre(order=2, dim=2)
+# A break closer than this to a face of the block makes no plane, m.
+NEAREST_TO_A_FACE = 1e-4
 _AXIS = {"x": 0, "y": 1, "z": 2}
 
 
@@ -171,9 +173,8 @@ def _graded_line(
     lower: float, upper: float, breaks: Sequence[Break], largest: float, growth: float
 ) -> FloatArray:
     inner = [b for b in breaks if lower - 1e-9 <= b.at <= upper + 1e-9]
-    planes = np.unique(
-        np.round([lower, *(b.at for b in inner if lower + 1e-4 < b.at < upper - 1e-4), upper], 9)
-    )
+    first, last = lower + NEAREST_TO_A_FACE, upper - NEAREST_TO_A_FACE
+    planes = np.unique(np.round([lower, *(b.at for b in inner if first < b.at < last), upper], 9))
     samples = np.linspace(lower, upper, 4001)
     wanted = np.full(len(samples), largest)
     for b in inner:
@@ -181,9 +182,9 @@ def _graded_line(
     cells = np.concatenate([[0.0], np.cumsum(np.diff(samples) * (1 / wanted[1:] + 1 / wanted[:-1]) / 2)])
     lines = [np.array([lower])]
     for start, end in pairwise(planes):
-        first, last = np.interp([start, end], samples, cells)
-        count = max(int(np.ceil(last - first - 0.2)), 1)
-        inside = np.interp(np.linspace(first, last, count + 1)[1:], cells, samples)
+        before, after = np.interp([start, end], samples, cells)
+        count = max(int(np.ceil(after - before - 0.2)), 1)
+        inside = np.interp(np.linspace(before, after, count + 1)[1:], cells, samples)
         inside[-1] = end
         lines.append(inside)
     return np.concatenate(lines)

@@ -91,6 +91,14 @@ class Mechanics:
         """Refine the mesh."""
         return replace(self, breaks=((*self.breaks[0], *x), (*self.breaks[1], *y)))
 
+    def meshed_like(self, other: "Mechanics") -> "Mechanics":
+        """Mesh this body where another one is refined, so that the two differ by no error of their meshes.
+
+        The grasp's own edges stay where they are: the solution is singular there, and only equal distances to the next
+        planes make equal errors.
+        """
+        return replace(self, breaks=other.breaks, has_region=other.has_region)
+
 
 @dataclass(frozen=True)
 class Readings:

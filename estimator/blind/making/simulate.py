@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from estimator.blind.making.body import Body
-from estimator.blind.making.brick_mesh import Break, BrickMesh, brick_mesh
+from estimator.blind.making.brick_mesh import NEAREST_TO_A_FACE, Break, BrickMesh, brick_mesh
 from estimator.blind.making.equilibrium import HeldBody, Pose, Solver, State, along
 from estimator.blind.making.response import Instant, Material
 from estimator.blind.making.retraction import GRIPPER_AT_REST, Rows
@@ -111,7 +111,10 @@ def held_body(mechanics: Mechanics, resolution: Resolution) -> HeldBody:
     body = Body(mesh)
     x, y, _ = mesh.grid.T
     shift_x, shift_y = mechanics.grasp_shift
-    gripped = (x > GRASP_X[0] + shift_x - _TOUCH) & (x < GRASP_X[1] + shift_x + _TOUCH)
+    end = GRASP_X[1] + shift_x
+    # The mesh has no plane so close to its face, which then is the end of the grasp.
+    end = SIZE[0] / 2 if abs(end - SIZE[0] / 2) < NEAREST_TO_A_FACE else end
+    gripped = (x > GRASP_X[0] + shift_x - _TOUCH) & (x < end + _TOUCH)
     gripped &= (y > GRASP_Y[0] + shift_y - _TOUCH) & (y < GRASP_Y[1] + shift_y + _TOUCH)
     points = body.gauss_points
     stiffness = np.ones(len(points))

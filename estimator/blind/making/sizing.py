@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.blind.making.scene import Drawn, Form, Readings, Scene
+from estimator.blind.making.scene import Drawn, Form, Mechanics, Readings, Scene
 from estimator.blind.making.setup import SENSOR, Setup
 from estimator.blind.making.simulate import PILOT, Carried, carry_out, read
 from estimator.errors import SolverError
@@ -54,8 +54,9 @@ class Pilot:
         softer = replace(law, poisson_ratio=law.poisson_ratio - _POISSON_STEP)
         other = self._run(Scene(replace(setup.mechanics, law=softer)))
         scene = Scene(setup.mechanics)
-        self._origin = self._vector(read(scene, self._base), scene)
-        by_poisson = self._vector(read(scene, other), scene) - self._origin
+        origin = self._vector(read(scene, self._base), scene)
+        self._origins = {_refinement(setup.mechanics): origin}
+        by_poisson = self._vector(read(scene, other), scene) - origin
         # Forces are in proportion to E, and places do not depend on it.
         by_modulus = self._vector(read(scene, self._base), scene, beads=0.0)
         self._imitable, _ = np.linalg.qr(np.column_stack([by_poisson, by_modulus]))
@@ -71,9 +72,17 @@ class Pilot:
         scene = drawn.change(Scene(self._setup.mechanics))
         same = scene.mechanics is self._setup.mechanics
         carried = self._base if same else self._run(scene)
-        difference = self._vector(read(scene, carried), scene) - self._origin
+        difference = self._vector(read(scene, carried), scene) - self._origin_on_mesh_of(scene.mechanics)
         left = difference - self._imitable @ (self._imitable.T @ difference)
         return float(np.linalg.norm(left))
+
+    def _origin_on_mesh_of(self, mechanics: Mechanics) -> FloatArray:
+        """Return what the body without an effect shows, solved with the errors of this one's mesh."""
+        refinement = _refinement(mechanics)
+        if refinement not in self._origins:
+            scene = Scene(self._setup.mechanics.meshed_like(mechanics))
+            self._origins[refinement] = self._vector(read(scene, self._run(scene)), scene)
+        return self._origins[refinement]
 
     def _run(self, scene: Scene) -> Carried:
         return carry_out(scene.mechanics, self._setup.experiments, self._setup.beads, PILOT)
@@ -86,6 +95,10 @@ class Pilot:
             parts.append((reading.wrench / stds).reshape(-1))
             parts.append(beads * ((reading.beads - rest) / SENSOR.fiducial_std).reshape(-1))
         return np.concatenate(parts)
+
+
+def _refinement(mechanics: Mechanics) -> tuple[object, ...]:
+    return mechanics.breaks, mechanics.has_region
 
 
 def stated_rest(setup: Setup, scene: Scene, readings: Sequence[Readings]) -> FloatArray:
