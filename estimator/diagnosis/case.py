@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.hypothesis import Coordinate, Hypothesis, coordinates
-from estimator.diagnosis.loads import Perturbation, acts_on_tissue
+from estimator.diagnosis.loads import acts_on_tissue
 from estimator.diagnosis.passage import KnownFields, Mechanics, mechanics_of, solve_case
+from estimator.diagnosis.perturbation import Perturbation
 from estimator.diagnosis.prediction import channels, derivatives, predicted_readings
 from estimator.diagnosis.result import DeformedMesh
 from estimator.diagnosis.whitening import Whitening

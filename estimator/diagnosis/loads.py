@@ -7,56 +7,22 @@ moves the field by −K⁻¹ δf: one back-substitution with the factor at hand,
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from estimator.diagnosis.answers import changes_by_loads, linear_answers, stations
 from estimator.diagnosis.chain import TermChain
 from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.passage import Mechanics, Passage, reported_motion
+from estimator.diagnosis.passage import Mechanics, reported_motion
+from estimator.diagnosis.perturbation import MechanicalChange, Perturbation, no_change, overrides
 from estimator.effects.effect import Effect
-from estimator.fem.body import nodal_forces, respond, stress_of
-from estimator.fem.equilibrium import EquilibriumSolver, EquilibriumState, rigid_modes
-from estimator.fem.observation import interpolate
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.body import stress_of
+from estimator.fem.equilibrium import EquilibriumSolver, rigid_modes
 
 FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Perturbation:
-    """A hypothesis a small step away from another.
-
-    Attributes
-    ----------
-    name : what is perturbed
-    to : the perturbed hypothesis
-    effect : the effect whose parameter it is; None for E and ν
-    step : size of the perturbation, internal units
-    """
-
-    name: str
-    to: Hypothesis
-    effect: Effect | None
-    step: float
-
-
-@dataclass(frozen=True)
-class MechanicalChange:
-    """The change of one experiment's mechanics, row by row.
-
-    Attributes
-    ----------
-    wrench : (n, 6) N, N·m
-    fiducials : (n, m, 3) m
-    motion : (n, 6) translation (m) and rotation vector (rad) of the gripper
-    """
-
-    wrench: FloatArray
-    fiducials: FloatArray
-    motion: FloatArray
 
 
 def all_mechanical_changes(
@@ -64,73 +30,68 @@ def all_mechanical_changes(
 ) -> list[list[MechanicalChange] | None]:
     """Return the change of every experiment's mechanics under each perturbation; None where only sensors change."""
     fields = [
-        k for k, p in enumerate(perturbations) if p.effect is not None and _overrides(p.effect, "log_modulus")
+        k for k, p in enumerate(perturbations) if p.effect is not None and overrides(p.effect, "log_modulus")
     ]
-    found: list[list[MechanicalChange] | None] = [
-        None if k in fields else _mechanical_changes(mechanics, hypothesis, perturbation)
-        for k, perturbation in enumerate(perturbations)
-    ]
+    rest = [k for k in range(len(perturbations)) if k not in fields]
+    found: list[list[MechanicalChange] | None] = [None] * len(perturbations)
+    changes = _mechanical_changes(mechanics, hypothesis, [perturbations[k] for k in rest])
+    for k, change in zip(rest, changes, strict=True):
+        found[k] = change
     if fields:
         log_factors = np.array(
             [_change_of_log_modulus(mechanics, hypothesis, perturbations[k]) for k in fields]
         )
-        changes = modulus_changes(mechanics, log_factors)
+        by_fields = modulus_changes(mechanics, log_factors)
         for at, k in enumerate(fields):
             found[k] = [
-                replace(_no_change(one.passage), wrench=wrench[at], fiducials=fiducials[at])
-                for one, (wrench, fiducials) in zip(mechanics, changes, strict=True)
+                replace(no_change(one.passage), wrench=wrench[at], fiducials=fiducials[at])
+                for one, (wrench, fiducials) in zip(mechanics, by_fields, strict=True)
             ]
     return found
 
 
 def _mechanical_changes(
-    mechanics: Sequence[Mechanics], hypothesis: Hypothesis, perturbation: Perturbation
+    mechanics: Sequence[Mechanics], hypothesis: Hypothesis, perturbations: Sequence[Perturbation]
+) -> list[list[MechanicalChange] | None]:
+    found: list[list[MechanicalChange] | None] = [None] * len(perturbations)
+    by_loads = []
+    for k, perturbation in enumerate(perturbations):
+        effect = perturbation.effect
+        if effect is not None and not acts_on_tissue(effect):
+            continue
+        if effect is None and not any(acts_on_tissue(present) for present in hypothesis.effects):
+            found[k] = [_by_material(one, hypothesis, perturbation.to) for one in mechanics]
+        elif effect is not None and not effect.keeps_pattern:
+            found[k] = _by_newton_steps(mechanics, perturbation.to)
+        else:
+            by_loads.append(k)
+    changes = changes_by_loads(mechanics, hypothesis, [perturbations[k] for k in by_loads])
+    for k, change in zip(by_loads, changes, strict=True):
+        found[k] = change
+    return [
+        _with_motion(mechanics, hypothesis, perturbation, change)
+        for perturbation, change in zip(perturbations, found, strict=True)
+    ]
+
+
+def _with_motion(
+    mechanics: Sequence[Mechanics],
+    hypothesis: Hypothesis,
+    perturbation: Perturbation,
+    changes: list[MechanicalChange] | None,
 ) -> list[MechanicalChange] | None:
     effect = perturbation.effect
-    if effect is not None and not acts_on_tissue(effect):
-        return None
-    if effect is None and not any(acts_on_tissue(present) for present in hypothesis.effects):
-        return [_by_material(one, hypothesis, perturbation.to) for one in mechanics]
-    if effect is not None and not effect.keeps_pattern:
-        changes = _by_newton_steps(mechanics, perturbation.to)
-    else:
-        changes = _by_loads(mechanics, hypothesis, perturbation)
-    if _overrides(effect, "motion") if effect is not None else hypothesis.effects:
-        changes = [_moved(one, perturbation.to, c) for one, c in zip(mechanics, changes, strict=True)]
-    return changes
+    acting = (
+        overrides(effect, "motion") if effect is not None else any(map(acts_on_tissue, hypothesis.effects))
+    )
+    if changes is None or not acting:
+        return changes
+    return [_moved(one, perturbation.to, c) for one, c in zip(mechanics, changes, strict=True)]
 
 
 def acts_on_tissue(effect: Effect) -> bool:
     """Tell whether an effect changes the mechanics, not only what the sensors make of them."""
-    return any(_overrides(effect, hook) for hook in ("material", "problem", "log_modulus", "terms", "motion"))
-
-
-def _overrides(effect: Effect, hook: str) -> bool:
-    return getattr(type(effect), hook) is not getattr(Effect, hook)
-
-
-@dataclass(frozen=True)
-class _Station:
-    """A time at which the terms are evaluated: a visit, or a row of it where the tissue changes at rest."""
-
-    state: EquilibriumState
-    elapsed_s: float
-    rows: slice
-
-
-def _stations(passage: Passage, rate_dependent: bool) -> list[_Station]:
-    visits = passage.visits
-    if rate_dependent:
-        times = visits.experiment.time
-        starts = np.arange(len(times))
-    else:
-        times, starts = visits.time, np.searchsorted(visits.of_row, np.arange(len(visits)))
-    ends = [*starts[1:], len(visits.of_row)]
-    elapsed = np.diff(times, prepend=times[0])
-    return [
-        _Station(passage.states[visits.of_row[start]], float(seconds), slice(start, end))
-        for start, end, seconds in zip(starts, ends, elapsed, strict=True)
-    ]
+    return any(overrides(effect, hook) for hook in ("material", "problem", "log_modulus", "terms", "motion"))
 
 
 def modulus_changes(
@@ -163,7 +124,7 @@ def modulus_changes(
             of_elements = np.einsum("peq,eqx->epx", log_factors, shares, optimize=True)
             blocks = of_elements.reshape(*of_elements.shape[:2], -1, 3).transpose(0, 2, 1, 3)
             loads = (gather @ blocks.reshape(len(nodes), -1)).reshape(count, -1, 3).transpose(0, 2, 1)
-            wrench, moved = _linear_answers(problem, state, loads.reshape(3 * count, -1))
+            wrench, moved = linear_answers(problem, state, loads.reshape(3 * count, -1))
             wrenches.append(wrench)
             fiducials.append(moved)
         rows = passage.visits.of_row
@@ -171,79 +132,6 @@ def modulus_changes(
             (np.moveaxis(np.array(wrenches), 2, 0)[:, rows], np.moveaxis(np.array(fiducials), 3, 0)[:, rows])
         )
     return result
-
-
-def _by_loads(
-    mechanics: Sequence[Mechanics], hypothesis: Hypothesis, perturbation: Perturbation
-) -> list[MechanicalChange]:
-    effect, to = perturbation.effect, perturbation.to
-    passages = [one.passage for one in mechanics]
-    material = to.material()
-    new_material = effect is None or _overrides(effect, "material")
-    new_problem = effect is not None and _overrides(effect, "problem")
-    problem = to.problem(passages[0].baseline) if new_problem else passages[0].problem
-    terms_matter = bool(hypothesis.effects) or (effect is not None and _overrides(effect, "terms"))
-    before, after = TermChain(hypothesis), TermChain(to)
-    result = []
-    for passage in passages:
-        change = _no_change(passage)
-        if not (new_material or new_problem or terms_matter):
-            result.append(change)
-            continue
-        before.begin(passage.problem, passage.visits.experiment)
-        after.begin(problem, passage.visits.experiment)
-        for station in _stations(passage, to.rate_dependent):
-            state = station.state
-            displacement, response = state.displacement, state.response
-            load = np.zeros_like(displacement)
-            if new_problem:
-                gripped = problem.gripped
-                displacement = displacement.copy()
-                displacement[gripped] = (
-                    problem.gripped_positions(state.pose) - problem.body.mesh.points[gripped]
-                )
-            if new_problem or new_material:
-                response = respond(problem.body, material, displacement)
-                load += nodal_forces(problem.body, response, response.slope)
-                load -= nodal_forces(passage.problem.body, state.response, state.response.slope)
-            if terms_matter:
-                load += after.forces(station.elapsed_s, displacement, response)
-                load -= before.forces(station.elapsed_s, state.displacement, state.response)
-            wrench, fiducials = _answer(passage.problem, problem, state, displacement, load)
-            change.wrench[station.rows] = wrench
-            change.fiducials[station.rows] = fiducials
-        result.append(change)
-    return result
-
-
-def _answer(
-    problem: RetractionProblem,
-    changed: RetractionProblem,
-    state: EquilibriumState,
-    displacement: FloatArray,
-    load: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Return the change of wrench and fiducials once the nodal forces have changed by ``load`` (n, 3)."""
-    wrenches, moved = _linear_answers(problem, state, load.reshape(-1, 1))
-    wrench, fiducials = wrenches[:, 0], moved[:, :, 0]
-    if changed is not problem:
-        reaction = state.forces[problem.gripped].reshape(-1)
-        wrench -= (rigid_modes(changed, state.pose) - rigid_modes(problem, state.pose)).T @ reaction
-        fiducials += changed.fiducial_positions(displacement, state.pose)
-        fiducials -= problem.fiducial_positions(state.displacement, state.pose)
-    return wrench, fiducials
-
-
-def _linear_answers(
-    problem: RetractionProblem, state: EquilibriumState, loads: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return the changes of wrench (6, k) and fiducials (m, 3, k) by changes of the nodal forces (3n, k)."""
-    free, gripped = problem.pattern.free, problem.gripped
-    motion = np.zeros(loads.shape)
-    motion[free] = -state.tangent.free.solve(loads[free])
-    held = loads.reshape(-1, 3, loads.shape[1])[gripped].reshape(-1, loads.shape[1])
-    held = held + state.tangent.gripped_free @ motion[free]
-    return -rigid_modes(problem, state.pose).T @ held, interpolate(problem, motion)
 
 
 def _change_of_log_modulus(
@@ -268,9 +156,9 @@ def _by_newton_steps(mechanics: Sequence[Mechanics], to: Hypothesis) -> list[Mec
     chain = TermChain(to)
     result = []
     for passage, one in zip(passages, mechanics, strict=True):
-        change = _no_change(passage)
+        change = no_change(passage)
         chain.begin(changed, passage.visits.experiment)
-        for station in _stations(passage, to.rate_dependent):
+        for station in stations(passage, to.rate_dependent):
             state = station.state
             terms = chain.at(station.elapsed_s)
             displacement, forces = solver.newton_step(
@@ -297,7 +185,7 @@ def _by_material(one: Mechanics, hypothesis: Hypothesis, to: Hypothesis) -> Mech
         change = getattr(to, name) - getattr(hypothesis, name)
         wrench += change * np.array([o.wrench_by[name] for o in one.observations])
         fiducials += change * np.array([o.fiducials_by[name] for o in one.observations])
-    return replace(_no_change(one.passage), wrench=wrench[rows], fiducials=fiducials[rows])
+    return replace(no_change(one.passage), wrench=wrench[rows], fiducials=fiducials[rows])
 
 
 def _moved(one: Mechanics, to: Hypothesis, change: MechanicalChange) -> MechanicalChange:
@@ -312,8 +200,3 @@ def _moved(one: Mechanics, to: Hypothesis, change: MechanicalChange) -> Mechanic
     return MechanicalChange(
         change.wrench + wrench[rows], change.fiducials + fiducials[rows], change.motion + shift[rows]
     )
-
-
-def _no_change(passage: Passage) -> MechanicalChange:
-    rows, beads = len(passage.visits.of_row), len(passage.problem.fiducials_rest)
-    return MechanicalChange(np.zeros((rows, 6)), np.zeros((rows, beads, 3)), np.zeros((rows, 6)))

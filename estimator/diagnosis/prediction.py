@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.loads import MechanicalChange, Perturbation, all_mechanical_changes
+from estimator.diagnosis.loads import all_mechanical_changes
 from estimator.diagnosis.passage import Mechanics
+from estimator.diagnosis.perturbation import MechanicalChange, Perturbation
 from estimator.effects.effect import Readings
 
 FloatArray = NDArray[np.float64]

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.case import Case, whitened_derivatives
 from estimator.diagnosis.hypothesis import Coordinate, Hypothesis, coordinates
-from estimator.diagnosis.loads import Perturbation
 from estimator.diagnosis.passage import Mechanics
+from estimator.diagnosis.perturbation import Perturbation
 from estimator.diagnosis.prediction import predicted_readings
 from estimator.effects.effect import Effect
 

@@ -14,6 +14,7 @@ which S changes linearly
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal, Self
 
 import numpy as np
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 
 from estimator.fem.body import Body, Response, forces_of_stress, nodal_forces, stiffness
 from estimator.fem.kernels import element_stiffness
-from estimator.fem.stress_terms import geometric_stiffness, isochoric_energy, second_piola
+from estimator.fem.stress_terms import geometric_stiffness, isochoric_energy, isochoric_slope, second_piola
 from estimator.fem.terms import TermStiffness
 from estimator.materials.material import Material
 
@@ -92,21 +93,23 @@ class Relaxation:
         x = np.maximum(self.seconds / self.times_s, np.finfo(float).tiny)
         return np.asarray(-np.expm1(-x) / x)
 
-    @property
+    @cached_property
     def _gain(self) -> float:
         """How many times the present stress is added."""
         return float(self.shares @ self._lag)
 
-    @property
+    @cached_property
     def _remembered(self) -> FloatArray:
         """Return what is added whatever the present stress, (e, q, 3, 3)."""
-        decayed = np.tensordot(self.shares * self._decay, self.memory, axes=1)
-        return np.asarray(decayed - self._gain * self.last)
+        remembered = -self._gain * self.last
+        for share, memory in zip(self.shares * self._decay, self.memory, strict=True):
+            remembered += share * memory
+        return remembered
 
     def _slope(self, response: Response) -> FloatArray:
         if self.part == "whole":
             return response.slope
-        return isochoric_energy(self.material, response).slope
+        return isochoric_slope(self.material, response)
 
     def _part_stiffness(self, response: Response) -> FloatArray:
         if self.part == "whole":

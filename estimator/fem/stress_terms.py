@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.fem.body import Body, Response
+from estimator.fem.kernels import invariants
+from estimator.materials.law import EnergyDerivatives
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
@@ -46,17 +48,9 @@ def isochoric_energy(material: Material, response: Response) -> PartialEnergy:
     The law's w at the invariants J^(−2/3) I1 and J^(−4/3) I2 of the isochoric part of C, and J = 1 (P. J. Flory, Trans.
     Faraday Soc. 57 (1961) 829).
     """
-    c = np.swapaxes(response.F, -1, -2) @ response.F
-    i1 = np.trace(c, axis1=-2, axis2=-1)
-    i2 = 0.5 * (i1**2 - np.sum(c * c, axis=(-2, -1)))
-    j = np.linalg.det(response.F)
-    a, b = j ** (-2 / 3), j ** (-4 / 3)
-    law = material.law.derivatives((a * i1).ravel(), (b * i2).ravel(), np.ones(j.size), material.shape)
-    w1, w2, _ = law.first.reshape(3, *j.shape)
-    w11, w12, _, w22, _, _ = law.second.reshape(6, *j.shape)
-    # derivatives of the isochoric invariants by J
-    p, q = -2 / 3 * a * i1 / j, -4 / 3 * b * i2 / j
-    slope = np.array([a * w1, b * w2, p * w1 + q * w2])
+    at = _isochoric_invariants(material, response)
+    w1, w2, a, b, p, q, j = at.w1, at.w2, at.a, at.b, at.p, at.q, at.j
+    w11, w12, _, w22, _, _ = at.law.second.reshape(6, *j.shape)
     curvature = np.array(
         [
             a * a * w11,
@@ -68,7 +62,39 @@ def isochoric_energy(material: Material, response: Response) -> PartialEnergy:
         ]
     )
     mu = material.lame[0]
-    return PartialEnergy(mu * law.value.reshape(j.shape), mu * slope, mu * curvature)
+    return PartialEnergy(mu * at.law.value.reshape(j.shape), mu * at.slope, mu * curvature)
+
+
+def isochoric_slope(material: Material, response: Response) -> FloatArray:
+    """Return the first derivatives (3, e, q) of that energy alone, which cost a third."""
+    return material.lame[0] * _isochoric_invariants(material, response).slope
+
+
+@dataclass(frozen=True)
+class _Isochoric:
+    """The law at the isochoric invariants a·I1 and b·I2: its derivatives, and theirs by J."""
+
+    law: EnergyDerivatives
+    w1: FloatArray
+    w2: FloatArray
+    a: FloatArray
+    b: FloatArray
+    p: FloatArray
+    q: FloatArray
+    j: FloatArray
+
+    @property
+    def slope(self) -> FloatArray:
+        return np.array([self.a * self.w1, self.b * self.w2, self.p * self.w1 + self.q * self.w2])
+
+
+def _isochoric_invariants(material: Material, response: Response) -> _Isochoric:
+    i1, i2, j = invariants(response.F)
+    a = j ** (-2 / 3)
+    b = a * a
+    law = material.law.derivatives((a * i1).ravel(), (b * i2).ravel(), np.ones(j.size), material.shape)
+    w1, w2, _ = law.first.reshape(3, *j.shape)
+    return _Isochoric(law, w1, w2, a, b, -2 / 3 * a * i1 / j, -4 / 3 * b * i2 / j, j)
 
 
 def second_piola(F: FloatArray, slope: FloatArray) -> FloatArray:

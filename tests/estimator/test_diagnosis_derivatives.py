@@ -10,8 +10,8 @@ from retraction_cases import REFERENCE_BLOCK, straight_pull, turning_pull, with_
 from scipy.spatial.transform import Rotation
 
 from estimator.diagnosis.hypothesis import Hypothesis, coordinates
-from estimator.diagnosis.loads import Perturbation
 from estimator.diagnosis.passage import Mechanics, mechanics_of, solve_case
+from estimator.diagnosis.perturbation import Perturbation
 from estimator.diagnosis.prediction import channels, derivatives, predicted_readings
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect
