@@ -106,6 +106,16 @@ def timed(run: Callable[[], T]) -> tuple[T, Timing]:
 
 def fastest(run: Callable[[], object], repeats: int) -> Timing:
     """Return the shortest times of a run, after one that is not counted."""
-    run()
-    timings = [timed(run)[1] for _ in range(repeats)]
-    return Timing(min(t.wall_s for t in timings), min(t.cpu_s for t in timings))
+    return fastest_of_each((run,), repeats)[0]
+
+
+def fastest_of_each(runs: Sequence[Callable[[], object]], repeats: int) -> list[Timing]:
+    """Return the shortest times of runs that take turns, so that each has its share of a machine's good moments.
+
+    A first turn is not counted.
+    """
+    turns = [[timed(run)[1] for run in runs] for _ in range(repeats + 1)][1:]
+    return [
+        Timing(min(t.wall_s for t in of_one), min(t.cpu_s for t in of_one))
+        for of_one in zip(*turns, strict=True)
+    ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -103,6 +104,12 @@ class EquilibriumSolver:
         self.problem = problem
         self.settings = settings or NewtonSettings()
         self._assembler = TangentAssembler(problem.pattern)
+
+    def with_settings(self, settings: NewtonSettings) -> EquilibriumSolver:
+        """Return a solver with other settings that shares the symbolic factorisation."""
+        other = copy(self)
+        other.settings = settings
+        return other
 
     def rest(self, material: Material) -> EquilibriumState:
         """Return the unloaded state; no term acts."""

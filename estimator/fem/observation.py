@@ -8,7 +8,7 @@ motion of the gripper
 one back-substitution a parameter with the factor at hand (Michaleris, Tortorelli & Vidal 1994, section 2).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,6 +69,20 @@ def observe(problem: RetractionProblem, state: EquilibriumState) -> Observation:
         by_pose,
         _fiducial_motion_by_pose(problem, state, modes),
         dict(zip(loads, motions.T, strict=True)),
+    )
+
+
+def at_modulus(observation: Observation, before: float, after: float) -> Observation:
+    """Return the observation once Young's modulus has changed, Pa: forces are proportional to it, motions stay."""
+    ratio = after / before
+    wrench_by = {name: ratio * slope for name, slope in observation.wrench_by.items()}
+    # The force per unit of the modulus is what it was.
+    wrench_by["youngs_modulus"] = observation.wrench_by["youngs_modulus"]
+    return replace(
+        observation,
+        wrench=ratio * observation.wrench,
+        wrench_by=wrench_by,
+        wrench_by_pose=ratio * observation.wrench_by_pose,
     )
 
 

@@ -66,8 +66,13 @@ class Outcome:
         return low <= self.truth[name] <= high
 
 
-def data_set(seed: int) -> tuple[dict[str, float], Experiment]:
-    """Return true parameter values and an experiment on the phantom that has them."""
+def data_set(seed: int, noise: float = 1.0) -> tuple[dict[str, float], Experiment]:
+    """Return true parameter values and an experiment on the phantom that has them.
+
+    Parameters
+    ----------
+    noise : by which all its errors are multiplied
+    """
     rng = np.random.default_rng(seed)
     truth = {
         "youngs_modulus": float(np.exp(rng.uniform(np.log(5e3), np.log(40e3)))),
@@ -79,16 +84,14 @@ def data_set(seed: int) -> tuple[dict[str, float], Experiment]:
     states = model.predict(material_of(NeoHookean(), truth), [range(len(schedule.poses))])[0]
     wrench = np.array([states[state].wrench for state in schedule.state_of_row])
     fiducials = np.array([states[state].fiducials for state in schedule.state_of_row])
-    deviation = np.repeat([_SENSOR.force_std, _SENSOR.torque_std], 3)
-    tare, misplaced = (
-        deviation * rng.normal(size=6),
-        rng.normal(0.0, _SENSOR.fiducial_std, fiducials[0].shape),
-    )
+    deviation = noise * np.repeat([_SENSOR.force_std, _SENSOR.torque_std], 3)
+    seen_std, moved_std = noise * _SENSOR.fiducial_std, noise * _SENSOR.position_std
+    tare, misplaced = deviation * rng.normal(size=6), rng.normal(0.0, seen_std, fiducials[0].shape)
     return truth, replace(
         planned,
-        position=planned.position + rng.normal(0.0, _SENSOR.position_std, planned.position.shape),
+        position=planned.position + rng.normal(0.0, moved_std, planned.position.shape),
         wrench=wrench + tare + deviation * rng.normal(size=wrench.shape),
-        fiducials=fiducials + misplaced + rng.normal(0.0, _SENSOR.fiducial_std, fiducials.shape),
+        fiducials=fiducials + misplaced + rng.normal(0.0, seen_std, fiducials.shape),
     )
 
 

@@ -5,10 +5,9 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.experiment import Experiment
+from estimator.fem.equilibrium import NewtonSettings
 from estimator.fem.observation import Observation
 from estimator.fit.residuals import predicted_channels
-from estimator.forward.meshing import measuring_mesh
 from estimator.forward.model import ForwardModel
 from estimator.forward.schedule import spread_states, travel
 from estimator.materials.material import Material
@@ -16,27 +15,23 @@ from estimator.materials.material import Material
 FloatArray = NDArray[np.float64]
 
 _STATES = 3
+# Nobody asks for derivatives on the finer mesh.
+_NEWTON = NewtonSettings(tolerance=1e-7, chord_rate=0.3, tangent_reuse=np.inf)
 
 
 def change_on_finer_mesh(
-    experiments: Sequence[Experiment],
+    finer: ForwardModel,
     material: Material,
     predictions: Sequence[Mapping[int, Observation]],
     progress: Callable[[int, int], None],
-) -> tuple[dict[tuple[int, int], FloatArray], int]:
-    """Return by how much the finer mesh's prediction of every state differs, and how many states were solved for it.
+) -> dict[tuple[int, int], FloatArray]:
+    """Return by how much the finer mesh's prediction of every state differs: for each (experiment, state), (6 + 3m,).
 
     Between the states that are solved, the change is interpolated along the travel of the gripper: it is zero at
     rest and smooth. A state that travels back is treated as the one on the way out.
-
-    Returns
-    -------
-    change : for each (experiment, state), (6 + 3m,) finer minus coarser
-    solved : number of states
     """
-    finer = ForwardModel(measuring_mesh(experiments[0]), experiments)
     chosen = [spread_states(schedule, _STATES) for schedule in finer.schedules]
-    solved = finer.predict(material, chosen, progress)
+    solved = finer.predict(material, chosen, progress, _NEWTON)
     change = {}
     for number, schedule in enumerate(finer.schedules):
         way = travel(schedule)
@@ -48,4 +43,4 @@ def change_on_finer_mesh(
         table = np.vstack([np.zeros_like(differences[0]), *differences])
         for state in range(len(schedule.poses)):
             change[number, state] = np.array([np.interp(way[state], places, c) for c in table.T])
-    return change, finer.solved_states
+    return change

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from estimator.errors import InputError
 from estimator.experiment import Experiment
+from estimator.fem.equilibrium import NewtonSettings
 from estimator.fem.problem import RetractionProblem
 from estimator.fit.discretisation import change_on_finer_mesh
 from estimator.fit.gauss_newton import Iterate, MarginalStep, Values, marginal_step, minimise, moved
@@ -24,22 +25,28 @@ from estimator.fit.result import Estimate
 from estimator.fit.settings import FitSettings
 from estimator.fit.sqp import minimise_by_sqp
 from estimator.fit.summary import FitOutcome, Uncertainty, summarise, uncertainty
-from estimator.forward.meshing import mesh_experiment
+from estimator.forward.meshing import measuring_mesh, mesh_experiment
 from estimator.forward.model import ForwardModel
 from estimator.forward.schedule import spread_states
 
 FloatArray = NDArray[np.float64]
 
-_STATES_AT_FIRST = 4
+_FEWEST_STATES = 2
+# Where a search begins, states need not be solved to the last digit.
+_AT_FIRST = NewtonSettings(tolerance=1e-6, chord_rate=0.3, tangent_reuse=1e-3)
+# A tangent that was assembled at such a residual gives derivatives to about a thousandth, of steps below a tenth.
+_AT_LAST = NewtonSettings(tangent_reuse=1e-3)
 # A change of an internal variable this small is taken by the linearisation alone: its error is the square of it.
 _LINEAR_STEP = 0.01
 # A correction for the discretisation error this small is taken linearly too: the bias that is kept is larger by far.
 _LINEAR_CORRECTION = 0.1
+# One that moved the parameters by more has carried them to where the error is another one: it is measured again there.
+_MEASURED_NEARBY = 0.3
 # What remains of the discretisation error once it is corrected for, as a share of the correction: a third at second
 # order with half the element size, a quarter where it was measured; a half is on the safe side. It is a bias, so no
 # amount of data averages it out.
 _REMAINING_ERROR = 0.5
-# Rounds of weights and parameters in turn; what is left after one of them is mostly gone after the next.
+# Rounds of parameters in turn with weights, or with corrections; what one of them leaves, the next mostly takes away.
 _ROUNDS = 4
 _STEADY_WEIGHT = 0.02
 # Every recording sees the beads anew at rest, with noise and after some creep; a new mounting moves them by more.
@@ -55,6 +62,7 @@ def estimate(
     progress: Progress | None = None,
     settings: FitSettings | None = None,
     mesh: Callable[[Experiment], RetractionProblem] = mesh_experiment,
+    finer_mesh: Callable[[Experiment], RetractionProblem] = measuring_mesh,
 ) -> Estimate:
     """Estimate the free parameters from the experiments of one phantom in one mounting.
 
@@ -63,7 +71,8 @@ def estimate(
     experiments : with the same phantom, anchors, grasp and fiducials
     progress : told about every solved state
     settings : by default E and ν of the Neo-Hookean law, by maximum likelihood
-    mesh : of the phantom; its discretisation error is measured against a finer mesh of the project's own
+    mesh : of the phantom
+    finer_mesh : that its discretisation error is measured against, at a few states
 
     Raises
     ------
@@ -82,25 +91,33 @@ def estimate(
     means = state_means(experiments, model.schedules)
     rough = fit_few_states(model, means, tell, settings)
 
-    every = Linearisation(
-        model, means, [list(range(len(s.poses))) for s in model.schedules], settings, "all states", tell
-    )
+    everything = [list(range(len(s.poses))) for s in model.schedules]
+    every = Linearisation(model, means, everything, settings, "all states", tell, _AT_LAST)
     fine, weights = _search_robustly(every, experiments, settings, rough[-1].values)
     values, solved = fine[-1].values, 0
     change = {(m.experiment, m.state): np.zeros(len(m.mean)) for m in means}
-    uncorrected = last = marginal_step(every.objective(values), settings.free, values)
+    last = marginal_step(every.objective(values), settings.free, values)
+    uncorrected = moved(settings.free, values, last.step)
     if DISCRETISATION in settings.nuisances:
-        change, solved = change_on_finer_mesh(
-            experiments, settings.material(values), every.predictions, partial(tell, "finer mesh")
-        )
-        every.correct(change)
-        last = marginal_step(every.objective(values), settings.free, values)
-    correction = last.step - uncorrected.step
-    if float(np.abs(last.step).max()) > _LINEAR_CORRECTION:
-        more, last = _SEARCHES[settings.objective](every.objective, settings.free, values, _LINEAR_STEP)
-        fine += more[1:]
-        values = more[-1].values
+        finer = ForwardModel(finer_mesh(experiments[0]), experiments)
+        for _ in range(_ROUNDS):
+            before = values
+            change = change_on_finer_mesh(
+                finer, settings.material(values), every.predictions, partial(tell, "finer mesh")
+            )
+            every.correct(change)
+            last = marginal_step(every.objective(values), settings.free, values)
+            if float(np.abs(last.step).max()) > _LINEAR_CORRECTION:
+                more, last = _SEARCHES[settings.objective](
+                    every.objective, settings.free, values, _LINEAR_STEP
+                )
+                fine += more[1:]
+                values = more[-1].values
+            if float(np.abs(_internal_change(settings, before, values)).max()) < _MEASURED_NEARBY:
+                break
+        solved = finer.solved_states
     final = moved(settings.free, values, last.step)
+    correction = _internal_change(settings, uncorrected, final)
     outcome = FitOutcome(
         experiments=tuple(experiments),
         model=model,
@@ -128,14 +145,16 @@ def fit_few_states(
 ) -> list[Iterate]:
     """Fit the free parameters to a few states of each experiment; return every point on the way, the best last.
 
+    As many states as parameters will do: each says more than one thing.
+
     Raises
     ------
     FitError
         The measured forces do not oppose the motion, or the fit does not converge.
     """
     settings = settings or FitSettings()
-    chosen = [spread_states(s, _STATES_AT_FIRST) for s in model.schedules]
-    few = Linearisation(model, means, chosen, settings, "a few states", tell)
+    chosen = [spread_states(s, max(_FEWEST_STATES, len(settings.free))) for s in model.schedules]
+    few = Linearisation(model, means, chosen, settings, "a few states", tell, _AT_FIRST)
     search = _SEARCHES[settings.objective]
     return search(few.objective, settings.free, few.first_guess(), _LINEAR_STEP)[0]
 
@@ -159,6 +178,11 @@ def _search_robustly(
         iterates += found[1:] if iterates else found
         values = iterates[-1].values
     return iterates, weights
+
+
+def _internal_change(settings: FitSettings, before: Values, after: Values) -> FloatArray:
+    """Return the change (p,) of the free parameters' internal variables."""
+    return np.array([p.to_internal(after[p.name]) - p.to_internal(before[p.name]) for p in settings.free])
 
 
 def _profiles(

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from estimator.fem.observation import Observation
+from estimator.fem.observation import Observation, at_modulus
 from estimator.fit.parameters import YOUNGS_MODULUS, FitParameter
 
 
@@ -22,26 +22,22 @@ def extrapolated(
     ----------
     parameters : all of the material
     """
-    ratio = after[YOUNGS_MODULUS.name] / before[YOUNGS_MODULUS.name]
-    others = [parameter for parameter in parameters if parameter.name != YOUNGS_MODULUS.name]
+    modulus = YOUNGS_MODULUS.name
     wrench, fiducials = observation.wrench, observation.fiducials
     wrench_by, fiducials_by = dict(observation.wrench_by), dict(observation.fiducials_by)
-    for parameter in others:
+    for parameter in parameters:
         name = parameter.name
+        if name == modulus:
+            continue
         slope = parameter.slope(before[name])
         change = slope * (parameter.to_internal(after[name]) - parameter.to_internal(before[name]))
         wrench = wrench + change * observation.wrench_by[name]
         fiducials = fiducials + change * observation.fiducials_by[name]
         steeper = slope / parameter.slope(after[name])
-        wrench_by[name] = ratio * steeper * observation.wrench_by[name]
+        wrench_by[name] = steeper * observation.wrench_by[name]
         fiducials_by[name] = steeper * observation.fiducials_by[name]
-    wrench = ratio * wrench
-    wrench_by[YOUNGS_MODULUS.name] = wrench / after[YOUNGS_MODULUS.name]
-    return replace(
-        observation,
-        wrench=wrench,
-        fiducials=fiducials,
-        wrench_by=wrench_by,
-        fiducials_by=fiducials_by,
-        wrench_by_pose=ratio * observation.wrench_by_pose,
+    wrench_by[modulus] = wrench / before[modulus]
+    moved = replace(
+        observation, wrench=wrench, fiducials=fiducials, wrench_by=wrench_by, fiducials_by=fiducials_by
     )
+    return at_modulus(moved, before[modulus], after[modulus])

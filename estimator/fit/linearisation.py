@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from estimator.errors import FitError
 from estimator.experiment import Experiment
+from estimator.fem.equilibrium import NewtonSettings
 from estimator.fit.gauss_newton import marginal_step
 from estimator.fit.losses import LINEAR
 from estimator.fit.nuisances import GRIPPER_POSITION, floating, nuisance_columns
@@ -34,6 +35,7 @@ Values = dict[str, float]
 # Called with what is being done, how many of its states are done, and how many there are.
 Progress = Callable[[str, int, int], None]
 
+_EXACT = NewtonSettings()
 _REWEIGHTINGS = 50
 _STEADY_WEIGHT = 1e-3
 
@@ -47,6 +49,7 @@ class Linearisation:
     means : of all states, measured
     selection : for each experiment the states in use
     stage, tell : for progress
+    newton : how exactly states are solved
 
     Attributes
     ----------
@@ -63,9 +66,10 @@ class Linearisation:
         settings: FitSettings,
         stage: str,
         tell: Progress,
+        newton: NewtonSettings = _EXACT,
     ) -> None:
         self._model, self._selection, self._settings = model, selection, settings
-        self._tell = partial(tell, stage)
+        self._tell, self._newton = partial(tell, stage), newton
         self._nuisances = floating(settings.nuisances)
         self._point: Values | None = None
         self._correction: Mapping[tuple[int, int], FloatArray] = {}
@@ -104,9 +108,17 @@ class Linearisation:
         )
 
     def correct(self, change: Mapping[tuple[int, int], FloatArray]) -> None:
-        """Take what a finer mesh changes in the prediction of every state, (c,), off the measurements."""
-        self._correction = change
-        self.means = [replace(m, mean=m.mean - change[m.experiment, m.state]) for m in self.means]
+        """Take what a finer mesh changes in the prediction of every state, (c,), off the measurements.
+
+        An earlier correction is taken back.
+        """
+        earlier, self._correction = self._correction, change
+        self.means = [
+            replace(
+                m, mean=m.mean + earlier.get((m.experiment, m.state), 0.0) - change[m.experiment, m.state]
+            )
+            for m in self.means
+        ]
 
     def row_residuals(self, experiments: Sequence[Experiment], values: Values) -> list[FloatArray]:
         """Return what the linearised fit leaves of each row, (n, c) in units of its noise."""
@@ -139,8 +151,9 @@ class Linearisation:
             moved = max(float(np.abs(a - b).max()) for a, b in zip(renewed, weights, strict=True))
             weights = renewed
             self.means = self._trusted(state_means(experiments, schedules, weights))
-            if self._correction:
-                self.correct(self._correction)
+            correction, self._correction = self._correction, {}
+            if correction:
+                self.correct(correction)
             self.roots = covariance_roots(self.means, self.predictions)
             if moved < _STEADY_WEIGHT:
                 break
@@ -202,7 +215,7 @@ class Linearisation:
     def _predict(self, values: Values) -> None:
         if values != self._point:
             material = self._settings.material(values)
-            self.predictions = self._model.predict(material, self._selection, self._tell)
+            self.predictions = self._model.predict(material, self._selection, self._tell, self._newton)
             self._point = dict(values)
 
 

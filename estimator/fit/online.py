@@ -3,10 +3,12 @@
     following = follow_from(experiment_at_rest, FitSettings())
     following = advance(following, rows)          # what the sensors gave while the gripper stood
     following.estimate
+    following = renewed(following)                # once that is shown
 
 Every step of the motion is solved once, from the one before. Where the parameters have moved on since, its prediction
-is extrapolated to them, and with each step the one that is farthest from them is solved anew, so that a step costs two
-solved states however many there are. The discretisation error is left to the estimation once the retraction is over.
+is extrapolated to them, and after each step the one that is farthest from them is solved anew, so that a step costs
+two solved states however many there are, and only one before its estimate is there. The discretisation error is left to
+the estimation once the retraction is over.
 """
 
 import time
@@ -165,12 +167,31 @@ def advance(following: Following, rows: Rows) -> Following:
     )
     reached = solver.solve(pose, settings.material(following.values), following.reached)
     mean = _mean(following.experiment, rows, len(following.steps))
-    steps = (*_with_one_renewed(following), _solved(solver, mean, reached, following.values))
+    steps = (*following.steps, _solved(solver, mean, reached, following.values))
     if not _has_moved(following.experiment, steps):
         return replace(following, steps=steps, reached=reached)
     values, last = _fit(steps, settings, following.values)
     estimate = _estimate(steps, settings, values, last, time.perf_counter() - started)
     return replace(following, steps=steps, reached=reached, values=values, estimate=estimate)
+
+
+def renewed(following: Following) -> Following:
+    """Return the following with the step that was solved farthest from the present values solved anew, if that is far.
+
+    The estimate stays; the next one is the better for it.
+
+    Raises
+    ------
+    SolverError
+        The step has no equilibrium at these values.
+    """
+    distances = [_distance(following.settings, step.values, following.values) for step in following.steps]
+    if not distances or max(distances) < _NEAR:
+        return following
+    worst = int(np.argmax(distances))
+    steps = list(following.steps)
+    steps[worst] = _resolved(following.solver, following.settings, steps[worst], following.values)
+    return replace(following, steps=tuple(steps))
 
 
 def follow(experiment: Experiment, settings: FitSettings | None = None) -> Iterator[OnlineEstimate]:
@@ -183,7 +204,7 @@ def follow(experiment: Experiment, settings: FitSettings | None = None) -> Itera
     """
     following = follow_from(experiment, settings)
     for rows in standing_rows(experiment):
-        following = advance(following, rows)
+        following = advance(renewed(following), rows)
         if following.estimate is not None:
             yield following.estimate
 
@@ -222,17 +243,6 @@ def _solved(
     seen = observe(solver.problem, state)
     (root,) = covariance_roots([mean], [{mean.state: seen}]).values()
     return SolvedStep(mean, root, state.pose, dict(values), seen, state.displacement, state.response.pressure)
-
-
-def _with_one_renewed(following: Following) -> tuple[SolvedStep, ...]:
-    """Return the steps, the one that was solved farthest from the present values solved anew if that is far."""
-    distances = [_distance(following.settings, step.values, following.values) for step in following.steps]
-    if not distances or max(distances) < _NEAR:
-        return following.steps
-    worst = int(np.argmax(distances))
-    steps = list(following.steps)
-    steps[worst] = _resolved(following.solver, following.settings, steps[worst], following.values)
-    return tuple(steps)
 
 
 def _resolved(

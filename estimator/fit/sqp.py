@@ -16,9 +16,6 @@ from estimator.fit.residuals import WhitenedSystem
 
 FloatArray = NDArray[np.float64]
 
-# No first step changes an internal variable by more than this.
-_FIRST_STEP = 0.3
-
 
 def minimise_by_sqp(
     linearise: Callable[[Values], WhitenedSystem],
@@ -29,27 +26,27 @@ def minimise_by_sqp(
 ) -> tuple[list[Iterate], MarginalStep]:
     """Lower the sum of squares of the residuals until the linearised problem promises no step beyond ``tolerance``.
 
-    Parameters, results and errors are those of :func:`~estimator.fit.gauss_newton.minimise`. The sum is scaled so that
-    its first steepest-descent step, which begins the quadratic programmes, has a sensible length.
+    Parameters, results and errors are those of :func:`~estimator.fit.gauss_newton.minimise`. The quadratic programmes
+    begin with the identity for the second derivatives, so that each variable is scaled by the root of its own there.
     """
     first = marginal_step(linearise(start), parameters, start)
     iterates, at = [Iterate(dict(start), first.chi2)], start
-    # A parameter that is off by a tenth of the tolerance raises the sum by this much.
-    worthwhile = (0.1 * tolerance) ** 2 * float(np.diag(first.information).min())
-    scale = _FIRST_STEP / max(float(np.linalg.norm(2 * first.gradient)), np.finfo(float).tiny)
+    scale = np.sqrt(np.diag(first.information))
+    # A parameter that is off by a tenth of the tolerance raises half the sum by this much.
+    worthwhile = 0.5 * float(0.1 * tolerance * scale.min()) ** 2
 
-    def values_of(internal: FloatArray) -> Values:
-        pairs = zip(parameters, internal, strict=True)
+    def values_of(scaled: FloatArray) -> Values:
+        pairs = zip(parameters, scaled / scale, strict=True)
         found = {p.name: min(max(p.from_internal(float(x)), p.lower), p.upper) for p, x in pairs}
         return {**start, **found}
 
-    def objective(internal: FloatArray) -> float:
-        residual = linearise(values_of(internal)).residual
-        return scale * float(residual @ residual)
+    def objective(scaled: FloatArray) -> float:
+        residual = linearise(values_of(scaled)).residual
+        return 0.5 * float(residual @ residual)
 
-    def gradient(internal: FloatArray) -> FloatArray:
-        system = linearise(values_of(internal))
-        return -2 * scale * (system.by_parameter.T @ system.residual)
+    def gradient(scaled: FloatArray) -> FloatArray:
+        system = linearise(values_of(scaled))
+        return -(system.by_parameter.T @ system.residual) / scale
 
     def note(xk: FloatArray) -> None:
         nonlocal at
@@ -60,12 +57,15 @@ def minimise_by_sqp(
     try:
         found = minimize(
             objective,
-            np.array([p.to_internal(start[p.name]) for p in parameters]),
+            scale * [p.to_internal(start[p.name]) for p in parameters],
             jac=gradient,
             method="SLSQP",
-            bounds=[(p.to_internal(p.lower), p.to_internal(p.upper)) for p in parameters],
+            bounds=[
+                (s * p.to_internal(p.lower), s * p.to_internal(p.upper))
+                for p, s in zip(parameters, scale, strict=True)
+            ],
             callback=note,
-            options={"maxiter": iterations, "ftol": scale * worthwhile},
+            options={"maxiter": iterations, "ftol": worthwhile},
         )
     except SolverError as failure:
         raise FitError(f"sequential quadratic programming left what can be solved: {failure}") from failure
@@ -74,4 +74,4 @@ def minimise_by_sqp(
             f"sequential quadratic programming has not converged ({found.message}) after {found.nit} iterations"
         )
     at = values_of(found.x)
-    return [*iterates, Iterate(at, float(found.fun) / scale)], marginal_step(linearise(at), parameters, at)
+    return [*iterates, Iterate(at, 2 * float(found.fun))], marginal_step(linearise(at), parameters, at)

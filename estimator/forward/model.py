@@ -1,6 +1,5 @@
 """The forward model of a case: what its sensors would read, for any material."""
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -9,14 +8,17 @@ from numpy.typing import NDArray
 
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
-from estimator.fem.equilibrium import EquilibriumSolver, EquilibriumState
+from estimator.fem.equilibrium import EquilibriumSolver, EquilibriumState, NewtonSettings
 from estimator.fem.observation import Observation, observe
 from estimator.fem.problem import RetractionProblem
 from estimator.forward.schedule import PoseSchedule, schedule_poses
+from estimator.forward.solution import Guess, Solution, between, carried_over
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[int, int], None]
+
+_EXACT = NewtonSettings()
 
 
 @dataclass
@@ -24,15 +26,28 @@ class _Track:
     """An experiment with its states, and the last solution of each."""
 
     schedule: PoseSchedule
-    fields: dict[int, "_Solution"] = field(default_factory=dict)
+    solutions: dict[int, Solution] = field(default_factory=dict)
 
+    def scale(self, material: Material) -> None:
+        """Bring the solutions that differ from a material in Young's modulus alone to it."""
+        for number, known in self.solutions.items():
+            if known.scales_to(material):
+                self.solutions[number] = known.at_modulus(material)
 
-@dataclass(frozen=True)
-class _Solution:
-    material: Material
-    displacement: FloatArray
-    pressure: FloatArray
-    field_by: dict[str, FloatArray]
+    def lacks(self, number: int, material: Material, newton: NewtonSettings) -> bool:
+        """Tell whether a state is still to be solved for a material, as exactly."""
+        known = self.solutions.get(number)
+        return known is None or known.newton != newton or not known.is_of(material)
+
+    def neighbours(self, number: int, material: Material) -> tuple[Solution | None, Solution | None]:
+        """Return the material's solutions next before and next after a state."""
+        own = [n for n, known in self.solutions.items() if known.is_of(material)]
+        before = max((n for n in own if n < number), default=None)
+        after = min((n for n in own if n > number), default=None)
+        return self._solution(before), self._solution(after)
+
+    def _solution(self, number: int | None) -> Solution | None:
+        return None if number is None else self.solutions[number]
 
 
 class ForwardModel:
@@ -54,67 +69,72 @@ class ForwardModel:
         self._tracks = [_Track(schedule) for schedule in self.schedules]
 
     def predict(
-        self, material: Material, selection: Sequence[Sequence[int]], progress: Progress | None = None
+        self,
+        material: Material,
+        selection: Sequence[Sequence[int]],
+        progress: Progress | None = None,
+        newton: NewtonSettings = _EXACT,
     ) -> list[dict[int, Observation]]:
         """Return, for each experiment, the observations of the selected states by their number.
+
+        A state whose last solution differs in Young's modulus alone is not solved again.
 
         Parameters
         ----------
         material : Material
         selection : for each experiment the states to solve, in the order of the motion
-        progress : called with (states done, states in all)
+        progress : called with (states done, states to solve)
+        newton : how exactly
 
         Raises
         ------
         SolverError
             A state has no equilibrium for this material.
         """
-        total, done = sum(len(states) for states in selection), 0
-        result = []
-        for track, states in zip(self._tracks, selection, strict=True):
-            last, observations = None, {}
+        for track in self._tracks:
+            track.scale(material)
+        to_solve = [
+            [number for number in states if track.lacks(number, material, newton)]
+            for track, states in zip(self._tracks, selection, strict=True)
+        ]
+        solver, done = self._solver.with_settings(newton), 0
+        for track, states in zip(self._tracks, to_solve, strict=True):
+            last = None
             for number in states:
-                last = self._solve(track, number, material, last)
-                observations[number] = observation = observe(self.problem, last)
-                track.fields[number] = _Solution(
-                    material, last.displacement, last.response.pressure, observation.field_by
-                )
+                last = _solved(solver, track, number, material, last)
+                track.solutions[number] = Solution.of(last, newton, observe(self.problem, last))
                 done += 1
                 if progress is not None:
-                    progress(done, total)
-            result.append(observations)
-        self.solved_states += total
-        return result
+                    progress(done, sum(map(len, to_solve)))
+        self.solved_states += done
+        return [
+            {number: track.solutions[number].observation for number in states}
+            for track, states in zip(self._tracks, selection, strict=True)
+        ]
 
     def deformed(self, experiment: int, state: int) -> FloatArray:
         """Return the last solved nodal displacements (n, 3) of a state, m."""
-        return self._tracks[experiment].fields[state].displacement
+        return self._tracks[experiment].solutions[state].displacement
 
-    def _solve(
-        self, track: _Track, number: int, material: Material, last: EquilibriumState | None
-    ) -> EquilibriumState:
-        pose = track.schedule.poses[number]
-        known = track.fields.get(number)
-        if known is not None:
-            try:
-                return self._solver.refine(pose, material, *self._carried_over(known, material))
-            except SolverError:
-                # The material has moved too far for the old field; follow the motion instead.
-                pass
-        return self._solver.solve(pose, material, last or self._solver.rest(material))
 
-    def _carried_over(self, known: _Solution, material: Material) -> tuple[FloatArray, FloatArray]:
-        """Extrapolate known displacements and pressures to another material of the same law.
-
-        The field follows −ln(1 − 2ν), in which it is nearly linear, and the shape parameters; Young's modulus leaves
-        it as it is and multiplies the pressure.
-        """
-        old, new = known.material.poisson_ratio, material.poisson_ratio
-        change = {"poisson_ratio": 0.5 * (1 - 2 * old) * math.log((1 - 2 * old) / (1 - 2 * new))}
-        for n, parameter in enumerate(material.law.shape_parameters):
-            change[parameter.name] = float(material.shape[n] - known.material.shape[n])
-        guess = known.displacement.copy().reshape(-1)
-        for name, amount in change.items():
-            guess[self.problem.pattern.free] += amount * known.field_by[name]
-        pressure = known.pressure * (material.youngs_modulus / known.material.youngs_modulus)
-        return guess.reshape(known.displacement.shape), pressure
+def _solved(
+    solver: EquilibriumSolver, track: _Track, number: int, material: Material, last: EquilibriumState | None
+) -> EquilibriumState:
+    """Solve a state from what is known near it; where that is nothing, or too far, follow the motion from ``last``."""
+    pose = track.schedule.poses[number]
+    before, after = track.neighbours(number, material)
+    known = track.solutions.get(number)
+    guess: Guess | None = None
+    if known is not None:
+        guess = carried_over(solver.problem, known, material)
+    elif before is not None and after is not None:
+        guess = between(solver.problem, before, after, pose)
+    if guess is not None:
+        try:
+            return solver.refine(pose, material, guess.displacement, guess.pressure)
+        except SolverError:
+            # The material has moved too far for that; follow the motion instead.
+            pass
+    if last is None and before is not None:
+        last = solver.refine(before.pose, material, before.displacement, before.pressure)
+    return solver.solve(pose, material, last or solver.rest(material))

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from estimator.experiment import Box, Environment, Experiment, Grasp, Phantom, SensorNoise
+from estimator.fem.equilibrium import NewtonSettings
 from estimator.fem.motion import GripperPose
 from estimator.fem.problem import RetractionProblem
 from estimator.forward.model import ForwardModel
@@ -29,6 +30,7 @@ SIZE_M = (0.10, 0.10, 0.01)
 GRASP_CENTRE = (0.04, 0.0, 0.0)
 _GRASP_HALF_M = (0.01, 0.01)
 _BEAD_ROWS_M = (-0.03, -0.01, 0.01, 0.03)
+_WITHOUT_DERIVATIVES = NewtonSettings(tangent_reuse=np.inf)
 SENSOR = SensorNoise(force_std=0.02, torque_std=5e-4, fiducial_std=5e-5, position_std=3e-5)
 
 
@@ -116,7 +118,7 @@ def measured(experiment: Experiment, problem: RetractionProblem, material: Mater
     """
     model = ForwardModel(problem, [experiment])
     schedule = model.schedules[0]
-    seen = model.predict(material, [range(len(schedule.poses))])[0]
+    seen = model.predict(material, [range(len(schedule.poses))], newton=_WITHOUT_DERIVATIVES)[0]
     return replace(
         experiment,
         wrench=np.array([seen[state].wrench for state in schedule.state_of_row]),

@@ -1,6 +1,7 @@
 """Table V: the complex motions, alone and together."""
 
 from dataclasses import dataclass
+from functools import cache
 
 from estimator.experiment import Experiment
 from estimator.fem.block_mesh import Grading
@@ -30,11 +31,16 @@ class ComplexMotion(Parametric):
 
     def run(self) -> Row:
         """Retract on the true mesh and estimate with the model's."""
-        planned = [block(MOTIONS[motion].poses()) for motion in self.motions]
-        true = mesh_experiment(planned[0], self.truth.grading, self.truth.kind)
-        seen: list[Experiment] = [measured(one, true) for one in planned]
-        found = fitted(mesh_experiment(planned[0], self.grading), seen, self.objective)
+        seen = [_seen(motion, self.truth) for motion in self.motions]
+        found = fitted(mesh_experiment(seen[0], self.grading), seen, self.objective)
         return row_of(found)
+
+
+@cache
+def _seen(motion: str, truth: Resolution) -> Experiment:
+    """Return what perfect sensors read of a motion; several cases of a process estimate from it."""
+    planned = block(MOTIONS[motion].poses())
+    return measured(planned, mesh_experiment(planned, truth.grading, truth.kind))
 
 
 def complex_motion(truth: Resolution = TRUE_RESOLUTION, grading: Grading = DEFAULT_GRADING) -> Study:

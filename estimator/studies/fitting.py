@@ -1,6 +1,7 @@
-"""E and ν on a given mesh, as it is: what the discretisation does to them is what some studies look at."""
+"""E and ν on a given mesh, mostly as it is: what the discretisation does to them is what some studies look at."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from estimator.experiment import Experiment
 from estimator.fem.problem import RetractionProblem
@@ -15,9 +16,17 @@ _POISSON_RATIOS = (0.0, 0.4999)
 
 
 def fitted(
-    problem: RetractionProblem, experiments: Sequence[Experiment], objective: Objective = "likelihood"
+    problem: RetractionProblem,
+    experiments: Sequence[Experiment],
+    objective: Objective = "likelihood",
+    finer: RetractionProblem | None = None,
 ) -> Estimate:
     """Fit E and ν to all states, from a fit to a few of them.
+
+    Parameters
+    ----------
+    problem : on the model's mesh
+    finer : on a mesh that the discretisation error is measured on and corrected for; it is let be without one
 
     Raises
     ------
@@ -26,12 +35,11 @@ def fitted(
     SolverError
         The motion has no equilibrium at the first guess.
     """
-    settings = FitSettings(
-        objective=objective,
-        bounds={"poisson_ratio": _POISSON_RATIOS},
-        nuisances=USUAL - {DISCRETISATION},
-    )
-    return estimate(experiments, settings=settings, mesh=lambda _: problem)
+    settings = FitSettings(objective=objective, bounds={"poisson_ratio": _POISSON_RATIOS})
+    if finer is None:
+        as_it_is = replace(settings, nuisances=USUAL - {DISCRETISATION})
+        return estimate(experiments, settings=as_it_is, mesh=lambda _: problem)
+    return estimate(experiments, settings=settings, mesh=lambda _: problem, finer_mesh=lambda _: finer)
 
 
 def row_of(found: Estimate, **further: float | str) -> Row:

@@ -11,10 +11,11 @@ from estimator.experiment import Experiment
 from estimator.fem.block_mesh import Grading
 from estimator.fem.equilibrium import EquilibriumSolver
 from estimator.fem.motion import GripperPose
-from estimator.fem.observation import Observation
+from estimator.fem.observation import Observation, observe
 from estimator.forward.meshing import mesh_experiment
 from estimator.forward.model import ForwardModel
 from estimator.forward.schedule import schedule_poses, spread_states, travel
+from estimator.forward.solution import Solution, between
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
 
@@ -114,3 +115,50 @@ def test_the_deformed_mesh_of_a_state_is_the_last_solved_one(model: ForwardModel
     model.predict(Material(NeoHookean(), 10e3, 0.4), [[3], []])
     pulled = model.deformed(0, 3)[PROBLEM.gripped]
     np.testing.assert_allclose(pulled, np.broadcast_to([0.012, 0.0, 0.0], pulled.shape), atol=1e-15)
+
+
+def test_another_modulus_scales_the_forces_of_known_states_without_solving_them_again(
+    model: ForwardModel,
+) -> None:
+    selection = [[1, 3], []]
+    model.predict(Material(NeoHookean(), 10e3, 0.45), selection)
+    stiffer = Material(NeoHookean(), 37e3, 0.45)
+    (scaled, _), (fresh, _) = model.predict(stiffer, selection), new_model().predict(stiffer, selection)
+    assert model.solved_states == 2
+    for state in (1, 3):
+        np.testing.assert_allclose(channels(scaled[state]), channels(fresh[state]), rtol=1e-7, atol=1e-10)
+        for name, slope in scaled[state].wrench_by.items():
+            np.testing.assert_allclose(slope, fresh[state].wrench_by[name], rtol=1e-6, atol=1e-10)
+        np.testing.assert_allclose(
+            scaled[state].wrench_by_pose, fresh[state].wrench_by_pose, rtol=1e-6, atol=1e-6
+        )
+
+
+@pytest.mark.parametrize("kind", ["pull", "twist"])
+def test_a_state_on_the_way_between_two_solved_ones_is_found_from_them(kind: str) -> None:
+    """The cubic between them misses it by less than a hundredth of what separates it from the nearer one."""
+    turn = np.array([0.3, 0.0, 0.1]) if kind == "twist" else np.zeros(3)
+    poses = turning_pull(SMALL_BLOCK, 0.012, turn, 4)
+    solver, material = EquilibriumSolver(PROBLEM), Material(NeoHookean(), 10e3, 0.48)
+    states = [solver.rest(material)]
+    for pose in poses:
+        states.append(solver.solve(pose, material, states[-1]))
+    kept = [Solution.of(state, solver.settings, observe(PROBLEM, state)) for state in states]
+    guess = between(PROBLEM, kept[2], kept[4], poses[2])
+    assert guess is not None
+    exact, loose = states[3].displacement, ~PROBLEM.gripped
+    missed = np.linalg.norm((guess.displacement - exact)[loose])
+    assert missed < 0.01 * np.linalg.norm((states[2].displacement - exact)[loose])
+    found = solver.refine(poses[2], material, guess.displacement, guess.pressure)
+    np.testing.assert_allclose(found.displacement, exact, atol=1e-9)
+
+
+def test_a_pose_elsewhere_than_between_two_solved_ones_is_not_guessed_from_them() -> None:
+    poses = straight_pull(SMALL_BLOCK, 0.012, 4)
+    solver, material = EquilibriumSolver(PROBLEM), Material(NeoHookean(), 10e3, 0.48)
+    first = solver.solve(poses[0], material, solver.rest(material))
+    second = solver.solve(poses[1], material, first)
+    one, other = (Solution.of(s, solver.settings, observe(PROBLEM, s)) for s in (first, second))
+    aside = GripperPose(poses[0].position + np.array([0.0015, 0.004, 0.0]), poses[0].rotation)
+    for pose in (REST, poses[2], aside):
+        assert between(PROBLEM, one, other, pose) is None

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from estimator.fit.coverage import Outcome, data_set, outcome_of, table, wilson
+from estimator.fit.estimate import estimate
 from estimator.fit.settings import FitSettings
 
 TRUTH = {"youngs_modulus": 1e4, "poisson_ratio": 0.45}
@@ -33,6 +34,13 @@ def test_a_seed_gives_its_own_phantom_and_always_the_same() -> None:
     np.testing.assert_array_equal(experiment.wrench, repeated.wrench)
     assert 5e3 < truth["youngs_modulus"] < 40e3
     assert 0.40 < truth["poisson_ratio"] < 0.49
+
+
+def test_what_the_mesh_does_to_poissons_ratio_is_small_beside_its_deviation() -> None:
+    """The error has to be measured on a mesh that is finer between grasp and anchor too, for this set above all."""
+    truth, exact = data_set(1003, noise=0.0)
+    found = estimate([exact]).poisson_ratio
+    assert abs(found.value - truth["poisson_ratio"]) < 0.3 * found.std
 
 
 def test_an_outcome_is_that_of_an_estimation_of_the_set() -> None:

@@ -15,7 +15,7 @@ from estimator.fit.estimate import estimate
 from estimator.fit.extrapolation import extrapolated
 from estimator.fit.losses import loss_named
 from estimator.fit.nuisances import USUAL
-from estimator.fit.online import Following, advance, follow_from, standing_rows
+from estimator.fit.online import Following, advance, follow_from, renewed, standing_rows
 from estimator.fit.parameters import law_parameters
 from estimator.fit.settings import FitSettings, material_of
 from estimator.forward.meshing import mesh_experiment
@@ -42,7 +42,7 @@ def followed(experiment: Experiment) -> list[Following]:
     """After each step."""
     reached = [follow_from(experiment, mesh=coarse)]
     for rows in standing_rows(experiment):
-        reached.append(advance(reached[-1], rows))
+        reached.append(advance(renewed(reached[-1]), rows))
     return reached
 
 
@@ -80,7 +80,7 @@ def test_a_following_is_a_value(experiment: Experiment, followed: list[Following
     """Advancing an earlier one again gives what it gave, and leaves it as it was."""
     rows = list(standing_rows(experiment))
     before, expected = followed[4], followed[5].estimate
-    again = advance(before, rows[4])
+    again = advance(renewed(before), rows[4])
     assert len(before.steps) == 4
     assert again.estimate is not None
     assert expected is not None

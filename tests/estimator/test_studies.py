@@ -20,6 +20,7 @@ from estimator.studies.campaign import run_cases
 from estimator.studies.case import Case, Parametric, Row, digest, run_case
 from estimator.studies.catalogue import STUDIES, studies_named
 from estimator.studies.complex_motion import ComplexMotion
+from estimator.studies.fitting import fitted
 from estimator.studies.grasp_error import GraspError, drawn_shift, grasp_error
 from estimator.studies.motion_noise import MotionNoise
 from estimator.studies.recorded import RecordedRetraction, recorded
@@ -185,6 +186,18 @@ def test_a_drawn_grasp_error_has_its_length_and_leaves_half_of_the_grasp_on_the_
     assert len(np.unique(shifts, axis=0)) == 40
     assert shifts[:, 0].max() <= 0.01 + 1e-12
     assert len(grasp_error(4, TINY).groups[0].levels[0].cases) == 4
+
+
+def test_a_coarse_mesh_that_locks_gives_the_truth_once_its_error_is_measured_on_the_mesh_of_the_data() -> (
+    None
+):
+    planned = block(MOTIONS["pull"].poses()[::3])
+    fine, coarse = (block_of_tetrahedra(planned, cells) for cells in ((12, 12, 2), (9, 9, 2)))
+    seen = measured(planned, fine)
+    as_it_is, corrected = fitted(coarse, [seen]), fitted(coarse, [seen], finer=fine)
+    assert abs(as_it_is.poisson_ratio.value - TRUTH.poisson_ratio) > 0.01
+    assert corrected.youngs_modulus.value == pytest.approx(TRUTH.youngs_modulus, rel=0.01)
+    assert corrected.poisson_ratio.value == pytest.approx(TRUTH.poisson_ratio, abs=0.003)
 
 
 def test_linear_tetrahedra_lock_so_that_they_pull_harder_than_the_tissue_does() -> None:
