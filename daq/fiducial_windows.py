@@ -1,9 +1,11 @@
 """The beads in every measuring window: pairs of images, the beads in space, and their means over the window.
 
 The beads are followed from the first window to the last, for a bead is told from its neighbours by where it was just
-before; between the windows a few pairs are enough for that.
+before; between the windows a few pairs are enough for that. Of the pairs in a window all are looked at, or where there
+is no time for that some of them, which depend on their numbers alone.
 """
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -57,9 +59,13 @@ class FiducialMeans:
 
 
 def fiducial_means(
-    recording: RecordedImages, rig: Rig, windows: Sequence[Window], progress: Progress
+    recording: RecordedImages,
+    rig: Rig,
+    windows: Sequence[Window],
+    progress: Progress,
+    most_per_s: float = math.inf,
 ) -> FiducialMeans:
-    """Return the means of the beads over the windows.
+    """Return the means of the beads over the windows, of which about so many pairs a second are looked at, at most.
 
     Raises
     ------
@@ -69,7 +75,7 @@ def fiducial_means(
         Too few beads are seen in the first images.
     """
     images = StereoImages(recording, rig)
-    track = track_fiducials(images, rig, needed_pairs(images.exposed_ns, windows), progress)
+    track = track_fiducials(images, rig, needed_pairs(images, windows, most_per_s), progress)
     return means_of_track(images, track, windows)
 
 
@@ -111,11 +117,16 @@ def track_fiducials(
     return FiducialTrack(exposed_ns, positions, rejected)
 
 
-def needed_pairs(exposed_ns: IntArray, windows: Sequence[Window]) -> NDArray[np.bool_]:
-    """Tell which pairs (p,) are in a window, or follow the last needed one after a while."""
+def needed_pairs(
+    images: StereoImages, windows: Sequence[Window], most_per_s: float = math.inf
+) -> NDArray[np.bool_]:
+    """Tell which pairs (p,) are in a window, about so many a second, or follow the last needed one after a while."""
+    exposed_ns, left = images.exposed_ns, next(iter(images.times.values()))
+    every = max(1, math.floor(1.0 / (most_per_s * left.period_s)))
+    told = images.pairs[:, 0] % every == 0
     needed = np.zeros(len(exposed_ns), dtype=np.bool_)
     for window in windows:
-        needed |= (exposed_ns >= window.begin_ns) & (exposed_ns <= window.end_ns)
+        needed |= told & (exposed_ns >= window.begin_ns) & (exposed_ns <= window.end_ns)
     last_ns = windows[0].begin_ns
     for number, time_ns in enumerate(exposed_ns.tolist()):
         if windows[0].begin_ns <= time_ns <= windows[-1].end_ns:

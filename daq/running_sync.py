@@ -1,12 +1,12 @@
 """Synchronising a session while it is recorded: each look at it costs what is new, and gives what the whole would.
 
-Every pair of images is looked at once, as soon as it is there, also in a window that is still being measured. Clocks
-are estimated anew from all stamps whenever a window has ended, which costs little; so the rows are those that
-:func:`daq.sync.synchronise` makes of the same recording.
+A pair of images is looked at once, as soon as it is there, also in a window that is still being measured, and of fast
+cameras only :data:`PAIRS_PER_S`. Clocks are estimated anew from all stamps whenever a window has ended, which costs
+little; so the rows are those that :func:`daq.sync.synchronise` makes of the same recording with as many pairs.
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -28,6 +28,9 @@ from robot_drivers.protocols import FloatArray, IntArray
 _EDGE_NS = 50_000_000
 # A stream that has stopped is not waited for; one whose images wait to be encoded is.
 _PATIENCE_NS = 5_000_000_000
+PAIRS_PER_S = 4.5
+"""Of images that are looked at in a window, about: a pair takes some 30 ms of a processor that also records."""
+
 _FEWEST = 2  # samples of a stream without which it has no clock
 
 
@@ -52,6 +55,16 @@ class RunningSynchronisation:
         SynchronisationError, VisionError
             As :func:`daq.sync.synchronise`.
         """
+        return self._read(self._passed)
+
+    def read_rest(self) -> Synchronised | None:
+        """Read on in a recording that nobody writes any more: no window is waited for; raises as :meth:`read_on`."""
+        return self._read(lambda images, windows: list(windows))
+
+    def _read(
+        self, complete: Callable[[StereoImages, Sequence[Window]], list[Window]]
+    ) -> Synchronised | None:
+        """Read on; return all rows where one of the windows that are complete is new."""
         recording, rig = self._recording, self._rig
         recording.read_on()
         begun = windows_begun(recording.events)
@@ -65,7 +78,7 @@ class RunningSynchronisation:
         recording.let_go_images(self._fiducials.looked_until_ns)
         if sum(window.end_ns != UNDER_WAY for window in begun) == self._rows:
             return None
-        measured = self._passed(images, measuring_windows(recording.events))
+        measured = complete(images, measuring_windows(recording.events))
         if len(measured) == self._rows:
             return None
         self._rows = len(measured)
@@ -112,7 +125,7 @@ class _RunningFiducials:
             replace(window, begin_ns=window.begin_ns - _EDGE_NS, end_ns=window.end_ns + _EDGE_NS)
             for window in windows
         ]
-        chosen = needed_pairs(images.exposed_ns, wide) & (images.pairs[:, 0] > last)
+        chosen = needed_pairs(images, wide, PAIRS_PER_S) & (images.pairs[:, 0] > last)
         exposed_ns = images.exposed_ns[chosen]
         for left, time_ns, pair in zip(
             images.pairs[chosen, 0].tolist(), exposed_ns.tolist(), images.decoded(chosen), strict=True

@@ -20,8 +20,8 @@ from daq.recording.folder import DERIVED_FOLDER, RIG_FILE
 from daq.recording.reader import Recording
 from daq.rig import read_rig
 from daq.session.guard import GUARD_LATENCY
-from daq.stream_times import clock_times, robot_times
-from daq.timing.event_times import EventTimes, estimate_event_times
+from daq.stream_times import SECOND_NS, clock_times, robot_times
+from daq.timing.event_times import EventTimes, clock_starts, estimate_event_times
 from robot_drivers.protocols import FloatArray, IntArray
 
 REPORT_FILE = "report.json"
@@ -73,7 +73,12 @@ class SessionReport:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What an analyst must know."""
-        return tuple(
+        anew = tuple(
+            f"{name}: its clock jumped or began anew {stream.resets} times; instants on either side are estimated apart"
+            for name, stream in self.streams.items()
+            if stream.resets
+        )
+        return anew + tuple(
             f"{alignment}: beyond {WARN_BEYOND_S * 1e3:g} ms; calibrate the time"
             for alignment in self.alignments
             if alignment.misaligned
@@ -159,30 +164,37 @@ def _streams(recording: Recording) -> dict[str, StreamQuality]:
     for name in recording.cameras:
         images = recording.images(name)
         if len(images) > 1:
-            times = clock_times(images.device_time_s, images.host_time_ns)
+            times = clock_times(images.device_time_s, images.host_time_ns, images.counter)
             streams[f"camera {name}"] = _quality(times, images.counter, images.device_time_s)
     return streams
 
 
 def _quality(times: EventTimes, counter: IntArray, device_time_s: FloatArray) -> StreamQuality:
-    steps = np.diff(counter)
-    at_gaps = np.diff(times.time_ns)[times.gap_ends - 1]
+    in_order = np.sort(times.time_ns)
+    ends = np.maximum(np.searchsorted(in_order, times.time_ns[times.gap_ends]), 1)
+    at_gaps = in_order[ends] - in_order[ends - 1]
     return StreamQuality(
         samples=len(counter),
-        missing=int(np.sum(steps[steps > 1] - 1)),
+        missing=_missing(counter, times.time_ns),
         period_s=times.period_s,
         gaps=len(times.gap_ends),
         longest_gap_s=float(at_gaps.max(initial=0)) * 1e-9,
         resets=times.resets,
-        drift_ppm=_drift_ppm(device_time_s, times.time_ns),
+        drift_ppm=_drift_ppm(device_time_s, times.time_ns, counter),
         wander_ppm=times.wander_ppm,
         delay_s=times.residual_s,
     )
 
 
-def _drift_ppm(device_time_s: FloatArray, time_ns: IntArray) -> float:
+def _missing(counter: IntArray, time_ns: IntArray) -> int:
+    """Return how many numbers are missing, whatever the order in which the others came."""
+    stretches = np.split(counter, clock_starts(counter.astype(np.float64), time_ns))
+    return sum(max(0, int(np.ptp(stretch)) + 1 - len(stretch)) for stretch in stretches)
+
+
+def _drift_ppm(device_time_s: FloatArray, time_ns: IntArray, counter: IntArray) -> float:
     """Return how much faster a clock runs than the host's, over its longest stretch without a reset."""
-    starts = np.flatnonzero(np.diff(device_time_s) < 0) + 1
+    starts = clock_starts(device_time_s, time_ns, SECOND_NS, counter)
     longest = max(np.split(np.arange(len(device_time_s)), starts), key=len)
     host_s = (time_ns[longest] - time_ns[longest[0]]) * 1e-9
     if not np.all(np.isfinite(device_time_s)) or len(longest) < 2 or host_s[-1] == 0:

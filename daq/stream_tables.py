@@ -60,7 +60,7 @@ def stream_tables(recording: Recording) -> Iterator[Table]:
     yield Table(
         "robot",
         (
-            *_stamps(robot, partial(clock_times, robot.device_time_s), origin_ns),
+            *_stamps(robot, partial(clock_times, robot.device_time_s, counter=robot.counter), origin_ns),
             Column("moving", "1", robot.moving.astype(np.uint8)),
             *_columns(_POSE, np.hstack([robot.position, robot.quaternion_wxyz])),
             *_columns([(f"joint_{n}", "rad") for n in range(1, 7)], robot.joints),
@@ -68,7 +68,8 @@ def stream_tables(recording: Recording) -> Iterator[Table]:
     )
     for name in recording.cameras:
         images = recording.images(name)
-        yield Table(f"camera_{name}", _stamps(images, partial(clock_times, images.device_time_s), origin_ns))
+        map_clock = partial(clock_times, images.device_time_s, counter=images.counter)
+        yield Table(f"camera_{name}", _stamps(images, map_clock, origin_ns))
     events = recording.events
     yield Table(
         "events",

@@ -23,19 +23,24 @@ def force_times(force: WrenchBlock, rig: Rig) -> EventTimes:
 
 def robot_times(robot: PoseBlock) -> EventTimes:
     """Return when the robot's states were measured; raises SynchronisationError for fewer than two."""
-    return clock_times(robot.device_time_s, robot.host_time_ns)
+    return clock_times(robot.device_time_s, robot.host_time_ns, robot.counter)
 
 
 def exposure_times(images: Images, rig: Rig) -> EventTimes:
     """Return when the images were exposed; raises SynchronisationError for fewer than two."""
-    return _earlier(clock_times(images.device_time_s, images.host_time_ns), rig.latencies.cameras_s)
+    return _earlier(
+        clock_times(images.device_time_s, images.host_time_ns, images.counter), rig.latencies.cameras_s
+    )
 
 
-def clock_times(device_time_s: FloatArray, host_time_ns: IntArray) -> EventTimes:
-    """Map a clock in seconds (n,) to the host clock; the receive stamps stay where the device has none (NaN)."""
+def clock_times(device_time_s: FloatArray, host_time_ns: IntArray, counter: IntArray) -> EventTimes:
+    """Map a clock in seconds (n,) to the host clock; the receive stamps stay where the device has none (NaN).
+
+    The counter (n,) of the same samples tells when the clock leaps.
+    """
     if not np.all(np.isfinite(device_time_s)):
         return estimate_event_times(host_time_ns, host_time_ns)
-    return estimate_event_times(device_time_s, host_time_ns, unit_ns=SECOND_NS)
+    return estimate_event_times(device_time_s, host_time_ns, unit_ns=SECOND_NS, counter=counter)
 
 
 def _earlier(stamped: EventTimes, latency_s: float) -> EventTimes:

@@ -45,8 +45,12 @@ class Synchronised:
     rejected: Mapping[str, int]
 
 
-def synchronise(recording: Recording, progress: Progress) -> Synchronised:
+def synchronise(recording: Recording, progress: Progress, most_pairs_per_s: float = math.inf) -> Synchronised:
     """Turn a recording into an experiment.
+
+    Parameters
+    ----------
+    most_pairs_per_s : of images that are looked at in a window, about; the beads' means are the coarser for fewer
 
     Raises
     ------
@@ -58,7 +62,7 @@ def synchronise(recording: Recording, progress: Progress) -> Synchronised:
     windows = measuring_windows(recording.events)
     progress("averaging force and pose", 0, 1)
     signals = signal_means(recording.force, recording.robot, rig, windows)
-    beads = fiducial_means(recording, rig, windows, progress)
+    beads = fiducial_means(recording, rig, windows, progress, most_pairs_per_s)
     return brought_together(recording.info, rig, windows, signals, beads)
 
 

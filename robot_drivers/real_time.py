@@ -41,6 +41,15 @@ def prefer_this_process() -> bool:
     return False
 
 
+def give_way(steps: int) -> None:
+    """Lower the priority of the calling process by some steps of niceness, below that of the process it came from.
+
+    For a computation beside devices. Windows knows no niceness; there nothing changes.
+    """
+    if hasattr(os, "nice"):
+        os.nice(steps)
+
+
 def shorten_turns() -> None:
     """Let a thread that wakes up wait for half a millisecond only for the one which holds the interpreter."""
     sys.setswitchinterval(_TURN_S)

@@ -18,7 +18,7 @@ FORBIDDEN_IMPORTS = {
 MOST_LINES = 400
 SIMULATED = re.compile(r"emulators?$|^virtual_|^testing$")
 CHOOSES_SIMULATION = re.compile(
-    r"(daq\.(bad_input|cli|demo)|gui\.(app|promptness|soak|screenshots)|robot_drivers\.ati\.benchmark)\b"
+    r"(daq\.(bad_input|cli|demo|faults)|gui\.(app|promptness|soak|screenshots)|robot_drivers\.ati\.benchmark)\b"
 )
 MACHINE_PATH = re.compile(
     r"(?<![\w.:/$}>-])/(home|root|Users|opt|mnt|media|srv|work|workspace)/\w|\b[A-Z]:\\+Users"

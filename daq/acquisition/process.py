@@ -7,10 +7,11 @@ been silent; a third tells it the telemetry, and may wait for a client that does
 import pickle
 import queue
 import threading
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import BinaryIO
 
+from daq.acquisition.connections import Connections
 from daq.acquisition.live_view import LiveView
 from daq.acquisition.messages import (
     VERSION,
@@ -44,6 +45,7 @@ from daq.rig import Rig, make_devices
 from daq.session.session import Label, Session, connected
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceError
+from robot_drivers.protocols import StreamStatistics
 from robot_drivers.real_time import shorten_collections
 
 SILENCE_LIMIT_S = 0.8
@@ -52,6 +54,7 @@ _TELEMETRY_PERIOD_S = 1.0 / 30.0
 _SLOWEST_PACE_S = 0.05  # of cameras that set the pace
 _SYNC_PERIOD_NS = 1_000_000_000
 _WATCH_PERIOD_S = 0.05
+_CONNECT_AGAIN_S = 2.0
 
 
 def serve(commands: BinaryIO, reports: BinaryIO) -> None:
@@ -97,6 +100,7 @@ class Host:
         self._devices = devices
         self._link = link
         self._live = LiveView()
+        self._connections = Connections(devices)
         self._starts: queue.SimpleQueue[Start | Check | None] = queue.SimpleQueue()
         self._session: Session | None = None
         self._progress = ("ready", 0, 0)
@@ -123,14 +127,43 @@ class Host:
             self._closing.set()
 
     def _next_start(self) -> Start | None:
-        """Show what the devices bring until the next session is asked for."""
-        devices = self._devices
-        devices.force_sensor.start()
+        """Show what the devices bring until the next session is asked for, and connect again those that are lost."""
+        while True:
+            self._restore()
+            try:
+                return self._asked_for()
+            except queue.Empty:
+                continue  # something is lost
+
+    def _restore(self) -> None:
+        """Connect again what is lost; nothing moves, and a robot that has been stopped meanwhile stays held."""
+        was_lost = self._connections.lost
+        self._connections.restore()
+        if was_lost and not self._connections.lost and not self._held and self._devices.robot.state().stopped:
+            self._held = "the robot was held while it was not connected"
+
+    def _asked_for(self) -> Start | None:
+        """Show what the devices bring until a session is asked for; raises queue.Empty where a device is lost."""
+        devices, connections = self._devices, self._connections
         try:
-            with Streams(devices.force_sensor, devices.robot, devices.cameras, (self._live,)):
-                while isinstance(asked := self._starts.get(), Check):
+            devices.force_sensor.start()
+        except DeviceError as error:
+            connections.on_failure(FORCE, error)
+        try:
+            with Streams(
+                devices.force_sensor, devices.robot, devices.cameras, (self._live, self._connections)
+            ):
+                while True:
+                    try:
+                        asked = self._starts.get(timeout=_CONNECT_AGAIN_S)
+                    except queue.Empty:
+                        connections.look()
+                        if connections.lost:
+                            raise
+                        continue
+                    if not isinstance(asked, Check):
+                        return asked
                     self._link.send(self._checked(asked))
-                return asked
         finally:
             devices.force_sensor.stop()
 
@@ -145,8 +178,15 @@ class Host:
     def _carry_out(self, start: Start) -> Ended:
         failure = None
         try:
+            self._connections.look()
+            self._connections.require()
             session = self._session = Session(
-                self._rig, self._devices, start.trajectory, start.folder, start.label, (self._live,)
+                self._rig,
+                self._devices,
+                start.trajectory,
+                start.folder,
+                start.label,
+                (self._live, self._connections),
             )
             return Ended(session.run(self._show_progress), None)
         except (DaqError, DeviceError) as error:
@@ -256,7 +296,7 @@ class Host:
         self._watch_clocks(statistics_of)
         counts = {}
         for stream, ask in statistics_of.items():
-            statistics = ask()
+            statistics = _counted(ask)
             counts[stream] = StreamCounts(
                 statistics.received,
                 statistics.lost,
@@ -272,6 +312,14 @@ class Host:
         if (now_ns := host_time_ns()) >= self._sync_due_ns:
             self._sync_due_ns = now_ns + _SYNC_PERIOD_NS
             self._sync_s = {stream: self._live.sync_s(stream) for stream in streams}
+
+
+def _counted(ask: Callable[[], StreamStatistics]) -> StreamStatistics:
+    """Return the counts of a device, none while it is not connected."""
+    try:
+        return ask()
+    except DeviceError:
+        return StreamStatistics()
 
 
 def _failure(error: Exception) -> Failure:

@@ -12,6 +12,7 @@ from daq.cli import (
     emulate,
     estimate,
     export,
+    faults,
     gui,
     mesh,
     record,
@@ -40,6 +41,7 @@ _VERBS = (
     mesh,
     study,
     benchmark,
+    faults,
 )
 
 _EXAMPLES = """examples:

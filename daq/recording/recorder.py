@@ -7,7 +7,7 @@ its ``…/device`` stamps beside; and ``/events``. Force, robot and events go to
 """
 
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
@@ -43,6 +43,7 @@ class Recorder:
     Parameters
     ----------
     models : of the cameras by name, where they are known
+    tell_failure : called at once, from a thread of the recorder, when the disk takes no more
     """
 
     def __init__(
@@ -53,6 +54,7 @@ class Recorder:
         cameras: Mapping[str, Camera],
         observers: Sequence[Observer] = (),
         models: Mapping[str, PinholeCamera] | None = None,
+        tell_failure: Callable[[RecordingError], None] = lambda failure: None,
     ) -> None:
         self._events = threading.Lock()
         self._event_sequence = self._force_sequence = self._pose_sequence = 0
@@ -74,7 +76,7 @@ class Recorder:
         frame_rows = {name: self._frame_rows(name) for name in cameras}
         for name, model in (models or {}).items():
             self._describe_camera(name, model)
-        self._writer = RecordWriter((signals, self._images), self._dropped_packet)
+        self._writer = RecordWriter((signals, self._images), self._dropped_packet, tell_failure=tell_failure)
         self._encoders = {name: self._encoder(name, rows) for name, rows in frame_rows.items()}
         self._streams = Streams(force_sensor, robot, cameras, (*observers, self))
 
@@ -86,12 +88,16 @@ class Recorder:
 
     def check(self) -> None:
         """Raise when a device, the disk, or this program has failed."""
-        self._writer.check()
+        self.check_disk()
         self._streams.check()
         if not all(encoder.is_alive() for encoder in self._encoders.values()):
             raise RecordingError(
                 "a thread that encodes images has ended by a programming error; see its traceback above"
             )
+
+    def check_disk(self) -> None:
+        """Raise RecordingError when the disk has failed."""
+        self._writer.check()
 
     def written(self) -> dict[str, int]:
         """Return the samples of each stream that are in the file and survive the death of this process."""

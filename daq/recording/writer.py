@@ -42,10 +42,12 @@ class RecordWriter:
         logs: Sequence[McapLog],
         tell_dropped: Callable[[dict[str, int]], Packet],
         buffer_bytes: int = _BUFFER_BYTES,
+        tell_failure: Callable[[RecordingError], None] = lambda failure: None,
     ) -> None:
         self.written: Counter[str] = Counter()
         self._logs = logs
         self._tell_dropped = tell_dropped
+        self._tell_failure = tell_failure
         self._buffer_bytes = buffer_bytes
         self._queue: queue.SimpleQueue[Packet] = queue.SimpleQueue()
         self._room = threading.Condition()
@@ -91,9 +93,7 @@ class RecordWriter:
     def check(self) -> None:
         """Raise RecordingError when writing has failed."""
         if self._error is not None:
-            raise RecordingError(
-                f"{self._error.filename or 'recording'}: cannot be written ({self._error})"
-            ) from self._error
+            raise _failure(self._error) from self._error
 
     def close(self) -> None:
         """Write everything handed over so far and end both threads."""
@@ -136,7 +136,7 @@ class RecordWriter:
                 try:
                     log.append(*(packet.rows for packet in packets))
                 except OSError as error:
-                    self._error = error
+                    self._fail(error)
             with self._room:
                 for packet in packets:
                     counter = self._dropped if self._error else self.written
@@ -150,4 +150,14 @@ class RecordWriter:
                 for log in self._logs:
                     log.sync()
             except OSError as error:
-                self._error = error
+                self._fail(error)
+
+    def _fail(self, error: OSError) -> None:
+        """Give up writing, and tell it at once: whoever moves a robot meanwhile asks only when it stands."""
+        if self._error is None:
+            self._error = error
+            self._tell_failure(_failure(error))
+
+
+def _failure(error: OSError) -> RecordingError:
+    return RecordingError(f"{error.filename or 'recording'}: cannot be written ({error})")

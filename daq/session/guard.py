@@ -166,16 +166,17 @@ class Guard:
             )
 
     def _check_wrenches(self, block: WrenchBlock, rest: FloatArray) -> None:
+        if not np.all(block.usable):
+            # first of all, for what such a sample reads means nothing and would be told as the reason
+            first = int(np.argmin(block.usable))
+            reason = f"the force sensor is saturated or faulty (status {block.status[first]:#x})"
+            self.hold(reason, int(block.host_time_ns[first]))
         change = block.wrench - rest
         force = np.linalg.norm(change[:, :3], axis=1)
         torque = np.linalg.norm(change[:, 3:], axis=1)
         self._check_below(force, self._limits.force_n, "force", "N", block.host_time_ns)
         self._check_below(torque, self._limits.torque_nm, "torque", "N·m", block.host_time_ns)
         self._check_rate(block, change)
-        if not np.all(block.usable):
-            first = int(np.argmin(block.usable))
-            reason = f"the force sensor is saturated or faulty (status {block.status[first]:#x})"
-            self.hold(reason, int(block.host_time_ns[first]))
 
     def _check_rate(self, block: WrenchBlock, change: FloatArray) -> None:
         """Check how fast the mean wrench of a block has changed since that of an earlier one."""

@@ -6,7 +6,7 @@ the windows; nothing is averaged here. Whatever ends a session, the robot stands
 
 import shutil
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -35,7 +35,7 @@ from daq.session_report import write_report
 from daq.trajectories import Trajectory
 from daq.versions import package_versions
 from daq.vision.camera_model import PinholeCamera, StereoCalibration
-from robot_drivers.protocols import FloatArray, Pose
+from robot_drivers.protocols import FloatArray, Pose, StreamStatistics
 
 # what the tissue and the robot do once it was stopped belongs into the recording
 _AFTER_STOP_S = 0.5
@@ -144,6 +144,7 @@ class Session:
         models = _camera_models(self._rig)
         devices.force_sensor.start()
         _make_folder(self._rig, self._in_force, devices, trajectory, self.folder, self._label)
+        before = _statistics(devices)
         recorder = self._recorder = Recorder(
             self.folder,
             devices.force_sensor,
@@ -151,6 +152,7 @@ class Session:
             devices.cameras,
             (self._guard, *self._observers),
             models,
+            tell_failure=lambda failure: self._guard.hold(str(failure)),
         )
         problems = list(self._in_force.warnings)
         try:
@@ -159,7 +161,7 @@ class Session:
             problems.append(self._hold_after(error, recorder))
             raise
         finally:
-            problems += self._end(recorder)
+            problems += self._end(recorder, before)
             progress("checking and sealing the recording", len(targets), len(targets))
             info = self._seal(problems)
         return info
@@ -221,7 +223,7 @@ class Session:
         time.sleep(_AFTER_STOP_S)
         return reason
 
-    def _end(self, recorder: Recorder) -> list[str]:
+    def _end(self, recorder: Recorder, before: Mapping[str, StreamStatistics]) -> list[str]:
         """Stop recording, and return a line for everything that an analyst must know."""
         latency, problems = self._guard.latency, []
         try:
@@ -239,7 +241,7 @@ class Session:
         except OSError as error:
             problems.append(f"the end of the recording may not have reached the disk ({error})")
         self._devices.force_sensor.stop()
-        return problems + _losses(self._devices, recorder)
+        return problems + _losses(before, _statistics(self._devices)) + _drops(recorder)
 
 
 def _unseen(text: str, done: int, total: int) -> None:
@@ -281,9 +283,23 @@ def _make_folder(
     write_info(folder, info)
 
 
-def _losses(devices: Devices, recorder: Recorder) -> list[str]:
-    """Return a line for every stream that lacks samples."""
-    counts = {role: device.statistics() for role, device in devices.all().items()}
-    lost = [f"{role}: {count.lost} samples lost on the way" for role, count in counts.items() if count.lost]
-    dropped = [f"{name}: {count} samples not written" for name, count in recorder.dropped().items()]
-    return lost + dropped
+def _statistics(devices: Devices) -> dict[str, StreamStatistics]:
+    return {role: device.statistics() for role, device in devices.all().items()}
+
+
+def _losses(before: Mapping[str, StreamStatistics], after: Mapping[str, StreamStatistics]) -> list[str]:
+    """Return a line for everything that befell the messages of a device meanwhile: they are counted from connecting."""
+    told = []
+    for role, count in after.items():
+        words = {
+            "samples lost on the way": count.lost - before[role].lost,
+            "messages not understood and left out": count.malformed - before[role].malformed,
+            "times its stream or its clock began anew": count.restarts - before[role].restarts,
+        }
+        told += [f"{role}: {number} {what}" for what, number in words.items() if number > 0]
+    return told
+
+
+def _drops(recorder: Recorder) -> list[str]:
+    """Return a line for every stream of which samples were received but not written."""
+    return [f"{name}: {count} samples not written" for name, count in recorder.dropped().items()]

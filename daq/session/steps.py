@@ -4,7 +4,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
-from daq.errors import SoftwareStopError
+from daq.errors import SessionError, SoftwareStopError
 from daq.frames import distance
 from daq.progress import Progress
 from daq.recording.recorder import Recorder
@@ -40,6 +40,8 @@ class StepRunner:
         ------
         SoftwareStopError
             The guard has held the robot.
+        SessionError
+            The controller has stopped the robot where it stood.
         DeviceError, RecordingError
             A device or the disk has failed.
         """
@@ -77,6 +79,7 @@ class StepRunner:
         self.recorder.event(MEASURE_BEGIN, row=row, number=step.number, phase=step.phase)
         self._wait(step.measure_s)
         self.recorder.event(MEASURE_END, row=row)
+        self._require_ready()
 
     def _wait(self, duration_s: float) -> None:
         deadline = time.monotonic() + duration_s
@@ -85,9 +88,17 @@ class StepRunner:
             self._check_guard()
             self.recorder.check()
 
+    def _require_ready(self) -> None:
+        """Ask the robot whether it could move: a stop at its controller while it stands shows nowhere else."""
+        state = self.robot.state()
+        if not state.ready:
+            self._check_guard()
+            raise SessionError(f"the robot was stopped at its controller while it stood ({state.message})")
+
     def _check_guard(self, cause: DeviceError | None = None) -> None:
         stop = self.guard.stop
         if stop is not None:
+            self.recorder.check_disk()  # where that is what stopped the robot, it is told as what it is
             raise SoftwareStopError(stop.describe()) from cause
 
 

@@ -151,11 +151,12 @@ def _run_camera(control: Connection, load: Load, side: int) -> None:
     scene = Scene(camera, SceneSettings(pixel_format="bayer_rggb8" if load.colour else "mono8"), seed=side)
     images = [scene.render(placed_beads(0), number) for number in range(_DIFFERENT_IMAGES)]
     settings = CameraEmulatorSettings(camera.width, camera.height, load.frames_per_s, _BUFFERED)
-    with CameraEmulator(_in_turn(images, load.frames_per_s), settings, BusClock(host_time_ns())) as emulator:
+    with CameraEmulator(in_turn(images, load.frames_per_s), settings, BusClock(host_time_ns())) as emulator:
         _serve(control, {"url": emulator.url})
 
 
-def _in_turn(images: list[NDArray[np.uint8]], frames_per_s: float) -> Callable[[float], NDArray[np.uint8]]:
+def in_turn(images: list[NDArray[np.uint8]], frames_per_s: float) -> Callable[[float], NDArray[np.uint8]]:
+    """Return what an emulated camera sees that shows these images one after another."""
     return lambda time_s: images[round(time_s * frames_per_s) % len(images)]
 
 

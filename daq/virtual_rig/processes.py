@@ -13,6 +13,7 @@ from multiprocessing.connection import Connection
 import numpy as np
 from numpy.typing import NDArray
 
+from daq.one_thread import compute_in_one_thread
 from daq.virtual_rig.board_scene import BoardScene
 from daq.virtual_rig.layout import (
     CAMERA_READOUT_S,
@@ -38,10 +39,12 @@ from robot_drivers.ati.emulator import NetFTEmulator
 from robot_drivers.cameras.emulator import BusClock, CameraEmulator, CameraEmulatorSettings, ImageSource
 from robot_drivers.clock import host_time_ns
 from robot_drivers.protocols import Pose
-from robot_drivers.real_time import prefer_this_process, shorten_turns
+from robot_drivers.real_time import give_way, prefer_this_process, shorten_turns
 
 _BURST_S = 0.005
 _BUFFERED = 5
+# The phantom comes after the programs that are tried on it: in nature it costs no time.
+_STEPS_BEHIND = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +84,8 @@ class DeviceClocks:
 def solve_phantom(connection: Connection, phantom: PhantomModel) -> None:
     """Answer every pose with the phantom's state, until the other end closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    give_way(_STEPS_BEHIND)
+    compute_in_one_thread()
     solver = phantom.build()
     while True:
         try:
@@ -100,6 +105,7 @@ def run_emulators(control: Connection, solver: Connection, settings: VirtualRigS
     """Run the devices; tell their clocks and addresses over ``control``, obey orders from there, end when it closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     prefer_this_process()  # the devices' time is real; the solver's is not
+    compute_in_one_thread()
     shorten_turns()  # rendering must not keep the fast devices waiting
     with ExitStack() as stack:
         arm = ArmSettings(home=REST_TOOL, T_flange_tool=T_FLANGE_TOOL, seed=settings.seed)

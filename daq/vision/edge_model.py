@@ -55,6 +55,11 @@ class Patches:
         """Return some of the patches."""
         return Patches(*(getattr(self, attribute.name)[rows] for attribute in fields(self)))
 
+    def take(self, pixels: NDArray[np.intp]) -> "Patches":
+        """Return the patches with some of their pixels (n, q) only."""
+        values = (getattr(self, attribute.name) for attribute in fields(self))
+        return Patches(*(np.take_along_axis(value, pixels, axis=1) for value in values))
+
 
 def model(parameters: FloatArray, patches: Patches) -> tuple[FloatArray, FloatArray]:
     """Return the residuals model - level (n, p) and their Jacobian (n, k, p), k = 10 or, with highlight, 14."""

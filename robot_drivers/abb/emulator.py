@@ -18,6 +18,7 @@ from robot_drivers.abb.emulator_ports import CommandPort, ServerPort
 from robot_drivers.abb.emulator_rapid import RapidServer
 from robot_drivers.abb.emulator_settings import ControllerFaults, EmulatorSettings
 from robot_drivers.clock import host_time_ns
+from robot_drivers.emulated_clock import ClockError
 from robot_drivers.errors import ConfigurationError, DeviceTimeoutError, MotionRefusedError
 from robot_drivers.protocols import Pose
 
@@ -46,6 +47,7 @@ class ControllerEmulator:
         self._egm_number = 0
         self._state_number = 0
         self._cycles = 0
+        self._clock_error = ClockError()
         self._epoch_ns = host_time_ns()
         self._injected_s = time.monotonic()
         self._restart_due = True
@@ -167,6 +169,14 @@ class ControllerEmulator:
         if self._arm.motion is not Motion.ARRIVED:
             raise MotionRefusedError(f"the arm cannot be jogged to {T_base_tool}")
 
+    def disturb_clock(self, jump_s: float, drift_ppm: float) -> None:
+        """Let the controller's clock jump, and drift from now on; until the controller is restarted."""
+
+        def apply() -> None:
+            self._clock_error = self._clock_error.disturbed(self._cycles * CYCLE_S, jump_s, drift_ppm)
+
+        self._order(apply)
+
     def drop_connections(self) -> None:
         """Break both TCP connections."""
         self._order(self._drop_clients)
@@ -263,13 +273,15 @@ class ControllerEmulator:
         faults, self._rapid = self._rapid.faults, RapidServer(self._settings, self._arm)
         self._rapid.faults = faults
         self._cycles = self._egm_number = self._state_number = 0
+        self._clock_error = ClockError()
         if self._guidance is not None:
             self._stop_egm()
 
     @property
     def _controller_us(self) -> int:
         """The controller's clock since power-up, µs."""
-        return round(self._cycles * CYCLE_S * 1e6)
+        elapsed_s = self._cycles * CYCLE_S
+        return max(0, round((elapsed_s + self._clock_error.at(elapsed_s)) * 1e6))
 
     def _send_state(self) -> None:
         if self._state.accept():

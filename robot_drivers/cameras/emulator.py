@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot_drivers.clock import host_time_ns
+from robot_drivers.emulated_clock import ClockError
 from robot_drivers.errors import ConfigurationError
 
 ImageSource = Callable[[float], NDArray[np.uint8]]
@@ -143,6 +144,7 @@ class CameraEmulator:
         self._faults = CameraFaults()
         self._injected_ns = host_time_ns()
         self._restart_due = False
+        self._clock_error = ClockError()
         self._image_source = image_source
         self._settings = settings or CameraEmulatorSettings()
         self._clock = clock or BusClock(host_time_ns())
@@ -177,6 +179,11 @@ class CameraEmulator:
         self._injected_ns = host_time_ns()
         self._restart_due = True
         self._faults = faults
+
+    def disturb_clock(self, jump_s: float, drift_ppm: float) -> None:
+        """Fault: the cycle time in the images jumps, and drifts from now on."""
+        now_s = self._clock.time_s(host_time_ns())
+        self._clock_error = self._clock_error.disturbed(now_s, jump_s, drift_ppm)
 
     def drop(self, frames: int) -> None:
         """Fault: expose and count the next ``frames`` images without sending them."""
@@ -256,7 +263,7 @@ class CameraEmulator:
                 f"camera emulator: the image source gave {image.dtype} {image.shape}; it must give uint8 "
                 f"{shape}"
             )
-        information = self._frame_information(time_s, counter)
+        information = self._frame_information(time_s + self._clock_error.at(time_s), counter)
         image = np.full(shape, 255, np.uint8) if self._faults.saturated else np.array(image, order="C")
         image[0, : len(information)] = np.frombuffer(information, np.uint8)
         return image

@@ -3,6 +3,7 @@
 import threading
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -29,6 +30,7 @@ class _Fake:
         self.counter = 0
         self.silent = threading.Event()
         self.closed = False
+        self.counts = StreamStatistics()
 
     @property
     def identity(self) -> DeviceIdentity:
@@ -41,7 +43,7 @@ class _Fake:
         self.closed = True
 
     def statistics(self) -> StreamStatistics:
-        return StreamStatistics(received=self.counter)
+        return replace(self.counts, received=self.counter)
 
     def _stamps(self, timeout_s: float, period_s: float) -> np.ndarray:
         """Wait a while and return the counters of the samples that fell into it."""

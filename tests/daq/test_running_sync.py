@@ -17,7 +17,7 @@ from daq.frames import pose
 from daq.recording.reader import Recording
 from daq.recording.running import RunningRecording
 from daq.recording.scan import Scan, scan, scan_on
-from daq.running_sync import RunningSynchronisation
+from daq.running_sync import PAIRS_PER_S, RunningSynchronisation
 from daq.sync import Synchronised, synchronise
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads
 from daq.virtual_rig.phantom import SpringPhantom
@@ -171,3 +171,29 @@ def test_pixels_that_were_let_go_are_gone_and_their_stamps_stay(growing: Growing
     np.testing.assert_array_equal(left.image(2), images.image(2))
     with pytest.raises(RecordingError, match="image 1 of the recording cannot be decoded"):
         left.image(1)
+
+
+def test_of_fast_cameras_some_pairs_are_looked_at_as_of_the_whole_with_as_many(tmp_path: Path) -> None:
+    session = SyntheticSession(POSES[:2], PHANTOM, frame_rate=10.0)
+    growing = Growing(session.write(tmp_path / "session"), tmp_path / "growing")
+    running, found = RunningSynchronisation(growing.folder), None
+    for half in range(2 * 2 * 2 + 2):
+        growing.until(0.5 * half)
+        found = running.read_on() or found
+    assert found is not None
+    recording = Recording(growing.folder)
+    assert_same(found, synchronise(recording, silent, PAIRS_PER_S))
+    most = max(found.samples["camera left"])
+    assert most <= math.ceil(5.0 * WINDOW_S) < min(synchronise(recording, silent).samples["camera left"])
+
+
+def test_what_nobody_writes_any_more_is_not_waited_for(growing: Growing) -> None:
+    """The recorder has closed its files, and the seal is still to come."""
+    running = RunningSynchronisation(growing.folder)
+    growing.until(PERIOD_S)
+    assert running.read_on() is not None
+    growing.until(2 * PERIOD_S, "signals.mcap")
+    assert running.read_on() is None
+    found = running.read_rest()
+    assert found is not None
+    assert len(found.experiment.time) == 2

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from session_bench import SHORT, Bench, silent
 
-from daq.errors import MotionLimitError, SessionError, SoftwareStopError
+from daq.errors import MotionLimitError, RecordingError, SessionError, SoftwareStopError
+from daq.recording.chunks import Rows
 from daq.recording.folder import read_info, verify_checksums
+from daq.recording.mcap_log import McapLog
 from daq.recording.reader import Recording, open_recording
 from daq.rig import read_rig
 from daq.session.checks import gripper_in_tissue
@@ -18,7 +20,7 @@ from daq.session.session import Label, Session, connected, run_session
 from daq.session_report import read_report
 from daq.trajectories import TWIST_AND_PULL
 from robot_drivers.errors import DeviceTimeoutError, MotionRefusedError
-from robot_drivers.protocols import Pose, Speed, WrenchBlock
+from robot_drivers.protocols import Pose, PoseBlock, Speed, StreamStatistics, WrenchBlock
 
 
 @pytest.fixture
@@ -147,6 +149,16 @@ def test_a_saturated_sensor_holds_the_robot(bench: Bench) -> None:
         bench.run()
 
 
+def test_saturation_is_the_reason_whatever_a_saturated_sensor_reads(bench: Bench) -> None:
+    def saturate() -> None:
+        bench.force.wrench[:] = 700.0
+        bench.force.usable = False
+
+    bench.robot.on_the_way = saturate
+    with pytest.raises(SoftwareStopError, match="saturated or faulty"):
+        bench.run()
+
+
 def test_without_a_usable_reading_at_rest_nothing_moves(bench: Bench) -> None:
     bench.force.usable = False
     with pytest.raises(SessionError, match="no usable sample at rest"):
@@ -252,6 +264,44 @@ def test_a_failing_device_ends_the_session_with_its_own_words(bench: Bench) -> N
     assert bench.robot.held.is_set()
 
 
+def test_what_befell_the_messages_before_a_session_is_not_told_of_it(bench: Bench) -> None:
+    """Devices count from connecting, sessions come and go."""
+    counted = StreamStatistics(lost=7, malformed=3, restarts=1)
+    bench.robot.counts = counted
+    bench.robot.on_the_way = None
+    bench.run()
+    assert read_info(bench.folder).problems == ()
+
+
+def test_what_befell_the_messages_during_a_session_is_told_by_device(bench: Bench) -> None:
+    bench.robot.counts = StreamStatistics(lost=7, malformed=3, restarts=1)
+    observe = bench.robot.read
+
+    def read(timeout_s: float) -> PoseBlock:
+        bench.robot.counts = StreamStatistics(lost=9, malformed=4, restarts=2)
+        return observe(timeout_s)
+
+    bench.robot.read = read  # type: ignore[method-assign] # what comes is damaged in this test
+    bench.run()
+    assert read_info(bench.folder).problems == (
+        "robot: 2 samples lost on the way",
+        "robot: 1 messages not understood and left out",
+        "robot: 1 times its stream or its clock began anew",
+    )
+
+
+def test_a_stop_at_the_controller_is_noticed_though_the_robot_stands(bench: Bench) -> None:
+    """After the last motion nobody orders another one that the controller could refuse."""
+    state = bench.robot.state
+    bench.robot.state = lambda: replace(  # type: ignore[method-assign] # somebody presses a button in this test
+        state(), ready=not bench.robot.poses and state().ready, message="motors are off"
+    )
+    with pytest.raises(SessionError, match=r"stopped at its controller while it stood \(motors are off\)"):
+        bench.run()
+    assert bench.robot.held.is_set()
+    assert "motors are off" in read_info(bench.folder).problems[0]
+
+
 FULL_DISK = """
 import resource, sys
 from pathlib import Path
@@ -279,6 +329,26 @@ def test_a_full_disk_holds_the_robot_and_keeps_what_was_written(tmp_path: Path) 
     assert recording.info.state in {"sealed", "recovered"}
     assert len(recording.force) > 50
     assert np.all(np.diff(recording.force.counter) == 1)
+
+
+def test_a_disk_that_fills_in_the_middle_of_a_motion_holds_the_robot_there(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The motion goes on until somebody holds it, and nobody asks the recorder meanwhile."""
+    full = threading.Event()
+    append = McapLog.append
+
+    def append_or_fail(log: McapLog, *batch: Rows) -> None:
+        if full.is_set():
+            raise OSError(28, "No space left on device")
+        append(log, *batch)
+
+    monkeypatch.setattr(McapLog, "append", append_or_fail)
+    bench.robot.on_the_way = full.set
+    with pytest.raises(RecordingError, match="No space left"):
+        bench.run()
+    assert bench.robot.held.is_set()
+    assert bench.robot.poses == []
 
 
 def test_an_existing_folder_is_never_written_into(bench: Bench) -> None:

@@ -15,7 +15,7 @@ from daq.recording.mcap_log import McapLog
 from daq.recording.reader import Recording
 from daq.recording.rows import EventRows, FrameRows, PoseRows, WrenchRows
 from daq.rig import read_rig, write_rig
-from daq.session_report import SessionReport, read_report, report_session, write_report
+from daq.session_report import SessionReport, StreamQuality, read_report, report_session, write_report
 from daq.virtual_rig.layout import FRAMES, GRASP_CENTRE, Addresses, placed_beads, rig_description
 from daq.virtual_rig.phantom import SpringPhantom
 from daq.virtual_rig.scene import flea2_pair
@@ -213,3 +213,10 @@ def test_what_cannot_be_told_is_said(tmp_path: Path) -> None:
     assert report.streams == {}
     assert "rig.toml" in report.alignments[0].remark
     assert read_report(tmp_path / "s").alignments[0].remark == report.alignments[0].remark
+
+
+def test_only_a_stream_whose_clock_began_anew_bears_a_warning_of_it() -> None:
+    steady = StreamQuality(100, 0, 0.004, 0, 0.0, 0, 1.0, 0.0, (0.0, 0.0, 0.0, 0.0))
+    report = SessionReport({"force": steady, "robot": replace(steady, resets=1)}, {}, ())
+    (warning,) = report.warnings
+    assert warning.startswith("robot: its clock jumped or began anew 1 times")

@@ -75,6 +75,37 @@ def test_a_restarted_device_gets_a_clock_of_its_own() -> None:
     assert np.abs(times.time_ns - true_ns).max() < 0.1e6
 
 
+def test_samples_that_were_overtaken_are_no_new_clock_and_no_gap() -> None:
+    true_s = np.arange(5000) * 0.004
+    order = np.arange(5000)
+    order[::20], order[1::20] = order[1::20].copy(), order[::20].copy()
+    host = jittered(ORIGIN_NS + true_s[order] * 1e9, seed=7)
+    times = estimate_event_times(true_s[order], host, unit_ns=1e9, counter=order)
+    assert times.resets == 0
+    assert len(times.gap_ends) == 0
+    assert np.abs(times.time_ns - ORIGIN_NS - true_s[order] * 1e9).max() < 0.1e6
+
+
+@pytest.mark.parametrize("leap_s", [0.2, 3.0, 100.0])
+def test_a_clock_that_leaps_ahead_is_mapped_apart_on_either_side(leap_s: float) -> None:
+    counter = np.arange(3000)
+    true_s = counter * 0.004
+    device_s = true_s + leap_s * (counter >= 1000)
+    times = estimate_event_times(
+        device_s, jittered(ORIGIN_NS + true_s * 1e9, seed=8), unit_ns=1e9, counter=counter
+    )
+    assert times.resets == 1
+    assert np.abs(times.time_ns - ORIGIN_NS - true_s * 1e9).max() < 0.1e6
+
+
+def test_neither_a_pause_of_the_device_nor_late_messages_are_a_leap_of_its_clock() -> None:
+    counter = np.arange(200)
+    true_s = counter * 0.1 + 2.0 * (counter >= 100)  # it paused, and its counter with it
+    late_s = np.where(counter % 50 < 20, 0.3, 0.001)  # twenty messages wait for the machine, again and again
+    host = np.rint(ORIGIN_NS + (true_s + late_s) * 1e9).astype(np.int64)
+    assert estimate_event_times(true_s, host, unit_ns=1e9, counter=counter).resets == 0
+
+
 def test_a_clock_that_stands_leaves_the_receive_stamps() -> None:
     host = np.array([5, 7, 11]) + ORIGIN_NS
     assert estimate_event_times(np.full(3, -1), host).time_ns.tolist() == host.tolist()

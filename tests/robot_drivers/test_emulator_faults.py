@@ -14,13 +14,16 @@ from robot_drivers.abb.egm_codec import decode_robot
 from robot_drivers.abb.emulator import ControllerEmulator
 from robot_drivers.abb.emulator_settings import ArmSettings, ControllerFaults, EmulatorSettings
 from robot_drivers.ati.digital_ft_emulator import DigitalFTEmulator
+from robot_drivers.ati.emulator import NetFTEmulator
 from robot_drivers.ati.emulator.netcanoem import BoardFaults, BoardSettings, NetCANOEMEmulator
 from robot_drivers.ati.netcanoem import NetCANOEM, NetCANOEMSettings
+from robot_drivers.ati.netft import NetFT, NetFTSettings
 from robot_drivers.ati.serial_line import SerialLine
 from robot_drivers.ati.serial_line_emulator import LineFaults
 from robot_drivers.ati.slcan_adapter_emulator import SlcanAdapterEmulator
 from robot_drivers.cameras.emulator import CameraEmulator, CameraEmulatorSettings, CameraFaults
 from robot_drivers.cameras.opencv import OpenCVCamera, OpenCVCameraSettings
+from robot_drivers.emulated_clock import ClockError
 from robot_drivers.errors import DeviceTimeoutError, DeviceUnreachableError
 
 LOAD = np.zeros(6)
@@ -195,6 +198,48 @@ def test_a_restarted_controller_breaks_its_connections_and_begins_its_numbers_an
         assert time.monotonic() < deadline, "the numbers do not begin anew"
 
 
+def test_a_controllers_clock_jumps_and_what_it_has_gained_stays(stream):
+    controller, listening = stream
+
+    def ahead():
+        """The controller's clock minus the host's, up to a constant."""
+        time_of = decode_robot(listening.recv(4096)).feed_back.time
+        return time_of.sec + 1e-6 * time_of.usec - time.monotonic()
+
+    before = max(ahead() for _ in range(20))
+    controller.disturb_clock(5.0, 0.0)
+    received(listening, 0.3)
+    assert max(ahead() for _ in range(20)) - before == pytest.approx(5.0, abs=1.0)
+    controller.disturb_clock(0.0, 0.0)
+    received(listening, 0.3)
+    assert max(ahead() for _ in range(20)) - before == pytest.approx(5.0, abs=1.0)
+
+
+def test_a_clock_gains_by_its_drift_from_when_that_began():
+    error = ClockError().disturbed(10.0, 2.0, 500.0)
+    assert (error.at(10.0), error.at(1010.0)) == (2.0, pytest.approx(2.5))
+    stopped = error.disturbed(1010.0, 0.0, 0.0)
+    assert stopped.at(5000.0) == pytest.approx(2.5)
+
+
+def test_the_clock_of_a_box_jumps_with_its_samples():
+    with (
+        NetFTEmulator(lambda _: LOAD) as box,
+        closing(
+            NetFT(NetFTSettings(host="127.0.0.1", rdt_port=box.rdt_port, http_port=box.http_port))
+        ) as sensor,
+    ):
+        sensor.connect()
+        sensor.start()
+        before = sensor.read(5.0).device_time_s[-1]
+        box.disturb_clock(0.5, 0.0)  # less than what the driver takes for a new stream
+        deadline, leaps = time.monotonic() + 60.0, []
+        while not leaps and time.monotonic() < deadline:
+            times = np.concatenate([[before], sensor.read(1.0).device_time_s])
+            leaps, before = np.diff(times)[np.diff(times) > 0.4].tolist(), times[-1]
+    assert leaps == [pytest.approx(0.5, abs=0.1)]
+
+
 # ---- camera
 
 
@@ -222,6 +267,15 @@ def test_a_saturated_camera_sends_white_images_that_still_count():
         frames = frames_of(emulator, 3)
     assert (frames[0].image[1:] == 255).all()
     assert frames[2].counter > frames[0].counter
+
+
+def test_the_clock_of_a_camera_jumps_and_its_counter_does_not():
+    with camera(CameraFaults()) as emulator:
+        first = frames_of(emulator, 1)[0]
+        emulator.disturb_clock(20.0, 0.0)
+        second = frames_of(emulator, 1)[0]
+    frames = second.counter - first.counter
+    assert second.device_time_s - first.device_time_s == pytest.approx(20.0 + frames / 50.0, abs=0.01)
 
 
 def test_a_camera_that_lost_power_counts_from_0_when_it_is_back():

@@ -12,6 +12,7 @@ from robot_drivers.ati.emulator.faults import Faults
 from robot_drivers.ati.emulator.settings import BoxConfiguration, EmulatorSettings
 from robot_drivers.ati.gamma import GAGE_MATRIX
 from robot_drivers.clock import host_time_ns
+from robot_drivers.emulated_clock import ClockError
 from robot_drivers.protocols import FloatArray, IntArray
 
 WrenchSource = Callable[[float], NDArray[np.float64]]
@@ -64,6 +65,7 @@ class Box:
         self._faults = Faults()
         self._injected_at = 0
         self._restart_due = False
+        self._clock_error = ClockError()
 
     @property
     def configuration(self) -> BoxConfiguration:
@@ -87,6 +89,12 @@ class Box:
             self._injected_at = self.tick()
             self._restart_due = True
 
+    def disturb_clock(self, jump_s: float, drift_ppm: float) -> None:
+        """Let ``ft_sequence`` jump, and drift from now on; until the box is restarted."""
+        with self._lock:
+            now_s = self.tick() / self.settings.internal_rate_hz
+            self._clock_error = self._clock_error.disturbed(now_s, jump_s, drift_ppm)
+
     def update(self) -> None:
         """Carry out a restart that has become due."""
         with self._lock:
@@ -96,6 +104,7 @@ class Box:
                 self._boot_tick = self._injected_at + round(back_s * self.settings.internal_rate_hz)
                 self._bias = np.zeros(6)
                 self._latched = False
+                self._clock_error = ClockError()
                 self.boots += 1
 
     @property
@@ -146,10 +155,16 @@ class Box:
         noise = self._random.standard_normal((len(ticks), 6)) * self.settings.noise_std
         counts = np.rint((load - self._bias + noise) * self._counts_per_si)
         return Measurement(
-            (ticks - self._boot_tick) % 2**32,
+            (ticks - self._boot_tick + self._ticks_ahead(ticks)) % 2**32,
             status,
             np.clip(counts, -(2**31), 2**31 - 1).astype(np.int64),
         )
+
+    def _ticks_ahead(self, ticks: IntArray) -> IntArray:
+        """Return how far, in ticks, a disturbed clock is ahead."""
+        rate_hz, error = self.settings.internal_rate_hz, self._clock_error
+        gained = 1e-6 * error.drift_ppm * (ticks - error.since_s * rate_hz)
+        return np.rint(error.ahead_s * rate_hz + gained).astype(np.int64)
 
     def _load(self, ticks: IntArray, wrench: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Return what the gages can tell of the wrench, (n, 6), and where one is at the end of its range."""

@@ -48,6 +48,10 @@ class NetFTEmulator:
         """Replace the faults in force; ``Faults()`` ends them."""
         self._box.inject(faults)
 
+    def disturb_clock(self, jump_s: float, drift_ppm: float) -> None:
+        """Let the clock that ``ft_sequence`` counts jump, and drift from now on."""
+        self._box.disturb_clock(jump_s, drift_ppm)
+
     def latch_monitor_condition(self) -> None:
         """Trip a monitor condition; its latch stays until the client resets it."""
         self._box.latch()
