@@ -25,7 +25,7 @@ from gui.pages.sessions import SessionsPage
 from gui.theme import DARK, LIGHT, apply_theme, system_theme
 from gui.virtual_laboratory import run_emulators
 from gui.window import Window
-from robot_drivers.real_time import prefer_this_process
+from robot_drivers.real_time import prefer_this_process, shorten_collections
 
 _SIGNAL_LOOK_MS = 200
 
@@ -163,6 +163,7 @@ class _Stage(QObject):
             self._desk.end()
         desk = self._desk = Desk(own, self._sessions_folder, self)
         desk.window_ready.connect(lambda _: self.opening.hide())
+        desk.window_ready.connect(lambda _: shorten_collections())
         desk.failed.connect(self.opening.show_failure)
         if virtual:
             desk.open_virtual()

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from daq.acquisition.messages import Seen
+from daq.one_thread import compute_in_one_thread
 from daq.rig import Rig
 from daq.vision.beads import Detections, detect_beads
 from daq.vision.camera_model import StereoCalibration
@@ -54,6 +55,7 @@ class BeadViewer:
     """Follows the beads through live pairs; whoever is lost is sought anew from the design's places."""
 
     def __init__(self, rig: Rig) -> None:
+        compute_in_one_thread()
         self._rig = rig
         self._stereo = StereoCalibration.load(rig.stereo_calibration)
         self._tracker: IdentityTracker | None = None

@@ -6,13 +6,14 @@ from itertools import islice
 from pathlib import Path
 
 from daq.errors import SessionError
+from daq.one_thread import compute_in_one_thread
 from daq.recording.folder import INFO_FILE
 from daq.recording.recorder import CAMERAS_FILE, SIGNALS_FILE
 from daq.running_sync import RunningSynchronisation
 from daq.sync import Synchronised
 from estimator.errors import FitError, SolverError
 from estimator.fit.estimate import estimate
-from estimator.fit.online import Following, OnlineEstimate, advance, follow_from, standing_rows
+from estimator.fit.online import Following, OnlineEstimate, advance, follow_from, renewed, standing_rows
 from estimator.fit.result import Estimate
 from gui.job_process import Reporter
 from gui.session_list import entry_of
@@ -20,6 +21,8 @@ from gui.sources import experiments_of
 
 _POLL_S = 0.05
 _PATIENCE_S = 30.0
+PATIENCE_OF_SEAL_S = 60.0
+"""A long recording is judged for some time before it is sealed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,11 +39,13 @@ class FollowedStep:
     measured_ns: int
 
 
-def follow_session(report: Reporter, session: Path) -> Estimate | None:
+def follow_session(
+    report: Reporter, session: Path, patience_of_seal_s: float = PATIENCE_OF_SEAL_S
+) -> Estimate | None:
     """Show a :class:`FollowedStep` after every step of a running session.
 
-    Returns the estimate of the whole session once it is sealed, None where it was cut off. Until the steps tell E
-    from ν, the next ones are waited for.
+    Returns the estimate of the whole session once it is sealed, None where that has not happened so long after its last
+    sample, as of one that was cut off. Until the steps tell E from ν, the next ones are waited for.
 
     Raises
     ------
@@ -51,21 +56,32 @@ def follow_session(report: Reporter, session: Path) -> Estimate | None:
     InputError, FitError, SolverError
         The phantom cannot be meshed, or the whole session cannot be estimated.
     """
+    compute_in_one_thread()
     _wait_for_its_files(report, session)
     synchronisation = RunningSynchronisation(session)
     following: Following | None = None
     while True:
         # asked first: what is read after the end is all there is
         running = entry_of(session).condition == "recording"
-        if (found := synchronisation.read_on()) is not None:
+        found = synchronisation.read_on() if running else synchronisation.read_rest()
+        if found is not None:
             following = _caught_up(report, following or follow_from(found.experiment), found)
         elif running:
             report("waiting for the next step", 0, 0)
             time.sleep(_POLL_S)
-        elif entry_of(session).finished:
+        elif _sealed(report, session, patience_of_seal_s):
             return estimate(experiments_of((session,), report), report)
         else:
             return None
+
+
+def _sealed(report: Reporter, session: Path, patience_s: float) -> bool:
+    """Wait until a session that is no longer written has been judged and sealed; False where it was cut off."""
+    deadline = time.monotonic() + patience_s
+    while not (finished := entry_of(session).finished) and time.monotonic() < deadline:
+        report("waiting for the seal", 0, 0)
+        time.sleep(_POLL_S)
+    return finished
 
 
 def _caught_up(report: Reporter, following: Following, found: Synchronised) -> Following:
@@ -76,11 +92,12 @@ def _caught_up(report: Reporter, following: Following, found: Synchronised) -> F
         step, row = len(following.steps), row + len(stay.position)
         try:
             following = advance(following, stay)
+            if following.estimate is not None:
+                report.show(FollowedStep(following.estimate, found.windows[row - 1].end_ns))
+            following = renewed(following)
         except (FitError, SolverError) as error:
             report(f"step {step} does not suffice ({error})", 0, 0)
             return following
-        if following.estimate is not None:
-            report.show(FollowedStep(following.estimate, found.windows[row - 1].end_ns))
     return following
 
 

@@ -20,12 +20,13 @@ from typing import Any
 from daq.errors import DaqError
 from estimator.errors import EstimatorError
 from robot_drivers.errors import DeviceError
+from robot_drivers.real_time import give_way
 
 # How long a computation may take to clear up after an interruption.
 GRACE_S = 2.0
 
 # The devices come first where the same computer records.
-_NICENESS = 2
+_STEPS_BEHIND = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,8 +84,7 @@ def run(
 
     Any other error is one of the program: it is left to the interpreter, which prints it and ends the process.
     """
-    if hasattr(os, "nice"):
-        os.nice(_NICENESS)
+    give_way(_STEPS_BEHIND)
     cut = threading.Event()
     threading.Thread(target=_watch, args=(lifeline, cut), name="lifeline", daemon=True).start()
     try:

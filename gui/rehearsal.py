@@ -3,7 +3,9 @@
 import time
 from collections.abc import Callable
 
-from PySide6.QtCore import QCoreApplication, QEventLoop, QThread
+from PySide6.QtCore import QEventLoop, QTimer
+
+_LOOK_MS = 20
 
 
 def wait_until(condition: Callable[[], bool], what: str, timeout_s: float = 60.0) -> None:
@@ -15,11 +17,14 @@ def wait_until(condition: Callable[[], bool], what: str, timeout_s: float = 60.0
         It did not within that time.
     """
     deadline = time.monotonic() + timeout_s
-    while not condition():
-        if time.monotonic() > deadline:
-            raise TimeoutError(f"{what} has not come within {timeout_s:g} s")
-        QCoreApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 20)
-        QThread.msleep(5)
+    loop, look = QEventLoop(), QTimer(interval=_LOOK_MS)
+    look.timeout.connect(lambda: loop.quit() if condition() or time.monotonic() > deadline else None)
+    look.start()
+    # the loop sleeps between events, as it does in the window: a measurement must not load the computer by itself
+    loop.exec()
+    look.stop()
+    if not condition():
+        raise TimeoutError(f"{what} has not come within {timeout_s:g} s")
 
 
 def wait_for(seconds: float) -> None:

@@ -4,7 +4,7 @@ The emulated devices run in processes of their own: force at 7 kHz, poses at 250
 
 Usage::
 
-    python -m gui.soak --minutes 30
+    python -m gui.soak --minutes 30 --output soak.png
 """
 
 import argparse
@@ -18,26 +18,27 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QEventLoop, QObject, Qt, QTimer
+from PySide6.QtCore import QEventLoop, QTimer
 from PySide6.QtWidgets import QApplication
 
-from daq.acquisition.messages import Telemetry
 from daq.recording.streams import camera_stream
 from daq.virtual_rig.load import Load, loaded_rig
 from gui.app import Desk
 from gui.rehearsal import wait_until
+from gui.soak_meter import LONGEST_BLOCK_S, Meter, Second
+from gui.soak_plot import plot_soak
 from gui.theme import LIGHT, apply_theme
-from robot_drivers.real_time import prefer_this_process
+from robot_drivers.real_time import prefer_this_process, shorten_collections
 
-_TICK_MS = 5
-_MEMORY_MS = 1000
-_MIB = 2**20
-_LONGEST_BLOCK_S = 0.1
 _MOST_GROWTH_MIB = 50.0
+_MOST_MORE_THREADS = _MOST_MORE_HANDLES = 4
 _CAMERAS = 2
 _SHOWN_PER_S = 30.0
 _SHOWN_SHARE = 0.95
 _FEWEST_REPAINTS = 20_000
+
+Span = tuple[float, float, float]
+"""Of a quantity: at the beginning, at the end, and at most."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +48,8 @@ class SoakResult:
     Attributes
     ----------
     minutes : of measuring
-    memory_mib : resident memory of the window's process at the beginning and at the end, and at most
+    memory_mib : resident memory of the window's process
+    threads, handles : of that process
     longest_block_s : between two ticks of the interface thread, beyond the tick
     longest_work_s : processor time of the interface thread between two ticks; less than the block where others had
         the processor
@@ -60,7 +62,9 @@ class SoakResult:
     """
 
     minutes: float
-    memory_mib: tuple[float, float, float]
+    memory_mib: Span
+    threads: Span
+    handles: Span
     longest_block_s: float
     longest_work_s: float
     blocks: int
@@ -77,14 +81,16 @@ class SoakResult:
 
         Of the images as many must be shown as the cameras delivered, but for one in twenty, up to 30 a second.
         """
-        began, ended, _ = self.memory_mib
+        more = [ended - began for began, ended, _ in (self.memory_mib, self.threads, self.handles)]
         shown = all(
             rate >= _SHOWN_SHARE * min(self.received_per_s[camera_stream(camera)], _SHOWN_PER_S)
             for camera, rate in self.images_per_s.items()
         )
         return {
-            f"memory grows by less than {_MOST_GROWTH_MIB:g} MiB": ended - began < _MOST_GROWTH_MIB,
-            f"no block of {1e3 * _LONGEST_BLOCK_S:g} ms": self.longest_block_s < _LONGEST_BLOCK_S,
+            f"memory grows by less than {_MOST_GROWTH_MIB:g} MiB": more[0] < _MOST_GROWTH_MIB,
+            "neither threads nor handles pile up": more[1] <= _MOST_MORE_THREADS
+            and more[2] <= _MOST_MORE_HANDLES,
+            f"no block of {1e3 * LONGEST_BLOCK_S:g} ms": self.longest_block_s < LONGEST_BLOCK_S,
             f"both cameras shown as they deliver, up to {_SHOWN_PER_S:g}/s": shown
             and len(self.images_per_s) == _CAMERAS,
             f"{_FEWEST_REPAINTS} repaints": self.repaints >= _FEWEST_REPAINTS,
@@ -103,6 +109,8 @@ class SoakResult:
             [
                 f"{self.minutes:.1f} min, load of the machine {self.load_average:.1f}, received {received}",
                 f"  memory: {began:.1f} MiB, then {ended:.1f} MiB ({ended - began:+.1f}), at most {most:.1f} MiB",
+                f"  threads: {self.threads[0]:g}, then {self.threads[1]:g}; open files and sockets: "
+                f"{self.handles[0]:g}, then {self.handles[1]:g}",
                 f"  interface thread: longest block {1e3 * self.longest_block_s:.0f} ms, of which it worked "
                 f"{1e3 * self.longest_work_s:.0f} ms at most; {self.blocks} blocks over 100 ms",
                 f"  shown: telemetry {self.telemetry_per_s:.1f}/s, images {shown} /s; {self.repaints} repaints",
@@ -112,53 +120,9 @@ class SoakResult:
         )
 
 
-class Meter(QObject):
-    """Measures the interface thread and what is shown, from :meth:`begin` on."""
-
-    def __init__(self, application: QApplication) -> None:
-        super().__init__(application)
-        self._tick = QTimer(self, interval=_TICK_MS, timerType=Qt.TimerType.PreciseTimer)
-        self._tick.timeout.connect(self._on_tick)
-        self._look = QTimer(self, interval=_MEMORY_MS)
-        self._look.timeout.connect(self._on_look)
-        application.installEventFilter(self)
-        self.begin()
-
-    def begin(self) -> None:
-        """Forget what was measured and begin anew."""
-        self.longest_block_s = self.longest_work_s = 0.0
-        self.blocks = self.telemetry = self.repaints = 0
-        self.images: Counter[str] = Counter()
-        self.memory_mib = [_memory_mib()]
-        self.began_s, self.began_cpu_s = time.monotonic(), time.process_time()
-        self._last_s, self._last_work_s = self.began_s, time.thread_time()
-        self._tick.start()
-        self._look.start()
-
-    def take(self, seen: Telemetry) -> None:
-        """Count what is shown."""
-        self.telemetry += 1
-        self.images.update(list(seen.images))
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Count the repaints."""
-        if event.type() == QEvent.Type.Paint:
-            self.repaints += 1
-        return False
-
-    def _on_tick(self) -> None:
-        now_s, work_s = time.monotonic(), time.thread_time()
-        block_s = now_s - self._last_s - 1e-3 * _TICK_MS
-        self.longest_block_s = max(self.longest_block_s, block_s)
-        self.longest_work_s = max(self.longest_work_s, work_s - self._last_work_s)
-        self.blocks += block_s > _LONGEST_BLOCK_S
-        self._last_s, self._last_work_s = now_s, work_s
-
-    def _on_look(self) -> None:
-        self.memory_mib.append(_memory_mib())
-
-
-def run(minutes: float, folder: Path, load: Load, application: QApplication) -> SoakResult:
+def run(
+    minutes: float, folder: Path, load: Load, application: QApplication
+) -> tuple[SoakResult, list[Second]]:
     """Show the Acquire page over emulated devices for so long, plus a tenth before it is measured."""
     with loaded_rig(folder, load) as running:
         desk = Desk(running.rig, folder / "sessions")
@@ -169,29 +133,40 @@ def run(minutes: float, folder: Path, load: Load, application: QApplication) -> 
         link.open(running.rig)
         wait_until(lambda: link.state.phase == "ready", "a connected rig", 120.0)
         desk.window.show_page("Acquire")
+        shorten_collections()
         meter = Meter(application)
         link.telemetry.connect(meter.take)
         _wait(0.1 * minutes)
         meter.begin()
         first = _received(desk)
         _wait(minutes)
-        seconds = time.monotonic() - meter.began_s
-        received = {name: (count - first[name]) / seconds for name, count in _received(desk).items()}
-        result = SoakResult(
-            seconds / 60.0,
-            (meter.memory_mib[0], meter.memory_mib[-1], max(meter.memory_mib)),
-            meter.longest_block_s,
-            meter.longest_work_s,
-            meter.blocks,
-            meter.telemetry / seconds,
-            {name: count / seconds for name, count in sorted(meter.images.items())},
-            meter.repaints,
-            (time.process_time() - meter.began_cpu_s) / seconds,
-            os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan"),
-            received,
-        )
+        elapsed_s = time.monotonic() - meter.began_s
+        received = {name: (count - first[name]) / elapsed_s for name, count in _received(desk).items()}
+        seconds, cpu_s = meter.seconds, time.process_time() - meter.began_cpu_s
         desk.end()
-    return result
+    images: Counter[str] = Counter()
+    for second in seconds:
+        images.update(second.images)
+    result = SoakResult(
+        minutes=elapsed_s / 60.0,
+        memory_mib=_span([second.memory_mib for second in seconds]),
+        threads=_span([second.threads for second in seconds]),
+        handles=_span([second.handles for second in seconds]),
+        longest_block_s=max(second.block_s for second in seconds),
+        longest_work_s=max(second.work_s for second in seconds),
+        blocks=sum(second.blocks for second in seconds),
+        telemetry_per_s=sum(second.telemetry for second in seconds) / elapsed_s,
+        images_per_s={name: count / elapsed_s for name, count in sorted(images.items())},
+        repaints=sum(second.repaints for second in seconds),
+        cpu_share=cpu_s / elapsed_s,
+        load_average=os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan"),
+        received_per_s=received,
+    )
+    return result, seconds
+
+
+def _span(values: Sequence[float]) -> Span:
+    return (values[0], values[-1], max(values))
 
 
 def _wait(minutes: float) -> None:
@@ -207,17 +182,13 @@ def _received(desk: Desk) -> dict[str, int]:
     return {row.stream: row.counts.received for row in rows if row.counts is not None}
 
 
-def _memory_mib() -> float:
-    pages = int(Path("/proc/self/statm").read_text().split()[1]) if sys.platform == "linux" else 0
-    return pages * 4096 / _MIB
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure; exit status 1 when a bar did not hold. Twenty thousand repaints take two minutes."""
     parser = argparse.ArgumentParser(prog="python -m gui.soak", description=main.__doc__)
     parser.add_argument("--minutes", type=float, default=30.0)
     parser.add_argument("--rate", type=int, default=7000, help="of the force sensor, Hz")
     parser.add_argument("--frames", type=float, default=30.0, help="of each camera, 1/s")
+    parser.add_argument("--output", type=Path, metavar="PNG", help="keep a picture of the whole time")
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     options = parser.parse_args(arguments)
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
@@ -226,8 +197,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     application.setQuitOnLastWindowClosed(False)
     apply_theme(application, LIGHT)
     with tempfile.TemporaryDirectory(prefix="soak-") as folder:
-        result = run(options.minutes, Path(folder), Load(options.rate, options.frames), application)
+        load = Load(options.rate, options.frames)
+        result, seconds = run(options.minutes, Path(folder), load, application)
     sys.stdout.write(f"{json.dumps(asdict(result)) if options.json else result}\n")
+    if options.output is not None:
+        plot_soak(seconds, options.output)
     return 0 if result.passed else 1
 
 

@@ -66,7 +66,7 @@ class DiagnosisResult(QWidget):
         self.tabs = QTabWidget()
         self.tabs.setDocumentMode(True)
         tabs: tuple[tuple[str, QWidget], ...] = (
-            ("Causes", side_by_side(self.ranking, self.details, (360, 640))),
+            ("Causes", side_by_side(self.ranking, self.details, (400, 600))),
             ("Gap", self.gaps),
             ("What next", scrolled(self.next)),
             ("Compare", self._compared()),

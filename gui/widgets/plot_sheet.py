@@ -16,6 +16,7 @@ from gui.theme import theme_of
 FloatArray = NDArray[np.float64]
 
 _HEAD_SHARE = 0.3
+_LEAST_HEIGHT = 130  # of a plot with its title, at which its ticks stay apart
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +49,7 @@ class PlotSheet(pg.GraphicsLayoutWidget):  # type: ignore[misc]  # pyqtgraph has
         plot.getAxis("left").setWidth(66 if left else 44)
         plot.showGrid(x=True, y=True, alpha=0.12)
         plot.hideButtons()
+        self.setMinimumHeight(max(self.minimumHeight(), (row + 1) * _LEAST_HEIGHT))
         self.plots.append(plot)
         self._dress(plot)
         return plot

@@ -24,6 +24,8 @@ class ReadTable(QTableWidget):
     ) -> None:
         super().__init__(0, len(head), parent)
         self.setHorizontalHeaderLabels(list(head))
+        # the arrow keys go from cell to cell; Tab leads on, and not round and round in here
+        self.setTabKeyNavigation(False)
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(

@@ -223,10 +223,10 @@ def test_a_session_is_followed_while_it_is_recorded(sessions: Path) -> None:
             if message == waiting:
                 fcntl.flock(in_use, fcntl.LOCK_UN)
 
-        assert follow_session(Reporter(hear), sessions / "cut") is None
+        assert follow_session(Reporter(hear), sessions / "cut", patience_of_seal_s=0.1) is None
     shown = [message.value for message in told if isinstance(message, Shown)]
     assert [one.estimate.step for one in shown if isinstance(one, FollowedStep)] == [1]
-    assert told[-1] == waiting
+    assert told[-1] == Progressed("waiting for the seal", 0, 0)
 
 
 def test_a_replay_is_scrubbed_and_played_through_the_live_widgets(
