@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.effects.effect import Amplitude, Effect, Group, Readings, Values
+from estimator.effects.effect import Amplitude, Effect, Group, Motion, Readings, Values
 from estimator.effects.zeroing import ZeroAxes, with_fiducials_zeroed, with_wrench_zeroed
 from estimator.fem.morph import with_grasp_drawn
 from estimator.fem.problem import RetractionProblem
@@ -17,17 +17,19 @@ FloatArray = NDArray[np.float64]
 Direction = Literal["along", "aside"]
 
 
-class Prestretch(Effect):
+class _Tension(Effect):
+    label: ClassVar[str] = "prestretch"
+    group: ClassVar[Group] = "geometry"
+    words: ClassVar[str] = "The phantom was mounted under tension, whose force the sensor's zero hides."
+
+
+class Prestretch(_Tension):
     """The grasp was drawn away from the anchors when the phantom was mounted.
 
     The stated shape and the beads' rest positions are those of the mounted phantom. Free of stress, its grasped region
     lies back by the amplitude, and the tissue between it and the borders follows. The gripper's reported pose is
     true; in the first row the tissue is already stretched.
     """
-
-    label: ClassVar[str] = "prestretch"
-    group: ClassVar[Group] = "geometry"
-    words: ClassVar[str] = "The phantom was mounted under tension, whose force the sensor's zero hides."
 
     def __init__(self, form: str, directions: tuple[Direction, ...], zero_axes: ZeroAxes = "gripper") -> None:
         self.form = form
@@ -51,6 +53,30 @@ class Prestretch(Effect):
         return with_fiducials_zeroed(with_wrench_zeroed(readings, self._zero_axes))
 
 
+class DrawnFromStatedShape(_Tension):
+    """The same, with shape and rest positions as they were measured before mounting.
+
+    The gripper is further from the free tissue than it reports by the amplitudes, and the beads show that already in
+    the first row.
+    """
+
+    form = "beads_known_before"
+    amplitudes = (
+        Amplitude("drawn_x", "m", scale=1e-3, smallest=1e-4, lower=-0.02, upper=0.02),
+        Amplitude("drawn_y", "m", scale=1e-3, smallest=1e-4, lower=-0.02, upper=0.02),
+    )
+
+    def motion(self, motion: Motion, values: Values) -> Motion:
+        """Add where the gripper was drawn to."""
+        if not any(values.values()):
+            return motion
+        return motion.moved(motion.position + np.array([values["drawn_x"], values["drawn_y"], 0.0]))
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Take the sensor's zero."""
+        return with_wrench_zeroed(readings) if any(values.values()) else readings
+
+
 def _from_anchors(problem: RetractionProblem) -> FloatArray:
     """Return the direction (2,) in the plane from the middle of the anchored nodes to the grasp."""
     anchored = problem.body.mesh.points[problem.anchored]
@@ -65,4 +91,5 @@ _DRAWN: dict[Direction, Amplitude] = {
 PRESTRETCH = (
     Prestretch("along", ("along",)),
     Prestretch("along_and_aside", ("along", "aside")),
+    DrawnFromStatedShape(),
 )

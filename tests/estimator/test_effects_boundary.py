@@ -204,6 +204,23 @@ def test_a_prestretched_phantom_pulls_at_rest_and_the_zero_hides_it() -> None:
         assert 0.0 < abs(read.wrench[2, 0] - plain[1].wrench[0]) < 0.1 * hidden
 
 
+def test_a_phantom_drawn_from_its_stated_shape_shows_it_by_its_beads_and_not_by_its_zeroed_force() -> None:
+    centre = np.array(REFERENCE_BLOCK.grasp.centre)
+    reported = [
+        GripperPose(centre, Rotation.identity()),
+        *turning_pull(REFERENCE_BLOCK, 0.01, np.zeros(3), 2),
+    ]
+    effect, values = PRESTRETCH[2], {"drawn_x": 2e-3, "drawn_y": 1e-3}
+    moved = effect.motion(motion_of(reported), values)
+    np.testing.assert_allclose(moved.position, motion_of(reported).position + np.array([2e-3, 1e-3, 0.0]))
+    true = [GripperPose(p, r) for p, r in zip(moved.position, moved.rotation, strict=True)]
+    read = effect.readings(readings_of(true, observed(BLOCK, true)), values)
+    np.testing.assert_allclose(read.wrench[0], np.zeros(6), atol=1e-12)
+    further = read.fiducials[0] - REFERENCE_BLOCK.fiducials_rest
+    assert np.linalg.norm(further, axis=1).max() > 1e-3
+    assert read.wrench[1, 0] < -0.1
+
+
 def test_the_prestretched_grasp_is_at_its_stated_place_once_mounted() -> None:
     problem = PRESTRETCH[1].problem(BLOCK, {"along": 3e-3, "aside": -1e-3})
     pose = GripperPose(np.array(REFERENCE_BLOCK.grasp.centre), Rotation.from_rotvec([0.0, 0.0, 0.3]))
