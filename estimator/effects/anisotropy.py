@@ -8,7 +8,7 @@ import numpy as np
 
 from estimator.effects.effect import Amplitude, Constant, Effect, Group, Values
 from estimator.experiment import Experiment
-from estimator.fem.fibres import Fibres
+from estimator.fem.fibres import BucklingFibres, Fibres
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.terms import Term
 from estimator.materials.material import Material
@@ -22,13 +22,23 @@ _ANGLE = Constant(
 
 
 class Anisotropy(Effect):
-    """Fibres in the plane, at ``fibre_angle`` from the x axis towards the y axis."""
+    """Fibres in the plane, at ``fibre_angle`` from the x axis towards the y axis.
+
+    Parameters
+    ----------
+    form : what the instance is called; empty for the usual one
+    fibres : what they bear
+    """
 
     label: ClassVar[str] = "anisotropy"
     group: ClassVar[Group] = "material"
     words: ClassVar[str] = "The tissue is stiffer along one direction in the plane."
     amplitudes = (_FIBRES,)
     constants = (_ANGLE,)
+
+    def __init__(self, form: str, fibres: type[Fibres]) -> None:
+        self.form = form
+        self._fibres = fibres
 
     def terms(
         self, problem: RetractionProblem, material: Material, experiment: Experiment, values: Values
@@ -39,7 +49,7 @@ class Anisotropy(Effect):
             return ()
         angle = values[_ANGLE.name]
         direction = np.array([np.cos(angle), np.sin(angle), 0.0])
-        return (Fibres(problem.body, share * material.youngs_modulus, direction),)
+        return (self._fibres(problem.body, share * material.youngs_modulus, direction),)
 
 
-ANISOTROPY = Anisotropy()
+ANISOTROPY = (Anisotropy("", Fibres), Anisotropy("tension_only", BucklingFibres))

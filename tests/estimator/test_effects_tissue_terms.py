@@ -27,25 +27,29 @@ from estimator.fem.terms import Term
 from estimator.materials.material import Material, make_material
 from estimator.materials.veronda_westmann import VerondaWestmann
 
+BOTH_WAYS, TENSION_ONLY = ANISOTROPY
 ONE_TERM, TWO_TERMS, WHOLE = VISCOELASTICITY
 ABSOLUTE, RELATIVE, DAMAGE, ABSOLUTE_ISOCHORIC, *_ = STRESS_SOFTENING
 EXPONENTIAL = make_material(VerondaWestmann(), 1e4, 0.45, (0.8, 0.3))
 
-PRESENT: list[tuple[Effect, dict[str, float]]] = [
-    (ANISOTROPY, {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.6}),
-    (ONE_TERM, {"relaxing_share_1": 0.4, "relaxation_time_1": 10.0}),
-    (
-        TWO_TERMS,
-        {
-            "relaxing_share_1": 0.2,
-            "relaxation_time_1": 3.0,
-            "relaxing_share_2": 0.3,
-            "relaxation_time_2": 30.0,
-        },
-    ),
-    (WHOLE, {"relaxing_share_1": 0.4, "relaxation_time_1": 10.0}),
+ONE_TIME = {"relaxing_share_1": 0.4, "relaxation_time_1": 10.0}
+TWO_TIMES = {
+    "relaxing_share_1": 0.2,
+    "relaxation_time_1": 3.0,
+    "relaxing_share_2": 0.3,
+    "relaxation_time_2": 30.0,
+}
+PSEUDO_ELASTIC: list[tuple[Effect, dict[str, float]]] = [
     (ABSOLUTE, {"depth": 0.3, "width_over_modulus": 0.01}),
     (RELATIVE, {"depth": 0.3, "relative_width": 0.5}),
+]
+PRESENT: list[tuple[Effect, dict[str, float]]] = [
+    (BOTH_WAYS, {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.6}),
+    (TENSION_ONLY, {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.6}),
+    (ONE_TERM, ONE_TIME),
+    (TWO_TERMS, TWO_TIMES),
+    (WHOLE, ONE_TIME),
+    *PSEUDO_ELASTIC,
     (DAMAGE, {"depth": 0.3, "width_over_modulus": 0.01}),
     (ABSOLUTE_ISOCHORIC, {"depth": 0.3, "width_over_modulus": 0.01}),
     (PERMANENT_SET, {"share": 0.1}),
@@ -133,17 +137,29 @@ def test_fibres_add_four_times_their_modulus_along_themselves_and_nothing_across
     volume = PROBLEM.body.volume.sum()
 
     def stress(angle: float) -> float:
-        term = term_of(ANISOTROPY, {"fibre_modulus_over_modulus": 0.1, "fibre_angle": angle})
+        term = term_of(BOTH_WAYS, {"fibre_modulus_over_modulus": 0.1, "fibre_angle": angle})
         return float(np.sum(term.forces(stretched, response_to(stretched)) * stretched)) / (strain * volume)
 
     assert stress(0.0) == pytest.approx(4 * 0.1 * TISSUE.youngs_modulus * strain, rel=1e-3)
     assert abs(stress(np.pi / 2)) < 1e-6 * stress(0.0)
 
 
+def test_fibres_of_tension_alone_bear_nothing_across_a_stretch() -> None:
+    values = {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.0}
+    points = PROBLEM.body.mesh.points
+    longer, shorter = points * [0.05, -0.02, -0.02], points * [-0.05, 0.02, 0.02]
+    both, tension = (term_of(effect, values) for effect in ANISOTROPY)
+    np.testing.assert_allclose(
+        tension.forces(longer, response_to(longer)), both.forces(longer, response_to(longer))
+    )
+    assert np.abs(both.forces(shorter, response_to(shorter))).max() > 0.0
+    assert np.abs(tension.forces(shorter, response_to(shorter))).max() == 0.0
+
+
 def test_fibres_at_an_angle_pull_the_gripper_sideways() -> None:
     _, state, _ = driven(
         pulled_to(5.0),
-        (term_of(ANISOTROPY, {"fibre_modulus_over_modulus": 0.2, "fibre_angle": np.pi / 4}),),
+        (term_of(BOTH_WAYS, {"fibre_modulus_over_modulus": 0.2, "fibre_angle": np.pi / 4}),),
     )
     sideways, along = state.forces[PROBLEM.gripped].sum(axis=0)[[1, 0]]
     assert abs(sideways) > 0.02 * along
@@ -162,7 +178,7 @@ def test_held_tissue_relaxes_as_the_hereditary_integral_says(
     held_s = [1.0, 4.0, 15.0, 60.0]
     poses = pulled_to(0.025, 0.05, 0.075, *[0.1] * 5)
     seconds = [0.5] * 4 + list(np.diff([0.0, *held_s]))
-    term = term_of(Viscoelasticity("", 2, part), PRESENT[2][1], tissue)
+    term = term_of(Viscoelasticity("", 2, part), TWO_TIMES, tissue)
     pulls, _, _ = driven(poses, (term,), seconds, material=tissue)
     relaxed, _, _ = driven(pulled_to(0.1), material=tissue)
     expected = [
@@ -182,7 +198,7 @@ def test_what_relaxes_bears_no_pressure() -> None:
 
 
 def test_long_held_tissue_bears_the_long_term_force_whatever_the_stretch() -> None:
-    pulls, _, _ = driven(pulled_to(*[10.0] * 4), (term_of(*PRESENT[1]),), [1.0, 100.0, 100.0, 100.0])
+    pulls, _, _ = driven(pulled_to(*[10.0] * 4), (term_of(ONE_TERM, ONE_TIME),), [1.0, 100.0, 100.0, 100.0])
     relaxed, _, _ = driven(pulled_to(10.0))
     assert pulls[0] > 1.3 * relaxed[0]
     assert pulls[-1] == pytest.approx(relaxed[0], rel=1e-6)
@@ -190,7 +206,7 @@ def test_long_held_tissue_bears_the_long_term_force_whatever_the_stretch() -> No
 
 def test_tissue_that_relaxed_in_a_hold_bears_less_than_the_long_term_force_on_the_way_back() -> None:
     seconds = [2.0, 2.0, 30.0, 2.0]
-    pulls, _, terms = driven(pulled_to(4.0, 8.0, 8.0, 4.0), (term_of(*PRESENT[3]),), seconds)
+    pulls, _, terms = driven(pulled_to(4.0, 8.0, 8.0, 4.0), (term_of(WHOLE, ONE_TIME),), seconds)
     relaxed, _, _ = driven(pulled_to(4.0))
     assert pulls[3] < relaxed[0] < pulls[0]
     again, _, _ = driven(pulled_to(4.0), tuple(term.rested() for term in terms), [2.0])
@@ -203,7 +219,7 @@ def test_two_relaxation_times_are_sought_in_one_order_only() -> None:
     assert all(start["relaxation_time_1"] < start["relaxation_time_2"] for start in starts)
 
 
-@pytest.mark.parametrize(("effect", "values"), PRESENT[4:6], ids=NAMES[4:6])
+@pytest.mark.parametrize(("effect", "values"), PSEUDO_ELASTIC, ids=["absolute", "relative"])
 def test_tissue_is_softer_below_its_largest_strain_and_virgin_beyond(
     effect: Effect, values: dict[str, float]
 ) -> None:
