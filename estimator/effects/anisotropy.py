@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from estimator.effects.effect import Amplitude, Constant, Effect, Group, Values
 from estimator.experiment import Experiment
@@ -12,6 +13,8 @@ from estimator.fem.fibres import BucklingFibres, Fibres
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.terms import Term
 from estimator.materials.material import Material
+
+FloatArray = NDArray[np.float64]
 
 # Along the fibres Young's modulus grows by four times this share.
 _FIBRES = Amplitude("fibre_modulus_over_modulus", "1", scale=0.1, smallest=0.01, lower=0.0, upper=10.0)
@@ -21,35 +24,45 @@ _ANGLE = Constant(
 )
 
 
-class Anisotropy(Effect):
-    """Fibres in the plane, at ``fibre_angle`` from the x axis towards the y axis.
+# Of the square of the fibres' own I4 − 1 in the exponent.
+_RATE = Constant("fibre_stiffening", "1", (0.5,), lower=0.02, upper=5.0)
 
-    Parameters
-    ----------
-    form : what the instance is called; empty for the usual one
-    fibres : what they bear
-    """
+
+class Anisotropy(Effect):
+    """Fibres in the plane, at ``fibre_angle`` from the x axis towards the y axis."""
 
     label: ClassVar[str] = "anisotropy"
     group: ClassVar[Group] = "material"
     words: ClassVar[str] = "The tissue is stiffer along one direction in the plane."
     amplitudes = (_FIBRES,)
-    constants = (_ANGLE,)
-
-    def __init__(self, form: str, fibres: type[Fibres]) -> None:
-        self.form = form
-        self._fibres = fibres
+    constants: tuple[Constant, ...] = (_ANGLE,)
 
     def terms(
         self, problem: RetractionProblem, material: Material, experiment: Experiment, values: Values
     ) -> tuple[Term, ...]:
         """Return the fibres."""
-        share = values[_FIBRES.name]
-        if not share:
+        if not values[_FIBRES.name]:
             return ()
         angle = values[_ANGLE.name]
         direction = np.array([np.cos(angle), np.sin(angle), 0.0])
-        return (self._fibres(problem.body, share * material.youngs_modulus, direction),)
+        return (self._fibres(problem, values[_FIBRES.name] * material.youngs_modulus, direction, values),)
+
+    def _fibres(
+        self, problem: RetractionProblem, modulus_pa: float, direction: FloatArray, values: Values
+    ) -> Fibres:
+        return Fibres(problem.body, modulus_pa, direction)
 
 
-ANISOTROPY = (Anisotropy("", Fibres), Anisotropy("tension_only", BucklingFibres))
+class TensionOnly(Anisotropy):
+    """Fibres that buckle under compression and stiffen under tension."""
+
+    form = "tension_only"
+    constants = (_ANGLE, _RATE)
+
+    def _fibres(
+        self, problem: RetractionProblem, modulus_pa: float, direction: FloatArray, values: Values
+    ) -> Fibres:
+        return BucklingFibres(problem.body, modulus_pa, direction, values[_RATE.name])
+
+
+ANISOTROPY = (Anisotropy(), TensionOnly())

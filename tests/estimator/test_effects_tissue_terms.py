@@ -45,7 +45,7 @@ PSEUDO_ELASTIC: list[tuple[Effect, dict[str, float]]] = [
 ]
 PRESENT: list[tuple[Effect, dict[str, float]]] = [
     (BOTH_WAYS, {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.6}),
-    (TENSION_ONLY, {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.6}),
+    (TENSION_ONLY, {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.6, "fibre_stiffening": 0.8}),
     (ONE_TERM, ONE_TIME),
     (TWO_TERMS, TWO_TIMES),
     (WHOLE, ONE_TIME),
@@ -144,13 +144,16 @@ def test_fibres_add_four_times_their_modulus_along_themselves_and_nothing_across
     assert abs(stress(np.pi / 2)) < 1e-6 * stress(0.0)
 
 
-def test_fibres_of_tension_alone_bear_nothing_across_a_stretch() -> None:
-    values = {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.0}
+def test_fibres_of_tension_alone_bear_nothing_across_a_stretch_and_stiffen_along_it() -> None:
+    values = {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.0, "fibre_stiffening": 0.8}
     points = PROBLEM.body.mesh.points
-    longer, shorter = points * [0.05, -0.02, -0.02], points * [-0.05, 0.02, 0.02]
+    longer, shorter = points * [0.25, -0.1, -0.1], points * [-0.05, 0.02, 0.02]
     both, tension = (term_of(effect, values) for effect in ANISOTROPY)
+    extension = 1.25**2 - 1.0
     np.testing.assert_allclose(
-        tension.forces(longer, response_to(longer)), both.forces(longer, response_to(longer))
+        tension.forces(longer, response_to(longer)),
+        np.exp(0.8 * extension**2) * both.forces(longer, response_to(longer)),
+        atol=1e-12,
     )
     assert np.abs(both.forces(shorter, response_to(shorter))).max() > 0.0
     assert np.abs(tension.forces(shorter, response_to(shorter))).max() == 0.0
