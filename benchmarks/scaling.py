@@ -18,7 +18,7 @@ from estimator.studies.block import TRUTH
 if sys.platform != "win32":
     import resource
 
-_SIZES_M = (3e-3, 2e-3, 1e-3, 0.6e-3, 0.45e-3)
+_SIZES_M = (3e-3, 2e-3, 1e-3, 0.6e-3, 0.44e-3)
 _LAYERS = (1, 1, 2, 3, 3)
 
 

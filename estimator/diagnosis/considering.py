@@ -25,10 +25,10 @@ from estimator.diagnosis.held_out import gap_of, held_out_residuals
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.preparation import prepare
 from estimator.diagnosis.result import Consideration, Material, Outcome, Place
-from estimator.diagnosis.workers import worker_pool
 from estimator.effects.catalogue import CATALOGUE, LABELS
 from estimator.errors import InputError
 from estimator.experiment import Experiment
+from estimator.workers import worker_pool
 
 FloatArray = NDArray[np.float64]
 

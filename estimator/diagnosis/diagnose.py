@@ -43,10 +43,10 @@ from estimator.diagnosis.preparation import prepare
 from estimator.diagnosis.result import NONE, UNKNOWN, Diagnosis, EffectFinding, Material, Trace
 from estimator.diagnosis.sentences import what_cannot_be_told
 from estimator.diagnosis.where import where_of
-from estimator.diagnosis.workers import worker_pool
 from estimator.effects.catalogue import CATALOGUE, LABELS
 from estimator.effects.effect import Effect
 from estimator.experiment import Experiment
+from estimator.workers import worker_pool
 
 FloatArray = NDArray[np.float64]
 

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from estimator.diagnosis.workers import worker_pool
 from estimator.errors import EstimatorError
 from estimator.experiment import Box, Environment, Experiment, Grasp, Phantom, SensorNoise
 from estimator.fem.block_mesh import Grading
@@ -28,6 +27,7 @@ from estimator.fit.settings import FitSettings, material_of
 from estimator.forward.meshing import mesh_experiment
 from estimator.forward.model import ForwardModel
 from estimator.materials import NeoHookean
+from estimator.workers import worker_pool
 
 FloatArray = NDArray[np.float64]
 

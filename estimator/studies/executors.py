@@ -1,13 +1,11 @@
 """Where cases run: in processes on this computer, or on a Dask cluster; both behind Python's own executor interface."""
 
-import os
-import signal
 from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor
 from contextlib import contextmanager
-from multiprocessing import get_context
 
 from estimator.errors import InputError
+from estimator.workers import worker_pool
 
 _PATIENCE_S = 30
 
@@ -15,8 +13,7 @@ _PATIENCE_S = 30
 @contextmanager
 def process_pool(workers: int | None = None) -> Iterator[Executor]:
     """Give processes on this computer, by default one for each core."""
-    count = workers or os.cpu_count() or 1
-    pool = ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=_end_on_interrupt)
+    pool = worker_pool(workers)
     try:
         yield pool
     finally:
@@ -52,8 +49,3 @@ def dask_cluster(address: str) -> Iterator[Executor]:
         ) from error
     with client:
         yield client.get_executor(pure=False)
-
-
-def _end_on_interrupt() -> None:
-    """Let Ctrl-C end a worker at once and without a word: the parent tells what happened."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)

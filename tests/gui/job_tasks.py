@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from daq.errors import RecordingError
-from estimator.diagnosis.workers import worker_pool
+from estimator.workers import worker_pool
 from gui.job_process import Reporter
 
 

@@ -9,10 +9,10 @@ from pathlib import Path
 
 from estimator.diagnosis.as_json import as_json
 from estimator.diagnosis.result import Diagnosis
-from estimator.diagnosis.workers import worker_pool
 from estimator.errors import EstimatorError, InputError
 from estimator.experiment import Experiment, read_case
 from estimator.experiment.model import EXPERIMENT_FILE
+from estimator.workers import worker_pool
 
 Tell = Callable[[str, int, int], None]
 Diagnose = Callable[[Sequence[Experiment], Tell | None], Diagnosis]
