@@ -8,3 +8,7 @@ class Progress(Protocol):
 
     def __call__(self, text: str, done: int, total: int, /) -> None:
         """Show it."""
+
+
+def silent(text: str, done: int, total: int) -> None:
+    """Show nothing: nobody watches."""

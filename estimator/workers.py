@@ -4,18 +4,26 @@ import multiprocessing
 import os
 import signal
 import threading
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
 
 from threadpoolctl import threadpool_limits
 
 
-def worker_pool(processes: int | None = None) -> ProcessPoolExecutor:
-    """Return a pool of workers, one a core by default, each with one thread in its linear algebra.
+@contextmanager
+def worker_pool(processes: int | None = None) -> Iterator[Executor]:
+    """Give workers, one a core by default, each with one thread in its linear algebra.
 
-    They end with the process that made the pool, also where that is killed.
+    What waits is given up where the block is left early. The workers end with the process that made them, also where
+    that is killed.
     """
     count = processes or os.cpu_count() or 1
-    return ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"), initializer=_begin)
+    pool = ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"), initializer=_begin)
+    try:
+        yield pool
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def _begin() -> None:

@@ -21,6 +21,7 @@ from daq.calibration.outcome import Figure, Kind, Outcome
 from daq.calibration.procedures import evaluate
 from daq.calibration.tool import PivotFigures, ToolCalibration, flange_tool
 from daq.errors import CalibrationError
+from daq.progress import silent
 from daq.recording.reader import open_recording
 from daq.rig import Rig
 from daq.vision.charuco import CharucoBoard
@@ -143,7 +144,7 @@ class CalibrationBench:
             case Finish(kind):
                 return self._judged(self._finished(kind))
             case Evaluate(kind, session):
-                return self._judged(evaluate(kind, open_recording(session), _silent))
+                return self._judged(evaluate(kind, open_recording(session), silent))
             case Keep(folder, rig_name, serials, accepted) if self._outcome is not None:
                 path = keep(self._outcome, folder, rig_name, serials, accepted=accepted)
                 return Kept(self._outcome.kind, path, accepted)
@@ -171,7 +172,3 @@ def _drawn(outcome: Outcome[Any]) -> bytes:
         png = io.BytesIO()
         plot.savefig(png, format="png")
     return png.getvalue()
-
-
-def _silent(text: str, done: int, total: int) -> None:
-    """Progress within an evaluation is not shown."""

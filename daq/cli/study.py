@@ -15,12 +15,13 @@ from estimator.errors import InputError
 from estimator.experiment import Experiment, read_case, read_experiment
 from estimator.studies.campaign import run_cases
 from estimator.studies.catalogue import ALL, DRAWS, STUDIES, studies_named
-from estimator.studies.executors import dask_cluster, process_pool
+from estimator.studies.cluster import dask_cluster
 from estimator.studies.recorded import recorded
 from estimator.studies.report import write_studies
 from estimator.studies.store import OutcomeStore
 from estimator.studies.study import Study, result_of
 from estimator.studies.telling import study_json, study_text
+from estimator.workers import worker_pool
 
 _EXAMPLES = """  retract study table1
   retract study all --output runs/studies          goes on there after a stop
@@ -65,7 +66,7 @@ def run(options: argparse.Namespace) -> Result:
     start = (
         partial(dask_cluster, options.scheduler)
         if options.scheduler
-        else partial(process_pool, options.workers)
+        else partial(worker_pool, options.workers)
     )
     with progress() as tell:
         studies = _studies(options, tell)

@@ -6,7 +6,6 @@ the tool's true places comes from the emulated arm itself; no driver has seen it
 
 import multiprocessing
 import signal
-import socket
 import threading
 from bisect import bisect_left
 from collections.abc import Callable, Iterator
@@ -20,6 +19,7 @@ import numpy as np
 
 from daq.errors import SessionError
 from daq.rig import CameraDevice, Latencies, Rig, write_rig
+from daq.virtual_rig.child_processes import end_all, free_udp_port, told
 from daq.virtual_rig.layout import FORCE_FILTER_S, REST_TOOL, T_FLANGE_TOOL, Addresses, rig_description
 from daq.virtual_rig.load import in_turn
 from daq.virtual_rig.scene import flea2_pair
@@ -54,9 +54,7 @@ _PIXELS = (320, 240)
 _BUFFERED = 10
 _SPRING_N_M = 400.0
 _OFFSET = np.array([4.0, -7.0, 12.0, 0.3, -0.2, 0.1])
-_START_TIMEOUT_S = 120.0
 _ANSWER_TIMEOUT_S = 30.0
-_END_TIMEOUT_S = 5.0
 _LOG_PERIOD_S = 0.5
 
 
@@ -132,14 +130,7 @@ def bench(folder: Path, seed: int) -> Iterator[Bench]:
     process.start()
     far_end.close()
     try:
-        if not control.poll(_START_TIMEOUT_S):
-            raise SessionError("the rig of the campaign has not started; the computer is too busy")
-        try:
-            addresses: Addresses = control.recv()
-        except EOFError as error:
-            raise SessionError(
-                "the rig of the campaign ended at its start; see the messages above"
-            ) from error
+        addresses: Addresses = told(control, "the rig of the campaign")
         flea2_pair().save(folder / _STEREO_FILE)
         rig = described(rig_description(addresses, folder / _STEREO_FILE))
         running = Bench(folder / _RIG_FILE, rig, control)
@@ -147,11 +138,7 @@ def bench(folder: Path, seed: int) -> Iterator[Bench]:
         yield running
     finally:
         control.close()
-        process.join(_END_TIMEOUT_S)
-        if process.is_alive():
-            process.terminate()
-            process.join()
-        process.close()
+        end_all([process])
 
 
 def described(rig: Rig) -> Rig:
@@ -219,9 +206,7 @@ def _run(control: Connection, seed: int) -> None:
         controller = stack.enter_context(
             ControllerEmulator(ControllerSettings(arm=arm, watchdog_s=WATCHDOG_S))
         )
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-            probe.bind(("127.0.0.1", 0))
-            egm_port: int = probe.getsockname()[1]
+        egm_port = free_udp_port()
         controller.start_egm_stream("127.0.0.1", egm_port)
         settings = SensorSettings(rate_hz=_FORCE_RATE_HZ, burst_s=0.005, seed=seed)
         felt = _spring(controller, lambda time_s: sensor.epoch_ns + round(time_s * 1e9))

@@ -136,9 +136,8 @@ def _next_result(done: Any, workers: Sequence[BaseProcess]) -> Outcome | Abandon
 
 def _work(seed: int, waiting: Any, done: Any) -> None:
     """Carry out runs until there are no more; a rig on which one could not be carried out is replaced."""
-    signal.signal(
-        signal.SIGINT, signal.SIG_IGN
-    )  # an interrupt from the keyboard is for the campaign, which ends this
+    # an interrupt from the keyboard is for the campaign, which ends this
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     by_label = {fault.label: fault for fault in FAULTS}
     with Stage(seed) as stage:
         while (asked := waiting.get()) is not None:

@@ -6,13 +6,12 @@ from dataclasses import dataclass
 
 from daq.faults.clients import MOTION
 from daq.faults.fault import Fault
-from daq.faults.trial import Outcome, one_line
+from daq.faults.trial import Outcome
 
 _WHOLE_WAY_M = MOTION.steps * MOTION.step_length
 _ON_PLACE_M = 5e-4
-_LATE_S = (
-    0.25  # instants mapped across a jump are off by a share of it, stamps of a busy machine by milliseconds
-)
+# Instants mapped across a jump are off by a share of it, stamps of a busy machine by milliseconds.
+_LATE_S = 0.25
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +80,7 @@ def reason_told(fault: Fault, outcome: Outcome) -> str | None:
     lines = [outcome.told]
     if fault.expected.ends == "goes on":
         lines = [problem for problem in outcome.problems if re.search(pattern, problem)]
-    if not lines or not all(map(one_line, lines)):
+    if not lines or not all(map(_one_line, lines)):
         return f"not one line: {outcome.told!r}, {list(outcome.problems)!r}"
     return "" if all(re.search(pattern, line) for line in lines) else f"not the cause: {lines[0]}"
 
@@ -89,6 +88,11 @@ def reason_told(fault: Fault, outcome: Outcome) -> str | None:
 def next_session(fault: Fault, outcome: Outcome) -> str:
     """The next session on the same devices ends well, and bears nothing of the fault."""
     return outcome.next_failure
+
+
+def _one_line(text: str) -> bool:
+    """Tell whether a text is one line with something in it."""
+    return bool(text.strip()) and not re.search(r"[\r\n]", text.strip())
 
 
 CHECKS = (

@@ -14,6 +14,7 @@ from daq.acquisition.client import Acquisition
 from daq.acquisition.messages import Ended
 from daq.errors import DaqError, SessionError
 from daq.faults.bench import Bench
+from daq.progress import silent
 from daq.recording.folder import INFO_FILE
 from daq.recording.recorder import CAMERAS_FILE
 from daq.recording.running import RunningRecording
@@ -146,7 +147,7 @@ class WindowClient:
             self._acquisition.close()
             self._acquisition, self._alive = Acquisition(self._rig), True
         self._release()
-        info = self._acquisition.record(NEXT.trajectory(), folder, Label(folder.name), _unseen)
+        info = self._acquisition.record(NEXT.trajectory(), folder, Label(folder.name), silent)
         return "; ".join(info.problems)
 
     def _release(self) -> None:
@@ -174,19 +175,14 @@ class WindowClient:
             self._told = "" if ended.failure is None else ended.failure.message
 
 
-def _unseen(text: str, done: int, total: int) -> None:
-    """Nobody looks at the progress."""
-
-
 class CommandClient:
     """``retract record`` as a program of its own, of which only the process and the files are known.
 
     What counts as acknowledged is what another reader of the running recording saw last.
     """
 
-    motion = replace(
-        MOTION, dwell=replace(MOTION.dwell, rest_s=Dwell().rest_s)
-    )  # no option shortens the rest
+    # no option shortens the rest
+    motion = replace(MOTION, dwell=replace(MOTION.dwell, rest_s=Dwell().rest_s))
 
     def __init__(self, bench: Bench) -> None:
         self._bench = bench

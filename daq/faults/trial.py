@@ -1,7 +1,6 @@
 """One complete session with one fault, and everything that is known of it afterwards."""
 
 import random
-import re
 import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from daq.faults.bench import ROBOT, Bench, TruePath
 from daq.faults.clients import Client
 from daq.faults.fault import Fault, Scene
 from daq.faults.linux_only import load_average
+from daq.progress import silent
 from daq.recording.folder import recover_session
 from daq.recording.reader import Recording
 from daq.session_report import report_session
@@ -163,7 +163,7 @@ def _look(recording: Recording) -> tuple[dict[str, int], dict[str, int], dict[st
         found[f"camera/{name}"] = len(images)
         if len(images):
             images.image(len(images) - 1)  # raises where it cannot be decoded
-    streams = report_session(recording, _unseen).streams
+    streams = report_session(recording, silent).streams
     resets = {name: stream.resets for name, stream in streams.items()}
     return found, resets, {name: stream.delay_s[0] for name, stream in streams.items()}
 
@@ -174,12 +174,3 @@ def _next(bench: Bench, client: Client, folder: Path) -> str:
     failure = client.next_session(folder / "next")
     bench.order(ROBOT, "jog", REST_TOOL)
     return failure
-
-
-def _unseen(text: str, done: int, total: int) -> None:
-    """Nobody looks at the progress."""
-
-
-def one_line(text: str) -> bool:
-    """Tell whether a text is one line with something in it."""
-    return bool(text.strip()) and not re.search(r"[\r\n]", text.strip())

@@ -15,7 +15,7 @@ from typing import Protocol
 from daq.calibration.in_force import InForce, calibrations_in_force
 from daq.devices import Devices
 from daq.errors import RecordingError, SessionError
-from daq.progress import Progress
+from daq.progress import Progress, silent
 from daq.recording.folder import (
     CALIBRATION_FOLDER,
     RIG_FILE,
@@ -202,7 +202,7 @@ class Session:
 
     def _seal(self, problems: list[str]) -> SessionInfo:
         try:
-            warnings = write_report(Recording(self.folder), _unseen).warnings
+            warnings = write_report(Recording(self.folder), silent).warnings
             return seal_session(self.folder, (*problems, *warnings))
         except OSError as error:
             raise RecordingError(
@@ -242,10 +242,6 @@ class Session:
             problems.append(f"the end of the recording may not have reached the disk ({error})")
         self._devices.force_sensor.stop()
         return problems + _losses(before, _statistics(self._devices)) + _drops(recorder)
-
-
-def _unseen(text: str, done: int, total: int) -> None:
-    """Progress within one step is not the session's progress."""
 
 
 def _camera_models(rig: Rig) -> dict[str, PinholeCamera]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from daq.calibration.latencies import CAMERAS, FORCE, calibrate_time
 from daq.calibration.procedures import MOTIONS, record_motion
+from daq.progress import silent
 from daq.recording.folder import RIG_FILE
 from daq.recording.reader import Recording
 from daq.rig import make_devices, read_rig
@@ -58,7 +59,7 @@ def measure(motion: str, folder: Path, seed: int = 0) -> dict[str, StreamTime]:
     with virtual_rig(folder, calibration_settings("time", seed)) as running:
         rig = read_rig(running.rig_path)
         with connected(make_devices(rig)) as devices:
-            recording = record_motion("time", motion, rig, devices, folder / "session", _unseen)
+            recording = record_motion("time", motion, rig, devices, folder / "session", silent)
     return compare(recording, running.clocks)
 
 
@@ -81,7 +82,7 @@ def compare(recording: Recording, clocks: DeviceClocks) -> dict[str, StreamTime]
     }
     robot_late = float(late[ROBOT].mean())
     result = {ROBOT: StreamTime(float("nan"), float("nan"), robot_late, _swing(late[ROBOT]))}
-    for told in calibrate_time(recording, _unseen).result.streams:
+    for told in calibrate_time(recording, silent).result.streams:
         stream = late[told.stream]
         true_s = delays[told.stream] + float(stream.mean()) - robot_late
         result[told.stream] = StreamTime(told.latency_s, told.std_s, true_s, _swing(stream))
@@ -96,10 +97,6 @@ def _late_s(estimated_ns: IntArray, clock: BusClock, device_time_s: FloatArray) 
 
 def _swing(late_s: FloatArray) -> float:
     return float(np.abs(late_s - np.median(late_s)).max())
-
-
-def _unseen(text: str, done: int, total: int) -> None:
-    """No progress is shown."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -4,11 +4,10 @@ import multiprocessing
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from multiprocessing.connection import Connection
 from pathlib import Path
 
-from daq.errors import SessionError
 from daq.rig import Latencies, write_rig
+from daq.virtual_rig.child_processes import end_all, told
 from daq.virtual_rig.layout import CAMERA_READOUT_S, FORCE_FILTER_S, Addresses, rig_description
 from daq.virtual_rig.operator import VirtualOperator
 from daq.virtual_rig.processes import DeviceClocks, VirtualRigSettings, run_emulators, solve_phantom
@@ -19,9 +18,6 @@ STEREO_FILE = "stereo.toml"
 TRUTH_FILE = "truth.toml"
 LATENCIES = Latencies(force_s=FORCE_FILTER_S, cameras_s=CAMERA_READOUT_S)
 """What the rig file knows of the devices' delays."""
-
-_START_TIMEOUT_S = 300.0
-_END_TIMEOUT_S = 5.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,10 +56,11 @@ def virtual_rig(folder: Path, settings: VirtualRigSettings) -> Iterator[VirtualR
     for process in processes:
         process.start()
     # the ends that live in the other processes; what stays open here would hide their end from one another
-    for end in (from_emulators, to_solver, control_end):
-        end.close()
+    for far_end in (from_emulators, to_solver, control_end):
+        far_end.close()
     try:
-        clocks, addresses = _told(control)
+        clocks: DeviceClocks = told(control, "the virtual rig")
+        addresses: Addresses = told(control, "the virtual rig")
         pair = flea2_pair()
         pair.save(folder / STEREO_FILE)
         described = rig_description(addresses, folder / STEREO_FILE)
@@ -73,12 +70,7 @@ def virtual_rig(folder: Path, settings: VirtualRigSettings) -> Iterator[VirtualR
         yield VirtualRig(folder / RIG_FILE, folder / TRUTH_FILE, VirtualOperator(control), clocks)
     finally:
         control.close()
-        for process in reversed(processes):
-            process.join(_END_TIMEOUT_S)
-            if process.is_alive():
-                process.terminate()
-                process.join()
-            process.close()
+        end_all(reversed(processes))
 
 
 def _name(usual: str, settings: VirtualRigSettings) -> str:
@@ -86,21 +78,6 @@ def _name(usual: str, settings: VirtualRigSettings) -> str:
     late = {"force": settings.force_delay_s, "cameras": settings.camera_delay_s}
     told = [f"{stream} late by {1e3 * delay_s:g} ms" for stream, delay_s in late.items() if delay_s]
     return ", ".join([usual, *told])
-
-
-def _told(control: Connection) -> tuple[DeviceClocks, Addresses]:
-    if not control.poll(_START_TIMEOUT_S):
-        raise SessionError(
-            f"the virtual rig has not started in {_START_TIMEOUT_S:g} s; the computer is too busy"
-        )
-    try:
-        clocks: DeviceClocks = control.recv()
-        addresses: Addresses = control.recv()
-    except EOFError as error:
-        raise SessionError(
-            "the virtual rig's processes ended at their start; see the messages above"
-        ) from error
-    return clocks, addresses
 
 
 def _write_truth(path: Path, settings: VirtualRigSettings) -> None:

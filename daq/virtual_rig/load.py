@@ -6,7 +6,6 @@ What the recorder is measured against: nothing of the emulated devices' work is 
 import math
 import multiprocessing
 import signal
-import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -18,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.errors import SessionError
 from daq.rig import Rig, read_rig, write_rig
+from daq.virtual_rig.child_processes import end_all, free_udp_port, told
 from daq.virtual_rig.layout import REST_TOOL, T_FLANGE_TOOL, Addresses, placed_beads, rig_description
 from daq.virtual_rig.scene import Scene, SceneSettings, flea2_pair
 from robot_drivers.abb.emulator import ControllerEmulator
@@ -31,8 +30,6 @@ from robot_drivers.cameras.emulator import BusClock, CameraEmulator, CameraEmula
 from robot_drivers.clock import host_time_ns
 from robot_drivers.protocols import FloatArray
 
-_START_TIMEOUT_S = 300.0
-_END_TIMEOUT_S = 5.0
 _DIFFERENT_IMAGES = 6
 _BUFFERED = 25  # a late emulator must not look like a late recorder
 
@@ -86,7 +83,7 @@ def loaded_rig(folder: Path, load: Load) -> Iterator[LoadedRig]:
         for process, (_, end) in zip(processes, pipes, strict=True):
             process.start()
             end.close()
-        sensor, robot, left, right = (_told(control) for control, _ in pipes)
+        sensor, robot, left, right = (told(control, "an emulated device") for control, _ in pipes)
         flea2_pair().save(folder / "stereo.toml")
         addresses = Addresses(**sensor, **robot, camera_urls=(left["url"], right["url"]))
         write_rig(rig_description(addresses, folder / "stereo.toml"), folder / "rig.toml")
@@ -94,23 +91,7 @@ def loaded_rig(folder: Path, load: Load) -> Iterator[LoadedRig]:
     finally:
         for control, _ in pipes:
             control.close()
-        for process in processes:
-            process.join(_END_TIMEOUT_S)
-            if process.is_alive():
-                process.terminate()
-                process.join()
-
-
-def _told(control: Connection) -> dict[str, Any]:
-    if not control.poll(_START_TIMEOUT_S):
-        raise SessionError(
-            f"an emulated device has not started in {_START_TIMEOUT_S:g} s; the computer is too busy"
-        )
-    try:
-        told: dict[str, Any] = control.recv()
-    except EOFError as error:
-        raise SessionError("an emulated device ended at its start; see the messages above") from error
-    return told
+        end_all(processes)
 
 
 def _run_sensor(control: Connection, load: Load, overloaded: "Synchronized[int]") -> None:
@@ -130,9 +111,7 @@ def _run_robot(control: Connection, load: Load, overloaded: "Synchronized[int]")
         arm=ArmSettings(home=REST_TOOL, T_flange_tool=T_FLANGE_TOOL), watchdog_s=2.0
     )
     with ControllerEmulator(settings) as robot:
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-            probe.bind(("127.0.0.1", 0))
-            egm_port = probe.getsockname()[1]
+        egm_port = free_udp_port()
         robot.start_egm_stream("127.0.0.1", egm_port)
         ports = {"robot_command_port": robot.command_port, "robot_state_port": robot.state_port}
         _serve(control, {**ports, "egm_port": egm_port})

@@ -5,7 +5,6 @@ grants it the devices, whose time is real, go before the solver and other progra
 """
 
 import signal
-import socket
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 
 from daq.one_thread import compute_in_one_thread
 from daq.virtual_rig.board_scene import BoardScene
+from daq.virtual_rig.child_processes import free_udp_port
 from daq.virtual_rig.layout import (
     CAMERA_READOUT_S,
     FORCE_FILTER_S,
@@ -112,7 +112,7 @@ def run_emulators(control: Connection, solver: Connection, settings: VirtualRigS
         controller = stack.enter_context(
             ControllerEmulator(ControllerSettings(arm=arm, watchdog_s=PATIENCE_S))
         )
-        egm_port = _free_udp_port()
+        egm_port = free_udp_port()
         controller.start_egm_stream("127.0.0.1", egm_port)
         tissue = stack.enter_context(closing(SimulatedTissue(solver, controller.path, FRAMES)))
         transducer = SimulatedTransducer(
@@ -179,14 +179,6 @@ def _cameras(
         CameraEmulator(image_source(scene, board), emulated, bus)
         for scene, board in zip(scenes, boards, strict=True)
     ]
-
-
-def _free_udp_port() -> int:
-    """Return a port that the robot driver will be able to listen on."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-        return port
 
 
 def _obey(control: Connection, controller: ControllerEmulator, held: list[Pose]) -> None:

@@ -20,6 +20,7 @@ from estimator.diagnosis.whitening import whitening_of
 from estimator.experiment import Experiment
 from estimator.fem.block_mesh import Grading
 from estimator.fit.estimate import fit_few_states
+from estimator.fit.linearisation import silent
 from estimator.fit.residuals import measured_rows, predicted_channels, state_means
 from estimator.forward.meshing import FINE_GRADING, mesh_experiment
 from estimator.forward.model import ForwardModel
@@ -88,12 +89,8 @@ def _measured_as(mechanics: Mechanics, experiment: Experiment) -> Mechanics:
 def _rough_fit(experiments: tuple[Experiment, ...]) -> Hypothesis:
     """Fit the baseline to a few states on a coarse mesh."""
     model = ForwardModel(mesh_experiment(experiments[0], _FIRST_GRADING), experiments)
-    values = fit_few_states(model, state_means(experiments, model.schedules), _silent)[-1].values
+    values = fit_few_states(model, state_means(experiments, model.schedules), silent)[-1].values
     return Hypothesis(values["youngs_modulus"], min(values["poisson_ratio"], LARGEST_POISSON_RATIO))
-
-
-def _silent(stage: str, done: int, total: int) -> None:
-    pass
 
 
 def _fine_states(experiment: Experiment, hypothesis: Hypothesis) -> dict[int, FloatArray]:

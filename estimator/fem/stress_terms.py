@@ -66,7 +66,7 @@ def isochoric_energy(material: Material, response: Response) -> PartialEnergy:
 
 
 def isochoric_slope(material: Material, response: Response) -> FloatArray:
-    """Return the first derivatives (3, e, q) of that energy alone, which cost a third."""
+    """Return the first derivatives (3, e, q) of that energy alone, Pa, without the cost of the others."""
     return material.lame[0] * _isochoric_invariants(material, response).slope
 
 

@@ -17,7 +17,7 @@ from estimator.fem.equilibrium import NewtonSettings
 from estimator.fem.problem import RetractionProblem
 from estimator.fit.discretisation import change_on_finer_mesh
 from estimator.fit.gauss_newton import Iterate, MarginalStep, Values, marginal_step, minimise, moved
-from estimator.fit.linearisation import Linearisation, Progress
+from estimator.fit.linearisation import Linearisation, Progress, silent
 from estimator.fit.nuisances import DISCRETISATION
 from estimator.fit.profile import Profile, profile
 from estimator.fit.residuals import StateMean, state_means
@@ -86,7 +86,7 @@ def estimate(
     started = time.perf_counter()
     settings = settings or FitSettings()
     _check_one_phantom(experiments)
-    tell = progress or _silent
+    tell = progress or silent
     model = ForwardModel(mesh(experiments[0]), experiments)
     means = state_means(experiments, model.schedules)
     rough = fit_few_states(model, means, tell, settings)
@@ -197,10 +197,6 @@ def _profiles(
 
 def _farthest(one: Sequence[FloatArray], other: Sequence[FloatArray]) -> float:
     return max(float(np.abs(a - b).max()) for a, b in zip(one, other, strict=True))
-
-
-def _silent(stage: str, done: int, total: int) -> None:
-    pass
 
 
 def _check_one_phantom(experiments: Sequence[Experiment]) -> None:

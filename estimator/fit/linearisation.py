@@ -35,6 +35,11 @@ Values = dict[str, float]
 # Called with what is being done, how many of its states are done, and how many there are.
 Progress = Callable[[str, int, int], None]
 
+
+def silent(stage: str, done: int, total: int) -> None:
+    """Tell nothing: nobody watches."""
+
+
 _EXACT = NewtonSettings()
 _REWEIGHTINGS = 50
 _STEADY_WEIGHT = 1e-3

@@ -7,6 +7,7 @@ import numpy as np
 from fake_devices import FakeCamera, FakeForceSensor, FakeRobot
 
 from daq.devices import Devices
+from daq.progress import silent
 from daq.rig import Rig
 from daq.session.session import Label, run_session
 from daq.trajectories import PULL, Dwell, Trajectory
@@ -16,10 +17,6 @@ from daq.virtual_rig.scene import flea2_pair
 SHORT = replace(
     PULL, steps=3, return_steps=1, step_length=0.002, dwell=Dwell(rest_s=0.1, settle_s=0.02, measure_s=0.05)
 )
-
-
-def silent(text: str, done: int, total: int) -> None:
-    """No progress is shown."""
 
 
 class Bench:

@@ -16,6 +16,7 @@ from session_endings import stop_of, wait_until_sealed
 
 from daq.acquisition.client import Acquisition
 from daq.errors import MotionLimitError, SessionError, SoftwareStopError
+from daq.progress import silent
 from daq.recording.folder import read_info, verify_checksums
 from daq.recording.reader import Recording, open_recording
 from daq.rig import Rig, make_devices, read_rig
@@ -32,10 +33,6 @@ SHORT = replace(
     PULL, steps=1, step_length=0.002, return_steps=1, dwell=Dwell(rest_s=0.3, settle_s=0.1, measure_s=0.3)
 )
 CLIENT = Path(__file__).with_name("acquisition_client.py")
-
-
-def silent(text: str, done: int, total: int) -> None:
-    """No progress is shown."""
 
 
 @pytest.fixture(scope="module")

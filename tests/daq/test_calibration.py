@@ -22,6 +22,7 @@ from daq.calibration.results import ForceResult, TimeResult, ToolResult
 from daq.calibration.tool import ToolCalibration
 from daq.errors import CalibrationError, RigError
 from daq.frames import rotation
+from daq.progress import silent
 from daq.recording.mcap_log import McapLog
 from daq.recording.reader import Recording
 from daq.rig import Rig
@@ -47,10 +48,6 @@ from robot_drivers.protocols import Pose
 MARKER = (-0.012, 0.004, 0.015)
 NOW = datetime(2026, 5, 4, 12, 0, tzinfo=UTC)
 FORCE_LATE_S, CAMERAS_LATE_S = 0.0123, 0.041
-
-
-def silent(text: str, done: int, total: int) -> None:
-    """No progress is shown."""
 
 
 def measured(trajectory: Trajectory) -> list[Pose]:

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from daq.errors import SoftwareStopError
 from daq.export import export_experiment
 from daq.frames import pose
+from daq.progress import silent
 from daq.recording.folder import read_info
 from daq.recording.reader import Recording
 from daq.rig import Rig, make_devices, read_rig
@@ -28,10 +29,6 @@ from robot_drivers.protocols import Pose
 PHANTOM = SpringPhantom(GRASP_CENTRE, placed_beads(1))
 COARSE = Grading(grasp_m=3e-3, anchor_m=6e-3, largest_m=20e-3, growth=2.0, layers=1)
 SHORT = replace(PULL, steps=2, return_steps=1, dwell=Dwell(rest_s=1.0, settle_s=0.3, measure_s=1.0))
-
-
-def silent(text: str, done: int, total: int) -> None:
-    """No progress is shown."""
 
 
 @dataclass(frozen=True)

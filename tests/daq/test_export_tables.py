@@ -10,6 +10,7 @@ from synthetic_session import SyntheticSession
 
 from daq.cli import main
 from daq.export import export_experiment, export_tables
+from daq.progress import silent
 from daq.recording import schemas
 from daq.recording.folder import seal_session
 from daq.recording.mcap_log import McapLog
@@ -27,10 +28,6 @@ class Unmeasured(SyntheticSession):
 
     def _write_events(self, log: McapLog) -> None:
         log.add_channel("/events", schemas.EVENT)
-
-
-def silent(text: str, done: int, total: int) -> None:
-    """No progress is shown."""
 
 
 @pytest.fixture(scope="module")

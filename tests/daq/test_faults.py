@@ -1,6 +1,7 @@
 """The fault campaign: what its checks catch, how runs are chosen and kept, and one run of it."""
 
 import json
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 from daq.cli import main
 from daq.errors import DaqError, RecordingError
 from daq.faults.bench import TruePath
-from daq.faults.campaign import fault_of, keep, named, read_results
+from daq.faults.campaign import fault_of, keep, named, read_results, single_run
 from daq.faults.catalogue import FAULTS
 from daq.faults.checks import judge
 from daq.faults.fault import Fault
@@ -225,3 +226,14 @@ def test_a_finished_campaign_is_judged_from_its_results(
     keep(path, replace(WENT_ON, told="held"))
     assert main(command) == 1
     assert "ended with: held" in json.loads(capsys.readouterr().out)["complaints"][0]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the campaign needs Linux")
+def test_a_run_breaks_a_session_and_finds_all_that_was_acknowledged() -> None:
+    """How soon the robot stands is for the campaign to tell, which states the load of the machine."""
+    outcome = single_run(1, 0, SATURATED)
+    assert set(outcome.acknowledged) == set(STREAMS)
+    assert all(0 < outcome.acknowledged[stream] <= outcome.found[stream] for stream in STREAMS)
+    assert outcome.told
+    assert outcome.problems
+    assert outcome.state == "sealed"

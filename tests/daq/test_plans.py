@@ -10,6 +10,7 @@ from fake_devices import FakeCamera, FakeForceSensor, FakeRobot
 from daq.devices import Devices
 from daq.errors import RigError, SoftwareStopError, TrajectoryError
 from daq.plans import Plan, Trial, finished, read_plan, run_plan, runs
+from daq.progress import silent
 from daq.recording.folder import read_info
 from daq.rig import Rig, write_rig
 from daq.session.session import run_session
@@ -17,10 +18,6 @@ from daq.virtual_rig.layout import REST_TOOL, Addresses, rig_description
 from daq.virtual_rig.scene import flea2_pair
 
 SHORT = Trial("pull", steps=1, return_steps=1, step_length_m=0.002, settle_s=0.0, measure_s=0.02)
-
-
-def silent(text: str, done: int, total: int) -> None:
-    """No progress is shown."""
 
 
 class Laboratory:

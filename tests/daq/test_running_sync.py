@@ -14,6 +14,7 @@ from synthetic_session import MOVE_S, START_NS, WINDOW_S, SyntheticSession
 import daq.running_sync
 from daq.errors import RecordingError
 from daq.frames import pose
+from daq.progress import silent
 from daq.recording.reader import Recording
 from daq.recording.running import RunningRecording
 from daq.recording.scan import Scan, scan, scan_on
@@ -78,10 +79,6 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def growing(whole: Path, tmp_path: Path) -> Growing:
     return Growing(whole, tmp_path / "growing")
-
-
-def silent(text: str, done: int, total: int) -> None:
-    """No progress is shown."""
 
 
 def assert_same(one: Synchronised, other: Synchronised) -> None:

@@ -8,6 +8,7 @@ from synthetic_session import START_NS, rendered_scene
 
 from daq.alignment import check_alignment
 from daq.frames import compose, inverse
+from daq.progress import silent
 from daq.recording import schemas
 from daq.recording.codec import compressed
 from daq.recording.folder import SessionInfo, seal_session, verify_checksums, write_info
@@ -25,10 +26,6 @@ PHANTOM = SpringPhantom(GRASP_CENTRE, placed_beads(1))
 MOVES_S = (0.8, 1.8, 2.8, 3.8, 4.8)  # half a second each, 2 mm out; the last one back
 DURATION_S = 6.0
 FORCE_DRIFT, ROBOT_DRIFT = 40e-6, -25e-6
-
-
-def silent(text: str, done: int, total: int) -> None:
-    """No progress is shown."""
 
 
 def way_m(time_s: np.ndarray) -> np.ndarray:

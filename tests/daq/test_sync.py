@@ -11,6 +11,7 @@ from synthetic_session import MOVE_S, WINDOW_S, SyntheticSession
 from daq.errors import SynchronisationError
 from daq.export import export_experiment
 from daq.frames import pose
+from daq.progress import silent
 from daq.recording.folder import seal_session
 from daq.recording.reader import Recording
 from daq.stereo_images import StereoImages
@@ -30,10 +31,6 @@ def twisted(way_m: float, angle_deg: float) -> Pose:
 
 POSES = (twisted(0.0, 0.0), twisted(0.003, 20.0), twisted(0.006, 45.0))
 SESSION = SyntheticSession(POSES, PHANTOM)
-
-
-def silent(text: str, done: int, total: int) -> None:
-    """No progress is shown."""
 
 
 @pytest.fixture(scope="module")

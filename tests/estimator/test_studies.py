@@ -11,6 +11,7 @@ import pytest
 
 from estimator.errors import FitError, InputError
 from estimator.fem.block_mesh import Grading
+from estimator.fit.linearisation import silent
 from estimator.forward.meshing import mesh_experiment
 from estimator.geometry.rough import raised_block
 from estimator.simulation.simulate import Resolution
@@ -77,10 +78,6 @@ KNOWN = Study(
         Group("no truth", (Level("pull", (Known(8e3), Known(8.5e3))),), None),
     ),
 )
-
-
-def silent(text: str, done: int, total: int) -> None:
-    pass
 
 
 @contextmanager

@@ -11,16 +11,14 @@ from distributed import LocalCluster
 from study_cases import Fatal, Sleeping
 
 from estimator.errors import InputError, StudyError
+from estimator.fit.linearisation import silent
 from estimator.studies.campaign import run_cases
 from estimator.studies.case import Outcome
-from estimator.studies.executors import dask_cluster, process_pool
+from estimator.studies.cluster import dask_cluster
 from estimator.studies.store import OutcomeStore
+from estimator.workers import worker_pool
 
 CASES = [Sleeping(number, seconds=0.2) for number in range(8)]
-
-
-def silent(text: str, done: int, total: int) -> None:
-    pass
 
 
 def numbers(outcomes: Sequence[Outcome]) -> list[float]:
@@ -50,7 +48,7 @@ def test_a_cluster_that_loses_a_worker_midway_gives_every_row(cluster: LocalClus
 
 
 def test_processes_give_every_row_in_the_order_of_the_cases(tmp_path: Path) -> None:
-    outcomes = run_cases(CASES, OutcomeStore(tmp_path), partial(process_pool, 2), silent)
+    outcomes = run_cases(CASES, OutcomeStore(tmp_path), partial(worker_pool, 2), silent)
     assert numbers(outcomes) == list(range(8))
     assert os.getpid() not in {outcome.row["process"] for outcome in outcomes if outcome.row}
 
@@ -58,7 +56,7 @@ def test_processes_give_every_row_in_the_order_of_the_cases(tmp_path: Path) -> N
 def test_a_worker_that_dies_is_told_and_what_was_done_is_kept(tmp_path: Path) -> None:
     store = OutcomeStore(tmp_path)
     with pytest.raises(StudyError, match=r"a worker died .*: 1 of 2 cases are kept"):
-        run_cases([Sleeping(1), Fatal()], store, partial(process_pool, 1), silent)
+        run_cases([Sleeping(1), Fatal()], store, partial(worker_pool, 1), silent)
     kept = store.read(Sleeping(1))
     assert kept is not None
     assert numbers([kept]) == [1.0]
@@ -67,7 +65,7 @@ def test_a_worker_that_dies_is_told_and_what_was_done_is_kept(tmp_path: Path) ->
 def test_a_scheduler_that_does_not_answer_is_told_in_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("estimator.studies.executors._PATIENCE_S", 0.5)
+    monkeypatch.setattr("estimator.studies.cluster._PATIENCE_S", 0.5)
     start = partial(dask_cluster, "tcp://127.0.0.1:1")
     with pytest.raises(InputError, match="no Dask scheduler answers there"):
         run_cases(CASES, OutcomeStore(tmp_path), start, silent)

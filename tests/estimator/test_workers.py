@@ -12,9 +12,9 @@ _PARENT = """
 import os, time
 from estimator.workers import worker_pool
 if __name__ == "__main__":
-    pool = worker_pool(1)
-    print(pool.submit(os.getpid).result(), flush=True)
-    time.sleep(600)
+    with worker_pool(1) as pool:
+        print(pool.submit(os.getpid).result(), flush=True)
+        time.sleep(600)
 """
 
 

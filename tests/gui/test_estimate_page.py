@@ -10,6 +10,7 @@ from stand_in_jobs import StandInJobs, without_processes
 from synthetic_diagnoses import small_experiment
 from synthetic_estimates import estimate_of, pull_fit
 
+from daq.progress import silent
 from estimator.errors import InputError
 from estimator.experiment import write_experiment
 from estimator.fit.online import OnlineEstimate
@@ -39,10 +40,6 @@ def after_step(step: int) -> FollowedStep:
     ratio = ParameterEstimate(0.46, 0.004, (0.452, 0.468))
     found = OnlineEstimate(step, {"youngs_modulus": modulus, "poisson_ratio": ratio}, 1.02, 0.2)
     return FollowedStep(found, host_time_ns() - 3 * 10**9)
-
-
-def silent(text: str, done: int, total: int) -> None:
-    """Nobody watches."""
 
 
 def stored(folder: Path, name: str = "pull", **changes: object) -> Path:

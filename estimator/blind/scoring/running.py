@@ -88,13 +88,10 @@ def _in_turn(work: Callable[[str], str], names: Sequence[str]) -> Iterator[tuple
 
 
 def _at_a_time(work: Callable[[str], str], names: Sequence[str], processes: int) -> Iterator[tuple[str, str]]:
-    pool = worker_pool(processes)
-    try:
+    with worker_pool(processes) as pool:
         jobs = {pool.submit(work, name): name for name in names}
         for job in as_completed(jobs):
             yield jobs[job], job.result()
-    finally:
-        pool.shutdown(cancel_futures=True)
 
 
 def _answer(diagnose: Diagnose, cases: Path, answers: Path, name: str) -> str:

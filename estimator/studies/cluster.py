@@ -1,23 +1,12 @@
-"""Where cases run: in processes on this computer, or on a Dask cluster; both behind Python's own executor interface."""
+"""A Dask cluster behind Python's own executor interface, as the workers of one computer are."""
 
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
 
 from estimator.errors import InputError
-from estimator.workers import worker_pool
 
 _PATIENCE_S = 30
-
-
-@contextmanager
-def process_pool(workers: int | None = None) -> Iterator[Executor]:
-    """Give processes on this computer, by default one for each core."""
-    pool = worker_pool(workers)
-    try:
-        yield pool
-    finally:
-        pool.shutdown(cancel_futures=True)
 
 
 @contextmanager

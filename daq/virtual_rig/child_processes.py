@@ -1,0 +1,46 @@
+"""Processes that run emulated devices: waiting for what they tell, ending them, and ports for them."""
+
+import socket
+from collections.abc import Iterable
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from typing import Any
+
+from daq.errors import SessionError
+
+_START_TIMEOUT_S = 300.0
+_END_TIMEOUT_S = 5.0
+
+
+def told(control: Connection, who: str) -> Any:
+    """Wait for what a process tells once it has started, and return it.
+
+    Raises
+    ------
+    SessionError
+        It tells nothing, or has ended; ``who`` is what it is called there.
+    """
+    if not control.poll(_START_TIMEOUT_S):
+        raise SessionError(f"{who} has not started in {_START_TIMEOUT_S:g} s; the computer is too busy")
+    try:
+        return control.recv()
+    except EOFError as error:
+        raise SessionError(f"{who} ended at its start; see the messages above") from error
+
+
+def end_all(processes: Iterable[BaseProcess]) -> None:
+    """Wait in this order for processes that have been told to end, and terminate those that do not."""
+    for process in processes:
+        process.join(_END_TIMEOUT_S)
+        if process.is_alive():
+            process.terminate()
+            process.join()
+        process.close()
+
+
+def free_udp_port() -> int:
+    """Return a port of the loopback interface that a robot driver will be able to listen on."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+        return port
