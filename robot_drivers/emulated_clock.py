@@ -1,6 +1,11 @@
 """The error of an emulated device's clock: it may jump and drift, and what it has gained stays."""
 
 from dataclasses import dataclass
+from typing import TypeVar
+
+from robot_drivers.protocols import FloatArray
+
+Time = TypeVar("Time", float, FloatArray)
 
 
 @dataclass(frozen=True, slots=True)
@@ -11,8 +16,8 @@ class ClockError:
     since_s: float = 0.0
     drift_ppm: float = 0.0
 
-    def at(self, time_s: float) -> float:
-        """Return how far it is ahead, s, at a time of the undisturbed clock."""
+    def at(self, time_s: Time) -> Time:
+        """Return how far it is ahead, s, at a time of the undisturbed clock, or at each of several (n,)."""
         return self.ahead_s + 1e-6 * self.drift_ppm * (time_s - self.since_s)
 
     def disturbed(self, time_s: float, jump_s: float, drift_ppm: float) -> "ClockError":

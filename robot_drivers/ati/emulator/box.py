@@ -162,9 +162,8 @@ class Box:
 
     def _ticks_ahead(self, ticks: IntArray) -> IntArray:
         """Return how far, in ticks, a disturbed clock is ahead."""
-        rate_hz, error = self.settings.internal_rate_hz, self._clock_error
-        gained = 1e-6 * error.drift_ppm * (ticks - error.since_s * rate_hz)
-        return np.rint(error.ahead_s * rate_hz + gained).astype(np.int64)
+        rate_hz = self.settings.internal_rate_hz
+        return np.rint(self._clock_error.at(ticks / rate_hz) * rate_hz).astype(np.int64)
 
     def _load(self, ticks: IntArray, wrench: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Return what the gages can tell of the wrench, (n, 6), and where one is at the end of its range."""
