@@ -14,6 +14,7 @@ from estimator.diagnosis.contest import (
     Trial,
     baseline_error,
     beside,
+    best_starts,
     parameter_deviations,
     polish_all,
     refit_all,
@@ -90,7 +91,7 @@ def what_if(
         error = baseline_error(case, baseline)
         forms = [effect for effect in CATALOGUE if effect.label == label and not effect.elaborates]
         trials = screen(case, baseline, error, forms, executor, tell)
-        starts = [trial.start for trial in trials[:_STARTS]]
+        starts = [trial.start for trial in best_starts(trials)[:_STARTS]]
         contenders = refit_all(case, baseline, error, starts, executor, tell)
         polished = polish_all(case, baseline, error, contenders[:1], executor, tell)
         return consider(case, baseline, error, trials, polished, floor)[label]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, Future, as_completed
 from dataclasses import dataclass, replace
@@ -91,24 +92,33 @@ def screen(
     executor: Executor,
     tell: Tell,
 ) -> list[Trial]:
-    """Return the trials of all effects at their best starts, the most probable first."""
+    """Return the trials of all effects at all their starts, the most probable first."""
     jobs = [executor.submit(_signatures, case, base, share) for share in _shares(effects, _SHARES)]
-    found: dict[str, list[Trial]] = {}
+    found: list[Trial] = []
     for done, job in enumerate(as_completed(jobs), start=1):
-        for signature in job.result():
-            found.setdefault(signature.effect.name, []).append(trial_of(case, base, error, signature))
+        found += [trial_of(case, base, error, signature) for signature in job.result()]
         tell("screening the catalogue", done, len(jobs))
-    return sorted((t for trials in found.values() for t in _best_starts(trials)), key=_descending)
+    return sorted(found, key=_descending)
 
 
 def _descending(trial: Trial) -> float:
     return -trial.log_evidence
 
 
-def _best_starts(trials: Sequence[Trial]) -> list[Trial]:
-    """Return the best start of an effect, and the next ones where a search among constants may go astray."""
-    searched = any(not constant.fixed for constant in trials[0].signature.effect.constants)
-    return sorted(trials, key=_descending)[: _STARTS_TRIED if searched else 1]
+def best_starts(trials: Sequence[Trial]) -> list[Trial]:
+    """Return the best trial of each effect, and the next ones where a search among constants may go astray.
+
+    The trials are sorted, and stay so.
+    """
+    tried: Counter[str] = Counter()
+    found = []
+    for trial in trials:
+        effect = trial.signature.effect
+        searched = any(not constant.fixed for constant in effect.constants)
+        if tried[effect.name] < (_STARTS_TRIED if searched else 1):
+            found.append(trial)
+            tried[effect.name] += 1
+    return found
 
 
 def _shares(effects: Sequence[Effect], count: int) -> list[list[Effect]]:

@@ -19,6 +19,7 @@ from estimator.diagnosis.contest import (
     Tell,
     Trial,
     baseline_error,
+    best_starts,
     evidence_of_unknown,
     first_order_evidence,
     parameter_deviations,
@@ -118,7 +119,7 @@ def _contest(experiments: Sequence[Experiment], executor: Executor, tell: Tell) 
     }
     plain = [effect for effect in CATALOGUE if not effect.elaborates]
     trials = screen(case, baseline, error, plain, executor, tell)
-    leaders = _leaders(trials, evidence[NONE])
+    leaders = _leaders(best_starts(trials), evidence[NONE])
     contenders = refit_all(case, baseline, error, [trial.start for trial in leaders], executor, tell)
     close = _close(contenders, evidence[NONE])
     polished = polish_all(case, baseline, error, close, executor, tell)
@@ -127,14 +128,14 @@ def _contest(experiments: Sequence[Experiment], executor: Executor, tell: Tell) 
     doubtful = _doubtful(case, polished)
     if doubtful:
         elaborate = _elaborations(doubtful)
-        more = screen(case, baseline, error, elaborate, executor, tell) if elaborate else []
-        more += _siblings(trials, doubtful[:1], contenders)
+        finer = screen(case, baseline, error, elaborate, executor, tell) if elaborate else []
+        more = best_starts(finer) + _siblings(best_starts(trials), doubtful[:1], contenders)
+        trials += finer
     if more:
         refitted = refit_all(case, baseline, error, [t.start for t in more[:4]], executor, tell)
         better = [one for one in refitted if one.log_evidence > polished[0].log_evidence]
         polished += polish_all(case, baseline, error, better[:2], executor, tell)
         rest += [one for one in refitted if one not in better]
-        trials = [*trials, *(trial for trial in more if trial not in trials)]
     contenders = sorted([*polished, *rest], key=lambda one: -one.log_evidence)
     weighed = weigh(evidence, contenders, trials)
     left_out = number_left_out(experiments, case.experiments)
@@ -264,11 +265,13 @@ def _best_pair(field: _Field, best: Contender, executor: Executor, tell: Tell) -
     """Return the best hypothesis with a second cause beside a leader, None where none is worth it."""
     starts = []
     for leader in field.contenders[:2]:
-        beside = [
+        # Every start is weighed anew: where the leader's gap is large, a second cause seemed to lie elsewhere.
+        tried = [
             trial_of(field.case, leader.fit, field.error, trial.signature)
-            for trial in best_trials(field.trials).values()
+            for trial in field.trials
             if trial.signature.effect.label not in leader.labels
         ]
+        beside = list(best_trials(tried).values())
         beside.sort(key=lambda trial: -trial.log_evidence)
         alone = first_order_evidence(field.case, leader.fit, field.error)
         starts += [

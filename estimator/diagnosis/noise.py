@@ -1,9 +1,10 @@
-"""What an experiment does not state of its noise, found from a misfit: correlation of rows, errors of rest positions.
+"""What experiments do not state of their noise, found from a misfit: correlation of rows, errors of zero and of rest.
 
 What a model misses is smooth along the rows and over the plane of the beads. So the change of a misfit from row to row
 tells the noise, and the correlation by how much less it is than that of white noise. The errors of the beads' rest
-positions, the same in every row, show in a mean misfit once polynomials over the plane are taken out. Both robustly,
-since motion and single beads may be misread.
+positions, the same in every row, show in a mean misfit once polynomials over the plane are taken out; those of the
+wrench's zero, which each experiment takes anew, in how the mean misfits of experiments differ. All robustly, since
+motion and single beads may be misread.
 """
 
 from collections.abc import Sequence
@@ -16,7 +17,8 @@ from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
 
-# In units of one reading's noise: nobody places beads better, and who places them worse finds some effects less easily.
+# In units of one reading's noise: nobody places beads or takes a zero better, and who does it worse finds some effects
+# less easily.
 _BEST, _WORST = 0.1, 1.0
 _MEDIAN_OF_A_NORMAL = 0.6745
 _FEWEST_BEADS = 8
@@ -36,11 +38,13 @@ class Noise:
     ----------
     wrench_correlation, fiducial_correlation : of a reading's noise with that of the row before
     rest_deviation : standard deviation of the beads' rest positions, in units of one reading's noise
+    zero_deviation : standard deviation of an experiment's zero of the wrench, in the same units
     """
 
     wrench_correlation: float = 0.0
     fiducial_correlation: float = 0.0
     rest_deviation: float = _WORST
+    zero_deviation: float = _WORST
 
 
 def noise_of(experiments: Sequence[Experiment], misfits: Sequence[FloatArray]) -> Noise:
@@ -52,7 +56,12 @@ def noise_of(experiments: Sequence[Experiment], misfits: Sequence[FloatArray]) -
     """
     wrench = _correlation([misfit[:, :6] for misfit in misfits])
     fiducials = _correlation([misfit[:, 6:] for misfit in misfits])
-    return Noise(wrench, fiducials, _rest_deviation(experiments, misfits, fiducials))
+    return Noise(
+        wrench,
+        fiducials,
+        _rest_deviation(experiments, misfits, fiducials),
+        _zero_deviation([misfit[:, :6] for misfit in misfits], wrench),
+    )
 
 
 def _correlation(misfits: Sequence[FloatArray]) -> float:
@@ -89,5 +98,22 @@ def _rest_deviation(
         white.append(np.mean(1.0 / seen[known]) * (1.0 + correlation) / (1.0 - correlation))
     if not rough:
         return _WORST
-    deviation = np.median(np.abs(np.concatenate(rough))) / _MEDIAN_OF_A_NORMAL
-    return float(np.clip(np.sqrt(max(deviation**2 - np.mean(white), 0.0)), _BEST, _WORST))
+    return _beyond_white(np.concatenate(rough), float(np.mean(white)))
+
+
+def _zero_deviation(misfits: Sequence[FloatArray], correlation: float) -> float:
+    """Return it from how the mean misfits (6,) of experiments differ: a gap that all share does not hide it."""
+    readings = np.array([np.isfinite(misfit).sum(axis=0) for misfit in misfits])
+    known = readings.all(axis=0)
+    if len(misfits) < 2 or not known.any():
+        return _WORST
+    means = np.array([np.nanmean(misfit[:, known], axis=0) for misfit in misfits])
+    differences = (means - means.mean(axis=0)) / np.sqrt(1.0 - 1.0 / len(means))
+    white = np.mean(1.0 / readings[:, known]) * (1.0 + correlation) / (1.0 - correlation)
+    return _beyond_white(differences.ravel(), float(white))
+
+
+def _beyond_white(values: FloatArray, white: float) -> float:
+    """Return the deviation of values beyond a variance that white noise gives them, robustly."""
+    deviation = np.median(np.abs(values)) / _MEDIAN_OF_A_NORMAL
+    return float(np.clip(np.sqrt(max(deviation**2 - white, 0.0)), _BEST, _WORST))

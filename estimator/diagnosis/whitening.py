@@ -124,7 +124,9 @@ def whitening_of(mechanics: Mechanics, correction: FloatArray, noise: Noise) -> 
     deviation = np.sqrt(channel_variance(experiment))
     rows, count = seen.shape
     of_wrench = np.arange(count) < 6
-    offsets = np.where(of_wrench, 1.0, noise.rest_deviation) * deviation
+    # The correction's course is not that of what is left of it: a bead at the rim may stand aside throughout.
+    aside = np.where(of_wrench, 0.0, _LEFT_IN_FIDUCIALS * np.sqrt(np.mean(correction**2, axis=0)))
+    offsets = np.hypot(np.where(of_wrench, noise.zero_deviation, noise.rest_deviation) * deviation, aside)
     shared = [np.broadcast_to(np.diag(offsets), (rows, count, count))]
     by_position = derivatives_by_position(mechanics) * np.sqrt(visits.position_variance)[:, None, None]
     of_visits = np.zeros((rows, count, len(visits), 3))

@@ -9,6 +9,7 @@ from estimator.effects.camera_scale import CameraScale
 from estimator.effects.effect import Effect, Group
 from estimator.effects.fiducial_mislabel import (
     FiducialMislabel,
+    FiducialMislabelFromShare,
     FiducialMislabelInEach,
     FiducialMislabelWithin,
 )
@@ -106,6 +107,7 @@ _VISION: tuple[Effect, ...] = (
     FiducialMislabel(),
     FiducialMislabelWithin(),
     FiducialMislabelInEach(),
+    FiducialMislabelFromShare(),
 )
 
 CATALOGUE: tuple[Effect, ...] = (*_TISSUE, *_MOUNTING, *_SURROUNDINGS, *_MOTION, *_FORCE, *_VISION)

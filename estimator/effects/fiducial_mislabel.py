@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from estimator.effects.effect import Amplitude, Constant, Effect, Readings, Values
 from estimator.effects.instants import (
     ORDER,
+    SHARE_OF_TIME,
     TIME,
     after,
     bead,
@@ -86,17 +87,37 @@ class FiducialMislabelInEach(FiducialMislabel):
     constants = (bead_constant("first"), bead_constant("second"), TIME)
 
     def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
-        """Return the pair and the time whose exchange takes most off the misfit."""
-        times = np.unique(np.concatenate([each.experiment.time for each in baseline]))
-        gain = np.zeros((len(times), *_gain(baseline[0]).shape[1:]))
-        for each in baseline:
-            np.add.at(gain, np.searchsorted(times, each.experiment.time), _gain(each))
+        """Return the pair and the instant whose exchange takes most off the misfit."""
+        courses = [self._course(each.experiment) for each in baseline]
+        instants = np.unique(np.concatenate(courses))
+        gain = np.zeros((len(instants), *_gain(baseline[0]).shape[1:]))
+        for course, each in zip(courses, baseline, strict=True):
+            np.add.at(gain, np.searchsorted(instants, course), _gain(each))
         row, first, second = _largest(sums_to_the_end(gain))
-        start = 0.5 * (times[row] + times[row - 1]) if row else times[0]
-        return [{"first": first, "second": second, "time": float(start)}]
+        start = 0.5 * (instants[row] + instants[row - 1]) if row else instants[0]
+        return [{"first": first, "second": second, self._instant: float(start)}]
 
     def _exchanged(self, experiment: Experiment, values: Values) -> BoolArray:
-        return experiment.time >= values["time"]
+        return self._course(experiment) >= values[self._instant]
+
+    @property
+    def _instant(self) -> str:
+        return self.constants[-1].name
+
+    def _course(self, experiment: Experiment) -> FloatArray:
+        """Return (n,) in what the instant is counted."""
+        return experiment.time
+
+
+class FiducialMislabelFromShare(FiducialMislabelInEach):
+    """In every experiment from the same share of its duration on: slow ones and quick ones are gone through alike."""
+
+    form = "from_a_share_of_each_experiment"
+    constants = (bead_constant("first"), bead_constant("second"), SHARE_OF_TIME)
+
+    def _course(self, experiment: Experiment) -> FloatArray:
+        begin, end = experiment.time[[0, -1]]
+        return (experiment.time - begin) / (end - begin)
 
 
 def _gain(readings: Readings) -> FloatArray:

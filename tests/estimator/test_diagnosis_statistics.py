@@ -158,6 +158,20 @@ def test_correlation_and_rest_positions_are_found_behind_a_smooth_misfit(correla
     assert 0.3 < noise.rest_deviation <= 1.0
 
 
+@pytest.mark.parametrize("zero", [0.0, 0.6])
+def test_how_well_the_wrench_is_zeroed_shows_in_how_experiments_differ_not_in_what_they_share(zero) -> None:
+    rng = np.random.default_rng(6)
+    experiment = replace(SMALL_BLOCK, fiducials_rest=np.zeros((1, 3)))
+    bias = np.array([2.0, -1.0, 0.5, 0.0, 3.0, 0.0])
+    misfits = []
+    for _ in range(8):
+        wrench = rng.normal(size=(100, 6)) + bias + zero * rng.normal(size=6)
+        misfits.append(np.column_stack([wrench, np.full((100, 3), np.nan)]))
+    found = noise_of([experiment] * len(misfits), misfits).zero_deviation
+    assert found == pytest.approx(max(zero, 0.1), rel=0.35)
+    assert noise_of([experiment], misfits[:1]).zero_deviation == 1.0
+
+
 def test_innovations_of_correlated_rows_are_white_also_across_gaps() -> None:
     rng = np.random.default_rng(5)
     seen = rng.random((40, 2)) > 0.2

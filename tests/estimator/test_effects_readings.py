@@ -12,6 +12,7 @@ from estimator.effects.catalogue import CATALOGUE, LABELS
 from estimator.effects.effect import Effect
 from estimator.effects.fiducial_mislabel import (
     FiducialMislabel,
+    FiducialMislabelFromShare,
     FiducialMislabelInEach,
     FiducialMislabelWithin,
 )
@@ -204,6 +205,7 @@ MISLABELS = {
     "to_the_last": (FiducialMislabel(), {"first": 3.0, "second": 7.0, "order": 2.0, "time": 42.0}),
     "within": (FiducialMislabelWithin(), {"first": 0.0, "second": 15.0, "order": 2.0, "time": 42.0}),
     "in_each": (FiducialMislabelInEach(), {"first": 5.0, "second": 6.0, "time": 42.0}),
+    "from_a_share": (FiducialMislabelFromShare(), {"first": 5.0, "second": 6.0, "share_of_time": 0.5}),
 }
 
 
@@ -214,7 +216,19 @@ def test_which_beads_are_exchanged_and_since_when_is_found_in_the_misfit(effect,
     for readings in three_experiments():
         seen = effect.readings(readings, {**constants, "exchanged": 1.0}).fiducials
         baseline.append(measured(readings, seen + noise.normal(0, 2e-4, seen.shape)))
-    assert effect.starts(baseline) == [constants]
+    assert effect.starts(baseline) == [pytest.approx(constants, abs=0.02)]
+
+
+def test_a_share_of_each_experiment_is_another_time_in_a_slower_one():
+    quick = felt(there_and_back(1))
+    slow = replace(quick, experiment=replace(quick.experiment, time=3.0 * quick.experiment.time))
+    values = {"first": 1.0, "second": 2.0, "share_of_time": 0.5, "exchanged": 1.0}
+    changed = [
+        (FiducialMislabelFromShare().readings(each, values).fiducials != each.fiducials).any(axis=(1, 2))
+        for each in (quick, slow)
+    ]
+    assert_array_equal(changed[0], changed[1])
+    assert_array_equal(changed[0], np.arange(len(changed[0])) >= len(changed[0]) / 2)
 
 
 def test_beads_are_exchanged_from_the_instant_on_and_in_later_experiments():
