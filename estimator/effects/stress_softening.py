@@ -72,4 +72,7 @@ STRESS_SOFTENING = (
     StressSoftening("absolute_isochoric", _WIDTH, "isochoric", "absolute_width"),
     StressSoftening("relative_isochoric", _RELATIVE_WIDTH, "isochoric", "relative_width"),
     Damage("damage_isochoric", _WIDTH, "isochoric", "damage"),
+    StressSoftening("absolute_whole", _WIDTH, "whole", "absolute_width"),
+    StressSoftening("relative_whole", _RELATIVE_WIDTH, "whole", "relative_width"),
+    Damage("damage_whole", _WIDTH, "whole", "damage"),
 )

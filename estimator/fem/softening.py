@@ -12,7 +12,8 @@ m + β Wm of Abaqus ("Mullins effect"). By continuum damage
 
 it bends too, and the way back is that of a softer tissue: J. C. Simo, Comput. Methods Appl. Mech. Eng. 60 (1987) 153;
 C. Miehe, Eur. J. Mech. A 14 (1995) 697. The energy is that which Lamé's μ weighs, or its isochoric part: a change of
-volume hardly damages.
+volume hardly damages. Or it is the whole, as where voids and torn chains bear neither shear nor pressure: then a body
+that is softened evenly keeps its Poisson's ratio.
 """
 
 from __future__ import annotations
@@ -26,12 +27,12 @@ from scipy.special import erf
 
 from estimator.fem.body import Body, Response, nodal_forces
 from estimator.fem.kernels import element_stiffness
-from estimator.fem.stress_terms import PartialEnergy, isochoric_energy, shear_energy
+from estimator.fem.stress_terms import PartialEnergy, isochoric_energy, shear_energy, whole_energy
 from estimator.fem.terms import TermStiffness
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
-SofteningPart = Literal["shear", "isochoric"]
+SofteningPart = Literal["shear", "isochoric", "whole"]
 
 # Pairs of I1, I2, J in the order of second derivatives.
 _PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
@@ -95,7 +96,7 @@ class Softening:
 
     Attributes
     ----------
-    part : which energy damages and is softened: what Lamé's μ weighs, or the isochoric part of that
+    part : which energy damages and is softened: what Lamé's μ weighs, the isochoric part of that, or the whole
     law : of η
     largest : (e, q) Wm, J/m³
     """
@@ -118,23 +119,34 @@ class Softening:
         return nodal_forces(self.body, response, -lost * virgin.slope)
 
     def stiffness(self, displacement: FloatArray, response: Response) -> TermStiffness:
-        """Return the derivative of :meth:`forces`, exact but at the kink where W = Wm."""
+        """Return the derivative of :meth:`forces`, exact but at the kink where W = Wm.
+
+        Of the whole, what the pressure changes by is softened evenly in each element.
+        """
         virgin = self._virgin(response)
         lost, by_energy = self.law.lost(virgin.density, self.largest)
         slope = virgin.slope
         curvature = -lost * virgin.curvature
         curvature -= by_energy * np.stack([slope[i] * slope[j] for i, j in _PAIRS])
+        basis, bulk = self._lost_bulk(lost)
         elements = element_stiffness(
             response.F,
             self.body.gradient,
             self.body.volume,
             -lost * slope,
             curvature,
-            self.body.basis[:, :, :0],
-            np.zeros(len(self.body.volume)),
+            basis,
+            bulk,
             response.law.dilatation_by,
         )
         return TermStiffness(elements=elements)
+
+    def _lost_bulk(self, lost: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the functions of the projected dilatation that are softened, and each element's loss of λ, Pa."""
+        if self.part != "whole":
+            return self.body.basis[:, :, :0], np.zeros(len(lost))
+        share = np.average(lost, axis=1, weights=self.body.volume)
+        return self.body.basis, -share * self.material.lame[1]
 
     def starting_after(self, seconds: float) -> Self:
         """Return the term itself: softening is no matter of time."""
@@ -149,5 +161,7 @@ class Softening:
         return self
 
     def _virgin(self, response: Response) -> PartialEnergy:
+        if self.part == "whole":
+            return whole_energy(self.body, self.material, response)
         energy = shear_energy if self.part == "shear" else isochoric_energy
         return energy(self.material, response)

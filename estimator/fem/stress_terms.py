@@ -42,6 +42,22 @@ def shear_energy(material: Material, response: Response) -> PartialEnergy:
     )
 
 
+def whole_energy(body: Body, material: Material, response: Response) -> PartialEnergy:
+    """Return the whole energy, the pressure of the projected dilatation included.
+
+    Where the dilatation is projected its second derivative joins no point's curvature: it is that of ``bulk`` in
+    :func:`estimator.fem.kernels.element_stiffness`.
+    """
+    shear = shear_energy(material, response)
+    curvature = shear.curvature
+    if not body.basis.shape[2]:
+        by, (first, second) = response.law.dilatation_by, np.triu_indices(3)
+        curvature = curvature + (material.lame[1] * np.take(by, first) * np.take(by, second))[:, None, None]
+    return PartialEnergy(
+        shear.density + 0.5 * response.pressure * response.dilatation, response.slope, curvature
+    )
+
+
 def isochoric_energy(material: Material, response: Response) -> PartialEnergy:
     """Return that energy at the same deformation without its change of volume, so that its stress has no pressure.
 

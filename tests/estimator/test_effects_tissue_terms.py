@@ -29,7 +29,7 @@ from estimator.materials.veronda_westmann import VerondaWestmann
 
 BOTH_WAYS, TENSION_ONLY = ANISOTROPY
 ONE_TERM, TWO_TERMS, WHOLE = VISCOELASTICITY
-ABSOLUTE, RELATIVE, DAMAGE, ABSOLUTE_ISOCHORIC, *_ = STRESS_SOFTENING
+ABSOLUTE, RELATIVE, DAMAGE, ABSOLUTE_ISOCHORIC, *_, DAMAGE_WHOLE = STRESS_SOFTENING
 EXPONENTIAL = make_material(VerondaWestmann(), 1e4, 0.45, (0.8, 0.3))
 
 ONE_TIME = {"relaxing_share_1": 0.4, "relaxation_time_1": 10.0}
@@ -52,6 +52,7 @@ PRESENT: list[tuple[Effect, dict[str, float]]] = [
     *PSEUDO_ELASTIC,
     (DAMAGE, {"depth": 0.3, "width_over_modulus": 0.01}),
     (ABSOLUTE_ISOCHORIC, {"depth": 0.3, "width_over_modulus": 0.01}),
+    (DAMAGE_WHOLE, {"depth": 0.3, "width_over_modulus": 0.01}),
     (PERMANENT_SET, {"share": 0.1}),
 ]
 NAMES = [effect.name for effect, _ in PRESENT]
@@ -100,7 +101,7 @@ def test_forces_turn_with_the_tissue(effect: Effect, values: dict[str, float], m
     np.testing.assert_allclose(forces.sum(axis=0), 0.0, atol=1e-12)
 
 
-@pytest.mark.parametrize(("effect", "values"), PRESENT[:-1], ids=NAMES[:-1])
+@pytest.mark.parametrize(("effect", "values"), PRESENT[:-2], ids=NAMES[:-2])
 @pytest.mark.parametrize("material", [TISSUE, EXPONENTIAL], ids=["neo_hookean", "exponential"])
 def test_the_stiffness_is_the_derivative_of_the_forces(
     effect: Effect, values: dict[str, float], material: Material
@@ -109,6 +110,15 @@ def test_the_stiffness_is_the_derivative_of_the_forces(
     field, change = smooth_field(0.1), smooth_field(1.0, seed=3)
     expected = force_change(term, field, change, material)
     found = term.stiffness(field, response_to(field, material)).elements
+    assert found is not None
+    np.testing.assert_allclose(times_change(found, change), expected, atol=1e-6 * np.abs(expected).max())
+
+
+def test_the_stiffness_of_a_softened_whole_is_the_derivative_where_it_is_softened_evenly() -> None:
+    term = remembering(DAMAGE_WHOLE, {"depth": 0.3, "width_over_modulus": 1e-12}, TISSUE)
+    field, change = smooth_field(0.1), smooth_field(1.0, seed=3)
+    expected = force_change(term, field, change, TISSUE)
+    found = term.stiffness(field, response_to(field)).elements
     assert found is not None
     np.testing.assert_allclose(times_change(found, change), expected, atol=1e-6 * np.abs(expected).max())
 
@@ -255,6 +265,15 @@ def test_damaged_tissue_is_a_softer_one_below_the_largest_strain() -> None:
     lost, all_there_is = (one.forces(later, response_to(later)) for one in (term, whole))
     scale = np.abs(all_there_is).max()
     np.testing.assert_allclose(lost, depth * all_there_is, rtol=0.0, atol=0.02 * scale)
+
+
+def test_tissue_damaged_evenly_as_a_whole_has_a_smaller_modulus_and_the_same_poisson_ratio() -> None:
+    # The width is so small that everywhere all is lost that can be.
+    damaged = (term_of(DAMAGE_WHOLE, {"depth": 0.3, "width_over_modulus": 1e-12}),)
+    pulls, state, _ = driven(pulled_to(4.0, 8.0), damaged)
+    virgin, at_virgin, _ = driven(pulled_to(4.0, 8.0))
+    np.testing.assert_allclose(pulls, 0.7 * np.array(virgin), rtol=1e-5)
+    np.testing.assert_allclose(state.displacement, at_virgin.displacement, rtol=0.0, atol=1e-8)
 
 
 def test_damage_bends_the_virgin_curve_and_the_way_back_is_straighter() -> None:
