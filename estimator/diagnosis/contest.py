@@ -106,13 +106,10 @@ def _descending(trial: Trial) -> float:
 
 
 def best_starts(trials: Sequence[Trial]) -> list[Trial]:
-    """Return the best trial of each effect, and the next ones where a search among constants may go astray.
-
-    The trials are sorted, and stay so.
-    """
+    """Return the best trial of each effect, and the next ones where a search among constants may go astray, sorted."""
     tried: Counter[str] = Counter()
     found = []
-    for trial in trials:
+    for trial in sorted(trials, key=_descending):
         effect = trial.signature.effect
         searched = any(not constant.fixed for constant in effect.constants)
         if tried[effect.name] < (_STARTS_TRIED if searched else 1):

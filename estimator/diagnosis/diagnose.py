@@ -137,7 +137,7 @@ def _contest(experiments: Sequence[Experiment], executor: Executor, tell: Tell) 
         polished += polish_all(case, baseline, error, better[:2], executor, tell)
         rest += [one for one in refitted if one not in better]
     contenders = sorted([*polished, *rest], key=lambda one: -one.log_evidence)
-    weighed = weigh(evidence, contenders, trials)
+    weighed = weigh(evidence, contenders, best_starts(trials))
     left_out = number_left_out(experiments, case.experiments)
     return _Field(case, left_out, baseline, error, tuple(trials), tuple(contenders), weighed)
 
