@@ -72,7 +72,8 @@ STRESS_SOFTENING = (
     StressSoftening("absolute_isochoric", _WIDTH, "isochoric", "absolute_width"),
     StressSoftening("relative_isochoric", _RELATIVE_WIDTH, "isochoric", "relative_width"),
     Damage("damage_isochoric", _WIDTH, "isochoric", "damage"),
-    StressSoftening("absolute_whole", _WIDTH, "whole", "absolute_width"),
-    StressSoftening("relative_whole", _RELATIVE_WIDTH, "whole", "relative_width"),
-    Damage("damage_whole", _WIDTH, "whole", "damage"),
+    # No refinements but rivals, which the misfit alone may hardly tell apart: they part in Poisson's ratio.
+    StressSoftening("absolute_whole", _WIDTH, "whole"),
+    StressSoftening("relative_whole", _RELATIVE_WIDTH, "whole"),
+    Damage("damage_whole", _WIDTH, "whole"),
 )
