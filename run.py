@@ -2,7 +2,7 @@
 """Run the project from a clean clone; the first call also sets it up.
 
     python3 run.py demo      any verb of the command `retract`, with its arguments
-    python3 run.py test      lint, types and tests; further arguments go to pytest
+    python3 run.py test      lint, types and tests; further arguments go to pytest (-n 0: all in one process)
 
 Set-up makes .venv beside this file, installs the versions pinned in requirements.lock, and on Debian as root
 also the system packages that they need; the tests need some more. Calls after the first find all that in place
@@ -56,6 +56,8 @@ CHECKS = (
     ("-m", "ruff", "format", "--check"),
     ("-m", "mypy"),
 )
+# one process for what lives in real time, one for what computes: tests/conftest.py
+TESTS = ("-m", "pytest", "-n", "2")
 
 
 def main(arguments: list[str]) -> int:
@@ -71,11 +73,18 @@ def main(arguments: list[str]) -> int:
 def test(pytest_arguments: list[str]) -> int:
     """Run every check, also after one has failed; return 0 only if all passed."""
     install_system_packages(missing_test_packages())
-    statuses = []
-    for check in (*CHECKS, ("-m", "pytest", *pytest_arguments)):
-        say("$ python " + " ".join(check))
-        statuses.append(subprocess.run([PYTHON, *check], cwd=ROOT, check=False).returncode)
-    return max(abs(status) for status in statuses)
+    return max(abs(status_of(check)) for check in (*CHECKS, (*TESTS, *pytest_arguments)))
+
+
+def status_of(check: tuple[str, ...]) -> int:
+    """Run a check to its end and return its status; Ctrl-C reaches it too, and it ends its own processes first."""
+    say("$ python " + " ".join(check))
+    with subprocess.Popen([PYTHON, *check], cwd=ROOT) as process:
+        try:
+            return process.wait()
+        except KeyboardInterrupt:
+            process.wait()
+            raise
 
 
 def retract(arguments: list[str]) -> int:
@@ -182,4 +191,7 @@ def stop(message: str) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    try:
+        sys.exit(main(sys.argv[1:]))
+    except KeyboardInterrupt:
+        sys.exit(130)

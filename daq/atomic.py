@@ -1,4 +1,4 @@
-"""New files and folders that are there whole or not at all."""
+"""Files and folders that are there whole or not at all."""
 
 import shutil
 from collections.abc import Iterator
@@ -27,6 +27,13 @@ def appearing(target: Path) -> Iterator[Path]:
         draft.replace(target)
     finally:
         _remove(draft)
+
+
+def replace_text(target: Path, text: str) -> None:
+    """Write a text file in one step: a reader sees what was there before, or the new text."""
+    draft = target.with_name(f"{target.name}.new")
+    draft.write_text(text, encoding="utf-8")
+    draft.replace(target)
 
 
 def _remove(path: Path) -> None:

@@ -2,7 +2,8 @@
 
 A pair of images is looked at once, as soon as it is there, also in a window that is still being measured, and of fast
 cameras only :data:`PAIRS_PER_S`. Clocks are estimated anew from all stamps whenever a window has ended, which costs
-little; so the rows are those that :func:`daq.sync.synchronise` makes of the same recording with as many pairs.
+little; so the rows are those that :func:`daq.sync.synchronise` makes of the same recording with as many pairs. Nothing
+of a later window is looked at before an earlier one is a row, and who has fallen a window behind looks at fewer pairs.
 """
 
 from collections import Counter
@@ -31,6 +32,9 @@ _PATIENCE_NS = 5_000_000_000
 PAIRS_PER_S = 4.5
 """Of images that are looked at in a window, about: a pair takes some 30 ms of a processor that also records."""
 
+PAIRS_PER_S_BEHIND = 2.0
+"""The same of a window after which another has begun."""
+
 _FEWEST = 2  # samples of a stream without which it has no clock
 
 
@@ -44,9 +48,10 @@ class RunningSynchronisation:
         self._rows = 0
 
     def read_on(self) -> Synchronised | None:
-        """Read what was recorded since the last time; return all rows so far where one is new, else None.
+        """Read what was recorded since the last time; return all rows so far where there is one more, else None.
 
-        A window becomes a row once every stream is beyond its end, or five seconds behind the others.
+        A window becomes a row once every stream is beyond its end, or five seconds behind the others. Of several that
+        have, each call takes one, so that the first need not wait until the beads in the last are found.
 
         Raises
         ------
@@ -64,7 +69,7 @@ class RunningSynchronisation:
     def _read(
         self, complete: Callable[[StereoImages, Sequence[Window]], list[Window]]
     ) -> Synchronised | None:
-        """Read on; return all rows where one of the windows that are complete is new."""
+        """Read on; return all rows where the window behind the last of them is complete."""
         recording, rig = self._recording, self._rig
         recording.read_on()
         begun = windows_begun(recording.events)
@@ -74,11 +79,13 @@ class RunningSynchronisation:
         if any(len(recording.images(name)) < _FEWEST for name in cameras):
             return None
         images = StereoImages(recording, rig)
-        track = self._fiducials.look(images, begun)
+        following = self._rows + 1
+        pairs_per_s = PAIRS_PER_S if len(begun) <= following else PAIRS_PER_S_BEHIND
+        track = self._fiducials.look(images, begun[:following], pairs_per_s)
         recording.let_go_images(self._fiducials.looked_until_ns)
         if sum(window.end_ns != UNDER_WAY for window in begun) == self._rows:
             return None
-        measured = complete(images, measuring_windows(recording.events))
+        measured = complete(images, measuring_windows(recording.events))[:following]
         if len(measured) == self._rows:
             return None
         self._rows = len(measured)
@@ -118,14 +125,14 @@ class _RunningFiducials:
         self._rejected: Counter[str] = Counter()
         self._began_ns = self.looked_until_ns = 0
 
-    def look(self, images: StereoImages, windows: Sequence[Window]) -> FiducialTrack:
+    def look(self, images: StereoImages, windows: Sequence[Window], most_per_s: float) -> FiducialTrack:
         """Look at the pairs that are new and needed; return what all of them show."""
         last = self._left[-1] if self._left else -1
         wide = [
             replace(window, begin_ns=window.begin_ns - _EDGE_NS, end_ns=window.end_ns + _EDGE_NS)
             for window in windows
         ]
-        chosen = needed_pairs(images, wide, PAIRS_PER_S) & (images.pairs[:, 0] > last)
+        chosen = needed_pairs(images, wide, most_per_s) & (images.pairs[:, 0] > last)
         exposed_ns = images.exposed_ns[chosen]
         for left, time_ns, pair in zip(
             images.pairs[chosen, 0].tolist(), exposed_ns.tolist(), images.decoded(chosen), strict=True

@@ -22,6 +22,9 @@ from daq.rig import read_rig
 from daq.session.guard import GUARD_LATENCY
 from daq.stream_times import SECOND_NS, clock_times, robot_times
 from daq.timing.event_times import EventTimes, clock_starts, estimate_event_times
+from estimator.errors import InputError
+from estimator.input_file import parse_json, read_input_text
+from estimator.json_dataclass import from_json
 from robot_drivers.protocols import FloatArray, IntArray
 
 REPORT_FILE = "report.json"
@@ -94,7 +97,7 @@ class SessionReport:
                 f"{stream.resets} resets{drift}, stamps late by {stream.delay_s[0] * 1e3:.2f} ms (median), "
                 f"{stream.delay_s[2] * 1e3:.2f} ms (99.9 %)"
             )
-        if self.guard:
+        if "most_s" in self.guard:
             told.append(
                 f"guard: force checked within {self.guard['most_s'] * 1e3:.1f} ms (99.9 %), "
                 f"{self.guard['longest_s'] * 1e3:.1f} ms at most"
@@ -129,15 +132,19 @@ def read_report(session: Path) -> SessionReport:
     """
     path = session / DERIVED_FOLDER / REPORT_FILE
     try:
-        content = json.loads(path.read_text(encoding="utf-8"), object_hook=_with_nan)
-        streams = {
-            name: StreamQuality(**{**stream, "delay_s": tuple(stream["delay_s"])})
-            for name, stream in content["streams"].items()
-        }
-        alignments = tuple(Alignment(**alignment) for alignment in content["alignments"])
-        return SessionReport(streams, content["guard"], alignments)
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise RecordingError(f"{path}: cannot be read ({error}); make the report anew") from error
+        content = _with_nan(parse_json(read_input_text(path), path))
+        streams = {name: from_json(StreamQuality, stream) for name, stream in content["streams"].items()}
+        alignments = tuple(from_json(Alignment, alignment) for alignment in content["alignments"])
+        guard = content["guard"]
+        if not all(stream.period_s > 0 for stream in streams.values()):
+            raise ValueError("a period is not positive")
+        if "most_s" in guard and not all(isinstance(guard[name], float) for name in ("most_s", "longest_s")):
+            raise ValueError("a time of the guard is none")
+        return SessionReport(streams, guard, alignments)
+    except InputError as error:
+        raise RecordingError(f"{error}; make the report anew") from error
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise RecordingError(f"{path}: cannot be read ({error!r}); make the report anew") from error
 
 
 def _without_nan(value: Any) -> Any:
@@ -149,8 +156,13 @@ def _without_nan(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _with_nan(content: dict[str, Any]) -> dict[str, Any]:
-    return {key: math.nan if item is None else item for key, item in content.items()}
+def _with_nan(value: Any) -> Any:
+    """Return what :func:`_without_nan` was given."""
+    if isinstance(value, dict):
+        return {key: _with_nan(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_with_nan(item) for item in value]
+    return math.nan if value is None else value
 
 
 def _streams(recording: Recording) -> dict[str, StreamQuality]:

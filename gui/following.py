@@ -6,12 +6,17 @@ from itertools import islice
 from pathlib import Path
 
 from daq.errors import SessionError
+from daq.frames import IDENTITY
 from daq.one_thread import compute_in_one_thread
-from daq.recording.folder import INFO_FILE
+from daq.planned import planned_experiment
+from daq.recording.folder import INFO_FILE, RIG_FILE
 from daq.recording.recorder import CAMERAS_FILE, SIGNALS_FILE
+from daq.rig import Specimen, read_rig
 from daq.running_sync import RunningSynchronisation
 from daq.sync import Synchronised
+from daq.trajectories import STANDARD_SPEED, Step, Trajectory
 from estimator.errors import FitError, SolverError
+from estimator.experiment import SensorNoise
 from estimator.fit.estimate import estimate
 from estimator.fit.online import Following, OnlineEstimate, advance, follow_from, renewed, standing_rows
 from estimator.fit.result import Estimate
@@ -58,6 +63,7 @@ def follow_session(
     """
     compute_in_one_thread()
     _wait_for_its_files(report, session)
+    _prepare(read_rig(session / RIG_FILE).specimen)
     synchronisation = RunningSynchronisation(session)
     following: Following | None = None
     while True:
@@ -73,6 +79,15 @@ def follow_session(
             return estimate(experiments_of((session,), report), report)
         else:
             return None
+
+
+def _prepare(specimen: Specimen) -> None:
+    """Mesh and solve the phantom at rest for nothing but that all that takes is loaded when the first step is measured.
+
+    There is time for it as long as the phantom is measured at rest.
+    """
+    at_rest = Trajectory("other", STANDARD_SPEED, (Step(0, "hold", IDENTITY, settle_s=0.0, measure_s=0.0),))
+    follow_from(planned_experiment(at_rest, specimen, SensorNoise(1.0, 1.0, 1.0, 1.0), order=1))
 
 
 def _sealed(report: Reporter, session: Path, patience_s: float) -> bool:

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Literal
 
 from daq.errors import RecordingError
-from daq.recording.folder import INFO_FILE, SessionInfo, read_info
-from daq.recording.mcap_log import require_unused
+from daq.recording.folder import INFO_FILE, RIG_FILE, SessionInfo, read_info
+from daq.recording.in_use import is_in_use
 from daq.recording.recorder import SIGNALS_FILE
 
-Condition = Literal["recording", "cut off", "sealed", "recovered", "unreadable"]
+Condition = Literal["recording", "sealing", "cut off", "sealed", "recovered", "unreadable"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +21,7 @@ class SessionEntry:
     Attributes
     ----------
     info : what it says of itself; None where that cannot be read
-    condition : as it stands; one that is cut off can be repaired
+    condition : as it stands; one that is cut off can be repaired, one that is being sealed is left to who does it
     trouble : why it cannot be read; empty where it can
     """
 
@@ -61,18 +61,18 @@ def find_sessions(folder: Path) -> tuple[SessionEntry, ...]:
 def entry_of(folder: Path) -> SessionEntry:
     """Return the entry of one session folder."""
     try:
+        # asked first: whoever seals it lets go of it after it has become a sealed one
+        held = (folder / RIG_FILE).exists() and is_in_use(folder / RIG_FILE)
         info = read_info(folder)
-    except RecordingError as error:
+    except (RecordingError, OSError) as error:
         return SessionEntry(folder, None, "unreadable", str(error))
     if info.state != "recording":
         return SessionEntry(folder, info, info.state)
     try:
-        require_unused(folder / SIGNALS_FILE)
-    except RecordingError:
-        return SessionEntry(folder, info, "recording")
+        written = is_in_use(folder / SIGNALS_FILE)
     except OSError as error:
         return SessionEntry(folder, info, "unreadable", f"{folder / SIGNALS_FILE}: {error.strerror or error}")
-    return SessionEntry(folder, info, "cut off")
+    return SessionEntry(folder, info, "recording" if written else "sealing" if held else "cut off")
 
 
 def matching(entries: Sequence[SessionEntry], text: str, condition: str = "") -> tuple[SessionEntry, ...]:

@@ -1,129 +1,95 @@
-"""The window for a long time at full load: how much memory it takes, how long it blocks, how fluently it shows.
+"""The window for a long time at full load: whether memory, threads, handles and latencies stay flat, and it fluent.
 
 The emulated devices run in processes of their own: force at 7 kHz, poses at 250 Hz, two cameras at 30 images a second.
+One pull after the other is recorded and sealed; what the one before has written is deleted, for an hour would fill a
+hundred gigabytes.
 
 Usage::
 
-    python -m gui.soak --minutes 30 --output soak.png
+    python -m gui.soak --minutes 120 --output soak
+
+``soak`` then holds ``seconds.csv``, which grows every second and so survives whatever ends the run, ``soak.png``, and
+``soak.txt`` with the table and the verdict. An interrupted run ends with those of the time that it had.
 """
 
 import argparse
 import json
 import os
+import shutil
+import signal
 import sys
 import tempfile
+import threading
 import time
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from PySide6.QtCore import QEventLoop, QTimer
+from PySide6.QtCore import QEventLoop, QObject, QTimer
 from PySide6.QtWidgets import QApplication
 
-from daq.recording.streams import camera_stream
+from daq.acquisition.messages import Ended, Failure
+from daq.session.session import Label
+from daq.trajectories import PULL
 from daq.virtual_rig.load import Load, loaded_rig
 from gui.app import Desk
+from gui.link import AcquisitionLink
 from gui.rehearsal import wait_until
-from gui.soak_meter import LONGEST_BLOCK_S, Meter, Second
+from gui.soak_log import SoakLog
+from gui.soak_meter import Meter
 from gui.soak_plot import plot_soak
+from gui.soak_result import SoakResult, images_shown_per_s
+from gui.soak_series import series_of
 from gui.theme import LIGHT, apply_theme
 from robot_drivers.real_time import prefer_this_process, shorten_collections
 
-_MOST_GROWTH_MIB = 50.0
-_MOST_MORE_THREADS = _MOST_MORE_HANDLES = 4
-_CAMERAS = 2
-_SHOWN_PER_S = 30.0
-_SHOWN_SHARE = 0.95
-_FEWEST_REPAINTS = 20_000
-
-Span = tuple[float, float, float]
-"""Of a quantity: at the beginning, at the end, and at most."""
+_INTERRUPTED = 1
 
 
-@dataclass(frozen=True, slots=True)
-class SoakResult:
-    """What a run measured, after its first tenth.
+class SessionAfterSession(QObject):
+    """Records one pull after the other, and deletes what the one before has written.
 
     Attributes
     ----------
-    minutes : of measuring
-    memory_mib : resident memory of the window's process
-    threads, handles : of that process
-    longest_block_s : between two ticks of the interface thread, beyond the tick
-    longest_work_s : processor time of the interface thread between two ticks; less than the block where others had
-        the processor
-    blocks : times that the interface thread was blocked for longer than 100 ms
-    telemetry_per_s, images_per_s : shown, images of each camera
-    repaints : of all widgets
-    cpu_share : of the window's process, of one core
-    load_average : of the machine, over the last minute
-    received_per_s : samples of each stream
+    recorded : sessions that ended well
+    troubles : why others did not; after one of them nothing more is recorded, for the robot is held
     """
 
-    minutes: float
-    memory_mib: Span
-    threads: Span
-    handles: Span
-    longest_block_s: float
-    longest_work_s: float
-    blocks: int
-    telemetry_per_s: float
-    images_per_s: dict[str, float]
-    repaints: int
-    cpu_share: float
-    load_average: float
-    received_per_s: dict[str, float]
+    def __init__(self, link: AcquisitionLink, folder: Path, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._link = link
+        self._folder = folder
+        self.recorded = 0
+        self.troubles: list[str] = []
+        link.ended.connect(self._on_ended)
+        link.refused.connect(self._on_refused)
+        self._begin()
 
-    @property
-    def bars(self) -> dict[str, bool]:
-        """What it is held to, in words, and whether it held.
+    def _begin(self) -> None:
+        self._running = self._folder / f"pull_{self.recorded + 1}"
+        self._link.start(PULL.trajectory(), self._running, Label(self._running.name))
 
-        Of the images as many must be shown as the cameras delivered, but for one in twenty, up to 30 a second.
-        """
-        more = [ended - began for began, ended, _ in (self.memory_mib, self.threads, self.handles)]
-        shown = all(
-            rate >= _SHOWN_SHARE * min(self.received_per_s[camera_stream(camera)], _SHOWN_PER_S)
-            for camera, rate in self.images_per_s.items()
-        )
-        return {
-            f"memory grows by less than {_MOST_GROWTH_MIB:g} MiB": more[0] < _MOST_GROWTH_MIB,
-            "neither threads nor handles pile up": more[1] <= _MOST_MORE_THREADS
-            and more[2] <= _MOST_MORE_HANDLES,
-            f"no block of {1e3 * LONGEST_BLOCK_S:g} ms": self.longest_block_s < LONGEST_BLOCK_S,
-            f"both cameras shown as they deliver, up to {_SHOWN_PER_S:g}/s": shown
-            and len(self.images_per_s) == _CAMERAS,
-            f"{_FEWEST_REPAINTS} repaints": self.repaints >= _FEWEST_REPAINTS,
-        }
+    def _on_ended(self, ended: Ended) -> None:
+        if ended.failure is not None:
+            self.troubles.append(ended.failure.message)
+            return
+        self.recorded += 1
+        # a gigabyte takes the disk some time
+        threading.Thread(target=shutil.rmtree, args=(self._running,), name="delete").start()
+        self._begin()
 
-    @property
-    def passed(self) -> bool:
-        """Whether every bar held."""
-        return all(self.bars.values())
-
-    def __str__(self) -> str:
-        began, ended, most = self.memory_mib
-        shown = ", ".join(f"{name} {rate:.1f}" for name, rate in self.images_per_s.items())
-        received = ", ".join(f"{name} {rate:.0f}/s" for name, rate in self.received_per_s.items())
-        return "\n".join(
-            [
-                f"{self.minutes:.1f} min, load of the machine {self.load_average:.1f}, received {received}",
-                f"  memory: {began:.1f} MiB, then {ended:.1f} MiB ({ended - began:+.1f}), at most {most:.1f} MiB",
-                f"  threads: {self.threads[0]:g}, then {self.threads[1]:g}; open files and sockets: "
-                f"{self.handles[0]:g}, then {self.handles[1]:g}",
-                f"  interface thread: longest block {1e3 * self.longest_block_s:.0f} ms, of which it worked "
-                f"{1e3 * self.longest_work_s:.0f} ms at most; {self.blocks} blocks over 100 ms",
-                f"  shown: telemetry {self.telemetry_per_s:.1f}/s, images {shown} /s; {self.repaints} repaints",
-                f"  window's process: {100 * self.cpu_share:.0f} % of one core",
-                *(f"  {'passed' if held else 'FAILED'}: {bar}" for bar, held in self.bars.items()),
-            ]
-        )
+    def _on_refused(self, failure: Failure) -> None:
+        self.troubles.append(failure.message)
 
 
 def run(
-    minutes: float, folder: Path, load: Load, application: QApplication
-) -> tuple[SoakResult, list[Second]]:
-    """Show the Acquire page over emulated devices for so long, plus a tenth before it is measured."""
+    minutes: float, folder: Path, load: Load, application: QApplication, log: SoakLog
+) -> SoakResult | None:
+    """Show the Acquire page over emulated devices that are recorded, for a tenth of the time, then measure.
+
+    An interrupt, from the keyboard or by the system, ends the measurement, not the program. Returns None where there
+    was no measurement yet.
+    """
     with loaded_rig(folder, load) as running:
         desk = Desk(running.rig, folder / "sessions")
         desk.open()
@@ -136,50 +102,53 @@ def run(
         shorten_collections()
         meter = Meter(application)
         link.telemetry.connect(meter.take)
-        _wait(0.1 * minutes)
+        sessions = SessionAfterSession(link, folder / "sessions", desk)
+        warm = _wait(0.1 * minutes)
+        meter.measured.connect(log.add)
         meter.begin()
-        first = _received(desk)
-        _wait(minutes)
+        if warm:
+            _wait(minutes)
         elapsed_s = time.monotonic() - meter.began_s
-        received = {name: (count - first[name]) / elapsed_s for name, count in _received(desk).items()}
-        seconds, cpu_s = meter.seconds, time.process_time() - meter.began_cpu_s
+        cpu_s = time.process_time() - meter.began_cpu_s
+        recorded, troubles = sessions.recorded, tuple(sessions.troubles)
         desk.end()
-    images: Counter[str] = Counter()
-    for second in seconds:
-        images.update(second.images)
-    result = SoakResult(
+    if not log.seconds:
+        return None
+    received: Counter[str] = Counter()
+    for second in log.seconds:
+        received.update(second.received)
+    return SoakResult(
         minutes=elapsed_s / 60.0,
-        memory_mib=_span([second.memory_mib for second in seconds]),
-        threads=_span([second.threads for second in seconds]),
-        handles=_span([second.handles for second in seconds]),
-        longest_block_s=max(second.block_s for second in seconds),
-        longest_work_s=max(second.work_s for second in seconds),
-        blocks=sum(second.blocks for second in seconds),
-        telemetry_per_s=sum(second.telemetry for second in seconds) / elapsed_s,
-        images_per_s={name: count / elapsed_s for name, count in sorted(images.items())},
-        repaints=sum(second.repaints for second in seconds),
+        wanted_minutes=minutes,
+        series=series_of(log.seconds),
+        sessions=recorded,
+        troubles=troubles,
+        longest_block_s=max(second.block_s for second in log.seconds),
+        longest_work_s=max(second.work_s for second in log.seconds),
+        blocks=sum(second.blocks for second in log.seconds),
+        telemetry_per_s=sum(second.telemetry for second in log.seconds) / elapsed_s,
+        images_per_s=images_shown_per_s(log.seconds),
+        repaints=sum(second.repaints for second in log.seconds),
         cpu_share=cpu_s / elapsed_s,
         load_average=os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan"),
-        received_per_s=received,
+        received_per_s={name: count / elapsed_s for name, count in sorted(received.items())},
     )
-    return result, seconds
 
 
-def _span(values: Sequence[float]) -> Span:
-    return (values[0], values[-1], max(values))
+def _wait(minutes: float) -> bool:
+    """Let the event loop run as it does in the window, for so long or until an interrupt; return whether none came.
 
-
-def _wait(minutes: float) -> None:
-    """Let the event loop run as it does in the window; the application's own quit would close the window."""
+    The application's own quit would close the window.
+    """
     loop = QEventLoop()
     QTimer.singleShot(round(6e4 * minutes), loop.quit)
-    loop.exec()
-
-
-def _received(desk: Desk) -> dict[str, int]:
-    assert desk.context is not None
-    rows = desk.context.link.state.rows
-    return {row.stream: row.counts.received for row in rows if row.counts is not None}
+    signals = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.signal(number, lambda *_: loop.exit(_INTERRUPTED)) for number in signals]
+    try:
+        return loop.exec() != _INTERRUPTED
+    finally:
+        for number, handler in zip(signals, before, strict=True):
+            signal.signal(number, handler)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -188,7 +157,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--minutes", type=float, default=30.0)
     parser.add_argument("--rate", type=int, default=7000, help="of the force sensor, Hz")
     parser.add_argument("--frames", type=float, default=30.0, help="of each camera, 1/s")
-    parser.add_argument("--output", type=Path, metavar="PNG", help="keep a picture of the whole time")
+    parser.add_argument(
+        "--output", type=Path, metavar="DIR", help="a new folder for seconds.csv, soak.png and soak.txt"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     options = parser.parse_args(arguments)
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
@@ -196,12 +167,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     application = QApplication(sys.argv[:1])
     application.setQuitOnLastWindowClosed(False)
     apply_theme(application, LIGHT)
-    with tempfile.TemporaryDirectory(prefix="soak-") as folder:
-        load = Load(options.rate, options.frames)
-        result, seconds = run(options.minutes, Path(folder), load, application)
-    sys.stdout.write(f"{json.dumps(asdict(result)) if options.json else result}\n")
-    if options.output is not None:
-        plot_soak(seconds, options.output)
+    with tempfile.TemporaryDirectory(prefix="soak-") as scratch:
+        output = options.output or Path(scratch) / "soak"
+        try:
+            output.mkdir(parents=True)
+        except OSError as error:
+            sys.stderr.write(f"gui.soak: {output}: {error.strerror}; name a new folder\n")
+            return 2
+        with SoakLog(output / "seconds.csv") as log:
+            result = run(options.minutes, Path(scratch), Load(options.rate, options.frames), application, log)
+        if result is None:
+            sys.stderr.write("gui.soak: interrupted before it measured; start it again\n")
+            return 2
+        plot_soak(log.seconds, output / "soak.png")
+        (output / "soak.txt").write_text(f"{result}\n", encoding="utf-8")
+    sys.stdout.write(f"{json.dumps(result.as_json()) if options.json else result}\n")
     return 0 if result.passed else 1
 
 

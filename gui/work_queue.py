@@ -7,10 +7,12 @@ import json
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from daq.errors import RecordingError
 from daq.plans import Trial
+from estimator.errors import InputError
+from estimator.input_file import parse_json, read_input_text
 
 QUEUE_FILE = "queue.json"
 
@@ -81,8 +83,8 @@ def read_queue(path: Path) -> Queue:
     if not path.exists():
         return ()
     try:
-        return tuple(_entry(told) for told in json.loads(path.read_text(encoding="utf-8")))
-    except (OSError, ValueError, TypeError, KeyError) as error:
+        return tuple(_entry(told) for told in parse_json(read_input_text(path), path))
+    except (InputError, ValueError, TypeError, KeyError, AttributeError) as error:
         raise RecordingError(f"{path}: holds no queue ({error}); move it away to begin a new one") from error
 
 
@@ -97,6 +99,8 @@ def write_queue(queue: Queue, path: Path) -> None:
 
 
 def _entry(told: dict[str, Any]) -> Entry:
+    if told["state"] not in get_args(EntryState):
+        raise ValueError(f"an entry is {told['state']!r}")
     trial = Trial(**{**told["trial"], "holds_s": tuple(told["trial"]["holds_s"])})
     entry = Entry(trial, told["state"], Path(told["session"]) if told["session"] else None, told["remark"])
     if entry.state == "running":

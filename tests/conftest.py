@@ -1,16 +1,67 @@
-"""The options with which tests marked ``hardware`` meet the real devices of a rig file."""
+"""How the tests share a machine, and the options with which those marked ``hardware`` meet a rig file's devices."""
 
+import re
+import signal
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
+import hypothesis
 import pytest
+from xdist import is_xdist_worker
+from xdist.scheduler import LoadScopeScheduling
 
 from daq.devices import Devices
 from daq.rig import make_devices, read_rig
+from robot_drivers.real_time import give_way
 
 _RIG = "--hardware"
 _MOTION = "--hardware-motion"
+
+# Modules that only compute. All others may run emulated devices, which live in real time, or look at a clock.
+_COMPUTING = re.compile(
+    r"tests/(estimator/"
+    r"|daq/test_(calibration|cli_(benchmark|diagnose|estimate|simulate|study)|export_tables|running_sync"
+    r"|session_report|sync|vision_)"
+    r"|test_(architecture|docs_pages|docs_reference|platforms))"
+)
+_STEPS_BACK = 5  # of niceness: a quarter of a processor that the laboratory wants too
+
+# The same examples at every run, however busy the machine.
+hypothesis.settings.register_profile(
+    "repeatable",
+    deadline=None,
+    derandomize=True,
+    suppress_health_check=[hypothesis.HealthCheck.too_slow],
+)
+hypothesis.settings.load_profile("repeatable")
+
+# A job in the background of a shell starts with Ctrl-C ignored, and what it starts inherits that; the tests that end
+# programs by Ctrl-C would wait for ever.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+class OneLaboratory(LoadScopeScheduling):
+    """Deals modules that compute out one by one; all the rest goes to one worker, in the order of a single process."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        return nodeid.partition("::")[0] if _COMPUTING.match(nodeid) else "the laboratory"
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> OneLaboratory:
+    return OneLaboratory(config, log)
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    if is_xdist_worker(item.session) and _COMPUTING.match(item.nodeid):
+        _step_back()
+
+
+@cache
+def _step_back() -> None:
+    """Let this process come second to the laboratory of the other worker, from now on."""
+    give_way(_STEPS_BACK)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -84,6 +84,17 @@ def test_a_setting_that_the_first_day_settles_is_one_of_its_driver(driver: str, 
     assert key in {field.name for field in fields(settings)}
 
 
+def test_a_robot_that_is_guided_over_the_network_has_its_controller_named() -> None:
+    """Without an address only this computer is heard, and a newcomer waits for datagrams that never come."""
+    guided = [
+        root["robot"]["settings"]
+        for root in (tomllib.loads(block.values[0]) for block in BLOCKS)
+        if root.get("robot", {}).get("driver") == "egm_guidance"
+    ]
+    assert guided
+    assert all(settings["egm"]["controller_address"] for settings in guided)
+
+
 def test_every_driver_has_its_page() -> None:
     pages = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "docs" / "hardware").glob("*.md"))
     assert [name for name in DRIVERS if f'driver = "{name}"' not in pages] == []

@@ -218,6 +218,54 @@ def test_what_is_guarded_elsewhere_is_still_there() -> None:
         assert inside in {n.name for n in ast.walk(tree) if isinstance(n, ast.ClassDef | ast.FunctionDef)}
 
 
+# Where what is read or written is ASCII in every encoding, and why.
+ASCII_ALONE = {
+    "run.py": "a digest",
+    "daq/virtual_rig/benchmark.py": "what Linux tells of a process",
+    "gui/soak_meter.py": "what Linux tells of a process",
+}
+
+
+def without_encoding(source: str) -> list[int]:
+    """Lines on which a text is read or written in whatever encoding the system prefers."""
+    found = []
+    for node in ast.walk(ast.parse(source)):
+        if not isinstance(node, ast.Call) or any(word.arg == "encoding" for word in node.keywords):
+            continue
+        name = node.func.attr if isinstance(node.func, ast.Attribute) else ast.unparse(node.func)
+        modes = [
+            one.value for one in node.args if isinstance(one, ast.Constant) and isinstance(one.value, str)
+        ]
+        text_mode = bool(modes) and set(modes[0]) <= set("rwaxt+")
+        if (name == "open" and text_mode) or name in ("read_text", "write_text"):
+            found.append(node.lineno)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("source", "lines"),
+    [
+        ("path.read_text()", [1]),
+        ("path.write_text('x')", [1]),
+        ("path.open('w')", [1]),
+        ("open('name', 'rb')", []),
+        ("path.open('ab')", []),
+        ("path.read_text(encoding='utf-8')", []),
+        ("path.open('a', encoding='utf-8')", []),
+    ],
+)
+def test_the_finder_sees_a_text_without_an_encoding(source: str, lines: list[int]) -> None:
+    assert without_encoding(source) == lines
+
+
+def test_every_text_has_its_encoding_stated() -> None:
+    """Windows prefers another one."""
+    found = {
+        path.relative_to(ROOT).as_posix() for path in SOURCES if without_encoding(path.read_text("utf-8"))
+    }
+    assert found <= ASCII_ALONE.keys()
+
+
 def test_no_process_is_forked() -> None:
     """Windows cannot, and a fork of a process with threads may hang."""
     found = [

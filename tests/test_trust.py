@@ -17,6 +17,7 @@ from daq.bad_input import samples
 from daq.cli import main
 from estimator.report.page import figure, page
 from robot_drivers.abb.egm import EGMSettings, PositionStream
+from robot_drivers.abb.egm_guidance import EGMGuidanceSettings, EGMGuidedRobot
 from robot_drivers.ati.receiver import DatagramReceiver
 from robot_drivers.errors import ConfigurationError
 from robot_drivers.interfaces import address_towards, is_loopback
@@ -169,6 +170,13 @@ def test_a_stream_from_the_network_needs_the_controllers_address(address: str) -
     stream = PositionStream(EGMSettings(port=0, bind_address=address))
     with pytest.raises(ConfigurationError, match="controller_address"):
         stream.open()
+
+
+@pytest.mark.parametrize("address", ["0.0.0.0", "192.0.2.1"])
+def test_a_robot_is_not_guided_from_the_network_by_anybody(address: str) -> None:
+    robot = EGMGuidedRobot(EGMGuidanceSettings(egm=EGMSettings(port=0, bind_address=address)))
+    with pytest.raises(ConfigurationError, match="controller_address"):
+        robot.connect()
 
 
 @linux_only

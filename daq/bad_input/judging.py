@@ -2,12 +2,13 @@
 
 import hashlib
 import os
+import re
 import shutil
 import sys
 import tempfile
 import traceback
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -90,7 +91,29 @@ def judge(form: Form, template: Path) -> Verdict:
                 status, told, complaint = _presented(lambda: main([*command(given, out), "--json"]), out)
                 complaint = complaint or _status_other_than_refused(status) or _misconduct(told)
             complaint = complaint or _traces(form.kind, place, before)
+        elif not complaint and form.kind.quick and form.kind.command is not None:
+            told, complaint = _carried_out(form.kind.command(given, out), out)
         return Verdict(damage, refused, told, complaint)
+
+
+def _carried_out(command: Sequence[str], out: Path) -> tuple[str, str]:
+    """Carry out a verb on a form that its reader took; return the last line that it told, and a complaint.
+
+    It may end well, or refuse in the end what cannot be right, with nothing written.
+    """
+    status, told, complaint = _presented(lambda: main([*command, "--json"]), out)
+    last = told.splitlines(keepends=True)[-1:]
+    if complaint or status == 0:
+        return "".join(last), complaint or _warning_in(told)
+    complaint = _status_other_than_refused(status) or _misconduct("".join(last)) or _warning_in(told)
+    written = ", ".join(sorted(path.name for path in out.iterdir())[:4])
+    return "".join(last), complaint or (f"refused, and wrote {written}" if written else "")
+
+
+def _warning_in(told: str) -> str:
+    """Return a warning of a library, which is no word to a user."""
+    lines = [line for line in told.splitlines() if re.search(r"\w+Warning: |^Traceback", line)]
+    return f"a warning on standard error: {lines[0][:300]!r}" if lines else ""
 
 
 def _break(form: Form, given: Path) -> str:
@@ -152,7 +175,7 @@ def _misconduct(told: str) -> str:
 
 
 def _status_other_than_refused(status: int) -> str:
-    return "" if status == _REFUSED else f"the reader refuses it, the verb ends with status {status}"
+    return "" if status == _REFUSED else f"the verb ends with status {status}"
 
 
 def _traces(kind: Kind, place: Path, before: dict[str, str]) -> str:

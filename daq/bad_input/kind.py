@@ -22,6 +22,7 @@ class Kind:
         read in the middle of something longer
     changes : files of the input that reading may change, by their names
     places : what may stand in the place of its files
+    quick : its command takes a second, so that it is carried out on forms that the reader takes, too
     """
 
     name: str
@@ -31,3 +32,4 @@ class Kind:
     command: Callable[[Path, Path], Sequence[str]] | None = None
     changes: frozenset[str] = frozenset()
     places: Sequence[Place] = PLACES
+    quick: bool = False

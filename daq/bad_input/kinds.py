@@ -8,24 +8,29 @@ from daq.bad_input import samples, session_sample
 from daq.bad_input.damage import BINARY, TEXT, Damage
 from daq.bad_input.kind import Kind
 from daq.bad_input.layout_damage import MCAP, NUMBERS, PLY, STL, VTP
-from daq.bad_input.value_damage import JSON, TABLE, TOML
+from daq.bad_input.value_damage import JSON, JSON_LINES, TABLE, TOML
 from daq.calibration.in_force import calibrations_in_force
 from daq.cli.calibrate import stored_views
 from daq.export import sealed_recording
+from daq.faults.campaign import read_results
 from daq.own_trajectories import read_table
 from daq.plans import due_runs, journal_path, read_plan
-from daq.recording.folder import recover_session
+from daq.recording.folder import RIG_FILE, recover_session
 from daq.recording.reader import open_recording
 from daq.rig import make_devices, read_rig
+from daq.session_report import read_report
 from daq.vision.camera_model import StereoCalibration
-from estimator import uniaxial
+from estimator import result_lines, uniaxial
 from estimator.blind.scoring.keys import OPENINGS_FILE
+from estimator.blind.scoring.running import case_names
 from estimator.blind.scoring.score import score_answers
 from estimator.blind.scoring.telling import score_text
 from estimator.experiment import read_case, read_experiment
+from estimator.fit import coverage
 from estimator.geometry.surface_io import read_surface
 from estimator.materials import law_named
 from estimator.studies.store import OutcomeStore
+from robot_drivers.cameras.opencv import OpenCVCamera, OpenCVCameraSettings
 
 _SESSION = "session"
 _IN_TEXT = (*TEXT, *NUMBERS)
@@ -38,6 +43,7 @@ def _read_plan(folder: Path) -> object:
 
 def _read_session(folder: Path) -> object:
     recording = open_recording(folder / _SESSION)
+    read_rig(folder / _SESSION / RIG_FILE)
     images = [recording.images(name) for name in recording.cameras]
     decoded = [one.image(number) for one in images for number in range(len(one))]
     return recording.force, recording.robot, recording.events, decoded
@@ -86,6 +92,19 @@ def _surface(name: str, file: str, write: Callable[[Path], None], damages: Seque
     )
 
 
+def _play_images(folder: Path) -> object:
+    camera = OpenCVCamera(OpenCVCameraSettings(source=str(folder / "image%02d.png"), fps=25.0))
+    camera.connect()
+    try:
+        return camera.read(timeout_s=1.0)
+    finally:
+        camera.close()
+
+
+def _faults(given: Path, out: Path) -> list[str]:
+    return ["faults", "--seed", "1", "--runs", "1", "--out", str(given / "results.jsonl")]
+
+
 def _session(name: str, write: Callable[[Path], None], file: str, damages: Sequence[Damage]) -> Kind:
     """Return the kind of a session folder in which one file is damaged."""
     return Kind(
@@ -94,6 +113,7 @@ def _session(name: str, write: Callable[[Path], None], file: str, damages: Seque
         {f"{_SESSION}/{file}": damages},
         read=_read_session,
         command=_export,
+        quick=True,
     )
 
 
@@ -125,6 +145,7 @@ KINDS: tuple[Kind, ...] = (
         command=lambda given, out: [
             "calibrate", "cameras", str(given / "rig.toml"), "--images", str(given), "--output", str(out / "kept")
         ],
+        quick=True,
     ),
     Kind(
         "plan",
@@ -185,6 +206,13 @@ KINDS: tuple[Kind, ...] = (
         read=lambda folder: sealed_recording(folder / _SESSION),
         command=_export,
     ),
+    _session("session's rig", session_sample.sealed_session, "rig.toml", (*TEXT, *TOML)),
+    Kind(
+        "session's report",
+        session_sample.reported_session,
+        {"session/derived/report.json": (*TEXT, *JSON)},
+        read=lambda folder: read_report(folder / _SESSION).lines(),
+    ),
     _session("signals", session_sample.sealed_session, "signals.mcap", (*BINARY, *MCAP)),
     _session("images", session_sample.sealed_session, "cameras.mcap", (*BINARY, *MCAP)),
     Kind(
@@ -209,6 +237,14 @@ KINDS: tuple[Kind, ...] = (
         command=lambda given, out: [
             "uniaxial", str(given / "record.csv"), "--law", "neo_hookean", "--output", str(out / "report")
         ],
+        quick=True,
+    ),
+    Kind(
+        "sealed case",
+        samples.sealed_cases,
+        {"cases/two/pull/experiment.toml": TOML, "cases/two/pull/observations.csv": TABLE},
+        read=lambda folder: [read_case(folder / "cases" / name) for name in case_names(folder / "cases")],
+        command=lambda given, out: ["benchmark", "run", str(given / "cases"), "--out", str(out / "answers")],
     ),
     Kind(
         "answers",
@@ -216,6 +252,7 @@ KINDS: tuple[Kind, ...] = (
         {"answers/one.json": (*TEXT, *JSON)},
         read=_read_benchmark,
         command=_score,
+        quick=True,
         changes=frozenset({OPENINGS_FILE}),
     ),
     Kind(
@@ -224,12 +261,40 @@ KINDS: tuple[Kind, ...] = (
         {"keys/two.toml": (*TEXT, *TOML)},
         read=_read_benchmark,
         command=_score,
+        quick=True,
         changes=frozenset({OPENINGS_FILE}),
+    ),
+    Kind(
+        "count of openings",
+        samples.opened_benchmark,
+        {"keys/openings.txt": TEXT},
+        read=_read_benchmark,
+        command=_score,
+        quick=True,
     ),
     Kind(
         "study's kept row",
         samples.outcome,
         {"*.json": (*TEXT, *JSON)},
         read=lambda folder: OutcomeStore(folder).read(samples.KnownCase()),
+    ),
+    Kind(
+        "results of faults",
+        samples.fault_results,
+        {"results.jsonl": (*TEXT, *JSON_LINES)},
+        read=lambda folder: read_results(folder / "results.jsonl", seed=1),
+        command=_faults,
+    ),
+    Kind(
+        "results of coverage",
+        samples.coverage_results,
+        {"sets.jsonl": (*TEXT, *JSON_LINES)},
+        read=lambda folder: result_lines.read_results(coverage.Outcome, folder / "sets.jsonl"),
+    ),
+    Kind(
+        "images of a camera",
+        samples.image_sequence,
+        {"image00.png": BINARY, "image01.png": BINARY},
+        read=_play_images,
     ),
 )  # fmt: skip

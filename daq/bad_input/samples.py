@@ -12,15 +12,20 @@ from scipy.spatial.transform import Rotation
 from daq.calibration.outcome import Figure, Kind
 from daq.calibration.record import FORMAT, CalibrationRecord, Serial
 from daq.calibration.results import ForceResult, StreamLatency, TimeResult
+from daq.faults.campaign import keep
+from daq.faults.trial import Outcome as FaultOutcome
 from daq.plans import journal_path
 from daq.rig import write_rig
 from daq.toml_tables import toml_text
 from daq.virtual_rig.layout import SPECIMEN, Addresses, rig_description
 from daq.virtual_rig.scene import flea2_pair
+from estimator.blind.scoring.keys import open_keys
 from estimator.experiment import Experiment, Phantom, SensorNoise, write_experiment
+from estimator.fit import coverage
 from estimator.geometry.shapes import block_surface, sphere_surface
 from estimator.geometry.surface import Surface
 from estimator.geometry.surface_io import write_ply, write_stl
+from estimator.result_lines import append_result
 from estimator.studies.case import Outcome, Parametric, Row
 from estimator.studies.store import OutcomeStore
 
@@ -79,6 +84,12 @@ def case(folder: Path) -> None:
     """Write a case of two experiments."""
     for order, name in enumerate(("pull", "again"), start=1):
         write_experiment(_retraction(name, order), folder / "case" / name)
+
+
+def sealed_cases(folder: Path) -> None:
+    """Write two cases of a benchmark, each of one experiment."""
+    for name in ("one", "two"):
+        write_experiment(_retraction("pull", 1), folder / "cases" / name / "pull")
 
 
 def calibration(folder: Path) -> None:
@@ -196,6 +207,55 @@ def benchmark(folder: Path) -> None:
             'centre = [0.01, 0.02, 0.0]\nradius = 0.01\n\n[generator]\nlevel = "clear"\nceiling = 0.95\n',
             encoding="utf-8",
         )
+
+
+def opened_benchmark(folder: Path) -> None:
+    """Write answers and keys of two cases, whose keys were opened twice."""
+    benchmark(folder)
+    for _ in range(2):
+        open_keys(folder / "keys", "scored answers")
+
+
+def fault_results(folder: Path) -> None:
+    """Write ``results.jsonl``, the results of two runs of the fault campaign."""
+    for run in range(2):
+        keep(
+            folder / "results.jsonl",
+            FaultOutcome(
+                fault="EGM falls silent",
+                seed=1,
+                run=run,
+                instant_s=1.5,
+                moved_for_s=0.02,
+                way_m=0.004,
+                acknowledged={"force": 100, "robot": 90},
+                found={"force": 101, "robot": 91},
+                told="the robot has fallen silent",
+                state="sealed",
+                problems=("the robot has fallen silent",),
+                resets={"robot": 0},
+                late_s={"robot": 0.002},
+                next_failure="",
+                load=1.0,
+                seconds=9.0,
+            ),
+        )
+
+
+def coverage_results(folder: Path) -> None:
+    """Write ``sets.jsonl``, the outcomes of three data sets of the coverage, the last of which failed."""
+    truth = {"youngs_modulus": 1e4, "poisson_ratio": 0.45}
+    intervals = {"youngs_modulus": (9e3, 1.1e4), "poisson_ratio": (0.44, 0.46)}
+    for seed in range(2):
+        append_result(folder / "sets.jsonl", coverage.Outcome(seed, truth, truth, intervals, 1.0))
+    append_result(folder / "sets.jsonl", coverage.Outcome(2, truth, {}, {}, float("nan"), "no convergence"))
+
+
+def image_sequence(folder: Path) -> None:
+    """Write three images that a camera of the driver ``opencv`` may play."""
+    shades = np.arange(48 * 64, dtype=np.uint8).reshape(48, 64)
+    for number in range(3):
+        (folder / f"image{number:02d}.png").write_bytes(cv2.imencode(".png", shades)[1].tobytes())
 
 
 class KnownCase(Parametric):

@@ -9,7 +9,9 @@ from daq.recording import schemas
 from daq.recording.codec import compressed, raw
 from daq.recording.folder import SessionInfo, seal_session, write_info
 from daq.recording.mcap_log import McapLog
+from daq.recording.reader import open_recording
 from daq.recording.rows import EventRows, FrameRows, PoseRows, WrenchRows
+from daq.session_report import write_report
 from robot_drivers.protocols import Frame, PoseBlock, WrenchBlock
 
 _START_NS = 10**15
@@ -21,6 +23,12 @@ def sealed_session(folder: Path) -> None:
     """Write a sealed session."""
     cut_session(folder)
     seal_session(folder / "session")
+
+
+def reported_session(folder: Path) -> None:
+    """Write a sealed session with the report of its recording."""
+    sealed_session(folder)
+    write_report(open_recording(folder / "session"), lambda text, done, total: None)
 
 
 def cut_session(folder: Path) -> None:

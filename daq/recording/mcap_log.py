@@ -15,12 +15,9 @@ from mcap.records import Channel, Header, McapRecord
 from mcap.records import Schema as SchemaRecord
 from mcap.writer import LIBRARY_IDENTIFIER, MCAP0_MAGIC
 
-from daq.errors import RecordingError
 from daq.recording.chunks import Rows, encode_chunk
+from daq.recording.in_use import lock
 from daq.recording.schemas import Schema
-
-if sys.platform != "win32":
-    import fcntl
 
 
 class McapLog:
@@ -29,8 +26,7 @@ class McapLog:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._file = path.open("xb", buffering=0)
-        if sys.platform != "win32":
-            fcntl.flock(self._file, fcntl.LOCK_EX)
+        lock(self._file)
         self._position = 0
         self._schemas: dict[str, int] = {}
         self._channels = 0
@@ -117,20 +113,3 @@ def encoded(record: McapRecord) -> bytes:
     builder = RecordBuilder()
     record.write(builder)
     return builder.end()  # type: ignore[no-untyped-call] # the library leaves it untyped
-
-
-def require_unused(path: Path) -> None:
-    """Refuse a file that a living process still records into; where the system has no such locks, it never refuses.
-
-    Raises
-    ------
-    RecordingError
-        It is being recorded.
-    """
-    if sys.platform == "win32":
-        return
-    with path.open("rb") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            raise RecordingError(f"{path}: is being recorded; wait until that session has ended") from error

@@ -68,7 +68,10 @@ class Guard:
 
     def __init__(self, limits: Limits, frames: Frames, robot: Robot) -> None:
         self._limits = limits
-        self._T_tissue_base = inverse(frames.T_base_tissue.pose)
+        T_tissue_base = inverse(frames.T_base_tissue.pose)
+        # a matrix, for this is asked at every sample of the robot
+        self._R_tissue_base = rotation(T_tissue_base.quaternion_wxyz).as_matrix()
+        self._p_tissue_base = np.array(T_tissue_base.position)
         self._T_tool_gripper = frames.T_tool_gripper.pose
         self._robot = robot
         self._lock = threading.Lock()
@@ -235,5 +238,5 @@ class Guard:
     def _gripper_positions(self, position: FloatArray, quaternion_wxyz: FloatArray) -> FloatArray:
         """Return the gripper's origin (n, 3) in the tissue frame for poses of the tool in the base frame."""
         in_base = position + rotation(quaternion_wxyz).apply(self._T_tool_gripper.position)
-        R_tissue_base = rotation(self._T_tissue_base.quaternion_wxyz)
-        return R_tissue_base.apply(in_base) + np.asarray(self._T_tissue_base.position)
+        positions: FloatArray = in_base @ self._R_tissue_base.T + self._p_tissue_base
+        return positions

@@ -24,6 +24,7 @@ from daq.recording.folder import (
     sha256,
     write_info,
 )
+from daq.recording.in_use import locked
 from daq.recording.reader import Recording
 from daq.recording.recorder import Recorder
 from daq.recording.streams import Observer
@@ -144,6 +145,14 @@ class Session:
         models = _camera_models(self._rig)
         devices.force_sensor.start()
         _make_folder(self._rig, self._in_force, devices, trajectory, self.folder, self._label)
+        with locked(self.folder / RIG_FILE):
+            return self._record(targets, models, progress)
+
+    def _record(
+        self, targets: Sequence[Pose], models: Mapping[str, PinholeCamera], progress: Progress
+    ) -> SessionInfo:
+        """Record into the folder, and seal it, however the retraction ends."""
+        devices, trajectory = self._devices, self._trajectory
         before = _statistics(devices)
         recorder = self._recorder = Recorder(
             self.folder,

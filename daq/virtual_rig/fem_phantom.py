@@ -8,7 +8,7 @@ from daq.rig import Specimen
 from daq.virtual_rig.phantom import PhantomState
 from estimator.experiment import Experiment, SensorNoise
 from estimator.fem.block_mesh import Grading
-from estimator.fem.equilibrium import EquilibriumSolver
+from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings
 from estimator.fem.motion import GripperPose
 from estimator.fem.observation import observe
 from estimator.forward.meshing import mesh_experiment
@@ -18,6 +18,9 @@ from estimator.simulation.simulate import TRUTH_GRADING
 from robot_drivers.protocols import Pose
 
 Vector = tuple[float, float, float]
+
+# Forces are exact to 1e-9 N and beads to 1e-12 m, at half of the work; the slopes, which only continue them, to 1e-5.
+_NEWTON = NewtonSettings(tolerance=1e-7, tangent_reuse=1e-3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +57,7 @@ class FemPhantomSolver:
     def __init__(self, model: FemPhantom) -> None:
         self._problem = mesh_experiment(_unloaded(model), model.grading, "hex64")
         self._material = Material(NeoHookean(), model.youngs_modulus, model.poisson_ratio)
-        self._solver = EquilibriumSolver(self._problem)
+        self._solver = EquilibriumSolver(self._problem, _NEWTON)
         self._state = self._solver.rest(self._material)
 
     def solve(self, T_tissue_gripper: Pose) -> PhantomState:

@@ -1,15 +1,17 @@
 """The simulated phantom: what the gripper feels and where the beads are, for a pose of the gripper.
 
-A solver may need seconds for a state; the emulated devices ask a thousand times a second. So every state carries
+A solver may need seconds for a state; the emulated devices ask hundreds of times a second. So every state carries
 its derivative by the gripper's motion, and the last two are continued as a cubic until the next one is there.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
 from daq.frames import rotation
+from robot_drivers.abb import poses
 from robot_drivers.protocols import FloatArray, Pose
 
 
@@ -33,50 +35,77 @@ class PhantomState:
     beads_by_pose: FloatArray
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class PhantomMotion:
     """The phantom near its last two solved states: cubic along the way between them, linear beside it."""
 
     before: PhantomState
     newest: PhantomState
 
-    def at(self, T_tissue_gripper: Pose) -> tuple[FloatArray, FloatArray]:
-        """Return the wrench (6,) and the beads (m, 3) at a pose near by."""
-        way = increment(self.before.T_tissue_gripper, self.newest.T_tissue_gripper)
+    def wrench(self, T_tissue_gripper: Pose) -> FloatArray:
+        """Return the wrench (6,) of the tissue on the gripper at a pose near by."""
+        fraction, beside = self._place(T_tissue_gripper)
+        return self._wrench.at(1.0 + fraction) + self.newest.wrench_by_pose @ beside
+
+    def beads(self, T_tissue_gripper: Pose) -> FloatArray:
+        """Return the beads (m, 3) at a pose near by, m."""
+        fraction, beside = self._place(T_tissue_gripper)
+        return self._beads.at(1.0 + fraction) + self.newest.beads_by_pose @ beside
+
+    def _place(self, T_tissue_gripper: Pose) -> tuple[float, FloatArray]:
+        """Return how far a pose lies beyond the newest state, as a share of the way, and the motion (6,) beside it."""
         beside = increment(self.newest.T_tissue_gripper, T_tissue_gripper)
-        squared = float(way @ way)
+        squared = float(self._way @ self._way)
         if squared == 0.0:
-            fraction = 0.0
-        else:
-            fraction = float(beside @ way) / squared
-            beside = beside - fraction * way
-        wrench = _hermite(
-            1.0 + fraction,
-            (self.before.wrench, self.newest.wrench),
-            (self.before.wrench_by_pose @ way, self.newest.wrench_by_pose @ way),
+            return 0.0, beside
+        fraction = float(beside @ self._way) / squared
+        return fraction, beside - fraction * self._way
+
+    @cached_property
+    def _way(self) -> FloatArray:
+        return increment(self.before.T_tissue_gripper, self.newest.T_tissue_gripper)
+
+    @cached_property
+    def _wrench(self) -> "_Cubic":
+        before, newest = self.before, self.newest
+        return _hermite(
+            (before.wrench, newest.wrench),
+            (before.wrench_by_pose @ self._way, newest.wrench_by_pose @ self._way),
         )
-        beads = _hermite(
-            1.0 + fraction,
-            (self.before.beads, self.newest.beads),
-            (self.before.beads_by_pose @ way, self.newest.beads_by_pose @ way),
+
+    @cached_property
+    def _beads(self) -> "_Cubic":
+        before, newest = self.before, self.newest
+        return _hermite(
+            (before.beads, newest.beads),
+            (before.beads_by_pose @ self._way, newest.beads_by_pose @ self._way),
         )
-        return wrench + self.newest.wrench_by_pose @ beside, beads + self.newest.beads_by_pose @ beside
 
 
 def increment(T_tissue_a: Pose, T_tissue_b: Pose) -> FloatArray:
     """Return the motion (6,) from a to b: translation in m and rotation vector in rad, tissue axes."""
-    turn = rotation(T_tissue_b.quaternion_wxyz) * rotation(T_tissue_a.quaternion_wxyz).inv()
-    return np.concatenate([np.subtract(T_tissue_b.position, T_tissue_a.position), turn.as_rotvec()])
+    (ax, ay, az), (bx, by, bz) = T_tissue_a.position, T_tissue_b.position
+    turn = poses.product(T_tissue_b.quaternion_wxyz, poses.conjugate(T_tissue_a.quaternion_wxyz))
+    return np.array([bx - ax, by - ay, bz - az, *poses.rotation_vector(turn)])
 
 
-def _hermite(
-    t: float, values: tuple[FloatArray, FloatArray], slopes: tuple[FloatArray, FloatArray]
-) -> FloatArray:
+@dataclass(frozen=True, slots=True)
+class _Cubic:
+    """The coefficients of a cubic, constant first."""
+
+    coefficients: tuple[FloatArray, FloatArray, FloatArray, FloatArray]
+
+    def at(self, t: float) -> FloatArray:
+        constant, slope, curve, bend = self.coefficients
+        return constant + t * (slope + t * (curve + t * bend))
+
+
+def _hermite(values: tuple[FloatArray, FloatArray], slopes: tuple[FloatArray, FloatArray]) -> _Cubic:
     """Return the cubic through both values with both slopes at t = 0 and 1."""
     (start, end), (start_slope, end_slope) = values, slopes
     curve = 3.0 * (end - start) - 2.0 * start_slope - end_slope
     bend = start_slope + end_slope - 2.0 * (end - start)
-    return start + t * (start_slope + t * (curve + t * bend))
+    return _Cubic((start, start_slope, curve, bend))
 
 
 class PhantomSolver(Protocol):

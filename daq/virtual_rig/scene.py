@@ -3,10 +3,11 @@
 Rays are cast to the beads and to the surface, pixels are area-sampled, the lens blurs and shades, and the
 sensor adds shot and read noise. Surface and table stand still: only the beads move, for only they are
 measured. The noise around a bead is new in every image; elsewhere one of a few noisy backgrounds rendered
-beforehand is taken, so that an image costs milliseconds.
+beforehand is taken, so that an image costs milliseconds. A bead that stands costs nothing but its noise.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 import cv2
@@ -21,6 +22,7 @@ Patch = tuple[slice, slice]
 _BACKGROUNDS = 6
 _SUBPIXELS = 3
 _BLUR_REACH = 4.0  # standard deviations
+_KEPT_BEADS = 64
 _RAY_GRID = 4  # px between the rays that are cast to the surface
 _TEXTURE_SEED = 20
 _TEXTURE_PITCH_M = 2.5e-4
@@ -114,6 +116,7 @@ class Scene:
         rng = np.random.default_rng((seed, 0))
         background = _blur(self._surface, settings.blur) * self._surface_colour
         self._backgrounds = [_digitise(background, settings, rng) for _ in range(_BACKGROUNDS)]
+        self._around_bead = lru_cache(_KEPT_BEADS)(self._rendered_bead)
 
     def render(self, positions: ArrayLike, exposure: int) -> NDArray[np.uint8]:
         """Return the image (height, width) of beads centred at ``positions`` (n, 3) in the tissue frame, m.
@@ -125,26 +128,33 @@ class Scene:
         image = self._backgrounds[rng.integers(_BACKGROUNDS)].copy()
         centres = self._camera.to_camera(positions)
         for centre in centres[np.isfinite(centres).all(axis=1) & (centres[:, 2] > 0.0)]:
-            self._draw(image, centre, rng)
+            if (rendered := self._around_bead(*centre.tolist())) is not None:
+                patch, level = rendered
+                image[patch] = _digitise(level, self._settings, rng)
         return image
 
-    def _draw(self, image: NDArray[np.uint8], centre: FloatArray, rng: np.random.Generator) -> None:
+    def _rendered_bead(self, x: float, y: float, z: float) -> tuple[Patch, FloatArray] | None:
+        """Return where in the image a bead is and the mean levels there, DN, None where that touches the border.
+
+        The bead's centre is in the camera frame, m.
+        """
         settings, camera = self._settings, self._camera
+        centre = np.array([x, y, z])
         normalised = centre[:2] / centre[2]
         pixel = camera.to_pixels(normalised)
         column, row = (round(coordinate) for coordinate in pixel.tolist())
         margin = int(np.ceil(_BLUR_REACH * settings.blur))
         reach = int(np.ceil(settings.bead_diameter / 2 * camera.focal_length[0] / centre[2])) + margin + 1
         border = reach + margin
-        if not (border <= row < image.shape[0] - border and border <= column < image.shape[1] - border):
-            return
+        if not (border <= row < camera.height - border and border <= column < camera.width - border):
+            return None
         patch = _square(row, column, border)
         rays = _rays(normalised, camera.pixel_jacobian(normalised), np.array([column, row]) - pixel, border)
         coverage, reflectance = self._bead(centre, rays)
         surface = _blur(self._surface[patch] * (1.0 - coverage), settings.blur) * self._surface_colour[patch]
         bead = _blur(self._white[patch] * reflectance, settings.blur) * self._bead_colour[patch]
         inner = slice(margin, -margin)
-        image[_square(row, column, reach)] = _digitise((surface + bead)[inner, inner], settings, rng)
+        return _square(row, column, reach), (surface + bead)[inner, inner]
 
     def _bead(self, centre: FloatArray, rays: tuple[FloatArray, FloatArray]) -> tuple[FloatArray, FloatArray]:
         """Return for every pixel the share of it that the bead covers, and the light that the bead reflects.

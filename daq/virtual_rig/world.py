@@ -8,7 +8,6 @@ from multiprocessing.connection import Connection
 
 import numpy as np
 
-from daq.frames import compose, inverse, rotation
 from daq.rig import Frames, Tool, Vector
 from daq.virtual_rig.phantom import PhantomMotion, PhantomState, increment
 from estimator.errors import SolverError
@@ -43,7 +42,7 @@ class SimulatedTissue:
     ) -> None:
         self._solver = solver
         self._path = path
-        self._T_tissue_base = inverse(frames.T_base_tissue.pose)
+        self._T_tissue_base = poses.inverse(frames.T_base_tissue.pose)
         self._T_tool_gripper = frames.T_tool_gripper.pose
         rest = self._gripper_at(path()[-1][1])
         x, y, z = rest.position
@@ -56,11 +55,11 @@ class SimulatedTissue:
     def wrench(self, time_ns: int) -> tuple[FloatArray, Pose]:
         """Return the wrench (6,) of the tissue on the gripper, tissue axes, and the pose it belongs to."""
         pose = self._gripper(time_ns)
-        return self._motion.at(pose)[0], pose
+        return self._motion.wrench(pose), pose
 
     def beads(self, time_ns: int) -> FloatArray:
         """Return the beads (m, 3) in the tissue frame, m."""
-        return self._motion.at(self._gripper(time_ns))[1]
+        return self._motion.beads(self._gripper(time_ns))
 
     def close(self) -> None:
         """Stop following."""
@@ -68,7 +67,7 @@ class SimulatedTissue:
         self._thread.join()
 
     def _gripper_at(self, T_base_tool: Pose) -> Pose:
-        return compose(compose(self._T_tissue_base, T_base_tool), self._T_tool_gripper)
+        return poses.compose(poses.compose(self._T_tissue_base, T_base_tool), self._T_tool_gripper)
 
     def _gripper(self, time_ns: int) -> Pose:
         """Return ``T_tissue_gripper`` at an instant of the host clock, between the samples of its path."""
@@ -79,6 +78,8 @@ class SimulatedTissue:
         if place == len(path):
             return self._gripper_at(path[-1][1])
         (before_ns, before), (after_ns, after) = path[place - 1], path[place]
+        if before == after:
+            return self._gripper_at(before)
         between = poses.interpolate(before, after, (time_ns - before_ns) / (after_ns - before_ns))
         return self._gripper_at(between)
 
@@ -117,19 +118,20 @@ class SimulatedTransducer:
         self._tissue = tissue
         self._offset = offset
         self._weight = tool.mass_kg * np.asarray(gravity)
-        self._mass_arm = np.asarray(tool.centre_m)
         T_gripper_sensor = frames.T_gripper_sensor.pose
-        self._sensor_arm = np.asarray(T_gripper_sensor.position)
-        self._R_gripper_sensor = rotation(T_gripper_sensor.quaternion_wxyz).as_matrix()
+        # rows: the arm times each unit vector, so that the arm times a force is the force times the matrix
+        self._by_mass_arm = np.cross(tool.centre_m, np.eye(3))
+        self._by_sensor_arm = np.cross(T_gripper_sensor.position, np.eye(3))
+        self._R_gripper_sensor = np.array(poses.matrix(T_gripper_sensor.quaternion_wxyz))
 
     def load(self, time_ns: int) -> FloatArray:
         """Return the load (6,) on the sensor at an instant of the host clock, in its axes and about its origin."""
         wrench, pose = self._tissue.wrench(time_ns)
-        R_tissue_gripper = rotation(pose.quaternion_wxyz).as_matrix()
-        sensor_arm = R_tissue_gripper @ self._sensor_arm
-        mass_arm = R_tissue_gripper @ self._mass_arm
-        weight = self._weight
-        force = wrench[:3] + weight
-        torque = wrench[3:] + np.cross(mass_arm, weight) - np.cross(sensor_arm, force)
-        R_tissue_sensor = R_tissue_gripper @ self._R_gripper_sensor
-        return np.concatenate([force @ R_tissue_sensor, torque @ R_tissue_sensor]) + self._offset
+        R_tissue_gripper = np.array(poses.matrix(pose.quaternion_wxyz))
+        # in the gripper's axes
+        weight = self._weight @ R_tissue_gripper
+        force = wrench[:3] @ R_tissue_gripper + weight
+        torque = wrench[3:] @ R_tissue_gripper + weight @ self._by_mass_arm - force @ self._by_sensor_arm
+        return (
+            np.concatenate([force @ self._R_gripper_sensor, torque @ self._R_gripper_sensor]) + self._offset
+        )

@@ -7,18 +7,17 @@ experiment states.
 """
 
 import argparse
-import json
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import as_completed
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from estimator.errors import EstimatorError
+from estimator.errors import EstimatorError, InputError
 from estimator.experiment import Box, Environment, Experiment, Grasp, Phantom, SensorNoise
 from estimator.fem.block_mesh import Grading
 from estimator.fit.estimate import estimate
@@ -27,9 +26,12 @@ from estimator.fit.settings import FitSettings, material_of
 from estimator.forward.meshing import mesh_experiment
 from estimator.forward.model import ForwardModel
 from estimator.materials import NeoHookean
+from estimator.result_lines import append_result, read_results
 from estimator.workers import worker_pool
 
 FloatArray = NDArray[np.float64]
+
+PARAMETERS = ("youngs_modulus", "poisson_ratio")
 
 _SIZE_M = (0.06, 0.03, 0.01)
 _GRASP = Box((0.018, -0.015, -0.005), (0.03, 0.015, 0.005))
@@ -59,6 +61,13 @@ class Outcome:
     intervals: Mapping[str, Sequence[float]]
     noise_ratio: float
     failure: str = ""
+
+    def __post_init__(self) -> None:
+        told = () if self.failure else (self.truth, self.values, self.intervals)
+        if any(name not in table for table in told for name in PARAMETERS):
+            raise ValueError(f"{' or '.join(PARAMETERS)} is missing")
+        if any(len(interval) != 2 for interval in self.intervals.values()):
+            raise ValueError("an interval has not two ends")
 
     def holds(self, name: str) -> bool:
         """Tell whether the interval of a parameter holds its true value."""
@@ -132,7 +141,7 @@ def wilson(held: int, count: int) -> tuple[float, float]:
 def table(outcomes: Sequence[Outcome]) -> str:
     """Return the coverage of each parameter in words; a fit that failed holds nothing."""
     lines = []
-    for name in ("youngs_modulus", "poisson_ratio"):
+    for name in PARAMETERS:
         held = sum(not one.failure and one.holds(name) for one in outcomes)
         low, high = wilson(held, len(outcomes))
         lines.append(
@@ -172,12 +181,6 @@ def _planned(length_m: float, turn_rad: FloatArray) -> Experiment:
     )
 
 
-def _read(file: Path) -> list[Outcome]:
-    if not file.exists():
-        return []
-    return [Outcome(**json.loads(line)) for line in file.read_text(encoding="utf-8").splitlines()]
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a campaign and print the coverage; finished sets of ``--output`` are not made again."""
     parser = argparse.ArgumentParser(
@@ -190,15 +193,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--output", type=Path, metavar="FILE", help="a line of JSON for each set; resumes from it"
     )
     options = parser.parse_args(arguments)
+    if options.sets < 1:
+        parser.error("--sets must be at least 1")
     settings = FitSettings(intervals="profile" if options.profile else "linear")
-    outcomes = _read(options.output) if options.output else []
+    try:
+        outcomes = read_results(Outcome, options.output) if options.output else []
+    except InputError as error:
+        parser.exit(2, f"{parser.prog}: {error}\n")
     finished = {one.seed for one in outcomes}
     for one in campaign([s for s in range(options.sets) if s not in finished], options.processes, settings):
         outcomes.append(one)
         sys.stderr.write(f"\r{len(outcomes)} of {options.sets} sets")
         if options.output:
-            with options.output.open("a", encoding="utf-8") as stream:
-                stream.write(json.dumps(asdict(one)) + "\n")
+            append_result(options.output, one)
     sys.stderr.write("\n")
     sys.stdout.write(table(outcomes) + "\n")
     return 0

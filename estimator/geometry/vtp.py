@@ -31,7 +31,10 @@ def read_vtp(content: bytes, file: Path) -> tuple[NDArray[np.float64], list[Sequ
     """
     try:
         return _Document(content).polygons()
-    except (ElementTree.ParseError, KeyError, ValueError, TypeError, IndexError, zlib.error) as error:
+    except (
+        *(ElementTree.ParseError, zlib.error),
+        *(KeyError, ValueError, TypeError, IndexError, OverflowError),
+    ) as error:
         raise InputError(
             f"{file}: cannot be read as VTP ({error}); save it again as PolyData, as text or compressed by zlib"
         ) from None

@@ -15,7 +15,7 @@ from estimator.report.theme import MEASURED, PREDICTED, TRUTH
 def draw_convergence(sheet: Figure, estimate: Estimate, truth: Truth | None) -> None:
     """Draw E, ν and the misfit against the iteration; bands are the final 95 % intervals."""
     modulus, ratio, misfit = sheet.subplots(1, 3)
-    sheet.subplots_adjust(left=0.06, right=0.99, bottom=0.17, top=0.88, wspace=0.32)
+    sheet.subplots_adjust(left=0.08, right=0.99, bottom=0.17, top=0.88, wspace=0.36)
     iterates = estimate.iterates
     _parameter(
         modulus,

@@ -2,13 +2,11 @@
 
 from dataclasses import replace
 
-from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QHBoxLayout,
     QLineEdit,
     QProgressBar,
     QSpinBox,
-    QSplitter,
     QVBoxLayout,
     QWidget,
 )
@@ -24,10 +22,11 @@ from gui.bead_finder import BeadFinder
 from gui.context import Context
 from gui.queue_runner import Labels, QueueRunner
 from gui.state import RigState
-from gui.widgets.cards import Card, button, label, scrolled, set_role
+from gui.widgets.cards import Card, button, label, set_role
 from gui.widgets.force_plot import ForcePlot
 from gui.widgets.queue_table import QueueTable
 from gui.widgets.readings import PoseReadings
+from gui.widgets.split import ScrolledSides
 from gui.widgets.stereo_preview import StereoPreview
 from gui.widgets.trial_panel import TrialPanel
 from gui.work_queue import Queue, next_place
@@ -75,15 +74,9 @@ class AcquirePage(QWidget):
     # ---- layout
 
     def _lay_out(self) -> None:
-        split = QSplitter(Qt.Orientation.Horizontal)
-        split.addWidget(scrolled(self._plan_side()))
-        split.addWidget(scrolled(self._live_side()))
-        split.setStretchFactor(0, 11)
-        split.setStretchFactor(1, 10)
-        split.setChildrenCollapsible(False)
         outer = QVBoxLayout(self)
         outer.setContentsMargins(0, 0, 0, 0)
-        outer.addWidget(split)
+        outer.addWidget(ScrolledSides(self._plan_side(), self._live_side(), (11, 10)))
 
     def _plan_side(self) -> QWidget:
         side = QWidget()

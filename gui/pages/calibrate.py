@@ -22,6 +22,7 @@ from gui.widgets.cards import Card, button, label, scrolled
 from gui.widgets.coverage_map import CoverageMap
 from gui.widgets.outcome_panel import OutcomePanel
 from gui.widgets.parameter_form import ParameterForm
+from gui.widgets.split import BesideOrBelow
 from gui.widgets.stereo_preview import StereoPreview
 from robot_drivers.protocols import DeviceIdentity
 
@@ -67,6 +68,7 @@ class CalibratePage(QWidget):
         self._preview = StereoPreview((context.rig.cameras[0].name, context.rig.cameras[1].name))
         self._maps = (CoverageMap("left"), CoverageMap("right"))
         self._view_card = Card("Views")
+        self._views = BesideOrBelow(self._board_card, self._view_card, (0, 1))
         self.outcome = OutcomePanel()
         self._lay_out()
         self._wire()
@@ -117,12 +119,8 @@ class CalibratePage(QWidget):
         self._preview.setMinimumHeight(220)
         self._view_card.body.addWidget(self._preview, stretch=1)
         self._view_card.body.addLayout(maps)
-        row = QHBoxLayout()
-        row.setSpacing(12)
-        row.addWidget(self._board_card)
-        row.addWidget(self._view_card, stretch=1)
         column.addWidget(steps)
-        column.addLayout(row)
+        column.addWidget(self._views)
         column.addWidget(self.outcome)
         column.addStretch(1)
         both = QHBoxLayout()
@@ -203,8 +201,7 @@ class CalibratePage(QWidget):
         self.take_button.setVisible(not by_motion)
         self.finish_button.setVisible(not by_motion)
         self.take_button.setText("Take this view" if by_board else "Take this touch")
-        self._board_card.setVisible(by_board)
-        self._view_card.setVisible(by_board)
+        self._views.setVisible(by_board)
         self.outcome.hide()
         if self._context.link.state.connected:
             self._begin()

@@ -16,6 +16,7 @@ from gui.widgets.cards import Card, button, label, scrolled
 from gui.widgets.device_table import DeviceTable
 from gui.widgets.lamp import Lamp
 from gui.widgets.readings import PoseReadings, WrenchReadings
+from gui.widgets.split import BesideOrBelow
 from robot_drivers.ati.tare import TareStack
 
 
@@ -80,10 +81,6 @@ class RigPage(QWidget):
         row.addStretch(1)
         pose.body.addLayout(row)
         pose.body.addStretch(1)
-        readings = QHBoxLayout()
-        readings.setSpacing(12)
-        readings.addWidget(force, stretch=1)
-        readings.addWidget(pose, stretch=1)
         page = QWidget()
         column = QVBoxLayout(page)
         column.setContentsMargins(20, 16, 20, 16)
@@ -91,7 +88,7 @@ class RigPage(QWidget):
         column.addWidget(label("Rig", "title"))
         column.addWidget(label(_rig_in_words(self._context.rig), "muted"))
         column.addWidget(devices)
-        column.addLayout(readings)
+        column.addWidget(BesideOrBelow(force, pose, (1, 1)))
         column.addWidget(self._checks)
         column.addStretch(1)
         outer = QVBoxLayout(self)

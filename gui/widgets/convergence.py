@@ -72,8 +72,7 @@ class ConvergencePlots(QWidget):
             self.sheet.line(plot, at, values, _WAY)
             self.sheet.dots(plot, at, values, _WAY.ink, 6.0)
             ends = factor * np.array([pair[column].interval95 for pair in material])
-            for step, (low, high) in zip(at.tolist(), ends.tolist(), strict=True):
-                bar = np.array([step, step]), np.array([low, high])
-                self.sheet.line(plot, *bar, Stroke("measured", 2.0))
+            bars = np.column_stack([ends, np.full(len(at), np.nan)]).reshape(-1)
+            self.sheet.line(plot, np.repeat(at, 3), bars, Stroke("measured", 2.0))
         self._misfit.hide()
         self.legend.show_strokes([("after a step", _WAY), ("95 % interval", _BAND)])

@@ -78,8 +78,9 @@ class EGMGuidedRobot:
             opened.callback(stream.close)
             if not stream.receive(self._settings.connect_timeout_s):
                 raise DeviceUnreachableError(
-                    f"no EGM datagram at UDP port {stream.port} in {self._settings.connect_timeout_s:g} s; "
-                    "start EGM on the controller and check the remote address of its UDPUC device"
+                    f"no EGM datagram at UDP port {stream.port} in {self._settings.connect_timeout_s:g} s, where "
+                    f"{self._settings.egm.controller_address or 'this computer'} alone is heard; start EGM on the "
+                    "controller, check the remote address of its UDPUC device, and controller_address of the rig file"
                 )
             if stream.generation == "A":
                 raise DeviceFaultError(

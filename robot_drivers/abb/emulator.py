@@ -7,7 +7,6 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
-from types import TracebackType
 from typing import Self
 
 from robot_drivers.abb.egm_codec import MciState
@@ -18,6 +17,7 @@ from robot_drivers.abb.emulator_ports import CommandPort, ServerPort
 from robot_drivers.abb.emulator_rapid import RapidServer
 from robot_drivers.abb.emulator_settings import ControllerFaults, EmulatorSettings
 from robot_drivers.clock import host_time_ns
+from robot_drivers.closing import ClosedAtExit
 from robot_drivers.emulated_clock import ClockError
 from robot_drivers.errors import ConfigurationError, DeviceTimeoutError, MotionRefusedError
 from robot_drivers.protocols import Pose
@@ -27,7 +27,7 @@ _REMEMBERED_CYCLES = 2048
 _JOG_SPEED = (0.05, 0.5)  # m/s, rad/s
 
 
-class ControllerEmulator:
+class ControllerEmulator(ClosedAtExit):
     """One controller, alive from :meth:`start` to :meth:`close` or within a ``with`` block.
 
     A single thread runs the cycle of 4.032 ms: requests, motion, replies, EGM, state stream. The methods may
@@ -194,11 +194,6 @@ class ControllerEmulator:
         self.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
     def _order(self, apply: Callable[[], None]) -> None:
         """Let the cycle's thread carry out a change and wait until it has; at once if it does not run."""
         if not self._thread.is_alive():
@@ -240,13 +235,12 @@ class ControllerEmulator:
 
     @property
     def _reachable(self) -> bool:
-        faults = self._rapid.faults
-        return not (faults.unplugged(self._elapsed_s) or faults.off(self._elapsed_s))
+        return not self._rapid.faults.out_of_reach(self._elapsed_s)
 
     def _cycle(self, due_ns: int) -> None:
         if self._restart_due and self._elapsed_s >= self._rapid.faults.restart_at_s:
             self._restart()
-        if self._rapid.faults.off(self._elapsed_s):
+        if self._rapid.faults.unpowered(self._elapsed_s):
             return
         self._cycles += 1
         self._held_back += self._rapid.cycle(CYCLE_S, self._command.client_silence_s)

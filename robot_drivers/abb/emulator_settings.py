@@ -1,10 +1,10 @@
 """What an emulated controller is like, and what goes wrong with it."""
 
-import math
 from dataclasses import dataclass, field
 
 from robot_drivers.abb import poses
 from robot_drivers.abb.poses import Vector
+from robot_drivers.emulated_outages import Outages
 from robot_drivers.protocols import Pose
 
 TOOL_DOWN = (0.0, 0.0, 1.0, 0.0)
@@ -52,7 +52,7 @@ class InstalledLimits:
 
 
 @dataclass(frozen=True, slots=True)
-class ControllerFaults:
+class ControllerFaults(Outages):
     """What goes wrong; the default is nothing. Times count from the injection.
 
     Attributes
@@ -80,18 +80,6 @@ class ControllerFaults:
     drop_at_fraction: float | None = None
     mute: bool = False
     landing_offset: Vector = (0.0, 0.0, 0.0)
-    unplug_at_s: float = math.inf
-    unplug_for_s: float = 0.0
-    restart_at_s: float = math.inf
-    restart_for_s: float = 0.0
-
-    def unplugged(self, elapsed_s: float) -> bool:
-        """Tell whether the cable is out."""
-        return self.unplug_at_s <= elapsed_s < self.unplug_at_s + self.unplug_for_s
-
-    def off(self, elapsed_s: float) -> bool:
-        """Tell whether the controller is off."""
-        return self.restart_at_s <= elapsed_s < self.restart_at_s + self.restart_for_s
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,13 +11,12 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from types import TracebackType
-from typing import Self
 
 from robot_drivers.abb import kinematics, poses
 from robot_drivers.abb.emulator_arm import CYCLE_S, Arm, Motion
 from robot_drivers.abb.emulator_ports import ServerPort
 from robot_drivers.abb.emulator_settings import ArmSettings
+from robot_drivers.closing import ClosedAtExit
 from robot_drivers.protocols import Pose
 
 _STRING = 80
@@ -63,7 +62,7 @@ class _ClientPort(ServerPort):
         return self.has_client
 
 
-class OpenABBEmulator:
+class OpenABBEmulator(ClosedAtExit):
     """One controller, alive from construction to :meth:`close`, also as a context manager.
 
     Attributes
@@ -107,14 +106,6 @@ class OpenABBEmulator:
         self._closing.set()
         self._thread.join()
         self._port.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _run(self) -> None:
         program = self._program()

@@ -14,6 +14,7 @@ Matrix = tuple[Vector, Vector, Vector]
 IDENTITY = Pose((0.0, 0.0, 0.0))
 
 _NEARLY_PARALLEL = 0.9999995  # below 2 mrad the chord is the arc, to 1e-7 of it
+_NEARLY_STILL = 1e-9  # the sine is the angle to machine precision
 
 
 def product(p: Quaternion, q: Quaternion) -> Quaternion:
@@ -95,6 +96,15 @@ def interpolate(start: Pose, end: Pose, fraction: float) -> Pose:
         (ax + fraction * (bx - ax), ay + fraction * (by - ay), az + fraction * (bz - az)),
         slerp(start.quaternion_wxyz, end.quaternion_wxyz, fraction),
     )
+
+
+def rotation_vector(q: Quaternion) -> Vector:
+    """Return axis times angle, rad, of the shorter of the two rotations that a unit quaternion tells."""
+    w, x, y, z = q if q[0] >= 0 else (-q[0], -q[1], -q[2], -q[3])
+    sine = math.sqrt(x * x + y * y + z * z)
+    # angle / sine of its half, which tends to 2
+    scale = 2.0 if sine < _NEARLY_STILL else 2 * math.atan2(sine, w) / sine
+    return (scale * x, scale * y, scale * z)
 
 
 def matrix(q: Quaternion) -> Matrix:

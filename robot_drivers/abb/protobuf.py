@@ -218,6 +218,8 @@ def _read_field(data: bytes, position: int) -> tuple[int, int, int | bytes, int]
 
 
 def _read_varint(data: bytes, position: int) -> tuple[int, int]:
+    if position < len(data) and data[position] < 0x80:  # nearly all of them, and quicker so
+        return data[position], position + 1
     value = 0
     for index, byte in enumerate(data[position : position + _LONGEST_VARINT]):
         value |= (byte & 0x7F) << (7 * index)
@@ -226,6 +228,7 @@ def _read_varint(data: bytes, position: int) -> tuple[int, int]:
     raise DeviceProtocolError(f"no end of the number at byte {position}")
 
 
+@cache
 def _tag(number: int, wire_type: int) -> bytes:
     return _varint(number << 3 | wire_type)
 

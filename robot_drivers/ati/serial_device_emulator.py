@@ -2,14 +2,14 @@
 
 import threading
 from collections import deque
-from types import TracebackType
-from typing import Protocol, Self
+from typing import Protocol
 
 import numpy as np
 
 from robot_drivers.ati.emulator.box import WrenchSource
 from robot_drivers.ati.serial_line_emulator import FarEnd, FaultyWire, LineCounts, LineFaults, far_end
 from robot_drivers.clock import host_time_ns
+from robot_drivers.closing import ClosedAtExit
 from robot_drivers.protocols import FloatArray
 
 
@@ -47,7 +47,7 @@ class InterpolatedSource:
         return np.stack([np.interp(times_s, knots, axis) for axis in wrenches.T], axis=1)
 
 
-class SerialDeviceEmulator:
+class SerialDeviceEmulator(ClosedAtExit):
     """A device at the end of a line, from construction until :meth:`close`, also as a context manager.
 
     Parameters
@@ -81,14 +81,6 @@ class SerialDeviceEmulator:
         self._thread = threading.Thread(target=self._run, name=f"emulated device on {self.port}")
         model.power_up()
         self._thread.start()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     @property
     def counts(self) -> LineCounts:

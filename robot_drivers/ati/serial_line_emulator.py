@@ -1,6 +1,5 @@
 """The far end of a serial line: a pseudo-terminal, or a TCP port where the system has none, and its faults."""
 
-import math
 import os
 import select
 import socket
@@ -10,6 +9,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+
+from robot_drivers.emulated_outages import Outages
 
 if sys.platform != "win32":
     import tty
@@ -118,7 +119,7 @@ def far_end() -> FarEnd:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LineFaults:
+class LineFaults(Outages):
     """What goes wrong between device and host; the default is nothing. Times count from the injection.
 
     Attributes
@@ -135,18 +136,6 @@ class LineFaults:
     corruption: float = 0.0
     rubbish: float = 0.0
     delay_s: float = 0.0
-    unplug_at_s: float = math.inf
-    unplug_for_s: float = 0.0
-    restart_at_s: float = math.inf
-    restart_for_s: float = 0.0
-
-    def unplugged(self, elapsed_s: float) -> bool:
-        """Tell whether the cable is out."""
-        return self.unplug_at_s <= elapsed_s < self.unplug_at_s + self.unplug_for_s
-
-    def unpowered(self, elapsed_s: float) -> bool:
-        """Tell whether the device has no power."""
-        return self.restart_at_s <= elapsed_s < self.restart_at_s + self.restart_for_s
 
 
 @dataclass(slots=True)

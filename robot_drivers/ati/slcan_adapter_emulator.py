@@ -7,19 +7,18 @@ bus are written in the same form. Source: Lawicel CAN232 manual, version 3.
 """
 
 import threading
-from types import TracebackType
-from typing import Self
 
 import can
 
 from robot_drivers.ati.serial_line_emulator import FarEnd, far_end
+from robot_drivers.closing import ClosedAtExit
 
 _POLL_S = 0.001
 _FRAMES = {"t": 3, "T": 8}  # digits of the identifier
 _UNDERSTOOD, _REFUSED = b"\r", b"\a"
 
 
-class SlcanAdapterEmulator:
+class SlcanAdapterEmulator(ClosedAtExit):
     """An adapter, plugged in from construction until :meth:`close`.
 
     Parameters
@@ -40,14 +39,6 @@ class SlcanAdapterEmulator:
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"emulated CAN adapter on {self.port}")
         self._thread.start()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """Pull the adapter out."""

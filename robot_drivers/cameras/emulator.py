@@ -18,14 +18,14 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from types import TracebackType
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robot_drivers.clock import host_time_ns
+from robot_drivers.closing import ClosedAtExit
 from robot_drivers.emulated_clock import ClockError
+from robot_drivers.emulated_outages import Outages
 from robot_drivers.errors import ConfigurationError
 
 ImageSource = Callable[[float], NDArray[np.uint8]]
@@ -92,7 +92,7 @@ class CameraEmulatorSettings:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CameraFaults:
+class CameraFaults(Outages):
     """Departures from a healthy camera; the default is none. Times count from the injection.
 
     Attributes
@@ -109,18 +109,9 @@ class CameraFaults:
     delay_s: float = 0.0
     slow_start_s: float = 0.0
     saturated: bool = False
-    unplug_at_s: float = math.inf
-    unplug_for_s: float = 0.0
-    restart_at_s: float = math.inf
-    restart_for_s: float = 0.0
-
-    def off_the_bus(self, elapsed_s: float) -> bool:
-        """Tell whether nobody can reach the camera."""
-        unplugged = self.unplug_at_s <= elapsed_s < self.unplug_at_s + self.unplug_for_s
-        return unplugged or self.restart_at_s <= elapsed_s < self.restart_at_s + self.restart_for_s
 
 
-class CameraEmulator:
+class CameraEmulator(ClosedAtExit):
     """A camera at ``url`` whose images come from ``image_source(bus time in s)``: uint8, (height, width).
 
     It runs from construction to :meth:`close`, serves one client at a time, and calls the source only for
@@ -159,14 +150,6 @@ class CameraEmulator:
         self.url = f"tcp://{self._settings.bind_address}:{self.port}"
         self._thread = threading.Thread(target=self._serve, name=f"camera emulator {self.port}")
         self._thread.start()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """End the stream and stop listening."""
@@ -250,7 +233,7 @@ class CameraEmulator:
             self._restart_due = False
             back_ns = self._injected_ns + round((faults.restart_at_s + faults.restart_for_s) * 1e9)
             self._first_exposure = math.ceil(self._clock.time_s(back_ns) * self._settings.fps)
-        return faults.off_the_bus(elapsed_s)
+        return faults.out_of_reach(elapsed_s)
 
     def _next_exposure(self) -> int:
         return math.ceil(self._clock.time_s(host_time_ns()) * self._settings.fps)

@@ -1,7 +1,10 @@
 """Cameras that OpenCV can open: a device index, a video file, an image sequence or a network stream."""
 
+import os
+import re
 import threading
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal, get_args
 
 import cv2
@@ -26,6 +29,10 @@ Backend = Literal[
 ]
 
 _FPS_TOLERANCE = 0.01
+
+# FFmpeg writes to standard error for itself, unless told otherwise before OpenCV first uses it (-8 is AV_LOG_QUIET);
+# what matters is told by this driver.
+os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
 _GREY_CODES = (b"GREY", b"Y800")
 
 
@@ -204,10 +211,7 @@ class OpenCVCamera:
         if settings.is_file:
             self._buffer.wait_for_room()
         if not capture.grab():
-            raise DeviceTimeoutError(
-                f"camera {settings.source}: the stream has ended, or was silent for "
-                f"{settings.read_timeout_s:g} s; check cable and power, then close and connect again"
-            )
+            raise DeviceTimeoutError(f"camera {settings.source}: {self._silence()}")
         stamp_ns, number = host_time_ns(), self._grabbed
         self._grabbed += 1
         retrieved, image = capture.retrieve()
@@ -217,6 +221,15 @@ class OpenCVCamera:
         if settings.embedded_info or not settings.is_file:
             return self._buffer.add_raw(pixels, stamp_ns)
         return self._buffer.add(pixels, stamp_ns, number, self._time_in_file(capture, number))
+
+    def _silence(self) -> str:
+        """Return why no image comes, and what to do."""
+        if self._settings.is_file:
+            return f"it has ended after {self._grabbed} images, or the next one cannot be decoded; look at the file"
+        return (
+            f"the stream has ended, or was silent for {self._settings.read_timeout_s:g} s; check cable and power, "
+            "then close and connect again"
+        )
 
     def _time_in_file(self, capture: cv2.VideoCapture, number: int) -> float | None:
         """Return the time, s, of an image from the beginning of its file; None where nothing tells it."""
@@ -229,6 +242,8 @@ def _open(settings: OpenCVCameraSettings) -> cv2.VideoCapture:
     backend = getattr(cv2, f"CAP_{settings.backend.upper()}")
     if backend != cv2.CAP_ANY and not cv2.videoio_registry.hasBackend(backend):
         raise ConfigurationError(f"camera {settings.source}: {_missing_backend(settings.backend)}")
+    if settings.is_file:
+        _refuse_pipes(Path(settings.source))
     if settings.is_device:
         capture = cv2.VideoCapture(int(settings.source), backend)
     elif settings.is_url:
@@ -246,6 +261,15 @@ def _open(settings: OpenCVCameraSettings) -> cv2.VideoCapture:
             "in use (v4l2-ctl --list-devices lists indices; a FireWire camera needs the firewire backend)"
         )
     return capture
+
+
+def _refuse_pipes(source: Path) -> None:
+    """Refuse a pipe in the place of a film or of an image of a series: opening it would wait for ever."""
+    name = re.compile(".*".join(map(re.escape, re.split(r"%\d*d", source.name))))
+    beside = source.parent.iterdir() if source.parent.is_dir() else ()
+    for place in beside:
+        if name.fullmatch(place.name) and place.is_fifo():
+            raise DeviceUnreachableError(f"camera {source}: {place.name} is a pipe; put a file there")
 
 
 def _missing_backend(name: str) -> str:

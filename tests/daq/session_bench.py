@@ -7,7 +7,7 @@ import numpy as np
 from fake_devices import FakeCamera, FakeForceSensor, FakeRobot
 
 from daq.devices import Devices
-from daq.progress import silent
+from daq.progress import Progress, silent
 from daq.rig import Rig
 from daq.session.session import Label, run_session
 from daq.trajectories import PULL, Dwell, Trajectory
@@ -35,8 +35,8 @@ class Bench:
         self.folder = folder / "session"
         self.trajectory: Trajectory = SHORT.trajectory()
 
-    def run(self) -> None:
-        run_session(self.rig, self.devices, self.trajectory, self.folder, Label("test"), silent)
+    def run(self, progress: Progress = silent) -> None:
+        run_session(self.rig, self.devices, self.trajectory, self.folder, Label("test"), progress)
 
     def load(self, *wrench: float) -> None:
         """Let the force sensor feel so much more from the middle of the first motion on."""

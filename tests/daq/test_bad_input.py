@@ -21,6 +21,7 @@ from daq.cli.verb import Result, concluded
 from daq.errors import DaqError, RigError
 from estimator.errors import EstimatorError
 from estimator.input_file import LARGEST_NUMBER, parse_number, read_input
+from robot_drivers.errors import DeviceError
 
 NAMES = [kind.name for kind in KINDS]
 
@@ -136,7 +137,7 @@ def test_a_reader_takes_any_bytes_or_refuses_them_as_it_says(kind: Kind, tmp_pat
         file.write_bytes(piece if whole else content[:begin] + piece + content[begin + len(piece) :])
         try:
             kind.read(tmp_path)
-        except (DaqError, EstimatorError) as error:
+        except (DaqError, EstimatorError, DeviceError) as error:
             assert str(error)
         finally:
             for each, before in valid.items():

@@ -1,6 +1,9 @@
 """What the campaign of broken inputs has found, and stays found."""
 
 import json
+import os
+import socket
+import sys
 import zlib
 from pathlib import Path
 
@@ -14,10 +17,14 @@ from daq.plans import due_runs, journal_path, read_plan
 from daq.png import is_whole_png
 from daq.recording.folder import read_info, recover_session, verify_checksums
 from daq.rig import read_rig
+from daq.session_report import read_report
 from estimator.blind.scoring.answers import read_answers
+from estimator.blind.scoring.keys import OPENINGS_FILE, open_keys, read_keys
 from estimator.errors import InputError
 from estimator.experiment import read_experiment
 from estimator.geometry.surface_io import read_surface
+from robot_drivers.cameras.opencv import OpenCVCamera, OpenCVCameraSettings
+from robot_drivers.errors import DeviceError
 
 
 def edited(file: Path, old: str, new: str) -> None:
@@ -146,6 +153,57 @@ def test_a_list_of_checksums_leads_nowhere_but_into_its_session(tmp_path: Path, 
     assert len(verify_checksums(tmp_path / "session")) == 1
 
 
+def test_a_file_larger_than_any_of_a_session_counts_as_altered_and_is_not_read(tmp_path: Path) -> None:
+    session_sample.sealed_session(tmp_path)
+    with (tmp_path / "session" / "rig.toml").open("r+b") as file:
+        file.truncate(1_000_000_000_000)
+    assert verify_checksums(tmp_path / "session") == ["rig.toml"]
+
+
+@pytest.mark.parametrize("text", ["[]", "{", '{"streams": {}}', "null", "[" * 100_000])
+def test_a_report_of_a_recording_that_is_none_is_refused(tmp_path: Path, text: str) -> None:
+    session_sample.reported_session(tmp_path)
+    session = tmp_path / "session"
+    assert read_report(session).streams
+    (session / "derived" / "report.json").write_text(text)
+    with pytest.raises(RecordingError, match=r"report\.json: .*make the report anew"):
+        read_report(session)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such pipes")
+@pytest.mark.parametrize("source", ["image%02d.png", "image01.png"])
+def test_a_pipe_in_the_place_of_an_image_is_not_waited_for(tmp_path: Path, source: str) -> None:
+    samples.image_sequence(tmp_path)
+    (tmp_path / "image01.png").unlink()
+    os.mkfifo(tmp_path / "image01.png")
+    with pytest.raises(DeviceError, match=r"image01\.png is a pipe"):
+        OpenCVCamera(OpenCVCameraSettings(source=str(tmp_path / source), fps=25.0)).connect()
+
+
+@pytest.mark.parametrize("name", ["film.avi", "film.m3u8", "film.mp4"])
+def test_a_film_that_is_a_list_of_addresses_connects_to_none_of_them(tmp_path: Path, name: str) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        server.settimeout(0.0)
+        address = f"http://127.0.0.1:{server.getsockname()[1]}/0.ts"
+        film = tmp_path / name
+        film.write_text(f"#EXTM3U\n#EXT-X-TARGETDURATION:1\n#EXTINF:1,\n{address}\n#EXT-X-ENDLIST\n")
+        with pytest.raises(DeviceError):
+            OpenCVCamera(OpenCVCameraSettings(source=str(film))).connect()
+        with pytest.raises(BlockingIOError):
+            server.accept()
+
+
+def test_an_image_of_a_sequence_that_cannot_be_decoded_is_told_by_the_driver_alone(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    samples.image_sequence(tmp_path)
+    (tmp_path / "image00.png").write_bytes(b"no image")
+    camera = OpenCVCamera(OpenCVCameraSettings(source=str(tmp_path / "image%02d.png"), fps=25.0))
+    with pytest.raises(DeviceError, match=r"cannot be decoded|cannot open it"):
+        camera.connect()
+    assert capfd.readouterr().err == ""
+
+
 @pytest.mark.parametrize(
     "key, value", [("order", "one"), ("problems", [3]), ("state", "new"), ("samples", {"/force": "x"})]
 )
@@ -164,6 +222,54 @@ def test_an_answer_of_other_types_is_refused(tmp_path: Path) -> None:
         read_answers(tmp_path / "answers")
 
 
+@pytest.mark.parametrize(
+    "old, new",
+    [
+        ('"gripper_slip": 0.9,', '"gripper_slip": 9.0,'),
+        ('"gripper_slip": 0.9,\n  "none": 0.1', ""),
+    ],
+)
+def test_an_answer_whose_probabilities_are_none_is_refused(tmp_path: Path, old: str, new: str) -> None:
+    samples.benchmark(tmp_path)
+    edited(tmp_path / "answers" / "one.json", old, new)
+    with pytest.raises(InputError, match=r"one\.json: is no diagnosis"):
+        read_answers(tmp_path / "answers")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ('level = "clear"', "level = 3", "level is no word"),
+        ('level = "clear"', 'level = ["clear", true]', "level is no word"),
+        ("youngs_modulus = 15000.0", "youngs_modulus = 0", "positive"),
+        ("[where]\ncentre = [0.01, 0.02, 0.0]\nradius = 0.01", "where = 3", "where is no table"),
+    ],
+)
+def test_a_key_that_states_no_truth_is_refused(tmp_path: Path, old: str, new: str, complaint: str) -> None:
+    samples.benchmark(tmp_path)
+    edited(tmp_path / "keys" / "two.toml", old, new)
+    with pytest.raises(InputError, match=rf"two\.toml: .*{complaint}"):
+        read_keys(tmp_path / "keys")
+
+
+@pytest.mark.parametrize("content", [b"\xff\xfe", bytes(9)])
+def test_a_list_of_openings_that_is_none_is_neither_counted_nor_continued(
+    tmp_path: Path, content: bytes
+) -> None:
+    samples.benchmark(tmp_path)
+    file = tmp_path / "keys" / OPENINGS_FILE
+    file.write_bytes(content)
+    with pytest.raises(InputError, match=r"openings\.txt"):
+        open_keys(tmp_path / "keys", "a test")
+    assert file.read_bytes() == content
+
+
+def test_an_opening_is_counted_where_the_end_of_the_last_line_is_missing(tmp_path: Path) -> None:
+    samples.benchmark(tmp_path)
+    (tmp_path / "keys" / OPENINGS_FILE).write_text("a first one", encoding="utf-8")
+    assert [open_keys(tmp_path / "keys", "a test")[1] for _ in range(2)] == [2, 3]
+
+
 ENTITIES = '<!DOCTYPE VTKFile [<!ENTITY a "1 1 1 1"><!ENTITY b "&a;&a;&a;&a;">]>'
 OUTSIDE = '<!DOCTYPE VTKFile [<!ENTITY b SYSTEM "file:///etc/hostname">]>'
 
@@ -177,6 +283,13 @@ def test_a_vtp_file_declares_no_entities(tmp_path: Path, declaration: str, encod
     file.write_bytes(text.encode(encoding))
     with pytest.raises(InputError, match="document type"):
         read_surface(file)
+
+
+def test_a_vtp_file_whose_numbers_exceed_their_type_is_refused(tmp_path: Path) -> None:
+    samples.vtp(tmp_path)
+    edited(tmp_path / "body.vtp", 'type="Int64" Name="offsets"', 'type="Int8" Name="offsets"')
+    with pytest.raises(InputError, match=r"body\.vtp: cannot be read as VTP"):
+        read_surface(tmp_path / "body.vtp")
 
 
 @pytest.mark.parametrize("count", ["1000000000000", "-1"])

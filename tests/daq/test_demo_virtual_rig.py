@@ -120,12 +120,12 @@ def test_between_two_solutions_the_phantom_is_continued_as_a_cubic() -> None:
     motion = PhantomMotion(cubic_state(near_rest(0.001, 0.0)), cubic_state(near_rest(0.002, 0.0)))
     for way_m in (0.0, 0.0015, 0.002, 0.004):
         at = near_rest(way_m, 3.0)
-        np.testing.assert_allclose(motion.at(at)[0], cubic_state(at).wrench, atol=1e-12)
+        np.testing.assert_allclose(motion.wrench(at), cubic_state(at).wrench, atol=1e-12)
 
 
 def test_a_single_solution_is_continued_linearly() -> None:
     state = cubic_state(near_rest(0.001, 0.0))
-    wrench = PhantomMotion(state, state).at(near_rest(0.002, 0.0))[0]
+    wrench = PhantomMotion(state, state).wrench(near_rest(0.002, 0.0))
     assert wrench[0] == pytest.approx(state.wrench[0] + 1e-3 * state.wrench_by_pose[0, 0])
 
 
@@ -135,6 +135,6 @@ def test_continuing_the_elastic_phantom_by_a_step_is_as_good_as_solving_it(angle
     before, newest, there = (
         solver.solve(near_rest(share * 0.003, share * angle_deg)) for share in (0.0, 1 / 3, 1.0)
     )
-    wrench, beads = PhantomMotion(before, newest).at(there.T_tissue_gripper)
-    np.testing.assert_allclose(wrench[:3], there.wrench[:3], atol=1e-4)
-    np.testing.assert_allclose(beads, there.beads, atol=1e-6)
+    motion = PhantomMotion(before, newest)
+    np.testing.assert_allclose(motion.wrench(there.T_tissue_gripper)[:3], there.wrench[:3], atol=1e-4)
+    np.testing.assert_allclose(motion.beads(there.T_tissue_gripper), there.beads, atol=1e-6)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from daq.cli import main
-from daq.errors import DaqError, RecordingError
+from daq.errors import DaqError
 from daq.faults.bench import TruePath
 from daq.faults.campaign import fault_of, keep, named, read_results, single_run
 from daq.faults.catalogue import FAULTS
@@ -18,6 +18,7 @@ from daq.faults.fault import Fault
 from daq.faults.table import complaints, rows, text
 from daq.faults.trial import Outcome, moved_for_s, nominal_s, way_m
 from daq.virtual_rig.layout import REST_TOOL
+from estimator.errors import InputError
 
 HELD, SAMPLES, MARKED, TOLD, NEXT = (
     "held in time, or goes on",
@@ -173,7 +174,7 @@ def test_a_campaign_that_was_cut_off_goes_on(tmp_path: Path) -> None:
     keep(path, replace(GOOD, run=2, seed=8))
     assert read_results(path, 1) == {0: GOOD, 1: replace(GOOD, run=1)}
     path.write_text('{"other": 1}\n', encoding="utf-8")
-    with pytest.raises(RecordingError, match="holds no results of a fault campaign"):
+    with pytest.raises(InputError, match=r"results\.jsonl, line 1: has not the entries"):
         read_results(path, 1)
 
 

@@ -12,6 +12,7 @@ from session_bench import SHORT, Bench, silent
 from daq.errors import MotionLimitError, RecordingError, SessionError, SoftwareStopError
 from daq.recording.chunks import Rows
 from daq.recording.folder import read_info, verify_checksums
+from daq.recording.in_use import is_in_use
 from daq.recording.mcap_log import McapLog
 from daq.recording.reader import Recording, open_recording
 from daq.rig import read_rig
@@ -239,6 +240,18 @@ def test_a_held_robot_is_not_moved_until_it_is_released(bench: Bench) -> None:
         bench.run()
     bench.robot.resume()
     bench.run()
+
+
+def test_a_session_is_in_use_from_its_beginning_until_it_is_sealed(bench: Bench) -> None:
+    in_use: dict[str, bool] = {}
+
+    def look(text: str, done: int, total: int) -> None:
+        in_use[text] = is_in_use(bench.folder / "rig.toml")
+
+    bench.run(look)
+    assert "checking and sealing the recording" in in_use
+    assert all(in_use.values())
+    assert not is_in_use(bench.folder / "rig.toml")
 
 
 def test_an_interrupt_holds_the_robot_and_seals(bench: Bench) -> None:

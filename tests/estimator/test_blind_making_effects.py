@@ -23,7 +23,7 @@ from blind_scenes import (
 
 from estimator.blind.making import outside_effects
 from estimator.blind.making.catalogue import FORMS, GROUP_OF, UNKNOWN, form_named
-from estimator.blind.making.mounting_effects import play
+from estimator.blind.making.motion_effects import play
 from estimator.blind.making.retraction import Rows
 from estimator.blind.making.scene import Form, Scene
 

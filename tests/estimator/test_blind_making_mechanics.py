@@ -9,7 +9,8 @@ from blind_scenes import BEADS, COARSE
 from scipy.spatial.transform import Rotation
 
 from estimator.blind import making
-from estimator.blind.making.equilibrium import Pose, Solver
+from estimator.blind.making.equilibrium import Solver
+from estimator.blind.making.holding import Pose
 from estimator.blind.making.laws import (
     Fibres,
     Law,

@@ -244,6 +244,15 @@ def test_cases_are_answered_without_their_keys_and_only_once(tmp_path: Path) -> 
     assert (again.answered, again.present, list(again.failed)) == ((), ("a", "b"), ["c"])
 
 
+def test_a_case_that_cannot_be_read_is_told_before_any_is_diagnosed(tmp_path: Path) -> None:
+    cases = make_cases(tmp_path / "cases", {"a": "pull", "b": "twist"})
+    (experiment,) = (cases / "b").glob("*/experiment.toml")
+    experiment.write_text("format = 3", encoding="utf-8")
+    with pytest.raises(InputError, match=r"experiment\.toml"):
+        answer_cases(stand_in, cases, tmp_path / "answers")
+    assert not (tmp_path / "answers").exists()
+
+
 def test_several_cases_are_answered_at_a_time(tmp_path: Path) -> None:
     cases = make_cases(tmp_path / "cases", {"a": "pull", "b": "twist"})
     before = threading.active_count()

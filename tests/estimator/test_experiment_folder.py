@@ -1,115 +1,25 @@
-"""The experiment folder: what is read, what is refused and with which words, and what is written."""
+"""The experiment folder: what is read, and what is refused and with which words."""
 
 import re
-import struct
-from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from handwritten_experiment import CSV, TOML, as_surface, assert_equal, edit, write_cube_stl, written_by_hand
 
 from estimator.errors import InputError
 from estimator.experiment import (
     Box,
     Environment,
-    Experiment,
     Phantom,
     read_case,
     read_experiment,
-    replace_experiment,
-    write_experiment,
 )
-
-TOML = """\
-format = "retraction-experiment/1"
-name = "first pull"
-phantom_id = "P07"
-order = 2
-unknown_key = "is ignored"
-
-[phantom]
-shape = "block"
-size = [0.10, 0.10, 0.01]
-density = 1080.0
-
-[[anchor]]
-box = [[-0.0499, 0.0501, 0.0051], [-0.0501, -0.0501, -0.0051]]
-
-[[anchor]]
-box = [[-0.0501, 0.0499, -0.0051], [0.0501, 0.0501, 0.0051]]
-
-[grasp]
-box = [[0.03, -0.01, -0.0051], [0.05, 0.01, 0.0051]]
-centre = [0.04, 0.0, 0.0]
-
-[trajectory]
-kind = "pull"
-
-[environment]
-gravity = [0.0, 0.0, -9.81]
-surface_below = "none"
-
-[sensor]
-force_std = 0.02
-torque_std = 0.0005
-fiducial_std = 5.0e-5
-position_std = 3.0e-5
-tool_mass = 0.35
-tool_centre = [0.0, 0.0, 0.06]
-
-[fiducials]
-rest = [[-0.03, -0.03, 0.005], [-0.01, -0.03, 0.005]]
-"""
-
-CSV = """\
-time,phase,step,px,py,pz,qw,qx,qy,qz,fx,fy,fz,tx,ty,tz,m00x,m00y,m00z,m01x,m01y,m01z
-0.0,hold,0,0.04,0,0,1,0,0,0,0.01,0,0,0,0,0,-0.03,-0.03,0.005,-0.01,-0.03,0.005
-0.5,ramp,1,0.044,0,0,1,0,0,0,-0.5,,,0,0,0,-0.0298,-0.03,0.005,,,
-1.0,hold,1,0.048,0,0,1,0,0,0,-0.9,0,0,0,0,0,-0.0296,-0.03,0.005,-0.009,-0.03,0.005
-1.5,ramp,2,0.052,0,0,1,0,0,0,-1.4,0,0,0,0,0,-0.0294,-0.03,0.005,-0.008,-0.03,0.005
-2.0,hold,2,0.056,0,0,1,0,0,0,-1.9,0,0,0,0,0,-0.0292,-0.03,0.005,-0.007,-0.03,0.005
-2.5,return,3,0.06,0,0,0.99984770,0.01745241,0,0,-2.3,0,0,0,0,0,-0.029,-0.03,0.005,-0.006,-0.03,0.005
-3.0,return_hold,3,0.062,0,0,1,0,0,0,-2.5,0,0,0,0,0,-0.0288,-0.03,0.005,-0.005,-0.03,0.005
-"""
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    folder = tmp_path / "P07" / "pull"
-    folder.mkdir(parents=True)
-    (folder / "experiment.toml").write_text(TOML)
-    (folder / "observations.csv").write_text(CSV)
-    return folder
-
-
-def edit(file: Path, old: str, new: str) -> None:
-    text = file.read_text()
-    assert old in text
-    file.write_text(text.replace(old, new))
-
-
-def assert_equal(a: Experiment, b: Experiment) -> None:
-    for field in fields(Experiment):
-        if field.name == "path":
-            continue
-        one, other = getattr(a, field.name), getattr(b, field.name)
-        if isinstance(one, np.ndarray):
-            np.testing.assert_array_equal(one, other, err_msg=field.name)
-        else:
-            assert one == other, field.name
-
-
-def write_cube_stl(file: Path, half_edge: float) -> None:
-    """A binary STL of a cube about the origin."""
-    corners = half_edge * np.array(np.meshgrid(*[[-1.0, 1.0]] * 3, indexing="ij")).reshape(3, -1).T
-    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    triangles = [t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))]
-    body = b"".join(struct.pack("<12fH", 0, 0, 0, *corners[list(t)].ravel(), 0) for t in triangles)
-    file.write_bytes(bytes(80) + struct.pack("<I", len(triangles)) + body)
-
-
-def as_surface(folder: Path) -> None:
-    edit(folder / "experiment.toml", 'shape = "block"', 'shape = "surface"\nsurface = "phantom.stl"')
+    return written_by_hand(tmp_path / "P07" / "pull")
 
 
 def test_an_experiment_reads_as_written_by_hand(folder: Path) -> None:
@@ -360,94 +270,6 @@ def test_a_surface_that_is_missing_broken_or_in_millimetres_is_refused(folder: P
     (folder / "phantom.stl").write_bytes(whole[:-7])
     with pytest.raises(InputError, match=r"phantom\.stl: not a complete STL file"):
         read_experiment(folder)
-
-
-def test_what_is_written_reads_back_the_same(folder: Path, tmp_path: Path) -> None:
-    original = replace(read_experiment(folder), name='say "pull" ü \x7f\n')
-    written = write_experiment(original, tmp_path / "new" / "copy")
-    assert written.path == tmp_path / "new" / "copy"
-    assert ",-0.5,,,0.0," in (written.path / "observations.csv").read_text().splitlines()[2]
-    again = read_experiment(written.path)
-    np.testing.assert_allclose(again.quaternion_wxyz, original.quaternion_wxyz, rtol=0, atol=4e-16)
-    assert_equal(replace(again, quaternion_wxyz=original.quaternion_wxyz), original)
-
-
-def test_a_surface_is_written_with_its_experiment(folder: Path, tmp_path: Path) -> None:
-    as_surface(folder)
-    write_cube_stl(folder / "phantom.stl", 0.05)
-    written = write_experiment(read_experiment(folder), tmp_path / "copy")
-    assert written.phantom.surface == tmp_path / "copy" / "phantom.stl"
-    assert read_experiment(tmp_path / "copy").phantom == written.phantom
-    assert (tmp_path / "copy" / "phantom.stl").read_bytes() == (folder / "phantom.stl").read_bytes()
-
-
-def test_writing_over_an_experiment_needs_the_other_function(folder: Path) -> None:
-    changed = replace(read_experiment(folder), order=5)
-    with pytest.raises(InputError, match="exists already"):
-        write_experiment(changed, folder)
-    assert read_experiment(folder).order == 2
-    replace_experiment(changed, folder)
-    assert read_experiment(folder).order == 5
-
-
-def test_replacing_never_deletes_what_is_no_experiment(folder: Path, tmp_path: Path) -> None:
-    experiment = read_experiment(folder)
-    (folder / "notes.txt").write_text("keep me")
-    with pytest.raises(InputError, match=r"holds notes\.txt, which would be lost"):
-        replace_experiment(experiment, folder)
-    (tmp_path / "empty").mkdir()
-    with pytest.raises(InputError, match="is no experiment folder"):
-        replace_experiment(experiment, tmp_path / "empty")
-    assert (folder / "notes.txt").read_text() == "keep me"
-
-
-def test_an_experiment_that_would_not_read_is_not_written(folder: Path, tmp_path: Path) -> None:
-    experiment = read_experiment(folder)
-    backwards = replace(experiment, time=-experiment.time)
-    with pytest.raises(
-        InputError, match=r"copy.observations\.csv, line 3, column time: time does not ascend"
-    ):
-        write_experiment(backwards, tmp_path / "out" / "copy")
-    short = replace(experiment, wrench=experiment.wrench[:3])
-    with pytest.raises(InputError, match=r"wrench has the shape \(3, 6\); with 7 times it must be \(7, 6\)"):
-        write_experiment(short, tmp_path / "out" / "copy")
-    assert not (tmp_path / "out").exists()
-
-
-def test_a_failed_write_leaves_nothing_behind(
-    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def full_disk(*_: object) -> None:
-        raise OSError("no space left on device")
-
-    monkeypatch.setattr("estimator.experiment.writing.write_observations", full_disk)
-    with pytest.raises(OSError, match="no space"):
-        write_experiment(read_experiment(folder), tmp_path / "out" / "copy")
-    assert list((tmp_path / "out").iterdir()) == []
-
-
-def test_a_case_is_read_in_the_order_of_its_experiments(folder: Path) -> None:
-    experiment = read_experiment(folder)
-    for name, order in (("a", 3), ("b", 1)):
-        write_experiment(replace(experiment, name=name, order=order), folder.parent / name)
-    (folder.parent / "truth.toml").write_text("effects = []")
-    (folder.parent / "reports").mkdir()
-    assert [member.name for member in read_case(folder.parent)] == ["b", "first pull", "a"]
-
-
-def test_one_experiment_is_a_case_of_one(folder: Path) -> None:
-    assert [member.name for member in read_case(folder)] == ["first pull"]
-
-
-def test_a_case_of_two_phantoms_is_refused(folder: Path) -> None:
-    write_experiment(replace(read_experiment(folder), phantom_id="P08"), folder.parent / "other")
-    with pytest.raises(InputError, match=r"experiments of 2 phantoms \(P07, P08\)"):
-        read_case(folder.parent)
-
-
-def test_a_folder_without_experiments_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"neither it nor a folder in it holds experiment\.toml"):
-        read_case(tmp_path)
 
 
 def test_a_box_holds_its_faces() -> None:

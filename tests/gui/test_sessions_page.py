@@ -12,7 +12,9 @@ from pytestqt.qtbot import QtBot
 from stand_in_jobs import StandInJobs, without_processes
 from synthetic_session import SyntheticSession
 
-from daq.recording.folder import read_info, seal_session
+from daq.errors import RecordingError
+from daq.recording.folder import read_info, recover_session, seal_session
+from daq.recording.in_use import locked
 from daq.recording.reader import Recording
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads
 from daq.virtual_rig.phantom import SpringPhantom
@@ -91,6 +93,24 @@ def test_only_what_was_cut_off_can_be_repaired_and_only_what_is_sealed_used(
     look_at(page, "sealed")
     assert not page.repair.isVisible()
     assert page.estimate.isEnabled()
+
+
+def test_what_is_being_sealed_is_not_to_be_repaired(
+    sessions: Path, jobs_and_page: tuple[StandInJobs, SessionsPage], qtbot: QtBot
+) -> None:
+    """Its files are closed, and the process that recorded it still judges them."""
+    _, page = jobs_and_page
+
+    def condition() -> str:
+        return "" if page.table.entry is None else page.table.entry.condition
+
+    with locked(sessions / "cut" / "rig.toml"):
+        look_at(page, "cut")
+        qtbot.waitUntil(lambda: condition() == "sealing", timeout=PATIENCE_MS)
+        assert not page.repair.isVisible()
+        with pytest.raises(RecordingError, match="wait until that session has ended"):
+            recover_session(sessions / "cut")
+    assert entry_of(sessions / "cut").condition == "cut off"
 
 
 def test_the_table_follows_the_filter(jobs_and_page: tuple[StandInJobs, SessionsPage]) -> None:

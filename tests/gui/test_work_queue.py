@@ -46,8 +46,20 @@ def test_a_day_is_resumed_with_the_first_entry_that_waits(tmp_path: Path) -> Non
     assert read_queue(tmp_path / "none.json") == ()
 
 
-def test_a_file_that_holds_no_queue_is_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "text",
+    ['[{"trial": {"angle": 1}}]', "3", '["a"]', "[" * 100_000, "\0", '[{"trial": [], "state": "done"}]'],
+)
+def test_a_file_that_holds_no_queue_is_refused(tmp_path: Path, text: str) -> None:
     path = tmp_path / "queue.json"
-    path.write_text('[{"trial": {"angle": 1}}]')
+    path.write_text(text)
     with pytest.raises(RecordingError, match=r"queue\.json: holds no queue"):
+        read_queue(path)
+
+
+def test_an_entry_in_a_state_that_there_is_none_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "queue.json"
+    write_queue((Entry(PULL, "done"),), path)
+    path.write_text(path.read_text().replace('"done"', '"nearly done"'))
+    with pytest.raises(RecordingError, match="nearly done"):
         read_queue(path)

@@ -5,7 +5,7 @@ import struct
 
 import pytest
 from abb_robot_client._egm_protobuf import egm_pb2
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from robot_drivers.abb.egm_codec import (
@@ -54,8 +54,6 @@ MESSAGE = EgmRobot(
     mci_convergence_met=False,
     rapid_exec_state=EgmState(2),
 )
-
-repeatable = settings(deadline=None, derandomize=True)
 
 
 def test_the_datagram_of_301_bytes_is_read_field_by_field():
@@ -192,7 +190,6 @@ sensors = st.builds(
 )
 
 
-@repeatable
 @given(sensors)
 def test_any_command_survives_the_foreign_codec_byte_for_byte(sensor):
     written = encode(sensor)
@@ -201,14 +198,12 @@ def test_any_command_survives_the_foreign_codec_byte_for_byte(sensor):
         assert decode_sensor(written) == sensor
 
 
-@repeatable
 @given(st.binary(max_size=400))
 def test_arbitrary_bytes_are_read_or_refused_never_anything_else(datagram):
     with contextlib.suppress(DeviceProtocolError):
         decode_robot(datagram)
 
 
-@repeatable
 @given(st.integers(0, 300), st.integers(0, 255))
 def test_a_damaged_datagram_is_read_or_refused_never_anything_else(position, value):
     damaged = bytearray(DATAGRAM)

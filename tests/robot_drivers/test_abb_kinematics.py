@@ -134,3 +134,14 @@ def test_composing_with_the_inverse_gives_the_identity():
     T_a_b = Pose((0.1, -0.2, 0.3), poses.product(poses.about_x(0.4), poses.about_y(-1.1)))
     for identity in (poses.compose(T_a_b, poses.inverse(T_a_b)), poses.compose(poses.inverse(T_a_b), T_a_b)):
         assert max(poses.distance(identity, poses.IDENTITY)) < 1e-15
+
+
+@pytest.mark.parametrize(
+    "vector", [(0.0, 0.0, 0.0), (1e-12, 0.0, 0.0), (0.3, -0.2, 0.1), (0.0, 3.1, 0.0), (0.0, 0.0, -2.0)]
+)
+def test_the_rotation_vector_of_a_quaternion_and_of_its_negative_is_that_of_the_rotation(
+    vector: tuple[float, float, float],
+) -> None:
+    w, x, y, z = Rotation.from_rotvec(vector).as_quat(scalar_first=True).tolist()
+    assert poses.rotation_vector((w, x, y, z)) == pytest.approx(vector, rel=1e-12)
+    assert poses.rotation_vector((-w, -x, -y, -z)) == pytest.approx(vector, rel=1e-12)

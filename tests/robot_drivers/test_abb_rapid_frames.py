@@ -5,7 +5,7 @@ import math
 import struct
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from robot_drivers.abb.emulator_arm import Arm
@@ -43,8 +43,6 @@ MOVE = bytes.fromhex(
 REPLY = bytes.fromhex(f"4c000000 07000000 66000000 03000000 00000000 00000000 {ROBOT} 0000e040")
 STATE = bytes.fromhex(f"4c000000 2a000000 c9000000 07000000 10000000 20a10700 {ROBOT} 07000000")
 QUIET = EmulatorSettings(arm=ArmSettings(encoder_noise_std=0.0))
-
-repeatable = settings(deadline=None, derandomize=True)
 
 
 def server():
@@ -161,7 +159,6 @@ def test_another_frame_in_the_state_stream_is_refused():
         decode_state(REPLY)
 
 
-@repeatable
 @given(st.lists(st.integers(1, 200), max_size=20))
 def test_frames_are_found_however_tcp_cuts_them(cuts):
     stream = REPLY * 10
@@ -178,7 +175,6 @@ def test_a_lost_place_in_the_stream_is_noticed():
         FrameSplitter(80).split(REPLY[1:] + REPLY)
 
 
-@repeatable
 @given(st.binary(min_size=80, max_size=80))
 def test_arbitrary_frames_are_read_or_refused_never_anything_else(frame):
     for decode in (decode_reply, decode_state):
@@ -186,7 +182,6 @@ def test_arbitrary_frames_are_read_or_refused_never_anything_else(frame):
             decode(frame)
 
 
-@repeatable
 @given(st.binary(min_size=76, max_size=76))
 def test_arbitrary_content_of_the_right_length_is_read_or_refused(content):
     for decode in (decode_reply, decode_state):
@@ -194,7 +189,6 @@ def test_arbitrary_content_of_the_right_length_is_read_or_refused(content):
             decode(struct.pack("<I", 76) + content)
 
 
-@repeatable
 @given(st.binary(min_size=60, max_size=60))
 def test_the_emulated_server_survives_arbitrary_requests(content):
     emulated = server()

@@ -139,7 +139,7 @@ EDITS = st.lists(
 )
 
 
-@settings(max_examples=50, deadline=None, derandomize=True)
+@settings(max_examples=50)
 @given(seed=st.integers(0, 2**32 - 1), edits=EDITS, chunk=st.integers(1, 200))
 def test_lost_and_added_bytes_alter_no_ascii_value(seed, edits, chunk):
     random = np.random.default_rng(seed)
@@ -160,7 +160,7 @@ def test_lost_and_added_bytes_alter_no_ascii_value(seed, edits, chunk):
     np.testing.assert_array_equal(values[-1], counts[-1])
 
 
-@settings(max_examples=50, deadline=None, derandomize=True)
+@settings(max_examples=50)
 @given(data=st.binary(min_size=1, max_size=2000), chunk=st.integers(1, 200), bits=st.sampled_from([16, 24]))
 def test_rubbish_raises_nothing(data, chunk, bits):
     decoded(AsciiDecoder(bits), data, chunk)

@@ -113,7 +113,7 @@ def edited(data, edits, random):
     return bytes(edited)
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60)
 @given(
     seed=st.integers(0, 2**32 - 1),
     edits=EDITS,
@@ -133,7 +133,7 @@ def test_whatever_happens_to_the_bytes_only_samples_that_were_sent_are_delivered
     np.testing.assert_array_equal(values[-1], gages[-1 - GUARD])
 
 
-@settings(max_examples=50, deadline=None, derandomize=True)
+@settings(max_examples=50)
 @given(
     seed=st.integers(0, 2**32 - 1), edits=EDITS, chunks=st.lists(st.integers(1, 200), min_size=1, max_size=5)
 )
@@ -144,7 +144,7 @@ def test_the_result_does_not_depend_on_how_the_bytes_are_cut(seed, edits, chunks
         np.testing.assert_array_equal(one, other, err_msg=name)
 
 
-@settings(max_examples=50, deadline=None, derandomize=True)
+@settings(max_examples=50)
 @given(data=st.binary(max_size=3000), chunks=st.lists(st.integers(1, 200), min_size=1, max_size=5))
 def test_rubbish_raises_nothing(data, chunks):
     decoded(GOLDEN * 3 + data, chunks)

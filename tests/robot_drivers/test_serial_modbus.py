@@ -5,7 +5,7 @@ import threading
 from contextlib import contextmanager, suppress
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from robot_drivers.ati import serial_modbus as modbus
@@ -66,7 +66,6 @@ def test_the_check_value_of_the_crc():
     assert modbus.crc16(b"123456789") == 0x4B37
 
 
-@settings(deadline=None, derandomize=True)
 @given(data=st.binary(max_size=60), position=st.integers(0, 500), change=st.integers(1, 255))
 def test_the_crc_sees_any_change_of_one_byte(data, position, change):
     frame = bytearray(modbus.framed(data))

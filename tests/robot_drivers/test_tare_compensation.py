@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -134,7 +134,6 @@ def test_a_wrench_is_carried_to_another_frame():
     np.testing.assert_allclose(carried, [0, 1, 0, 0, 0, 0.5 + 0.1], atol=1e-12)
 
 
-@settings(deadline=None, derandomize=True)
 @given(
     st.lists(st.floats(-1, 1), min_size=3, max_size=3),
     st.lists(st.floats(-3, 3), min_size=3, max_size=3),

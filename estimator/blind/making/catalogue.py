@@ -1,6 +1,12 @@
 """Every form of every effect that the maker knows, by the labels of the diagnosis."""
 
-from estimator.blind.making import material_effects, mounting_effects, outside_effects, sensing_effects
+from estimator.blind.making import (
+    material_effects,
+    motion_effects,
+    mounting_effects,
+    outside_effects,
+    sensing_effects,
+)
 from estimator.blind.making.scene import Form
 
 UNKNOWN = "unknown"
@@ -8,6 +14,7 @@ UNKNOWN = "unknown"
 FORMS: dict[str, tuple[Form, ...]] = {
     **material_effects.FORMS,
     **mounting_effects.FORMS,
+    **motion_effects.FORMS,
     **sensing_effects.FORMS,
 }
 

@@ -5,14 +5,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation, Slerp
 
 from estimator.blind.making.body import Body
 from estimator.blind.making.factor import FreeStiffness, NotPositiveDefiniteError
-from estimator.blind.making.grip import Grip
+from estimator.blind.making.holding import HeldBody, Pose
 from estimator.blind.making.laws import InvertedError
-from estimator.blind.making.response import Instant, Material, Memory, at_rest, respond, rested
-from estimator.blind.making.surfaces import LoadedFace
+from estimator.blind.making.response import Instant, Memory, at_rest, respond, rested
 from estimator.errors import SolverError
 
 FloatArray = NDArray[np.float64]
@@ -22,42 +20,6 @@ _MOST_ITERATIONS = 16
 _SMALLEST_STEP = 1 / 32
 # Of the shear modulus: enough that cells cannot take on shapes without strain, too little to be felt in the solution.
 _HOURGLASS_SHARE = 0.1
-
-
-@dataclass(frozen=True, slots=True)
-class Pose:
-    """Origin (3,) m and orientation of the gripper frame in the tissue frame."""
-
-    position: FloatArray
-    rotation: Rotation
-
-    def towards(self, other: "Pose", share: float) -> "Pose":
-        """Return a pose on the straight way to another one."""
-        turn = Slerp([0.0, 1.0], Rotation.concatenate([self.rotation, other.rotation]))
-        return Pose(self.position + share * (other.position - self.position), turn(share))
-
-
-@dataclass(frozen=True, slots=True)
-class HeldBody:
-    """A body, how it is held, and what acts on it.
-
-    Attributes
-    ----------
-    fixed, gripped : (n,) nodes that do not move, and that move with the gripper
-    rest : the gripper's pose in which the gripped nodes are where the mesh has them
-    body_force : (3,) N/m³
-    faces : outer faces with a traction
-    grip : what lies between gripper and tissue; None holds rigidly
-    """
-
-    body: Body
-    material: Material
-    fixed: NDArray[np.bool_]
-    gripped: NDArray[np.bool_]
-    rest: Pose
-    body_force: FloatArray
-    faces: tuple[LoadedFace, ...] = ()
-    grip: Grip | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,7 +129,7 @@ class Solver:
     ) -> State:
         offset = state.offset
         u = state.u if guess is None else guess.copy()
-        goal = self._held_nodes(pose, offset)
+        goal = self.held.held_displacements(pose, offset)
         move = np.zeros_like(u)
         if guess is None:
             move[self.held.gripped] = goal - u[self.held.gripped]
@@ -179,7 +141,7 @@ class Solver:
             held_force = forces[self._gripped]
             residual = forces[self._free]
             gap, slope, grip_memory = np.zeros(6), np.zeros((6, 6)), state.grip_memory
-            levers = self._levers(pose, offset)
+            levers = self.held.levers(pose, offset)
             if self.held.grip is not None:
                 law, slope, grip_memory = self.held.grip(offset, state.grip_memory, instant.interval)
                 gap = levers.T @ held_force + law
@@ -191,7 +153,7 @@ class Solver:
                 if helped:
                     # It must be stable where it ends: this raises where it is not.
                     self._stiffness.factorise(tangent(True))
-                wrench = self._wrench(held_force, u, pose)
+                wrench = self.held.wrench(pose, u, held_force)
                 return State(pose, u, offset, wrench, *histories, grip_memory, load)
             if not np.isfinite(size) or size > 1e3 * max(before, 1.0):
                 raise _DivergedError("the residual grows")
@@ -211,7 +173,7 @@ class Solver:
                 offset, change = self._with_grip(stiffness, right, gap, slope, levers, offset)
             u = u + change.reshape(u.shape)
             # The held nodes go where the pose and the offset put them, exactly.
-            u[self.held.gripped] = self._held_nodes(pose, offset)
+            u[self.held.gripped] = self.held.held_displacements(pose, offset)
             move = np.zeros_like(u)
         raise _DivergedError(f"{_MOST_ITERATIONS} iterations were not enough")
 
@@ -281,28 +243,6 @@ class Solver:
         dofs = self.held.body.dofs
         cells = np.matmul(stiffness, vector[dofs][:, :, None])[:, :, 0]
         return np.bincount(dofs.reshape(-1), cells.reshape(-1), len(vector)).astype(np.float64)
-
-    def _held_nodes(self, pose: Pose, offset: FloatArray) -> FloatArray:
-        rest, points = self.held.rest, self.held.body.mesh.points[self.held.gripped]
-        local = rest.rotation.inv().apply(points - rest.position)
-        moved = Rotation.from_rotvec(offset[3:]).apply(local) + offset[:3]
-        return pose.rotation.apply(moved) + pose.position - points
-
-    def _levers(self, pose: Pose, offset: FloatArray) -> FloatArray:
-        """Displacements of the held degrees of freedom by the offset, (ng, 6)."""
-        if self.held.grip is None:
-            return np.zeros((int(self._gripped.sum()), 6))
-        R = pose.rotation.as_matrix()
-        points = self.held.body.mesh.points[self.held.gripped]
-        arms = points + self._held_nodes(pose, offset) - pose.position - R @ offset[:3]
-        turning = np.cross(R.T[None, :, :], arms[:, None, :])
-        levers = np.concatenate([np.broadcast_to(R.T, turning.shape), turning], axis=1)
-        return np.swapaxes(levers, 1, 2).reshape(-1, 6)
-
-    def _wrench(self, held_force: FloatArray, u: FloatArray, pose: Pose) -> FloatArray:
-        force = -held_force.reshape(-1, 3)
-        arms = (self.held.body.mesh.points + u)[self.held.gripped] - pose.position
-        return np.concatenate([force.sum(axis=0), np.cross(arms, force).sum(axis=0)])
 
 
 class _DivergedError(ArithmeticError):

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from estimator.blind.making import response
 from estimator.blind.making.brick_mesh import Break
+from estimator.blind.making.drawing import Draw, FloatArray, Random
 from estimator.blind.making.laws import (
     Curve,
     Fibres,
@@ -22,9 +22,6 @@ from estimator.blind.making.laws import (
     tension_only,
 )
 from estimator.blind.making.scene import SIZE, Drawn, Form, Mechanics, Scene
-
-FloatArray = NDArray[np.float64]
-Random = np.random.Generator
 
 
 def _with_terms(*terms: Term) -> Callable[[Scene], Scene]:
@@ -62,7 +59,7 @@ def _gent_thomas(random: Random, size: float, base: Mechanics) -> Drawn:
     return Drawn({"law": "gent_thomas", "share_of_second_invariant": share}, _with_terms(*terms))
 
 
-def _viscous(terms: int, instantaneous: bool) -> Callable[[Random, float, Mechanics], Drawn]:
+def _viscous(terms: int, instantaneous: bool) -> Draw:
     """Relaxation with so many elements; the stated modulus is that of a sudden or of a slow stretch."""
 
     def draw(random: Random, size: float, base: Mechanics) -> Drawn:
@@ -111,7 +108,7 @@ def _damage(random: Random, size: float, base: Mechanics) -> Drawn:
     return Drawn(parameters, lambda scene: scene.acted_on(softening=softening))
 
 
-def _set(creeps: bool) -> Callable[[Random, float, Mechanics], Drawn]:
+def _set(creeps: bool) -> Draw:
     """A share of the largest strain that stays, at once or after a time under load."""
 
     def draw(random: Random, size: float, base: Mechanics) -> Drawn:
@@ -124,7 +121,7 @@ def _set(creeps: bool) -> Callable[[Random, float, Mechanics], Drawn]:
     return draw
 
 
-def _fibres(name: str, curve_of: Callable[[Random], Curve]) -> Callable[[Random, float, Mechanics], Drawn]:
+def _fibres(name: str, curve_of: Callable[[Random], Curve]) -> Draw:
     def draw(random: Random, size: float, base: Mechanics) -> Drawn:
         angle = float(random.uniform(-np.pi / 2, np.pi / 2))
         weight = 0.3 * size
@@ -135,7 +132,7 @@ def _fibres(name: str, curve_of: Callable[[Random], Curve]) -> Callable[[Random,
     return draw
 
 
-def _region(shape: str, stiffer: bool) -> Callable[[Random, float, Mechanics], Drawn]:
+def _region(shape: str, stiffer: bool) -> Draw:
     """A cylinder through the thickness, a ball with soft edges, or a box, of another modulus."""
 
     def draw(random: Random, size: float, base: Mechanics) -> Drawn:
@@ -168,7 +165,7 @@ def _region(shape: str, stiffer: bool) -> Callable[[Random, float, Mechanics], D
     return draw
 
 
-def _gradient(axis: int, curve: str) -> Callable[[Random, float, Mechanics], Drawn]:
+def _gradient(axis: int, curve: str) -> Draw:
     def draw(random: Random, size: float, base: Mechanics) -> Drawn:
         change_across = float(random.choice([-1.0, 1.0])) * min((0.6 if axis == 2 else 0.25) * size, 1.6)
 

@@ -1,30 +1,20 @@
-"""Effects of how the phantom is anchored, grasped, supported and shaped, and of how the gripper really moves."""
+"""Effects of how the phantom is anchored, grasped, supported and shaped."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from estimator.blind.making.brick_mesh import Break
+from estimator.blind.making.drawing import Draw, FloatArray, Random, drawn_sign
 from estimator.blind.making.grip import Grip, Jaws, SlippingOnce, Springs
-from estimator.blind.making.retraction import Rows
 from estimator.blind.making.scene import DENSITY, GRAVITY, SIZE, Drawn, Form, Mechanics, Scene
 from estimator.blind.making.surfaces import Friction, Glue, Layer, Traction
-
-FloatArray = NDArray[np.float64]
-Random = np.random.Generator
-Draw = Callable[[Random, float, Mechanics], Drawn]
 
 
 def _pull_force(base: Mechanics) -> float:
     """What a retraction of 20 mm takes, roughly, N: 2.3 N at 15 kPa on one anchored side, more on two."""
     return base.law.youngs_modulus / 15e3 * (2.9 if base.two_sides else 2.3)
-
-
-def _sign(random: Random) -> float:
-    return float(random.choice([-1.0, 1.0]))
 
 
 def _layer(uneven: bool) -> Draw:
@@ -50,7 +40,7 @@ def _layer(uneven: bool) -> Draw:
 
 def _free_strip(random: Random, size: float, base: Mechanics) -> Drawn:
     length = min(0.012 * size, 0.06)
-    side = -1.0 if base.two_sides else _sign(random)
+    side = -1.0 if base.two_sides else drawn_sign(random)
     edge = side * (SIZE[1] / 2 - length)
 
     def bonded(points: FloatArray) -> NDArray[np.bool_]:
@@ -164,7 +154,7 @@ def _misplaced(sideways: bool, centre_too: bool) -> Draw:
 
 
 def _yawed(random: Random, size: float, base: Mechanics) -> Drawn:
-    yaw = _sign(random) * min(0.12 * size, 0.5)
+    yaw = drawn_sign(random) * min(0.12 * size, 0.5)
     parameters = {"shift": [0.0, 0.0], "yaw": yaw, "centre_shifts_with_box": False}
     return Drawn(parameters, lambda scene: scene.acted_on(grasp_yaw=yaw))
 
@@ -207,7 +197,7 @@ def _hanging(after_mounting: bool) -> Draw:
 
 
 def _thick(random: Random, size: float, base: Mechanics) -> Drawn:
-    relative = _sign(random) * min(0.08 * size, 0.4)
+    relative = drawn_sign(random) * min(0.08 * size, 0.4)
     thickness = SIZE[2] * (1 + relative)
     return Drawn(
         {"thickness": thickness, "relative_error": relative},
@@ -229,81 +219,6 @@ def _tensioned(sideways: bool, after_mounting: bool) -> Draw:
             return replace(scene, mechanics=moved, rest_after_mounting=after_mounting)
 
         return Drawn(parameters, change)
-
-    return draw
-
-
-def _with_motion(parameters: dict[str, object], change: Callable[[Rows], Rows]) -> Drawn:
-    return Drawn(parameters, lambda scene: replace(scene, mechanics=scene.mechanics.with_motion(change)))
-
-
-def play(values: FloatArray, width: float, start: float) -> FloatArray:
-    """Follow values through a play: the output moves only when it is pushed from half a width away.
-
-    ``start`` is where it stands at first, relative to the first value, from -width/2 to +width/2.
-    """
-    output = [values[0] + start]
-    for value in values[1:]:
-        output.append(float(np.clip(output[-1], value - width / 2, value + width / 2)))
-    return np.array(output)
-
-
-def _backlash(taken_up: bool) -> Draw:
-    def draw(random: Random, size: float, base: Mechanics) -> Drawn:
-        width = 0.0004 * size
-        start = -width / 2 if taken_up else float(random.uniform(-0.3, 0.5)) * width
-
-        def change(rows: Rows) -> Rows:
-            output = play(rows.travel, width, start)
-            lost = output - output[0] - rows.travel
-            return rows.moved(rows.position + np.outer(lost, [1.0, 0.0, 0.0]))
-
-        parameters: dict[str, object] = {
-            "width": width,
-            "start_in_play": start,
-            "taken_up_at_start": taken_up,
-        }
-        return _with_motion(parameters, change)
-
-    return draw
-
-
-def _scaled(random: Random, size: float, base: Mechanics) -> Drawn:
-    scale = 1 + _sign(random) * 0.03 * size
-    return _with_motion(
-        {"scale": scale},
-        lambda rows: rows.moved(rows.position[0] + scale * (rows.position - rows.position[0])),
-    )
-
-
-def _scaled_with_turn(random: Random, size: float, base: Mechanics) -> Drawn:
-    scale = 1 + _sign(random) * 0.03 * size
-
-    def change(rows: Rows) -> Rows:
-        way = rows.position - rows.position[0]
-        angles = rows.rotation.as_rotvec() * scale
-        return rows.moved(rows.position[0] + scale * way).turned(Rotation.from_rotvec(angles))
-
-    return _with_motion({"scale": scale, "scales_rotation_too": True}, change)
-
-
-def _turned(axis: tuple[float, float, float] | None, with_rotation: bool) -> Draw:
-    def draw(random: Random, size: float, base: Mechanics) -> Drawn:
-        angle = _sign(random) * 0.03 * size
-        about = np.array(axis) if axis else np.array([0.0, *random.standard_normal(2)])
-        about = about / np.linalg.norm(about)
-        turn = Rotation.from_rotvec(angle * about)
-
-        def change(rows: Rows) -> Rows:
-            rows = rows.moved(rows.position[0] + turn.apply(rows.position - rows.position[0]))
-            return rows.turned(turn * rows.rotation * turn.inv()) if with_rotation else rows
-
-        parameters: dict[str, object] = {
-            "axis": about.tolist(),
-            "angle": angle,
-            "turns_rotation_axis_too": with_rotation,
-        }
-        return _with_motion(parameters, change)
 
     return draw
 
@@ -347,18 +262,5 @@ FORMS: dict[str, tuple[Form, ...]] = {
         Form("along_x", _tensioned(sideways=False, after_mounting=False), (0.05, 5.0)),
         Form("oblique", _tensioned(sideways=True, after_mounting=False), (0.05, 5.0)),
         Form("along_x_seen_mounted", _tensioned(sideways=False, after_mounting=True), (0.05, 8.0)),
-    ),
-    "robot_backlash": (
-        Form("taken_up", _backlash(taken_up=True), (0.05, 5.0)),
-        Form("centred", _backlash(taken_up=False), (0.05, 5.0)),
-    ),
-    "motion_scale": (
-        Form("translation", _scaled, (0.05, 4.0)),
-        Form("translation_and_rotation", _scaled_with_turn, (0.05, 4.0)),
-    ),
-    "motion_direction": (
-        Form("about_z", _turned((0.0, 0.0, 1.0), with_rotation=False), (0.02, 5.0)),
-        Form("about_y", _turned((0.0, 1.0, 0.0), with_rotation=False), (0.02, 5.0)),
-        Form("any_with_rotation", _turned(None, with_rotation=True), (0.02, 5.0)),
     ),
 }

@@ -1,29 +1,30 @@
 """Effects that no label of the catalogue means: the right answer to them is "unknown"."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from estimator.blind.making.brick_mesh import Break
+from estimator.blind.making.drawing import Draw, FloatArray, Random, drawn_sign, read_as
 from estimator.blind.making.response import Instant
 from estimator.blind.making.retraction import KINDS, Rows
-from estimator.blind.making.scene import GRASP_X, GRASP_Y, SIZE, Drawn, Form, Mechanics, Readings, Scene
-from estimator.blind.making.sensing_effects import BEADS, read_as
+from estimator.blind.making.scene import (
+    BEADS,
+    GRASP_X,
+    GRASP_Y,
+    SIZE,
+    Drawn,
+    Form,
+    Mechanics,
+    Readings,
+    Scene,
+)
 from estimator.blind.making.surfaces import Patch
-
-FloatArray = NDArray[np.float64]
-Random = np.random.Generator
-
-
-def _sign(random: Random) -> float:
-    return float(random.choice([-1.0, 1.0]))
 
 
 def _shrinkage(random: Random, size: float, base: Mechanics) -> Drawn:
-    each = _sign(random) * 0.003 * size
+    each = drawn_sign(random) * 0.003 * size
 
     def swelling(instant: Instant) -> float:
         return 1 + each * (instant.order - 1)
@@ -67,7 +68,7 @@ def _cut(random: Random, size: float, base: Mechanics) -> Drawn:
 
 
 def _tear(random: Random, size: float, base: Mechanics) -> Drawn:
-    side = _sign(random)
+    side = drawn_sign(random)
     onset = float(random.uniform(0.006, 0.014))
     final = min(0.006 * size, 0.02)
     width = 0.0008
@@ -90,7 +91,7 @@ def _tear(random: Random, size: float, base: Mechanics) -> Drawn:
 
 
 def _lens(random: Random, size: float, base: Mechanics) -> Drawn:
-    strength = _sign(random) * 4.0 * size
+    strength = drawn_sign(random) * 4.0 * size
     axis = np.array([*random.uniform(-0.03, 0.03, 2), 0.005])
 
     def reading_of(reading: Readings) -> Readings:
@@ -104,7 +105,7 @@ def _lens(random: Random, size: float, base: Mechanics) -> Drawn:
 
 
 def _refraction(random: Random, size: float, base: Mechanics) -> Drawn:
-    slant = 0.3 * size * np.array([random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3), _sign(random)])
+    slant = 0.3 * size * np.array([random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3), drawn_sign(random)])
 
     def reading_of(reading: Readings) -> Readings:
         depth = 0.005 - reading.beads[..., 2]
@@ -155,7 +156,7 @@ def _shaking_camera(random: Random, size: float, base: Mechanics) -> Drawn:
 
 
 def _warming(random: Random, size: float, base: Mechanics) -> Drawn:
-    per_minute = _sign(random) * 0.03 * size
+    per_minute = drawn_sign(random) * 0.03 * size
 
     def seasons(instant: Instant) -> float:
         # An experiment and the pause after it take about two minutes.
@@ -167,7 +168,7 @@ def _warming(random: Random, size: float, base: Mechanics) -> Drawn:
 
 def _cable(random: Random, size: float, base: Mechanics) -> Drawn:
     stiffness = 4.0 * size
-    base_point = np.array([random.uniform(-0.1, 0.1), _sign(random) * random.uniform(0.1, 0.25), 0.2])
+    base_point = np.array([random.uniform(-0.1, 0.1), drawn_sign(random) * random.uniform(0.1, 0.25), 0.2])
     hook = np.array([0.0, 0.0, 0.10])
     slack = float(random.uniform(0.0, 0.004))
 
@@ -256,8 +257,7 @@ def _clipped_force(random: Random, size: float, base: Mechanics) -> Drawn:
     return read_as({"largest_force_x": limit}, reading_of)
 
 
-_Drawing = Callable[[Random, float, Mechanics], Drawn]
-_EFFECTS: dict[str, tuple[_Drawing, tuple[float, float]]] = {
+_EFFECTS: dict[str, tuple[Draw, tuple[float, float]]] = {
     "thermal_shrinkage": (_shrinkage, (0.02, 4.0)),
     "sticky_patch": (_sticky_patch, (0.02, 20.0)),
     "cut": (_cut, (0.2, 3.3)),

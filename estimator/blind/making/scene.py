@@ -21,6 +21,7 @@ Vector = tuple[float, float, float]
 SIZE: Vector = (0.10, 0.10, 0.01)
 GRASP_X = (0.03, 0.05)
 GRASP_Y = (-0.01, 0.01)
+BEADS = 16
 DENSITY = 1070.0
 GRAVITY = 9.81
 

@@ -4,35 +4,16 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from estimator.blind.making.drawing import Draw, FloatArray, Random, drawn_direction, drawn_sign, read_as
 from estimator.blind.making.retraction import KINDS
-from estimator.blind.making.scene import GRAVITY, Drawn, Form, Mechanics, Reading, Readings
+from estimator.blind.making.scene import BEADS, GRAVITY, Drawn, Form, Mechanics, Reading, Readings
 
-FloatArray = NDArray[np.float64]
-Random = np.random.Generator
-Draw = Callable[[Random, float, Mechanics], Drawn]
-
-BEADS = 16
 TOOL_CENTRE = (0.0, 0.0, 0.06)
 _AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 # Typical wrenches beside each other, N and N·m.
 _UNIT = np.array([1.0, 1.0, 1.0, 0.03, 0.03, 0.03])
-
-
-def read_as(parameters: dict[str, object], reading: Reading) -> Drawn:
-    """An effect of the instruments alone."""
-    return Drawn(parameters, lambda scene: scene.read_by(reading))
-
-
-def _sign(random: Random) -> float:
-    return float(random.choice([-1.0, 1.0]))
-
-
-def _direction(random: Random) -> FloatArray:
-    vector = random.standard_normal(3)
-    return vector / np.linalg.norm(vector)
 
 
 def _plus(error: FloatArray, in_sensor: bool) -> Callable[[Readings, FloatArray], Readings]:
@@ -48,7 +29,7 @@ def _plus(error: FloatArray, in_sensor: bool) -> Callable[[Readings, FloatArray]
 
 def _bias(several: bool, in_sensor: bool) -> Draw:
     def draw(random: Random, size: float, base: Mechanics) -> Drawn:
-        pattern = random.standard_normal(6) if several else np.eye(6)[random.integers(6)] * _sign(random)
+        pattern = random.standard_normal(6) if several else np.eye(6)[random.integers(6)] * drawn_sign(random)
         error = 0.06 * size * _UNIT * pattern
         add = _plus(error, in_sensor)
         parameters: dict[str, object] = {
@@ -91,7 +72,7 @@ def _mixed(matrix: FloatArray) -> Reading:
 def _gain(axis: int | None) -> Draw:
     def draw(random: Random, size: float, base: Mechanics) -> Drawn:
         one = int(random.choice([1, 5])) if axis is None else axis
-        gain = 1 + _sign(random) * min(0.12 * size, 0.6)
+        gain = 1 + drawn_sign(random) * min(0.12 * size, 0.6)
         matrix = np.eye(6)
         matrix[one, one] = gain
         return read_as({"axis": _AXES[one], "gain": gain, "frame": "sensor"}, _mixed(matrix))
@@ -103,7 +84,7 @@ def _crosstalk(onto_torque: bool) -> Draw:
     def draw(random: Random, size: float, base: Mechanics) -> Drawn:
         source = 0
         sink = int(random.choice([3, 4, 5]) if onto_torque else random.choice([1, 2]))
-        leak = float(_sign(random) * 0.04 * size * _UNIT[sink] / _UNIT[source])
+        leak = float(drawn_sign(random) * 0.04 * size * _UNIT[sink] / _UNIT[source])
         matrix = np.eye(6)
         matrix[sink, source] = leak
         parameters: dict[str, object] = {"from": _AXES[source], "into": _AXES[sink], "leak": leak}
@@ -114,8 +95,8 @@ def _crosstalk(onto_torque: bool) -> Draw:
 
 def _sensor_turned(axis: tuple[float, float, float] | None) -> Draw:
     def draw(random: Random, size: float, base: Mechanics) -> Drawn:
-        about = _direction(random) if axis is None else np.array(axis)
-        angle = _sign(random) * 0.035 * size
+        about = drawn_direction(random) if axis is None else np.array(axis)
+        angle = drawn_sign(random) * 0.035 * size
         turn = Rotation.from_rotvec(angle * about).as_matrix()
         matrix = np.asarray(np.kron(np.eye(2), turn), dtype=np.float64)
         return read_as({"axis": about.tolist(), "angle": angle}, _mixed(matrix))
@@ -125,7 +106,7 @@ def _sensor_turned(axis: tuple[float, float, float] | None) -> Draw:
 
 def _centre(in_sensor: bool) -> Draw:
     def draw(random: Random, size: float, base: Mechanics) -> Drawn:
-        shift = 0.002 * size * _direction(random)
+        shift = 0.002 * size * drawn_direction(random)
 
         def reading_of(reading: Readings) -> Readings:
             wrench = reading.sensed() if in_sensor else reading.wrench.copy()
@@ -140,7 +121,7 @@ def _centre(in_sensor: bool) -> Draw:
 
 def _tool(centre_too: bool) -> Draw:
     def draw(random: Random, size: float, base: Mechanics) -> Drawn:
-        excess = _sign(random) * min(0.04 * size, 0.3)
+        excess = drawn_sign(random) * min(0.04 * size, 0.3)
         centre = np.array(TOOL_CENTRE)
         if centre_too:
             centre = centre + random.uniform(-0.02, 0.02, 3)
@@ -174,7 +155,7 @@ def _late(leads: bool, varies: bool) -> Draw:
 
 def _camera_scale(depth: bool) -> Draw:
     def draw(random: Random, size: float, base: Mechanics) -> Drawn:
-        scale = 1 + _sign(random) * 0.005 * size
+        scale = 1 + drawn_sign(random) * 0.005 * size
         factors = np.array([scale, scale, 1.0 if depth else scale])
         return read_as(
             {"scale": scale, "axes": "xy" if depth else "xyz"},
@@ -186,8 +167,8 @@ def _camera_scale(depth: bool) -> Draw:
 
 def _camera_turned(axis: tuple[float, float, float] | None) -> Draw:
     def draw(random: Random, size: float, base: Mechanics) -> Drawn:
-        about = _direction(random) if axis is None else np.array(axis)
-        angle = _sign(random) * 0.006 * size
+        about = drawn_direction(random) if axis is None else np.array(axis)
+        angle = drawn_sign(random) * 0.006 * size
         turn = Rotation.from_rotvec(angle * about).as_matrix()
         return read_as(
             {"axis": about.tolist(), "angle": angle},
@@ -229,7 +210,7 @@ def _exchanged(neighbours: bool, everywhere: bool) -> Draw:
 def _misread(in_plane: bool, everywhere: bool) -> Draw:
     def draw(random: Random, size: float, base: Mechanics) -> Drawn:
         bead = int(random.integers(BEADS))
-        error = _direction(random) * np.array([1.0, 1.0, 0.0 if in_plane else 1.0])
+        error = drawn_direction(random) * np.array([1.0, 1.0, 0.0 if in_plane else 1.0])
         error = 0.0006 * size * error / np.linalg.norm(error)
         kind = str(random.choice(KINDS))
 

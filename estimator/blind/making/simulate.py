@@ -10,7 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from estimator.blind.making.body import Body
 from estimator.blind.making.brick_mesh import NEAREST_TO_A_FACE, Break, BrickMesh, brick_mesh
-from estimator.blind.making.equilibrium import HeldBody, Pose, Solver, State, along
+from estimator.blind.making.equilibrium import Solver, State, along
+from estimator.blind.making.holding import HeldBody, Pose
 from estimator.blind.making.response import Instant, Material
 from estimator.blind.making.retraction import GRIPPER_AT_REST, Rows
 from estimator.blind.making.scene import GRASP_X, GRASP_Y, SIZE, Mechanics, Readings, Scene

@@ -84,7 +84,7 @@ def _answer(told: Mapping[str, Any]) -> Answer:
     before, after = told["material"]["before"], told["material"]["after"]
     return Answer(
         verdict=_labels(told["verdict"]),
-        probabilities={label: _number(p) for label, p in told["probabilities"].items()},
+        probabilities=_probabilities(told["probabilities"]),
         credible_set=_labels(told["credible_set"]),
         closure=None if closure is None else _number(closure),
         block=max(blocks, key=lambda name: blocks[name]),
@@ -102,6 +102,13 @@ def _labels(value: object) -> tuple[str, ...]:
     if not isinstance(value, list) or not all(isinstance(label, str) for label in value):
         raise TypeError("a list of labels is none")
     return tuple(value)
+
+
+def _probabilities(value: Mapping[str, Any]) -> dict[str, float]:
+    probabilities = {label: _number(p) for label, p in value.items()}
+    if not probabilities or not all(0 <= p <= 1 + 1e-9 for p in probabilities.values()):
+        raise ValueError("the probabilities are none")
+    return probabilities
 
 
 def _point(value: object) -> tuple[float, float, float]:

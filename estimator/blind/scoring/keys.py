@@ -71,27 +71,49 @@ def _key_files(folder: Path) -> dict[str, Path]:
 
 
 def _count_opening(file: Path, reader: str) -> int:
+    """Add a line to the list of openings and return how many there are; a list that is none is left alone."""
+    before = read_input_text(file) if file.is_symlink() or file.exists() else ""
+    line = f"{datetime.now(UTC).isoformat(timespec='seconds')} {' '.join(reader.splitlines())}\n"
     with file.open("a", encoding="utf-8") as log:
-        log.write(f"{datetime.now(UTC).isoformat(timespec='seconds')} {reader}\n")
-    return len(file.read_text(encoding="utf-8").splitlines())
+        log.write(line if before.endswith("\n") or not before else f"\n{line}")
+    return len(before.splitlines()) + 1
 
 
 def _read_key(file: Path) -> Key:
     stated = parse_toml(read_input_text(file), file)
-    generator, where = stated.get("generator", {}), stated.get("where", {})
+    generator, where = (_table(stated, name, file) for name in ("generator", "where"))
     effects = stated.get("effects")
     if not isinstance(effects, list) or not all(isinstance(label, str) for label in effects):
         raise InputError(f"{file}: effects is no list of labels; an empty list says that there is none")
     modulus, ratio = (_number(stated, name, file) for name in _MATERIAL)
-    level = generator.get("level", "")
+    if modulus <= 0:
+        raise InputError(f"{file}: youngs_modulus is {modulus:g} Pa; state a positive one")
     return Key(
         effects=within_catalogue(effects),
         youngs_modulus=modulus,
         poisson_ratio=ratio,
         centre=_point(where["centre"], file) if "centre" in where else None,
-        level=level if isinstance(level, str) else " and ".join(level),
+        level=" and ".join(_levels(generator.get("level", []), file)),
         ceiling=_number(generator, "ceiling", file) if "ceiling" in generator else None,
     )
+
+
+def _table(stated: Mapping[str, Any], name: str, file: Path) -> Mapping[str, Any]:
+    value = stated.get(name, {})
+    if not isinstance(value, dict):
+        raise InputError(f"{file}: {name} is no table; write [{name}], and what belongs to it below")
+    return value
+
+
+def _levels(value: object, file: Path) -> list[str]:
+    """Return the levels of the effects, of which a single one may stand for itself."""
+    levels: list[object] = value if isinstance(value, list) else [value]
+    words = [level for level in levels if isinstance(level, str)]
+    if words != levels:
+        raise InputError(
+            f"{file}: [generator] level is no word; state clear, moderate or the like, or leave it out"
+        )
+    return words
 
 
 def _number(table: Mapping[str, Any], name: str, file: Path) -> float:

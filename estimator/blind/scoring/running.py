@@ -48,12 +48,14 @@ def answer_cases(
     Raises
     ------
     InputError
-        The folder holds no case.
+        The folder holds no case, or one that cannot be read; nothing is diagnosed or written then.
     """
     names = case_names(cases)
-    answers.mkdir(parents=True, exist_ok=True)
     present = tuple(name for name in names if _answer_file(answers, name).exists())
     missing = [name for name in names if name not in present]
+    for name in missing:  # what cannot be read is told before hours of work, not after
+        read_case(cases / name)
+    answers.mkdir(parents=True, exist_ok=True)
     answered: list[str] = []
     failed: dict[str, str] = {}
     progress("diagnosing cases", len(present), len(names))

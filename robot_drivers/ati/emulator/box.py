@@ -115,14 +115,12 @@ class Box:
     @property
     def plugged_in(self) -> bool:
         """Whether the network cable is in."""
-        faults = self._faults
-        return not faults.unplug_at_s <= self._elapsed() < faults.unplug_at_s + faults.unplug_for_s
+        return not self._faults.unplugged(self._elapsed())
 
     @property
     def powered(self) -> bool:
         """Whether the box is not just being restarted."""
-        faults = self._faults
-        return not faults.restart_at_s <= self._elapsed() < faults.restart_at_s + faults.restart_for_s
+        return not self._faults.unpowered(self._elapsed())
 
     def set_bias(self) -> None:
         """Subtract the present load, free of noise, from now on."""

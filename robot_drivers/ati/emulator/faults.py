@@ -1,17 +1,18 @@
 """What can go wrong between the emulated box and its client, on demand and counted exactly."""
 
-import math
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
+from robot_drivers.emulated_outages import Outages
+
 _RECORD_SIZE = 36
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Faults:
+class Faults(Outages):
     """Departures from a healthy sensor; the default is none. Times count from the injection.
 
     Attributes
@@ -36,10 +37,6 @@ class Faults:
     rubbish: float = 0.0
     delay_s: float = 0.0
     slow_start_s: float = 0.0
-    unplug_at_s: float = math.inf
-    unplug_for_s: float = 0.0
-    restart_at_s: float = math.inf
-    restart_for_s: float = 0.0
     saturated: bool = False
     drift_per_s: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     status: int = 0

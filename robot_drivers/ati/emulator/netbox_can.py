@@ -2,8 +2,6 @@
 
 import struct
 from dataclasses import dataclass, field
-from types import TracebackType
-from typing import Self
 
 import can
 import numpy as np
@@ -12,6 +10,7 @@ from robot_drivers.ati.emulator.box import Box, Measurement, WrenchSource
 from robot_drivers.ati.emulator.can_node import AnswerCounts, CanNode, Frames, astray
 from robot_drivers.ati.emulator.faults import Faults
 from robot_drivers.ati.emulator.settings import EmulatorSettings
+from robot_drivers.closing import ClosedAtExit
 
 _LONG, _SHORT, _BIAS, _CLEAR_LATCH = 0x01, 0x02, 0x04, 0x08
 
@@ -54,7 +53,7 @@ class CanFaults:
     bus_off: bool = False
 
 
-class NetBoxCanEmulator:
+class NetBoxCanEmulator(ClosedAtExit):
     """A box that senses ``source``; it answers from construction until :meth:`close`.
 
     Attributes
@@ -73,14 +72,6 @@ class NetBoxCanEmulator:
         self._node = CanNode(
             settings.channel, settings.interface, "Net F/T emulator: CAN", self._answer_message
         )
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def inject(self, faults: Faults) -> None:
         """Replace the faults of the box in force; its cable is that of the bus, other network faults mean nothing."""

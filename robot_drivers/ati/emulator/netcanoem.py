@@ -4,8 +4,6 @@ import math
 import struct
 import time
 from dataclasses import dataclass
-from types import TracebackType
-from typing import Self
 
 import can
 import numpy as np
@@ -14,6 +12,8 @@ from robot_drivers.ati.emulator.box import WrenchSource
 from robot_drivers.ati.emulator.can_node import AnswerCounts, CanNode, Frames, astray
 from robot_drivers.ati.gamma import GAGE_MATRIX
 from robot_drivers.clock import host_time_ns
+from robot_drivers.closing import ClosedAtExit
+from robot_drivers.emulated_outages import Outages
 
 _GAGES_PER_SI = np.linalg.inv(1e-6 * GAGE_MATRIX)
 _EVEN_GAGES, _ODD_GAGES = [0, 2, 4], [1, 3, 5]
@@ -49,7 +49,7 @@ class BoardSettings:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class BoardFaults:
+class BoardFaults(Outages):
     """Departures from a healthy board; the default is none. Times count from the injection.
 
     Attributes
@@ -73,24 +73,16 @@ class BoardFaults:
     broken_gages: tuple[int, ...] = ()
     deaf_to_calibration: bool = False
     delay_s: float = 0.0
-    unplug_at_s: float = math.inf
-    unplug_for_s: float = 0.0
-    restart_at_s: float = math.inf
-    restart_for_s: float = 0.0
     bus_off_at_s: float = math.inf
     bus_off_for_s: float = 0.0
 
     def off_the_bus(self, elapsed_s: float) -> bool:
         """Tell whether the board hears and sends nothing."""
-        stretches = (
-            (self.unplug_at_s, self.unplug_for_s),
-            (self.restart_at_s, self.restart_for_s),
-            (self.bus_off_at_s, self.bus_off_for_s),
-        )
-        return any(begin <= elapsed_s < begin + length for begin, length in stretches)
+        bus_off = self.bus_off_at_s <= elapsed_s < self.bus_off_at_s + self.bus_off_for_s
+        return bus_off or self.out_of_reach(elapsed_s)
 
 
-class NetCANOEMEmulator:
+class NetCANOEMEmulator(ClosedAtExit):
     """A board that senses ``source``; it answers from construction until :meth:`close`.
 
     Attributes
@@ -110,14 +102,6 @@ class NetCANOEMEmulator:
         self._epoch_ns = host_time_ns()
         self._random = np.random.default_rng(settings.seed)
         self._node = CanNode(settings.channel, settings.interface, "NETCANOEM emulator", self._answer_message)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     @property
     def faults(self) -> BoardFaults:

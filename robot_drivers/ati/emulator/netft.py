@@ -1,8 +1,6 @@
 """An emulated Net F/T box on the network: RDT, web pages and command interface, as a client meets them."""
 
 from contextlib import ExitStack, closing
-from types import TracebackType
-from typing import Self
 
 from robot_drivers.ati.emulator.box import Box, WrenchSource
 from robot_drivers.ati.emulator.command_interface import CommandServer
@@ -10,9 +8,10 @@ from robot_drivers.ati.emulator.faults import Faults, LinkCounts
 from robot_drivers.ati.emulator.rdt import RdtServer
 from robot_drivers.ati.emulator.settings import EmulatorSettings
 from robot_drivers.ati.emulator.web import WebServer
+from robot_drivers.closing import ClosedAtExit
 
 
-class NetFTEmulator:
+class NetFTEmulator(ClosedAtExit):
     """A box that senses ``source``; serving from construction until :meth:`close`, also as a context manager.
 
     Attributes
@@ -30,14 +29,6 @@ class NetFTEmulator:
             command = servers.enter_context(closing(CommandServer(self._box)))
             self._servers = servers.pop_all()
         self.rdt_port, self.http_port, self.command_port = self._rdt.port, web.port, command.port
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     @property
     def counts(self) -> LinkCounts:

@@ -1,0 +1,67 @@
+"""Is each device of a rig fit for a session? Who answers, and a few seconds of what it delivers while nothing moves."""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+from daq.device_checks.camera import check_camera
+from daq.device_checks.force_sensor import check_force_sensor
+from daq.device_checks.report import Check, DeviceReport
+from daq.device_checks.robot import check_robot
+from daq.devices import Devices
+from daq.rig import Rig
+from daq.vision.camera_model import PinholeCamera, StereoCalibration
+from robot_drivers.errors import DeviceError
+from robot_drivers.protocols import Camera, ForceSensor, Robot
+
+__all__ = ["Check", "DeviceReport", "check_devices"]
+
+
+def check_devices(rig: Rig, devices: Devices, seconds: float) -> list[DeviceReport]:
+    """Check every device by itself, so that one that is missing hides no other. Nothing moves.
+
+    Parameters
+    ----------
+    seconds : how long to look at what each one delivers
+    """
+    sizes = _calibrated_sizes(rig)
+    reports = [
+        _report(
+            "force sensor",
+            devices.force_sensor,
+            partial(check_force_sensor, devices.force_sensor, rig, seconds),
+        ),
+        _report("robot", devices.robot, partial(check_robot, devices.robot, rig, seconds)),
+    ]
+    for camera in rig.cameras:
+        device = devices.cameras[camera.name]
+        wanted_fps = getattr(camera.settings, "fps", None)
+        check = partial(check_camera, device, wanted_fps, sizes.get(camera.name), seconds)
+        reports.append(_report(f"camera {camera.name}", device, check))
+    return reports
+
+
+def _report(
+    role: str, device: ForceSensor | Robot | Camera, check: Callable[[], list[Check]]
+) -> DeviceReport:
+    identity = None
+    try:
+        device.connect()
+        identity = device.identity
+        return DeviceReport(role, identity, (Check("reachable", True, identity.address), *check()))
+    except DeviceError as error:
+        name = "reachable" if identity is None else "stream"
+        return DeviceReport(role, identity, (Check(name, False, str(error)),))
+    finally:
+        device.close()
+
+
+def _calibrated_sizes(rig: Rig) -> Mapping[str, tuple[int, int]]:
+    """Return the image sizes (px) that the stereo calibration is for, by camera; none without its file."""
+    if not rig.stereo_calibration.exists():
+        return {}
+    pair = StereoCalibration.load(rig.stereo_calibration)
+    cameras: tuple[PinholeCamera, PinholeCamera] = (pair.left, pair.right)
+    return {
+        device.name: (camera.width, camera.height)
+        for device, camera in zip(rig.cameras, cameras, strict=True)
+    }

@@ -1,0 +1,67 @@
+"""The emulated camera, by name."""
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot_drivers.cameras.emulator import CameraEmulator, CameraEmulatorSettings, CameraFaults
+from robot_drivers.emulators.kind import EmulatorKind, Running
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """What a camera without a specimen sees.
+
+    Attributes
+    ----------
+    image_seed : of the places of sixteen dark beads
+    sway_px : how far they sway, once in four seconds
+    """
+
+    image_seed: int = 0
+    sway_px: float = 10.0
+
+
+@contextmanager
+def _camera(settings: CameraEmulatorSettings, scene: Scene, faults: CameraFaults) -> Iterator[Running]:
+    with CameraEmulator(_beads(settings, scene), settings, seed=scene.image_seed) as camera:
+        camera.inject(faults)
+        yield Running(
+            f"camera on {camera.url}: {settings.width}x{settings.height}, {settings.fps:g}/s, mono8"
+        )
+
+
+def _beads(settings: CameraEmulatorSettings, scene: Scene) -> Callable[[float], NDArray[np.uint8]]:
+    random = np.random.default_rng(scene.image_seed)
+    height, width = settings.height, settings.width
+    background = np.full((height, width), 200, np.uint8)
+    radius = max(2, min(height, width) // 60)
+    margin = radius + 1
+    places = random.uniform((margin, margin), (height - margin, width - margin), (16, 2))
+    rows, columns = np.mgrid[-radius : radius + 1, -radius : radius + 1]
+    disc = rows**2 + columns**2 <= radius**2
+
+    def image(time_s: float) -> NDArray[np.uint8]:
+        picture = background.copy()
+        shift = scene.sway_px * math.sin(math.tau * time_s / 4.0)
+        for row, column in places:
+            x = int(np.clip(column + shift, margin, width - margin - 1))
+            y = int(row)
+            picture[y - radius : y + radius + 1, x - radius : x + radius + 1][disc] = 40
+        return picture
+
+    return image
+
+
+CAMERAS: Mapping[str, EmulatorKind] = {
+    "camera": EmulatorKind(
+        "a free-running camera with embedded frame information, on a TCP port",
+        {"camera": CameraEmulatorSettings, "scene": Scene, "faults": CameraFaults},
+        _camera,
+        example="--fps 15 --loss 0.05 --restart-at-s 10 --restart-for-s 2",
+    ),
+}

@@ -1,0 +1,109 @@
+"""Experiment folders that are written, and cases of several."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from handwritten_experiment import as_surface, assert_equal, write_cube_stl, written_by_hand
+
+from estimator.errors import InputError
+from estimator.experiment import (
+    read_case,
+    read_experiment,
+    replace_experiment,
+    write_experiment,
+)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return written_by_hand(tmp_path / "P07" / "pull")
+
+
+def test_what_is_written_reads_back_the_same(folder: Path, tmp_path: Path) -> None:
+    original = replace(read_experiment(folder), name='say "pull" ü \x7f\n')
+    written = write_experiment(original, tmp_path / "new" / "copy")
+    assert written.path == tmp_path / "new" / "copy"
+    assert ",-0.5,,,0.0," in (written.path / "observations.csv").read_text().splitlines()[2]
+    again = read_experiment(written.path)
+    np.testing.assert_allclose(again.quaternion_wxyz, original.quaternion_wxyz, rtol=0, atol=4e-16)
+    assert_equal(replace(again, quaternion_wxyz=original.quaternion_wxyz), original)
+
+
+def test_a_surface_is_written_with_its_experiment(folder: Path, tmp_path: Path) -> None:
+    as_surface(folder)
+    write_cube_stl(folder / "phantom.stl", 0.05)
+    written = write_experiment(read_experiment(folder), tmp_path / "copy")
+    assert written.phantom.surface == tmp_path / "copy" / "phantom.stl"
+    assert read_experiment(tmp_path / "copy").phantom == written.phantom
+    assert (tmp_path / "copy" / "phantom.stl").read_bytes() == (folder / "phantom.stl").read_bytes()
+
+
+def test_writing_over_an_experiment_needs_the_other_function(folder: Path) -> None:
+    changed = replace(read_experiment(folder), order=5)
+    with pytest.raises(InputError, match="exists already"):
+        write_experiment(changed, folder)
+    assert read_experiment(folder).order == 2
+    replace_experiment(changed, folder)
+    assert read_experiment(folder).order == 5
+
+
+def test_replacing_never_deletes_what_is_no_experiment(folder: Path, tmp_path: Path) -> None:
+    experiment = read_experiment(folder)
+    (folder / "notes.txt").write_text("keep me")
+    with pytest.raises(InputError, match=r"holds notes\.txt, which would be lost"):
+        replace_experiment(experiment, folder)
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match="is no experiment folder"):
+        replace_experiment(experiment, tmp_path / "empty")
+    assert (folder / "notes.txt").read_text() == "keep me"
+
+
+def test_an_experiment_that_would_not_read_is_not_written(folder: Path, tmp_path: Path) -> None:
+    experiment = read_experiment(folder)
+    backwards = replace(experiment, time=-experiment.time)
+    with pytest.raises(
+        InputError, match=r"copy.observations\.csv, line 3, column time: time does not ascend"
+    ):
+        write_experiment(backwards, tmp_path / "out" / "copy")
+    short = replace(experiment, wrench=experiment.wrench[:3])
+    with pytest.raises(InputError, match=r"wrench has the shape \(3, 6\); with 7 times it must be \(7, 6\)"):
+        write_experiment(short, tmp_path / "out" / "copy")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_failed_write_leaves_nothing_behind(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full_disk(*_: object) -> None:
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr("estimator.experiment.writing.write_observations", full_disk)
+    with pytest.raises(OSError, match="no space"):
+        write_experiment(read_experiment(folder), tmp_path / "out" / "copy")
+    assert list((tmp_path / "out").iterdir()) == []
+
+
+def test_a_case_is_read_in_the_order_of_its_experiments(folder: Path) -> None:
+    experiment = read_experiment(folder)
+    for name, order in (("a", 3), ("b", 1)):
+        write_experiment(replace(experiment, name=name, order=order), folder.parent / name)
+    (folder.parent / "truth.toml").write_text("effects = []")
+    (folder.parent / "reports").mkdir()
+    assert [member.name for member in read_case(folder.parent)] == ["b", "first pull", "a"]
+
+
+def test_one_experiment_is_a_case_of_one(folder: Path) -> None:
+    assert [member.name for member in read_case(folder)] == ["first pull"]
+
+
+def test_a_case_of_two_phantoms_is_refused(folder: Path) -> None:
+    write_experiment(replace(read_experiment(folder), phantom_id="P08"), folder.parent / "other")
+    with pytest.raises(InputError, match=r"experiments of 2 phantoms \(P07, P08\)"):
+        read_case(folder.parent)
+
+
+def test_a_folder_without_experiments_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"neither it nor a folder in it holds experiment\.toml"):
+        read_case(tmp_path)
