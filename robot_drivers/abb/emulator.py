@@ -218,8 +218,9 @@ class ControllerEmulator(ClosedAtExit):
             self._carry_out_orders()
             if self._awake:
                 self._command.serve(self._rapid.begin_session, self._rapid.handle)
-            while time.monotonic() >= next_cycle and not self._stopping:
-                late_s = time.monotonic() - next_cycle
+            # One cycle a turn, also of many that are late: orders and commands must not wait until all are made up.
+            late_s = time.monotonic() - next_cycle
+            if late_s >= 0.0 and not self._stopping:
                 self._cycle(host_time_ns() - round(late_s * 1e9))
                 next_cycle += CYCLE_S
 
