@@ -1,5 +1,6 @@
 """Processes that run emulated devices: waiting for what they tell, ending them, and ports for them."""
 
+import random
 import socket
 from collections.abc import Iterable
 from multiprocessing.connection import Connection
@@ -10,6 +11,9 @@ from daq.errors import SessionError
 
 _START_TIMEOUT_S = 300.0
 _END_TIMEOUT_S = 5.0
+# No system hands these out by itself, Linux from 32768, others from 49152: nobody is given one before it is used.
+_NOT_HANDED_OUT = range(20_000, 32_000)
+_PORTS_TRIED = 100
 
 
 def told(control: Connection, who: str) -> Any:
@@ -39,8 +43,20 @@ def end_all(processes: Iterable[BaseProcess]) -> None:
 
 
 def free_udp_port() -> int:
-    """Return a port of the loopback interface that a robot driver will be able to listen on."""
+    """Return a port of the loopback interface that a robot driver will be able to listen on, minutes later too.
+
+    Raises
+    ------
+    SessionError
+        None is free.
+    """
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-        return port
+        for port in random.sample(_NOT_HANDED_OUT, _PORTS_TRIED):
+            try:
+                probe.bind(("127.0.0.1", port))
+            except OSError:
+                continue
+            return port
+    raise SessionError(
+        f"UDP ports {_NOT_HANDED_OUT[0]} to {_NOT_HANDED_OUT[-1]}: none is free for the robot; end what listens there"
+    )
