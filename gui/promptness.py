@@ -19,7 +19,6 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtWidgets import QApplication
 
 from daq.errors import DaqError, SessionError
 from daq.rig import read_rig
@@ -29,9 +28,8 @@ from daq.virtual_rig.standard import standard_settings
 from gui.app import Desk
 from gui.pages.acquire import AcquirePage
 from gui.pages.estimate import EstimatePage
-from gui.rehearsal import wait_for, wait_until
-from gui.theme import LIGHT, apply_theme
-from robot_drivers.real_time import prefer_this_process
+from gui.rehearsal import application_without_display, wait_for, wait_until
+from gui.theme import LIGHT
 
 _LONGEST_S = 1.0
 _PATIENCE_S = 300.0
@@ -130,16 +128,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     options = parser.parse_args(arguments)
-    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     # its processes import what this program does, which those of ``python -m gui`` need not
     multiprocessing.set_forkserver_preload(["gui.following", "gui.app"])
-    prefer_this_process()
-    application = QApplication(sys.argv[:1])
-    application.setQuitOnLastWindowClosed(False)
-    apply_theme(application, LIGHT)
     settings = replace(standard_settings(), force_rate_hz=options.rate, frames_per_s=options.frames)
     try:
-        with tempfile.TemporaryDirectory(prefix="promptness-") as folder:
+        with application_without_display(LIGHT), tempfile.TemporaryDirectory(prefix="promptness-") as folder:
             result = run(settings, Path(folder))
     except (DaqError, TimeoutError) as error:
         sys.stderr.write(f"gui.promptness: {error}\n")

@@ -1,11 +1,37 @@
 """The whole window driven by a program, for screenshots and for measurements."""
 
+import os
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
-from PySide6.QtCore import QEventLoop, QTimer
+from PySide6.QtCore import QEventLoop, QMessageLogContext, QTimer, QtMsgType, qInstallMessageHandler
+from PySide6.QtWidgets import QApplication
+
+from gui.theme import Theme, apply_theme
+from robot_drivers.real_time import prefer_this_process
 
 _LOOK_MS = 20
+# What a platform without a display says of every window.
+_OF_NO_CONCERN = "This plugin does not support propagateSizeHints()"
+
+
+@contextmanager
+def application_without_display(theme: Theme) -> Iterator[QApplication]:
+    """Give the application of a command that needs no display, and takes one where ``QT_QPA_PLATFORM`` names it."""
+    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    qInstallMessageHandler(_tell)
+    prefer_this_process()
+    application = QApplication(sys.argv[:1])
+    application.setQuitOnLastWindowClosed(False)
+    apply_theme(application, theme)
+    yield application
+
+
+def _tell(_kind: QtMsgType, _context: QMessageLogContext, message: str) -> None:
+    if message != _OF_NO_CONCERN:
+        sys.stderr.write(f"{message}\n")
 
 
 def wait_until(condition: Callable[[], bool], what: str, timeout_s: float = 60.0) -> None:

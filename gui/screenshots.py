@@ -15,7 +15,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QSize
-from PySide6.QtWidgets import QApplication
 
 from daq.errors import SessionError
 from daq.plans import Trial
@@ -28,10 +27,9 @@ from gui.pages.diagnose import DiagnosePage
 from gui.pages.estimate import EstimatePage
 from gui.pages.rig import RigPage
 from gui.pages.sessions import SessionsPage
-from gui.rehearsal import wait_for, wait_until
-from gui.theme import DARK, LIGHT, apply_theme
+from gui.rehearsal import application_without_display, wait_for, wait_until
+from gui.theme import DARK, LIGHT
 from gui.window import Window
-from robot_drivers.real_time import prefer_this_process
 
 _SIZE = QSize(1440, 900)
 _STEP_SHOWN = 5
@@ -151,14 +149,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         help="experiments of one phantom, to be estimated and diagnosed",
     )
     options = parser.parse_args(arguments)
-    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     os.environ["QT_SCALE_FACTOR"] = f"{options.scale:g}"
-    prefer_this_process()
-    application = QApplication(sys.argv[:1])
-    application.setQuitOnLastWindowClosed(False)
-    apply_theme(application, DARK if options.theme == "dark" else LIGHT)
     options.folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix="screenshots-") as own:
+    theme = DARK if options.theme == "dark" else LIGHT
+    with application_without_display(theme), tempfile.TemporaryDirectory(prefix="screenshots-") as own:
         desk = Desk(None, options.sessions or Path(own) / "sessions")
         for path in take(options.folder, desk, options.case):
             sys.stdout.write(f"{path}\n")

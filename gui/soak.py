@@ -34,14 +34,14 @@ from daq.trajectories import PULL
 from daq.virtual_rig.load import Load, loaded_rig
 from gui.app import Desk
 from gui.link import AcquisitionLink
-from gui.rehearsal import wait_until
+from gui.rehearsal import application_without_display, wait_until
 from gui.soak_log import SoakLog
 from gui.soak_meter import Meter
 from gui.soak_plot import plot_soak
 from gui.soak_result import SoakResult, images_shown_per_s
 from gui.soak_series import series_of
-from gui.theme import LIGHT, apply_theme
-from robot_drivers.real_time import prefer_this_process, shorten_collections
+from gui.theme import LIGHT
+from robot_drivers.real_time import shorten_collections
 
 _INTERRUPTED = 1
 
@@ -162,12 +162,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     options = parser.parse_args(arguments)
-    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    prefer_this_process()
-    application = QApplication(sys.argv[:1])
-    application.setQuitOnLastWindowClosed(False)
-    apply_theme(application, LIGHT)
-    with tempfile.TemporaryDirectory(prefix="soak-") as scratch:
+    with (
+        application_without_display(LIGHT) as application,
+        tempfile.TemporaryDirectory(prefix="soak-") as scratch,
+    ):
         output = options.output or Path(scratch) / "soak"
         try:
             output.mkdir(parents=True)
