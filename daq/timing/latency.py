@@ -46,11 +46,6 @@ class Latency:
     correlation_std: FloatArray
     explained: float
 
-    @property
-    def correlation_unshifted(self) -> float:
-        """The correlation without any shift."""
-        return float(np.interp(0.0, self.lags_s, self.correlation))
-
 
 def main_motion(samples: FloatArray) -> FloatArray:
     """Return the coordinate (n,) along which samples (n, k) move most, from their mean; its sign is arbitrary."""

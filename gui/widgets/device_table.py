@@ -56,10 +56,6 @@ class DeviceTable(QWidget):
         for role, row in self._rows.items():
             row.source.setCurrentText(EMULATED if role in roles else REAL)
 
-    def source_of(self, role: str) -> QComboBox:
-        """Return the switch of a device."""
-        return self._rows[role].source
-
     def show_state(self, state: RigState) -> None:
         """Show a state; the switches are for before and after a connection."""
         for row in state.rows:

@@ -19,7 +19,7 @@ from daq.recording.folder import read_info, recover_session, verify_checksums
 from daq.rig import read_rig
 from daq.session_report import read_report
 from estimator.blind.scoring.answers import read_answers
-from estimator.blind.scoring.keys import OPENINGS_FILE, open_keys, read_keys
+from estimator.blind.scoring.keys import OPENINGS_FILE, open_keys
 from estimator.errors import InputError
 from estimator.experiment import read_experiment
 from estimator.geometry.surface_io import read_surface
@@ -249,7 +249,7 @@ def test_a_key_that_states_no_truth_is_refused(tmp_path: Path, old: str, new: st
     samples.benchmark(tmp_path)
     edited(tmp_path / "keys" / "two.toml", old, new)
     with pytest.raises(InputError, match=rf"two\.toml: .*{complaint}"):
-        read_keys(tmp_path / "keys")
+        open_keys(tmp_path / "keys", "nobody")
 
 
 @pytest.mark.parametrize("content", [b"\xff\xfe", bytes(9)])

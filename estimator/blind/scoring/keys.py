@@ -57,11 +57,6 @@ def open_keys(folder: Path, reader: str) -> tuple[dict[str, Key], int]:
     return {name: _read_key(file) for name, file in files.items()}, openings
 
 
-def read_keys(folder: Path) -> dict[str, Key]:
-    """Read all keys in a folder as :func:`open_keys` does, without counting: for who makes or checks them."""
-    return {name: _read_key(file) for name, file in _key_files(folder).items()}
-
-
 def _key_files(folder: Path) -> dict[str, Path]:
     files = {file.parent.name: file for file in sorted(folder.glob(f"*/{KEY_FILE}"))}
     files |= {file.stem: file for file in sorted(folder.glob("*.toml"))}
