@@ -5,20 +5,14 @@ beat is passed on as a sign of life. So a frozen window is a silent client, and 
 robot, although this program's other threads go on.
 """
 
-import threading
-from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 from PySide6.QtCore import QObject, QThread, QTimer, Signal, Slot
 
-from daq.acquisition.client import Acquisition
 from daq.acquisition.messages import (
     Check,
     Checked,
     Close,
-    Command,
     Ended,
     Failure,
     Hold,
@@ -31,20 +25,17 @@ from daq.acquisition.messages import (
     Start,
     TakeTare,
     Tared,
-    Telemetry,
 )
-from daq.errors import DaqError
 from daq.rig import Rig
 from daq.session.session import Label
 from daq.trajectories import Trajectory
 from gui import state as states
+from gui.link_thread import Exchange, Worker
 from gui.state import RigState
 from robot_drivers.ati.tare import TareRefusedError, TareStack
 
 _BEAT_MS = 33
-_LISTEN_MS = 8
 _SHOW_NS = 125_000_000
-_MOST_ROWS = 400
 
 
 class AcquisitionLink(QObject):
@@ -83,10 +74,10 @@ class AcquisitionLink(QObject):
         self.tares = TareStack()
         self.state = states.disconnected(rig)
         self._shown_ns = 0
-        self._exchange = _Exchange()
+        self._exchange = Exchange()
         self._thread = QThread()
         self._thread.setObjectName("acquisition link")
-        self._worker = _Worker(self._exchange)
+        self._worker = Worker(self._exchange)
         self._worker.moveToThread(self._thread)
         self._commanded.connect(self._worker.obey)
         self._ending.connect(self._worker.end)
@@ -201,132 +192,3 @@ class AcquisitionLink(QObject):
     def _change(self, state: RigState) -> None:
         self.state = state
         self.state_changed.emit(state)
-
-
-class _Exchange:
-    """What the two threads share: the beat one way, the newest telemetry the other, with no row of it lost."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._beaten = False
-        self._telemetry: Telemetry | None = None
-
-    def beat(self) -> None:
-        """Give a sign of life."""
-        with self._lock:
-            self._beaten = True
-
-    def take(self) -> Telemetry | None:
-        """Take what came since the last time; None where an earlier call has taken it."""
-        with self._lock:
-            seen, self._telemetry = self._telemetry, None
-            return seen
-
-    def heard(self) -> bool:
-        """Tell whether there was a beat since the last call."""
-        with self._lock:
-            beaten, self._beaten = self._beaten, False
-            return beaten
-
-    def put(self, seen: Telemetry) -> None:
-        """Leave telemetry to be taken, together with what still lies there."""
-        with self._lock:
-            before = self._telemetry
-            self._telemetry = seen if before is None else _joined(before, seen)
-
-    def clear(self) -> None:
-        """Forget the telemetry of a process that has ended."""
-        with self._lock:
-            self._telemetry = None
-
-
-def _joined(before: Telemetry, after: Telemetry) -> Telemetry:
-    return replace(
-        after,
-        force=np.concatenate([before.force, after.force])[-_MOST_ROWS:],
-        pose=np.concatenate([before.pose, after.pose])[-_MOST_ROWS:],
-        images={**before.images, **after.images},
-    )
-
-
-class _Worker(QObject):
-    """Owns the client; everything here happens in the link's thread."""
-
-    opened = Signal(object)
-    reported = Signal(object)
-    arrived = Signal()
-    failed = Signal(object)
-    closed = Signal()
-
-    def __init__(self, exchange: _Exchange) -> None:
-        super().__init__()
-        self._exchange = exchange
-        self._acquisition: Acquisition | None = None
-        self._seen: Telemetry | None = None
-        self._timer = QTimer(self, interval=_LISTEN_MS)
-        self._timer.timeout.connect(self._listen)
-
-    @Slot(object)
-    def obey(self, command: Command) -> None:
-        """Carry out a command; what needs devices is refused without them."""
-        match command:
-            case Open(rig):
-                self._open(rig)
-            case Close():
-                self._close()
-            case _ if self._acquisition is None:
-                self.reported.emit(
-                    Refused(Failure("SessionError", "no device is connected; connect the rig first"))
-                )
-            case _:
-                self._guarded(lambda acquisition: acquisition.send(command))
-
-    @Slot()
-    def end(self) -> None:
-        """Let go, and end the thread."""
-        self._let_go()
-        self.thread().quit()
-
-    def _open(self, rig: Rig) -> None:
-        self._let_go()
-        try:
-            self._acquisition = Acquisition(rig)
-        except (DaqError, OSError) as error:
-            self.failed.emit(Failure(type(error).__name__, str(error)))
-            return
-        self._timer.start()
-        self.opened.emit(dict(self._acquisition.devices))
-
-    def _close(self) -> None:
-        self._let_go()
-        self.closed.emit()
-
-    def _let_go(self) -> None:
-        self._timer.stop()
-        acquisition, self._acquisition, self._seen = self._acquisition, None, None
-        if acquisition is not None:
-            acquisition.close()
-        self._exchange.clear()
-
-    def _listen(self) -> None:
-        self._guarded(self._hear)
-
-    def _hear(self, acquisition: Acquisition) -> None:
-        if self._exchange.heard():
-            acquisition.show_alive()
-        if (seen := acquisition.telemetry) is not None and seen is not self._seen:
-            self._seen = seen
-            self._exchange.put(seen)
-            self.arrived.emit()
-        while (report := acquisition.listen()) is not None:
-            self.reported.emit(report)
-
-    def _guarded(self, act: Callable[[Acquisition], None]) -> None:
-        """Talk to the process; where it is gone, say so and let go."""
-        if self._acquisition is None:
-            return
-        try:
-            act(self._acquisition)
-        except DaqError as error:
-            self._let_go()
-            self.failed.emit(Failure(type(error).__name__, str(error)))
