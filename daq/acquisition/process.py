@@ -7,11 +7,11 @@ been silent; a third tells it the telemetry, and may wait for a client that does
 import pickle
 import queue
 import threading
-from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import BinaryIO
 
 from daq.acquisition.connections import Connections
+from daq.acquisition.counting import Counting
 from daq.acquisition.live_view import LiveView
 from daq.acquisition.messages import (
     VERSION,
@@ -32,7 +32,6 @@ from daq.acquisition.messages import (
     Report,
     Seen,
     Start,
-    StreamCounts,
     TakeTare,
     Tared,
     Telemetry,
@@ -40,19 +39,17 @@ from daq.acquisition.messages import (
 from daq.devices import Devices
 from daq.errors import DaqError, SessionError
 from daq.recording.folder import read_info
-from daq.recording.streams import FORCE, ROBOT, Streams, camera_stream
+from daq.recording.streams import FORCE, Streams
 from daq.rig import Rig, make_devices
 from daq.session.session import Label, Session, connected
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceError
-from robot_drivers.protocols import StreamStatistics
 from robot_drivers.real_time import shorten_collections
 
 SILENCE_LIMIT_S = 0.8
 
 _TELEMETRY_PERIOD_S = 1.0 / 30.0
 _SLOWEST_PACE_S = 0.05  # of cameras that set the pace
-_SYNC_PERIOD_NS = 1_000_000_000
 _WATCH_PERIOD_S = 0.05
 _CONNECT_AGAIN_S = 2.0
 
@@ -100,6 +97,7 @@ class Host:
         self._devices = devices
         self._link = link
         self._live = LiveView()
+        self._counting = Counting(devices, self._live)
         self._connections = Connections(devices)
         self._starts: queue.SimpleQueue[Start | Check | None] = queue.SimpleQueue()
         self._session: Session | None = None
@@ -107,8 +105,6 @@ class Host:
         # a client before may have died, or the robot was held by somebody else
         self._held = "the robot was held before it was connected" if devices.robot.state().stopped else ""
         self._heard_ns = host_time_ns()
-        self._sync_s: dict[str, float] = {}
-        self._sync_due_ns = 0
         self._closing = threading.Event()
 
     def run(self, commands: BinaryIO) -> None:
@@ -280,46 +276,12 @@ class Host:
             steps=steps,
             session=session.folder if session is not None else None,
             held=self._held,
-            counts=self._counts(session),
+            counts=self._counting.counts(session),
             force=force,
             pose=pose,
             images=images,
             zero=session.zero if session is not None else None,
         )
-
-    def _counts(self, session: Session | None) -> dict[str, StreamCounts]:
-        written = session.written() if session is not None else {}
-        dropped = session.dropped() if session is not None else {}
-        statistics_of = {FORCE: self._devices.force_sensor.statistics, ROBOT: self._devices.robot.statistics}
-        for name, camera in self._devices.cameras.items():
-            statistics_of[camera_stream(name)] = camera.statistics
-        self._watch_clocks(statistics_of)
-        counts = {}
-        for stream, ask in statistics_of.items():
-            statistics = _counted(ask)
-            counts[stream] = StreamCounts(
-                statistics.received,
-                statistics.lost,
-                written.get(stream, 0),
-                dropped.get(stream, 0),
-                self._live.age_s(stream),
-                self._sync_s.get(stream, float("nan")),
-            )
-        return counts
-
-    def _watch_clocks(self, streams: Iterable[str]) -> None:
-        """Look how well the clocks are known, now and then: it costs more than a count."""
-        if (now_ns := host_time_ns()) >= self._sync_due_ns:
-            self._sync_due_ns = now_ns + _SYNC_PERIOD_NS
-            self._sync_s = {stream: self._live.sync_s(stream) for stream in streams}
-
-
-def _counted(ask: Callable[[], StreamStatistics]) -> StreamStatistics:
-    """Return the counts of a device, none while it is not connected."""
-    try:
-        return ask()
-    except DeviceError:
-        return StreamStatistics()
 
 
 def _failure(error: Exception) -> Failure:
