@@ -89,6 +89,7 @@ _FORCE: tuple[Effect, ...] = (
     *(ForceAxisGain(channel) for channel in WRENCH_CHANNELS),
     ForceBias("sensor"),
     ForceBias("tissue"),
+    *(ForceBias("sensor", channel) for channel in WRENCH_CHANNELS),
     ForceDrift("linear", "sensor"),
     ForceDrift("linear", "tissue"),
     ForceDrift("saturating", "sensor"),

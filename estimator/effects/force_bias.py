@@ -17,26 +17,32 @@ _SMALLEST = 3 * [0.01] + 3 * [0.0005]
 class ForceBias(Effect):
     """Reported wrench = true wrench + b in every row; b is constant in the axes of the sensor or of the tissue.
 
-    A sensor's own offset turns with it; what the software adds after it has turned the wrench does not.
+    A sensor's own offset turns with it; what the software adds after it has turned the wrench does not. The offset of
+    one axis alone is a form of its own: five amplitudes that are not needed would count against it.
+
+    Parameters
+    ----------
+    frame : in which it is constant
+    channel : the only axis that has one; by default all have
     """
 
     label = "force_bias"
     group = "force"
     words = "The force sensor reads a constant amount too much, because its zero is off."
 
-    def __init__(self, frame: Frame) -> None:
-        self.form = f"{frame}_frame"
+    def __init__(self, frame: Frame, channel: str = "") -> None:
+        self.form = f"{frame}_frame_{channel}" if channel else f"{frame}_frame"
+        self._channels = [WRENCH_CHANNELS.index(channel)] if channel else list(range(6))
         self.amplitudes = tuple(
-            Amplitude(f"bias_{channel}", unit, scale, smallest)
-            for channel, unit, scale, smallest in zip(
-                WRENCH_CHANNELS, _UNITS, _SCALES, _SMALLEST, strict=True
-            )
+            Amplitude(f"bias_{WRENCH_CHANNELS[n]}", _UNITS[n], _SCALES[n], _SMALLEST[n])
+            for n in self._channels
         )
         self._turns = frame == "sensor"
 
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Add the bias."""
-        bias = np.array([values[amplitude.name] for amplitude in self.amplitudes])
+        bias = np.zeros(6)
+        bias[self._channels] = [values[amplitude.name] for amplitude in self.amplitudes]
         if self._turns:
             bias = in_tissue_axes(readings.rotation, bias)
         return readings.with_wrench(readings.wrench + bias)

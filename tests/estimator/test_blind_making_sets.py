@@ -15,7 +15,9 @@ from estimator.blind.making.making import make_cases
 from estimator.blind.making.noise import NOISE_KINDS, NoiseKind, with_noise
 from estimator.blind.making.plan import deck_size, plan
 from estimator.blind.making.retraction import KINDS, Manner, rows_of
+from estimator.blind.making.scene import Scene
 from estimator.blind.making.setup import SENSOR, draw_setup
+from estimator.blind.making.simulate import PILOT, carry_out
 from estimator.blind.making.sizing import Pilot
 from estimator.errors import InputError
 from estimator.experiment import read_case
@@ -111,10 +113,12 @@ def test_a_region_stands_out_in_proportion_to_how_much_stiffer_it_is() -> None:
     setup = replace(draw_setup(np.random.default_rng(3), ()), order=("pull",))
     form = next(form for form in FORMS["inhomogeneity"] if form.name == "stiff_ball")
     pilot = Pilot(setup)
-    slight, double = (
-        pilot.sigma(form.draw(np.random.default_rng(5), size, setup.mechanics)) for size in (0.02, 0.04)
-    )
+    drawn = [form.draw(np.random.default_rng(5), size, setup.mechanics) for size in (0.02, 0.04)]
+    slight, double = map(pilot.sigma, drawn)
     assert double == pytest.approx(2 * slight, rel=0.1)
+    scene = drawn[1].change(Scene(setup.mechanics))
+    carried = carry_out(scene.mechanics, setup.experiments, setup.beads, PILOT)
+    assert pilot.sigma_as_made(scene, carried, PILOT) == pytest.approx(double, rel=1e-6)
 
 
 def test_answers_among_the_cases_are_refused(tmp_path: Path) -> None:

@@ -83,6 +83,15 @@ def test_a_bias_of_the_sensor_turns_with_the_gripper_and_one_of_the_software_doe
     assert_allclose(of_software, np.tile([0.1, 0, 0, 0, 0, 0], (46, 1)), atol=1e-12)
 
 
+def test_the_bias_of_one_axis_is_that_of_all_with_the_others_at_zero():
+    readings = felt(there_and_back(turn_rad=(0.0, 0.0, np.pi / 2)), WRENCH)
+    alone = ForceBias("sensor", "ty")
+    assert [amplitude.name for amplitude in alone.amplitudes] == ["bias_ty"]
+    of_one = wrench_change(alone, readings, bias_ty=0.002)
+    assert_allclose(of_one, wrench_change(ForceBias("sensor"), readings, bias_ty=0.002))
+    assert np.abs(of_one).max() == pytest.approx(0.002)
+
+
 def test_steady_drift_has_grown_by_its_rate_times_a_minute_after_a_minute():
     drift = wrench_change(
         ForceDrift("linear", "tissue"), felt(there_and_back()), drift_fx=-0.2 / 60, drift_tz=1e-4

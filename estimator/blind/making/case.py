@@ -4,7 +4,7 @@ import json
 import shutil
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -53,16 +53,20 @@ def make_case(
         random = np.random.default_rng([*planned.seed, attempt])
         setup = draw_setup(random, forms)
         try:
-            effects = _sized_effects(forms, planned.levels, setup, random)
+            pilot = Pilot(setup) if forms else None
+            effects = _sized_effects(forms, planned.levels, setup, pilot, random) if pilot else []
             last = attempt == _DRAWS - 1
             if not last and not all(map(_reached, forms, effects, planned.levels)):
                 continue
             scene = Scene(setup.mechanics)
             for effect in effects:
                 scene = effect.drawn.change(scene)
-            carried = carry_out(
-                scene.mechanics, setup.experiments, setup.beads, TRIAL if quick else FINE, tell
-            )
+            resolution = TRIAL if quick else FINE
+            carried = carry_out(scene.mechanics, setup.experiments, setup.beads, resolution, tell)
+            if pilot and len(effects) == 1:
+                effects = [replace(effects[0], sigma=pilot.sigma_as_made(scene, carried, resolution))]
+                if not last and not all(map(_reached, forms, effects, planned.levels)):
+                    continue
         except SolverError as error:
             failure = error
             continue
@@ -87,11 +91,12 @@ def write_case(made: Made, folder: Path, key: Path) -> None:
 
 
 def _sized_effects(
-    forms: tuple[Form, ...], levels: tuple[str, ...], setup: Setup, random: np.random.Generator
+    forms: tuple[Form, ...],
+    levels: tuple[str, ...],
+    setup: Setup,
+    pilot: Pilot,
+    random: np.random.Generator,
 ) -> list[Sized]:
-    if not forms:
-        return []
-    pilot = Pilot(setup)
     effects = []
     for form, level in zip(forms, levels, strict=True):
         low, high = LEVELS[level]
