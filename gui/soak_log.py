@@ -3,13 +3,13 @@
 import csv
 from dataclasses import asdict
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 from gui.soak_meter import Second
+from robot_drivers.closing import ClosedAtExit
 
 
-class SoakLog:
+class SoakLog(ClosedAtExit):
     """Writes seconds from construction to :meth:`close`; a context manager.
 
     Attributes
@@ -34,14 +34,6 @@ class SoakLog:
     def close(self) -> None:
         """Close the file."""
         self._file.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 def _row(second: Second) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """What a soak measures, second by second, while the window runs: memory, threads, handles, latencies, what is shown."""
 
+import math
 import os
 import sys
 import time
@@ -24,7 +25,7 @@ _RECORDER = b"daq.acquisition"
 
 @dataclass(frozen=True, slots=True)
 class Resources:
-    """What a process holds; zeros where the system does not tell, or the process is gone.
+    """What a process holds; NaN where the system does not tell, or the process is gone.
 
     Attributes
     ----------
@@ -32,9 +33,9 @@ class Resources:
     threads, handles : handles are open files and sockets
     """
 
-    memory_mib: float = 0.0
-    threads: int = 0
-    handles: int = 0
+    memory_mib: float = math.nan
+    threads: float = math.nan
+    handles: float = math.nan
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +78,6 @@ class Meter(QObject):
 
     Attributes
     ----------
-    seconds : measured so far
     began_s, began_cpu_s : time and the process's processor time at the beginning
     """
 
@@ -96,7 +96,6 @@ class Meter(QObject):
 
     def begin(self) -> None:
         """Forget what was measured and begin anew."""
-        self.seconds: list[Second] = []
         self.began_s, self.began_cpu_s = time.monotonic(), time.process_time()
         self._last_s, self._last_work_s = self.began_s, time.thread_time()
         self._second_began_s = self.began_s
@@ -157,7 +156,6 @@ class Meter(QObject):
         )
         self._second_began_s = now_s
         self._forget()
-        self.seconds.append(second)
         self.measured.emit(second)
 
 
@@ -169,7 +167,7 @@ def resources_of(process: int | None) -> Resources:
     try:
         _, resident, shared, *_ = map(int, (own / "statm").read_text().split())
         threads, handles = (sum(1 for _ in (own / entries).iterdir()) for entries in ("task", "fd"))
-    except OSError:  # it is gone, which the zeros tell
+    except OSError:  # it is gone, which NaN tells
         return Resources()
     return Resources((resident - shared) * os.sysconf("SC_PAGE_SIZE") / _MIB, threads, handles)
 

@@ -60,7 +60,7 @@ class Series:
 
     @property
     def flat(self) -> bool:
-        """Whether it grew by no more than it may; a quantity that nothing is known of did not."""
+        """Whether it grew by no more than it may; nothing flat is known of what was not measured."""
         return self.growth <= self.quantity.most_growth
 
     def __str__(self) -> str:

@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
 
+from daq.atomic import replace_text
 from daq.errors import RecordingError
 from daq.plans import Trial
 from estimator.errors import InputError
@@ -91,11 +92,7 @@ def read_queue(path: Path) -> Queue:
 def write_queue(queue: Queue, path: Path) -> None:
     """Write a queue in one step."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    draft = path.with_name(path.name + ".new")
-    draft.write_text(
-        json.dumps([asdict(entry) for entry in queue], indent=1, default=str) + "\n", encoding="utf-8"
-    )
-    draft.replace(path)
+    replace_text(path, json.dumps([asdict(entry) for entry in queue], indent=1, default=str) + "\n")
 
 
 def _entry(told: dict[str, Any]) -> Entry:

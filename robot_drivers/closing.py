@@ -7,6 +7,8 @@ from typing import Self
 class ClosedAtExit(ABC):
     """Closed at the end of its ``with`` block, however that ends."""
 
+    __slots__ = ()
+
     @abstractmethod
     def close(self) -> None:
         """End what runs and release what it holds."""

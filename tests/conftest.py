@@ -49,6 +49,7 @@ class OneLaboratory(LoadScopeScheduling):
         return nodeid.partition("::")[0] if _COMPUTING.match(nodeid) else "the laboratory"
 
 
+@pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> OneLaboratory:
     return OneLaboratory(config, log)
 

@@ -8,8 +8,6 @@ import sys
 import threading
 import time
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 from daq import errors
 from daq.acquisition.messages import (
@@ -35,13 +33,14 @@ from daq.recording.folder import SessionInfo
 from daq.rig import Rig
 from daq.session.session import Label
 from daq.trajectories import Trajectory
+from robot_drivers.closing import ClosedAtExit
 
 _OPEN_TIMEOUT_S = 60.0
 _END_TIMEOUT_S = 600.0
 _POLL_S = 0.1
 
 
-class Acquisition:
+class Acquisition(ClosedAtExit):
     """An acquisition process with its devices connected, from construction to :meth:`close`; a context manager.
 
     All methods belong to one thread, which calls :meth:`poll` at least twice a second while a session runs: that is
@@ -192,14 +191,6 @@ class Acquisition:
             self._reader.join(_END_TIMEOUT_S)
             if self._process.stdout is not None:
                 self._process.stdout.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _watch(self, progress: Progress) -> Ended:
         while (ended := self.poll(_POLL_S)) is None:

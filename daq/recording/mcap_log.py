@@ -7,8 +7,6 @@ process; the disk follows when :meth:`McapLog.sync` is called. Such a file has n
 import os
 import sys
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 from mcap.data_stream import RecordBuilder
 from mcap.records import Channel, Header, McapRecord
@@ -18,9 +16,10 @@ from mcap.writer import LIBRARY_IDENTIFIER, MCAP0_MAGIC
 from daq.recording.chunks import Rows, encode_chunk
 from daq.recording.in_use import lock
 from daq.recording.schemas import Schema
+from robot_drivers.closing import ClosedAtExit
 
 
-class McapLog:
+class McapLog(ClosedAtExit):
     """An MCAP file open for appending, locked as long as its process lives. Only :meth:`sync` is thread-safe."""
 
     def __init__(self, path: Path) -> None:
@@ -69,14 +68,6 @@ class McapLog:
                 self.sync()
             finally:
                 self._file.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _add_schema(self, schema: Schema) -> int:
         """Declare a schema unless it is, and return its id."""

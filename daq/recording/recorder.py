@@ -10,8 +10,6 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 from daq.errors import RecordingError
 from daq.recording import schemas
@@ -23,6 +21,7 @@ from daq.recording.streams import FORCE, ROBOT, Observer, Streams, camera_stream
 from daq.recording.writer import Packet, RecordWriter
 from daq.vision.camera_model import PinholeCamera
 from robot_drivers.clock import host_time_ns
+from robot_drivers.closing import ClosedAtExit
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import Camera, ForceSensor, Frame, PoseBlock, Robot, WrenchBlock
 
@@ -35,7 +34,7 @@ ROBOT_FRAME = "robot_base"
 _FULL_ENOUGH = 0.25
 
 
-class Recorder:
+class Recorder(ClosedAtExit):
     """Records connected, streaming devices from construction to :meth:`close`; a context manager.
 
     It is itself the last of the observers: the others see every block before it is recorded.
@@ -136,14 +135,6 @@ class Recorder:
     def on_failure(self, stream: str, error: DeviceError) -> None:
         """Record that a device has failed."""
         self.event("device_failed", stream=stream, message=str(error))
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _frame_rows(self, name: str) -> FrameRows:
         return FrameRows(

@@ -12,8 +12,6 @@ from collections import defaultdict
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 import numpy as np
 import zstandard
@@ -27,6 +25,7 @@ from daq.recording.chunks import Placed, Rows
 from daq.recording.damage import telling_damage
 from estimator.errors import InputError
 from estimator.input_file import require_file
+from robot_drivers.closing import ClosedAtExit
 from robot_drivers.protocols import IntArray
 
 _RECORD = struct.Struct("<BQ")
@@ -61,7 +60,7 @@ class Segment:
 
 
 @dataclass(slots=True)
-class Scan:
+class Scan(ClosedAtExit):
     """What a file holds; a context manager that ends the mapping of the file into memory.
 
     Attributes
@@ -128,14 +127,6 @@ class Scan:
         self._view.release()
         if self._mapped is not None:
             self._mapped.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 def scan(path: Path) -> Scan:

@@ -2,10 +2,10 @@
 
 import threading
 from collections.abc import Callable, Mapping, Sequence, Sized
-from types import TracebackType
-from typing import Protocol, Self, TypeVar
+from typing import Protocol, TypeVar
 
 from daq.errors import RecordingError
+from robot_drivers.closing import ClosedAtExit
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import Camera, ForceSensor, Frame, PoseBlock, Robot, WrenchBlock
 from robot_drivers.real_time import prefer_this_thread
@@ -34,7 +34,7 @@ class Observer(Protocol):
         """Learn that a device has failed; nothing more comes from it."""
 
 
-class Streams:
+class Streams(ClosedAtExit):
     """Reads connected, streaming devices from construction to :meth:`close`; a context manager.
 
     The observers see every block in their order, before the next one is read.
@@ -76,14 +76,6 @@ class Streams:
         self._stopping.set()
         for thread in self._threads:
             thread.join()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _loop(
         self, stream: str, read: Callable[[float], Block], shows: Sequence[Callable[[Block], None]]

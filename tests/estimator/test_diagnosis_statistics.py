@@ -9,6 +9,7 @@ from retraction_cases import SMALL_BLOCK
 from scipy.optimize import lsq_linear
 from scipy.stats import multivariate_normal
 
+from estimator.diagnosis.contest import Trial, best_starts
 from estimator.diagnosis.discrepancy import Discrepancy, ModelError, forgiven
 from estimator.diagnosis.evidence import (
     LinearModel,
@@ -17,10 +18,13 @@ from estimator.diagnosis.evidence import (
     unknown_evidence,
     with_floor_borne_out,
 )
+from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.judgement import best_of, credible_set, log_priors, probabilities
 from estimator.diagnosis.multiplicity import among_tests
 from estimator.diagnosis.noise import noise_of
+from estimator.diagnosis.screening import Signature
 from estimator.diagnosis.whitening import inverse_root, shrunk, uncorrelated
+from estimator.effects.catalogue import CATALOGUE
 
 FloatArray = NDArray[np.float64]
 
@@ -208,3 +212,21 @@ def test_a_real_effect_is_no_chance_and_one_along_a_nuisance_is_not_seen() -> No
     assert real.chance == 0.0
     swallowed = among_tests(noise + 50.0 * nuisances[:, 0], nuisances, [nuisances[:, :1], *others])
     assert swallowed.chance == among_tests(noise, nuisances, [nuisances[:, :1], *others]).chance
+
+
+def test_of_each_effect_the_best_start_is_tried_and_two_where_constants_are_searched() -> None:
+    inclusion = next(effect for effect in CATALOGUE if effect.name == "inhomogeneity:cylinder")
+    scale = next(effect for effect in CATALOGUE if effect.name == "camera_scale")
+    start = Hypothesis(1e4, 0.45)
+    trials = [
+        Trial(Signature(effect, {}, (), ()), evidence, start)
+        for effect, evidence in (
+            (scale, 1.0),
+            (inclusion, 5.0),
+            (inclusion, 2.0),
+            (scale, 3.0),
+            (inclusion, 4.0),
+        )
+    ]
+    found = [(trial.signature.effect.label, trial.log_evidence) for trial in best_starts(trials)]
+    assert found == [("inhomogeneity", 5.0), ("inhomogeneity", 4.0), ("camera_scale", 3.0)]

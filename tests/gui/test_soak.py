@@ -95,6 +95,11 @@ def test_a_recorder_that_tells_nothing_is_not_flat() -> None:
     assert grown == ["latency of the window"]
 
 
+def test_what_a_system_does_not_tell_is_not_called_flat() -> None:
+    untold = [replace(second, window=Resources(), recorder=Resources()) for second in STEADY]
+    assert failed(result_of(untold)) == ["memory, threads, handles and latencies are flat"]
+
+
 def test_while_a_session_is_sealed_no_image_is_missed() -> None:
     sealing = replace(SECOND, recorder_late_s=float("nan"), images={})
     assert images_shown_per_s([*STEADY[:20], *[sealing] * 50]) == {"left": 30.0, "right": 30.0}

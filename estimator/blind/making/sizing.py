@@ -80,6 +80,12 @@ class Pilot:
     def sigma_as_made(self, scene: Scene, carried: Carried, resolution: Resolution) -> float:
         """Return the same of a case that was carried out, beside one without effect on the same mesh.
 
+        Parameters
+        ----------
+        scene : the mechanics with the effect, and the instruments
+        carried : what came out of those mechanics
+        resolution : at which they were carried out
+
         Raises
         ------
         SolverError
