@@ -127,7 +127,6 @@ def diagnosis(
     gap = gap or Gap(1.02, 1.01, 1.0, float("nan"))
     base = Diagnosis(
         verdict=verdict,
-        incomplete=False,
         probabilities=probabilities,
         credible_set=(max(probabilities, key=lambda label: probabilities[label]),),
         chance=0.0 if verdict else 0.4,
@@ -298,7 +297,7 @@ def two_causes() -> Diagnosis:
         closure_held_out=0.22,
     )
     return diagnosis(
-        ("viscoelasticity", "anchor_compliance"),
+        ("viscoelasticity", "anchor_compliance", "unknown"),
         {
             "none": 0.0,
             "unknown": 0.004,
@@ -308,6 +307,5 @@ def two_causes() -> Diagnosis:
         },
         (relaxation, yielding, finding("permanent_set", "material", 0.02)),
         Gap(6.2, 1.5, 1.0, 0.9),
-        incomplete=True,
         traces=(trace("pull", 1, None, 0.9), trace("twist", 2, None, 0.8)),
     )

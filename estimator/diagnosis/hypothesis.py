@@ -93,11 +93,12 @@ class Hypothesis:
         return replace(self, effects=(*self.effects, effect), values=(*self.values, dict(values)))
 
 
-def negligible(hypothesis: Hypothesis) -> bool:
-    """Tell whether there is an effect whose every amplitude is smaller than anybody would care for."""
-    return any(
-        all(abs(values[amplitude.name]) < amplitude.smallest for amplitude in effect.amplitudes)
+def negligible_effects(hypothesis: Hypothesis) -> tuple[Effect, ...]:
+    """Return the effects whose every amplitude is smaller than anybody would care for."""
+    return tuple(
+        effect
         for effect, values in zip(hypothesis.effects, hypothesis.values, strict=True)
+        if all(abs(values[amplitude.name]) < amplitude.smallest for amplitude in effect.amplitudes)
     )
 
 

@@ -44,6 +44,27 @@ def probabilities(
     return {name: float(np.exp(value - total)) for name, value in ordered}
 
 
+def shared_with_unknown(
+    probability: Mapping[str, float], leading: str, explained: float, beyond: float
+) -> dict[str, float]:
+    """Return the probabilities where something unknown stands out beside the leading cause, the most probable first.
+
+    A cause that explains a part of a gap may be there, or stand in for one that the catalogue does not hold: the
+    unknown takes the share of its probability that it has in what both explain.
+
+    Parameters
+    ----------
+    explained, beyond : by how much the cause raises the log evidence, and the unknown beside it once more
+    """
+    moved = probability[leading] * beyond / (beyond + max(explained, 0.0))
+    shared = {
+        **probability,
+        leading: probability[leading] - moved,
+        UNKNOWN: probability[UNKNOWN] + moved,
+    }
+    return dict(sorted(shared.items(), key=lambda item: -item[1]))
+
+
 def credible_set(probability: Mapping[str, float]) -> tuple[str, ...]:
     """Return the smallest set of answers that holds 90 % of the probability."""
     chosen: list[str] = []

@@ -193,8 +193,8 @@ class Diagnosis:
 
     Attributes
     ----------
-    verdict : labels of the causes; empty for none, ("unknown",) for a gap that nothing in the catalogue explains
-    incomplete : whether something unexplained remains beside the verdict's causes
+    verdict : labels of the causes, the leading one first, and "unknown" last where something more remains than they
+        explain; empty for none, ("unknown",) for a gap that nothing in the catalogue explains
     probabilities : of the leading single cause, "none" and "unknown" among them
     credible_set : the smallest set of probable answers with 90 %
     chance : share of noises alone, none of them with a cause, that would feign one as strong as the strongest found
@@ -211,7 +211,6 @@ class Diagnosis:
     """
 
     verdict: tuple[str, ...]
-    incomplete: bool
     probabilities: Mapping[str, float]
     credible_set: tuple[str, ...]
     chance: float

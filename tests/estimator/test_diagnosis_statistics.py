@@ -19,7 +19,13 @@ from estimator.diagnosis.evidence import (
     with_floor_borne_out,
 )
 from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.judgement import best_of, credible_set, log_priors, probabilities
+from estimator.diagnosis.judgement import (
+    best_of,
+    credible_set,
+    log_priors,
+    probabilities,
+    shared_with_unknown,
+)
 from estimator.diagnosis.multiplicity import among_tests
 from estimator.diagnosis.noise import noise_of
 from estimator.diagnosis.screening import Signature
@@ -122,6 +128,16 @@ def test_priors_sum_to_one_and_groups_share_alike() -> None:
     prior = {name: float(np.exp(value)) for name, value in log_priors(GROUPS).items()}
     assert sum(prior.values()) == pytest.approx(1.0)
     assert prior["a"] + prior["b"] == pytest.approx(prior["c"])
+
+
+def test_the_unknown_leads_where_it_explains_more_than_the_cause_that_it_stands_beside() -> None:
+    named = {"a": 0.98, "none": 0.01, "unknown": 0.01}
+    little = shared_with_unknown(named, "a", explained=90.0, beyond=10.0)
+    much = shared_with_unknown(named, "a", explained=30.0, beyond=70.0)
+    assert next(iter(little)) == "a"
+    assert next(iter(much)) == "unknown"
+    assert sum(little.values()) == pytest.approx(1.0)
+    assert little["a"] == pytest.approx(0.9 * 0.98)
 
 
 def test_the_credible_set_holds_what_is_needed_and_no_more() -> None:

@@ -39,8 +39,7 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     named = f"{words_of(leading)} ({percent(_probability(diagnosis, leading))})"
     if others:
         named += f" together with {' and '.join(map(words_of, others))}"
-    remains = diagnosis.incomplete or UNKNOWN in diagnosis.verdict
-    more = ", but something more remains unexplained" if remains else ""
+    more = ", but something more remains unexplained" if UNKNOWN in diagnosis.verdict else ""
     return _sentence(f"{named} causes the gap{more}.")
 
 

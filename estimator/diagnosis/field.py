@@ -1,0 +1,164 @@
+"""The field of hypotheses: all of the catalogue are screened, the leaders refitted, the best of them polished."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+
+from estimator.diagnosis.case import Case, Linearisation
+from estimator.diagnosis.contest import (
+    Contender,
+    Tell,
+    Trial,
+    baseline_error,
+    best_starts,
+    evidence_of_unknown,
+    first_order_evidence,
+    polish_all,
+    refit_all,
+    screen,
+)
+from estimator.diagnosis.discrepancy import ModelError
+from estimator.diagnosis.glitches import number_left_out
+from estimator.diagnosis.held_out import white_floor
+from estimator.diagnosis.preparation import prepare
+from estimator.effects.catalogue import CATALOGUE
+from estimator.effects.effect import Effect
+from estimator.experiment import Experiment
+
+_CONTENDERS = 7
+_POLISHED = 3
+_FORMS_OF_A_LABEL = 3
+# A hypothesis whose first-order evidence is this much below the best is not refitted, unless few are left.
+_HOPELESS = 0.35
+_FEWEST = 3
+# Contenders this close to the best, or within this share of its gain, are polished.
+_CLOSE, _CLOSE_SHARE = 10.0, 0.15
+
+
+@dataclass(frozen=True)
+class Field:
+    """What was tried on a case.
+
+    Attributes
+    ----------
+    case : Case
+    glitches : how many single readings of a bead were left out as wild
+    baseline : fitted
+    error : what any model misses
+    trials : every effect at every start, to first order, the most probable first
+    contenders : refitted, the most probable first
+    none, unknown : log evidence of the baseline, and of something outside the catalogue beside it
+    """
+
+    case: Case
+    glitches: int
+    baseline: Linearisation
+    error: ModelError
+    trials: tuple[Trial, ...]
+    contenders: tuple[Contender, ...]
+    none: float
+    unknown: float
+
+
+def hold_contest(experiments: Sequence[Experiment], executor: Executor, tell: Tell) -> Field:
+    """Fit the baseline, then let every effect of the catalogue explain what it leaves.
+
+    Raises
+    ------
+    InputError, FitError, SolverError
+        As :func:`estimator.diagnosis.diagnose.diagnose`.
+    """
+    tell("fitting the baseline", 0, 1)
+    case, baseline = prepare(experiments, executor)
+    tell("fitting the baseline", 1, 1)
+    error = baseline_error(case, baseline)
+    none = first_order_evidence(case, baseline, error)
+    plain = [effect for effect in CATALOGUE if not effect.elaborates]
+    trials = screen(case, baseline, error, plain, executor, tell)
+    leaders = _leaders(best_starts(trials), none)
+    contenders = refit_all(case, baseline, error, [trial.start for trial in leaders], executor, tell)
+    close = _close(contenders, none)
+    polished = polish_all(case, baseline, error, close, executor, tell)
+    rest = contenders[len(close) :]
+    more: list[Trial] = []
+    doubtful = _doubtful(case, polished)
+    if doubtful:
+        elaborate = _elaborations(doubtful)
+        finer = screen(case, baseline, error, elaborate, executor, tell) if elaborate else []
+        more = best_starts(finer) + _siblings(best_starts(trials), doubtful[:1], contenders)
+        trials += finer
+    if more:
+        refitted = refit_all(case, baseline, error, [t.start for t in more[:4]], executor, tell)
+        better = [one for one in refitted if one.log_evidence > polished[0].log_evidence]
+        polished += polish_all(case, baseline, error, better[:2], executor, tell)
+        rest += [one for one in refitted if one not in better]
+    contenders = sorted([*polished, *rest], key=lambda one: -one.log_evidence)
+    left_out = number_left_out(experiments, case.experiments)
+    unknown = evidence_of_unknown(baseline, error)
+    return Field(case, left_out, baseline, error, tuple(trials), tuple(contenders), none, unknown)
+
+
+def _close(contenders: Sequence[Contender], none: float) -> list[Contender]:
+    """Return the contenders that a better fit could still bring to the front, of many the first."""
+    if not contenders:
+        return []
+    best = contenders[0].log_evidence
+    margin = max(_CLOSE, _CLOSE_SHARE * (best - none))
+    return [one for one in contenders[:_POLISHED] if one.log_evidence > best - margin]
+
+
+def _leaders(trials: Sequence[Trial], none: float) -> list[Trial]:
+    """Return the trials worth a refit: near the best, and not many forms of one label."""
+    best = trials[0].log_evidence - none
+    chosen: list[Trial] = []
+    for trial in trials:
+        label = trial.signature.effect.label
+        forms = sum(one.signature.effect.label == label for one in chosen)
+        gain = trial.log_evidence - none
+        if gain < max(-3.0, _HOPELESS * best) and len(chosen) >= _FEWEST:
+            break
+        if forms < _FORMS_OF_A_LABEL:
+            chosen.append(trial)
+        if len(chosen) == _CONTENDERS:
+            break
+    return chosen
+
+
+def _doubtful(case: Case, polished: Sequence[Contender]) -> list[Contender]:
+    """Return the contenders of which a finer form could win: rivals close to the best, or what leaves a misfit."""
+    if not polished:
+        return []
+    best = polished[0].log_evidence
+    rivals = [one for one in polished if one.log_evidence > best - _CLOSE]
+    if len({one.labels[0] for one in rivals}) > 1:
+        return rivals
+    return [] if _adequate(case, polished[0]) else list(polished[:2])
+
+
+def _adequate(case: Case, contender: Contender) -> bool:
+    """Tell whether a contender leaves no more than noise, so that no finer form of it is called for."""
+    values = sum(len(residual) for residual in contender.fit.residual)
+    return contender.fit.chi2 < values * white_floor(case) ** 2 + 3 * np.sqrt(2 * values)
+
+
+def _elaborations(contenders: Sequence[Contender]) -> list[Effect]:
+    """Return the finer forms of the leaders' labels."""
+    labels = {one.labels[0] for one in contenders}
+    return [effect for effect in CATALOGUE if effect.elaborates and effect.label in labels]
+
+
+def _siblings(
+    trials: Sequence[Trial], leading: Sequence[Contender], contenders: Sequence[Contender]
+) -> list[Trial]:
+    """Return the trials of the leader's label whose forms have not been refitted."""
+    done = {one.fit.hypothesis.effects[0].name for one in contenders}
+    labels = {one.labels[0] for one in leading}
+    return [
+        trial
+        for trial in trials
+        if trial.signature.effect.label in labels and trial.signature.effect.name not in done
+    ]

@@ -1,0 +1,155 @@
+"""The verdict on a field of hypotheses: which cause, or which two, whether none or something unknown beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+from estimator.diagnosis.contest import (
+    Contender,
+    Tell,
+    best_starts,
+    evidence_of_unknown,
+    first_order_evidence,
+    polish_all,
+    refit_all,
+    trial_of,
+)
+from estimator.diagnosis.field import Field
+from estimator.diagnosis.findings import best_trials
+from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
+from estimator.diagnosis.judgement import LOG_PRIOR_OF_A_PAIR, best_of, probabilities, shared_with_unknown
+from estimator.diagnosis.result import NONE, UNKNOWN
+from estimator.effects.catalogue import LABELS
+from estimator.effects.effect import Group
+
+# Signatures are inexact, so that evidences of hundreds overstate what they say.
+TEMPER = 0.5
+# An effect of negligible size is believed where it raises the log evidence by this: two good solvers of one baseline,
+# at the largest forces, differed by 17 in what a little stiffening or a grasp 0.1 mm aside would explain.
+_BELIEVED = 25.0
+# What a sensor does to its readings no error of the mesh can feign; on clean cases it raised the log evidence by 1.
+_BELIEVED_OF_SENSORS = 8.0
+_SENSORS: frozenset[Group] = frozenset({"force", "timing", "vision"})
+# What an effect of negligible size falls short of none.
+_NEGLIGIBLE = 5.0
+# A second cause must raise the log evidence by this, beyond its prior: less than that the baseline's own error feigns.
+_SECOND_CAUSE = 15.0
+# Something unknown beside the causes must do so too, and by this share of what they do: a form that is nearly right
+# leaves a little of a large gap.
+_REMAINDER = 0.05
+_LEADERS, _PARTNERS = 2, 3
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What is concluded.
+
+    Attributes
+    ----------
+    labels : of the causes, the leading one first, "unknown" last where more remains than they explain; empty for none
+    winner : the hypothesis with those causes; None for none or unknown alone
+    probability : of every answer, the most probable first
+    """
+
+    labels: tuple[str, ...]
+    winner: Contender | None
+    probability: Mapping[str, float]
+
+
+def reach_verdict(field: Field, executor: Executor, tell: Tell) -> Verdict:
+    """Weigh the answers; look for a second cause beside the leaders, and for what the causes leave."""
+    evidence = weigh(field)
+    probability = probabilities(evidence, LABELS, TEMPER)
+    leading = next(iter(probability))
+    first = next(label for label in probability if label in LABELS)
+    contested = {one.labels[0] for one in field.contenders}
+    if leading == NONE or first not in contested:
+        return Verdict(() if leading == NONE else (UNKNOWN,), None, probability)
+    best = next(one for one in field.contenders if one.labels[0] == first)
+    pair = _best_pair(field, best, executor, tell)
+    if pair is not None and pair.log_evidence > field.unknown + _SECOND_CAUSE:
+        stronger = max(pair.labels, key=lambda label: evidence[label])
+        evidence = {**evidence, stronger: max(evidence[stronger], pair.log_evidence)}
+        return _with_remainder(field, pair, stronger, probabilities(evidence, LABELS, TEMPER))
+    if leading == UNKNOWN:
+        return Verdict((UNKNOWN,), None, probability)
+    return _with_remainder(field, best, leading, probability)
+
+
+def weigh(field: Field) -> dict[str, float]:
+    """Return the log evidence of every answer.
+
+    An effect smaller than anybody would care for is no gap: its evidence counts for none, unless it is so strong that
+    no inexactness of the baseline could feign it.
+    """
+    refitted = {one.fit.hypothesis.effects[0].name for one in field.contenders}
+    points = [(one.fit.hypothesis, one.log_evidence) for one in field.contenders]
+    points += [
+        (trial.start, trial.log_evidence)
+        for trial in best_starts(field.trials)
+        if trial.signature.effect.name not in refitted
+    ]
+    slight = [value for hypothesis, value in points if _slight(hypothesis, value - field.none)]
+    forms = [
+        (hypothesis.effects[0].label, value)
+        for hypothesis, value in points
+        if not _slight(hypothesis, value - field.none)
+    ]
+    found = {**dict.fromkeys(LABELS, field.none - _NEGLIGIBLE), UNKNOWN: field.unknown, **best_of(forms)}
+    found[NONE] = max([field.none, *slight])
+    return found
+
+
+def _slight(hypothesis: Hypothesis, gain: float) -> bool:
+    """Tell whether a hypothesis has an effect of negligible size that a slight error of the model could feign."""
+    return any(
+        gain < (_BELIEVED_OF_SENSORS if effect.group in _SENSORS else _BELIEVED)
+        for effect in negligible_effects(hypothesis)
+    )
+
+
+def _with_remainder(
+    field: Field, winner: Contender, leading: str, probability: Mapping[str, float]
+) -> Verdict:
+    """Return the verdict for a hypothesis, with "unknown" in it where something more stands out beside its causes."""
+    labels = (leading, *(label for label in winner.labels if label != leading))
+    beyond = evidence_of_unknown(winner.fit, field.error) - winner.log_evidence
+    explained = winner.log_evidence - field.none
+    if beyond < max(_SECOND_CAUSE, _REMAINDER * explained):
+        return Verdict(labels, winner, probability)
+    shared = shared_with_unknown(probability, leading, explained, beyond)
+    if next(iter(shared)) == UNKNOWN:
+        return Verdict((UNKNOWN,), None, shared)
+    return Verdict((*labels, UNKNOWN), winner, shared)
+
+
+def _best_pair(field: Field, best: Contender, executor: Executor, tell: Tell) -> Contender | None:
+    """Return the best hypothesis with a second cause beside a leader, None where none is worth it."""
+    starts = []
+    for leader in field.contenders[:_LEADERS]:
+        # Every start is weighed anew: where the leader's gap is large, a second cause seemed to lie elsewhere.
+        tried = [
+            trial_of(field.case, leader.fit, field.error, trial.signature)
+            for trial in field.trials
+            if trial.signature.effect.label not in leader.labels
+        ]
+        beside = list(best_trials(tried).values())
+        beside.sort(key=lambda trial: -trial.log_evidence)
+        alone = first_order_evidence(field.case, leader.fit, field.error)
+        starts += [
+            (trial.log_evidence - alone + leader.log_evidence, trial.start)
+            for trial in beside[:_PARTNERS]
+            if trial.log_evidence > alone + _SECOND_CAUSE
+        ]
+    starts.sort(key=lambda item: -item[0])
+    if not starts:
+        return None
+    begun = [start for _, start in starts[:_PARTNERS]]
+    pairs = refit_all(field.case, field.baseline, field.error, begun, executor, tell)
+    pairs = polish_all(field.case, field.baseline, field.error, pairs[:2], executor, tell)
+    pairs = [one for one in pairs if not _slight(one.fit.hypothesis, one.log_evidence - best.log_evidence)]
+    if not pairs or pairs[0].log_evidence + LOG_PRIOR_OF_A_PAIR < best.log_evidence + _SECOND_CAUSE:
+        return None
+    return pairs[0]

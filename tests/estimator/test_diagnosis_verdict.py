@@ -1,0 +1,51 @@
+"""What counts as a gap: an effect's size, its strength, and whether the model's own error could feign it."""
+
+import typing
+
+import pytest
+
+from estimator.diagnosis.case import Case, Linearisation
+from estimator.diagnosis.contest import Trial
+from estimator.diagnosis.discrepancy import ModelError
+from estimator.diagnosis.field import Field
+from estimator.diagnosis.hypothesis import Hypothesis
+from estimator.diagnosis.screening import Signature
+from estimator.diagnosis.verdict import weigh
+from estimator.effects.catalogue import CATALOGUE
+
+MATERIAL = Hypothesis(1e4, 0.45)
+
+
+def tried(name: str, amplitude: str, size: float, gain: float) -> Field:
+    """A field in which one effect of some size raises the log evidence over the baseline's, which is zero."""
+    effect = next(one for one in CATALOGUE if one.name == name)
+    constants = {constant.name: constant.lower for constant in effect.constants}
+    values = {**constants, **{one.name: 0.0 for one in effect.amplitudes}, amplitude: size}
+    trial = Trial(Signature(effect, {}, (), ()), gain, MATERIAL.with_effect(effect, values))
+    # Without contenders nothing is asked of the measurements.
+    nothing = typing.cast(tuple[Case, Linearisation], (None, None))
+    return Field(nothing[0], 0, nothing[1], ModelError((), (0.1, 0.1)), (trial,), (), none=0.0, unknown=-5.0)
+
+
+@pytest.mark.parametrize("gain", [10.0, 20.0])
+def test_a_slight_stretch_of_the_cameras_scale_is_a_gap_where_it_stands_out(gain: float) -> None:
+    found = weigh(tried("camera_scale", "scale_error", 3e-4, gain))
+    assert found["camera_scale"] == gain
+    assert found["none"] == 0.0
+
+
+def test_a_slight_stretch_that_does_not_stand_out_counts_for_no_gap() -> None:
+    found = weigh(tried("camera_scale", "scale_error", 3e-4, 6.0))
+    assert found["none"] == 6.0
+    assert found["camera_scale"] < 0.0
+
+
+@pytest.mark.parametrize(("gain", "believed"), [(20.0, False), (30.0, True)])
+def test_a_grasp_a_hair_aside_must_stand_out_more_for_a_mesh_feigns_it(gain: float, believed: bool) -> None:
+    found = weigh(tried("grasp_misplacement:gripper", "shift_x", 5e-5, gain))
+    assert (found["grasp_misplacement"] == gain) is believed
+    assert found["none"] == (0.0 if believed else gain)
+
+
+def test_a_grasp_well_aside_needs_not() -> None:
+    assert weigh(tried("grasp_misplacement:gripper", "shift_x", 2e-3, 9.0))["grasp_misplacement"] == 9.0
