@@ -28,7 +28,7 @@ from estimator.diagnosis.findings import (
 from estimator.diagnosis.held_out import gap_of, gaps_by_kind, held_out_residuals, noise_floor
 from estimator.diagnosis.judgement import credible_set
 from estimator.diagnosis.multiplicity import Multiplicity, multiplicity_of
-from estimator.diagnosis.result import Diagnosis, EffectFinding, Material, Trace
+from estimator.diagnosis.result import UNKNOWN, Diagnosis, EffectFinding, Material, Trace
 from estimator.diagnosis.sentences import what_cannot_be_told
 from estimator.diagnosis.verdict import TEMPER, Verdict, reach_verdict, weigh
 from estimator.diagnosis.where import where_of
@@ -98,7 +98,7 @@ def _diagnosis(field: Field, verdict: Verdict, started: float, executor: Executo
         after=_material(chosen, alone if winner is None else winner.deviations),
         cannot_tell=what_cannot_be_told(effects, credible),
         next_experiment=advise(
-            case, baseline, best_trials(field.trials), verdict.probability, executor, tell
+            case, baseline, best_trials(field.trials_of_labels), verdict.probability, executor, tell
         ),
         glitches=field.glitches,
         traces=tuple(
@@ -107,7 +107,7 @@ def _diagnosis(field: Field, verdict: Verdict, started: float, executor: Executo
                 zip(case.experiments, baseline.predicted, chosen.predicted, case.whitenings, strict=True)
             )
         ),
-        considered=consider(case, baseline, field.error, field.trials, field.contenders, floor),
+        considered=consider(case, baseline, field.error, field.trials_of_labels, field.contenders, floor),
         seconds=time.perf_counter() - started,
     )
 
@@ -123,6 +123,8 @@ def _findings(
     fit = winner.fit if winner is not None else field.baseline
     found = {}
     for label, trial in best_trials(field.trials).items():
+        if label == UNKNOWN and (winner is None or UNKNOWN not in winner.labels):
+            continue  # what has no label is told of where it was recognised
         if winner is not None and label in winner.labels:
             without = _without(field, winner, label)
             closure = gap_of(

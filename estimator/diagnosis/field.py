@@ -25,7 +25,7 @@ from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.glitches import number_left_out
 from estimator.diagnosis.held_out import white_floor
 from estimator.diagnosis.preparation import prepare
-from estimator.effects.catalogue import CATALOGUE
+from estimator.effects.catalogue import CATALOGUE, LABELS, OUTSIDERS
 from estimator.effects.effect import Effect
 from estimator.experiment import Experiment
 
@@ -63,6 +63,11 @@ class Field:
     none: float
     unknown: float
 
+    @property
+    def trials_of_labels(self) -> list[Trial]:
+        """The trials without those of what has no label."""
+        return [trial for trial in self.trials if trial.signature.effect.label in LABELS]
+
 
 def hold_contest(experiments: Sequence[Experiment], executor: Executor, tell: Tell) -> Field:
     """Fit the baseline, then let every effect of the catalogue explain what it leaves.
@@ -77,7 +82,7 @@ def hold_contest(experiments: Sequence[Experiment], executor: Executor, tell: Te
     tell("fitting the baseline", 1, 1)
     error = baseline_error(case, baseline)
     none = first_order_evidence(case, baseline, error)
-    plain = [effect for effect in CATALOGUE if not effect.elaborates]
+    plain = [effect for effect in (*CATALOGUE, *OUTSIDERS) if not effect.elaborates]
     trials = screen(case, baseline, error, plain, executor, tell)
     leaders = _leaders(best_starts(trials), none)
     contenders = refit_all(case, baseline, error, [trial.start for trial in leaders], executor, tell)

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.effects.effect import OUTSIDE
 from estimator.experiment import Experiment
 from estimator.fem.mesh import Mesh
 
@@ -16,7 +17,7 @@ FloatArray = NDArray[np.float64]
 State = Literal["present", "negligible", "absent", "cannot_tell"]
 
 NONE = "none"
-UNKNOWN = "unknown"
+UNKNOWN = OUTSIDE
 
 
 @dataclass(frozen=True)
@@ -193,12 +194,12 @@ class Diagnosis:
 
     Attributes
     ----------
-    verdict : labels of the causes, the leading one first, and "unknown" last where something more remains than they
-        explain; empty for none, ("unknown",) for a gap that nothing in the catalogue explains
+    verdict : labels of the causes, the leading one first, "unknown" among them where something without a label is one,
+        or more remains than they explain; empty for none, ("unknown",) for a gap that nothing in the catalogue explains
     probabilities : of the leading single cause, "none" and "unknown" among them
     credible_set : the smallest set of probable answers with 90 %
     chance : share of noises alone, none of them with a cause, that would feign one as strong as the strongest found
-    effects : by label
+    effects : by label; by "unknown" too where that was recognised as something which has no label
     gap, by_channel, by_experiment : Gap of all data, of force, torque and fiducials, and of each experiment
     where : Where
     before, after : material without and with the causes

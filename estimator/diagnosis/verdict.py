@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
+import numpy as np
+
 from estimator.diagnosis.contest import (
     Contender,
     Tell,
@@ -19,7 +21,13 @@ from estimator.diagnosis.contest import (
 from estimator.diagnosis.field import Field
 from estimator.diagnosis.findings import best_trials
 from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
-from estimator.diagnosis.judgement import LOG_PRIOR_OF_A_PAIR, best_of, probabilities, shared_with_unknown
+from estimator.diagnosis.judgement import (
+    LOG_PRIOR_OF_A_PAIR,
+    best_of,
+    log_priors,
+    probabilities,
+    shared_with_unknown,
+)
 from estimator.diagnosis.result import NONE, UNKNOWN
 from estimator.effects.catalogue import LABELS
 from estimator.effects.effect import Group
@@ -40,6 +48,9 @@ _SECOND_CAUSE = 15.0
 # leaves a little of a large gap.
 _REMAINDER = 0.05
 _LEADERS, _PARTNERS = 2, 3
+# One effect without a label is as improbable beforehand as one with, and so less probable than all that is unknown.
+_PRIORS = log_priors(LABELS)
+_PRICE_OF_OUTSIDER = _PRIORS[UNKNOWN] - float(np.mean([_PRIORS[label] for label in LABELS]))
 
 
 @dataclass(frozen=True)
@@ -48,8 +59,9 @@ class Verdict:
 
     Attributes
     ----------
-    labels : of the causes, the leading one first, "unknown" last where more remains than they explain; empty for none
-    winner : the hypothesis with those causes; None for none or unknown alone
+    labels : of the causes, the leading one first, "unknown" among them where something without a label is one, or more
+        remains than they explain; empty for none
+    winner : the hypothesis with those causes; None for none, and for an unknown that was not recognised
     probability : of every answer, the most probable first
     """
 
@@ -63,18 +75,20 @@ def reach_verdict(field: Field, executor: Executor, tell: Tell) -> Verdict:
     evidence = weigh(field)
     probability = probabilities(evidence, LABELS, TEMPER)
     leading = next(iter(probability))
-    first = next(label for label in probability if label in LABELS)
-    contested = {one.labels[0] for one in field.contenders}
-    if leading == NONE or first not in contested:
-        return Verdict(() if leading == NONE else (UNKNOWN,), None, probability)
-    best = next(one for one in field.contenders if one.labels[0] == first)
+    if leading == NONE:
+        return Verdict((), None, probability)
+    outsider = _first_of(field, UNKNOWN) if evidence[UNKNOWN] > field.unknown else None
+    recognised = outsider if leading == UNKNOWN else None
+    best = recognised or _first_of(field, next(label for label in probability if label in LABELS))
+    if best is None:
+        return Verdict((UNKNOWN,), None, probability)
     pair = _best_pair(field, best, executor, tell)
     if pair is not None and pair.log_evidence > field.unknown + _SECOND_CAUSE:
         stronger = max(pair.labels, key=lambda label: evidence[label])
         evidence = {**evidence, stronger: max(evidence[stronger], pair.log_evidence)}
         return _with_remainder(field, pair, stronger, probabilities(evidence, LABELS, TEMPER))
     if leading == UNKNOWN:
-        return Verdict((UNKNOWN,), None, probability)
+        return Verdict((UNKNOWN,), recognised, probability)
     return _with_remainder(field, best, leading, probability)
 
 
@@ -92,14 +106,22 @@ def weigh(field: Field) -> dict[str, float]:
         if trial.signature.effect.name not in refitted
     ]
     slight = [value for hypothesis, value in points if _slight(hypothesis, value - field.none)]
-    forms = [
-        (hypothesis.effects[0].label, value)
-        for hypothesis, value in points
-        if not _slight(hypothesis, value - field.none)
-    ]
-    found = {**dict.fromkeys(LABELS, field.none - _NEGLIGIBLE), UNKNOWN: field.unknown, **best_of(forms)}
+    forms = best_of(
+        [
+            (hypothesis.effects[0].label, value)
+            for hypothesis, value in points
+            if not _slight(hypothesis, value - field.none)
+        ]
+    )
+    found = {**dict.fromkeys(LABELS, field.none - _NEGLIGIBLE), **forms}
     found[NONE] = max([field.none, *slight])
+    found[UNKNOWN] = max(field.unknown, forms.get(UNKNOWN, -np.inf) - _PRICE_OF_OUTSIDER)
     return found
+
+
+def _first_of(field: Field, label: str) -> Contender | None:
+    """Return the best contender with a label."""
+    return next((one for one in field.contenders if one.labels[0] == label), None)
 
 
 def _slight(hypothesis: Hypothesis, gain: float) -> bool:
@@ -115,6 +137,8 @@ def _with_remainder(
 ) -> Verdict:
     """Return the verdict for a hypothesis, with "unknown" in it where something more stands out beside its causes."""
     labels = (leading, *(label for label in winner.labels if label != leading))
+    if UNKNOWN in labels:
+        return Verdict(labels, winner, probability)
     beyond = evidence_of_unknown(winner.fit, field.error) - winner.log_evidence
     explained = winner.log_evidence - field.none
     if beyond < max(_SECOND_CAUSE, _REMAINDER * explained):

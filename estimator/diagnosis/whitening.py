@@ -20,9 +20,12 @@ from estimator.fit.residuals import channel_variance, measured_rows
 
 FloatArray = NDArray[np.float64]
 
-# What is left of the discretisation error after its correction, as a share of the correction, for each channel apart:
-# at the rim of the grasp, where the solution is singular, even fine meshes differ in what a bead near by does.
+# What is left of the discretisation error after its correction, as a share of the correction, for each channel apart.
 _LEFT_IN_WRENCH, _LEFT_IN_FIDUCIALS = 0.5, 1.0
+# Beside the rim of the grasp, where the solution is singular, the error falls with the root of the element size, and
+# half the size leaves 1 / (√2 − 1) of what it corrects (Richardson): even fine meshes differ in what a bead there does.
+_LEFT_BESIDE_RIM = 1.0 / (np.sqrt(2.0) - 1.0)
+_BESIDE_RIM_M = 3e-3
 
 
 @dataclass(frozen=True)
@@ -124,16 +127,25 @@ def whitening_of(mechanics: Mechanics, correction: FloatArray, noise: Noise) -> 
     deviation = np.sqrt(channel_variance(experiment))
     rows, count = seen.shape
     of_wrench = np.arange(count) < 6
+    left = left_of_correction(experiment)
     # The correction's course is not that of what is left of it: a bead at the rim may stand aside throughout.
-    aside = np.where(of_wrench, 0.0, _LEFT_IN_FIDUCIALS * np.sqrt(np.mean(correction**2, axis=0)))
+    aside = np.where(of_wrench, 0.0, left * np.sqrt(np.mean(correction**2, axis=0)))
     offsets = np.hypot(np.where(of_wrench, noise.zero_deviation, noise.rest_deviation) * deviation, aside)
     shared = [np.broadcast_to(np.diag(offsets), (rows, count, count))]
     by_position = derivatives_by_position(mechanics) * np.sqrt(visits.position_variance)[:, None, None]
     of_visits = np.zeros((rows, count, len(visits), 3))
     of_visits[np.arange(rows), :, visits.of_row] = by_position[visits.of_row]
     shared.append(of_visits.reshape(rows, count, -1))
-    left = np.where(of_wrench, _LEFT_IN_WRENCH, _LEFT_IN_FIDUCIALS)
     shared.append((left * correction)[:, :, None] * np.eye(count))
     correlation = np.where(of_wrench, noise.wrench_correlation, noise.fiducial_correlation)
     directions = uncorrelated(np.concatenate(shared, axis=2) / deviation[:, None], seen, correlation)
     return Whitening(seen, deviation, correlation, *inverse_root(directions))
+
+
+def left_of_correction(experiment: Experiment) -> FloatArray:
+    """Return the discretisation error that is left in each channel (6 + 3m,), as a share of its correction."""
+    box, beads = experiment.grasp.box, experiment.fiducials_rest
+    beyond = np.maximum(0.0, np.maximum(np.array(box.lower) - beads, beads - np.array(box.upper)))
+    beside_rim = np.linalg.norm(beyond, axis=1) < _BESIDE_RIM_M
+    of_beads = np.where(beside_rim, _LEFT_BESIDE_RIM, _LEFT_IN_FIDUCIALS)
+    return np.concatenate([np.full(6, _LEFT_IN_WRENCH), np.repeat(of_beads, 3)])

@@ -1,9 +1,10 @@
-"""Every effect that is looked for, in the order in which they act from the tissue to the recording."""
+"""Every effect that is looked for, in the order in which they act from the tissue to the recording, and outsiders."""
 
 from estimator.effects.anchor_compliance import ANCHOR_COMPLIANCE
 from estimator.effects.anchor_debonding import ANCHOR_DEBONDING
 from estimator.effects.anisotropy import ANISOTROPY
 from estimator.effects.axes import WRENCH_CHANNELS
+from estimator.effects.camera_lag import CameraLag
 from estimator.effects.camera_rotation import CameraRotation
 from estimator.effects.camera_scale import CameraScale
 from estimator.effects.effect import Effect, Group
@@ -16,6 +17,7 @@ from estimator.effects.fiducial_mislabel import (
 from estimator.effects.fiducial_misread import FiducialMisread, FiducialMisreadFrom
 from estimator.effects.force_axis_gain import ForceAxisGain
 from estimator.effects.force_bias import ForceBias
+from estimator.effects.force_clipping import ForceClipping
 from estimator.effects.force_crosstalk import ForceCrosstalk, ForcePairCrosstalk
 from estimator.effects.force_drift import ForceDrift
 from estimator.effects.force_frame_rotation import ForceFrameRotation
@@ -29,6 +31,7 @@ from estimator.effects.gripper_compliance import (
 )
 from estimator.effects.gripper_slip import GripperJump, GripperSlip
 from estimator.effects.inhomogeneity import INHOMOGENEITY
+from estimator.effects.lens_distortion import LensDistortion
 from estimator.effects.modulus_gradient import MODULUS_GRADIENT
 from estimator.effects.motion_direction import MotionDirection, PoseDirection
 from estimator.effects.motion_scale import MotionScale, PoseScale
@@ -112,5 +115,14 @@ _VISION: tuple[Effect, ...] = (
 )
 
 CATALOGUE: tuple[Effect, ...] = (*_TISSUE, *_MOUNTING, *_SURROUNDINGS, *_MOTION, *_FORCE, *_VISION)
+
+# What else happens to a rig, without a label of its own.
+OUTSIDERS: tuple[Effect, ...] = (
+    CameraLag("camera_lag"),
+    CameraLag("camera_lead"),
+    LensDistortion("true"),
+    LensDistortion("measured"),
+    ForceClipping(),
+)
 
 LABELS: dict[str, Group] = {effect.label: effect.group for effect in CATALOGUE}

@@ -42,6 +42,9 @@ Group = Literal[
     "numerics",
 ]
 
+# Label of an effect outside the catalogue, whose labels others read: a form by which something unknown is recognised.
+OUTSIDE = "unknown"
+
 # What a laboratory would look at, for each group.
 BLOCK_OF_GROUP: Mapping[Group, str] = {
     "material": "interior",

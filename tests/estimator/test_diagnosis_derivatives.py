@@ -13,7 +13,7 @@ from estimator.diagnosis.hypothesis import Hypothesis, coordinates
 from estimator.diagnosis.passage import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.perturbation import Perturbation
 from estimator.diagnosis.prediction import channels, derivatives, predicted_readings
-from estimator.effects.catalogue import CATALOGUE
+from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.effects.effect import Effect
 from estimator.experiment import Experiment
 from estimator.fem.block_mesh import Grading
@@ -88,7 +88,7 @@ def one_form_of_each_label() -> list[Effect]:
     found: dict[str, Effect] = {}
     for effect in CATALOGUE:
         found.setdefault(effect.label, effect)
-    return list(found.values())
+    return [*found.values(), *OUTSIDERS]
 
 
 @pytest.mark.parametrize("effect", one_form_of_each_label(), ids=lambda effect: effect.name)

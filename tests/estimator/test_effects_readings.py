@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from estimator.effects.camera_rotation import CameraRotation
 from estimator.effects.camera_scale import CameraScale
-from estimator.effects.catalogue import CATALOGUE, LABELS
+from estimator.effects.catalogue import CATALOGUE, LABELS, OUTSIDERS
 from estimator.effects.effect import Effect
 from estimator.effects.fiducial_mislabel import (
     FiducialMislabel,
@@ -27,7 +27,7 @@ from estimator.effects.tool_weight import ToolWeight, ToolWeightAndCentre
 from estimator.effects.torque_centre import TorqueCentre
 
 SENSOR_LABELS = {label for label, group in LABELS.items() if group in ("force", "timing", "vision")}
-OF_SENSORS = [effect for effect in CATALOGUE if effect.label in SENSOR_LABELS]
+OF_SENSORS = [*(effect for effect in CATALOGUE if effect.label in SENSOR_LABELS), *OUTSIDERS]
 ROLL = (np.pi / 4, 0.0, 0.0)
 YAW = (0.0, 0.0, np.pi / 6)
 WRENCH = np.array([-2.0, 0.3, 0.1, 0.004, -0.002, 0.03])
@@ -306,9 +306,10 @@ def test_a_gain_after_a_turned_mounting_is_not_that_mounting_after_the_gain():
 
 
 def test_names_are_unique_and_every_parameter_has_a_size():
-    names = [effect.name for effect in CATALOGUE]
+    everything = (*CATALOGUE, *OUTSIDERS)
+    names = [effect.name for effect in everything]
     assert len(set(names)) == len(names)
-    for effect in CATALOGUE:
+    for effect in everything:
         assert effect.words.endswith(".")
         for amplitude in effect.amplitudes:
             assert 0 < amplitude.smallest < amplitude.scale

@@ -30,17 +30,22 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
             "No gap: the baseline explains the data within the sensors' noise "
             f"(probability {percent(_probability(diagnosis, NONE))})."
         )
+    chance = percent(_probability(diagnosis, UNKNOWN))
+    recognised = diagnosis.effects.get(UNKNOWN)
     if not causes:
-        return (
-            "A gap stands out of the noise, and nothing in the catalogue explains it "
-            f"(probability {percent(_probability(diagnosis, UNKNOWN))})."
+        gap = (
+            f"A gap stands out of the noise, and nothing in the catalogue explains it (probability {chance})"
         )
+        return f"{gap}. {recognised.words}" if recognised is not None else f"{gap}."
     leading, *others = causes
     named = f"{words_of(leading)} ({percent(_probability(diagnosis, leading))})"
     if others:
         named += f" together with {' and '.join(map(words_of, others))}"
-    more = ", but something more remains unexplained" if UNKNOWN in diagnosis.verdict else ""
-    return _sentence(f"{named} causes the gap{more}.")
+    if UNKNOWN not in diagnosis.verdict:
+        return _sentence(f"{named} causes the gap.")
+    if recognised is None:
+        return _sentence(f"{named} causes the gap, but something more remains unexplained.")
+    return f"{_sentence(f'{named} causes the gap, with something outside the catalogue.')} {recognised.words}"
 
 
 def gap_sentence(gap: Gap) -> str:
