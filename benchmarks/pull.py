@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from estimator.experiment import Experiment
-from estimator.fem.equilibrium import EquilibriumSolver, EquilibriumState
+from estimator.fem.equilibrium import EquilibriumSolver
+from estimator.fem.equilibrium_state import EquilibriumState
 from estimator.fem.mesh import Mesh
 from estimator.fem.observation import observe
 from estimator.fem.problem import RetractionProblem, retraction_problem

@@ -10,7 +10,8 @@ from multiprocessing import get_context
 
 from benchmarks.pull import POSES, PULL, timed, unknowns
 from estimator.fem.block_mesh import Grading
-from estimator.fem.equilibrium import EquilibriumSolver, EquilibriumState
+from estimator.fem.equilibrium import EquilibriumSolver
+from estimator.fem.equilibrium_state import EquilibriumState
 from estimator.fem.problem import RetractionProblem
 from estimator.forward.meshing import mesh_experiment
 from estimator.studies.block import TRUTH

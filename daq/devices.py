@@ -15,7 +15,8 @@ from robot_drivers.ati.netcanoem import NetCANOEM, NetCANOEMSettings
 from robot_drivers.ati.netft import NetFT
 from robot_drivers.ati.netft_settings import NetFTSettings
 from robot_drivers.cameras.dc1394 import DC1394Camera, DC1394CameraSettings
-from robot_drivers.cameras.opencv import OpenCVCamera, OpenCVCameraSettings
+from robot_drivers.cameras.opencv import OpenCVCamera
+from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.protocols import Camera, ForceSensor, Pose, Robot, Speed
 
 

@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from estimator.experiment import Box, Environment, Experiment, Grasp, Phantom, SensorNoise
 from estimator.fem.block_mesh import Grading
-from estimator.fem.equilibrium import EquilibriumSolver, EquilibriumState, NewtonSettings
+from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings
+from estimator.fem.equilibrium_state import EquilibriumState
 from estimator.fem.motion import GripperPose
 from estimator.fem.observation import Observation
 from estimator.fem.problem import RetractionProblem

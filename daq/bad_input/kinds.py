@@ -30,7 +30,8 @@ from estimator.fit import coverage
 from estimator.geometry.surface_io import read_surface
 from estimator.materials import law_named
 from estimator.studies.store import OutcomeStore
-from robot_drivers.cameras.opencv import OpenCVCamera, OpenCVCameraSettings
+from robot_drivers.cameras.opencv import OpenCVCamera
+from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 
 _SESSION = "session"
 _IN_TEXT = (*TEXT, *NUMBERS)

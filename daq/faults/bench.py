@@ -30,7 +30,7 @@ from robot_drivers.abb.irb140 import IRB140Settings
 from robot_drivers.ati.emulator import EmulatorSettings as SensorSettings
 from robot_drivers.ati.emulator import NetFTEmulator
 from robot_drivers.cameras.emulator import BusClock, CameraEmulator, CameraEmulatorSettings
-from robot_drivers.cameras.opencv import OpenCVCameraSettings
+from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.clock import host_time_ns
 from robot_drivers.protocols import FloatArray, IntArray
 from robot_drivers.real_time import prefer_this_process, shorten_turns

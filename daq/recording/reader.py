@@ -15,7 +15,8 @@ from daq.recording.damage import telling_damage
 from daq.recording.folder import SessionInfo, read_info, recover_session
 from daq.recording.recorder import CAMERAS_FILE, EVENTS, FORCE_FRAME, ROBOT_FRAME, SIGNALS_FILE, camera_frame
 from daq.recording.rows import RECORD
-from daq.recording.scan import Scan, scan
+from daq.recording.scan import scan
+from daq.recording.segments import Scan
 from daq.recording.stored_images import StoredImage, sequence_of, stored_image
 from robot_drivers.protocols import FloatArray, IntArray, PoseBlock, WrenchBlock
 

@@ -8,7 +8,8 @@ from daq.recording.damage import telling_damage
 from daq.recording.folder import SessionInfo, read_info
 from daq.recording.reader import Event, Images, cameras_of, events_of, force_of, images_of, robot_of
 from daq.recording.recorder import CAMERAS_FILE, SIGNALS_FILE
-from daq.recording.scan import Scan, scan_on
+from daq.recording.scan import scan_on
+from daq.recording.segments import Scan
 from robot_drivers.protocols import PoseBlock, WrenchBlock
 
 

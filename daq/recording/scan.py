@@ -21,14 +21,12 @@ from mcap.records import Channel, ChunkIndex, Schema
 from mcap.writer import MCAP0_MAGIC
 
 from daq.errors import RecordingError
-from daq.recording.chunks import Placed, Rows
 from daq.recording.damage import telling_damage
+from daq.recording.segments import RECORD, Scan, Segment
 from estimator.errors import InputError
 from estimator.input_file import require_file
-from robot_drivers.closing import ClosedAtExit
 from robot_drivers.protocols import IntArray
 
-_RECORD = struct.Struct("<BQ")
 _CHUNK = struct.Struct("<QQQII")
 _MESSAGE = struct.Struct("<HIQQ")
 _MESSAGE_INDEX = struct.Struct("<HI")
@@ -38,103 +36,12 @@ _LAST_OPCODE = max(Opcode)
 _MOST_CHUNK_BYTES = 1 << 30
 
 
-@dataclass(frozen=True, slots=True)
-class Segment:
-    """The uncompressed records of a chunk, and where its messages lie.
-
-    Attributes
-    ----------
-    offsets, log_times : for each channel id the offsets of its records' opcodes and their times, in file order
-    index : how a summary names the chunk; None for what is left of one that was cut off
-    """
-
-    data: memoryview
-    offsets: dict[int, IntArray]
-    log_times: dict[int, IntArray]
-    index: ChunkIndex | None
-
-    def rows(self) -> Rows:
-        """Return a copy of the whole messages, to be put into a chunk of their own."""
-        placed = tuple(Placed(key, self.log_times[key], offsets) for key, offsets in self.offsets.items())
-        return Rows((bytes(self.data),), placed)
-
-
-@dataclass(slots=True)
-class Scan(ClosedAtExit):
-    """What a file holds; a context manager that ends the mapping of the file into memory.
-
-    Attributes
-    ----------
-    segments : in file order
-    channels, schemas : by id
-    complete_bytes : how far the file consists of whole chunks and declarations
-    lost_bytes : of records at the end that are incomplete or damaged
-    sealed : whether it ends with a summary
-    """
-
-    segments: list[Segment] = field(default_factory=list)
-    channels: dict[int, Channel] = field(default_factory=dict)
-    schemas: dict[int, Schema] = field(default_factory=dict)
-    complete_bytes: int = 0
-    lost_bytes: int = 0
-    sealed: bool = False
-    _mapped: mmap.mmap | None = None
-    _view: memoryview = field(default_factory=lambda: memoryview(b""))
-
-    def channel_id(self, topic: str) -> int | None:
-        """Return the id of a topic's channel, None where the file has none."""
-        return next((key for key, channel in self.channels.items() if channel.topic == topic), None)
-
-    def records(self, channel_id: int) -> list[memoryview]:
-        """Return the message records of a channel, opcode and length included, in file order."""
-        found: list[memoryview] = []
-        for segment in self.segments:
-            data = segment.data
-            for offset in segment.offsets.get(channel_id, np.empty(0, np.int64)).tolist():
-                length = _RECORD.unpack_from(data, offset)[1]
-                found.append(data[offset : offset + _RECORD.size + length])
-        return found
-
-    def equal_records(self, channel_id: int, size: int) -> bytes:
-        """Return the message records of a channel end to end; raises ValueError unless each has ``size`` bytes."""
-        parts: list[bytes] = []
-        for segment in self.segments:
-            offsets = segment.offsets.get(channel_id)
-            if offsets is None:
-                continue
-            data = np.frombuffer(segment.data, np.uint8)
-            if int(offsets.max()) + size > len(data):
-                raise ValueError(f"a record is shorter than {size} bytes")
-            records = data[offsets[:, None] + np.arange(size)]
-            lengths = np.ascontiguousarray(records[:, 1:9]).view("<u8")
-            if np.any(lengths != size - _RECORD.size):
-                raise ValueError(f"a record has not {size} bytes")
-            parts.append(records.tobytes())
-        return b"".join(parts)
-
-    def counts(self) -> dict[str, int]:
-        """Return the number of messages of each topic."""
-        return {
-            channel.topic: sum(len(segment.offsets.get(key, ())) for segment in self.segments)
-            for key, channel in self.channels.items()
-        }
-
-    def close(self) -> None:
-        """End the mapping; nothing that was found may be used any more."""
-        for segment in self.segments:
-            segment.data.release()
-        self.segments.clear()
-        self._view.release()
-        if self._mapped is not None:
-            self._mapped.close()
-
-
 def scan(path: Path) -> Scan:
     """Scan a file; raises RecordingError where it is none of MCAP."""
     result = _opened(path)
     with telling_damage(path):
-        if result._mapped is not None:
-            _scan_file(result._view, result)
+        if result.mapped is not None:
+            _scan_file(result.view, result)
         if not result.sealed:
             _leave_out_damaged(result)
     return result
@@ -153,10 +60,10 @@ def scan_on(path: Path, before: Scan) -> Scan:
     """
     result = _opened(path)
     result.channels, result.schemas = dict(before.channels), dict(before.schemas)
-    if result._mapped is not None:
+    if result.mapped is not None:
         result.complete_bytes = max(result.complete_bytes, before.complete_bytes)
         with telling_damage(path):
-            _scan_file(result._view, result)
+            _scan_file(result.view, result)
     result.segments = [segment for segment in result.segments if segment.index is not None]
     return result
 
@@ -176,15 +83,15 @@ def _opened(path: Path) -> Scan:
         raise RecordingError(str(error)) from error
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read ({error})") from error
-    return Scan(complete_bytes=len(MCAP0_MAGIC), _mapped=mapped, _view=memoryview(mapped))
+    return Scan(complete_bytes=len(MCAP0_MAGIC), mapped=mapped, view=memoryview(mapped))
 
 
 def _scan_file(data: memoryview, result: Scan) -> None:
     """Go on collecting declarations and chunks up to the first incomplete record or the end of the data section."""
     position = result.complete_bytes
-    while position + _RECORD.size <= len(data):
-        opcode, length = _RECORD.unpack_from(data, position)
-        body, end = position + _RECORD.size, position + _RECORD.size + length
+    while position + RECORD.size <= len(data):
+        opcode, length = RECORD.unpack_from(data, position)
+        body, end = position + RECORD.size, position + RECORD.size + length
         if opcode == Opcode.CHUNK and body + _CHUNK.size <= len(data):
             segment, end = _scan_chunk(data, position, min(end, len(data)), result)
             if segment.offsets:
@@ -207,14 +114,14 @@ def _scan_file(data: memoryview, result: Scan) -> None:
 
 def _scan_chunk(data: memoryview, start: int, end: int, result: Scan) -> tuple[Segment, int]:
     """Return a chunk, and where its message indexes end; only what is left of it where they are not all there."""
-    body = start + _RECORD.size
+    body = start + RECORD.size
     start_time, end_time, size, _, name_length = _CHUNK.unpack_from(data, body)
     records_start = body + _CHUNK.size + name_length + 8
     compression = bytes(data[body + _CHUNK.size : body + _CHUNK.size + name_length]).decode(
         "ascii", "replace"
     )
     stored = data[records_start:end]
-    if end < body + _RECORD.unpack_from(data, start)[1]:
+    if end < body + RECORD.unpack_from(data, start)[1]:
         remains = _walk(stored, result) if not compression else Segment(stored[:0], {}, {}, None)
         result.lost_bytes = len(stored) - len(remains.data)
         return remains, start
@@ -256,9 +163,9 @@ class _MessageIndexes:
 
 def _message_indexes(data: memoryview, position: int) -> _MessageIndexes:
     found = _MessageIndexes(position)
-    while found.end + _RECORD.size <= len(data):
-        opcode, length = _RECORD.unpack_from(data, found.end)
-        body, after = found.end + _RECORD.size, found.end + _RECORD.size + length
+    while found.end + RECORD.size <= len(data):
+        opcode, length = RECORD.unpack_from(data, found.end)
+        body, after = found.end + RECORD.size, found.end + RECORD.size + length
         whole = after <= len(data) and (length - _MESSAGE_INDEX.size) % _INDEX_ENTRY_SIZE == 0
         if opcode != Opcode.MESSAGE_INDEX or not whole:
             found.followed = 0 < opcode <= _LAST_OPCODE and opcode != Opcode.MESSAGE_INDEX
@@ -276,9 +183,9 @@ def _walk(records: memoryview, result: Scan) -> Segment:
     offsets: defaultdict[int, list[int]] = defaultdict(list)
     log_times: defaultdict[int, list[int]] = defaultdict(list)
     position = 0
-    while position + _RECORD.size <= len(records):
-        opcode, length = _RECORD.unpack_from(records, position)
-        body, end = position + _RECORD.size, position + _RECORD.size + length
+    while position + RECORD.size <= len(records):
+        opcode, length = RECORD.unpack_from(records, position)
+        body, end = position + RECORD.size, position + RECORD.size + length
         if not 0 < opcode <= _LAST_OPCODE or end > len(records):
             break
         if opcode == Opcode.MESSAGE:
@@ -300,7 +207,7 @@ def _leave_out_damaged(result: Scan) -> None:
     """Drop whole chunks at the end whose checksum is wrong."""
     while result.segments and (index := result.segments[-1].index) is not None:
         start = index.chunk_start_offset
-        crc = _CHUNK.unpack_from(result._view, start + _RECORD.size)[3]
+        crc = _CHUNK.unpack_from(result.view, start + RECORD.size)[3]
         if crc == 0 or zlib.crc32(result.segments[-1].data) == crc:
             return
         result.lost_bytes += len(result.segments.pop().data)

@@ -29,7 +29,7 @@ from estimator.experiment import Box, Environment, Grasp, Phantom
 from robot_drivers.abb.egm import EGMSettings
 from robot_drivers.abb.irb140 import IRB140Settings
 from robot_drivers.ati.netft_settings import NetFTSettings
-from robot_drivers.cameras.opencv import OpenCVCameraSettings
+from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.protocols import Pose
 
 GRASP_CENTRE = (0.04, 0.0, 0.0)

@@ -18,7 +18,7 @@ from estimator.diagnosis.passage import Mechanics, Passage
 from estimator.diagnosis.perturbation import MechanicalChange, Perturbation, no_change, overrides
 from estimator.experiment import Experiment
 from estimator.fem.body import nodal_forces, respond
-from estimator.fem.equilibrium import EquilibriumState, rigid_modes
+from estimator.fem.equilibrium_state import EquilibriumState, rigid_modes
 from estimator.fem.observation import interpolate
 from estimator.fem.problem import RetractionProblem
 

@@ -20,7 +20,8 @@ from estimator.diagnosis.passage import Mechanics, reported_motion
 from estimator.diagnosis.perturbation import MechanicalChange, Perturbation, no_change, overrides
 from estimator.effects.effect import Effect
 from estimator.fem.body import stress_of
-from estimator.fem.equilibrium import EquilibriumSolver, rigid_modes
+from estimator.fem.equilibrium import EquilibriumSolver
+from estimator.fem.equilibrium_state import rigid_modes
 
 FloatArray = NDArray[np.float64]
 

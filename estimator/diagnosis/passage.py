@@ -14,7 +14,8 @@ from estimator.diagnosis.visits import Visits, rows_as_visits, visits_of
 from estimator.effects.effect import Motion
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
-from estimator.fem.equilibrium import EquilibriumSolver, EquilibriumState, NewtonSettings
+from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings
+from estimator.fem.equilibrium_state import EquilibriumState
 from estimator.fem.motion import GripperPose
 from estimator.fem.observation import Observation, observe
 from estimator.fem.problem import RetractionProblem

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.fem.body import nodal_forces, slopes_by_parameter
-from estimator.fem.equilibrium import EquilibriumState, rigid_modes, turned
+from estimator.fem.equilibrium_state import EquilibriumState, rigid_modes, turned
 from estimator.fem.problem import RetractionProblem
 
 FloatArray = NDArray[np.float64]

@@ -22,7 +22,8 @@ from scipy.spatial.transform import Rotation
 
 from estimator.errors import InputError
 from estimator.experiment import Experiment
-from estimator.fem.equilibrium import EquilibriumSolver, EquilibriumState, NewtonSettings
+from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings
+from estimator.fem.equilibrium_state import EquilibriumState
 from estimator.fem.motion import GripperPose
 from estimator.fem.observation import Observation, observe
 from estimator.fem.problem import RetractionProblem

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
-from estimator.fem.equilibrium import EquilibriumSolver, EquilibriumState, NewtonSettings
+from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings
+from estimator.fem.equilibrium_state import EquilibriumState
 from estimator.fem.observation import Observation, observe
 from estimator.fem.problem import RetractionProblem
 from estimator.forward.schedule import PoseSchedule, schedule_poses

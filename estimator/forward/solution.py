@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.equilibrium import EquilibriumState, NewtonSettings
+from estimator.fem.equilibrium import NewtonSettings
+from estimator.fem.equilibrium_state import EquilibriumState
 from estimator.fem.motion import GripperPose
 from estimator.fem.observation import Observation, at_modulus
 from estimator.fem.problem import RetractionProblem

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from estimator.diagnosis.passage import KnownField, Passage, reported_motion, solve_case
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
-from estimator.fem.equilibrium import EquilibriumSolver, EquilibriumState, NewtonSettings, rigid_modes
+from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings
+from estimator.fem.equilibrium_state import EquilibriumState, rigid_modes
 from estimator.fem.problem import RetractionProblem
 from estimator.forward.model import Progress
 from estimator.simulation.truth import Truth

@@ -121,7 +121,7 @@ class CameraEmulator(ClosedAtExit):
     Attributes
     ----------
     port : int
-    url : str, for :class:`robot_drivers.cameras.opencv.OpenCVCameraSettings`
+    url : str, for :class:`robot_drivers.cameras.opencv_capture.OpenCVCameraSettings`
     """
 
     def __init__(

@@ -23,7 +23,8 @@ from estimator.blind.scoring.keys import OPENINGS_FILE, open_keys
 from estimator.errors import InputError
 from estimator.experiment import read_experiment
 from estimator.geometry.surface_io import read_surface
-from robot_drivers.cameras.opencv import OpenCVCamera, OpenCVCameraSettings
+from robot_drivers.cameras.opencv import OpenCVCamera
+from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.errors import DeviceError
 
 

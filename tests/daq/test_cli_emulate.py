@@ -18,7 +18,8 @@ from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
 from robot_drivers.ati.netft import NetFT
 from robot_drivers.ati.netft_settings import NetFTSettings
-from robot_drivers.cameras.opencv import OpenCVCamera, OpenCVCameraSettings
+from robot_drivers.cameras.opencv import OpenCVCamera
+from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.dataclass_options import add_options, read_options
 from robot_drivers.emulators import KINDS
 

@@ -17,7 +17,8 @@ from daq.frames import pose
 from daq.progress import silent
 from daq.recording.reader import Recording
 from daq.recording.running import RunningRecording
-from daq.recording.scan import Scan, scan, scan_on
+from daq.recording.scan import scan, scan_on
+from daq.recording.segments import Scan
 from daq.running_sync import PAIRS_PER_S, RunningSynchronisation
 from daq.sync import Synchronised, synchronise
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads

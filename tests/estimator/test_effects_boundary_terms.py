@@ -18,7 +18,8 @@ from estimator.experiment import Box
 from estimator.fem.anchorage import anchored_areas
 from estimator.fem.block_mesh import Grading, structured_mesh
 from estimator.fem.body import respond
-from estimator.fem.equilibrium import EquilibriumSolver, EquilibriumState, NewtonSettings
+from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings
+from estimator.fem.equilibrium_state import EquilibriumState
 from estimator.fem.friction import LyingOnTable
 from estimator.fem.motion import GripperPose
 from estimator.fem.observation import observe

@@ -14,7 +14,8 @@ from retraction_cases import (
 
 from estimator.errors import InputError, SolverError
 from estimator.fem.block_mesh import Grading
-from estimator.fem.equilibrium import EquilibriumSolver, EquilibriumState
+from estimator.fem.equilibrium import EquilibriumSolver
+from estimator.fem.equilibrium_state import EquilibriumState
 from estimator.fem.motion import GripperPose
 from estimator.fem.problem import RetractionProblem, retraction_problem
 from estimator.forward.meshing import mesh_experiment

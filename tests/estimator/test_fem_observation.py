@@ -10,7 +10,8 @@ from retraction_cases import COARSE_GRADING, REFERENCE_BLOCK, REFERENCE_PATHS, f
 from scipy.spatial.transform import Rotation
 
 from estimator.fem.block_mesh import Grading
-from estimator.fem.equilibrium import EquilibriumSolver, EquilibriumState, NewtonSettings
+from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings
+from estimator.fem.equilibrium_state import EquilibriumState
 from estimator.fem.motion import GripperPose
 from estimator.fem.observation import Observation, observe
 from estimator.forward.meshing import mesh_experiment

@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from estimator.fem.block_mesh import Grading
 from estimator.fem.body import Response, respond
-from estimator.fem.equilibrium import EquilibriumSolver, EquilibriumState
+from estimator.fem.equilibrium import EquilibriumSolver
+from estimator.fem.equilibrium_state import EquilibriumState
 from estimator.fem.motion import GripperPose
 from estimator.fem.observation import observe
 from estimator.fem.problem import RetractionProblem

@@ -13,7 +13,8 @@ import pytest
 from numpy.typing import NDArray
 
 from robot_drivers.cameras.emulator import BusClock, CameraEmulator, CameraEmulatorSettings
-from robot_drivers.cameras.opencv import OpenCVCamera, OpenCVCameraSettings
+from robot_drivers.cameras.opencv import OpenCVCamera
+from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import (
     ConfigurationError,

@@ -16,7 +16,8 @@ from dc1394_bus import emulated_library, fresh_bus
 
 from robot_drivers.cameras.dc1394 import DC1394Camera, DC1394CameraSettings
 from robot_drivers.cameras.emulator import CameraEmulator, CameraEmulatorSettings
-from robot_drivers.cameras.opencv import OpenCVCamera, OpenCVCameraSettings
+from robot_drivers.cameras.opencv import OpenCVCamera
+from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceError, DeviceTimeoutError
 from robot_drivers.protocols import Camera

@@ -22,7 +22,8 @@ from robot_drivers.ati.serial_line import SerialLine
 from robot_drivers.ati.serial_line_emulator import LineFaults
 from robot_drivers.ati.slcan_adapter_emulator import SlcanAdapterEmulator
 from robot_drivers.cameras.emulator import CameraEmulator, CameraEmulatorSettings, CameraFaults
-from robot_drivers.cameras.opencv import OpenCVCamera, OpenCVCameraSettings
+from robot_drivers.cameras.opencv import OpenCVCamera
+from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.emulated_clock import ClockError
 from robot_drivers.errors import DeviceTimeoutError, DeviceUnreachableError
 
