@@ -1,5 +1,6 @@
 """The physics between the emulated devices: the tissue follows the gripper, the sensor feels it, beads move."""
 
+import sys
 import threading
 import time
 from bisect import bisect_left
@@ -17,6 +18,8 @@ from robot_drivers.protocols import FloatArray, Pose
 
 _SOLVE_BEYOND_M = 5e-4
 _SOLVE_BEYOND_RAD = 0.01
+# Behind by this much, the tissue's state is extrapolated beyond what it is good for.
+_BEHIND_M = 3e-3
 _FIRST_PULL_M = 1e-3
 _SAMPLE_S = 0.004
 _LATEST_CYCLE_NS = 100_000_000
@@ -35,6 +38,9 @@ class SimulatedTissue:
     solver : takes a pose, answers with a :class:`PhantomState` or a SolverError
     path : returns host times, ns, and ``T_base_tool`` as it truly was then, oldest first
     frames : of the rig
+
+    Where the computer has too much else to do the tissue falls behind, which standard error tells, once each time that
+    it does: beads and forces are then not those of the phantom.
     """
 
     def __init__(
@@ -92,9 +98,14 @@ class SimulatedTissue:
         return path
 
     def _follow(self) -> None:
+        told = False
         while not self._stopping.wait(_SAMPLE_S):
             pose = self._gripper_at(self._path()[-1][1])
             way = increment(self._motion.newest.T_tissue_gripper, pose)
+            behind_m = float(np.linalg.norm(way[:3]))
+            if behind_m > _BEHIND_M and not told:
+                sys.stderr.write(_fallen_behind(behind_m))
+            told = behind_m > _BEHIND_M
             if np.linalg.norm(way[:3]) > _SOLVE_BEYOND_M or np.linalg.norm(way[3:]) > _SOLVE_BEYOND_RAD:
                 self._motion = PhantomMotion(self._motion.newest, self._solve(pose))
 
@@ -104,6 +115,13 @@ class SimulatedTissue:
         if isinstance(answer, SolverError):
             raise answer
         return answer
+
+
+def _fallen_behind(behind_m: float) -> str:
+    return (
+        f"the virtual phantom is {1e3 * behind_m:.1f} mm behind the gripper, for this computer has too much else "
+        "to do: what is recorded now is not what the phantom does; close other programs and record anew\n"
+    )
 
 
 class SimulatedTransducer:

@@ -2,6 +2,7 @@
 
 import multiprocessing
 import threading
+import time
 from collections.abc import Iterator
 
 import pytest
@@ -31,11 +32,18 @@ def path() -> list[tuple[int, Pose]]:
 
 
 @pytest.fixture
-def tissue(path: list[tuple[int, Pose]]) -> Iterator[SimulatedTissue]:
+def solved() -> list[Pose]:
+    """The poses that the phantom was solved at."""
+    return []
+
+
+@pytest.fixture
+def tissue(path: list[tuple[int, Pose]], solved: list[Pose]) -> Iterator[SimulatedTissue]:
     ours, theirs = multiprocessing.Pipe()
 
     def solve() -> None:
         while (pose := theirs.recv()) is not None:
+            solved.append(pose)
             theirs.send(PHANTOM.solve(pose))
 
     solver = threading.Thread(target=solve)
@@ -72,3 +80,23 @@ def test_a_device_that_asks_before_the_controller_has_got_there_waits_for_it(
 def test_a_controller_without_power_leaves_the_gripper_where_it_was(tissue: SimulatedTissue) -> None:
     _, pose = tissue.wrench(host_time_ns() - SECOND_NS // 2)
     assert pose.position == pytest.approx(GRASP_CENTRE)
+
+
+def test_a_tissue_that_falls_behind_the_gripper_says_so(
+    path: list[tuple[int, Pose]],
+    solved: list[Pose],
+    tissue: SimulatedTissue,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def pull(way_m: float) -> str:
+        path.append((path[-1][0] + 4_000_000, tool_at(way_m)))
+        deadline_ns = host_time_ns() + 60 * SECOND_NS
+        while solved[-1].position[0] - GRASP_CENTRE[0] < way_m - 1e-9 and host_time_ns() < deadline_ns:
+            time.sleep(0.001)
+        return capsys.readouterr().err
+
+    assert pull(0.001) == ""
+    told = pull(0.006)
+    assert told.count("behind the gripper") == 1
+    assert "5.0 mm" in told
+    assert pull(0.007) == ""
