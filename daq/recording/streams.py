@@ -52,12 +52,14 @@ class Streams(ClosedAtExit):
         self._stopping = threading.Event()
         wrench_shows = [observer.on_wrench for observer in observers]
         pose_shows = [observer.on_pose for observer in observers]
+        # The guard sits in these two, which therefore go before other programs.
         loops = [
-            _first_of_all(self._loop(FORCE, force_sensor.read, wrench_shows)),
-            _first_of_all(self._loop(ROBOT, robot.read, pose_shows)),
+            self._loop(FORCE, force_sensor.read, wrench_shows, prefer_this_thread),
+            self._loop(ROBOT, robot.read, pose_shows, prefer_this_thread),
         ]
         for name, camera in cameras.items():
-            loops.append(self._loop(camera_stream(name), camera.read, _frame_shows(observers, name)))
+            shows = _frame_shows(observers, name)
+            loops.append(self._loop(camera_stream(name), camera.read, shows, _as_others))
         self._threads = [threading.Thread(target=loop, name=f"read-{n}") for n, loop in enumerate(loops)]
         for thread in self._threads:
             thread.start()
@@ -78,16 +80,29 @@ class Streams(ClosedAtExit):
             thread.join()
 
     def _loop(
-        self, stream: str, read: Callable[[float], Block], shows: Sequence[Callable[[Block], None]]
+        self,
+        stream: str,
+        read: Callable[[float], Block],
+        shows: Sequence[Callable[[Block], None]],
+        take_rank: Callable[[], object],
     ) -> Callable[[], None]:
-        """Return what the thread of a device does until the end, or until the device fails."""
+        """Return what the thread of a device does until the end, or until the device fails.
+
+        It takes its rank among the threads of the computer only when it has read what had gathered: of ten seconds
+        without a reader that is a tenth of a second's work, for which nobody should have to wait.
+        """
+
+        def pass_on() -> None:
+            block = read(_READ_TIMEOUT_S)
+            for show in shows:
+                show(block)
 
         def loop() -> None:
             try:
+                pass_on()
+                take_rank()
                 while not self._stopping.is_set():
-                    block = read(_READ_TIMEOUT_S)
-                    for show in shows:
-                        show(block)
+                    pass_on()
             except DeviceError as error:
                 self._failures.append(error)
                 for observer in self._observers:
@@ -96,14 +111,8 @@ class Streams(ClosedAtExit):
         return loop
 
 
-def _first_of_all(loop: Callable[[], None]) -> Callable[[], None]:
-    """Return a loop that goes before other programs: the guard sits in it."""
-
-    def preferred() -> None:
-        prefer_this_thread()
-        loop()
-
-    return preferred
+def _as_others() -> None:
+    """Stay of the rank of other threads."""
 
 
 def camera_stream(name: str) -> str:
