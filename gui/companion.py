@@ -16,6 +16,10 @@ from PySide6.QtCore import QObject, Signal
 from daq.errors import DaqError
 from gui.job_process import Failed
 from robot_drivers.errors import DeviceError
+from robot_drivers.real_time import give_way
+
+# The window comes first: what its process computes for it may be shown a little later.
+_STEPS_BEHIND = 5
 
 _Requests = queue.SimpleQueue[Any]
 
@@ -78,6 +82,7 @@ def _serve(
     connection: Connection, make: Callable[..., Callable[[Any], Any]], arguments: tuple[Any, ...]
 ) -> None:
     """Answer until the other end closes."""
+    give_way(_STEPS_BEHIND)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     answer = make(*arguments)
     while True:

@@ -56,3 +56,8 @@ def ended(process_id: int) -> Callable[[], bool]:
         return status.rpartition(")")[2].split()[0] == "Z"
 
     return look
+
+
+def tells_its_priority() -> Callable[[object], int]:
+    """What a companion may be made of: it answers with the niceness of its process."""
+    return lambda request: os.getpriority(os.PRIO_PROCESS, 0)

@@ -1,6 +1,8 @@
+import os
 from pathlib import Path
 
 import pytest
+from job_tasks import tells_its_priority
 from pytestqt.qtbot import QtBot
 
 from daq.calibration.record import read_record
@@ -53,6 +55,16 @@ def test_a_figure_that_is_not_met_leaves_only_the_rejection(tmp_path: Path, qtbo
     assert verdict.args == [False]
     with pytest.raises(CalibrationError, match="cannot be accepted"):
         bench(Keep(tmp_path, RIG.name, {}, accepted=True))
+
+
+def test_a_companion_gives_way_to_the_window(preferred: None, qtbot: QtBot) -> None:
+    companion = Companion(tells_its_priority, ())
+    answers: list[int] = []
+    companion.answered.connect(answers.append)
+    companion.ask(None)
+    qtbot.waitUntil(lambda: bool(answers), timeout=90_000)
+    companion.end()
+    assert answers[0] >= min(19, os.getpriority(os.PRIO_PROCESS, 0) + 5)
 
 
 def test_a_companion_answers_in_order_and_tells_what_does_not_suffice(preferred: None, qtbot: QtBot) -> None:
