@@ -82,7 +82,8 @@ def hold_contest(experiments: Sequence[Experiment], executor: Executor, tell: Te
     tell("fitting the baseline", 1, 1)
     error = baseline_error(case, baseline)
     none = first_order_evidence(case, baseline, error)
-    plain = [effect for effect in (*CATALOGUE, *OUTSIDERS) if not effect.elaborates]
+    everything = (*CATALOGUE, *OUTSIDERS)
+    plain = [effect for effect in everything if not (effect.elaborates or effect.mistaken_for)]
     trials = screen(case, baseline, error, plain, executor, tell)
     leaders = _leaders(best_starts(trials), none)
     contenders = refit_all(case, baseline, error, [trial.start for trial in leaders], executor, tell)
@@ -151,9 +152,10 @@ def _adequate(case: Case, contender: Contender) -> bool:
 
 
 def _elaborations(contenders: Sequence[Contender]) -> list[Effect]:
-    """Return the finer forms of the leaders' labels."""
+    """Return the finer forms of the leaders' labels, and what may be mistaken for them."""
     labels = {one.labels[0] for one in contenders}
-    return [effect for effect in CATALOGUE if effect.elaborates and effect.label in labels]
+    finer = [effect for effect in CATALOGUE if effect.elaborates and effect.label in labels]
+    return finer + [effect for effect in OUTSIDERS if effect.mistaken_for in labels]
 
 
 def _siblings(

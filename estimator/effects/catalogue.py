@@ -39,6 +39,7 @@ from estimator.effects.permanent_set import PERMANENT_SET
 from estimator.effects.prestretch import PRESTRETCH
 from estimator.effects.robot_backlash import RobotBacklash
 from estimator.effects.second_invariant import SECOND_INVARIANT
+from estimator.effects.sticky_patch import StickyPatch
 from estimator.effects.strain_stiffening import STRAIN_STIFFENING
 from estimator.effects.stress_softening import STRESS_SOFTENING
 from estimator.effects.support_friction import SUPPORT_FRICTION
@@ -123,6 +124,7 @@ OUTSIDERS: tuple[Effect, ...] = (
     LensDistortion("true"),
     LensDistortion("measured"),
     ForceClipping(),
+    StickyPatch(),
 )
 
 LABELS: dict[str, Group] = {effect.label: effect.group for effect in CATALOGUE}

@@ -165,6 +165,7 @@ class Effect:
     words : what a report says of it, one sentence
     rate_dependent : whether the tissue changes while the gripper stands
     elaborates : form of the same label of which this one is a refinement, looked at only where that one leads
+    mistaken_for : label of the catalogue in whose place one without a label is looked at; empty for one that always is
     keeps_pattern : whether :meth:`problem` leaves free and held nodes as they are
     """
 
@@ -174,6 +175,7 @@ class Effect:
     rate_dependent: ClassVar[bool] = False
     keeps_pattern: ClassVar[bool] = True
     elaborates: str = ""
+    mistaken_for: str = ""
     form: str = ""
     amplitudes: tuple[Amplitude, ...] = ()
     constants: tuple[Constant, ...] = ()

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.effect import Amplitude, Constant, Effect, Group, Readings, Values
+from estimator.effects.places import CENTRE, places_of
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.quadrature import quadrature_points
 
@@ -17,9 +18,6 @@ FloatArray = NDArray[np.float64]
 RegionShape = Literal["cylinder", "sphere"]
 
 _LOG_RATIO = Amplitude("log_stiffness_ratio", "1", scale=1.0, smallest=0.1, lower=-5.0, upper=5.0)
-_EDGE_M = 0.1
-_PLACES_M = (-0.04, -0.02, 0.0, 0.02, 0.04)
-_CENTRE = tuple(Constant(name, "m", _PLACES_M, lower=-0.1, upper=0.1) for name in ("centre_x", "centre_y"))
 _RADIUS = Constant("radius", "m", (0.009, 0.016), lower=0.004, upper=0.04)
 # Half the width over which the stiffness changes at the rim, unless the mesh is coarser.
 _RIM_M = 1e-3
@@ -48,7 +46,7 @@ class Inhomogeneity(Effect):
     group: ClassVar[Group] = "inhomogeneity"
     words: ClassVar[str] = "A region of the tissue is stiffer or softer than the rest."
     amplitudes = (_LOG_RATIO,)
-    constants = (*_CENTRE, _RADIUS)
+    constants = (*CENTRE, _RADIUS)
 
     def __init__(self, form: RegionShape) -> None:
         self.form = form
@@ -57,18 +55,7 @@ class Inhomogeneity(Effect):
 
     def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
         """Return the grid, spread over the phantom's edges, without the places inside the grasp."""
-        experiment = baseline[0].experiment
-        stretch = np.array(experiment.phantom.size_m) / _EDGE_M
-        spread = [
-            {**start, "centre_x": stretch[0] * start["centre_x"], "centre_y": stretch[1] * start["centre_y"]}
-            for start in super().starts(baseline)
-        ]
-        lower, upper = experiment.grasp.box.lower, experiment.grasp.box.upper
-        return [
-            start
-            for start in spread
-            if not all(lower[i] <= start[name] <= upper[i] for i, name in enumerate(("centre_x", "centre_y")))
-        ]
+        return places_of(baseline[0].experiment, super().starts(baseline))
 
     def place(self, problem: RetractionProblem, values: Values) -> tuple[FloatArray, float] | None:
         """Return the region's centre and radius."""

@@ -7,11 +7,17 @@ import numpy as np
 import pytest
 from effect_cases import STIFFNESS, felt, there_and_back, with_values, wrench_change
 from numpy.testing import assert_allclose
+from retraction_cases import REFERENCE_BLOCK
 
 from estimator.effects.camera_lag import CameraLag
 from estimator.effects.catalogue import LABELS, OUTSIDERS
 from estimator.effects.force_clipping import ForceClipping
 from estimator.effects.lens_distortion import LensDistortion
+from estimator.effects.sticky_patch import StickyPatch
+from estimator.fem.block_mesh import Grading
+from estimator.forward.meshing import mesh_experiment
+from estimator.materials import NeoHookean
+from estimator.materials.material import Material
 
 SPEED = 0.01 / (20 * 4.0)  # m/s of the beads along x
 
@@ -73,3 +79,17 @@ def test_a_search_begins_at_the_axis_that_clips_and_near_its_limit():
     start = ForceClipping().starts([clipped])[0]
     assert start["axis"] == 0.0
     assert start["limit"] == pytest.approx(limit, rel=0.06)
+
+
+def test_a_sticky_patch_holds_what_lies_in_it_by_its_stiffness_times_its_area():
+    problem = mesh_experiment(REFERENCE_BLOCK, Grading(2e-3, 4e-3, 4e-3, 2.0, 1))
+    values = {"stiffness_over_modulus": 300.0, "centre_x": -0.01, "centre_y": 0.005, "radius": 0.012}
+    material = Material(NeoHookean(), 15e3, 0.45)
+    (springs,) = StickyPatch().terms(problem, material, REFERENCE_BLOCK, values)
+    moved = np.tile([1e-3, 0.0, 0.0], (len(problem.body.mesh.points), 1))
+    force = springs.forces(moved, None)
+    expected = 300.0 * 15e3 * np.pi * 0.012**2 * 1e-3
+    assert force.sum(axis=0) == pytest.approx([expected, 0.0, 0.0], rel=0.05)
+    held = problem.body.mesh.points[np.abs(force[:, 0]) > 0.01 * np.abs(force[:, 0]).max()]
+    assert held[:, 2] == pytest.approx(-0.005)
+    assert np.linalg.norm(held[:, :2] - [-0.01, 0.005], axis=1).max() < 0.017
