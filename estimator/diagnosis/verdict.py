@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from estimator.diagnosis.contest import (
     Contender,
@@ -20,6 +21,7 @@ from estimator.diagnosis.contest import (
 )
 from estimator.diagnosis.field import Field
 from estimator.diagnosis.findings import best_trials
+from estimator.diagnosis.held_out import white_floor
 from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
 from estimator.diagnosis.judgement import (
     LOG_PRIOR_OF_A_PAIR,
@@ -31,6 +33,8 @@ from estimator.diagnosis.judgement import (
 from estimator.diagnosis.result import NONE, UNKNOWN
 from estimator.effects.catalogue import LABELS
 from estimator.effects.effect import Group
+
+FloatArray = NDArray[np.float64]
 
 # Signatures are inexact, so that evidences of hundreds overstate what they say.
 TEMPER = 0.5
@@ -47,6 +51,9 @@ _SECOND_CAUSE = 15.0
 # Something unknown beside the causes must do so too, and by this share of what they do: a form that is nearly right
 # leaves a little of a large gap.
 _REMAINDER = 0.05
+# A remainder that is not smooth, such as that of a few beads, must exceed the scatter of chi-squared by so much: right
+# causes leave up to 5, by outliers and by noise that is not quite what was stated.
+_ROUGH_SIGMA = 8.0
 _LEADERS, _PARTNERS = 2, 3
 # One effect without a label is as improbable beforehand as one with, and so less probable than all that is unknown.
 _PRIORS = log_priors(LABELS)
@@ -139,7 +146,8 @@ def _with_remainder(
     labels = (leading, *(label for label in winner.labels if label != leading))
     if UNKNOWN in labels:
         return Verdict(labels, winner, probability)
-    beyond = evidence_of_unknown(winner.fit, field.error) - winner.log_evidence
+    smooth = evidence_of_unknown(winner.fit, field.error) - winner.log_evidence
+    beyond = max(smooth, rough_remainder(winner.fit.residual, white_floor(field.case)))
     explained = winner.log_evidence - field.none
     if beyond < max(_SECOND_CAUSE, _REMAINDER * explained):
         return Verdict(labels, winner, probability)
@@ -147,6 +155,19 @@ def _with_remainder(
     if next(iter(shared)) == UNKNOWN:
         return Verdict((UNKNOWN,), None, shared)
     return Verdict((*labels, UNKNOWN), winner, shared)
+
+
+def rough_remainder(residual: Sequence[FloatArray], floor: float) -> float:
+    """Return half of what the whitened residuals' sum of squares has beyond noise, where that stands out; else 0.
+
+    Parameters
+    ----------
+    residual : (r,) of each experiment
+    floor : root mean square of noise alone
+    """
+    values = np.concatenate(list(residual))
+    excess = float(values @ values) - floor**2 * len(values)
+    return excess / 2.0 if excess > _ROUGH_SIGMA * floor**2 * np.sqrt(2.0 * len(values)) else 0.0
 
 
 def _best_pair(field: Field, best: Contender, executor: Executor, tell: Tell) -> Contender | None:

@@ -2,6 +2,7 @@
 
 import typing
 
+import numpy as np
 import pytest
 
 from estimator.diagnosis.case import Case, Linearisation
@@ -10,7 +11,7 @@ from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.field import Field
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.screening import Signature
-from estimator.diagnosis.verdict import weigh
+from estimator.diagnosis.verdict import rough_remainder, weigh
 from estimator.effects.catalogue import CATALOGUE
 
 MATERIAL = Hypothesis(1e4, 0.45)
@@ -49,3 +50,13 @@ def test_a_grasp_a_hair_aside_must_stand_out_more_for_a_mesh_feigns_it(gain: flo
 
 def test_a_grasp_well_aside_needs_not() -> None:
     assert weigh(tried("grasp_misplacement:gripper", "shift_x", 2e-3, 9.0))["grasp_misplacement"] == 9.0
+
+
+def test_noise_leaves_no_rough_remainder_and_a_few_beads_that_stand_aside_do() -> None:
+    rng = np.random.default_rng(5)
+    noise = [rng.normal(size=4000), rng.normal(size=5000)]
+    assert rough_remainder(noise, 1.0) == 0.0
+    assert rough_remainder([1.02 * one for one in noise], 1.0) == 0.0
+    aside = [noise[0], np.where(np.arange(5000) % 48 == 7, noise[1] + 4.0, noise[1])]
+    # Sixteen for each of the 104 values that stand aside.
+    assert rough_remainder(aside, 1.0) == pytest.approx(0.5 * 16 * 104, rel=0.2)
