@@ -54,6 +54,9 @@ _REMAINDER = 0.05
 # A remainder that is not smooth, such as that of a few beads, must exceed the scatter of chi-squared by so much: right
 # causes leave up to 5, by outliers and by noise that is not quite what was stated.
 _ROUGH_SIGMA = 8.0
+# And without any cause, so much beyond the noise that most of the residuals show.
+_TAIL_SIGMA = 4.0
+_TO_DEVIATION = 1.4826
 _LEADERS, _PARTNERS = 2, 3
 # One effect without a label is as improbable beforehand as one with, and so less probable than all that is unknown.
 _PRIORS = log_priors(LABELS)
@@ -83,7 +86,10 @@ def reach_verdict(field: Field, executor: Executor, tell: Tell) -> Verdict:
     probability = probabilities(evidence, LABELS, TEMPER)
     leading = next(iter(probability))
     if leading == NONE:
-        return Verdict((), None, probability)
+        beyond = rough_gap(field.baseline.residual, white_floor(field.case))
+        if not beyond:
+            return Verdict((), None, probability)
+        return Verdict((UNKNOWN,), None, shared_with_unknown(probability, NONE, 0.0, beyond))
     outsider = _first_of(field, UNKNOWN) if evidence[UNKNOWN] > field.unknown else None
     recognised = outsider if leading == UNKNOWN else None
     best = recognised or _first_of(field, next(label for label in probability if label in LABELS))
@@ -166,8 +172,20 @@ def rough_remainder(residual: Sequence[FloatArray], floor: float) -> float:
     floor : root mean square of noise alone
     """
     values = np.concatenate(list(residual))
-    excess = float(values @ values) - floor**2 * len(values)
-    return excess / 2.0 if excess > _ROUGH_SIGMA * floor**2 * np.sqrt(2.0 * len(values)) else 0.0
+    excess = _deviations_beyond(values, floor)
+    return excess * floor**2 * float(np.sqrt(len(values) / 2.0)) if excess > _ROUGH_SIGMA else 0.0
+
+
+def rough_gap(residual: Sequence[FloatArray], floor: float) -> float:
+    """Return the same of a baseline, 0 where its noise was merely understated: then most residuals scatter by more."""
+    values = np.concatenate(list(residual))
+    usual = max(floor, _TO_DEVIATION * float(np.median(np.abs(values))))
+    return rough_remainder(residual, floor) if _deviations_beyond(values, usual) > _TAIL_SIGMA else 0.0
+
+
+def _deviations_beyond(values: FloatArray, noise: float) -> float:
+    """Return by how many of its deviations the sum of squares is beyond that of white noise."""
+    return float((values @ values / noise**2 - len(values)) / np.sqrt(2.0 * len(values)))
 
 
 def _best_pair(field: Field, best: Contender, executor: Executor, tell: Tell) -> Contender | None:

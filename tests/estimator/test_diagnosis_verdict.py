@@ -11,7 +11,7 @@ from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.field import Field
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.screening import Signature
-from estimator.diagnosis.verdict import rough_remainder, weigh
+from estimator.diagnosis.verdict import rough_gap, rough_remainder, weigh
 from estimator.effects.catalogue import CATALOGUE
 
 MATERIAL = Hypothesis(1e4, 0.45)
@@ -60,3 +60,12 @@ def test_noise_leaves_no_rough_remainder_and_a_few_beads_that_stand_aside_do() -
     aside = [noise[0], np.where(np.arange(5000) % 48 == 7, noise[1] + 4.0, noise[1])]
     # Sixteen for each of the 104 values that stand aside.
     assert rough_remainder(aside, 1.0) == pytest.approx(0.5 * 16 * 104, rel=0.2)
+
+
+def test_understated_noise_is_no_gap_and_one_experiment_that_stands_aside_is() -> None:
+    rng = np.random.default_rng(6)
+    noise = [rng.normal(size=3000) for _ in range(3)]
+    assert rough_gap([1.15 * one for one in noise], 1.0) == 0.0
+    beads = np.arange(3000) % 48 < 12
+    aside = [*noise[:2], np.where(beads, noise[2] + 1.8 * rng.normal(size=3000), noise[2])]
+    assert rough_gap(aside, 1.0) == rough_remainder(aside, 1.0) > 0.0
