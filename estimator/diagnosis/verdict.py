@@ -21,7 +21,7 @@ from estimator.diagnosis.contest import (
 )
 from estimator.diagnosis.field import Field
 from estimator.diagnosis.findings import best_trials
-from estimator.diagnosis.held_out import white_floor
+from estimator.diagnosis.held_out import lost_on_held_out, white_floor
 from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
 from estimator.diagnosis.judgement import (
     LOG_PRIOR_OF_A_PAIR,
@@ -109,10 +109,14 @@ def weigh(field: Field) -> dict[str, float]:
     """Return the log evidence of every answer.
 
     An effect smaller than anybody would care for is no gap: its evidence counts for none, unless it is so strong that
-    no inexactness of the baseline could feign it.
+    no inexactness of the baseline could feign it. One that makes the prediction of left-out experiments worse loses
+    by as much.
     """
     refitted = {one.fit.hypothesis.effects[0].name for one in field.contenders}
-    points = [(one.fit.hypothesis, one.log_evidence) for one in field.contenders]
+    points = [
+        (one.fit.hypothesis, one.log_evidence - lost_on_held_out(one.fit, field.baseline))
+        for one in field.contenders
+    ]
     points += [
         (trial.start, trial.log_evidence)
         for trial in best_starts(field.trials)
@@ -212,7 +216,12 @@ def _best_pair(field: Field, best: Contender, executor: Executor, tell: Tell) ->
     begun = [start for _, start in starts[:_PARTNERS]]
     pairs = refit_all(field.case, field.baseline, field.error, begun, executor, tell)
     pairs = polish_all(field.case, field.baseline, field.error, pairs[:2], executor, tell)
-    pairs = [one for one in pairs if not _slight(one.fit.hypothesis, one.log_evidence - best.log_evidence)]
+    pairs = [
+        one
+        for one in pairs
+        if not _slight(one.fit.hypothesis, one.log_evidence - best.log_evidence)
+        and not lost_on_held_out(one.fit, field.baseline)
+    ]
     if not pairs or pairs[0].log_evidence + LOG_PRIOR_OF_A_PAIR < best.log_evidence + _SECOND_CAUSE:
         return None
     return pairs[0]
