@@ -87,8 +87,13 @@ def _serve(
     answer = make(*arguments)
     while True:
         try:
-            connection.send(_answered(answer, connection.recv()))
-        except (EOFError, BrokenPipeError, ConnectionResetError):
+            request = connection.recv()
+        except (EOFError, OSError):  # the window is gone, be it in the middle of a request
+            return
+        answered = _answered(answer, request)
+        try:
+            connection.send(answered)
+        except OSError:
             return
 
 
