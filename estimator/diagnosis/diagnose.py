@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 
 import numpy as np
@@ -13,11 +13,7 @@ from scipy.special import softmax
 from estimator.diagnosis.advice import advise
 from estimator.diagnosis.case import Linearisation, deformed_mesh
 from estimator.diagnosis.considering import consider
-from estimator.diagnosis.contest import (
-    Contender,
-    Tell,
-    parameter_deviations,
-)
+from estimator.diagnosis.contest import Contender, Tell, parameter_deviations
 from estimator.diagnosis.field import Field, hold_contest
 from estimator.diagnosis.findings import (
     absent_finding,
@@ -60,11 +56,19 @@ def diagnose(experiments: Sequence[Experiment], progress: Tell | None = None) ->
     tell = progress or (lambda stage, done, total: None)
     with worker_pool() as executor:
         field = hold_contest(experiments, executor, tell)
-        verdict = reach_verdict(field, executor, tell)
-        return _diagnosis(field, verdict, started, executor, tell)
+        evidence = weigh(field)
+        verdict = reach_verdict(field, evidence, executor, tell)
+        return _diagnosis(field, evidence, verdict, started, executor, tell)
 
 
-def _diagnosis(field: Field, verdict: Verdict, started: float, executor: Executor, tell: Tell) -> Diagnosis:
+def _diagnosis(
+    field: Field,
+    evidence: Mapping[str, float],
+    verdict: Verdict,
+    started: float,
+    executor: Executor,
+    tell: Tell,
+) -> Diagnosis:
     case, baseline, winner = field.case, field.baseline, verdict.winner
     chosen = winner.fit if winner is not None else baseline
     before, after = held_out_residuals(baseline), held_out_residuals(chosen)
@@ -74,7 +78,6 @@ def _diagnosis(field: Field, verdict: Verdict, started: float, executor: Executo
     gap = gap_of(before, after, floor)
     multiplicity = multiplicity_of(baseline, field.trials, field.error)
     effects = _findings(field, verdict, floor, multiplicity)
-    evidence = weigh(field)
     shares = softmax(TEMPER * np.array([evidence[label] for label in LABELS]))
     where = where_of(
         case, baseline, verdict.probability, dict(zip(LABELS, shares, strict=True)), LABELS, winner

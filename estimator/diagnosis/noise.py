@@ -113,7 +113,12 @@ def _zero_deviation(misfits: Sequence[FloatArray], correlation: float) -> float:
     return _beyond_white(differences.ravel(), float(white))
 
 
+def robust_deviation(values: FloatArray) -> float:
+    """Return the standard deviation of normal values about zero, whatever a few of them are."""
+    return float(np.median(np.abs(values)) / _MEDIAN_OF_A_NORMAL)
+
+
 def _beyond_white(values: FloatArray, white: float) -> float:
     """Return the deviation of values beyond a variance that white noise gives them, robustly."""
-    deviation = np.median(np.abs(values)) / _MEDIAN_OF_A_NORMAL
+    deviation = robust_deviation(values)
     return float(np.clip(np.sqrt(max(deviation**2 - white, 0.0)), _BEST, _WORST))

@@ -30,6 +30,7 @@ from estimator.diagnosis.judgement import (
     probabilities,
     shared_with_unknown,
 )
+from estimator.diagnosis.noise import robust_deviation
 from estimator.diagnosis.result import NONE, UNKNOWN
 from estimator.effects.catalogue import LABELS
 from estimator.effects.effect import Group
@@ -56,7 +57,6 @@ _REMAINDER = 0.05
 _ROUGH_SIGMA = 8.0
 # And without any cause, so much beyond the noise that most of the residuals show.
 _TAIL_SIGMA = 4.0
-_TO_DEVIATION = 1.4826
 _LEADERS, _PARTNERS = 2, 3
 # One effect without a label is as improbable beforehand as one with, and so less probable than all that is unknown.
 _PRIORS = log_priors(LABELS)
@@ -80,9 +80,8 @@ class Verdict:
     probability: Mapping[str, float]
 
 
-def reach_verdict(field: Field, executor: Executor, tell: Tell) -> Verdict:
-    """Weigh the answers; look for a second cause beside the leaders, and for what the causes leave."""
-    evidence = weigh(field)
+def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executor, tell: Tell) -> Verdict:
+    """Conclude from the log evidence of every answer; look for a second cause, and for what the causes leave."""
     probability = probabilities(evidence, LABELS, TEMPER)
     leading = next(iter(probability))
     if leading == NONE:
@@ -181,9 +180,14 @@ def rough_remainder(residual: Sequence[FloatArray], floor: float) -> float:
 
 
 def rough_gap(residual: Sequence[FloatArray], floor: float) -> float:
-    """Return the same of a baseline, 0 where its noise was merely understated: then most residuals scatter by more."""
+    """Return the rough remainder of a baseline; 0 where its noise was merely understated: most residuals show that.
+
+    Parameters
+    ----------
+    residual, floor : as in :func:`rough_remainder`
+    """
     values = np.concatenate(list(residual))
-    usual = max(floor, _TO_DEVIATION * float(np.median(np.abs(values))))
+    usual = max(floor, robust_deviation(values))
     return rough_remainder(residual, floor) if _deviations_beyond(values, usual) > _TAIL_SIGMA else 0.0
 
 

@@ -2,9 +2,8 @@
 
 from typing import Literal
 
-import numpy as np
-
 from estimator.effects.effect import OUTSIDE, Amplitude, Effect, Readings, Values
+from estimator.effects.instants import at_other_times
 
 
 class CameraLag(Effect):
@@ -26,7 +25,6 @@ class CameraLag(Effect):
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Shift the beads' tracks in time."""
         time = readings.experiment.time
-        seen = time + self._sign * values["shift"]
         tracks = readings.fiducials.reshape(len(time), -1)
-        shifted = np.stack([np.interp(seen, time, track) for track in tracks.T], axis=1)
+        shifted = at_other_times(time, tracks, self._sign * values["shift"])
         return readings.with_fiducials(shifted.reshape(readings.fiducials.shape))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.effect import Amplitude, Constant, Effect, Group, Readings, Values
-from estimator.effects.places import CENTRE, places_of
+from estimator.effects.places import CENTRE, belonging, places_of
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.quadrature import quadrature_points
 
@@ -19,8 +19,6 @@ RegionShape = Literal["cylinder", "sphere"]
 
 _LOG_RATIO = Amplitude("log_stiffness_ratio", "1", scale=1.0, smallest=0.1, lower=-5.0, upper=5.0)
 _RADIUS = Constant("radius", "m", (0.009, 0.016), lower=0.004, upper=0.04)
-# Half the width over which the stiffness changes at the rim, unless the mesh is coarser.
-_RIM_M = 1e-3
 
 
 @dataclass(frozen=True)
@@ -36,7 +34,7 @@ class _Region:
         arms = points - self.centre
         axes = 2 if self.shape == "cylinder" else 3
         depth = self.radius_m - np.linalg.norm(arms[..., :axes], axis=-1)
-        return 0.5 * (1 + np.tanh(depth / np.maximum(_RIM_M, spacing_m / 2)))
+        return belonging(depth, spacing_m)
 
 
 class Inhomogeneity(Effect):

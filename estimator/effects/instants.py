@@ -60,6 +60,14 @@ def start_of_row(readings: Sequence[Readings], row: int) -> dict[str, float]:
     raise IndexError("the experiments have fewer rows")
 
 
+def at_other_times(time: FloatArray, rows: FloatArray, seconds: float) -> FloatArray:
+    """Return rows (n, k) of times (n,), s, as they were so many seconds later, in a straight line between two of them.
+
+    Before the first and after the last they stay as they are there.
+    """
+    return np.stack([np.interp(time + seconds, time, column) for column in rows.T], axis=1)
+
+
 def sums_to_the_end(rows: FloatArray) -> FloatArray:
     """Return the sum from each row (n, ...) to the last."""
     return np.cumsum(rows[::-1], axis=0)[::-1]

@@ -3,14 +3,26 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from estimator.effects.effect import Constant, Values
 from estimator.experiment import Experiment
+
+FloatArray = NDArray[np.float64]
 
 _EDGE_M = 0.1
 _PLACES_M = (-0.04, -0.02, 0.0, 0.02, 0.04)
 
 CENTRE = tuple(Constant(name, "m", _PLACES_M, lower=-0.1, upper=0.1) for name in ("centre_x", "centre_y"))
+
+
+# Half the width over which a region ends, unless the mesh is coarser.
+_RIM_M = 1e-3
+
+
+def belonging(depth_m: FloatArray, spacing_m: FloatArray) -> FloatArray:
+    """Return how far points belong to a region, from 0 to 1, by how deep they lie in it and how far apart, m."""
+    return np.asarray(0.5 * (1 + np.tanh(depth_m / np.maximum(_RIM_M, spacing_m / 2))))
 
 
 def places_of(experiment: Experiment, starts: Sequence[Values]) -> list[dict[str, float]]:

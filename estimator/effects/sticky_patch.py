@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.effect import OUTSIDE, Amplitude, Constant, Effect, Readings, Values
-from estimator.effects.places import CENTRE, places_of
+from estimator.effects.places import CENTRE, belonging, places_of
 from estimator.effects.support_friction import area_on_table
 from estimator.experiment import Experiment
 from estimator.fem.problem import RetractionProblem
@@ -20,8 +20,6 @@ FloatArray = NDArray[np.float64]
 
 _STIFFNESS = Amplitude("stiffness_over_modulus", "1/m", scale=100.0, smallest=2.0, lower=0.0, upper=1e5)
 _RADIUS = Constant("radius", "m", (0.01,), lower=0.003, upper=0.04)
-# Half the width over which the patch ends, unless the mesh is coarser.
-_RIM_M = 1e-3
 
 
 class StickyPatch(Effect):
@@ -56,6 +54,6 @@ class StickyPatch(Effect):
         area = area_on_table(problem)
         centre = np.array([values["centre_x"], values["centre_y"]])
         depth = values[_RADIUS.name] - np.linalg.norm(problem.body.mesh.points[:, :2] - centre, axis=1)
-        inside = 0.5 * (1 + np.tanh(depth / np.maximum(_RIM_M, np.sqrt(area) / 2)))
+        inside = belonging(depth, np.sqrt(area))
         stiffness = values[_STIFFNESS.name] * material.youngs_modulus * area * inside
         return (NodalSprings(stiffness[:, None, None] * np.eye(3)),)

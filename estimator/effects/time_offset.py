@@ -2,10 +2,9 @@
 
 from typing import Literal
 
-import numpy as np
-
 from estimator.effects.axes import in_gripper_axes, in_tissue_axes
 from estimator.effects.effect import Amplitude, Effect, Readings, Values
+from estimator.effects.instants import at_other_times
 
 
 class TimeOffset(Effect):
@@ -28,8 +27,7 @@ class TimeOffset(Effect):
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Shift the wrench in time."""
         time = readings.experiment.time
-        felt = time + self._sign * values[self.form]
         wrench = in_gripper_axes(readings.rotation, readings.wrench)
-        shifted = np.stack([np.interp(felt, time, component) for component in wrench.T], axis=1)
+        shifted = at_other_times(time, wrench, self._sign * values[self.form])
         change = in_tissue_axes(readings.rotation, shifted - wrench)
         return readings.with_wrench(readings.wrench + change)

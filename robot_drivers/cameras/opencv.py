@@ -10,7 +10,7 @@ from robot_drivers.cameras.opencv_capture import (
     check_coding,
     identity_of,
     open_capture,
-    request,
+    request_format,
 )
 from robot_drivers.cameras.pixel_formats import as_pixel_format
 from robot_drivers.clock import host_time_ns
@@ -67,7 +67,7 @@ class OpenCVCamera:
         self._grabbed = 0
         capture = open_capture(self._settings)
         try:
-            request(capture, self._settings)
+            request_format(capture, self._settings)
             first = self._take_image(capture)
             check_coding(capture, first.image, self._settings)
         except BaseException:

@@ -146,7 +146,7 @@ def _missing_backend(name: str) -> str:
     )
 
 
-def request(capture: cv2.VideoCapture, settings: OpenCVCameraSettings) -> None:
+def request_format(capture: cv2.VideoCapture, settings: OpenCVCameraSettings) -> None:
     """Ask for raw pixels, size and frame rate, and verify what the camera then states; raises ConfigurationError."""
     if settings.pixel_format != "bgr8":
         capture.set(cv2.CAP_PROP_CONVERT_RGB, 0)
