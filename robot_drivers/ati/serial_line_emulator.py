@@ -125,7 +125,8 @@ class LineFaults(Outages):
     Attributes
     ----------
     loss, insertion, corruption : probability for each byte to be lost, followed by a random one, or replaced by one
-    rubbish : probability for each burst that up to 40 random bytes follow it
+    rubbish : probability for each burst that random bytes follow it
+    rubbish_bytes : the fewest and the most of them
     delay_s : extra time that every byte to the host spends on its way
     unplug_at_s, unplug_for_s : the cable is out meanwhile; the device goes on
     restart_at_s, restart_for_s : the device has no power meanwhile, and then begins as new
@@ -135,6 +136,7 @@ class LineFaults(Outages):
     insertion: float = 0.0
     corruption: float = 0.0
     rubbish: float = 0.0
+    rubbish_bytes: tuple[int, int] = (1, 40)
     delay_s: float = 0.0
 
 
@@ -168,7 +170,7 @@ class FaultyWire:
         arriving = pairs[np.stack([~lost, added], axis=1)].tobytes()
         rubbish = b""
         if self._random.random() < faults.rubbish:
-            rubbish = self._random.bytes(int(self._random.integers(1, 41)))
+            rubbish = self._random.bytes(int(self._random.integers(*faults.rubbish_bytes, endpoint=True)))
         self.counts.lost += int(lost.sum())
         self.counts.inserted += int(added.sum()) + len(rubbish)
         self.counts.corrupted += int((change[~lost] != 0).sum())

@@ -32,6 +32,8 @@ NOISE = np.array([0.006, 0.006, 0.0132, 0.00032, 0.00032, 0.00023])
 START, STARTED = bytes.fromhex("0A 46 55 A3 9D"), bytes.fromhex("0A 46 01 A2 62")
 UNLOCK, UNLOCKED = bytes.fromhex("0A 6A AA FF 1D"), bytes.fromhex("0A 6A 01 BE A2")
 JAM = bytes(range(1, 15))
+# between one and two samples: one in 128 bursts as long as a sample is one, with a checksum that no receiver can doubt
+RUBBISH_BYTES = (14, 25)
 
 
 def record_of_ft33206():
@@ -208,8 +210,8 @@ def test_a_stream_left_by_a_crashed_client_is_ended_first():
     [
         LineFaults(loss=1e-3),
         LineFaults(insertion=1e-3),
-        LineFaults(rubbish=0.2),
-        LineFaults(loss=3e-4, insertion=3e-4, rubbish=0.1),
+        LineFaults(rubbish=0.2, rubbish_bytes=RUBBISH_BYTES),
+        LineFaults(loss=3e-4, insertion=3e-4, rubbish=0.1, rubbish_bytes=RUBBISH_BYTES),
     ],
     ids=["loss", "insertion", "rubbish", "mixed"],
 )
