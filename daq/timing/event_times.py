@@ -119,14 +119,22 @@ def clock_starts(
 
 
 def _falls(clock: FloatArray) -> Iterator[int]:
-    """Yield where a clock falls back, and stays behind."""
+    """Yield where a clock falls back, and stays behind.
+
+    The last samples of a stream have none after them to show that they were overtaken: those have fallen back by few.
+    """
+    if len(clock) < 2:
+        return
     begin = 0
+    far = _LATE_SAMPLES * float(np.median(np.abs(np.diff(clock))))
     while True:
         part = clock[begin:]
-        behind = (part < np.maximum.accumulate(part)).astype(np.int8)
+        highest = np.maximum.accumulate(part)
+        behind = (part < highest).astype(np.int8)
         edges = np.flatnonzero(np.diff(behind, prepend=0, append=0))
         firsts, ends = edges[::2], edges[1::2]
-        anew = firsts[(ends - firsts > _LATE_SAMPLES) | (ends == len(part))]
+        fallen_far = (highest - part)[firsts] > far
+        anew = firsts[(ends - firsts > _LATE_SAMPLES) | ((ends == len(part)) & fallen_far)]
         if not len(anew):
             return
         begin += int(anew[0])

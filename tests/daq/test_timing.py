@@ -86,6 +86,19 @@ def test_samples_that_were_overtaken_are_no_new_clock_and_no_gap() -> None:
     assert np.abs(times.time_ns - ORIGIN_NS - true_s[order] * 1e9).max() < 0.1e6
 
 
+@pytest.mark.parametrize("few", [1, 2])
+def test_a_last_sample_that_was_overtaken_is_no_new_clock(few: int) -> None:
+    order = np.array([*range(3000), *range(3000 + few, 3000, -1)])
+    host = jittered(ORIGIN_NS + np.arange(len(order)) * 4e6, seed=9)
+    assert estimate_event_times(order * 0.004, host, unit_ns=1e9, counter=order).resets == 0
+
+
+def test_a_clock_that_began_anew_just_before_the_end_is_seen() -> None:
+    counter = np.array([*range(3000), 0, 1])
+    host = jittered(ORIGIN_NS + np.arange(len(counter)) * 4e6, seed=9)
+    assert estimate_event_times(counter * 0.004, host, unit_ns=1e9, counter=counter).resets == 1
+
+
 @pytest.mark.parametrize("leap_s", [0.2, 3.0, 100.0])
 def test_a_clock_that_leaps_ahead_is_mapped_apart_on_either_side(leap_s: float) -> None:
     counter = np.arange(3000)
