@@ -7,8 +7,9 @@ the tool's true places comes from the emulated arm itself; no driver has seen it
 import multiprocessing
 import signal
 import threading
+import time
 from bisect import bisect_left
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
@@ -32,7 +33,7 @@ from robot_drivers.ati.emulator import NetFTEmulator
 from robot_drivers.cameras.emulator import BusClock, CameraEmulator, CameraEmulatorSettings
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.clock import host_time_ns
-from robot_drivers.protocols import FloatArray, IntArray
+from robot_drivers.protocols import FloatArray, IntArray, Pose
 from robot_drivers.real_time import prefer_this_process, shorten_turns
 
 SILENCE_S = 1.0
@@ -56,6 +57,8 @@ _SPRING_N_M = 400.0
 _OFFSET = np.array([4.0, -7.0, 12.0, 0.3, -0.2, 0.1])
 _ANSWER_TIMEOUT_S = 30.0
 _LOG_PERIOD_S = 0.5
+_ARM_POLL_S = 0.001
+_ARM_LATE_AT_MOST_S = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -239,7 +242,8 @@ def _spring(controller: ControllerEmulator, host_ns: Callable[[float], int]) -> 
     rest = np.array(REST_TOOL.position)
 
     def wrench(time_s: float) -> FloatArray:
-        path, at_ns = controller.path(), host_ns(time_s) - round(FORCE_FILTER_S * 1e9)
+        at_ns = host_ns(time_s) - round(FORCE_FILTER_S * 1e9)
+        path = _path_until(controller, at_ns)
         after = min(max(1, bisect_left(path, at_ns, key=lambda entry: entry[0])), len(path) - 1)
         (before_ns, before), (after_ns, beyond) = path[after - 1], path[after]
         share = min(1.0, max(0.0, (at_ns - before_ns) / (after_ns - before_ns)))
@@ -247,6 +251,20 @@ def _spring(controller: ControllerEmulator, host_ns: Callable[[float], int]) -> 
         return _OFFSET + np.concatenate([_SPRING_N_M * (place - rest), np.zeros(3)])
 
     return wrench
+
+
+def _path_until(controller: ControllerEmulator, time_ns: int) -> Sequence[tuple[int, Pose]]:
+    """Return the arm's path up to an instant.
+
+    Where the rigs of a campaign keep the computer busy the emulated arm moves late, if it stamps its cycles right: a
+    sensor that did not wait for it would feel, and stamp, what belongs to an earlier instant.
+    """
+    deadline = time.monotonic() + _ARM_LATE_AT_MOST_S
+    path = controller.path()
+    while path[-1][0] < time_ns and time.monotonic() < deadline:
+        time.sleep(_ARM_POLL_S)
+        path = controller.path()
+    return path
 
 
 def _cameras(seed: int) -> list[CameraEmulator]:

@@ -80,11 +80,13 @@ class Scan(ClosedAtExit):
             offsets = segment.offsets.get(channel_id)
             if offsets is None:
                 continue
-            data = np.frombuffer(segment.data, np.uint8)
-            if int(offsets.max()) + size > len(data):
+            if int(offsets.max()) + size > len(segment.data):
                 raise ValueError(f"a record is shorter than {size} bytes")
-            records = data[offsets[:, None] + np.arange(size)]
-            lengths = np.ascontiguousarray(records[:, 1:9]).view("<u8")
+            # a row for every place where a record could begin; rows overlap, nothing is copied but those chosen
+            beginnings = len(segment.data) - size + 1
+            records = np.ndarray((beginnings,), np.dtype((np.void, size)), segment.data, strides=(1,))[offsets]
+            octets = records.view(np.uint8).reshape(-1, size)
+            lengths = np.ascontiguousarray(octets[:, 1:9]).view("<u8")
             if np.any(lengths != size - RECORD.size):
                 raise ValueError(f"a record has not {size} bytes")
             parts.append(records.tobytes())

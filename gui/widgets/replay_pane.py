@@ -140,8 +140,7 @@ class ReplayPane(QWidget):
         self._waiting = False
         if playback is not self._playback:
             return
-        self.force.clear()
-        self.force.add(instant.force, playback.zero)
+        self.force.show_rows(instant.force, playback.zero)
         self.preview.show_images(instant.images)
         self.preview.figures.setVisible(not instant.images)
         self.pose.show_state(RigState(tool=instant.tool), playback.rig or self._usual_rig)

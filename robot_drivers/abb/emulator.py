@@ -246,6 +246,7 @@ class ControllerEmulator(ClosedAtExit):
         if self._restart_due and self._elapsed_s >= self._rapid.faults.restart_at_s:
             self._restart()
         if self._rapid.faults.unpowered(self._elapsed_s):
+            self._path.append((due_ns, self._arm.actual))
             return
         self._cycles += 1
         self._held_back += self._rapid.cycle(CYCLE_S, self._command.client_silence_s)
