@@ -108,8 +108,8 @@ def weigh(field: Field) -> dict[str, float]:
     """Return the log evidence of every answer.
 
     An effect smaller than anybody would care for is no gap: its evidence counts for none, unless it is so strong that
-    no inexactness of the baseline could feign it. One that makes the prediction of left-out experiments worse loses
-    by as much.
+    no inexactness of the baseline could feign it; the nearer it comes to that, the more of it the effect keeps. An
+    effect that makes the prediction of left-out experiments worse loses by as much.
     """
     refitted = {one.fit.hypothesis.effects[0].name for one in field.contenders}
     points = [
@@ -121,7 +121,7 @@ def weigh(field: Field) -> dict[str, float]:
         for trial in best_starts(field.trials)
         if trial.signature.effect.name not in refitted
     ]
-    slight = [value for hypothesis, value in points if _slight(hypothesis, value - field.none)]
+    slight = [(hypothesis, value) for hypothesis, value in points if _slight(hypothesis, value - field.none)]
     forms = best_of(
         [
             (hypothesis.effects[0].label, value)
@@ -129,10 +129,21 @@ def weigh(field: Field) -> dict[str, float]:
             if not _slight(hypothesis, value - field.none)
         ]
     )
-    found = {**dict.fromkeys(LABELS, field.none - _NEGLIGIBLE), **forms}
-    found[NONE] = max([field.none, *slight])
+    found = dict.fromkeys(LABELS, field.none - _NEGLIGIBLE)
+    for hypothesis, value in slight:
+        label = hypothesis.effects[0].label
+        if label in found:
+            found[label] = max(found[label], field.none + _doubted(value - field.none, _bar(hypothesis)))
+    found |= {label: max(value, found.get(label, value)) for label, value in forms.items()}
+    found[NONE] = max([field.none, *(value for _, value in slight)])
     found[UNKNOWN] = max(field.unknown, forms.get(UNKNOWN, -np.inf) - _PRICE_OF_OUTSIDER)
     return found
+
+
+def _doubted(gain: float, bar: float) -> float:
+    """Return what an effect of negligible size keeps of its gain: nothing of none, all of one as high as its bar."""
+    share = min(max(gain / bar, 0.0), 1.0)
+    return share * gain - (1.0 - share) * _NEGLIGIBLE
 
 
 def _first_of(field: Field, label: str) -> Contender | None:
@@ -142,9 +153,17 @@ def _first_of(field: Field, label: str) -> Contender | None:
 
 def _slight(hypothesis: Hypothesis, gain: float) -> bool:
     """Tell whether a hypothesis has an effect of negligible size that a slight error of the model could feign."""
-    return any(
-        gain < (_BELIEVED_OF_SENSORS if effect.group in _SENSORS else _BELIEVED)
-        for effect in negligible_effects(hypothesis)
+    return gain < _bar(hypothesis)
+
+
+def _bar(hypothesis: Hypothesis) -> float:
+    """Return how much evidence no slight error of the model could feign; -inf without an effect of negligible size."""
+    return max(
+        (
+            _BELIEVED_OF_SENSORS if effect.group in _SENSORS else _BELIEVED
+            for effect in negligible_effects(hypothesis)
+        ),
+        default=-np.inf,
     )
 
 
