@@ -84,7 +84,9 @@ class Scan(ClosedAtExit):
                 raise ValueError(f"a record is shorter than {size} bytes")
             # a row for every place where a record could begin; rows overlap, nothing is copied but those chosen
             beginnings = len(segment.data) - size + 1
-            records = np.ndarray((beginnings,), np.dtype((np.void, size)), segment.data, strides=(1,))[offsets]
+            records = np.ndarray((beginnings,), np.dtype((np.void, size)), segment.data, strides=(1,))[
+                offsets
+            ]
             octets = records.view(np.uint8).reshape(-1, size)
             lengths = np.ascontiguousarray(octets[:, 1:9]).view("<u8")
             if np.any(lengths != size - RECORD.size):

@@ -129,20 +129,19 @@ def weigh(field: Field) -> dict[str, float]:
             if not _slight(hypothesis, value - field.none)
         ]
     )
-    found = dict.fromkeys(LABELS, field.none - _NEGLIGIBLE)
+    found = {**dict.fromkeys(LABELS, field.none - _NEGLIGIBLE), **forms}
     for hypothesis, value in slight:
-        label = hypothesis.effects[0].label
-        if label in found:
-            found[label] = max(found[label], field.none + _doubted(value - field.none, _bar(hypothesis)))
-    found |= {label: max(value, found.get(label, value)) for label, value in forms.items()}
+        label, gain = hypothesis.effects[0].label, value - field.none
+        if label != UNKNOWN and gain > 0.0:
+            found[label] = max(found[label], field.none + _doubted(gain, _bar(hypothesis)))
     found[NONE] = max([field.none, *(value for _, value in slight)])
     found[UNKNOWN] = max(field.unknown, forms.get(UNKNOWN, -np.inf) - _PRICE_OF_OUTSIDER)
     return found
 
 
 def _doubted(gain: float, bar: float) -> float:
-    """Return what an effect of negligible size keeps of its gain: nothing of none, all of one as high as its bar."""
-    share = min(max(gain / bar, 0.0), 1.0)
+    """Return what an effect of negligible size keeps of its gain: little of a small one, all where it is at the bar."""
+    share = gain / bar
     return share * gain - (1.0 - share) * _NEGLIGIBLE
 
 
