@@ -121,7 +121,7 @@ def clock_starts(
 def _falls(clock: FloatArray) -> Iterator[int]:
     """Yield where a clock falls back, and stays behind.
 
-    The last samples of a stream have none after them to show that they were overtaken: those have fallen back by few.
+    The last samples of a stream have none after them to show that they were overtaken; such have not fallen back far.
     """
     if len(clock) < 2:
         return
