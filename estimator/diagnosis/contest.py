@@ -11,17 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.case import Case, Linearisation
-from estimator.diagnosis.discrepancy import ModelError, forgiven, model_error_of
+from estimator.diagnosis.discrepancy import ModelError, Moments, forgiven, model_error_of, moments_of
 from estimator.diagnosis.evidence import (
-    LinearModel,
+    Priors,
     log_evidence,
     marginal_evidence,
     unknown_evidence,
     with_floor_borne_out,
 )
-from estimator.diagnosis.hypothesis import Hypothesis
+from estimator.diagnosis.hypothesis import Coordinate, Hypothesis
 from estimator.diagnosis.passage import mechanics_of, solve_case
-from estimator.diagnosis.refit import moved, newton_step, refit
+from estimator.diagnosis.refit import moved, refit, step_of_gram
 from estimator.diagnosis.screening import Signature, signatures_of
 from estimator.effects.effect import Effect
 from estimator.errors import SolverError
@@ -76,12 +76,12 @@ class Contender:
 def baseline_error(case: Case, baseline: Linearisation) -> ModelError:
     """Return what any model misses of a case, by the size of the baseline's channels and of its misfit."""
     error = model_error_of(case.experiments, case.whitenings, baseline.predicted)
-    return with_floor_borne_out(error, linear_model(baseline))
+    return with_floor_borne_out(error, *_model(baseline, error))
 
 
 def evidence_of_unknown(baseline: Linearisation, error: ModelError) -> float:
     """Weigh something outside the catalogue beside the baseline."""
-    return unknown_evidence(linear_model(baseline), error)
+    return unknown_evidence(*_model(baseline, error), error)
 
 
 def screen(
@@ -96,7 +96,7 @@ def screen(
     jobs = [executor.submit(_signatures, case, base, share) for share in _shares(effects, _SHARES)]
     found: list[Trial] = []
     for done, job in enumerate(as_completed(jobs), start=1):
-        found += [trial_of(case, base, error, signature) for signature in job.result()]
+        found += trials_of(case, base, error, job.result())
         tell("screening the catalogue", done, len(jobs))
     return sorted(found, key=_descending)
 
@@ -130,16 +130,34 @@ def _signatures(case: Case, base: Linearisation, effects: Sequence[Effect]) -> l
     return signatures_of(case, mechanics, base.hypothesis, effects)
 
 
-def trial_of(case: Case, base: Linearisation, error: ModelError, signature: Signature) -> Trial:
-    """Weigh a signature beside a solved hypothesis, and return where its refit should begin."""
-    joint = beside(base, signature)
-    step, _ = newton_step(joint)
-    return Trial(signature, first_order_evidence(case, joint, error), moved(joint, step))
+def trials_of(
+    case: Case, base: Linearisation, error: ModelError, signatures: Sequence[Signature]
+) -> list[Trial]:
+    """Weigh signatures beside a solved hypothesis, and return where their refits should begin."""
+    of_experiments = zip(base.residual, base.by_coordinate, range(len(base.residual)), strict=True)
+    moments = moments_of(
+        error,
+        [np.column_stack([r, c, *(one.columns[n] for one in signatures)]) for r, c, n in of_experiments],
+    )
+    own, at = list(range(1 + len(base.coordinates))), 1 + len(base.coordinates)
+    found = []
+    for signature in signatures:
+        chosen = [*own, *range(at, at + len(signature.coordinates))]
+        at += len(signature.coordinates)
+        hypothesis, free = _null_beside(base, signature)
+        here = moments.among(chosen)
+        value = log_evidence(here, priors_of(hypothesis, free), error, error.floor)
+        step, _ = step_of_gram(here.gram, hypothesis, free)
+        found.append(
+            Trial(signature, value - _price_of_choice(case, hypothesis), moved(hypothesis, free, step))
+        )
+    return found
 
 
 def first_order_evidence(case: Case, fit: Linearisation, error: ModelError) -> float:
     """Weigh a linearised hypothesis with the floor of what every model misses."""
-    return log_evidence(linear_model(fit), error, error.floor) - _price_of_choice(case, fit.hypothesis)
+    value = log_evidence(*_model(fit, error), error, error.floor)
+    return value - _price_of_choice(case, fit.hypothesis)
 
 
 def _price_of_choice(case: Case, hypothesis: Hypothesis) -> float:
@@ -150,23 +168,34 @@ def _price_of_choice(case: Case, hypothesis: Hypothesis) -> float:
 def beside(base: Linearisation, signature: Signature) -> Linearisation:
     """Return the linearisation of a solved hypothesis with one effect more, at that effect's null."""
     columns = [np.column_stack(pair) for pair in zip(base.by_coordinate, signature.columns, strict=True)]
+    hypothesis, free = _null_beside(base, signature)
+    return replace(base, hypothesis=hypothesis, coordinates=free, by_coordinate=tuple(columns))
+
+
+def _null_beside(base: Linearisation, signature: Signature) -> tuple[Hypothesis, tuple[Coordinate, ...]]:
+    """Return a solved hypothesis with one effect more, at its null, and what is free of it."""
     number = len(base.hypothesis.effects)
     free = (*base.coordinates, *(replace(c, effect=number) for c in signature.coordinates))
     null = base.hypothesis.with_effect(
         signature.effect, {**signature.constants, **{a.name: 0.0 for a in signature.effect.amplitudes}}
     )
-    return replace(base, hypothesis=null, coordinates=free, by_coordinate=tuple(columns))
+    return null, free
 
 
-def linear_model(fit: Linearisation) -> LinearModel:
-    """Return the linear model of a linearisation, with priors and bounds."""
-    free, hypothesis = fit.coordinates, fit.hypothesis
+def _model(fit: Linearisation, error: ModelError) -> tuple[Moments, Priors]:
+    """Return a linearisation's moments, of its residual first, and the priors of what is free in it."""
+    stacked = [np.column_stack(pair) for pair in zip(fit.residual, fit.by_coordinate, strict=True)]
+    return moments_of(error, stacked), priors_of(fit.hypothesis, fit.coordinates)
+
+
+def priors_of(hypothesis: Hypothesis, free: Sequence[Coordinate]) -> Priors:
+    """Return the priors of what is free at a hypothesis, and its bounds as seen from there."""
     values = np.array([c.get(hypothesis) for c in free])
     scale = np.array([np.inf if c.scale is None else c.scale for c in free])
     centre = np.array([c.prior_offset(hypothesis) for c in free])
     lower = np.array([c.internal_of(c.lower) if np.isfinite(c.lower) else -np.inf for c in free])
     upper = np.array([c.internal_of(c.upper) if np.isfinite(c.upper) else np.inf for c in free])
-    return LinearModel(fit.residual, fit.by_coordinate, centre, scale, lower - values, upper - values)
+    return Priors(centre, scale, lower - values, upper - values)
 
 
 def refit_all(
@@ -237,7 +266,7 @@ def _halved(hypothesis: Hypothesis) -> Hypothesis:
 
 def contender_of(case: Case, base: Linearisation, error: ModelError, fit: Linearisation) -> Contender:
     """Weigh a refitted hypothesis."""
-    value, inexactness = marginal_evidence(linear_model(fit), error, explained(case, base, fit))
+    value, inexactness = marginal_evidence(*_model(fit, error), error, explained(case, base, fit))
     value -= _price_of_choice(case, fit.hypothesis)
     return Contender(fit, value, parameter_deviations(fit, error, inexactness))
 
@@ -247,8 +276,8 @@ def parameter_deviations(
 ) -> FloatArray:
     """Return the standard deviation (p,) of each internal variable, priors and what the model misses included."""
     precision = [c.prior_precision**2 for c in fit.coordinates]
-    columns, _ = forgiven(error, fit.by_coordinate, inexactness)
-    information = np.diag(precision) + np.sum([c.T @ c for c in columns], axis=0)
+    gram, _ = forgiven(error, moments_of(error, fit.by_coordinate), inexactness)
+    information = np.diag(precision) + gram
     return np.asarray(np.sqrt(np.diag(np.linalg.inv(information))))
 
 

@@ -7,14 +7,17 @@ small one forgives a named effect the inexactness of its own signature (Kennedy 
 is nearly right).
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.noise import plane_polynomials
-from estimator.diagnosis.whitening import Whitening, shrunk
+from estimator.diagnosis.whitening import Whitening
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
@@ -39,6 +42,11 @@ class Discrepancy:
     vectors: tuple[FloatArray, FloatArray]
     eigenvalues: tuple[FloatArray, FloatArray]
 
+    @cached_property
+    def overlap(self) -> FloatArray:
+        """Inner products (q, p) of the fiducials' vectors with the wrench's: whitening may share what both show."""
+        return np.asarray(self.vectors[1].T @ self.vectors[0])
+
 
 @dataclass(frozen=True)
 class ModelError:
@@ -52,6 +60,25 @@ class ModelError:
 
     processes: tuple[Discrepancy, ...]
     floor: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Inner products of k columns over the whitened measurements: all that weighing them takes.
+
+    Attributes
+    ----------
+    gram : (k, k) of the columns with each other, over all experiments
+    along : for each experiment (p, k) and (q, k), with the discrepancy's vectors of wrench and of fiducials
+    """
+
+    gram: FloatArray
+    along: tuple[tuple[FloatArray, FloatArray], ...]
+
+    def among(self, chosen: Sequence[int]) -> Moments:
+        """Return the inner products of some of the columns."""
+        picked = tuple((wrench[:, chosen], fiducials[:, chosen]) for wrench, fiducials in self.along)
+        return Moments(self.gram[np.ix_(chosen, chosen)], picked)
 
 
 def model_error_of(
@@ -94,27 +121,36 @@ def discrepancy_of(experiment: Experiment, whitening: Whitening) -> Discrepancy:
     return Discrepancy((found[0][0], found[1][0]), (found[0][1], found[1][1]))
 
 
-def forgiven(
-    error: ModelError, columns: Sequence[FloatArray], amplitude: tuple[float, float]
-) -> tuple[list[FloatArray], float]:
+def moments_of(error: ModelError, columns: Sequence[FloatArray]) -> Moments:
+    """Return the inner products of whitened columns, for each experiment (r, k)."""
+    gram = np.sum([block.T @ block for block in columns], axis=0)
+    along = [
+        (process.vectors[0].T @ block, process.vectors[1].T @ block)
+        for process, block in zip(error.processes, columns, strict=True)
+    ]
+    return Moments(gram, tuple(along))
+
+
+def forgiven(error: ModelError, moments: Moments, amplitude: tuple[float, float]) -> tuple[FloatArray, float]:
     """Whiten columns further by a discrepancy of amplitude (wrench, fiducials) in units of the noise.
+
+    With S = I - V W Vᵀ for the wrench and then for the fiducials, V the discrepancy's vectors, (S X)ᵀ(S X) =
+    XᵀX - (VᵀX)ᵀ(2 W - W²)(VᵀX), so that no measurement is looked at again.
 
     Returns
     -------
-    columns : for each experiment (r, k)
+    gram : (k, k) inner products of the whitened columns
     log_determinant : of the covariance, over all experiments
     """
-    found, log_determinant = [], 0.0
-    for discrepancy, block in zip(error.processes, columns, strict=True):
-        result = block
-        for vectors, eigenvalues, s in zip(
-            discrepancy.vectors, discrepancy.eigenvalues, amplitude, strict=True
-        ):
-            grown = 1.0 + s**2 * eigenvalues
-            result = shrunk(result, vectors, 1.0 - 1.0 / np.sqrt(grown))
-            log_determinant += float(np.log(grown).sum())
-        found.append(result)
-    return found, log_determinant
+    gram, log_determinant = moments.gram.copy(), 0.0
+    for process, (by_wrench, by_fiducials) in zip(error.processes, moments.along, strict=True):
+        wrench, fiducials = (1.0 + s**2 * e for s, e in zip(amplitude, process.eigenvalues, strict=True))
+        shrunk_wrench = (1.0 - 1.0 / np.sqrt(wrench))[:, None] * by_wrench
+        left = by_fiducials - process.overlap @ shrunk_wrench
+        gram -= by_wrench.T @ ((1.0 - 1.0 / wrench)[:, None] * by_wrench)
+        gram -= left.T @ ((1.0 - 1.0 / fiducials)[:, None] * left)
+        log_determinant += float(np.log(wrench).sum() + np.log(fiducials).sum())
+    return gram, log_determinant
 
 
 def _waves(rows: int) -> FloatArray:

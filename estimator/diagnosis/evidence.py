@@ -9,7 +9,6 @@ covariance of a discrepancy that forgives the signature its inexactness. Its amp
 """
 
 import itertools
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +17,7 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import lsq_linear
 from scipy.special import logsumexp
 
-from estimator.diagnosis.discrepancy import ModelError, forgiven
+from estimator.diagnosis.discrepancy import ModelError, Moments, forgiven
 
 FloatArray = NDArray[np.float64]
 
@@ -36,53 +35,52 @@ _INEXACT = (0.0, 0.02, 0.05, 0.1)
 
 
 @dataclass(frozen=True)
-class LinearModel:
-    """A linearised hypothesis.
+class Priors:
+    """What is known of a hypothesis' parameters beforehand: E and ν first, then k others.
 
     Attributes
     ----------
-    residual : for each experiment (r,), whitened
-    columns : for each (r, 2 + k): E and ν first
     centre : (2 + k,) where the parameters stand in units of their priors; 0 for E and ν
     scale : (2 + k,) prior deviations; infinite for E and ν
     lower, upper : (2 + k,) how far each parameter may go from here
     """
 
-    residual: Sequence[FloatArray]
-    columns: Sequence[FloatArray]
     centre: FloatArray
     scale: FloatArray
     lower: FloatArray
     upper: FloatArray
 
 
-def log_evidence(model: LinearModel, error: ModelError, amplitude: tuple[float, float]) -> float:
-    """Return ln p(y | hypothesis) up to a constant, with a discrepancy of given amplitude."""
-    stacked = [np.column_stack([r, c]) for r, c in zip(model.residual, model.columns, strict=True)]
-    whitened, log_determinant = forgiven(error, stacked, amplitude)
-    gram = sum(block.T @ block for block in whitened)
-    return evidence_of_gram(np.asarray(gram), model) - 0.5 * log_determinant
+def log_evidence(
+    moments: Moments, priors: Priors, error: ModelError, amplitude: tuple[float, float]
+) -> float:
+    """Return ln p(y | hypothesis) up to a constant, with a discrepancy of given amplitude.
+
+    ``moments`` are those of the residual and, after it, of the derivatives by the parameters.
+    """
+    gram, log_determinant = forgiven(error, moments, amplitude)
+    return evidence_of_gram(gram, priors) - 0.5 * log_determinant
 
 
-def evidence_of_gram(gram: FloatArray, model: LinearModel) -> float:
-    """Return ln p(y | hypothesis) from the Gram matrix (1 + 2 + k)² of residual and columns."""
+def evidence_of_gram(gram: FloatArray, priors: Priors) -> float:
+    """Return ln p(y | hypothesis) from the Gram matrix (1 + 2 + k)² of residual and derivatives."""
     chi2, gradient, information = gram[0, 0], gram[1:, 0], gram[1:, 1:]
-    free = np.isinf(model.scale)
-    inverse = np.where(free, 0.0, 1.0 / np.where(free, 1.0, model.scale))
+    free = np.isinf(priors.scale)
+    inverse = np.where(free, 0.0, 1.0 / np.where(free, 1.0, priors.scale))
     posterior = information + np.diag(inverse**2)
-    pull = gradient - inverse * model.centre
-    step = bounded_minimum(posterior, pull, model.lower, model.upper)
+    pull = gradient - inverse * priors.centre
+    step = bounded_minimum(posterior, pull, priors.lower, priors.upper)
     misfit = chi2 - 2 * gradient @ step + step @ information @ step
-    prior = float(np.sum((model.centre + inverse * step) ** 2))
+    prior = float(np.sum((priors.centre + inverse * step) ** 2))
     occam = 0.0
     if not free.all():
         schur = posterior[np.ix_(~free, ~free)]
         cross = posterior[np.ix_(~free, free)]
         schur = schur - cross @ np.linalg.solve(posterior[np.ix_(free, free)], cross.T)
-        t = model.scale[~free]
+        t = priors.scale[~free]
         _, occam = np.linalg.slogdet(schur * np.outer(t, t))
         # A one-sided amplitude has a half-normal prior, twice as dense.
-        one_sided = np.isfinite(model.lower[~free]) ^ np.isfinite(model.upper[~free])
+        one_sided = np.isfinite(priors.lower[~free]) ^ np.isfinite(priors.upper[~free])
         occam -= 2 * np.log(2.0) * one_sided.sum()
     return float(-0.5 * (misfit + prior + occam))
 
@@ -99,7 +97,7 @@ def bounded_minimum(A: FloatArray, b: FloatArray, lower: FloatArray, upper: Floa
 
 
 def marginal_evidence(
-    model: LinearModel, error: ModelError, explained: FloatArray
+    moments: Moments, priors: Priors, error: ModelError, explained: FloatArray
 ) -> tuple[float, tuple[float, float]]:
     """Integrate the evidence of a named hypothesis over the inexactness of its signature.
 
@@ -117,12 +115,12 @@ def marginal_evidence(
         wrench, fiducials = (
             float(np.hypot(f, share * e)) for f, e in zip(error.floor, explained, strict=True)
         )
-        found[wrench, fiducials] = log_evidence(model, error, (wrench, fiducials))
+        found[wrench, fiducials] = log_evidence(moments, priors, error, (wrench, fiducials))
     values = list(found.values())
     return float(logsumexp(values) - np.log(len(values))), max(found, key=lambda key: found[key])
 
 
-def with_floor_borne_out(error: ModelError, baseline: LinearModel) -> ModelError:
+def with_floor_borne_out(error: ModelError, moments: Moments, priors: Priors) -> ModelError:
     """Return a model error whose floor is the share of its largest one that the baseline's misfit makes most probable.
 
     Sensors better than the model is taken to be would else show a misfit smaller than the floor, and something
@@ -130,14 +128,14 @@ def with_floor_borne_out(error: ModelError, baseline: LinearModel) -> ModelError
     """
     shares = itertools.product(_FLOOR_SHARES, repeat=2)
     floors = [(w * error.floor[0], f * error.floor[1]) for w, f in shares]
-    return replace(error, floor=max(floors, key=lambda floor: log_evidence(baseline, error, floor)))
+    return replace(error, floor=max(floors, key=lambda floor: log_evidence(moments, priors, error, floor)))
 
 
-def unknown_evidence(baseline: LinearModel, error: ModelError) -> float:
+def unknown_evidence(moments: Moments, priors: Priors, error: ModelError) -> float:
     """Return the evidence of a smooth misfit of any size beyond the floor."""
     wrench, fiducials = error.floor
     found = [
-        log_evidence(baseline, error, (float(np.hypot(wrench, w)), float(np.hypot(fiducials, f))))
+        log_evidence(moments, priors, error, (float(np.hypot(wrench, w)), float(np.hypot(fiducials, f))))
         for w, f in UNKNOWN
     ]
     return float(logsumexp(found) - np.log(len(found)))

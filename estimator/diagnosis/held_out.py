@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.case import Case, Linearisation
-from estimator.diagnosis.contest import linear_model
+from estimator.diagnosis.contest import priors_of
 from estimator.diagnosis.discrepancy import ModelError
-from estimator.diagnosis.evidence import LinearModel, bounded_minimum
+from estimator.diagnosis.evidence import Priors, bounded_minimum
 from estimator.diagnosis.result import Gap
 
 FloatArray = NDArray[np.float64]
@@ -30,14 +30,14 @@ def held_out_residuals(fit: Linearisation) -> list[FloatArray]:
 
     Where there is one experiment, its last third of rows is held out of a fit to the rest.
     """
-    model = linear_model(fit)
+    priors = priors_of(fit.hypothesis, fit.coordinates)
     grams = [np.column_stack(pair) for pair in zip(fit.residual, fit.by_coordinate, strict=True)]
     grams = [g.T @ g for g in grams]
     if len(grams) == 1:
-        return [_last_third(fit, model)]
+        return [_last_third(fit, priors)]
     total = np.sum(grams, axis=0)
     return [
-        r - columns @ _step(total - gram, model)
+        r - columns @ _step(total - gram, priors)
         for r, columns, gram in zip(fit.residual, fit.by_coordinate, grams, strict=True)
     ]
 
@@ -54,17 +54,17 @@ def lost_on_held_out(fit: Linearisation, baseline: Linearisation) -> float:
     return max(0.0, (after - before) / 2.0)
 
 
-def _last_third(fit: Linearisation, model: LinearModel) -> FloatArray:
+def _last_third(fit: Linearisation, priors: Priors) -> FloatArray:
     r, columns = fit.residual[0], fit.by_coordinate[0]
     kept = 2 * len(r) // 3
     stacked = np.column_stack([r, columns])[:kept]
-    return np.asarray((r - columns @ _step(stacked.T @ stacked, model))[kept:])
+    return np.asarray((r - columns @ _step(stacked.T @ stacked, priors))[kept:])
 
 
-def _step(gram: FloatArray, model: LinearModel) -> FloatArray:
-    inverse = np.where(np.isinf(model.scale), 0.0, 1.0 / model.scale)
+def _step(gram: FloatArray, priors: Priors) -> FloatArray:
+    inverse = np.where(np.isinf(priors.scale), 0.0, 1.0 / priors.scale)
     posterior = gram[1:, 1:] + np.diag(inverse**2)
-    return bounded_minimum(posterior, gram[1:, 0] - inverse * model.centre, model.lower, model.upper)
+    return bounded_minimum(posterior, gram[1:, 0] - inverse * priors.centre, priors.lower, priors.upper)
 
 
 def gap_of(before: Sequence[FloatArray], after: Sequence[FloatArray], floor: float) -> Gap:

@@ -15,14 +15,14 @@ from scipy.stats import chi2
 
 from estimator.diagnosis.case import Linearisation
 from estimator.diagnosis.contest import Trial
-from estimator.diagnosis.discrepancy import ModelError, forgiven
+from estimator.diagnosis.discrepancy import ModelError, forgiven, moments_of
 
 FloatArray = NDArray[np.float64]
 
 _DRAWS = 400
 _FALSE_ALARMS = 0.05
-# A direction of which less than this share is left is none.
-_UNSEEN = 1e-6
+# A direction of whose squared length less than this share is left is none.
+_UNSEEN = 1e-9
 
 
 @dataclass(frozen=True)
@@ -52,46 +52,42 @@ def multiplicity_of(fit: Linearisation, trials: Sequence[Trial], error: ModelErr
     trials : of the effects looked for
     error : whose floor, what even the right model misses, counts as noise
     """
-    signatures = [_floored(trial.signature.columns, error) for trial in trials]
-    return among_tests(_floored(fit.residual, error)[:, 0], _floored(fit.by_coordinate, error), signatures)
+    blocks = [
+        np.column_stack([r, c, *(trial.signature.columns[number] for trial in trials)])
+        for number, (r, c) in enumerate(zip(fit.residual, fit.by_coordinate, strict=True))
+    ]
+    gram, _ = forgiven(error, moments_of(error, blocks), error.floor)
+    sizes = [len(trial.signature.coordinates) for trial in trials]
+    return among_tests(gram, len(fit.coordinates), sizes)
 
 
-def among_tests(
-    residual: FloatArray, nuisances: FloatArray, signatures: Sequence[FloatArray], seed: int = 0
-) -> Multiplicity:
+def among_tests(gram: FloatArray, nuisances: int, sizes: Sequence[int], seed: int = 0) -> Multiplicity:
     """Hold noise against signatures.
 
     Parameters
     ----------
-    residual : (r,) in units of white noise
-    nuisances : (r, p) derivatives by what is free without any effect
-    signatures : of each effect (r, k), derivatives by its amplitudes
+    gram : (1 + p + k)² inner products of the residual in units of white noise, of the derivatives by what is free
+        without any effect, and of those by the amplitudes of all effects
+    nuisances : p
+    sizes : how many amplitudes each effect has
     """
-    noise = np.random.default_rng(seed).standard_normal((len(residual), _DRAWS))
-    seen = np.column_stack([residual, noise])
-    nuisance = _orthonormal(nuisances)
-    tails = np.ones(1 + _DRAWS)
-    for signature in signatures:
-        directions = _new_directions(signature, nuisance)
-        if directions.shape[1]:
-            drops = np.sum((directions.T @ seen) ** 2, axis=0)
-            tails = np.minimum(tails, chi2.sf(drops, directions.shape[1]))
+    length = np.sqrt(np.maximum(np.diag(gram)[1:], np.finfo(float).tiny))
+    cosine = gram[1:, 1:] / np.outer(length, length)
+    # White noise meets the columns with inner products whose covariance is the columns' own.
+    eigenvalues, eigenvectors = np.linalg.eigh(cosine)
+    root = eigenvectors * np.sqrt(np.maximum(eigenvalues, 0.0))
+    noise = root @ np.random.default_rng(seed).standard_normal((len(root), _DRAWS))
+    seen = np.column_stack([gram[1:, 0] / length, noise])
+    known = slice(0, nuisances)
+    passed = np.linalg.pinv(cosine[known, known], hermitian=True) @ cosine[known]
+    left, seen = cosine - cosine[:, known] @ passed, seen - passed.T @ seen[known]
+    tails, at = np.ones(1 + _DRAWS), nuisances
+    for size in sizes:
+        own = slice(at, at + size)
+        at += size
+        values, directions = np.linalg.eigh(left[own, own])
+        new = values > _UNSEEN
+        if new.any():
+            drops = np.sum((directions[:, new].T @ seen[own]) ** 2 / values[new, None], axis=0)
+            tails = np.minimum(tails, chi2.sf(drops, int(new.sum())))
     return Multiplicity(float(np.quantile(tails[1:], _FALSE_ALARMS)), float(np.mean(tails[1:] <= tails[0])))
-
-
-def _floored(blocks: Sequence[FloatArray], error: ModelError) -> FloatArray:
-    whitened, _ = forgiven(error, [block.reshape(len(block), -1) for block in blocks], error.floor)
-    return np.concatenate(whitened)
-
-
-def _new_directions(signature: FloatArray, nuisance: FloatArray) -> FloatArray:
-    """Return an orthonormal basis of what columns of a signature show besides the nuisances."""
-    length = np.linalg.norm(signature, axis=0)
-    left = signature - nuisance @ (nuisance.T @ signature)
-    return _orthonormal(left[:, np.linalg.norm(left, axis=0) > _UNSEEN * length])
-
-
-def _orthonormal(columns: FloatArray) -> FloatArray:
-    """Return an orthonormal basis (r, k) of what columns span."""
-    vectors, values, _ = np.linalg.svd(columns / np.linalg.norm(columns, axis=0), full_matrices=False)
-    return np.asarray(vectors[:, values > _UNSEEN])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -51,7 +53,8 @@ def refit(
                 break
             evaluations -= 1
             try:
-                trial = linearise(case, moved(best, step / 3**shortening), best)
+                goal = moved(best.hypothesis, best.coordinates, step / 3**shortening)
+                trial = linearise(case, goal, best)
             except SolverError:
                 continue
             if objective(trial) < objective(best) - 0.05 * gain / 3**shortening:
@@ -71,22 +74,29 @@ def objective(linearisation: Linearisation) -> float:
 
 def newton_step(linearisation: Linearisation) -> tuple[FloatArray, float]:
     """Return the step (p,) to the minimum of the linearised objective within the bounds, and the fall it promises."""
-    free, hypothesis = linearisation.coordinates, linearisation.hypothesis
+    stacked = [
+        np.column_stack(pair)
+        for pair in zip(linearisation.residual, linearisation.by_coordinate, strict=True)
+    ]
+    gram = np.sum([block.T @ block for block in stacked], axis=0)
+    return step_of_gram(gram, linearisation.hypothesis, linearisation.coordinates)
+
+
+def step_of_gram(
+    gram: FloatArray, hypothesis: Hypothesis, free: Sequence[Coordinate]
+) -> tuple[FloatArray, float]:
+    """Return the same from the Gram matrix (1 + p)² of residual and derivatives at a hypothesis."""
     precision = np.array([c.prior_precision for c in free])
-    information = np.diag(precision**2)
-    gradient = -precision * [c.prior_offset(hypothesis) for c in free]
-    for r, columns in zip(linearisation.residual, linearisation.by_coordinate, strict=True):
-        information += columns.T @ columns
-        gradient += columns.T @ r
+    information = gram[1:, 1:] + np.diag(precision**2)
+    gradient = gram[1:, 0] - precision * [c.prior_offset(hypothesis) for c in free]
     lower, upper = np.array([_limits(c, hypothesis) for c in free]).T
     step = bounded_minimum(information, gradient, lower, upper)
     return step, float(gradient @ step - 0.5 * step @ information @ step)
 
 
-def moved(linearisation: Linearisation, step: FloatArray) -> Hypothesis:
-    """Return the hypothesis after a step (p,) of the internal variables."""
-    hypothesis = linearisation.hypothesis
-    for coordinate, change in zip(linearisation.coordinates, step, strict=True):
+def moved(hypothesis: Hypothesis, free: Sequence[Coordinate], step: FloatArray) -> Hypothesis:
+    """Return a hypothesis after a step (p,) of its internal variables."""
+    for coordinate, change in zip(free, step, strict=True):
         hypothesis = coordinate.put(hypothesis, coordinate.get(hypothesis) + float(change))
     return hypothesis
 

@@ -17,7 +17,7 @@ from estimator.diagnosis.contest import (
     first_order_evidence,
     polish_all,
     refit_all,
-    trial_of,
+    trials_of,
 )
 from estimator.diagnosis.field import Field
 from estimator.diagnosis.findings import best_trials
@@ -219,11 +219,10 @@ def _best_pair(field: Field, best: Contender, executor: Executor, tell: Tell) ->
     starts = []
     for leader in field.contenders[:_LEADERS]:
         # Every start is weighed anew: where the leader's gap is large, a second cause seemed to lie elsewhere.
-        tried = [
-            trial_of(field.case, leader.fit, field.error, trial.signature)
-            for trial in field.trials
-            if trial.signature.effect.label not in leader.labels
+        others = [
+            trial.signature for trial in field.trials if trial.signature.effect.label not in leader.labels
         ]
+        tried = trials_of(field.case, leader.fit, field.error, others)
         beside = list(best_trials(tried).values())
         beside.sort(key=lambda trial: -trial.log_evidence)
         alone = first_order_evidence(field.case, leader.fit, field.error)

@@ -10,9 +10,9 @@ from scipy.optimize import lsq_linear
 from scipy.stats import multivariate_normal
 
 from estimator.diagnosis.contest import Trial, best_starts
-from estimator.diagnosis.discrepancy import Discrepancy, ModelError, forgiven
+from estimator.diagnosis.discrepancy import Discrepancy, ModelError, Moments, forgiven, moments_of
 from estimator.diagnosis.evidence import (
-    LinearModel,
+    Priors,
     bounded_minimum,
     log_evidence,
     unknown_evidence,
@@ -52,15 +52,31 @@ def test_a_discrepancy_whitens_and_tells_its_determinant() -> None:
     wrench, vision = orthonormal(rng, 40, 3), orthonormal(rng, 40, 2)
     process = Discrepancy((wrench, vision[:, :0]), (np.array([4.0, 2.0, 1.0]), np.zeros(0)))
     error = ModelError((process,), (0.1, 0.1))
-    (whitened,), log_determinant = forgiven(error, [np.eye(40)], (1.5, 0.0))
+    gram, log_determinant = forgiven(error, moments_of(error, [np.eye(40)]), (1.5, 0.0))
     covariance = np.eye(40) + 1.5**2 * wrench @ np.diag([4.0, 2.0, 1.0]) @ wrench.T
-    assert np.allclose(whitened @ covariance @ whitened.T, np.eye(40))
+    assert np.allclose(gram @ covariance, np.eye(40))
     assert log_determinant == pytest.approx(np.linalg.slogdet(covariance)[1])
 
 
-def linear(residual: FloatArray, columns: FloatArray, scale: FloatArray) -> LinearModel:
+def test_discrepancies_of_wrench_and_fiducials_whiten_one_after_the_other() -> None:
+    rng = np.random.default_rng(21)
+    vectors = orthonormal(rng, 40, 3), orthonormal(rng, 40, 5)
+    eigenvalues = np.array([4.0, 2.0, 1.0]), np.array([9.0, 3.0, 1.0, 0.5, 0.1])
+    error = ModelError((Discrepancy(vectors, eigenvalues),), (0.1, 0.1))
+    columns = rng.normal(size=(40, 6))
+    gram, _ = forgiven(error, moments_of(error, [columns]).among([4, 0, 1]), (1.5, 0.7))
+    whitened = columns[:, [4, 0, 1]]
+    for v, e, s in zip(vectors, eigenvalues, (1.5, 0.7), strict=True):
+        whitened = shrunk(whitened, v, 1.0 - 1.0 / np.sqrt(1.0 + s**2 * e))
+    assert np.allclose(gram, whitened.T @ whitened)
+
+
+def linear(
+    error: ModelError, residual: FloatArray, columns: FloatArray, scale: FloatArray
+) -> tuple[Moments, Priors]:
     free = np.full(columns.shape[1], np.inf)
-    return LinearModel([residual], [columns], np.zeros(len(scale)), scale, -free, free)
+    moments = moments_of(error, [np.column_stack([residual, columns])])
+    return moments, Priors(np.zeros(len(scale)), scale, -free, free)
 
 
 def test_the_evidence_of_a_linear_effect_is_that_of_the_joint_normal() -> None:
@@ -71,9 +87,9 @@ def test_the_evidence_of_a_linear_effect_is_that_of_the_joint_normal() -> None:
     none = Discrepancy((np.zeros((25, 0)),) * 2, (np.zeros(0),) * 2)
     error = ModelError((none,), (0.0, 0.0))
     wide, scale = 1e3, 0.7
-    with_effect = linear(residual, columns, np.array([np.inf, np.inf, scale]))
-    without = linear(residual, columns[:, :2], np.array([np.inf, np.inf]))
-    gain = log_evidence(with_effect, error, (0.0, 0.0)) - log_evidence(without, error, (0.0, 0.0))
+    with_effect = linear(error, residual, columns, np.array([np.inf, np.inf, scale]))
+    without = linear(error, residual, columns[:, :2], np.array([np.inf, np.inf]))
+    gain = log_evidence(*with_effect, error, (0.0, 0.0)) - log_evidence(*without, error, (0.0, 0.0))
 
     def exact(prior: list[float], used: FloatArray) -> float:
         covariance = np.eye(25) + used @ np.diag(np.square(prior)) @ used.T
@@ -95,21 +111,21 @@ def smooth_misfits(
 def test_noise_alone_is_not_unknown_however_large_an_error_the_model_is_taken_to_have() -> None:
     rng = np.random.default_rng(6)
     error, _, columns = smooth_misfits(rng, largest_floor=4.0)
-    baseline = linear(rng.normal(size=400), columns, np.array([np.inf, np.inf]))
-    lowered = with_floor_borne_out(error, baseline)
+    baseline = linear(error, rng.normal(size=400), columns, np.array([np.inf, np.inf]))
+    lowered = with_floor_borne_out(error, *baseline)
     assert lowered.floor[0] < 0.1 * error.floor[0]
-    assert unknown_evidence(baseline, lowered) < log_evidence(baseline, lowered, lowered.floor)
-    assert unknown_evidence(baseline, error) < log_evidence(baseline, lowered, lowered.floor)
+    assert unknown_evidence(*baseline, lowered) < log_evidence(*baseline, lowered, lowered.floor)
+    assert unknown_evidence(*baseline, error) < log_evidence(*baseline, lowered, lowered.floor)
 
 
 def test_a_misfit_beyond_the_floor_is_unknown_and_leaves_the_floor_where_it_was() -> None:
     rng = np.random.default_rng(7)
     error, directions, columns = smooth_misfits(rng, largest_floor=0.3)
     misfit = directions @ rng.normal(0.0, 2.0 * np.sqrt(400 / 30), size=30)
-    baseline = linear(rng.normal(size=400) + misfit, columns, np.array([np.inf, np.inf]))
-    lowered = with_floor_borne_out(error, baseline)
+    baseline = linear(error, rng.normal(size=400) + misfit, columns, np.array([np.inf, np.inf]))
+    lowered = with_floor_borne_out(error, *baseline)
     assert lowered.floor[0] == error.floor[0]
-    assert unknown_evidence(baseline, lowered) > log_evidence(baseline, lowered, lowered.floor) + 20.0
+    assert unknown_evidence(*baseline, lowered) > log_evidence(*baseline, lowered, lowered.floor) + 20.0
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -206,15 +222,19 @@ def test_innovations_of_correlated_rows_are_white_also_across_gaps() -> None:
     assert np.allclose(white @ white.T, np.eye(seen[:, 0].sum()))
 
 
+def chance(residual: FloatArray, nuisances: FloatArray, signatures: list[FloatArray], seed: int = 0) -> float:
+    columns = np.column_stack([residual, nuisances, *signatures])
+    sizes = [signature.shape[1] for signature in signatures]
+    return among_tests(columns.T @ columns, nuisances.shape[1], sizes, seed).chance
+
+
 def test_among_many_tests_noise_alone_is_significant_in_one_case_of_twenty() -> None:
     rng = np.random.default_rng(11)
     nuisances = rng.normal(size=(60, 2))
     shared = rng.normal(size=(60, 1))
     # many effects that resemble each other, and some with several amplitudes
     signatures = [shared + 0.3 * rng.normal(size=(60, 1 + number % 3)) for number in range(12)]
-    chances = np.array(
-        [among_tests(rng.normal(size=60), nuisances, signatures, seed).chance for seed in range(100)]
-    )
+    chances = np.array([chance(rng.normal(size=60), nuisances, signatures, seed) for seed in range(100)])
     assert 1 <= np.sum(chances < 0.05) <= 12
     assert abs(np.mean(chances) - 0.5) < 0.1
 
@@ -224,10 +244,10 @@ def test_a_real_effect_is_no_chance_and_one_along_a_nuisance_is_not_seen() -> No
     nuisances, signature = rng.normal(size=(60, 2)), rng.normal(size=(60, 1))
     noise = rng.normal(size=60)
     others = [rng.normal(size=(60, 1)) for _ in range(10)]
-    real = among_tests(noise + 2.0 * signature[:, 0], nuisances, [signature, *others])
-    assert real.chance == 0.0
-    swallowed = among_tests(noise + 50.0 * nuisances[:, 0], nuisances, [nuisances[:, :1], *others])
-    assert swallowed.chance == among_tests(noise, nuisances, [nuisances[:, :1], *others]).chance
+    assert chance(noise + 2.0 * signature[:, 0], nuisances, [signature, *others]) == 0.0
+    along = [nuisances[:, :1], *others]
+    swallowed = chance(noise + 50.0 * nuisances[:, 0], nuisances, along)
+    assert swallowed == chance(noise, nuisances, along)
 
 
 def test_of_each_effect_the_best_start_is_tried_and_two_where_constants_are_searched() -> None:
