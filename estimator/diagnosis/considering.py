@@ -16,8 +16,6 @@ from estimator.diagnosis.contest import (
     beside,
     best_starts,
     parameter_deviations,
-    polish_all,
-    refit_all,
     screen,
 )
 from estimator.diagnosis.discrepancy import ModelError
@@ -25,6 +23,7 @@ from estimator.diagnosis.findings import best_trials, effect_quantities, materia
 from estimator.diagnosis.held_out import gap_of, held_out_residuals
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.preparation import prepare
+from estimator.diagnosis.race import race
 from estimator.diagnosis.result import Consideration, Material, Outcome, Place
 from estimator.effects.catalogue import CATALOGUE, LABELS
 from estimator.errors import InputError
@@ -92,9 +91,8 @@ def what_if(
         forms = [effect for effect in CATALOGUE if effect.label == label and not effect.elaborates]
         trials = screen(case, baseline, error, forms, executor, tell)
         starts = [trial.start for trial in best_starts(trials)[:_STARTS]]
-        contenders = refit_all(case, baseline, error, starts, executor, tell)
-        polished = polish_all(case, baseline, error, contenders[:1], executor, tell)
-        return consider(case, baseline, error, trials, polished, floor)[label]
+        contenders = race(case, baseline, error, starts, -np.inf, executor, tell)
+        return consider(case, baseline, error, trials, contenders, floor)[label]
 
 
 def _expected(case: Case, baseline: Linearisation, error: ModelError, trial: Trial, floor: float) -> Outcome:

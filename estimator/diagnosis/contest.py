@@ -1,10 +1,10 @@
-"""The contest of hypotheses: screened to first order, the leaders refitted in full, each weighed by its evidence."""
+"""The contest of hypotheses: all of them screened to first order, and each that is refitted weighed by its evidence."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import Executor, Future, as_completed
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,19 +21,16 @@ from estimator.diagnosis.evidence import (
 )
 from estimator.diagnosis.hypothesis import Coordinate, Hypothesis
 from estimator.diagnosis.passage import mechanics_of, solve_case
-from estimator.diagnosis.refit import moved, refit, step_of_gram
+from estimator.diagnosis.refit import moved, step_of_gram
 from estimator.diagnosis.screening import Signature, signatures_of
 from estimator.effects.effect import Effect
-from estimator.errors import SolverError
 
 FloatArray = NDArray[np.float64]
 Tell = Callable[[str, int, int], None]
 
-_POINTS_AT_FIRST = 2
 _STARTS_TRIED = 2
 # Every share of the catalogue solves the baseline anew, which costs as much as many effects do.
 _SHARES = 2
-_POINTS_TO_POLISH = 9
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,72 +193,6 @@ def priors_of(hypothesis: Hypothesis, free: Sequence[Coordinate]) -> Priors:
     lower = np.array([c.internal_of(c.lower) if np.isfinite(c.lower) else -np.inf for c in free])
     upper = np.array([c.internal_of(c.upper) if np.isfinite(c.upper) else np.inf for c in free])
     return Priors(centre, scale, lower - values, upper - values)
-
-
-def refit_all(
-    case: Case,
-    base: Linearisation,
-    error: ModelError,
-    starts: Iterable[Hypothesis],
-    executor: Executor,
-    tell: Tell,
-) -> list[Contender]:
-    """Refit hypotheses from their starts, as far as a few points go; one without equilibrium drops out."""
-    jobs: list[Future[Linearisation | None]] = [
-        executor.submit(_refit_or_none, case, start, base, _POINTS_AT_FIRST) for start in starts
-    ]
-    return _contenders(case, base, error, jobs, tell)
-
-
-def polish_all(
-    case: Case,
-    base: Linearisation,
-    error: ModelError,
-    contenders: Iterable[Contender],
-    executor: Executor,
-    tell: Tell,
-) -> list[Contender]:
-    """Refit contenders to convergence from where they stand."""
-    jobs: list[Future[Linearisation | None]] = [
-        executor.submit(refit, case, one.fit.hypothesis, one.fit, _POINTS_TO_POLISH) for one in contenders
-    ]
-    return _contenders(case, base, error, jobs, tell)
-
-
-def _contenders(
-    case: Case,
-    base: Linearisation,
-    error: ModelError,
-    jobs: Sequence[Future[Linearisation | None]],
-    tell: Tell,
-) -> list[Contender]:
-    found = []
-    for done, job in enumerate(as_completed(jobs), start=1):
-        fit = job.result()
-        if fit is not None:
-            found.append(contender_of(case, base, error, fit))
-        tell("refitting the leaders", done, len(jobs))
-    return sorted(found, key=lambda contender: -contender.log_evidence)
-
-
-def _refit_or_none(
-    case: Case, start: Hypothesis, near: Linearisation, evaluations: int
-) -> Linearisation | None:
-    """Refit from a start; where that has no equilibrium, from ever smaller amplitudes."""
-    for _ in range(3):
-        try:
-            return refit(case, start, near, evaluations=evaluations)
-        except SolverError:
-            start = _halved(start)
-    return None
-
-
-def _halved(hypothesis: Hypothesis) -> Hypothesis:
-    values: list[Mapping[str, float]] = []
-    for effect, present in zip(hypothesis.effects, hypothesis.values, strict=True):
-        names = {amplitude.name for amplitude in effect.amplitudes}
-        values.append({k: v / 3 if k in names else v for k, v in present.items()})
-    return Hypothesis(hypothesis.youngs_modulus, hypothesis.poisson_ratio, hypothesis.effects, tuple(values))
 
 
 def contender_of(case: Case, base: Linearisation, error: ModelError, fit: Linearisation) -> Contender:

@@ -17,26 +17,25 @@ from estimator.diagnosis.contest import (
     best_starts,
     evidence_of_unknown,
     first_order_evidence,
-    polish_all,
-    refit_all,
     screen,
 )
 from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.glitches import number_left_out
 from estimator.diagnosis.held_out import white_floor
 from estimator.diagnosis.preparation import prepare
+from estimator.diagnosis.race import finalists, race
 from estimator.effects.catalogue import CATALOGUE, LABELS, OUTSIDERS
 from estimator.effects.effect import Effect
 from estimator.experiment import Experiment
 
 _CONTENDERS = 7
-_POLISHED = 3
 _FORMS_OF_A_LABEL = 3
 # A hypothesis whose first-order evidence is this much below the best is not refitted, unless few are left.
 _HOPELESS = 0.35
 _FEWEST = 3
-# Contenders this close to the best, or within this share of its gain, are polished.
-_CLOSE, _CLOSE_SHARE = 10.0, 0.15
+# Finalists this close to each other are rivals.
+_CLOSE = 10.0
+_FINER = 4
 
 
 @dataclass(frozen=True)
@@ -86,35 +85,20 @@ def hold_contest(experiments: Sequence[Experiment], executor: Executor, tell: Te
     plain = [effect for effect in everything if not (effect.elaborates or effect.mistaken_for)]
     trials = screen(case, baseline, error, plain, executor, tell)
     leaders = _leaders(best_starts(trials), none)
-    contenders = refit_all(case, baseline, error, [trial.start for trial in leaders], executor, tell)
-    close = _close(contenders, none)
-    polished = polish_all(case, baseline, error, close, executor, tell)
-    rest = contenders[len(close) :]
-    more: list[Trial] = []
-    doubtful = _doubtful(case, polished)
+    contenders = race(case, baseline, error, [trial.start for trial in leaders], none, executor, tell)
+    doubtful = _doubtful(case, finalists(contenders, none))
     if doubtful:
         elaborate = _elaborations(doubtful)
         finer = screen(case, baseline, error, elaborate, executor, tell) if elaborate else []
         more = best_starts(finer) + _siblings(best_starts(trials), doubtful[:1], contenders)
         trials += finer
-    if more:
-        refitted = refit_all(case, baseline, error, [t.start for t in more[:4]], executor, tell)
-        better = [one for one in refitted if one.log_evidence > polished[0].log_evidence]
-        polished += polish_all(case, baseline, error, better[:2], executor, tell)
-        rest += [one for one in refitted if one not in better]
-    contenders = sorted([*polished, *rest], key=lambda one: -one.log_evidence)
+        starts = [trial.start for trial in more[:_FINER]]
+        best = contenders[0].log_evidence
+        contenders += race(case, baseline, error, starts, best, executor, tell)
+        contenders.sort(key=lambda one: -one.log_evidence)
     left_out = number_left_out(experiments, case.experiments)
     unknown = evidence_of_unknown(baseline, error)
     return Field(case, left_out, baseline, error, tuple(trials), tuple(contenders), none, unknown)
-
-
-def _close(contenders: Sequence[Contender], none: float) -> list[Contender]:
-    """Return the contenders that a better fit could still bring to the front, of many the first."""
-    if not contenders:
-        return []
-    best = contenders[0].log_evidence
-    margin = max(_CLOSE, _CLOSE_SHARE * (best - none))
-    return [one for one in contenders[:_POLISHED] if one.log_evidence > best - margin]
 
 
 def _leaders(trials: Sequence[Trial], none: float) -> list[Trial]:
@@ -134,15 +118,15 @@ def _leaders(trials: Sequence[Trial], none: float) -> list[Trial]:
     return chosen
 
 
-def _doubtful(case: Case, polished: Sequence[Contender]) -> list[Contender]:
+def _doubtful(case: Case, best_few: Sequence[Contender]) -> list[Contender]:
     """Return the contenders of which a finer form could win: rivals close to the best, or what leaves a misfit."""
-    if not polished:
+    if not best_few:
         return []
-    best = polished[0].log_evidence
-    rivals = [one for one in polished if one.log_evidence > best - _CLOSE]
+    best = best_few[0].log_evidence
+    rivals = [one for one in best_few if one.log_evidence > best - _CLOSE]
     if len({one.labels[0] for one in rivals}) > 1:
         return rivals
-    return [] if _adequate(case, polished[0]) else list(polished[:2])
+    return [] if _adequate(case, best_few[0]) else list(best_few[:2])
 
 
 def _adequate(case: Case, contender: Contender) -> bool:

@@ -111,7 +111,12 @@ class Mechanics:
 
 def mechanics_of(passage: Passage) -> Mechanics:
     """Evaluate the observables of every visit."""
-    return Mechanics(passage, tuple(observe(passage.problem, state) for state in passage.states))
+    of_state = {id(state): observe(passage.problem, state) for state in _distinct(passage.states)}
+    return Mechanics(passage, tuple(of_state[id(state)] for state in passage.states))
+
+
+def _distinct(states: Sequence[EquilibriumState]) -> list[EquilibriumState]:
+    return list({id(state): state for state in states}.values())
 
 
 def _extrapolated(observation: Observation, ratio: float, change: float, modulus: float) -> Observation:
@@ -156,7 +161,7 @@ def solve_case(
     total, done = sum(len(visits) for visits in all_visits), 0
     changed = hypothesis.problem(problem)
     following = EquilibriumSolver(changed, _FROM_REST)
-    nearby = EquilibriumSolver(changed, _FROM_A_NEIGHBOUR)
+    nearby = following.with_settings(_FROM_A_NEIGHBOUR)
     material, strays = hypothesis.material(), 0
     passages = []
     chain = TermChain(hypothesis)
@@ -164,13 +169,16 @@ def solve_case(
         motion = hypothesis.motion(reported_motion(visits, hypothesis, unit_wrenches[number]))
         chain.begin(changed, visits.experiment)
         states: list[EquilibriumState] = []
+        been: dict[bytes, EquilibriumState] = {}
         for visit in range(len(visits)):
             elapsed = float(visits.time[visit] - visits.time[visit - 1]) if visit else 0.0
             terms = chain.at(elapsed)
             pose = GripperPose(motion.position[visit], motion.rotation[visit])
             field = known[number][_first_row(visits, visit)] if known is not None else None
             last = states[-1] if states else None
-            state = _near(nearby, material, pose, terms, field, last)
+            # Tissue on which nothing acts that remembers is as it was where the gripper has been before.
+            state = been.get(_place(pose)) if not terms else None
+            state = state or _near(nearby, material, pose, terms, field, last)
             if state is None:
                 strays += known is not None
                 if strays > _STRAYS:
@@ -178,6 +186,7 @@ def solve_case(
                 state = following.solve(pose, material, last or following.rest(material), terms)
             chain.pass_by(state.displacement, state.response)
             states.append(state)
+            been[_place(pose)] = state
             done += 1
             if progress is not None:
                 progress(done, total)
@@ -220,6 +229,10 @@ def _near(
 
 def _same_pose(one: GripperPose, other: GripperPose) -> bool:
     return bool(np.all(one.increment_to(other) == 0.0))
+
+
+def _place(pose: GripperPose) -> bytes:
+    return pose.position.tobytes() + pose.rotation.as_quat(canonical=True).tobytes()
 
 
 def _first_row(visits: Visits, visit: int) -> int:

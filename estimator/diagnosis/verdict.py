@@ -15,8 +15,6 @@ from estimator.diagnosis.contest import (
     best_starts,
     evidence_of_unknown,
     first_order_evidence,
-    polish_all,
-    refit_all,
     trials_of,
 )
 from estimator.diagnosis.field import Field
@@ -31,6 +29,7 @@ from estimator.diagnosis.judgement import (
     shared_with_unknown,
 )
 from estimator.diagnosis.noise import robust_deviation
+from estimator.diagnosis.race import race
 from estimator.diagnosis.result import NONE, UNKNOWN
 from estimator.effects.catalogue import LABELS
 from estimator.effects.effect import Group
@@ -231,12 +230,13 @@ def _best_pair(field: Field, best: Contender, executor: Executor, tell: Tell) ->
             for trial in beside[:_PARTNERS]
             if trial.log_evidence > alone + _SECOND_CAUSE
         ]
+    # One that would not even reach the best single cause is no pair, however much its own leader leaves.
+    starts = [start for start in starts if start[0] > best.log_evidence]
     starts.sort(key=lambda item: -item[0])
     if not starts:
         return None
     begun = [start for _, start in starts[:_PARTNERS]]
-    pairs = refit_all(field.case, field.baseline, field.error, begun, executor, tell)
-    pairs = polish_all(field.case, field.baseline, field.error, pairs[:2], executor, tell)
+    pairs = race(field.case, field.baseline, field.error, begun, best.log_evidence, executor, tell)
     pairs = [
         one
         for one in pairs

@@ -1,0 +1,116 @@
+"""A race of hypotheses: each is refitted as far as it could still win, for every point costs a solution of the case."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor, Future, as_completed
+
+from estimator.diagnosis.case import Case, Linearisation
+from estimator.diagnosis.contest import Contender, Tell, contender_of
+from estimator.diagnosis.discrepancy import ModelError
+from estimator.diagnosis.hypothesis import Hypothesis
+from estimator.diagnosis.refit import refit
+from estimator.errors import SolverError
+
+# After one point, those within this share of the leader's gain (or this close to it) go on to a second one; after
+# that, those within less of it, and of many the first, go on until they converge. The evidence after a point is that
+# at the end of the next Newton step, which a form that is far from linear meets only roughly at first.
+_IN_REACH, _CLOSE_SHARE, _CLOSE = 0.4, 0.15, 10.0
+_FINALISTS = 3
+_POINTS_TO_CONVERGE = 7
+
+
+def race(
+    case: Case,
+    base: Linearisation,
+    error: ModelError,
+    starts: Sequence[Hypothesis],
+    bar: float,
+    executor: Executor,
+    tell: Tell,
+) -> list[Contender]:
+    """Refit hypotheses from their starts, and return them with the most probable first.
+
+    Parameters
+    ----------
+    case, base, error : with the fitted baseline, whose fields the refits start from
+    starts : one without equilibrium near its start drops out
+    bar : log evidence that they compete to exceed; what remains much below it goes no further
+    executor, tell : workers, and who is told of the progress
+    """
+    jobs: list[Future[Linearisation | None]] = [
+        executor.submit(_first_point, case, start, base) for start in starts
+    ]
+    first = _contenders(case, base, error, jobs, tell)
+    second = _further(case, base, error, first, _in_reach(first, bar, _IN_REACH), 1, executor, tell)
+    return _further(case, base, error, second, finalists(second, bar), _POINTS_TO_CONVERGE, executor, tell)
+
+
+def finalists(contenders: Sequence[Contender], bar: float) -> list[Contender]:
+    """Return the few, the most probable first, that a better fit could still bring to the front."""
+    return _in_reach(contenders, bar, _CLOSE_SHARE)[:_FINALISTS]
+
+
+def _in_reach(contenders: Sequence[Contender], bar: float, share: float) -> list[Contender]:
+    """Return those within a share of what the best has gained on the bar."""
+    if not contenders:
+        return []
+    best = contenders[0].log_evidence
+    least = max(best - max(_CLOSE, share * (best - bar)), bar - _CLOSE)
+    return [one for one in contenders if one.log_evidence > least]
+
+
+def _further(
+    case: Case,
+    base: Linearisation,
+    error: ModelError,
+    contenders: Sequence[Contender],
+    chosen: Sequence[Contender],
+    points: int,
+    executor: Executor,
+    tell: Tell,
+) -> list[Contender]:
+    """Return the contenders, the chosen ones refitted over so many points more at the most."""
+    jobs: list[Future[Linearisation | None]] = [
+        executor.submit(refit, case, one.fit.hypothesis, one.fit, 1 + points) for one in chosen
+    ]
+    rest = [one for one in contenders if one not in chosen]
+    return _sorted([*_contenders(case, base, error, jobs, tell), *rest])
+
+
+def _contenders(
+    case: Case,
+    base: Linearisation,
+    error: ModelError,
+    jobs: Sequence[Future[Linearisation | None]],
+    tell: Tell,
+) -> list[Contender]:
+    found = []
+    for done, job in enumerate(as_completed(jobs), start=1):
+        fit = job.result()
+        if fit is not None:
+            found.append(contender_of(case, base, error, fit))
+        tell("refitting the leaders", done, len(jobs))
+    return _sorted(found)
+
+
+def _sorted(contenders: Sequence[Contender]) -> list[Contender]:
+    return sorted(contenders, key=lambda contender: -contender.log_evidence)
+
+
+def _first_point(case: Case, start: Hypothesis, near: Linearisation) -> Linearisation | None:
+    """Solve a start; where that has no equilibrium, one with ever smaller amplitudes."""
+    for _ in range(3):
+        try:
+            return refit(case, start, near, evaluations=1)
+        except SolverError:
+            start = _with_smaller_amplitudes(start)
+    return None
+
+
+def _with_smaller_amplitudes(hypothesis: Hypothesis) -> Hypothesis:
+    values: list[Mapping[str, float]] = []
+    for effect, present in zip(hypothesis.effects, hypothesis.values, strict=True):
+        names = {amplitude.name for amplitude in effect.amplitudes}
+        values.append({k: v / 3 if k in names else v for k, v in present.items()})
+    return Hypothesis(hypothesis.youngs_modulus, hypothesis.poisson_ratio, hypothesis.effects, tuple(values))
