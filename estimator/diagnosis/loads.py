@@ -16,7 +16,7 @@ from scipy.sparse import csr_array
 from estimator.diagnosis.answers import changes_by_loads, linear_answers, stations
 from estimator.diagnosis.chain import TermChain
 from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.passage import Mechanics, reported_motion
+from estimator.diagnosis.passage import Mechanics, Passage, reported_motion
 from estimator.diagnosis.perturbation import MechanicalChange, Perturbation, no_change, overrides
 from estimator.effects.effect import Effect
 from estimator.fem.body import stress_of
@@ -62,7 +62,7 @@ def _mechanical_changes(
             continue
         if effect is None and not any(acts_on_tissue(present) for present in hypothesis.effects):
             found[k] = [_by_material(one, hypothesis, perturbation.to) for one in mechanics]
-        elif effect is not None and not effect.keeps_pattern:
+        elif effect is not None and _frees_nodes(effect, mechanics[0].passage, perturbation.to):
             found[k] = _by_newton_steps(mechanics, perturbation.to)
         else:
             by_loads.append(k)
@@ -73,6 +73,13 @@ def _mechanical_changes(
         _with_motion(mechanics, hypothesis, perturbation, change)
         for perturbation, change in zip(perturbations, found, strict=True)
     ]
+
+
+def _frees_nodes(effect: Effect, passage: Passage, to: Hypothesis) -> bool:
+    """Tell whether a perturbation sets nodes free that the solved problem holds: its factor has no rows for them."""
+    if effect.keeps_pattern:
+        return False
+    return not np.array_equal(to.problem(passage.baseline).fixed, passage.problem.fixed)
 
 
 def _with_motion(

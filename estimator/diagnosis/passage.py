@@ -174,8 +174,8 @@ def solve_case(
             elapsed = float(visits.time[visit] - visits.time[visit - 1]) if visit else 0.0
             terms = chain.at(elapsed)
             pose = GripperPose(motion.position[visit], motion.rotation[visit])
-            field = known[number][_first_row(visits, visit)] if known is not None else None
             last = states[-1] if states else None
+            field = _expected(known[number], visits, visit, last) if known is not None else None
             # Tissue on which nothing acts that remembers is as it was where the gripper has been before.
             state = been.get(_place(pose)) if not terms else None
             state = state or _near(nearby, material, pose, terms, field, last)
@@ -204,6 +204,20 @@ def reported_motion(visits: Visits, hypothesis: Hypothesis, unit_wrench: FloatAr
     return Motion(visits.experiment, visits.position, visits.rotation, visits.load, trial)
 
 
+def _expected(
+    known: Sequence[KnownField], visits: Visits, visit: int, last: EquilibriumState | None
+) -> KnownField:
+    """Return the neighbour's field at a visit, as far from it as the last state was from its field then."""
+    here = known[_first_row(visits, visit)]
+    if last is None:
+        return here
+    before = known[_first_row(visits, visit - 1)]
+    return KnownField(
+        here.displacement + last.displacement - before.displacement,
+        here.pressure + last.response.pressure - before.pressure,
+    )
+
+
 def _near(
     solver: EquilibriumSolver,
     material: Material,
@@ -213,14 +227,13 @@ def _near(
     last: EquilibriumState | None,
 ) -> EquilibriumState | None:
     """Return the equilibrium near the last one where the gripper stands, else near a known field, else None."""
-    standing = last is not None and _same_pose(last.pose, pose)
+    # Where the gripper stands only what the tissue remembers has changed.
+    tangent = last.tangent if last is not None and _same_pose(last.pose, pose) else None
+    if known is None and last is not None and tangent is not None:
+        known = KnownField(last.displacement, last.response.pressure)
     try:
-        if last is not None and standing:
-            # Only what the tissue remembers has changed.
-            pressure = last.response.pressure
-            return solver.refine(pose, material, last.displacement, pressure, terms, last.tangent)
         if known is not None:
-            return solver.refine(pose, material, known.displacement, known.pressure, terms)
+            return solver.refine(pose, material, known.displacement, known.pressure, terms, tangent)
     except SolverError:
         # Too far for Newton's method in one step; the motion is followed instead.
         return None
