@@ -43,15 +43,33 @@ def held_out_residuals(fit: Linearisation) -> list[FloatArray]:
 
 
 def lost_on_held_out(fit: Linearisation, baseline: Linearisation) -> float:
-    """Return half of what χ² grows by on experiments left out of the fit, when a hypothesis takes the baseline's place.
+    """Return what the log density of experiments left out of the fit falls by under a hypothesis, against the baseline.
 
-    It is 0 where χ² falls, or where there is one experiment. A cause that shows in one experiment alone neither gains
+    It is 0 where that grows, or where there is one experiment. A cause that shows in one experiment alone neither gains
     nor loses there; one that others have to speak against is no cause.
     """
     if len(fit.residual) < 2:
         return 0.0
-    after, before = (sum(float(r @ r) for r in held_out_residuals(one)) for one in (fit, baseline))
-    return max(0.0, (after - before) / 2.0)
+    return max(0.0, _log_density_of_left_out(baseline) - _log_density_of_left_out(fit))
+
+
+def _log_density_of_left_out(fit: Linearisation) -> float:
+    """Return the sum over experiments of ln p(one | the others), up to a constant.
+
+    What the others leave open of the parameters counts as a further variance of the prediction, Z A⁻¹ Zᵀ with A the
+    information of the others: a parameter that only one experiment sees is not held against it.
+    """
+    priors = priors_of(fit.hypothesis, fit.coordinates)
+    grams = [np.column_stack(pair) for pair in zip(fit.residual, fit.by_coordinate, strict=True)]
+    grams = [g.T @ g for g in grams]
+    total, density = np.sum(grams, axis=0), 0.0
+    for r, columns, gram in zip(fit.residual, fit.by_coordinate, grams, strict=True):
+        others = (total - gram)[1:, 1:] + np.diag(_inverse_scale(priors) ** 2)
+        left = r - columns @ _step(total - gram, priors)
+        joint, along = others + gram[1:, 1:], columns.T @ left
+        misfit = float(left @ left - along @ np.linalg.solve(joint, along))
+        density -= 0.5 * (misfit + np.linalg.slogdet(joint)[1] - np.linalg.slogdet(others)[1])
+    return density
 
 
 def _last_third(fit: Linearisation, priors: Priors) -> FloatArray:
@@ -62,9 +80,13 @@ def _last_third(fit: Linearisation, priors: Priors) -> FloatArray:
 
 
 def _step(gram: FloatArray, priors: Priors) -> FloatArray:
-    inverse = np.where(np.isinf(priors.scale), 0.0, 1.0 / priors.scale)
+    inverse = _inverse_scale(priors)
     posterior = gram[1:, 1:] + np.diag(inverse**2)
     return bounded_minimum(posterior, gram[1:, 0] - inverse * priors.centre, priors.lower, priors.upper)
+
+
+def _inverse_scale(priors: Priors) -> FloatArray:
+    return np.where(np.isinf(priors.scale), 0.0, 1.0 / priors.scale)
 
 
 def gap_of(before: Sequence[FloatArray], after: Sequence[FloatArray], floor: float) -> Gap:

@@ -4,6 +4,8 @@ from estimator.effects.anchor_compliance import ANCHOR_COMPLIANCE
 from estimator.effects.anchor_debonding import ANCHOR_DEBONDING
 from estimator.effects.anisotropy import ANISOTROPY
 from estimator.effects.axes import WRENCH_CHANNELS
+from estimator.effects.cable import Cable
+from estimator.effects.camera_creep import CameraCreep
 from estimator.effects.camera_lag import CameraLag
 from estimator.effects.camera_rotation import CameraRotation
 from estimator.effects.camera_scale import CameraScale
@@ -32,6 +34,7 @@ from estimator.effects.gripper_compliance import (
 from estimator.effects.gripper_slip import GripperJump, GripperSlip
 from estimator.effects.inhomogeneity import INHOMOGENEITY
 from estimator.effects.lens_distortion import LensDistortion
+from estimator.effects.modulus_drift import ModulusDrift
 from estimator.effects.modulus_gradient import MODULUS_GRADIENT
 from estimator.effects.motion_direction import MotionDirection, PoseDirection
 from estimator.effects.motion_scale import MotionScale, PoseScale
@@ -39,6 +42,7 @@ from estimator.effects.permanent_set import PERMANENT_SET
 from estimator.effects.prestretch import PRESTRETCH
 from estimator.effects.robot_backlash import RobotBacklash
 from estimator.effects.second_invariant import SECOND_INVARIANT
+from estimator.effects.slanted_view import SlantedView
 from estimator.effects.sticky_patch import StickyPatch
 from estimator.effects.strain_stiffening import STRAIN_STIFFENING
 from estimator.effects.stress_softening import STRESS_SOFTENING
@@ -125,6 +129,10 @@ OUTSIDERS: tuple[Effect, ...] = (
     LensDistortion("measured"),
     ForceClipping(),
     StickyPatch(),
+    ModulusDrift(),
+    CameraCreep(),
+    SlantedView(),
+    Cable(),
 )
 
 LABELS: dict[str, Group] = {effect.label: effect.group for effect in CATALOGUE}

@@ -1,18 +1,22 @@
-"""What happens to a rig without having a label of its own: late cameras, distorting lenses, a force axis that clips."""
+"""What happens to a rig without having a label of its own: late or creeping cameras, lenses, clipping axes, cables."""
 
 from dataclasses import replace
 
 import cv2
 import numpy as np
 import pytest
-from effect_cases import STIFFNESS, felt, there_and_back, with_values, wrench_change
+from effect_cases import STIFFNESS, at_null, felt, there_and_back, with_values, wrench_change
 from numpy.testing import assert_allclose
 from retraction_cases import REFERENCE_BLOCK
 
+from estimator.effects.cable import Cable
+from estimator.effects.camera_creep import CameraCreep
 from estimator.effects.camera_lag import CameraLag
 from estimator.effects.catalogue import LABELS, OUTSIDERS
 from estimator.effects.force_clipping import ForceClipping
 from estimator.effects.lens_distortion import LensDistortion
+from estimator.effects.modulus_drift import ModulusDrift
+from estimator.effects.slanted_view import SlantedView
 from estimator.effects.sticky_patch import StickyPatch
 from estimator.fem.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
@@ -93,3 +97,56 @@ def test_a_sticky_patch_holds_what_lies_in_it_by_its_stiffness_times_its_area():
     held = problem.body.mesh.points[np.abs(force[:, 0]) > 0.01 * np.abs(force[:, 0]).max()]
     assert held[:, 2] == pytest.approx(-0.005)
     assert np.linalg.norm(held[:, :2] - [-0.01, 0.005], axis=1).max() < 0.017
+
+
+def test_a_drifting_modulus_scales_every_force_by_the_time_since_the_first_experiment_began():
+    values = {"log_modulus_per_second": 1e-3, "log_modulus_per_experiment": 0.02}
+    readings = felt(there_and_back(order=3))
+    drifted = ModulusDrift().readings(readings, values)
+    assert drifted.wrench[30] == pytest.approx(np.exp(1e-3 * 120.0 + 0.04) * readings.wrench[30])
+    assert_allclose(drifted.fiducials, readings.fiducials)
+
+
+def test_cameras_that_creep_see_all_beads_move_as_one_body_from_rest_on():
+    readings = felt(there_and_back())
+    seen = CameraCreep().readings(readings, with_values(CameraCreep(), {"velocity_y": 1e-5, "rate_z": 1e-4}))
+    change = seen.fiducials - readings.fiducials
+    x, y, _ = np.moveaxis(readings.fiducials[40], -1, 0)
+    assert_allclose(change[0], 0.0)
+    assert_allclose(change[40, :, 0], 160.0 * -1e-4 * y)
+    assert_allclose(change[40, :, 1], 160.0 * (1e-5 + 1e-4 * x))
+
+
+def test_a_slanted_view_shifts_a_bead_by_how_far_it_has_sunk():
+    readings = felt(there_and_back())
+    beads = readings.fiducials.copy()
+    beads[22, 3, 2] -= 2e-3
+    values = with_values(SlantedView(), {"shift_x_per_depth": 0.1, "shift_z_per_depth": -0.25})
+    change = SlantedView().readings(readings.with_fiducials(beads), values).fiducials - beads
+    assert change[22, 3] == pytest.approx([2e-4, 0.0, -5e-4])
+    assert np.abs(np.delete(change[22], 3, axis=0)).max() < 1e-15
+
+
+def test_a_cable_pulls_back_at_its_hook():
+    readings = felt(there_and_back())
+    change = wrench_change(Cable(), readings, stiffness_xx=3.0, stiffness_xy=-1.0, hook_height=0.08)
+    # 20 mm along x
+    assert change[22] == pytest.approx([-0.06, 0.02, 0.0, -0.0016, -0.0048, 0.0])
+    assert change[0] == pytest.approx(np.zeros(6))
+
+
+def test_a_hook_that_turns_with_the_tool_pulls_though_the_gripper_stays():
+    turning = felt(there_and_back(turn_rad=(0.0, np.pi / 2, 0.0)))
+    still = np.broadcast_to(turning.position[0], turning.position.shape)
+    change = wrench_change(Cable(), replace(turning, position=still), stiffness_xx=2.0, hook_height=0.1)
+    # The hook has gone from above the gripper to beside it, 0.1 m along x.
+    assert change[22] == pytest.approx([-0.2, 0.0, 0.0, 0.0, 0.0, 0.0], abs=1e-12)
+
+
+@pytest.mark.parametrize("effect", OUTSIDERS, ids=lambda effect: effect.form)
+def test_an_outsider_without_its_amplitudes_changes_no_reading(effect):
+    readings = felt(there_and_back())
+    constants = {constant.name: constant.grid[0] if constant.grid else 0.0 for constant in effect.constants}
+    untouched = effect.readings(readings, {**constants, **at_null(effect)})
+    assert_allclose(untouched.wrench, readings.wrench, atol=1e-14)
+    assert_allclose(untouched.fiducials, readings.fiducials, atol=1e-14)
