@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from estimator.diagnosis.case import Linearisation
 from estimator.diagnosis.contest import (
     Contender,
     Tell,
@@ -28,34 +28,23 @@ from estimator.diagnosis.judgement import (
     probabilities,
     shared_with_unknown,
 )
-from estimator.diagnosis.noise import robust_deviation
 from estimator.diagnosis.race import race
 from estimator.diagnosis.result import NONE, UNKNOWN
+from estimator.diagnosis.roughness import rough_gap, rough_remainder, shaking
 from estimator.effects.catalogue import LABELS
-from estimator.effects.effect import Group
-
-FloatArray = NDArray[np.float64]
 
 # Signatures are inexact, so that evidences of hundreds overstate what they say.
 TEMPER = 0.5
-# An effect of negligible size is believed where it raises the log evidence by this: two good solvers of one baseline,
-# at the largest forces, differed by 17 in what a little stiffening or a grasp 0.1 mm aside would explain.
-_BELIEVED = 25.0
-# What a sensor does to its readings no error of the mesh can feign; on clean cases it raised the log evidence by 1.
-_BELIEVED_OF_SENSORS = 8.0
-_SENSORS: frozenset[Group] = frozenset({"force", "timing", "vision"})
-# What an effect of negligible size falls short of none.
+# An effect of negligible size is believed in full where it raises the log evidence by this: the baseline is not exact,
+# and on clean cases of two other simulators such effects raised it by up to 2.5.
+_BELIEVED = 8.0
+# What an effect falls short of none that was not tried, or would have no size at all.
 _NEGLIGIBLE = 5.0
 # A second cause must raise the log evidence by this, beyond its prior: less than that the baseline's own error feigns.
 _SECOND_CAUSE = 15.0
 # Something unknown beside the causes must do so too, and by this share of what they do: a form that is nearly right
 # leaves a little of a large gap.
 _REMAINDER = 0.05
-# A remainder that is not smooth, such as that of a few beads, must exceed the scatter of chi-squared by so much: right
-# causes leave up to 5, by outliers and by noise that is not quite what was stated.
-_ROUGH_SIGMA = 8.0
-# And without any cause, so much beyond the noise that most of the residuals show.
-_TAIL_SIGMA = 4.0
 _LEADERS, _PARTNERS = 2, 3
 # One effect without a label is as improbable beforehand as one with, and so less probable than all that is unknown.
 _PRIORS = log_priors(LABELS)
@@ -84,7 +73,9 @@ def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executo
     probability = probabilities(evidence, LABELS, TEMPER)
     leading = next(iter(probability))
     if leading == NONE:
-        beyond = rough_gap(field.baseline.residual, white_floor(field.case))
+        seen = [whitening.seen for whitening in field.case.whitenings]
+        rough = rough_gap(field.baseline.residual, white_floor(field.case))
+        beyond = max(rough, shaking(field.baseline.residual, seen))
         if not beyond:
             return Verdict((), None, probability)
         return Verdict((UNKNOWN,), None, shared_with_unknown(probability, NONE, 0.0, beyond))
@@ -106,9 +97,8 @@ def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executo
 def weigh(field: Field) -> dict[str, float]:
     """Return the log evidence of every answer.
 
-    An effect smaller than anybody would care for is no gap: its evidence counts for none, unless it is so strong that
-    no inexactness of the baseline could feign it; the nearer it comes to that, the more of it the effect keeps. An
-    effect that makes the prediction of left-out experiments worse loses by as much.
+    An effect smaller than anybody would care for keeps the less of its evidence the less that is: a slight error of the
+    baseline could feign it. An effect that makes the prediction of left-out experiments worse loses by as much.
     """
     refitted = {one.fit.hypothesis.effects[0].name for one in field.contenders}
     points = [
@@ -120,49 +110,34 @@ def weigh(field: Field) -> dict[str, float]:
         for trial in best_starts(field.trials)
         if trial.signature.effect.name not in refitted
     ]
-    slight = [(hypothesis, value) for hypothesis, value in points if _slight(hypothesis, value - field.none)]
     forms = best_of(
         [
-            (hypothesis.effects[0].label, value)
+            (hypothesis.effects[0].label, field.none + _believed(hypothesis, value - field.none))
             for hypothesis, value in points
-            if not _slight(hypothesis, value - field.none)
         ]
     )
     found = {**dict.fromkeys(LABELS, field.none - _NEGLIGIBLE), **forms}
-    for hypothesis, value in slight:
-        label, gain = hypothesis.effects[0].label, value - field.none
-        if label != UNKNOWN and gain > 0.0:
-            found[label] = max(found[label], field.none + _doubted(gain, _bar(hypothesis)))
-    found[NONE] = max([field.none, *(value for _, value in slight)])
+    found[NONE] = field.none
     found[UNKNOWN] = max(field.unknown, forms.get(UNKNOWN, -np.inf) - _PRICE_OF_OUTSIDER)
     return found
 
 
-def _doubted(gain: float, bar: float) -> float:
-    """Return what an effect of negligible size keeps of its gain: little of a small one, all where it is at the bar."""
-    share = gain / bar
+def _believed(hypothesis: Hypothesis, gain: float) -> float:
+    """Return what a hypothesis keeps of its gain in log evidence: all of it, unless it is slight."""
+    if not _slight(hypothesis, gain):
+        return gain
+    share = max(gain, 0.0) / _BELIEVED
     return share * gain - (1.0 - share) * _NEGLIGIBLE
+
+
+def _slight(hypothesis: Hypothesis, gain: float) -> bool:
+    """Tell whether a hypothesis has an effect of negligible size that a slight error of the model could feign."""
+    return gain < _BELIEVED and bool(negligible_effects(hypothesis))
 
 
 def _first_of(field: Field, label: str) -> Contender | None:
     """Return the best contender with a label."""
     return next((one for one in field.contenders if one.labels[0] == label), None)
-
-
-def _slight(hypothesis: Hypothesis, gain: float) -> bool:
-    """Tell whether a hypothesis has an effect of negligible size that a slight error of the model could feign."""
-    return gain < _bar(hypothesis)
-
-
-def _bar(hypothesis: Hypothesis) -> float:
-    """Return how much evidence no slight error of the model could feign; -inf without an effect of negligible size."""
-    return max(
-        (
-            _BELIEVED_OF_SENSORS if effect.group in _SENSORS else _BELIEVED
-            for effect in negligible_effects(hypothesis)
-        ),
-        default=-np.inf,
-    )
 
 
 def _with_remainder(
@@ -173,7 +148,7 @@ def _with_remainder(
     if UNKNOWN in labels:
         return Verdict(labels, winner, probability)
     smooth = evidence_of_unknown(winner.fit, field.error) - winner.log_evidence
-    beyond = max(smooth, rough_remainder(winner.fit.residual, white_floor(field.case)))
+    beyond = max(smooth, _rough(field, winner.fit))
     explained = winner.log_evidence - field.none
     if beyond < max(_SECOND_CAUSE, _REMAINDER * explained):
         return Verdict(labels, winner, probability)
@@ -183,34 +158,10 @@ def _with_remainder(
     return Verdict((*labels, UNKNOWN), winner, shared)
 
 
-def rough_remainder(residual: Sequence[FloatArray], floor: float) -> float:
-    """Return half of what the whitened residuals' sum of squares has beyond noise, where that stands out; else 0.
-
-    Parameters
-    ----------
-    residual : (r,) of each experiment
-    floor : root mean square of noise alone
-    """
-    values = np.concatenate(list(residual))
-    excess = _deviations_beyond(values, floor)
-    return excess * floor**2 * float(np.sqrt(len(values) / 2.0)) if excess > _ROUGH_SIGMA else 0.0
-
-
-def rough_gap(residual: Sequence[FloatArray], floor: float) -> float:
-    """Return the rough remainder of a baseline; 0 where its noise was merely understated: most residuals show that.
-
-    Parameters
-    ----------
-    residual, floor : as in :func:`rough_remainder`
-    """
-    values = np.concatenate(list(residual))
-    usual = max(floor, robust_deviation(values))
-    return rough_remainder(residual, floor) if _deviations_beyond(values, usual) > _TAIL_SIGMA else 0.0
-
-
-def _deviations_beyond(values: FloatArray, noise: float) -> float:
-    """Return by how many of its deviations the sum of squares is beyond that of white noise."""
-    return float((values @ values / noise**2 - len(values)) / np.sqrt(2.0 * len(values)))
+def _rough(field: Field, fit: Linearisation) -> float:
+    """Return what a fit with causes leaves that is not smooth; 0 where nothing stands out."""
+    seen = [whitening.seen for whitening in field.case.whitenings]
+    return max(rough_remainder(fit.residual, white_floor(field.case)), shaking(fit.residual, seen))
 
 
 def _best_pair(field: Field, best: Contender, executor: Executor, tell: Tell) -> Contender | None:

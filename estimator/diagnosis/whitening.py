@@ -17,15 +17,18 @@ from estimator.diagnosis.passage import Mechanics
 from estimator.diagnosis.prediction import derivatives_by_position
 from estimator.experiment import Experiment
 from estimator.fit.residuals import channel_variance, measured_rows
+from estimator.forward.schedule import schedule_poses, travel
 
 FloatArray = NDArray[np.float64]
 
 # What is left of the discretisation error after its correction, as a share of the correction, for each channel apart.
 _LEFT_IN_WRENCH, _LEFT_IN_FIDUCIALS = 0.5, 1.0
 # Beside the rim of the grasp, where the solution is singular, the error falls with the root of the element size, and
-# half the size leaves 1 / (√2 − 1) of what it corrects (Richardson): even fine meshes differ in what a bead there does.
+# half the size leaves 1 / (√2 − 1) of what it corrects (Richardson): even fine meshes differ in what a bead there does,
+# and not along the correction's course alone, which may pass through zero where the difference is large.
 _LEFT_BESIDE_RIM = 1.0 / (np.sqrt(2.0) - 1.0)
-_BESIDE_RIM_M = 3e-3
+_BESIDE_RIM_M = 6e-3
+_WAVES_BESIDE_RIM = 4
 
 
 @dataclass(frozen=True)
@@ -127,8 +130,8 @@ def whitening_of(mechanics: Mechanics, correction: FloatArray, noise: Noise) -> 
     deviation = np.sqrt(channel_variance(experiment))
     rows, count = seen.shape
     of_wrench = np.arange(count) < 6
-    left = left_of_correction(experiment)
-    # The correction's course is not that of what is left of it: a bead at the rim may stand aside throughout.
+    left = np.where(of_wrench, _LEFT_IN_WRENCH, _LEFT_IN_FIDUCIALS)
+    # The correction's course is not that of what is left of it: a bead may stand aside throughout.
     aside = np.where(of_wrench, 0.0, left * np.sqrt(np.mean(correction**2, axis=0)))
     offsets = np.hypot(np.where(of_wrench, noise.zero_deviation, noise.rest_deviation) * deviation, aside)
     shared = [np.broadcast_to(np.diag(offsets), (rows, count, count))]
@@ -137,15 +140,30 @@ def whitening_of(mechanics: Mechanics, correction: FloatArray, noise: Noise) -> 
     of_visits[np.arange(rows), :, visits.of_row] = by_position[visits.of_row]
     shared.append(of_visits.reshape(rows, count, -1))
     shared.append((left * correction)[:, :, None] * np.eye(count))
+    shared.append(left_beside_rim(experiment, correction))
     correlation = np.where(of_wrench, noise.wrench_correlation, noise.fiducial_correlation)
     directions = uncorrelated(np.concatenate(shared, axis=2) / deviation[:, None], seen, correlation)
     return Whitening(seen, deviation, correlation, *inverse_root(directions))
 
 
-def left_of_correction(experiment: Experiment) -> FloatArray:
-    """Return the discretisation error that is left in each channel (6 + 3m,), as a share of its correction."""
-    box, beads = experiment.grasp.box, experiment.fiducials_rest
-    beyond = np.maximum(0.0, np.maximum(np.array(box.lower) - beads, beads - np.array(box.upper)))
-    beside_rim = np.linalg.norm(beyond, axis=1) < _BESIDE_RIM_M
-    of_beads = np.where(beside_rim, _LEFT_BESIDE_RIM, _LEFT_IN_FIDUCIALS)
-    return np.concatenate([np.full(6, _LEFT_IN_WRENCH), np.repeat(of_beads, 3)])
+def left_beside_rim(experiment: Experiment, correction: FloatArray) -> FloatArray:
+    """Return directions (n, c, k), m, of what meshes make of the beads beside the grasp's rim, along the gripper's way.
+
+    It depends on where the gripper is, not on how it came there. ``correction`` (n, c) is that of the discretisation.
+    """
+    box, rest = experiment.grasp.box, experiment.fiducials_rest
+    beyond = np.maximum(0.0, np.maximum(np.array(box.lower) - rest, rest - np.array(box.upper)))
+    beside = np.flatnonzero(np.linalg.norm(beyond, axis=1) < _BESIDE_RIM_M)
+    schedule = schedule_poses(experiment)
+    way = travel(schedule)[schedule.state_of_row]
+    share = way / max(float(way.max()), np.finfo(float).tiny)
+    waves = share[:, None] * np.cos(np.pi * np.outer(share, np.arange(_WAVES_BESIDE_RIM)))
+    waves /= np.sqrt(_WAVES_BESIDE_RIM)
+    rows, count = correction.shape
+    found = np.zeros((rows, count, len(beside), 3, _WAVES_BESIDE_RIM))
+    of_beads = correction[:, 6:].reshape(rows, -1, 3)
+    for number, bead in enumerate(beside):
+        size = _LEFT_BESIDE_RIM * np.linalg.norm(of_beads[:, bead], axis=1).max()
+        for axis in range(3):
+            found[:, 6 + 3 * bead + axis, number, axis] = size * waves
+    return found.reshape(rows, count, -1)
