@@ -22,11 +22,11 @@ from estimator.diagnosis.findings import (
     present_finding,
 )
 from estimator.diagnosis.held_out import gap_of, gaps_by_kind, held_out_residuals, noise_floor
-from estimator.diagnosis.judgement import credible_set
+from estimator.diagnosis.judgement import credible_set, temper
 from estimator.diagnosis.multiplicity import Multiplicity, multiplicity_of
 from estimator.diagnosis.result import UNKNOWN, Diagnosis, EffectFinding, Material, Trace
 from estimator.diagnosis.sentences import what_cannot_be_told
-from estimator.diagnosis.verdict import TEMPER, Verdict, reach_verdict, weigh
+from estimator.diagnosis.verdict import Verdict, reach_verdict, weigh
 from estimator.diagnosis.where import where_of
 from estimator.effects.catalogue import LABELS
 from estimator.experiment import Experiment
@@ -78,7 +78,7 @@ def _diagnosis(
     gap = gap_of(before, after, floor)
     multiplicity = multiplicity_of(baseline, field.trials, field.error)
     effects = _findings(field, verdict, floor, multiplicity)
-    shares = softmax(TEMPER * np.array([evidence[label] for label in LABELS]))
+    shares = softmax(temper(evidence) * np.array([evidence[label] for label in LABELS]))
     where = where_of(
         case, baseline, verdict.probability, dict(zip(LABELS, shares, strict=True)), LABELS, winner
     )

@@ -15,6 +15,9 @@ _PRIOR_NONE, _PRIOR_UNKNOWN = 0.3, 0.1
 # A second cause has this prior.
 LOG_PRIOR_OF_A_PAIR = float(np.log(0.05))
 _CREDIBLE = 0.9
+# Share of what the best explanation gains by which evidences may be wrong; of cases whose answers were known it ranked
+# the most right.
+_INEXACT = 0.02
 
 
 def log_priors(groups: Mapping[str, str]) -> dict[str, float]:
@@ -26,22 +29,28 @@ def log_priors(groups: Mapping[str, str]) -> dict[str, float]:
     return found
 
 
-def probabilities(
-    log_evidence: Mapping[str, float], groups: Mapping[str, str], temper: float
-) -> dict[str, float]:
+def probabilities(log_evidence: Mapping[str, float], groups: Mapping[str, str]) -> dict[str, float]:
     """Return the probability of every answer, the most probable first.
 
     Parameters
     ----------
     log_evidence : of each label, of none and of unknown
     groups : of the labels
-    temper : power to which the evidence is raised; below one where it is over-confident
     """
-    prior = log_priors(groups)
-    score = {name: temper * value + prior[name] for name, value in log_evidence.items()}
+    prior, power = log_priors(groups), temper(log_evidence)
+    score = {name: power * value + prior[name] for name, value in log_evidence.items()}
     total = float(logsumexp(list(score.values())))
     ordered = sorted(score.items(), key=lambda item: -item[1])
     return {name: float(np.exp(value - total)) for name, value in ordered}
+
+
+def temper(log_evidence: Mapping[str, float]) -> float:
+    """Return the power to which evidences are raised: less than one where much is explained.
+
+    Signatures are inexact, and so are differences between evidences, by a share of what the best of them explains.
+    """
+    gain = max(log_evidence.values()) - log_evidence[NONE]
+    return 1.0 / (1.0 + _INEXACT * max(gain, 0.0))
 
 
 def shared_with_unknown(

@@ -33,8 +33,6 @@ from estimator.diagnosis.result import NONE, UNKNOWN
 from estimator.diagnosis.roughness import rough_gap, rough_remainder, shaking
 from estimator.effects.catalogue import LABELS
 
-# Signatures are inexact, so that evidences of hundreds overstate what they say.
-TEMPER = 0.5
 # An effect of negligible size is believed in full where it raises the log evidence by this: the baseline is not exact,
 # and on clean cases of two other simulators such effects raised it by up to 2.5.
 _BELIEVED = 8.0
@@ -70,7 +68,7 @@ class Verdict:
 
 def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executor, tell: Tell) -> Verdict:
     """Conclude from the log evidence of every answer; look for a second cause, and for what the causes leave."""
-    probability = probabilities(evidence, LABELS, TEMPER)
+    probability = probabilities(evidence, LABELS)
     leading = next(iter(probability))
     if leading == NONE:
         seen = [whitening.seen for whitening in field.case.whitenings]
@@ -88,7 +86,7 @@ def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executo
     if pair is not None and pair.log_evidence > field.unknown + _SECOND_CAUSE:
         stronger = max(pair.labels, key=lambda label: evidence[label])
         evidence = {**evidence, stronger: max(evidence[stronger], pair.log_evidence)}
-        return _with_remainder(field, pair, stronger, probabilities(evidence, LABELS, TEMPER))
+        return _with_remainder(field, pair, stronger, probabilities(evidence, LABELS))
     if leading == UNKNOWN:
         return Verdict((UNKNOWN,), recognised, probability)
     return _with_remainder(field, best, leading, probability)

@@ -159,12 +159,22 @@ def test_the_unknown_leads_where_it_explains_more_than_the_cause_that_it_stands_
 
 def test_the_credible_set_holds_what_is_needed_and_no_more() -> None:
     evidence = {"none": 0.0, "unknown": -3.0, "a": 4.0, "b": 3.9, "c": -9.0}
-    chances = probabilities(evidence, GROUPS, temper=1.0)
+    chances = probabilities(evidence, GROUPS)
     chosen = credible_set(chances)
     assert sum(chances.values()) == pytest.approx(1.0)
     assert sum(chances[name] for name in chosen) >= 0.9
     assert sum(chances[name] for name in chosen[:-1]) < 0.9
     assert set(chosen[:2]) == {"a", "b"}
+
+
+def test_rivals_that_explain_much_need_to_differ_by_more() -> None:
+    def odds(gain: float) -> float:
+        chances = probabilities({"none": 0.0, "unknown": -9.0, "a": gain, "b": gain - 8.0, "c": -9.0}, GROUPS)
+        return chances["a"] / chances["b"]
+
+    # A fiftieth of what the better explains is as much as signatures are inexact by.
+    assert odds(8.0) == pytest.approx(np.exp(8.0 / 1.16))
+    assert odds(100.0) == pytest.approx(np.exp(8.0 / 3.0))
 
 
 def test_more_forms_of_one_label_do_not_raise_its_evidence() -> None:
