@@ -114,3 +114,45 @@ def test_the_derivative_at_the_null_is_that_of_the_solved_case(effect: Effect) -
     resolved = 2 * slopes[1] - slopes[0]
     assert np.linalg.norm(resolved) > 0
     assert np.linalg.norm(predicted / DEVIATION - resolved) < TOLERANCE * np.linalg.norm(resolved)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["anchor_compliance:isotropic", "anchor_debonding", "viscoelasticity:one_term", "strain_stiffening:gent"],
+)
+def test_the_derivative_where_an_effect_is_present_is_that_of_solved_neighbours(name: str) -> None:
+    effect = next(one for one in CATALOGUE if one.name == name)
+    constants = {constant.name: constant.grid[len(constant.grid) // 2] for constant in effect.constants}
+    amplitude = effect.amplitudes[-1]
+    here = BASE.with_effect(effect, {**constants, amplitude.name: amplitude.scale})
+    coordinate = next(c for c in coordinates(here) if c.effect == 0 and c.parameter == amplitude.name)
+    perturbation = Perturbation(
+        coordinate.name, coordinate.put(here, amplitude.scale + coordinate.step), effect, coordinate.step
+    )
+    predicted = np.concatenate(
+        [block[:, :, 0] for block in derivatives(solved(here), here, [perturbation], ZEROS)]
+    )
+    size = 0.02 * amplitude.scale
+    above, below = (coordinate.put(here, amplitude.scale + way * size) for way in (1.0, -1.0))
+    resolved = (read(solved(above), above) - read(solved(below), below)) / (2 * size)
+    # What tissue remembers is carried along the fields as they were, not as they become.
+    tolerance = 0.02 if effect.rate_dependent else 0.01
+    assert np.linalg.norm(predicted / DEVIATION - resolved) < tolerance * np.linalg.norm(resolved)
+
+
+def test_a_pose_to_which_tissue_without_memory_returns_is_solved_once() -> None:
+    elastic = solve_case(PROBLEM, EXPERIMENTS, BASE, UNIT_WRENCHES)[0]
+    assert elastic.states[1] is elastic.states[-2]
+    effect = next(one for one in CATALOGUE if one.name == "viscoelasticity:one_term")
+    relaxing = BASE.with_effect(effect, {"relaxation_time_1": 10.0, "relaxing_share_1": 0.3})
+    remembering = solve_case(PROBLEM, EXPERIMENTS, relaxing, UNIT_WRENCHES)[0]
+    assert np.abs(remembering.states[1].forces - remembering.states[-2].forces).max() > 1e-4
+
+
+def test_a_solution_that_starts_from_a_neighbours_fields_is_the_one_found_from_rest() -> None:
+    effect = next(one for one in CATALOGUE if one.name == "viscoelasticity:one_term")
+    relaxing = BASE.with_effect(effect, {"relaxation_time_1": 10.0, "relaxing_share_1": 0.1})
+    known = [one.known_fields() for one in solve_case(PROBLEM, EXPERIMENTS, relaxing, UNIT_WRENCHES)]
+    more = BASE.with_effect(effect, {"relaxation_time_1": 10.0, "relaxing_share_1": 0.2})
+    near = [mechanics_of(one) for one in solve_case(PROBLEM, EXPERIMENTS, more, UNIT_WRENCHES, known)]
+    assert np.abs(read(near, more) - read(solved(more), more)).max() < 0.01
