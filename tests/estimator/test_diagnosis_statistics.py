@@ -175,6 +175,7 @@ def test_rivals_that_explain_much_need_to_differ_by_more() -> None:
     # A fiftieth of what the better explains is as much as signatures are inexact by.
     assert odds(8.0) == pytest.approx(np.exp(8.0 / 1.16))
     assert odds(100.0) == pytest.approx(np.exp(8.0 / 3.0))
+    assert odds(1e4) == pytest.approx(np.exp(8.0 * 0.15))
 
 
 def test_more_forms_of_one_label_do_not_raise_its_evidence() -> None:

@@ -127,20 +127,28 @@ def test_a_slanted_view_shifts_a_bead_by_how_far_it_has_sunk():
     assert np.abs(np.delete(change[22], 3, axis=0)).max() < 1e-15
 
 
-def test_a_cable_pulls_back_at_its_hook():
+def test_a_cable_pulls_its_hook_towards_its_end_once_the_slack_is_out():
     readings = felt(there_and_back())
-    change = wrench_change(Cable(), readings, stiffness_xx=3.0, stiffness_xy=-1.0, hook_height=0.08)
-    # 20 mm along x
-    assert change[22] == pytest.approx([-0.06, 0.02, 0.0, -0.0016, -0.0048, 0.0])
-    assert change[0] == pytest.approx(np.zeros(6))
+    ends = {"end_x": -0.3, "end_y": 0.0, "end_z": 0.08, "hook_height": 0.08, "slack": 0.004}
+    change = wrench_change(Cable(), readings, stiffness=5.0, **ends)
+    # 20 mm along x, away from the end: 16 mm beyond the slack.
+    assert change[22] == pytest.approx([-0.08, 0.0, 0.0, 0.0, -0.0064, 0.0])
+    assert change[3] == pytest.approx(np.zeros(6))
 
 
-def test_a_hook_that_turns_with_the_tool_pulls_though_the_gripper_stays():
+def test_a_cable_never_pushes():
+    ends = {"end_x": 0.3, "end_y": 0.0, "end_z": 0.08, "hook_height": 0.08, "slack": 0.0}
+    assert_allclose(wrench_change(Cable(), felt(there_and_back()), stiffness=5.0, **ends), 0.0)
+
+
+def test_a_hook_that_turns_with_the_tool_stretches_the_cable_though_the_gripper_stays():
     turning = felt(there_and_back(turn_rad=(0.0, np.pi / 2, 0.0)))
     still = np.broadcast_to(turning.position[0], turning.position.shape)
-    change = wrench_change(Cable(), replace(turning, position=still), stiffness_xx=2.0, hook_height=0.1)
-    # The hook has gone from above the gripper to beside it, 0.1 m along x.
-    assert change[22] == pytest.approx([-0.2, 0.0, 0.0, 0.0, 0.0, 0.0], abs=1e-12)
+    ends = {"end_x": -0.3, "end_y": 0.0, "end_z": 0.0, "hook_height": 0.1, "slack": 0.0}
+    change = wrench_change(Cable(), replace(turning, position=still), stiffness=2.0, **ends)
+    # The hook has gone from above the gripper to beside it, 0.4 m from the cable's end.
+    stretch = 0.4 - np.hypot(0.3, 0.1)
+    assert change[22] == pytest.approx([-2.0 * stretch, 0.0, 0.0, 0.0, 0.0, 0.0], abs=1e-12)
 
 
 @pytest.mark.parametrize("effect", OUTSIDERS, ids=lambda effect: effect.form)
