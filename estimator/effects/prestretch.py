@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from estimator.effects.effect import Amplitude, Effect, Group, Motion, Readings, Values
 from estimator.effects.zeroing import ZeroAxes, with_fiducials_zeroed, with_wrench_zeroed
-from estimator.fem.morph import with_grasp_drawn
+from estimator.fem.morph import with_beads_before_drawing, with_grasp_drawn
 from estimator.fem.problem import RetractionProblem
 
 FloatArray = NDArray[np.float64]
@@ -61,9 +61,8 @@ class DrawnFromStatedShape(_Tension):
     """
 
     form = "beads_known_before"
-    amplitudes = (
-        Amplitude("drawn_x", "m", scale=1e-3, smallest=1e-4, lower=-0.02, upper=0.02),
-        Amplitude("drawn_y", "m", scale=1e-3, smallest=1e-4, lower=-0.02, upper=0.02),
+    amplitudes = tuple(
+        Amplitude(f"drawn_{axis}", "m", scale=1e-3, smallest=1e-4, lower=-0.02, upper=0.02) for axis in "xy"
     )
 
     def motion(self, motion: Motion, values: Values) -> Motion:
@@ -75,6 +74,26 @@ class DrawnFromStatedShape(_Tension):
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Take the sensor's zero."""
         return with_wrench_zeroed(readings) if any(values.values()) else readings
+
+
+class DrawnBeforeBeadsWereMeasured(DrawnFromStatedShape):
+    """The same, with the beads' rest positions as they were measured after mounting.
+
+    The beads show no stretch then, but they sit on tissue that lay elsewhere before it was drawn.
+    """
+
+    form = "beads_known_after"
+
+    def problem(self, problem: RetractionProblem, values: Values) -> RetractionProblem:
+        """Put the beads where they were before the tissue was drawn."""
+        if not any(values.values()):
+            return problem
+        return with_beads_before_drawing(problem, np.array([values["drawn_x"], values["drawn_y"]]))
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Take the sensor's zero, and the beads' motion from the mounted state."""
+        zeroed = super().readings(readings, values)
+        return with_fiducials_zeroed(zeroed) if any(values.values()) else readings
 
 
 def _from_anchors(problem: RetractionProblem) -> FloatArray:
@@ -92,4 +111,5 @@ PRESTRETCH = (
     Prestretch("along", ("along",)),
     Prestretch("along_and_aside", ("along", "aside")),
     DrawnFromStatedShape(),
+    DrawnBeforeBeadsWereMeasured(),
 )

@@ -119,14 +119,33 @@ def with_grasp_drawn(problem: RetractionProblem, way_m: FloatArray) -> Retractio
 
     Beads are carried along.
     """
-    first, second = tapers(problem)
-    way = np.array([*way_m, 0.0])
+    motion = _Drawing(problem, way_m)
+    drawn = _with_motion(problem, motion.of(problem.body.mesh.points))
+    return replace(drawn, fiducials_rest=problem.fiducials_rest + motion.of(problem.fiducials_rest))
 
-    def motion(points: FloatArray) -> FloatArray:
-        return np.asarray((first.along(points[:, 0]) * second.along(points[:, 1]))[:, None] * way)
 
-    drawn = _with_motion(problem, motion(problem.body.mesh.points))
-    return replace(drawn, fiducials_rest=problem.fiducials_rest + motion(problem.fiducials_rest))
+def with_beads_before_drawing(problem: RetractionProblem, way_m: FloatArray) -> RetractionProblem:
+    """Return the problem whose beads lie where they stand stated only once the grasp has been drawn (2,).
+
+    The phantom's shape is left as it is, free of stress before it was drawn.
+    """
+    motion, origins = _Drawing(problem, way_m), problem.fiducials_rest
+    for _ in range(8):
+        origins = problem.fiducials_rest - motion.of(origins)
+    placed = replace(problem, fiducials_rest=origins)
+    return _with_beads_located(placed, problem.fiducials_gripped)
+
+
+class _Drawing:
+    """A motion of the tissue by ``way_m`` (2,) at the grasp that falls linearly to none at the borders, roughly."""
+
+    def __init__(self, problem: RetractionProblem, way_m: FloatArray) -> None:
+        self._tapers, self._way = tapers(problem), np.array([*way_m, 0.0])
+
+    def of(self, points: FloatArray) -> FloatArray:
+        """Return how points (n, 3) move, m."""
+        first, second = self._tapers
+        return np.asarray((first.along(points[:, 0]) * second.along(points[:, 1]))[:, None] * self._way)
 
 
 def _with_motion(problem: RetractionProblem, motion: FloatArray) -> RetractionProblem:

@@ -221,6 +221,30 @@ def test_a_phantom_drawn_from_its_stated_shape_shows_it_by_its_beads_and_not_by_
     assert read.wrench[1, 0] < -0.1
 
 
+def test_beads_measured_after_the_tissue_was_drawn_move_as_tissue_that_lay_elsewhere_does() -> None:
+    centre, drawn = np.array(REFERENCE_BLOCK.grasp.centre), np.array([1.5e-3, 1e-3, 0.0])
+    reported = [
+        GripperPose(centre, Rotation.identity()),
+        *turning_pull(REFERENCE_BLOCK, 0.015, np.array([0.0, 0.0, 0.4]), 3),
+    ]
+    true = [GripperPose(pose.position + drawn, pose.rotation) for pose in reported]
+    seen = np.array([one.fiducials for one in observed(BLOCK, true)])
+    stated = mesh_experiment(replace(REFERENCE_BLOCK, fiducials_rest=seen[0]), TINY)
+    effect, values = PRESTRETCH[3], {"drawn_x": drawn[0], "drawn_y": drawn[1]}
+    changed = effect.problem(stated, values)
+    truth = readings_of(true, observed(changed, true))
+    experiment = replace(truth.experiment, fiducials_rest=seen[0])
+    read = effect.readings(replace(truth, experiment=experiment), values)
+    np.testing.assert_allclose(read.fiducials[0], seen[0], atol=1e-12)
+    np.testing.assert_allclose(read.wrench[0], np.zeros(6), atol=1e-12)
+    left = np.linalg.norm(read.fiducials[-1] - seen[-1], axis=1)
+    in_place = np.array([one.fiducials for one in observed(stated, true)])
+    without = np.linalg.norm(in_place[-1] - in_place[0] + seen[0] - seen[-1], axis=1)
+    assert np.sqrt(np.mean(left**2)) < 0.3 * np.sqrt(np.mean(without**2))
+    # How the tissue was drawn is taken as linear between grasp and borders.
+    assert left.max() < 2e-4
+
+
 def test_the_prestretched_grasp_is_at_its_stated_place_once_mounted() -> None:
     problem = PRESTRETCH[1].problem(BLOCK, {"along": 3e-3, "aside": -1e-3})
     pose = GripperPose(np.array(REFERENCE_BLOCK.grasp.centre), Rotation.from_rotvec([0.0, 0.0, 0.3]))
