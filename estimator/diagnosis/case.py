@@ -95,15 +95,30 @@ def linearise(
     SolverError
         A visit has no equilibrium under the hypothesis.
     """
-    known = near.known if near is not None else None
-    mechanics: Sequence[Mechanics]
     if near is not None and _same_mechanics(near.hypothesis, hypothesis):
+        extrapolated = [one.at(near.hypothesis, hypothesis) for one in near.mechanics]
+        return linearisation_of(case, hypothesis, extrapolated, near.known)
+    known = near.known if near is not None else None
+    passages = solve_case(case.problem, case.experiments, hypothesis, case.unit_wrenches, known, progress)
+    return linearisation_of(case, hypothesis, [mechanics_of(passage) for passage in passages])
+
+
+def residual_of(case: Case, hypothesis: Hypothesis, near: Linearisation, number: int) -> FloatArray:
+    """Return the whitened misfit (r,) of the ``number``-th experiment alone, solved near a neighbour.
+
+    Raises
+    ------
+    SolverError
+        A visit up to the end of that experiment has no equilibrium under the hypothesis.
+    """
+    if _same_mechanics(near.hypothesis, hypothesis):
         mechanics = [one.at(near.hypothesis, hypothesis) for one in near.mechanics]
-    else:
-        passages = solve_case(case.problem, case.experiments, hypothesis, case.unit_wrenches, known, progress)
-        mechanics = [mechanics_of(passage) for passage in passages]
-        known = None
-    return linearisation_of(case, hypothesis, mechanics, known)
+        return residuals(case, mechanics, hypothesis)[number]
+    # What the tissue remembers it remembers of the experiments before.
+    until = case.experiments[: number + 1]
+    passages = solve_case(case.problem, until, hypothesis, case.unit_wrenches, near.known)
+    predicted = channels(predicted_readings(mechanics_of(passages[-1]), hypothesis, case.corrections[number]))
+    return case.whitenings[number].residual(case.experiments[number], predicted)
 
 
 def linearisation_of(

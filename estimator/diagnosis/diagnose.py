@@ -21,7 +21,13 @@ from estimator.diagnosis.findings import (
     material_quantities,
     present_finding,
 )
-from estimator.diagnosis.held_out import gap_of, gaps_by_kind, held_out_residuals, noise_floor
+from estimator.diagnosis.held_out import (
+    gap_of,
+    gaps_by_kind,
+    held_out_in_full,
+    held_out_residuals,
+    noise_floor,
+)
 from estimator.diagnosis.judgement import credible_set, temper
 from estimator.diagnosis.multiplicity import Multiplicity, multiplicity_of
 from estimator.diagnosis.result import UNKNOWN, Diagnosis, EffectFinding, Material, Trace
@@ -71,13 +77,14 @@ def _diagnosis(
 ) -> Diagnosis:
     case, baseline, winner = field.case, field.baseline, verdict.winner
     chosen = winner.fit if winner is not None else baseline
-    before, after = held_out_residuals(baseline), held_out_residuals(chosen)
+    before = held_out_residuals(baseline)
+    after = before if winner is None else held_out_in_full(case, chosen, executor)
     floor = noise_floor(
         case, (winner or field.contenders[0]).fit if field.contenders else baseline, field.error
     )
     gap = gap_of(before, after, floor)
     multiplicity = multiplicity_of(baseline, field.trials, field.error)
-    effects = _findings(field, verdict, floor, multiplicity)
+    effects = _findings(field, verdict, after, floor, multiplicity)
     shares = softmax(temper(evidence) * np.array([evidence[label] for label in LABELS]))
     where = where_of(
         case, baseline, verdict.probability, dict(zip(LABELS, shares, strict=True)), LABELS, winner
@@ -120,7 +127,11 @@ def _material(fit: Linearisation, deviations: FloatArray) -> Material:
 
 
 def _findings(
-    field: Field, verdict: Verdict, floor: float, multiplicity: Multiplicity
+    field: Field,
+    verdict: Verdict,
+    held_out: Sequence[FloatArray],
+    floor: float,
+    multiplicity: Multiplicity,
 ) -> dict[str, EffectFinding]:
     winner, probability = verdict.winner, verdict.probability
     fit = winner.fit if winner is not None else field.baseline
@@ -130,9 +141,7 @@ def _findings(
             continue  # what has no label is told of where it was recognised
         if winner is not None and label in winner.labels:
             without = _without(field, winner, label)
-            closure = gap_of(
-                held_out_residuals(without), held_out_residuals(winner.fit), floor
-            ).closure_held_out
+            closure = gap_of(held_out_residuals(without), held_out, floor).closure_held_out
             found[label] = present_finding(
                 winner,
                 winner.labels.index(label),

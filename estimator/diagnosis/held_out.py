@@ -1,21 +1,25 @@
 """How far a gap shrinks on experiments that were left out of the fit.
 
 Parameters fitted to all experiments but one follow from the linearisation at the fit to all, one small solve each; the
-misfit of the one left out is predicted with them.
+misfit of the one left out is predicted with them, by the same linearisation or, where they move it by much, in full.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.case import Case, Linearisation
+from estimator.diagnosis.case import Case, Linearisation, residual_of
 from estimator.diagnosis.contest import priors_of
 from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.evidence import Priors, bounded_minimum
+from estimator.diagnosis.hypothesis import Hypothesis
+from estimator.diagnosis.refit import moved
 from estimator.diagnosis.result import Gap
+from estimator.errors import SolverError
 
 FloatArray = NDArray[np.float64]
 
@@ -23,6 +27,8 @@ FloatArray = NDArray[np.float64]
 KINDS: Mapping[str, slice] = {"force": slice(0, 3), "torque": slice(3, 6), "fiducials": slice(6, None)}
 # A gap this small, in units of the noise's own root mean square, cannot be said to close.
 _WITHIN_NOISE = 0.01
+# Root mean square, in units of the noise, below which a derivative foretells a change well enough.
+_MOVED_BY_MUCH = 0.3
 
 
 def held_out_residuals(fit: Linearisation) -> list[FloatArray]:
@@ -30,16 +36,53 @@ def held_out_residuals(fit: Linearisation) -> list[FloatArray]:
 
     Where there is one experiment, its last third of rows is held out of a fit to the rest.
     """
+    if len(fit.residual) == 1:
+        return [_last_third(fit, priors_of(fit.hypothesis, fit.coordinates))]
+    return [
+        r - columns @ step
+        for r, columns, step in zip(fit.residual, fit.by_coordinate, _steps_without_each(fit), strict=True)
+    ]
+
+
+def held_out_in_full(case: Case, fit: Linearisation, executor: Executor) -> list[FloatArray]:
+    """Return the same with every prediction solved in full that a fit to the others moves by much.
+
+    Where one experiment alone tells a parameter, the others leave it far from where the fit to all has it, beyond what
+    a derivative there foretells.
+    """
+    extrapolated = held_out_residuals(fit)
+    if len(fit.residual) == 1:
+        return extrapolated
+    jobs = {
+        number: executor.submit(
+            _residual_or_none, case, moved(fit.hypothesis, fit.coordinates, step), fit, number
+        )
+        for number, step in enumerate(_steps_without_each(fit))
+        if np.sqrt(np.mean((fit.by_coordinate[number] @ step) ** 2)) > _MOVED_BY_MUCH
+    }
+    solved = {number: job.result() for number, job in jobs.items()}
+    return [
+        residual if (found := solved.get(number)) is None else found
+        for number, residual in enumerate(extrapolated)
+    ]
+
+
+def _residual_or_none(
+    case: Case, hypothesis: Hypothesis, near: Linearisation, number: int
+) -> FloatArray | None:
+    try:
+        return residual_of(case, hypothesis, near, number)
+    except SolverError:
+        return None
+
+
+def _steps_without_each(fit: Linearisation) -> list[FloatArray]:
+    """Return for each experiment the step (p,) to the fit to all others."""
     priors = priors_of(fit.hypothesis, fit.coordinates)
     grams = [np.column_stack(pair) for pair in zip(fit.residual, fit.by_coordinate, strict=True)]
     grams = [g.T @ g for g in grams]
-    if len(grams) == 1:
-        return [_last_third(fit, priors)]
     total = np.sum(grams, axis=0)
-    return [
-        r - columns @ _step(total - gram, priors)
-        for r, columns, gram in zip(fit.residual, fit.by_coordinate, grams, strict=True)
-    ]
+    return [_step(total - gram, priors) for gram in grams]
 
 
 def lost_on_held_out(fit: Linearisation, baseline: Linearisation) -> float:

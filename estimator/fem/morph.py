@@ -4,10 +4,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from estimator.fem.body import build_body
+from estimator.fem.equilibrium import EquilibriumSolver
+from estimator.fem.equilibrium_state import linear_change
 from estimator.fem.mesh import interpolation_rows
+from estimator.fem.motion import GripperPose
 from estimator.fem.problem import RetractionProblem
+from estimator.materials import NeoHookean
+from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
 
@@ -15,6 +21,7 @@ FloatArray = NDArray[np.float64]
 _TOUCHING = 0.02
 # How far a bead may lie off the faceted surface, m.
 _BEAD_TOLERANCE_M = 2e-3
+_SOFT_TISSUE = Material(NeoHookean(), 1e4, 0.45)
 # A bead on the rim of the grasp counts as gripped, m.
 _RIM_M = 1e-9
 
@@ -119,33 +126,32 @@ def with_grasp_drawn(problem: RetractionProblem, way_m: FloatArray) -> Retractio
 
     Beads are carried along.
     """
-    motion = _Drawing(problem, way_m)
-    drawn = _with_motion(problem, motion.of(problem.body.mesh.points))
-    return replace(drawn, fiducials_rest=problem.fiducials_rest + motion.of(problem.fiducials_rest))
+    first, second = tapers(problem)
+    way = np.array([*way_m, 0.0])
+
+    def motion(points: FloatArray) -> FloatArray:
+        return np.asarray((first.along(points[:, 0]) * second.along(points[:, 1]))[:, None] * way)
+
+    drawn = _with_motion(problem, motion(problem.body.mesh.points))
+    return replace(drawn, fiducials_rest=problem.fiducials_rest + motion(problem.fiducials_rest))
 
 
 def with_beads_before_drawing(problem: RetractionProblem, way_m: FloatArray) -> RetractionProblem:
-    """Return the problem whose beads lie where they stand stated only once the grasp has been drawn (2,).
+    """Return the problem whose beads lie where they are stated only once the grasp has been drawn (2,), m.
 
-    The phantom's shape is left as it is, free of stress before it was drawn.
+    The phantom's shape is left as it is, free of stress before it was drawn; how the tissue follows the grasp is that
+    of linear elasticity, on which E has no influence and ν little.
     """
-    motion, origins = _Drawing(problem, way_m), problem.fiducials_rest
-    for _ in range(8):
-        origins = problem.fiducials_rest - motion.of(origins)
-    placed = replace(problem, fiducials_rest=origins)
-    return _with_beads_located(placed, problem.fiducials_gripped)
-
-
-class _Drawing:
-    """A motion of the tissue by ``way_m`` (2,) at the grasp that falls linearly to none at the borders, roughly."""
-
-    def __init__(self, problem: RetractionProblem, way_m: FloatArray) -> None:
-        self._tapers, self._way = tapers(problem), np.array([*way_m, 0.0])
-
-    def of(self, points: FloatArray) -> FloatArray:
-        """Return how points (n, 3) move, m."""
-        first, second = self._tapers
-        return np.asarray((first.along(points[:, 0]) * second.along(points[:, 1]))[:, None] * self._way)
+    rest = EquilibriumSolver(problem).rest(_SOFT_TISSUE)
+    way = np.array([*way_m, 0.0])
+    displacement = linear_change(problem, rest, np.concatenate([way, np.zeros(3)]))
+    pose = GripperPose(problem.grasp_centre + way, Rotation.identity())
+    placed = problem
+    for _ in range(3):
+        moved = placed.fiducial_positions(displacement, pose) - placed.fiducials_rest
+        placed = replace(placed, fiducials_rest=problem.fiducials_rest - moved)
+        placed = _with_beads_located(placed, problem.fiducials_gripped)
+    return placed
 
 
 def _with_motion(problem: RetractionProblem, motion: FloatArray) -> RetractionProblem:

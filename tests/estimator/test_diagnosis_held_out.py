@@ -4,11 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from effect_cases import there_and_back
 
-from estimator.diagnosis.case import Linearisation
-from estimator.diagnosis.held_out import lost_on_held_out
+from estimator.diagnosis.case import Case, Linearisation, linearise, residual_of
+from estimator.diagnosis.held_out import held_out_in_full, held_out_residuals, lost_on_held_out
 from estimator.diagnosis.hypothesis import Hypothesis, coordinates
+from estimator.diagnosis.noise import Noise
+from estimator.diagnosis.passage import mechanics_of, solve_case
+from estimator.diagnosis.whitening import whitening_of
+from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.torque_centre import TorqueCentre
+from estimator.fem.block_mesh import Grading
+from estimator.forward.meshing import mesh_experiment
+from estimator.workers import worker_pool
 
 MATERIAL = Hypothesis(1e4, 0.45)
 
@@ -54,3 +62,35 @@ def test_a_parameter_that_only_one_experiment_sees_is_not_held_against_it() -> N
         hypothesis, free, (), (noise[0], noise[1] + 20 * sees[0][:, 0]), tuple(sees), (), ()
     )
     assert lost_on_held_out(elsewhere, replace(baseline, residual=(noise[0], noise[1]))) > 100.0
+
+
+def stiffer_than_measured() -> tuple[Case, Linearisation]:
+    """Two retractions of plain tissue, compared with tissue that stiffens."""
+    grading = Grading(grasp_m=6e-3, anchor_m=10e-3, largest_m=30e-3, growth=3.0, layers=1)
+    planned = [there_and_back().experiment, there_and_back(order=2, turn_rad=(0.0, 0.0, 0.4)).experiment]
+    problem = mesh_experiment(planned[0], grading)
+    zeros = tuple(np.zeros((len(one.time), 6 + 3 * len(one.fiducials_rest))) for one in planned)
+    unit_wrenches = tuple(one.wrench / 1e4 for one in planned)
+    plain = [mechanics_of(passage) for passage in solve_case(problem, planned, MATERIAL, unit_wrenches)]
+    seen = [
+        replace(one, wrench=m.wrench[m.passage.visits.of_row], fiducials=m.fiducials[m.passage.visits.of_row])
+        for one, m in zip(planned, plain, strict=True)
+    ]
+    whitenings = tuple(whitening_of(m, zero, Noise()) for m, zero in zip(plain, zeros, strict=True))
+    case = Case(tuple(seen), problem, zeros, whitenings, unit_wrenches)
+    gent = next(one for one in CATALOGUE if one.name == "strain_stiffening:gent")
+    return case, linearise(case, MATERIAL.with_effect(gent, {"inverse_limit": 0.3}))
+
+
+def test_what_the_others_would_move_by_much_is_solved_in_full() -> None:
+    case, fit = stiffer_than_measured()
+    with worker_pool(1) as executor:
+        in_full = held_out_in_full(case, fit, executor)
+    # The other retraction brings plain tissue back, which leaves of the misfit what a derivative does not foretell.
+    for full, extrapolated, before in zip(in_full, held_out_residuals(fit), fit.residual, strict=True):
+        assert np.linalg.norm(full) < 0.5 * np.linalg.norm(extrapolated) < 0.5 * np.linalg.norm(before)
+
+
+def test_an_experiment_solved_alone_is_as_it_is_among_all() -> None:
+    case, fit = stiffer_than_measured()
+    assert residual_of(case, fit.hypothesis, fit, 1) == pytest.approx(fit.residual[1], abs=1e-2)
