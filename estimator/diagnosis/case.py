@@ -103,22 +103,20 @@ def linearise(
     return linearisation_of(case, hypothesis, [mechanics_of(passage) for passage in passages])
 
 
-def residual_of(case: Case, hypothesis: Hypothesis, near: Linearisation, number: int) -> FloatArray:
-    """Return the whitened misfit (r,) of the ``number``-th experiment alone, solved near a neighbour.
+def residuals_near(case: Case, hypothesis: Hypothesis, near: Linearisation) -> list[FloatArray]:
+    """Return the whitened misfit (r,) of each experiment under a hypothesis, without derivatives.
 
     Raises
     ------
     SolverError
-        A visit up to the end of that experiment has no equilibrium under the hypothesis.
+        A visit has no equilibrium under the hypothesis.
     """
     if _same_mechanics(near.hypothesis, hypothesis):
         mechanics = [one.at(near.hypothesis, hypothesis) for one in near.mechanics]
-        return residuals(case, mechanics, hypothesis)[number]
-    # What the tissue remembers it remembers of the experiments before.
-    until = case.experiments[: number + 1]
-    passages = solve_case(case.problem, until, hypothesis, case.unit_wrenches, near.known)
-    predicted = channels(predicted_readings(mechanics_of(passages[-1]), hypothesis, case.corrections[number]))
-    return case.whitenings[number].residual(case.experiments[number], predicted)
+    else:
+        passages = solve_case(case.problem, case.experiments, hypothesis, case.unit_wrenches, near.known)
+        mechanics = [mechanics_of(passage) for passage in passages]
+    return residuals(case, mechanics, hypothesis)
 
 
 def linearisation_of(

@@ -12,7 +12,7 @@ from concurrent.futures import Executor
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.case import Case, Linearisation, residual_of
+from estimator.diagnosis.case import Case, Linearisation, residuals_near
 from estimator.diagnosis.contest import priors_of
 from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.evidence import Priors, bounded_minimum
@@ -29,6 +29,7 @@ KINDS: Mapping[str, slice] = {"force": slice(0, 3), "torque": slice(3, 6), "fidu
 _WITHIN_NOISE = 0.01
 # Root mean square, in units of the noise, below which a derivative foretells a change well enough.
 _MOVED_BY_MUCH = 0.3
+_SHORTENINGS = 3
 
 
 def held_out_residuals(fit: Linearisation) -> list[FloatArray]:
@@ -47,33 +48,43 @@ def held_out_residuals(fit: Linearisation) -> list[FloatArray]:
 def held_out_in_full(case: Case, fit: Linearisation, executor: Executor) -> list[FloatArray]:
     """Return the same with every prediction solved in full that a fit to the others moves by much.
 
-    Where one experiment alone tells a parameter, the others leave it far from where the fit to all has it, beyond what
-    a derivative there foretells.
+    Where one experiment alone tells a parameter, the others seem to leave it far from where the fit to all has it,
+    beyond what a derivative there foretells: the step is shortened until the others are fitted better by it.
     """
     extrapolated = held_out_residuals(fit)
     if len(fit.residual) == 1:
         return extrapolated
     jobs = {
-        number: executor.submit(
-            _residual_or_none, case, moved(fit.hypothesis, fit.coordinates, step), fit, number
-        )
+        number: executor.submit(_left_out, case, fit, step, number)
         for number, step in enumerate(_steps_without_each(fit))
         if np.sqrt(np.mean((fit.by_coordinate[number] @ step) ** 2)) > _MOVED_BY_MUCH
     }
-    solved = {number: job.result() for number, job in jobs.items()}
     return [
-        residual if (found := solved.get(number)) is None else found
-        for number, residual in enumerate(extrapolated)
+        jobs[number].result() if number in jobs else residual for number, residual in enumerate(extrapolated)
     ]
 
 
-def _residual_or_none(
-    case: Case, hypothesis: Hypothesis, near: Linearisation, number: int
-) -> FloatArray | None:
-    try:
-        return residual_of(case, hypothesis, near, number)
-    except SolverError:
-        return None
+def _left_out(case: Case, fit: Linearisation, step: FloatArray, number: int) -> FloatArray:
+    """Return the misfit of one experiment after a step that fits the others better; at the fit to all if none does."""
+    before = _misfit_of_others(fit, fit.hypothesis, fit.residual, number)
+    for _ in range(_SHORTENINGS):
+        hypothesis = moved(fit.hypothesis, fit.coordinates, step)
+        step = step / 3
+        try:
+            found = residuals_near(case, hypothesis, fit)
+        except SolverError:
+            continue
+        if _misfit_of_others(fit, hypothesis, found, number) < before:
+            return found[number]
+    return fit.residual[number]
+
+
+def _misfit_of_others(
+    fit: Linearisation, hypothesis: Hypothesis, residual: Sequence[FloatArray], number: int
+) -> float:
+    offsets = [c.prior_offset(hypothesis) for c in fit.coordinates]
+    others = sum(float(r @ r) for n, r in enumerate(residual) if n != number)
+    return others + float(np.sum(np.square(offsets)))
 
 
 def _steps_without_each(fit: Linearisation) -> list[FloatArray]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from effect_cases import there_and_back
 
-from estimator.diagnosis.case import Case, Linearisation, linearise, residual_of
+from estimator.diagnosis.case import Case, Linearisation, linearise, residuals_near
 from estimator.diagnosis.held_out import held_out_in_full, held_out_residuals, lost_on_held_out
 from estimator.diagnosis.hypothesis import Hypothesis, coordinates
 from estimator.diagnosis.noise import Noise
@@ -91,6 +91,16 @@ def test_what_the_others_would_move_by_much_is_solved_in_full() -> None:
         assert np.linalg.norm(full) < 0.5 * np.linalg.norm(extrapolated) < 0.5 * np.linalg.norm(before)
 
 
-def test_an_experiment_solved_alone_is_as_it_is_among_all() -> None:
+def test_where_no_step_fits_the_others_better_they_agree_with_the_fit_to_all() -> None:
     case, fit = stiffer_than_measured()
-    assert residual_of(case, fit.hypothesis, fit, 1) == pytest.approx(fit.residual[1], abs=1e-2)
+    # The first retraction says that nothing is amiss with the fit, and derivatives that lie send it far away.
+    lying = replace(fit, by_coordinate=tuple(-columns for columns in fit.by_coordinate))
+    with worker_pool(1) as executor:
+        in_full = held_out_in_full(case, lying, executor)
+    assert in_full[0] == pytest.approx(fit.residual[0])
+
+
+def test_residuals_without_derivatives_are_those_of_the_linearisation() -> None:
+    case, fit = stiffer_than_measured()
+    for alone, among in zip(residuals_near(case, fit.hypothesis, fit), fit.residual, strict=True):
+        assert alone == pytest.approx(among, abs=1e-2)
