@@ -28,7 +28,7 @@ def draw_where(sheet: Figure, where: Where) -> None:
         ("channel, share of the gap", where.channels),
         ("phase, share of the gap", where.steps),
     )
-    for (title, shares), left, width in zip(panels, (0.07, 0.36, 0.8), (0.18, 0.16, 0.15), strict=True):
+    for (title, shares), left, width in zip(panels, (0.07, 0.38, 0.8), (0.18, 0.15, 0.15), strict=True):
         tall = _ROW_IN * _rows(shares) / height
         axes = sheet.add_axes((left, 1 - 0.4 / height - tall, width, tall))
         axes.set_title(title)
