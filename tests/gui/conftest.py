@@ -1,3 +1,4 @@
+import gc
 import os
 import socket
 import time
@@ -37,6 +38,26 @@ PATIENCE_S = 15.0
 
 NO_MORE = 10**6
 """After the last touch the emulated person jogs the robot back to rest."""
+
+
+@pytest.fixture(scope="session")
+def loaded_once() -> None:
+    """What has been imported stays, and need not be gone through by each collection."""
+    gc.collect()
+    gc.freeze()
+
+
+@pytest.fixture(autouse=True)
+def collected_on_this_thread(loaded_once: None) -> Iterator[None]:
+    """Widgets of tests gone by end on this thread, as Qt asks.
+
+    Where another thread happens to collect them it waits for the interpreter within Qt's locks, and this one for those
+    locks within the interpreter.
+    """
+    gc.disable()
+    yield
+    gc.collect()
+    gc.enable()
 
 
 @pytest.fixture(scope="session")
