@@ -95,12 +95,8 @@ def linearise(
     SolverError
         A visit has no equilibrium under the hypothesis.
     """
-    if near is not None and _same_mechanics(near.hypothesis, hypothesis):
-        extrapolated = [one.at(near.hypothesis, hypothesis) for one in near.mechanics]
-        return linearisation_of(case, hypothesis, extrapolated, near.known)
-    known = near.known if near is not None else None
-    passages = solve_case(case.problem, case.experiments, hypothesis, case.unit_wrenches, known, progress)
-    return linearisation_of(case, hypothesis, [mechanics_of(passage) for passage in passages])
+    mechanics, known = _mechanics_near(case, hypothesis, near, progress)
+    return linearisation_of(case, hypothesis, mechanics, known)
 
 
 def residuals_near(case: Case, hypothesis: Hypothesis, near: Linearisation) -> list[FloatArray]:
@@ -111,12 +107,19 @@ def residuals_near(case: Case, hypothesis: Hypothesis, near: Linearisation) -> l
     SolverError
         A visit has no equilibrium under the hypothesis.
     """
-    if _same_mechanics(near.hypothesis, hypothesis):
-        mechanics = [one.at(near.hypothesis, hypothesis) for one in near.mechanics]
-    else:
-        passages = solve_case(case.problem, case.experiments, hypothesis, case.unit_wrenches, near.known)
-        mechanics = [mechanics_of(passage) for passage in passages]
+    mechanics, _ = _mechanics_near(case, hypothesis, near, None)
     return residuals(case, mechanics, hypothesis)
+
+
+def _mechanics_near(
+    case: Case, hypothesis: Hypothesis, near: Linearisation | None, progress: Progress | None
+) -> tuple[list[Mechanics], KnownFields | None]:
+    """Return the mechanics of every experiment, and the fields they go by where they are a neighbour's."""
+    if near is not None and _same_mechanics(near.hypothesis, hypothesis):
+        return [one.at(near.hypothesis, hypothesis) for one in near.mechanics], near.known
+    known = near.known if near is not None else None
+    passages = solve_case(case.problem, case.experiments, hypothesis, case.unit_wrenches, known, progress)
+    return [mechanics_of(passage) for passage in passages], None
 
 
 def linearisation_of(

@@ -50,6 +50,11 @@ class Priors:
     lower: FloatArray
     upper: FloatArray
 
+    @property
+    def inverse_scale(self) -> FloatArray:
+        """Inverse of the prior deviations (2 + k,); 0 for E and ν."""
+        return np.where(np.isinf(self.scale), 0.0, 1.0 / self.scale)
+
 
 def log_evidence(
     moments: Moments, priors: Priors, error: ModelError, amplitude: tuple[float, float]
@@ -66,7 +71,7 @@ def evidence_of_gram(gram: FloatArray, priors: Priors) -> float:
     """Return ln p(y | hypothesis) from the Gram matrix (1 + 2 + k)² of residual and derivatives."""
     chi2, gradient, information = gram[0, 0], gram[1:, 0], gram[1:, 1:]
     free = np.isinf(priors.scale)
-    inverse = np.where(free, 0.0, 1.0 / np.where(free, 1.0, priors.scale))
+    inverse = priors.inverse_scale
     posterior = information + np.diag(inverse**2)
     pull = gradient - inverse * priors.centre
     step = bounded_minimum(posterior, pull, priors.lower, priors.upper)

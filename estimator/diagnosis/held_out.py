@@ -89,11 +89,15 @@ def _misfit_of_others(
 
 def _steps_without_each(fit: Linearisation) -> list[FloatArray]:
     """Return for each experiment the step (p,) to the fit to all others."""
-    priors = priors_of(fit.hypothesis, fit.coordinates)
-    grams = [np.column_stack(pair) for pair in zip(fit.residual, fit.by_coordinate, strict=True)]
-    grams = [g.T @ g for g in grams]
+    priors, grams = priors_of(fit.hypothesis, fit.coordinates), _grams(fit)
     total = np.sum(grams, axis=0)
     return [_step(total - gram, priors) for gram in grams]
+
+
+def _grams(fit: Linearisation) -> list[FloatArray]:
+    """Return for each experiment the Gram matrix (1 + p)² of residual and derivatives."""
+    stacked = [np.column_stack(pair) for pair in zip(fit.residual, fit.by_coordinate, strict=True)]
+    return [block.T @ block for block in stacked]
 
 
 def lost_on_held_out(fit: Linearisation, baseline: Linearisation) -> float:
@@ -113,12 +117,10 @@ def _log_density_of_left_out(fit: Linearisation) -> float:
     What the others leave open of the parameters counts as a further variance of the prediction, Z A⁻¹ Zᵀ with A the
     information of the others: a parameter that only one experiment sees is not held against it.
     """
-    priors = priors_of(fit.hypothesis, fit.coordinates)
-    grams = [np.column_stack(pair) for pair in zip(fit.residual, fit.by_coordinate, strict=True)]
-    grams = [g.T @ g for g in grams]
+    priors, grams = priors_of(fit.hypothesis, fit.coordinates), _grams(fit)
     total, density = np.sum(grams, axis=0), 0.0
     for r, columns, gram in zip(fit.residual, fit.by_coordinate, grams, strict=True):
-        others = (total - gram)[1:, 1:] + np.diag(_inverse_scale(priors) ** 2)
+        others = (total - gram)[1:, 1:] + np.diag(priors.inverse_scale**2)
         left = r - columns @ _step(total - gram, priors)
         joint, along = others + gram[1:, 1:], columns.T @ left
         misfit = float(left @ left - along @ np.linalg.solve(joint, along))
@@ -134,13 +136,9 @@ def _last_third(fit: Linearisation, priors: Priors) -> FloatArray:
 
 
 def _step(gram: FloatArray, priors: Priors) -> FloatArray:
-    inverse = _inverse_scale(priors)
+    inverse = priors.inverse_scale
     posterior = gram[1:, 1:] + np.diag(inverse**2)
     return bounded_minimum(posterior, gram[1:, 0] - inverse * priors.centre, priors.lower, priors.upper)
-
-
-def _inverse_scale(priors: Priors) -> FloatArray:
-    return np.where(np.isinf(priors.scale), 0.0, 1.0 / priors.scale)
 
 
 def gap_of(before: Sequence[FloatArray], after: Sequence[FloatArray], floor: float) -> Gap:

@@ -241,7 +241,6 @@ def test_beads_measured_after_the_tissue_was_drawn_move_as_tissue_that_lay_elsew
     in_place = np.array([one.fiducials for one in observed(stated, true)])
     without = np.linalg.norm(in_place[-1] - in_place[0] + seen[0] - seen[-1], axis=1)
     assert np.sqrt(np.mean(without**2)) > 2e-4
-    # How the tissue was drawn is taken as linear between grasp and borders.
     assert left.max() < 5e-6
 
 
