@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QApplication
 
 from daq.errors import DaqError
 from daq.rig import Rig, read_rig
+from gui.collector import Collector
 from gui.context import Context, Navigator
 from gui.jobs import Jobs
 from gui.laboratory import CALIBRATIONS_FOLDER, Laboratory, roles
@@ -52,6 +53,7 @@ class Desk(QObject):
     def __init__(self, own: Rig | None, sessions_folder: Path, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._sessions_folder = sessions_folder
+        self._collector = Collector(self)
         self.window: Window | None = None
         self.context: Context | None = None
         self.laboratory = Laboratory(own, run_emulators, sessions_folder / CALIBRATIONS_FOLDER, self)
@@ -74,6 +76,7 @@ class Desk(QObject):
             self.context.jobs.close()
             self.context.link.end()
         self.laboratory.end()
+        self._collector.end()
         self.ended.emit()
 
     def _on_virtual(self, rig: Rig) -> None:

@@ -49,15 +49,13 @@ def loaded_once() -> None:
 
 @pytest.fixture(autouse=True)
 def collected_on_this_thread(loaded_once: None) -> Iterator[None]:
-    """Widgets of tests gone by end on this thread, as Qt asks.
-
-    Where another thread happens to collect them it waits for the interpreter within Qt's locks, and this one for those
-    locks within the interpreter.
-    """
+    """Widgets of tests gone by end on this thread, for the reason that :mod:`gui.collector` tells."""
+    were_on = gc.isenabled()
     gc.disable()
     yield
     gc.collect()
-    gc.enable()
+    if were_on:
+        gc.enable()
 
 
 @pytest.fixture(scope="session")
