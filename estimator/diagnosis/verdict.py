@@ -101,8 +101,8 @@ def weigh(field: Field) -> dict[str, float]:
     """Return the log evidence of every answer.
 
     An effect smaller than anybody would care for keeps the less of its evidence the less that is: a slight error of the
-    baseline could feign it. An effect that makes the prediction of left-out experiments worse loses by as much; but none
-    is refuted so far that it could not be there unseen.
+    baseline could feign it. An effect that makes the prediction of left-out experiments worse loses by as much. But no
+    effect is refuted so far that it could not be there unseen.
     """
     refitted = {one.fit.hypothesis.effects[0].name for one in field.contenders}
     points = [

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from estimator.effects.effect import Amplitude, Effect, Group, Values
+from estimator.effects.effect import Amplitude, Effect, Group, Readings, Values
+from estimator.effects.zeroing import with_wrench_zeroed
 from estimator.experiment import Experiment
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.residual_strain import ResidualStrain
@@ -15,7 +16,10 @@ _SHARE = Amplitude("share", "1", scale=0.1, smallest=0.01, lower=0.0, upper=0.8)
 
 
 class PermanentSet(Effect):
-    """A share of the largest strain at a point remains there, also in later experiments."""
+    """A share of the largest strain at a point remains there, also in later experiments.
+
+    Their sensor was zeroed on tissue that pushes against the gripper at rest.
+    """
 
     label: ClassVar[str] = "permanent_set"
     group: ClassVar[Group] = "material"
@@ -28,6 +32,10 @@ class PermanentSet(Effect):
         """Return the stress of the strain that stays."""
         share = values[_SHARE.name]
         return (ResidualStrain.virgin(problem.body, material, share),) if share else ()
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Take off the wrench in which each experiment began."""
+        return with_wrench_zeroed(readings) if values[_SHARE.name] else readings
 
 
 PERMANENT_SET = PermanentSet()

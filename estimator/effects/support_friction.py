@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from estimator.effects.effect import Amplitude, Constant, Effect, Group, Values
+from estimator.effects.effect import Amplitude, Constant, Effect, Group, Readings, Values
+from estimator.effects.zeroing import with_wrench_zeroed
 from estimator.experiment import Experiment
-from estimator.fem.friction import LyingOnTable
+from estimator.fem.friction import LaidDownAnew, LyingOnTable
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.shares import nodal_areas, nodal_volumes
 from estimator.fem.surface import boundary_faces
@@ -33,12 +34,14 @@ class SupportFriction(Effect):
 
     Coulomb's friction follows the contact pressure, to which stickiness may add. Where the tissue rises, its weight
     draws it down; where it sinks, the table presses. ``contact`` goes from a table that rubs alone (0) over softer ones
-    to one in which the phantom sinks by the elastic slip (1).
+    to one in which the phantom sinks by the elastic slip (1). Before each experiment the phantom is laid down anew.
     """
 
     label: ClassVar[str] = "support_friction"
     group: ClassVar[Group] = "environment"
     words: ClassVar[str] = "The tissue rubs on the table below it."
+    contact: ClassVar[type[LyingOnTable]] = LaidDownAnew
+    form = "laid_down_anew"
     amplitudes = (
         Amplitude("coefficient", "1", scale=0.5, smallest=0.02, lower=0.0, upper=4.0),
         Amplitude("contact", "1", scale=0.8, smallest=0.02, lower=0.0, upper=1.0),
@@ -52,14 +55,14 @@ class SupportFriction(Effect):
         self, problem: RetractionProblem, material: Material, experiment: Experiment, values: Values
     ) -> tuple[Term, ...]:
         """Let every node on the table rub."""
-        if not (values["coefficient"] or values["contact"]):
+        if not _present(values):
             return ()
         area = area_on_table(problem)
         gravity = -experiment.environment.gravity[2]
         weight = experiment.phantom.density * gravity * float(nodal_volumes(problem.body.mesh).sum())
         touching = np.where(_clear_of_jaws(problem), area, 0.0)
         return (
-            LyingOnTable.at_rest(
+            self.contact.at_rest(
                 weight / float(area.sum()) * touching,
                 values["adhesion"] * touching,
                 values["coefficient"],
@@ -67,6 +70,18 @@ class SupportFriction(Effect):
                 _depth(values),
             ),
         )
+
+
+class SupportFrictionLeftLying(SupportFriction):
+    """Between experiments the phantom stays where it lies, held by what has rubbed; the sensor's zero hides how much."""
+
+    contact = LyingOnTable
+    form = "left_lying"
+    elaborates = "laid_down_anew"
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Take off the wrench in which each experiment began."""
+        return with_wrench_zeroed(readings) if _present(values) else readings
 
 
 def area_on_table(problem: RetractionProblem) -> FloatArray:
@@ -77,6 +92,10 @@ def area_on_table(problem: RetractionProblem) -> FloatArray:
     lying = np.all(height[faces] <= _ON_TABLE * height.max(), axis=1)
     area, _ = nodal_areas(mesh, faces[lying])
     return np.clip(area, 0.0, None)
+
+
+def _present(values: Values) -> bool:
+    return bool(values["coefficient"] or values["contact"])
 
 
 def _depth(values: Values) -> float:
@@ -91,4 +110,4 @@ def _clear_of_jaws(problem: RetractionProblem) -> NDArray[np.bool_]:
     return np.asarray(distance > _CLEARANCE_M)
 
 
-SUPPORT_FRICTION = (SupportFriction(),)
+SUPPORT_FRICTION = (SupportFriction(), SupportFrictionLeftLying())

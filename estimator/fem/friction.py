@@ -86,8 +86,8 @@ class LyingOnTable:
         return replace(self, slid=slid, pressing=self._normal(displacement))
 
     def rested(self) -> LyingOnTable:
-        """Return the contact of the phantom laid down anew, free of stress."""
-        return replace(self, slid=np.zeros_like(self.slid), pressing=self.weight)
+        """Return the same contact: what has slid stays where it is."""
+        return self
 
     @property
     def _spring(self) -> FloatArray:
@@ -106,3 +106,11 @@ class LyingOnTable:
         share: FloatArray = np.ones(len(length))
         share[sliding] = self.elastic_slip_m / length[sliding]
         return stretch, share, sliding
+
+
+class LaidDownAnew(LyingOnTable):
+    """The same contact of a phantom that is lifted and laid down before each experiment."""
+
+    def rested(self) -> LyingOnTable:
+        """Return the contact free of stress."""
+        return replace(self, slid=np.zeros_like(self.slid), pressing=self.weight)

@@ -104,3 +104,24 @@ def test_residuals_without_derivatives_are_those_of_the_linearisation() -> None:
     case, fit = stiffer_than_measured()
     for alone, among in zip(residuals_near(case, fit.hypothesis, fit), fit.residual, strict=True):
         assert alone == pytest.approx(among, abs=1e-2)
+
+
+def only_the_second_sees() -> Linearisation:
+    """A fit whose last parameter, an offset of the torque's centre, shows in the second experiment alone."""
+    rng = np.random.default_rng(4)
+    effect = TorqueCentre()
+    hypothesis = MATERIAL.with_effect(effect, {a.name: 2e-3 for a in effect.amplitudes})
+    free = coordinates(hypothesis)
+    columns = [1e-2 * rng.normal(size=(400, len(free))) for _ in range(2)]
+    columns[0][:, 2:] = 0.0
+    columns[1][:, 2:] *= 1e6
+    residual = tuple(rng.normal(size=400) for _ in range(2))
+    return Linearisation(hypothesis, free, (), residual, tuple(columns), (), ())
+
+
+def test_of_what_befell_one_experiment_alone_its_own_other_rows_tell() -> None:
+    fit = only_the_second_sees()
+    for left_out, residual in zip(held_out_residuals(fit), fit.residual, strict=True):
+        assert len(left_out) == len(residual)
+        # Noise that is not explained by what was fitted to it.
+        assert 0.9 < np.sqrt(np.mean(left_out**2)) < 1.15

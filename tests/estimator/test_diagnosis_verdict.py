@@ -47,11 +47,14 @@ def test_a_grasp_well_aside_keeps_all_of_it() -> None:
 
 
 def test_the_more_a_slight_effect_stands_out_the_more_of_its_evidence_it_keeps() -> None:
-    lost = [
-        gain - weigh(tried("grasp_misplacement:gripper", "shift_x", 5e-5, gain))["grasp_misplacement"]
-        for gain in (1.0, 4.0, 7.0, 8.0)
-    ]
-    assert lost[0] > lost[1] > lost[2] > lost[3] == 0.0
+    gains = [1.0, 4.0, 7.0, 8.0]
+    fields = [tried("grasp_misplacement:gripper", "shift_x", 5e-5, gain) for gain in gains]
+    kept = [weigh(field)["grasp_misplacement"] / gain for field, gain in zip(fields, gains, strict=True)]
+    assert kept[0] < kept[1] < kept[2] < kept[3] == 1.0
+
+
+def test_an_effect_too_small_to_show_may_always_be_there() -> None:
+    assert -3.0 < weigh(tried("camera_scale", "scale_error", 2e-2, -30.0))["camera_scale"] < -1.0
 
 
 def test_noise_leaves_no_rough_remainder_and_a_few_beads_that_stand_aside_do() -> None:

@@ -20,7 +20,7 @@ from estimator.fem.block_mesh import Grading, structured_mesh
 from estimator.fem.body import respond
 from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings
 from estimator.fem.equilibrium_state import EquilibriumState
-from estimator.fem.friction import LyingOnTable
+from estimator.fem.friction import LaidDownAnew, LyingOnTable
 from estimator.fem.motion import GripperPose
 from estimator.fem.observation import observe
 from estimator.fem.problem import RetractionProblem
@@ -188,9 +188,14 @@ def test_the_gripper_and_the_anchors_carry_the_hanging_weight() -> None:
     assert state.displacement[:, 2].min() < -5e-3
 
 
-def node_on_table(coefficient: float = 1.0, depth_m: float = np.inf, adhesion_n: float = 0.0) -> LyingOnTable:
+def node_on_table(
+    coefficient: float = 1.0,
+    depth_m: float = np.inf,
+    adhesion_n: float = 0.0,
+    kind: type[LyingOnTable] = LaidDownAnew,
+) -> LyingOnTable:
     """A node that weighs 10 mN."""
-    return LyingOnTable.at_rest(np.array([1e-2]), np.array([adhesion_n]), coefficient, ELASTIC_SLIP, depth_m)
+    return kind.at_rest(np.array([1e-2]), np.array([adhesion_n]), coefficient, ELASTIC_SLIP, depth_m)
 
 
 def test_a_block_pushed_and_pulled_draws_the_closed_loop_of_an_elastic_plastic_spring() -> None:
@@ -206,6 +211,13 @@ def test_a_block_pushed_and_pulled_draws_the_closed_loop_of_an_elastic_plastic_s
         np.testing.assert_allclose(force, 1e-2 * share * direction, atol=1e-12)
         friction = friction.after(field, nothing)
     assert not friction.rested().forces(np.zeros((1, 3)), nothing).any()
+
+
+def test_a_block_left_lying_still_pulls_in_the_next_experiment() -> None:
+    nothing = respond(BLOCK.body, MATERIAL, np.zeros_like(BLOCK.body.mesh.points))
+    dragged = 3 * ELASTIC_SLIP * np.array([[1.0, 0.0, 0.0]])
+    left_lying = node_on_table(kind=LyingOnTable).after(dragged, nothing).rested()
+    np.testing.assert_allclose(left_lying.forces(0 * dragged, nothing)[0], [-1e-2, 0.0, 0.0], atol=1e-15)
 
 
 def test_friction_never_exceeds_its_limit_and_follows_the_turning_motion() -> None:
