@@ -87,11 +87,9 @@ def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executo
     if pair is not None and pair.log_evidence > field.unknown + _SECOND_CAUSE:
         stronger = max(pair.labels, key=lambda label: evidence[label])
         alone = evidence[stronger]
-        probability = probabilities({**evidence, stronger: max(alone, pair.log_evidence)}, LABELS)
-        if UNKNOWN in pair.labels and stronger != UNKNOWN:
-            beyond = max(pair.log_evidence - alone, 0.0)
-            probability = shared_with_unknown(probability, stronger, alone - field.none, beyond)
-        return _with_remainder(field, pair, stronger, probability)
+        evidence = {**evidence, stronger: max(alone, pair.log_evidence)}
+        surplus = max(pair.log_evidence - alone, 0.0) if UNKNOWN in pair.labels else 0.0
+        return _with_remainder(field, pair, stronger, probabilities(evidence, LABELS), surplus)
     if leading == UNKNOWN:
         return Verdict((UNKNOWN,), recognised, probability)
     return _with_remainder(field, best, leading, probability)
@@ -145,18 +143,28 @@ def _first_of(field: Field, label: str) -> Contender | None:
 
 
 def _with_remainder(
-    field: Field, winner: Contender, leading: str, probability: Mapping[str, float]
+    field: Field,
+    winner: Contender,
+    leading: str,
+    probability: Mapping[str, float],
+    by_outsider: float = 0.0,
 ) -> Verdict:
-    """Return the verdict for a hypothesis, with "unknown" in it where something more stands out beside its causes."""
+    """Return the verdict for a hypothesis, with "unknown" in it where something more stands out beside its causes.
+
+    ``by_outsider`` is what an effect without a label raises its log evidence by.
+    """
     labels = (leading, *(label for label in winner.labels if label != leading))
-    if UNKNOWN in labels:
+    if leading == UNKNOWN:
         return Verdict(labels, winner, probability)
     smooth = evidence_of_unknown(winner.fit, field.error) - winner.log_evidence
-    beyond = max(smooth, _rough(field, winner.fit))
-    explained = winner.log_evidence - field.none
-    if beyond < max(_SECOND_CAUSE, _REMAINDER * explained):
+    remainder = max(smooth, _rough(field, winner.fit))
+    explained = winner.log_evidence - field.none - by_outsider
+    recognised = UNKNOWN in labels
+    if not recognised and remainder < max(_SECOND_CAUSE, _REMAINDER * explained):
         return Verdict(labels, winner, probability)
-    shared = shared_with_unknown(probability, leading, explained, beyond)
+    shared = shared_with_unknown(probability, leading, explained, by_outsider + max(remainder, 0.0))
+    if recognised:
+        return Verdict(labels, winner, shared)
     if next(iter(shared)) == UNKNOWN:
         return Verdict((UNKNOWN,), None, shared)
     return Verdict((*labels, UNKNOWN), winner, shared)

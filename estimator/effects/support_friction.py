@@ -73,7 +73,7 @@ class SupportFriction(Effect):
 
 
 class SupportFrictionLeftLying(SupportFriction):
-    """Between experiments the phantom stays where it lies, held by what has rubbed; the sensor's zero hides how much."""
+    """Between experiments the phantom stays as it lies, held by what has rubbed; the sensor's zero hides the force."""
 
     contact = LyingOnTable
     form = "left_lying"

@@ -36,7 +36,7 @@ SIZED = [(label, form) for label, form in ALL if form.range[0] < form.range[1]]
 THRESHOLDS = {"failing_glue", "sliding", "creeping", "clipped_force", "jammed_wrist"}
 # These come with a mesh of their own, which differs from the baseline's on this coarse one.
 REMESHED = {"inhomogeneity", "anchor_debonding", "grasp_misplacement"}
-REMESHED_OUTSIDE = {"cut", "sticky_patch", "tearing"}
+REMESHED_OUTSIDE = {"air_pocket", "cut", "sticky_patch", "tearing"}
 
 
 def named(pairs: list[tuple[str, Form]]) -> list[str]:
@@ -281,3 +281,20 @@ def test_a_cut_softens_and_a_sticky_patch_stiffens() -> None:
 def test_a_tear_does_not_heal() -> None:
     seen = with_effect(outside_effects.FORMS["tearing"], 2.0)
     assert abs(seen.fx[BACK]) < abs(seen.fx[HALF])
+
+
+def test_an_air_pocket_lifts_the_beads_above_it() -> None:
+    effect = drawn(outside_effects.FORMS["air_pocket"], 1.0)
+    seen = see(effect.change(Scene(BASELINE)))
+    lifted = (seen.readings[0].beads - baseline().readings[0].beads)[REST]
+    above = int(np.argmin(np.linalg.norm(BEADS[:, :2] - effect.where["centre"][:2], axis=1)))
+    assert lifted[above, 2] > 0.5 * lifted[:, 2].max() > 1e-5
+
+
+def test_stale_images_show_the_beads_behind_while_they_move() -> None:
+    seen = with_effect(outside_effects.FORMS["stale_images"], 2.0, THREE)
+    pairs = list(zip(seen.readings, baseline(THREE).readings, strict=True))
+    stale = np.concatenate([np.abs(one.beads - true.beads).max(axis=(1, 2)) > 1e-6 for one, true in pairs])
+    assert 0.0 < stale.mean() < 0.5
+    for one, true in pairs:
+        np.testing.assert_array_equal(one.wrench, true.wrench)

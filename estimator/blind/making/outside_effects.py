@@ -5,89 +5,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from estimator.blind.making.brick_mesh import Break
-from estimator.blind.making.drawing import Draw, FloatArray, Random, drawn_sign, read_as
-from estimator.blind.making.response import Instant
+from estimator.blind.making import outside_tissue
+from estimator.blind.making.drawing import Draw, Random, drawn_sign, read_as
 from estimator.blind.making.retraction import KINDS, Rows
-from estimator.blind.making.scene import (
-    BEADS,
-    GRASP_X,
-    GRASP_Y,
-    SIZE,
-    Drawn,
-    Form,
-    Mechanics,
-    Readings,
-    Scene,
-)
-from estimator.blind.making.surfaces import Patch
-
-
-def _shrinkage(random: Random, size: float, base: Mechanics) -> Drawn:
-    each = drawn_sign(random) * 0.003 * size
-
-    def swelling(instant: Instant) -> float:
-        return 1 + each * (instant.order - 1)
-
-    return Drawn({"linear_strain_per_experiment": each}, lambda scene: scene.acted_on(swelling=swelling))
-
-
-def _sticky_patch(random: Random, size: float, base: Mechanics) -> Drawn:
-    centre = (float(random.uniform(-0.03, 0.01)), float(random.uniform(-0.03, 0.03)))
-    radius = float(random.uniform(0.006, 0.012))
-    stiffness = 2e4 * base.law.youngs_modulus / 15e3 * size
-    where = {"centre": [*centre, -SIZE[2] / 2], "radius": radius}
-    patch = Patch(centre, radius, stiffness)
-    edges = [tuple(Break(c + s * radius, 0.003) for s in (-1, 1)) for c in centre]
-
-    def change(scene: Scene) -> Scene:
-        scene = replace(scene, mechanics=scene.mechanics.with_breaks(*edges))
-        return scene.acted_on(table=patch)
-
-    return Drawn({"stiffness": stiffness, "radius": radius}, change, where)
-
-
-def _cut(random: Random, size: float, base: Mechanics) -> Drawn:
-    x = float(random.uniform(-0.03, 0.01))
-    length = min(0.015 * size, 0.05)
-    y = float(random.uniform(-0.03, 0.03 - length)) if length < 0.055 else -0.03
-    width = 0.0004
-
-    def factor(points: FloatArray) -> FloatArray:
-        in_cut = (np.abs(points[:, 0] - x) < width) & (points[:, 1] > y) & (points[:, 1] < y + length)
-        return np.where(in_cut, 2e-3, 1.0)
-
-    def change(scene: Scene) -> Scene:
-        across = (Break(x - width, 2 * width), Break(x + width, 2 * width))
-        mechanics = scene.mechanics.with_stiffness(factor)
-        ends = (Break(y, 0.001), Break(y + length, 0.001))
-        return replace(scene, mechanics=mechanics.with_breaks(across, ends))
-
-    where = {"centre": [x, y + length / 2, 0.0], "radius": length / 2}
-    return Drawn({"length": length, "across": "x"}, change, where)
-
-
-def _tear(random: Random, size: float, base: Mechanics) -> Drawn:
-    side = drawn_sign(random)
-    onset = float(random.uniform(0.006, 0.014))
-    final = min(0.006 * size, 0.02)
-    width = 0.0008
-
-    def tear(points: FloatArray, instant: Instant) -> FloatArray:
-        length = final * np.clip((instant.travel - onset) / 0.005, 0.0, 1.0)
-        ahead = np.abs(points[:, 0] - (GRASP_X[0] - width / 2)) < width / 2
-        # From the corner of the grasp outwards, just before its front edge.
-        outwards = side * points[:, 1] - (GRASP_Y[1] - 0.004)
-        torn = ahead & (outwards > 0) & (outwards < length)
-        return np.where(torn, 0.02, 1.0)
-
-    def change(scene: Scene) -> Scene:
-        breaks = (Break(GRASP_X[0] - width, width),)
-        mechanics = scene.mechanics.with_breaks(breaks)
-        return replace(scene, mechanics=replace(mechanics, tear=tear))
-
-    where = {"centre": [GRASP_X[0], side * GRASP_Y[1], 0.0], "radius": final}
-    return Drawn({"final_length": final, "onset_travel": onset}, change, where)
+from estimator.blind.making.scene import BEADS, Drawn, Form, Mechanics, Readings
 
 
 def _lens(random: Random, size: float, base: Mechanics) -> Drawn:
@@ -153,17 +74,6 @@ def _shaking_camera(random: Random, size: float, base: Mechanics) -> Drawn:
         return replace(reading, beads=reading.beads + shake)
 
     return read_as({"common_std": std}, reading_of)
-
-
-def _warming(random: Random, size: float, base: Mechanics) -> Drawn:
-    per_minute = drawn_sign(random) * 0.03 * size
-
-    def seasons(instant: Instant) -> float:
-        # An experiment and the pause after it take about two minutes.
-        minutes = 2.0 * (instant.order - 1) + instant.time / 60
-        return float(np.exp(per_minute * minutes))
-
-    return Drawn({"log_modulus_per_minute": per_minute}, lambda scene: scene.acted_on(seasons=seasons))
 
 
 def _cable(random: Random, size: float, base: Mechanics) -> Drawn:
@@ -257,17 +167,30 @@ def _clipped_force(random: Random, size: float, base: Mechanics) -> Drawn:
     return read_as({"largest_force_x": limit}, reading_of)
 
 
+def _stale_images(random: Random, size: float, base: Mechanics) -> Drawn:
+    share = float(random.uniform(0.1, 0.3))
+    age = 0.3 * size
+    seed = int(random.integers(2**31))
+
+    def reading_of(reading: Readings) -> Readings:
+        time = reading.rows.time
+        stale = np.random.default_rng([seed, reading.rows.order]).random(len(time)) < share
+        seen = np.where(stale, time - age, time)
+        columns = reading.beads.reshape(len(time), -1).T
+        beads = np.column_stack([np.interp(seen, time, column) for column in columns])
+        return replace(reading, beads=beads.reshape(reading.beads.shape))
+
+    return read_as({"stale_share": share, "age": age}, reading_of)
+
+
 _EFFECTS: dict[str, tuple[Draw, tuple[float, float]]] = {
-    "thermal_shrinkage": (_shrinkage, (0.02, 4.0)),
-    "sticky_patch": (_sticky_patch, (0.02, 20.0)),
-    "cut": (_cut, (0.2, 3.3)),
-    "tearing": (_tear, (0.3, 3.3)),
+    **outside_tissue.DRAWS,
     "lens_distortion": (_lens, (0.02, 8.0)),
     "refraction": (_refraction, (0.02, 6.0)),
     "jammed_wrist": (_jammed_wrist, (0.12, 3.8)),
     "creeping_camera": (_creeping_camera, (0.02, 8.0)),
     "shaking_camera": (_shaking_camera, (0.1, 8.0)),
-    "warming": (_warming, (0.02, 6.0)),
+    "stale_images": (_stale_images, (0.02, 8.0)),
     "cable": (_cable, (0.02, 12.0)),
     "loose_bead": (_loose_bead, (0.05, 6.0)),
     "second_zero": (_second_zero, (0.02, 8.0)),

@@ -167,6 +167,39 @@ class Patch:
 
 
 @dataclass(frozen=True, slots=True)
+class Pocket:
+    """Air caught under the tissue: it pushes up inside a disc, the less the higher the tissue is.
+
+    Attributes
+    ----------
+    centre : x, y, m
+    radius : m
+    stiffness : by how much the pressure falls, Pa/m
+    height : at which it is gone, m
+    """
+
+    centre: tuple[float, float]
+    radius: float
+    stiffness: float
+    height: float
+
+    def start(self, count: int) -> FloatArray:
+        """Return an empty memory."""
+        return np.zeros((count, 0))
+
+    def __call__(
+        self, points: FloatArray, u: FloatArray, memory: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return traction, tangent and memory, as :class:`Traction` says."""
+        inside = np.linalg.norm(points[:, :2] - self.centre, axis=1) < self.radius
+        stiffness = np.where(inside & (u[:, 2] < self.height), self.stiffness, 0.0)
+        traction, tangent = np.zeros((len(u), 3)), np.zeros((len(u), 3, 3))
+        traction[:, 2] = stiffness * (u[:, 2] - self.height)
+        tangent[:, 2, 2] = stiffness
+        return traction, tangent, memory
+
+
+@dataclass(frozen=True, slots=True)
 class LoadedFace:
     """A face and the law of its traction."""
 
