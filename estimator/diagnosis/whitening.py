@@ -29,6 +29,8 @@ _LEFT_IN_WRENCH, _LEFT_IN_FIDUCIALS = 0.5, 1.0
 _LEFT_BESIDE_RIM = 1.0 / (np.sqrt(2.0) - 1.0)
 _BESIDE_RIM_M = 6e-3
 _WAVES_BESIDE_RIM = 4
+# Tissue at rest is at rest on every mesh; from this share of the way on a bead may stand aside in full.
+_FROM_REST = 0.1
 
 
 @dataclass(frozen=True)
@@ -131,10 +133,12 @@ def whitening_of(mechanics: Mechanics, correction: FloatArray, noise: Noise) -> 
     rows, count = seen.shape
     of_wrench = np.arange(count) < 6
     left = np.where(of_wrench, _LEFT_IN_WRENCH, _LEFT_IN_FIDUCIALS)
-    # The correction's course is not that of what is left of it: a bead may stand aside throughout.
-    aside = np.where(of_wrench, 0.0, left * np.sqrt(np.mean(correction**2, axis=0)))
-    offsets = np.hypot(np.where(of_wrench, noise.zero_deviation, noise.rest_deviation) * deviation, aside)
+    offsets = np.where(of_wrench, noise.zero_deviation, noise.rest_deviation) * deviation
     shared = [np.broadcast_to(np.diag(offsets), (rows, count, count))]
+    # The correction's course is not that of what is left of it: a bead may stand aside throughout, but at rest.
+    aside = np.where(of_wrench, 0.0, left * np.sqrt(np.mean(correction**2, axis=0)))
+    under_way = np.minimum(share_of_way(experiment) / _FROM_REST, 1.0)
+    shared.append(under_way[:, None, None] * np.diag(aside))
     by_position = derivatives_by_position(mechanics) * np.sqrt(visits.position_variance)[:, None, None]
     of_visits = np.zeros((rows, count, len(visits), 3))
     of_visits[np.arange(rows), :, visits.of_row] = by_position[visits.of_row]
@@ -146,6 +150,13 @@ def whitening_of(mechanics: Mechanics, correction: FloatArray, noise: Noise) -> 
     return Whitening(seen, deviation, correlation, *inverse_root(directions))
 
 
+def share_of_way(experiment: Experiment) -> FloatArray:
+    """Return how far the gripper is from rest in each row (n,), as a share of the farthest it goes."""
+    schedule = schedule_poses(experiment)
+    way = travel(schedule)[schedule.state_of_row]
+    return np.asarray(way / max(float(way.max()), np.finfo(float).tiny))
+
+
 def left_beside_rim(experiment: Experiment, correction: FloatArray) -> FloatArray:
     """Return directions (n, c, k), m, of what meshes make of the beads beside the grasp's rim, along the gripper's way.
 
@@ -154,9 +165,7 @@ def left_beside_rim(experiment: Experiment, correction: FloatArray) -> FloatArra
     box, rest = experiment.grasp.box, experiment.fiducials_rest
     beyond = np.maximum(0.0, np.maximum(np.array(box.lower) - rest, rest - np.array(box.upper)))
     beside = np.flatnonzero(np.linalg.norm(beyond, axis=1) < _BESIDE_RIM_M)
-    schedule = schedule_poses(experiment)
-    way = travel(schedule)[schedule.state_of_row]
-    share = way / max(float(way.max()), np.finfo(float).tiny)
+    share = share_of_way(experiment)
     waves = share[:, None] * np.cos(np.pi * np.outer(share, np.arange(_WAVES_BESIDE_RIM)))
     waves /= np.sqrt(_WAVES_BESIDE_RIM)
     rows, count = correction.shape
