@@ -5,14 +5,17 @@ from __future__ import annotations
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from estimator.effects.effect import Amplitude, Effect, Group, Values
+from estimator.effects.effect import Amplitude, Constant, Effect, Group, Values
 from estimator.experiment import Experiment
-from estimator.fem.anchorage import anchored_areas, set_free
+from estimator.fem.anchorage import anchored_areas, set_free, share_of_rim
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.steady import NodalSprings
 from estimator.fem.terms import Term
 from estimator.materials.material import Material
+
+FloatArray = NDArray[np.float64]
 
 # An anchor that is stiff in one direction alone gives less than a sensor sees in the other, and the tangent of
 # the springs stays well conditioned, m.
@@ -49,11 +52,24 @@ class AnchorCompliance(Effect):
         normal, tangential = _lengths(values)
         if not (normal or tangential):
             return ()
-        per_length = problem.attachment * material.youngs_modulus
+        per_length = problem.attachment * material.youngs_modulus * self._evenness(problem, values)
         area, normals = anchored_areas(problem)
         springs = normals / max(normal, _STIFFEST_M)
         springs += (area[:, None, None] * np.eye(3) - normals) / max(tangential, _STIFFEST_M)
         return (NodalSprings(per_length[:, None, None] * springs),)
+
+    def _evenness(self, problem: RetractionProblem, values: Values) -> FloatArray:
+        """Return the factor (n,) on the springs of each node."""
+        return np.ones(len(problem.attachment))
+
+
+class UnevenAnchorCompliance(AnchorCompliance):
+    """The springs soften from one end of the anchored rim to the other, by the factors 1 + k to 1 - k of their mean."""
+
+    constants = (Constant("unevenness", "1", (-0.3, 0.3), lower=-0.95, upper=0.95),)
+
+    def _evenness(self, problem: RetractionProblem, values: Values) -> FloatArray:
+        return 1.0 - values["unevenness"] * (2.0 * share_of_rim(problem) - 1.0)
 
 
 def _lengths(values: Values) -> tuple[float, float]:
@@ -69,4 +85,5 @@ def _length(name: str) -> Amplitude:
 ANCHOR_COMPLIANCE = (
     AnchorCompliance("isotropic", _length("length")),
     AnchorCompliance("normal_and_tangential", _length("normal_length"), _length("tangential_length")),
+    UnevenAnchorCompliance("uneven", _length("normal_length"), _length("tangential_length")),
 )

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from estimator.effects.effect import Amplitude, Constant, Effect, Group, Values
 from estimator.experiment import Experiment
-from estimator.fem.anchorage import anchored_areas, set_free
+from estimator.fem.anchorage import anchored_areas, columns_of_rim, set_free
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.steady import NodalSprings
 from estimator.fem.terms import Term
@@ -22,8 +22,6 @@ _PLACE = Constant("place", "1", (0.0, 0.25, 0.5, 0.75, 1.0), 0.0, 1.0)
 # Stiffness of a node that is attached by half, over modulus times the root of its area: with it the gripping force
 # falls evenly as more and more comes off, on coarse and fine meshes.
 _HALF_ATTACHED = 0.3
-# Nodes above each other differ by less than this in their direction from the phantom's middle, rad.
-_ABOVE_EACH_OTHER = 1e-6
 
 
 class AnchorDebonding(Effect):
@@ -80,10 +78,7 @@ def attached(problem: RetractionProblem, share: float, place: float) -> FloatArr
     """Return how much (n,) of each node's anchored area stays attached once a share of the rim has come off."""
     attached: FloatArray = np.ones(len(problem.attachment))
     nodes = np.flatnonzero(problem.anchored)
-    area, _ = anchored_areas(problem)
-    column = _columns(problem.body.mesh.points[nodes, :2])
-    end = np.cumsum(np.bincount(column, area[nodes]))
-    start, end = np.concatenate([[0.0], end[:-1]]) / end[-1], end / end[-1]
+    column, start, end = columns_of_rim(problem)
     first = place * (1.0 - share)
     lost = np.clip(np.minimum(end, first + share) - np.maximum(start, first), 0.0, None)
     middle = (start + end) / 2
@@ -92,16 +87,6 @@ def attached(problem: RetractionProblem, share: float, place: float) -> FloatArr
     lost = np.where(width > 1e-9, lost / np.maximum(width, 1e-9), inside)
     attached[nodes] = np.where(lost[column] < 1e-9, 1.0, np.clip(1.0 - lost[column], 0.0, 1.0))
     return attached
-
-
-def _columns(points: FloatArray) -> NDArray[np.int64]:
-    """Number points (n, 2) along the rim: by direction from the middle, from the widest gap on."""
-    direction = np.arctan2(points[:, 1], points[:, 0])
-    ordered = np.sort(direction)
-    gaps = np.diff(ordered, append=ordered[0] + 2 * np.pi)
-    begin = ordered[(int(np.argmax(gaps)) + 1) % len(ordered)]
-    along = np.round(np.mod(direction - begin + _ABOVE_EACH_OTHER / 2, 2 * np.pi) / _ABOVE_EACH_OTHER)
-    return np.unique(along, return_inverse=True)[1]
 
 
 ANCHOR_DEBONDING = AnchorDebonding()

@@ -8,7 +8,7 @@ from estimator.effects.cable import Cable
 from estimator.effects.camera_creep import CameraCreep
 from estimator.effects.camera_lag import CameraLag
 from estimator.effects.camera_rotation import CameraRotation
-from estimator.effects.camera_scale import CameraScale
+from estimator.effects.camera_scale import CameraScale, CameraScaleInPlane, CameraScaleOfMotion
 from estimator.effects.effect import Effect, Group
 from estimator.effects.fiducial_mislabel import (
     FiducialMislabel,
@@ -110,6 +110,8 @@ _FORCE: tuple[Effect, ...] = (
 # From the beads to their recorded positions: the cameras' frame, then the tracks.
 _VISION: tuple[Effect, ...] = (
     CameraScale(),
+    CameraScaleInPlane(),
+    CameraScaleOfMotion(),
     CameraRotation(),
     FiducialMisread(),
     FiducialMisreadFrom(),

@@ -12,6 +12,10 @@ from estimator.fem.tangent import tangent_pattern
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+
+# Nodes above each other differ by less than this in their direction from the phantom's middle, rad.
+_ABOVE_EACH_OTHER = 1e-6
 
 
 def anchored_areas(problem: RetractionProblem) -> tuple[FloatArray, FloatArray]:
@@ -38,3 +42,33 @@ def set_free(
         attachment=problem.attachment if attachment is None else attachment,
         pattern=tangent_pattern(problem.body.mesh, fixed, problem.gripped),
     )
+
+
+def columns_of_rim(problem: RetractionProblem) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return the column (m,) of each anchored node along the rim, and where each column (c,) starts and ends.
+
+    Places along the rim go by anchored area from 0 to 1, anticlockwise about z from its widest gap on.
+    """
+    nodes = np.flatnonzero(problem.anchored)
+    area, _ = anchored_areas(problem)
+    column = _columns(problem.body.mesh.points[nodes, :2])
+    end = np.cumsum(np.bincount(column, area[nodes]))
+    return column, np.concatenate([[0.0], end[:-1]]) / end[-1], end / end[-1]
+
+
+def share_of_rim(problem: RetractionProblem) -> FloatArray:
+    """Return the place (n,) of each anchored node along the rim, from 0 to 1; 0 elsewhere."""
+    column, start, end = columns_of_rim(problem)
+    place: FloatArray = np.zeros(len(problem.anchored))
+    place[problem.anchored] = ((start + end) / 2)[column]
+    return place
+
+
+def _columns(points: FloatArray) -> IntArray:
+    """Number points (n, 2) along the rim: by direction from the middle, from the widest gap on."""
+    direction = np.arctan2(points[:, 1], points[:, 0])
+    ordered = np.sort(direction)
+    gaps = np.diff(ordered, append=ordered[0] + 2 * np.pi)
+    begin = ordered[(int(np.argmax(gaps)) + 1) % len(ordered)]
+    along = np.round(np.mod(direction - begin + _ABOVE_EACH_OTHER / 2, 2 * np.pi) / _ABOVE_EACH_OTHER)
+    return np.unique(along, return_inverse=True)[1]

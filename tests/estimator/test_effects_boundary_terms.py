@@ -78,6 +78,7 @@ def random_field(problem: RetractionProblem) -> FloatArray:
 TERMS = [
     (ANCHOR_COMPLIANCE[0], {"length": 8e-3}),
     (ANCHOR_COMPLIANCE[1], {"normal_length": 8e-3, "tangential_length": 0.0}),
+    (ANCHOR_COMPLIANCE[2], {"normal_length": 8e-3, "tangential_length": 4e-3, "unevenness": 0.6}),
     (ANCHOR_DEBONDING, {"share": 0.3, "place": 0.4}),
     (GRAVITY_SAG[0], {"weight": 1.0}),
     (SUPPORT_FRICTION[0], {"coefficient": 0.6, "contact": 0.8, **TABLE}),
@@ -147,6 +148,20 @@ def test_an_anchor_soft_along_its_face_alone_gives_less_than_one_soft_all_round(
     rigid, isotropic = (pull_force(ANCHOR_COMPLIANCE[0], {"length": length}) for length in (0.0, 8e-3))
     assert force(8e-3, 8e-3) == pytest.approx(isotropic, rel=1e-9)
     assert isotropic < force(8e-3, 0.0) < force(0.0, 8e-3) < rigid
+
+
+def test_an_uneven_anchor_gives_more_at_its_soft_end() -> None:
+    lengths = {"normal_length": 8e-3, "tangential_length": 8e-3}
+    pull = straight_pull(REFERENCE_BLOCK, 2e-3, 1)
+    even, uneven = (
+        follow_under(ANCHOR_COMPLIANCE[2], {**lengths, "unevenness": k}, pull)[0].displacement[:, 0]
+        for k in (0.0, 0.8)
+    )
+    y = BLOCK.body.mesh.points[:, 1]
+    ends = [BLOCK.anchored & (side * y > 0.04) for side in (1.0, -1.0)]
+    # The rim runs anticlockwise, from the end at +y to that at -y.
+    assert uneven[ends[0]].mean() < even[ends[0]].mean()
+    assert uneven[ends[1]].mean() > even[ends[1]].mean()
 
 
 def test_a_debonded_share_of_the_rim_is_lost_at_its_place() -> None:

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.transform import Rotation
 
 from estimator.effects.camera_rotation import CameraRotation
-from estimator.effects.camera_scale import CameraScale
+from estimator.effects.camera_scale import CameraScale, CameraScaleInPlane, CameraScaleOfMotion
 from estimator.effects.catalogue import CATALOGUE, LABELS, OUTSIDERS
 from estimator.effects.effect import Effect
 from estimator.effects.fiducial_mislabel import (
@@ -198,6 +198,17 @@ def test_a_scaled_camera_moves_far_beads_more_than_near_ones():
     readings = felt(there_and_back())
     scaled = CameraScale().readings(readings, {"scale_error": 0.02}).fiducials
     assert_allclose(scaled - readings.fiducials, 0.02 * readings.fiducials)
+    in_plane = CameraScaleInPlane().readings(readings, {"scale_error": 0.02}).fiducials
+    assert_allclose(in_plane[..., :2], scaled[..., :2])
+    assert_array_equal(in_plane[..., 2], readings.fiducials[..., 2])
+
+
+def test_cameras_that_measured_the_rest_positions_too_scale_motion_alone():
+    readings = felt(there_and_back())
+    scaled = CameraScaleOfMotion().readings(readings, {"scale_error": 0.02}).fiducials
+    assert_allclose(scaled[0], readings.fiducials[0], atol=1e-15)
+    motion = readings.fiducials - readings.fiducials[0]
+    assert_allclose(scaled - scaled[0], 1.02 * motion, atol=1e-15)
 
 
 def test_a_turned_camera_turns_every_bead_about_the_origin():
