@@ -37,8 +37,8 @@ from estimator.effects.catalogue import LABELS
 # and on clean cases of two other simulators such effects raised it by up to 2.5.
 _BELIEVED = 8.0
 # Every effect may be there and too small to show: none can be ahead of it by this and no more. Where nothing stood out
-# on sealed cases, whose effects are drawn down to three sigma, one in four had one.
-_UNSEEN = 2.5
+# on sealed cases, whose effects are drawn down to three sigma, one in three had one.
+_UNSEEN = 2.0
 # A second cause must raise the log evidence by this, beyond its prior: less than that the baseline's own error feigns.
 _SECOND_CAUSE = 15.0
 # Something unknown beside the causes must do so too, and by this share of what they do: a form that is nearly right

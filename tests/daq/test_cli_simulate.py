@@ -55,7 +55,7 @@ def test_a_case_differs_from_the_one_without_effect_by_the_effect(
     np.testing.assert_array_equal(case.position, null.position)
     truth = tomllib.loads((tmp_path / "case" / "truth.toml").read_text(encoding="utf-8"))
     assert truth["effects"] == ["force_bias", "camera_scale"]
-    assert truth["parameters"]["camera_scale"] == {"scale_error": 0.02}
+    assert truth["parameters"]["camera_scale:uniform"] == {"scale_error": 0.02}
     assert truth["parameters"]["force_bias:tissue_frame"]["bias_fz"] == 0.25
 
 

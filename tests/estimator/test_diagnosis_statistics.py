@@ -264,7 +264,7 @@ def test_a_real_effect_is_no_chance_and_one_along_a_nuisance_is_not_seen() -> No
 
 def test_of_each_effect_the_best_start_is_tried_and_two_where_constants_are_searched() -> None:
     inclusion = next(effect for effect in CATALOGUE if effect.name == "inhomogeneity:cylinder")
-    scale = next(effect for effect in CATALOGUE if effect.name == "camera_scale")
+    scale = next(effect for effect in CATALOGUE if effect.name == "camera_scale:uniform")
     start = Hypothesis(1e4, 0.45)
     trials = [
         Trial(Signature(effect, {}, (), ()), evidence, start)
