@@ -24,6 +24,7 @@ from estimator.diagnosis.glitches import number_left_out
 from estimator.diagnosis.held_out import white_floor
 from estimator.diagnosis.preparation import prepare
 from estimator.diagnosis.race import finalists, race
+from estimator.diagnosis.second_cause import promising_pairs
 from estimator.effects.catalogue import CATALOGUE, LABELS, OUTSIDERS
 from estimator.effects.effect import Effect
 from estimator.experiment import Experiment
@@ -86,7 +87,7 @@ def hold_contest(experiments: Sequence[Experiment], executor: Executor, tell: Te
     trials = screen(case, baseline, error, plain, executor, tell)
     leaders = _leaders(best_starts(trials), none)
     contenders = race(case, baseline, error, [trial.start for trial in leaders], none, executor, tell)
-    doubtful = _doubtful(case, finalists(contenders, none))
+    doubtful = _doubtful(case, finalists(contenders, none), trials, error)
     if doubtful:
         elaborate = _elaborations(doubtful)
         finer = screen(case, baseline, error, elaborate, executor, tell) if elaborate else []
@@ -118,15 +119,23 @@ def _leaders(trials: Sequence[Trial], none: float) -> list[Trial]:
     return chosen
 
 
-def _doubtful(case: Case, best_few: Sequence[Contender]) -> list[Contender]:
-    """Return the contenders of which a finer form could win: rivals close to the best, or what leaves a misfit."""
+def _doubtful(
+    case: Case, best_few: Sequence[Contender], trials: Sequence[Trial], error: ModelError
+) -> list[Contender]:
+    """Return the contenders of which a finer form could win.
+
+    They are rivals close to the best, or what leaves a misfit; or the best alone, where a second cause seems to be
+    beside it: a finer form of one cause is likelier.
+    """
     if not best_few:
         return []
-    best = best_few[0].log_evidence
-    rivals = [one for one in best_few if one.log_evidence > best - _CLOSE]
+    best = best_few[0]
+    rivals = [one for one in best_few if one.log_evidence > best.log_evidence - _CLOSE]
     if len({one.labels[0] for one in rivals}) > 1:
         return rivals
-    return [] if _adequate(case, best_few[0]) else list(best_few[:2])
+    if not _adequate(case, best):
+        return list(best_few[:2])
+    return [best] if promising_pairs(case, best, trials, error) else []
 
 
 def _adequate(case: Case, contender: Contender) -> bool:

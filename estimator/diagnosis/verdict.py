@@ -14,11 +14,8 @@ from estimator.diagnosis.contest import (
     Tell,
     best_starts,
     evidence_of_unknown,
-    first_order_evidence,
-    trials_of,
 )
 from estimator.diagnosis.field import Field
-from estimator.diagnosis.findings import best_trials
 from estimator.diagnosis.held_out import lost_on_held_out, white_floor
 from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
 from estimator.diagnosis.judgement import (
@@ -31,6 +28,7 @@ from estimator.diagnosis.judgement import (
 from estimator.diagnosis.race import race
 from estimator.diagnosis.result import NONE, UNKNOWN
 from estimator.diagnosis.roughness import rough_gap, rough_remainder, shaking
+from estimator.diagnosis.second_cause import SECOND_CAUSE, promising_pairs
 from estimator.effects.catalogue import LABELS
 
 # An effect of negligible size is believed in full where it raises the log evidence by this: the baseline is not exact,
@@ -39,10 +37,8 @@ _BELIEVED = 8.0
 # Every effect may be there and too small to show: none can be ahead of it by this and no more. Where nothing stood out
 # on sealed cases, whose effects are drawn down to three sigma, one in three had one.
 _UNSEEN = 2.0
-# A second cause must raise the log evidence by this, beyond its prior: less than that the baseline's own error feigns.
-_SECOND_CAUSE = 15.0
-# Something unknown beside the causes must do so too, and by this share of what they do: a form that is nearly right
-# leaves a little of a large gap.
+# Something unknown beside the causes must raise the log evidence as a second cause must, and by this share of what they
+# do: a form that is nearly right leaves a little of a large gap.
 _REMAINDER = 0.05
 _LEADERS, _PARTNERS = 2, 3
 # One effect without a label is as improbable beforehand as one with, and so less probable than all that is unknown.
@@ -84,7 +80,7 @@ def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executo
     if best is None:
         return Verdict((UNKNOWN,), None, probability)
     pair = _best_pair(field, best, executor, tell)
-    if pair is not None and pair.log_evidence > field.unknown + _SECOND_CAUSE:
+    if pair is not None and pair.log_evidence > field.unknown + SECOND_CAUSE:
         stronger = max(pair.labels, key=lambda label: evidence[label])
         alone = evidence[stronger]
         evidence = {**evidence, stronger: max(alone, pair.log_evidence)}
@@ -160,7 +156,7 @@ def _with_remainder(
     remainder = max(smooth, _rough(field, winner.fit))
     explained = winner.log_evidence - field.none - by_outsider
     recognised = UNKNOWN in labels
-    if not recognised and remainder < max(_SECOND_CAUSE, _REMAINDER * explained):
+    if not recognised and remainder < max(SECOND_CAUSE, _REMAINDER * explained):
         return Verdict(labels, winner, probability)
     shared = shared_with_unknown(probability, leading, explained, by_outsider + max(remainder, 0.0))
     if recognised:
@@ -178,21 +174,11 @@ def _rough(field: Field, fit: Linearisation) -> float:
 
 def _best_pair(field: Field, best: Contender, executor: Executor, tell: Tell) -> Contender | None:
     """Return the best hypothesis with a second cause beside a leader, None where none is worth it."""
-    starts = []
-    for leader in field.contenders[:_LEADERS]:
-        # Every start is weighed anew: where the leader's gap is large, a second cause seemed to lie elsewhere.
-        others = [
-            trial.signature for trial in field.trials if trial.signature.effect.label not in leader.labels
-        ]
-        tried = trials_of(field.case, leader.fit, field.error, others)
-        beside = list(best_trials(tried).values())
-        beside.sort(key=lambda trial: -trial.log_evidence)
-        alone = first_order_evidence(field.case, leader.fit, field.error)
-        starts += [
-            (trial.log_evidence - alone + leader.log_evidence, trial.start)
-            for trial in beside[:_PARTNERS]
-            if trial.log_evidence > alone + _SECOND_CAUSE
-        ]
+    starts = [
+        pair
+        for leader in field.contenders[:_LEADERS]
+        for pair in promising_pairs(field.case, leader, field.trials, field.error)[:_PARTNERS]
+    ]
     # One that would not even reach the best single cause is no pair, however much its own leader leaves.
     starts = [start for start in starts if start[0] > best.log_evidence]
     starts.sort(key=lambda item: -item[0])
@@ -206,6 +192,6 @@ def _best_pair(field: Field, best: Contender, executor: Executor, tell: Tell) ->
         if not _slight(one.fit.hypothesis, one.log_evidence - best.log_evidence)
         and not lost_on_held_out(one.fit, field.baseline)
     ]
-    if not pairs or pairs[0].log_evidence + LOG_PRIOR_OF_A_PAIR < best.log_evidence + _SECOND_CAUSE:
+    if not pairs or pairs[0].log_evidence + LOG_PRIOR_OF_A_PAIR < best.log_evidence + SECOND_CAUSE:
         return None
     return pairs[0]
