@@ -44,8 +44,9 @@ def held_out_residuals(fit: Linearisation) -> list[FloatArray]:
     """
     if len(fit.residual) == 1:
         return [_last_third(fit, priors_of(fit.hypothesis, fit.coordinates))]
+    left_open = _left_open(fit)
     return [
-        _by_stretches(fit, number) if number in _open(fit) else r - columns @ step
+        _by_stretches(fit, number) if number in left_open else r - columns @ step
         for number, (r, columns, step) in enumerate(
             zip(fit.residual, fit.by_coordinate, _steps_without_each(fit), strict=True)
         )
@@ -61,10 +62,11 @@ def held_out_in_full(case: Case, fit: Linearisation, executor: Executor) -> list
     extrapolated = held_out_residuals(fit)
     if len(fit.residual) == 1:
         return extrapolated
+    left_open = _left_open(fit)
     jobs = {
         number: executor.submit(_left_out, case, fit, step, number)
         for number, step in enumerate(_steps_without_each(fit))
-        if number not in _open(fit)
+        if number not in left_open
         and np.sqrt(np.mean((fit.by_coordinate[number] @ step) ** 2)) > _MOVED_BY_MUCH
     }
     return [
@@ -102,7 +104,7 @@ def _steps_without_each(fit: Linearisation) -> list[FloatArray]:
     return [_step(total - gram, priors) for gram in grams]
 
 
-def _open(fit: Linearisation) -> set[int]:
+def _left_open(fit: Linearisation) -> set[int]:
     """Return the experiments whose prediction the others leave open by as much as would move it by much."""
     priors, grams = priors_of(fit.hypothesis, fit.coordinates), _grams(fit)
     total = np.sum(grams, axis=0)
