@@ -162,8 +162,18 @@ def test_a_report_of_the_same_diagnosis_is_the_same(page: str, tmp_path: Path) -
 
 def test_a_case_without_a_gap_says_so() -> None:
     lines = summary_text(no_gap()).splitlines()
-    assert lines[0] == "No gap: the baseline explains the data within the sensors' noise (probability 96 %)."
+    assert lines[0] == (
+        "No gap: the baseline explains the data within the sensors' noise "
+        "(probability 96 %; else one is too small to show)."
+    )
     assert "  Stress softening would not show: depth below 0.4 1." in lines
+
+
+def test_what_noise_does_not_feign_though_there_is_no_gap_is_put_down_to_the_model() -> None:
+    slight = "But that one is so slight that a small error of the model could feign it too."
+    assert slight in summary_text(replace(no_gap(), chance=0.01))
+    assert slight not in summary_text(replace(no_gap(), chance=0.3))
+    assert slight not in summary_text(replace(unexplained(), chance=0.01))
 
 
 def test_a_case_that_nothing_explains_says_so() -> None:

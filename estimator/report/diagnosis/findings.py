@@ -16,6 +16,8 @@ from estimator.report.diagnosis.quantities import (
 _SHOWN_CAUSES = 5
 # An answer less probable than this is left out of a ranking, unless it belongs to the credible set.
 _WORTH_SHOWING = 0.01
+# What noise feigns less often than this is not put down to noise.
+_RARE = 0.05
 _ONE = {
     NONE: "no gap beyond the noise",
     UNKNOWN: "something outside the catalogue",
@@ -28,7 +30,7 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     if not diagnosis.verdict:
         return (
             "No gap: the baseline explains the data within the sensors' noise "
-            f"(probability {percent(_probability(diagnosis, NONE))})."
+            f"(probability {percent(_probability(diagnosis, NONE))}; else one is too small to show)."
         )
     chance = percent(_probability(diagnosis, UNKNOWN))
     recognised = diagnosis.effects.get(UNKNOWN)
@@ -63,10 +65,13 @@ def gap_sentence(gap: Gap) -> str:
 
 def chance_sentence(diagnosis: Diagnosis) -> str:
     """Tell how often noise alone would look like a cause as strong as the strongest found."""
-    return (
+    text = (
         f"Of noise alone, {percent(diagnosis.chance)} would feign a cause as strong as the strongest found here, "
         f"so many being looked for."
     )
+    if diagnosis.verdict or diagnosis.chance >= _RARE:
+        return text
+    return f"{text} But that one is so slight that a small error of the model could feign it too."
 
 
 def glitches_sentence(diagnosis: Diagnosis) -> str:
