@@ -17,8 +17,9 @@ BoolArray = NDArray[np.bool_]
 _ROUGH_SIGMA = 8.0
 # And without any cause, so much beyond the noise that most of the residuals show.
 _TAIL_SIGMA = 4.0
-# The beads' mean in each row averages over outliers and understated noise alike: right causes leave up to 3.
-_SHAKING_SIGMA = 4.5
+# The beads' mean in each row averages over outliers and understated noise alike: right causes leave up to 3. Two
+# consecutive differences share a row, by which the sum of their squares scatters more by the root of 1.5.
+_SHAKING_SIGMA = 4.5 * np.sqrt(1.5)
 _FEWEST_BEADS = 4
 _WRENCH = 6
 
@@ -51,6 +52,8 @@ def rough_gap(residual: Sequence[FloatArray], floor: float) -> float:
 def shaking(residual: Sequence[FloatArray], seen: Sequence[BoolArray]) -> float:
     """Return half of what the beads' common motion from row to row has beyond noise, where that stands out; else 0.
 
+    An error that they share throughout, such as that of their rest positions, is no shaking.
+
     Parameters
     ----------
     residual : (r,) of each experiment, whitened
@@ -63,7 +66,7 @@ def shaking(residual: Sequence[FloatArray], seen: Sequence[BoolArray]) -> float:
         beads = channels[:, _WRENCH:].reshape(len(where), -1, 3)
         count = np.isfinite(beads).sum(axis=1)
         sums = np.nansum(beads, axis=1) / np.sqrt(np.maximum(count, 1))
-        common.append(sums[count >= _FEWEST_BEADS])
+        common.append((np.diff(sums[(count >= _FEWEST_BEADS).all(axis=1)], axis=0) / np.sqrt(2.0)).ravel())
         of_beads.append(beads[np.isfinite(beads)])
     together, noise = np.concatenate(common), robust_deviation(np.concatenate(of_beads))
     excess = _deviations_beyond(together, noise)

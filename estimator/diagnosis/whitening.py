@@ -133,12 +133,14 @@ def whitening_of(mechanics: Mechanics, correction: FloatArray, noise: Noise) -> 
     rows, count = seen.shape
     of_wrench = np.arange(count) < 6
     left = np.where(of_wrench, _LEFT_IN_WRENCH, _LEFT_IN_FIDUCIALS)
-    offsets = np.where(of_wrench, noise.zero_deviation, noise.rest_deviation) * deviation
-    shared = [np.broadcast_to(np.diag(offsets), (rows, count, count))]
-    # The correction's course is not that of what is left of it: a bead may stand aside throughout, but at rest.
+    # The correction's course is not that of what is left of it: a bead may stand aside throughout. At rest it stands
+    # where it is on every mesh, but its stated place may be off by what is usual for the beads.
     aside = np.where(of_wrench, 0.0, left * np.sqrt(np.mean(correction**2, axis=0)))
+    at_rest = np.where(of_wrench, 0.0, np.minimum(aside, np.median(aside[6:])))
+    offsets = np.hypot(np.where(of_wrench, noise.zero_deviation, noise.rest_deviation) * deviation, at_rest)
+    shared = [np.broadcast_to(np.diag(offsets), (rows, count, count))]
     under_way = np.minimum(share_of_way(experiment) / _FROM_REST, 1.0)
-    shared.append(under_way[:, None, None] * np.diag(aside))
+    shared.append(under_way[:, None, None] * np.diag(np.sqrt(aside**2 - at_rest**2)))
     by_position = derivatives_by_position(mechanics) * np.sqrt(visits.position_variance)[:, None, None]
     of_visits = np.zeros((rows, count, len(visits), 3))
     of_visits[np.arange(rows), :, visits.of_row] = by_position[visits.of_row]

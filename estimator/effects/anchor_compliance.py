@@ -64,9 +64,12 @@ class AnchorCompliance(Effect):
 
 
 class UnevenAnchorCompliance(AnchorCompliance):
-    """The springs soften from one end of the anchored rim to the other, by the factors 1 + k to 1 - k of their mean."""
+    """Springs that give differently along the face and across it.
 
-    constants = (Constant("unevenness", "1", (-0.3, 0.3), lower=-0.95, upper=0.95),)
+    They soften from one end of the anchored rim to the other, by the factors 1 + k to 1 - k of their mean.
+    """
+
+    constants = (Constant("unevenness", "1", (0.3,), lower=-0.95, upper=0.95),)
 
     def _evenness(self, problem: RetractionProblem, values: Values) -> FloatArray:
         return 1.0 - values["unevenness"] * (2.0 * share_of_rim(problem) - 1.0)
@@ -84,6 +87,5 @@ def _length(name: str) -> Amplitude:
 
 ANCHOR_COMPLIANCE = (
     AnchorCompliance("isotropic", _length("length")),
-    AnchorCompliance("normal_and_tangential", _length("normal_length"), _length("tangential_length")),
     UnevenAnchorCompliance("uneven", _length("normal_length"), _length("tangential_length")),
 )
