@@ -136,7 +136,8 @@ def whitening_of(mechanics: Mechanics, correction: FloatArray, noise: Noise) -> 
     # The correction's course is not that of what is left of it: a bead may stand aside throughout. At rest it stands
     # where it is on every mesh, but its stated place may be off by what is usual for the beads.
     aside = np.where(of_wrench, 0.0, left * np.sqrt(np.mean(correction**2, axis=0)))
-    at_rest = np.where(of_wrench, 0.0, np.minimum(aside, np.median(aside[6:])))
+    usual = float(np.median(aside[6:])) if count > 6 else 0.0
+    at_rest = np.where(of_wrench, 0.0, np.minimum(aside, usual))
     offsets = np.hypot(np.where(of_wrench, noise.zero_deviation, noise.rest_deviation) * deviation, at_rest)
     shared = [np.broadcast_to(np.diag(offsets), (rows, count, count))]
     under_way = np.minimum(share_of_way(experiment) / _FROM_REST, 1.0)
