@@ -3,6 +3,7 @@
 For a long computation with progress there is :mod:`gui.jobs`; this is for many short ones on the same things.
 """
 
+import contextlib
 import multiprocessing
 import queue
 import signal
@@ -70,12 +71,19 @@ class Companion(QObject):
                     connection.send(request)
                     answer = connection.recv()
                 except (EOFError, OSError):
-                    self.gone.emit()
+                    with _unless_nobody_listens():
+                        self.gone.emit()
                     return
-                self.answered.emit(answer)
+                with _unless_nobody_listens():
+                    self.answered.emit(answer)
 
 
 _END = object()
+
+
+def _unless_nobody_listens() -> contextlib.AbstractContextManager[None]:
+    """Let an emission fail where Qt's object, and with it who asked, has gone while the answer was on its way."""
+    return contextlib.suppress(RuntimeError)
 
 
 def _serve(

@@ -1,9 +1,11 @@
 import os
+import threading
 from pathlib import Path
 
 import pytest
 from job_tasks import tells_its_priority
 from pytestqt.qtbot import QtBot
+from shiboken6 import delete
 
 from daq.calibration.record import read_record
 from daq.errors import CalibrationError
@@ -78,3 +80,13 @@ def test_a_companion_answers_in_order_and_tells_what_does_not_suffice(preferred:
     assert isinstance(answers[2], Failed)
     assert answers[2].message.startswith("tool: 1 touches")
     companion.end()
+
+
+def test_an_answer_that_comes_after_its_companion_has_gone_is_dropped(preferred: None, qtbot: QtBot) -> None:
+    companion = Companion(tells_its_priority, ())
+    talker = [one for one in threading.enumerate() if one.name == "talk to tells_its_priority"][-1]
+    companion.ask(None)
+    delete(companion)
+    companion.end()
+    talker.join(timeout=60.0)
+    assert not talker.is_alive()
