@@ -40,7 +40,7 @@ class SupportFriction(Effect):
     label: ClassVar[str] = "support_friction"
     group: ClassVar[Group] = "environment"
     words: ClassVar[str] = "The tissue rubs on the table below it."
-    contact: ClassVar[type[LyingOnTable]] = LaidDownAnew
+    law: ClassVar[type[LyingOnTable]] = LaidDownAnew
     form = "laid_down_anew"
     amplitudes = (
         Amplitude("coefficient", "1", scale=0.5, smallest=0.02, lower=0.0, upper=4.0),
@@ -62,7 +62,7 @@ class SupportFriction(Effect):
         weight = experiment.phantom.density * gravity * float(nodal_volumes(problem.body.mesh).sum())
         touching = np.where(_clear_of_jaws(problem), area, 0.0)
         return (
-            self.contact.at_rest(
+            self.law.at_rest(
                 weight / float(area.sum()) * touching,
                 values["adhesion"] * touching,
                 values["coefficient"],
@@ -75,7 +75,7 @@ class SupportFriction(Effect):
 class SupportFrictionLeftLying(SupportFriction):
     """Between experiments the phantom stays as it lies, held by what has rubbed; the sensor's zero hides the force."""
 
-    contact = LyingOnTable
+    law = LyingOnTable
     form = "left_lying"
     elaborates = "laid_down_anew"
 

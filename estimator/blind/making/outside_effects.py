@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from estimator.blind.making import outside_tissue
-from estimator.blind.making.drawing import Draw, Random, drawn_sign, read_as
+from estimator.blind.making.drawing import Draw, FloatArray, Random, drawn_sign, read_as
 from estimator.blind.making.retraction import KINDS, Rows
 from estimator.blind.making.scene import BEADS, Drawn, Form, Mechanics, Readings
 
@@ -144,14 +144,18 @@ def _second_zero(random: Random, size: float, base: Mechanics) -> Drawn:
     return read_as(parameters, reading_of)
 
 
+def _with_beads_of(reading: Readings, seen_s: FloatArray) -> Readings:
+    """Return the readings with the beads where they were at other times (n,), s."""
+    columns = reading.beads.reshape(len(seen_s), -1).T
+    beads = np.column_stack([np.interp(seen_s, reading.rows.time, column) for column in columns])
+    return replace(reading, beads=beads.reshape(reading.beads.shape))
+
+
 def _late_vision(random: Random, size: float, base: Mechanics) -> Drawn:
     lag = 0.08 * size
 
     def reading_of(reading: Readings) -> Readings:
-        time = reading.rows.time
-        columns = reading.beads.reshape(len(time), -1).T
-        late = np.column_stack([np.interp(time - lag, time, column) for column in columns])
-        return replace(reading, beads=late.reshape(reading.beads.shape))
+        return _with_beads_of(reading, reading.rows.time - lag)
 
     return read_as({"vision_lag": lag}, reading_of)
 
@@ -175,10 +179,7 @@ def _stale_images(random: Random, size: float, base: Mechanics) -> Drawn:
     def reading_of(reading: Readings) -> Readings:
         time = reading.rows.time
         stale = np.random.default_rng([seed, reading.rows.order]).random(len(time)) < share
-        seen = np.where(stale, time - age, time)
-        columns = reading.beads.reshape(len(time), -1).T
-        beads = np.column_stack([np.interp(seen, time, column) for column in columns])
-        return replace(reading, beads=beads.reshape(reading.beads.shape))
+        return _with_beads_of(reading, np.where(stale, time - age, time))
 
     return read_as({"stale_share": share, "age": age}, reading_of)
 

@@ -20,35 +20,36 @@ def _shrinkage(random: Random, size: float, base: Mechanics) -> Drawn:
     return Drawn({"linear_strain_per_experiment": each}, lambda scene: scene.acted_on(swelling=swelling))
 
 
-def _sticky_patch(random: Random, size: float, base: Mechanics) -> Drawn:
+def _drawn_disc(random: Random, radii: tuple[float, float]) -> tuple[tuple[float, float], float]:
+    """Return centre and radius, m, of a disc on the table, clear of anchor and grasp."""
     centre = (float(random.uniform(-0.03, 0.01)), float(random.uniform(-0.03, 0.03)))
-    radius = float(random.uniform(0.006, 0.012))
-    stiffness = 2e4 * base.law.youngs_modulus / 15e3 * size
-    where = {"centre": [*centre, -SIZE[2] / 2], "radius": radius}
-    patch = Patch(centre, radius, stiffness)
-    edges = [tuple(Break(c + s * radius, 0.003) for s in (-1, 1)) for c in centre]
+    return centre, float(random.uniform(*radii))
+
+
+def _under_the_tissue(parameters: dict[str, object], disc: Patch | Pocket, seen_mounted: bool) -> Drawn:
+    """Return what a disc on the table does, on a mesh that follows its edges."""
+    edges = [tuple(Break(c + s * disc.radius, 0.003) for s in (-1, 1)) for c in disc.centre]
+    where = {"centre": [*disc.centre, -SIZE[2] / 2], "radius": disc.radius}
 
     def change(scene: Scene) -> Scene:
         scene = replace(scene, mechanics=scene.mechanics.with_breaks(*edges))
-        return scene.acted_on(table=patch)
+        return replace(scene.acted_on(table=disc), rest_after_mounting=seen_mounted)
 
-    return Drawn({"stiffness": stiffness, "radius": radius}, change, where)
+    return Drawn(parameters, change, where)
+
+
+def _sticky_patch(random: Random, size: float, base: Mechanics) -> Drawn:
+    centre, radius = _drawn_disc(random, (0.006, 0.012))
+    stiffness = 2e4 * base.law.youngs_modulus / 15e3 * size
+    parameters: dict[str, object] = {"stiffness": stiffness, "radius": radius}
+    return _under_the_tissue(parameters, Patch(centre, radius, stiffness), seen_mounted=False)
 
 
 def _air_pocket(random: Random, size: float, base: Mechanics) -> Drawn:
-    centre = (float(random.uniform(-0.03, 0.01)), float(random.uniform(-0.03, 0.03)))
-    radius = float(random.uniform(0.008, 0.015))
-    height = 0.0005 * size
-    stiffness = 2e4 * base.law.youngs_modulus / 15e3
-    where = {"centre": [*centre, -SIZE[2] / 2], "radius": radius}
-    pocket = Pocket(centre, radius, stiffness, height)
-    edges = [tuple(Break(c + s * radius, 0.003) for s in (-1, 1)) for c in centre]
-
-    def change(scene: Scene) -> Scene:
-        scene = replace(scene, mechanics=scene.mechanics.with_breaks(*edges))
-        return replace(scene.acted_on(table=pocket), rest_after_mounting=True)
-
-    return Drawn({"stiffness": stiffness, "height": height, "radius": radius}, change, where)
+    centre, radius = _drawn_disc(random, (0.008, 0.015))
+    stiffness, height = 2e4 * base.law.youngs_modulus / 15e3, 0.0005 * size
+    parameters: dict[str, object] = {"stiffness": stiffness, "height": height, "radius": radius}
+    return _under_the_tissue(parameters, Pocket(centre, radius, stiffness, height), seen_mounted=True)
 
 
 def _cut(random: Random, size: float, base: Mechanics) -> Drawn:

@@ -139,14 +139,14 @@ class Friction:
 
 
 @dataclass(frozen=True, slots=True)
-class Patch:
-    """Tissue that sticks elastically to the table inside a disc.
+class _Disc:
+    """What remembers nothing and acts inside a disc.
 
     Attributes
     ----------
     centre : x, y, m
     radius : m
-    stiffness : Pa/m in every direction
+    stiffness : by how much the traction grows with the displacement, Pa/m
     """
 
     centre: tuple[float, float]
@@ -157,42 +157,39 @@ class Patch:
         """Return an empty memory."""
         return np.zeros((count, 0))
 
+    def holds(self, points: FloatArray) -> NDArray[np.bool_]:
+        """Tell which points (n, 3) lie inside."""
+        return np.asarray(np.linalg.norm(points[:, :2] - self.centre, axis=1) < self.radius)
+
+
+@dataclass(frozen=True, slots=True)
+class Patch(_Disc):
+    """Tissue that sticks elastically to the table inside a disc, in every direction."""
+
     def __call__(
         self, points: FloatArray, u: FloatArray, memory: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return traction, tangent and memory, as :class:`Traction` says."""
-        inside = np.linalg.norm(points[:, :2] - self.centre, axis=1) < self.radius
-        stiffness = np.where(inside, self.stiffness, 0.0)
+        stiffness = np.where(self.holds(points), self.stiffness, 0.0)
         return stiffness[:, None] * u, stiffness[:, None, None] * np.eye(3), memory
 
 
 @dataclass(frozen=True, slots=True)
-class Pocket:
+class Pocket(_Disc):
     """Air caught under the tissue: it pushes up inside a disc, the less the higher the tissue is.
 
     Attributes
     ----------
-    centre : x, y, m
-    radius : m
-    stiffness : by how much the pressure falls, Pa/m
-    height : at which it is gone, m
+    height : at which its pressure is gone, m
     """
 
-    centre: tuple[float, float]
-    radius: float
-    stiffness: float
     height: float
-
-    def start(self, count: int) -> FloatArray:
-        """Return an empty memory."""
-        return np.zeros((count, 0))
 
     def __call__(
         self, points: FloatArray, u: FloatArray, memory: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return traction, tangent and memory, as :class:`Traction` says."""
-        inside = np.linalg.norm(points[:, :2] - self.centre, axis=1) < self.radius
-        stiffness = np.where(inside & (u[:, 2] < self.height), self.stiffness, 0.0)
+        stiffness = np.where(self.holds(points) & (u[:, 2] < self.height), self.stiffness, 0.0)
         traction, tangent = np.zeros((len(u), 3)), np.zeros((len(u), 3, 3))
         traction[:, 2] = stiffness * (u[:, 2] - self.height)
         tangent[:, 2, 2] = stiffness
