@@ -1,8 +1,9 @@
 """How large an effect is drawn: so that it stands out of the noise by as much as its level says.
 
-The measure is the length, in standard deviations of the noise over all rows, of what the effect changes, less what
-a change of E and ν can imitate. Sizes are chosen on a coarse mesh, which costs seconds. What is stiffer there by a few
-per cent may pass a threshold that the case as made never reaches: of a single effect the measure is taken again there.
+The measure is the length of what the effect changes, in standard deviations of the noise over all rows (that of the
+reported poses among it), less what a change of E and ν can imitate. Sizes are chosen on a coarse mesh, which costs
+seconds. What is stiffer there by a few per cent may pass a threshold that the case as made never reaches: of a single
+effect the measure is taken again there.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,12 +12,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.blind.making.retraction import Rows
 from estimator.blind.making.scene import Drawn, Form, Mechanics, Readings, Scene
 from estimator.blind.making.setup import SENSOR, Setup
 from estimator.blind.making.simulate import PILOT, Carried, Resolution, carry_out, read
+from estimator.blind.making.whitening import length, whitened, whitening_of
 from estimator.errors import SolverError
 
 FloatArray = NDArray[np.float64]
+# Of each experiment (n, 6 + 3m): wrench, N and N m, and the beads' way from rest, m.
+Channels = Sequence[FloatArray]
 
 LEVELS: dict[str, tuple[float, float]] = {
     "large": (60.0, 400.0),
@@ -28,6 +33,7 @@ LEVELS: dict[str, tuple[float, float]] = {
 HIDDEN = "hidden"
 
 _POISSON_STEP = 0.004
+_POSITION_STEP_M = 1e-4
 _TRIALS = 4
 
 
@@ -55,12 +61,18 @@ class Pilot:
         softer = replace(law, poisson_ratio=law.poisson_ratio - _POISSON_STEP)
         other = self._run(Scene(replace(setup.mechanics, law=softer)))
         scene = Scene(setup.mechanics)
-        origin = self._vector(read(scene, self._base), scene)
+        origin = self._channels(read(scene, self._base), scene)
         self._origins = {_refinement(setup.mechanics): origin}
-        by_poisson = self._vector(read(scene, other), scene) - origin
+        by_position = [self._by_position(axis, origin) for axis in range(3)]
+        self._whitenings = [
+            whitening_of(rows, np.stack(changes, axis=-1), SENSOR)
+            for rows, *changes in zip(setup.experiments, *by_position, strict=True)
+        ]
+        by_poisson = _difference(self._channels(read(scene, other), scene), origin)
         # Forces are in proportion to E, and places do not depend on it.
-        by_modulus = self._vector(read(scene, self._base), scene, beads=0.0)
-        self._imitable, _ = np.linalg.qr(np.column_stack([by_poisson, by_modulus]))
+        by_modulus = [np.where(np.arange(channels.shape[1]) < 6, channels, 0.0) for channels in origin]
+        imitable = [whitened(self._whitenings, change) for change in (by_poisson, by_modulus)]
+        self._imitable, _ = np.linalg.qr(np.column_stack(imitable))
 
     def sigma(self, drawn: Drawn) -> float:
         """Return by how many standard deviations an effect stands out after E and ν are fitted.
@@ -74,7 +86,7 @@ class Pilot:
         same = scene.mechanics is self._setup.mechanics
         carried = self._base if same else self._run(scene)
         return self._left(
-            self._vector(read(scene, carried), scene) - self._origin_on_mesh_of(scene.mechanics)
+            self._channels(read(scene, carried), scene), self._origin_on_mesh_of(scene.mechanics)
         )
 
     def sigma_as_made(self, scene: Scene, carried: Carried, resolution: Resolution) -> float:
@@ -99,32 +111,46 @@ class Pilot:
             else carry_out(plain.mechanics, self._setup.experiments, self._setup.beads, resolution)
         )
         return self._left(
-            self._vector(read(scene, carried), scene) - self._vector(read(plain, without), plain)
+            self._channels(read(scene, carried), scene), self._channels(read(plain, without), plain)
         )
 
-    def _left(self, difference: FloatArray) -> float:
-        """Return the length of what neither E nor ν can imitate."""
-        return float(np.linalg.norm(difference - self._imitable @ (self._imitable.T @ difference)))
+    def _left(self, channels: Channels, others: Channels) -> float:
+        """Return the length of what neither E nor ν can imitate of a difference."""
+        return length(self._whitenings, _difference(channels, others), self._imitable)
 
-    def _origin_on_mesh_of(self, mechanics: Mechanics) -> FloatArray:
+    def _by_position(self, axis: int, origin: Channels) -> Channels:
+        """Return how all rows but the first, at rest, change with the gripper's position along an axis, per m."""
+
+        def aside(rows: Rows) -> Rows:
+            shift = np.zeros_like(rows.position)
+            shift[1:, axis] = _POSITION_STEP_M
+            return rows.moved(rows.position + shift)
+
+        scene = Scene(replace(self._setup.mechanics, motion=(*self._setup.mechanics.motion, aside)))
+        changed = self._channels(read(scene, self._run(scene)), scene)
+        return [change / _POSITION_STEP_M for change in _difference(changed, origin)]
+
+    def _origin_on_mesh_of(self, mechanics: Mechanics) -> Channels:
         """Return what the body without an effect shows, solved with the errors of this one's mesh."""
         refinement = _refinement(mechanics)
         if refinement not in self._origins:
             scene = Scene(self._setup.mechanics.meshed_like(mechanics))
-            self._origins[refinement] = self._vector(read(scene, self._run(scene)), scene)
+            self._origins[refinement] = self._channels(read(scene, self._run(scene)), scene)
         return self._origins[refinement]
 
     def _run(self, scene: Scene) -> Carried:
         return carry_out(scene.mechanics, self._setup.experiments, self._setup.beads, PILOT)
 
-    def _vector(self, readings: Sequence[Readings], scene: Scene, beads: float = 1.0) -> FloatArray:
+    def _channels(self, readings: Sequence[Readings], scene: Scene) -> Channels:
         rest = stated_rest(self._setup, scene, readings)
-        stds = np.repeat([SENSOR.force_std, SENSOR.torque_std], 3)
-        parts = []
-        for reading in readings:
-            parts.append((reading.wrench / stds).reshape(-1))
-            parts.append(beads * ((reading.beads - rest) / SENSOR.fiducial_std).reshape(-1))
-        return np.concatenate(parts)
+        return [
+            np.hstack([reading.wrench, (reading.beads - rest).reshape(len(reading.wrench), -1)])
+            for reading in readings
+        ]
+
+
+def _difference(channels: Channels, others: Channels) -> Channels:
+    return [one - other for one, other in zip(channels, others, strict=True)]
 
 
 def _refinement(mechanics: Mechanics) -> tuple[object, ...]:
