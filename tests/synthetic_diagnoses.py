@@ -19,6 +19,7 @@ from estimator.diagnosis.result import (
     Trace,
     Where,
 )
+from estimator.diagnosis.rivals import Rivals
 from estimator.experiment import Box, Environment, Experiment, Grasp, Phantom, SensorNoise
 from estimator.fem.block_mesh import structured_mesh
 
@@ -148,6 +149,7 @@ def diagnosis(
         next_experiment=(),
         glitches=0,
         traces=(trace("pull", 1), trace("twist", 2)),
+        rivals=Rivals(("gripper_slip", "force_bias"), (1, 2), np.eye(3)),
         considered={},
         seconds=48.2,
     )

@@ -29,7 +29,7 @@ from estimator.diagnosis.held_out import (
     noise_floor,
 )
 from estimator.diagnosis.judgement import credible_set, temper
-from estimator.diagnosis.multiplicity import Multiplicity, multiplicity_of
+from estimator.diagnosis.multiplicity import Multiplicity, multiplicity_of, rivals_of
 from estimator.diagnosis.result import UNKNOWN, Diagnosis, EffectFinding, Material, Trace
 from estimator.diagnosis.sentences import what_cannot_be_told
 from estimator.diagnosis.verdict import Verdict, reach_verdict, weigh
@@ -83,7 +83,8 @@ def _diagnosis(
         case, (winner or field.contenders[0]).fit if field.contenders else baseline, field.error
     )
     gap = gap_of(before, after, floor)
-    multiplicity = multiplicity_of(baseline, field.trials, field.error)
+    rivals, seen = rivals_of(baseline, field.trials, field.error)
+    multiplicity = multiplicity_of(rivals, seen)
     effects = _findings(field, verdict, after, floor, multiplicity)
     shares = softmax(temper(evidence) * np.array([evidence[label] for label in LABELS]))
     where = where_of(
@@ -117,6 +118,7 @@ def _diagnosis(
                 zip(case.experiments, baseline.predicted, chosen.predicted, case.whitenings, strict=True)
             )
         ),
+        rivals=rivals,
         considered=consider(case, baseline, field.error, field.trials_of_labels, field.contenders, floor),
         seconds=time.perf_counter() - started,
     )

@@ -16,13 +16,12 @@ from scipy.stats import chi2
 from estimator.diagnosis.case import Linearisation
 from estimator.diagnosis.contest import Trial
 from estimator.diagnosis.discrepancy import ModelError, forgiven, moments_of
+from estimator.diagnosis.rivals import Rivals, projected
 
 FloatArray = NDArray[np.float64]
 
 _DRAWS = 400
 _FALSE_ALARMS = 0.05
-# A direction of whose squared length less than this share is left is none.
-_UNSEEN = 1e-9
 
 
 @dataclass(frozen=True)
@@ -43,8 +42,8 @@ class Multiplicity:
         return bool(chi2.sf(chi2_drop, amplitudes) < self.level)
 
 
-def multiplicity_of(fit: Linearisation, trials: Sequence[Trial], error: ModelError) -> Multiplicity:
-    """Hold noise against the signatures of effects beside a fit.
+def rivals_of(fit: Linearisation, trials: Sequence[Trial], error: ModelError) -> tuple[Rivals, FloatArray]:
+    """Return the effects of trials as rivals, and the inner products (k,) of a fit's misfit with them.
 
     Parameters
     ----------
@@ -57,37 +56,24 @@ def multiplicity_of(fit: Linearisation, trials: Sequence[Trial], error: ModelErr
         for number, (r, c) in enumerate(zip(fit.residual, fit.by_coordinate, strict=True))
     ]
     gram, _ = forgiven(error, moments_of(error, blocks), error.floor)
+    labels = [trial.signature.effect.label for trial in trials]
     sizes = [len(trial.signature.coordinates) for trial in trials]
-    return among_tests(gram, len(fit.coordinates), sizes)
+    return projected(gram, len(fit.coordinates), labels, sizes)
 
 
-def among_tests(gram: FloatArray, nuisances: int, sizes: Sequence[int], seed: int = 0) -> Multiplicity:
+def multiplicity_of(rivals: Rivals, seen: FloatArray, seed: int = 0) -> Multiplicity:
     """Hold noise against signatures.
 
     Parameters
     ----------
-    gram : (1 + p + k)² inner products of the residual in units of white noise, of the derivatives by what is free
-        without any effect, and of those by the amplitudes of all effects
-    nuisances : p
-    sizes : how many amplitudes each effect has
+    rivals : the effects looked for
+    seen : (k,) inner products of the misfit with their signatures
     """
-    length = np.sqrt(np.maximum(np.diag(gram)[1:], np.finfo(float).tiny))
-    cosine = gram[1:, 1:] / np.outer(length, length)
-    # White noise meets the columns with inner products whose covariance is the columns' own.
-    eigenvalues, eigenvectors = np.linalg.eigh(cosine)
-    root = eigenvectors * np.sqrt(np.maximum(eigenvalues, 0.0))
-    noise = root @ np.random.default_rng(seed).standard_normal((len(root), _DRAWS))
-    seen = np.column_stack([gram[1:, 0] / length, noise])
-    known = slice(0, nuisances)
-    passed = np.linalg.pinv(cosine[known, known], hermitian=True) @ cosine[known]
-    left, seen = cosine - cosine[:, known] @ passed, seen - passed.T @ seen[known]
-    tails, at = np.ones(1 + _DRAWS), nuisances
-    for size in sizes:
-        own = slice(at, at + size)
-        at += size
-        values, directions = np.linalg.eigh(left[own, own])
-        new = values > _UNSEEN
-        if new.any():
-            drops = np.sum((directions[:, new].T @ seen[own]) ** 2 / values[new, None], axis=0)
-            tails = np.minimum(tails, chi2.sf(drops, int(new.sum())))
+    inner = np.column_stack([seen, rivals.noise(_DRAWS, seed)])
+    tails = np.ones(1 + _DRAWS)
+    for own in rivals.slices():
+        directions = rivals.directions(own)
+        if directions.size:
+            drops = np.sum((directions.T @ inner[own]) ** 2, axis=0)
+            tails = np.minimum(tails, chi2.sf(drops, directions.shape[1]))
     return Multiplicity(float(np.quantile(tails[1:], _FALSE_ALARMS)), float(np.mean(tails[1:] <= tails[0])))

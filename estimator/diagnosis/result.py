@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.diagnosis.rivals import Rivals
 from estimator.effects.effect import OUTSIDE
 from estimator.experiment import Experiment
 from estimator.fem.mesh import Mesh
@@ -207,6 +208,7 @@ class Diagnosis:
     next_experiment : Advice, the best first
     glitches : how many single readings of a bead were left out as wild
     traces : one an experiment
+    rivals : what the effects of the catalogue would do to these measurements, and how alike
     considered : by label, what each cause alone would do
     seconds : that it took
     """
@@ -226,5 +228,6 @@ class Diagnosis:
     next_experiment: tuple[Advice, ...]
     glitches: int
     traces: tuple[Trace, ...]
+    rivals: Rivals
     considered: Mapping[str, Consideration]
     seconds: float

@@ -37,16 +37,24 @@ def make_cases(folder: Path, names: Mapping[str, str]) -> Path:
     return folder
 
 
-def key(effects: Sequence[str], level: str = "clear", ceiling: float | None = None, **where: object) -> str:
+def key(effects: Sequence[str], level: str = "clear", sigma: float | None = None, **where: object) -> str:
     told = [f"effects = {json.dumps(list(effects))}", "youngs_modulus = 26000.0", "poisson_ratio = 0.48", ""]
     if where:
         told += ["[where]", *(f"{name} = {json.dumps(value)}" for name, value in where.items()), ""]
     told += ["[generator]", f"level = {json.dumps(level)}"]
-    return "\n".join([*told, *([f"ceiling = {ceiling}"] if ceiling is not None else [])])
+    return "\n".join([*told, *([f"sigma = [{sigma}]"] if sigma is not None else [])])
 
 
 def answer(verdict: tuple[str, ...], probabilities: dict[str, float], **changes: object) -> dict[str, Any]:
     return as_json(diagnosis(verdict, probabilities, **changes))  # type: ignore[arg-type]  # fields by name
+
+
+def with_ceiling(told: dict[str, Any], **share: float) -> dict[str, Any]:
+    """The answer with a ceiling of labels that is so high at 10 sigma and nothing at 1."""
+    return {
+        **told,
+        "ceiling": {label: {"sigma": [1.0, 10.0], "share": [0.0, high]} for label, high in share.items()},
+    }
 
 
 def scored(folder: Path, cases: Mapping[str, tuple[str, dict[str, Any]]]) -> Score:
@@ -72,17 +80,17 @@ def mixed(tmp_path: Path) -> Score:
     return scored(
         tmp_path,
         {
-            "right": (key(["gripper_slip"], ceiling=0.9), answer(("gripper_slip",), slip)),
-            "group": (key(["gripper_compliance"], ceiling=0.8), answer(("gripper_slip",), slip)),
+            "right": (key(["gripper_slip"]), answer(("gripper_slip",), slip)),
+            "group": (key(["gripper_compliance"]), answer(("gripper_slip",), slip)),
             "third": (
-                key(["force_drift"], "subtle", 0.4),
+                key(["force_drift"], "subtle"),
                 answer((), {"none": 0.5, "unknown": 0.3, "force_drift": 0.2}),
             ),
             "place": (
-                key(["inhomogeneity"], "clear", 1.0, centre=[-0.0113, 0.0192, 0.003], radius=0.01),
+                key(["inhomogeneity"], "clear", centre=[-0.0113, 0.0192, 0.003], radius=0.01),
                 region,
             ),
-            "spurious": (key(["gripper_slip"], "subtle", 0.6), one_of_two),
+            "spurious": (key(["gripper_slip"], "subtle"), one_of_two),
             "clean": (key([], ""), answer((), {"none": 0.9, "unknown": 0.1})),
             "alarm": (key([], ""), answer(("force_bias",), bias)),
             "outside": (key(["air_bubble"]), answer(("unknown",), {"unknown": 0.8, "none": 0.2})),
@@ -102,18 +110,30 @@ def test_names_are_scored_by_label_group_and_rank(mixed: Score) -> None:
     assert found["single cause: a spurious second"].value == pytest.approx(1 / 5)
 
 
-def test_the_ceiling_of_the_keys_stands_beside_the_score(mixed: Score) -> None:
-    top = next(metric for metric in mixed.metrics if metric.name == "single cause: top-1")
-    assert top.ceiling == pytest.approx((0.9 + 0.8 + 0.4 + 1.0 + 0.6) / 5)
-    line = next(line for line in score_text(mixed).splitlines() if line.startswith("single cause: top-1"))
-    assert line.endswith("74.0 %")
+def test_the_ceiling_at_the_cases_own_sigma_stands_beside_the_score(tmp_path: Path) -> None:
+    slip = with_ceiling(
+        answer(("gripper_slip",), {"gripper_slip": 0.95, "none": 0.05}), gripper_slip=0.8, force_bias=0.6
+    )
+    far, near = key(["gripper_slip"], sigma=40.0), key(["force_bias"], sigma=10.0**0.5)
+    score = scored(tmp_path, {"a": (far, slip), "b": (near, slip)})
+    top = next(metric for metric in score.metrics if metric.name == "single cause: top-1")
+    assert top.ceiling == pytest.approx((0.8 + 0.3) / 2)
+    line = next(line for line in score_text(score).splitlines() if line.startswith("single cause: top-1"))
+    assert line.endswith("55.0 %")
 
 
-def test_a_ceiling_that_only_some_keys_state_is_left_out(tmp_path: Path) -> None:
-    told = answer(("gripper_slip",), {"gripper_slip": 0.95, "none": 0.05})
-    stated, silent = key(["gripper_slip"], ceiling=0.9), key(["gripper_slip"])
+def test_a_ceiling_that_is_known_of_only_some_cases_is_left_out(tmp_path: Path) -> None:
+    told = with_ceiling(answer(("gripper_slip",), {"gripper_slip": 0.95, "none": 0.05}), gripper_slip=0.8)
+    stated, silent = key(["gripper_slip"], sigma=12.0), key(["gripper_slip"])
     score = scored(tmp_path, {"a": (stated, told), "b": (silent, told)})
     assert {metric.ceiling for metric in score.metrics} == {None}
+
+
+def test_an_answer_that_was_run_holds_the_ceiling_of_what_it_looked_for(tmp_path: Path) -> None:
+    cases = make_cases(tmp_path / "cases", {"a": "pull"})
+    answer_cases(stand_in, cases, tmp_path / "answers")
+    told = json.loads((tmp_path / "answers" / "a.json").read_text())["ceiling"]
+    assert set(told) == set(inclusion().rivals.labels)
 
 
 def test_alarms_unknowns_and_confident_errors_are_counted(mixed: Score) -> None:

@@ -27,8 +27,9 @@ from estimator.diagnosis.judgement import (
     probabilities,
     shared_with_unknown,
 )
-from estimator.diagnosis.multiplicity import among_tests
+from estimator.diagnosis.multiplicity import multiplicity_of
 from estimator.diagnosis.noise import noise_of
+from estimator.diagnosis.rivals import projected
 from estimator.diagnosis.screening import Signature
 from estimator.diagnosis.whitening import inverse_root, left_beside_rim, shrunk, uncorrelated
 from estimator.effects.catalogue import CATALOGUE
@@ -237,7 +238,8 @@ def test_innovations_of_correlated_rows_are_white_also_across_gaps() -> None:
 def chance(residual: FloatArray, nuisances: FloatArray, signatures: list[FloatArray], seed: int = 0) -> float:
     columns = np.column_stack([residual, nuisances, *signatures])
     sizes = [signature.shape[1] for signature in signatures]
-    return among_tests(columns.T @ columns, nuisances.shape[1], sizes, seed).chance
+    rivals, seen = projected(columns.T @ columns, nuisances.shape[1], [""] * len(sizes), sizes)
+    return multiplicity_of(rivals, seen, seed).chance
 
 
 def test_among_many_tests_noise_alone_is_significant_in_one_case_of_twenty() -> None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from estimator.blind.scoring.ceiling import Ceiling
 from estimator.diagnosis.result import NONE
 from estimator.errors import InputError
 from estimator.input_file import is_number, parse_json, read_input_text
@@ -24,6 +25,7 @@ class Answer:
     centre : of a local cause, m
     youngs_modulus, poisson_ratio : before and after the causes are in, Pa and 1
     seconds : that it took
+    ceiling : by label, how often the best possible test would name it; empty where the answer does not say
     """
 
     verdict: tuple[str, ...]
@@ -35,6 +37,7 @@ class Answer:
     youngs_modulus: tuple[float, float]
     poisson_ratio: tuple[float, float]
     seconds: float
+    ceiling: Mapping[str, Ceiling]
 
     @property
     def leading(self) -> str:
@@ -95,7 +98,15 @@ def _answer(told: Mapping[str, Any]) -> Answer:
         ),
         poisson_ratio=(_number(before["poisson_ratio"]["value"]), _number(after["poisson_ratio"]["value"])),
         seconds=_number(told["seconds"]),
+        ceiling={label: _ceiling(one) for label, one in told.get("ceiling", {}).items()},
     )
+
+
+def _ceiling(told: Mapping[str, Any]) -> Ceiling:
+    sigma, share = (tuple(map(_number, told[name])) for name in ("sigma", "share"))
+    if len(sigma) != len(share) or not sigma:
+        raise ValueError("a ceiling has not as many shares as sigma")
+    return Ceiling(sigma, share)
 
 
 def _labels(value: object) -> tuple[str, ...]:

@@ -27,7 +27,8 @@ class Key:
     poisson_ratio : of the tissue
     centre : of a local effect, m; None where there is none
     level : by how much the effect stands out: clear, moderate, subtle, …; empty where the key does not say
-    ceiling : probability with which the best possible test would name the cause first; None where it is not stated
+    sigma : by how many standard deviations of the noise, after E and ν are fitted, each effect stands out; empty where
+        the key does not say
     """
 
     effects: tuple[str, ...]
@@ -35,7 +36,7 @@ class Key:
     poisson_ratio: float
     centre: tuple[float, float, float] | None
     level: str
-    ceiling: float | None
+    sigma: tuple[float, ...]
 
 
 def open_keys(folder: Path, reader: str) -> tuple[dict[str, Key], int]:
@@ -89,7 +90,7 @@ def _read_key(file: Path) -> Key:
         poisson_ratio=ratio,
         centre=_point(where["centre"], file) if "centre" in where else None,
         level=" and ".join(_levels(generator.get("level", []), file)),
-        ceiling=_number(generator, "ceiling", file) if "ceiling" in generator else None,
+        sigma=_sigma(generator.get("sigma", []), file),
     )
 
 
@@ -109,6 +110,16 @@ def _levels(value: object, file: Path) -> list[str]:
             f"{file}: [generator] level is no word; state clear, moderate or the like, or leave it out"
         )
     return words
+
+
+def _sigma(value: object, file: Path) -> tuple[float, ...]:
+    """Return how far the effects stand out, of which a single one may stand for itself."""
+    numbers: list[Any] = value if isinstance(value, list) else [value]
+    if not all(is_number(number) and number >= 0 for number in numbers):
+        raise InputError(
+            f"{file}: [generator] sigma is {value}; state a number for each effect, or leave it out"
+        )
+    return tuple(map(float, numbers))
 
 
 def _number(table: Mapping[str, Any], name: str, file: Path) -> float:

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from estimator.blind.scoring.answers import Answer
+from estimator.blind.scoring.ceiling import ceiling_of
 from estimator.blind.scoring.intervals import Figure, calibration_error, mean, quantile, share
 from estimator.blind.scoring.keys import Key
 from estimator.blind.scoring.labels import answers_to, block_of, group_of
@@ -29,6 +30,13 @@ class Scored:
         return answers_to(self.key.effects)
 
     @property
+    def ceiling(self) -> float | None:
+        """How often the best possible test would name the only cause; None where that is not known."""
+        if len(self.key.sigma) != 1:
+            return None
+        return ceiling_of(self.answer.ceiling, self.truths, self.key.sigma[0])
+
+    @property
     def is_right(self) -> bool:
         """Whether the leading answer is among the truths."""
         return self.answer.leading in self.truths
@@ -36,7 +44,7 @@ class Scored:
 
 @dataclass(frozen=True, slots=True)
 class Metric:
-    """A figure with its name, its unit, and the ceiling of the best possible test where the keys state it."""
+    """A figure with its name, its unit, and the ceiling of the best possible test where that is known."""
 
     name: str
     figure: Figure
@@ -88,7 +96,7 @@ def metrics_by_level(cases: Cases) -> Mapping[str, list[Metric]]:
 
 
 def _naming(singles: Sequence[Scored]) -> list[Metric]:
-    ceilings = [case.key.ceiling for case in singles if case.key.ceiling is not None]
+    ceilings = [case.ceiling for case in singles if case.ceiling is not None]
     whole = len(ceilings) == len(singles) > 0
     return [
         _share(

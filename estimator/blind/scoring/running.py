@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from estimator.blind.scoring.ceiling import as_json as ceilings_as_json
+from estimator.blind.scoring.ceiling import ceilings
 from estimator.diagnosis.as_json import as_json
 from estimator.diagnosis.result import Diagnosis
 from estimator.errors import EstimatorError, InputError
@@ -41,7 +43,8 @@ def answer_cases(
     ----------
     diagnose : a function at the top of a module, which other processes can find
     cases : folder of cases, each a folder of experiments
-    answers : folder for one file a case, ``CASE.json``, which appears when its case is done
+    answers : folder for one file a case, ``CASE.json``, which appears when its case is done: the diagnosis, and how
+        often the best possible test would name each cause
     processes : cases at a time
     progress : hears a text, and how many of how many cases are done
 
@@ -104,7 +107,8 @@ def _answer(diagnose: Diagnose, cases: Path, answers: Path, name: str) -> str:
         return str(error)
     target = _answer_file(answers, name)
     draft = target.with_name(f".{target.name}.partial")
-    draft.write_text(json.dumps(as_json(found), indent=1), encoding="utf-8")
+    told = {**as_json(found), "ceiling": ceilings_as_json(ceilings(found.rivals))}
+    draft.write_text(json.dumps(told, indent=1), encoding="utf-8")
     draft.replace(target)
     return ""
 
