@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.special import softmax
 
 from estimator.diagnosis.advice import advise
+from estimator.diagnosis.averaging import over_answers
 from estimator.diagnosis.case import Linearisation, deformed_mesh
 from estimator.diagnosis.considering import consider
 from estimator.diagnosis.contest import Contender, Tell, parameter_deviations
@@ -30,7 +31,15 @@ from estimator.diagnosis.held_out import (
 )
 from estimator.diagnosis.judgement import credible_set, temper
 from estimator.diagnosis.multiplicity import Multiplicity, multiplicity_of, rivals_of
-from estimator.diagnosis.result import UNKNOWN, Diagnosis, EffectFinding, Material, Trace
+from estimator.diagnosis.result import (
+    NONE,
+    UNKNOWN,
+    Consideration,
+    Diagnosis,
+    EffectFinding,
+    Material,
+    Trace,
+)
 from estimator.diagnosis.sentences import what_cannot_be_told
 from estimator.diagnosis.verdict import Verdict, reach_verdict, weigh
 from estimator.diagnosis.where import where_of
@@ -92,6 +101,9 @@ def _diagnosis(
     )
     alone = parameter_deviations(baseline, field.error, field.error.floor)
     credible = credible_set(verdict.probability)
+    considered = consider(case, baseline, field.error, field.trials_of_labels, field.contenders, floor)
+    without = _material(baseline, alone)
+    chosen_material = without if winner is None else _material(chosen, winner.deviations)
     return Diagnosis(
         verdict=verdict.labels,
         probabilities=verdict.probability,
@@ -105,8 +117,10 @@ def _diagnosis(
             for experiment, one, two in zip(case.experiments, before, after, strict=True)
         },
         where=where,
-        before=_material(baseline, alone),
-        after=_material(chosen, alone if winner is None else winner.deviations),
+        before=without,
+        after=over_answers(
+            chosen_material, _of_others(considered, without, verdict.labels), verdict.probability
+        ),
         cannot_tell=what_cannot_be_told(effects, credible),
         next_experiment=advise(
             case, baseline, best_trials(field.trials_of_labels), verdict.probability, executor, tell
@@ -119,13 +133,25 @@ def _diagnosis(
             )
         ),
         rivals=rivals,
-        considered=consider(case, baseline, field.error, field.trials_of_labels, field.contenders, floor),
+        considered=considered,
         seconds=time.perf_counter() - started,
     )
 
 
 def _material(fit: Linearisation, deviations: FloatArray) -> Material:
     return Material(**material_quantities(fit.hypothesis, fit.coordinates, deviations))
+
+
+def _of_others(
+    considered: Mapping[str, Consideration], baseline: Material, named: Sequence[str]
+) -> dict[str, Material]:
+    """Return E and ν of every answer but the verdict's."""
+    of_causes = {label: (one.achieved or one.expected).material for label, one in considered.items()}
+    return {
+        label: found
+        for label, found in {**of_causes, NONE: baseline}.items()
+        if label not in (named or (NONE,))
+    }
 
 
 def _findings(

@@ -203,7 +203,7 @@ class Diagnosis:
     effects : by label; by "unknown" too where that was recognised as something which has no label
     gap, by_channel, by_experiment : Gap of all data, of force, torque and fiducials, and of each experiment
     where : Where
-    before, after : material without and with the causes
+    before, after : material without causes, and with them and with the uncertainty of naming them
     cannot_tell : sentences: what these data do not say
     next_experiment : Advice, the best first
     glitches : how many single readings of a bead were left out as wild

@@ -17,7 +17,7 @@ from estimator.blind.scoring.running import answer_cases
 from estimator.blind.scoring.score import Score, score_answers
 from estimator.blind.scoring.telling import score_text, write_score
 from estimator.diagnosis.as_json import as_json
-from estimator.diagnosis.result import Diagnosis
+from estimator.diagnosis.result import Diagnosis, Material, Quantity
 from estimator.errors import FitError, InputError
 from estimator.experiment import Experiment, write_experiment
 
@@ -162,6 +162,17 @@ def test_place_block_closure_and_material_are_scored(mixed: Score) -> None:
     assert found["rightly named: E within 3 % after"].value == pytest.approx(1.0)
     assert found["rightly named: error of ν before, median"].value == pytest.approx(0.049)
     assert found["rightly named: error of ν after, median"].value == pytest.approx(0.002)
+    # 26.05 kPa ± 0.18 where 26 is true, and 0.482 ± 0.003 where 0.48 is
+    assert found["one cause or none: E in its 95 % interval"].count == 7
+    assert found["one cause or none: ν in its 95 % interval"].value == pytest.approx(1.0)
+
+
+def test_an_interval_that_misses_the_truth_counts_against_the_diagnosis(tmp_path: Path) -> None:
+    sure = Material(Quantity(25_000.0, 100.0, "Pa"), Quantity(0.47, 0.02, "1"))
+    told = answer(("gripper_slip",), {"gripper_slip": 1.0}, after=sure)
+    found = values(scored(tmp_path, {"a": (key(["gripper_slip"]), told)}))
+    assert found["one cause or none: E in its 95 % interval"].value == 0.0
+    assert found["one cause or none: ν in its 95 % interval"].value == 1.0
 
 
 def test_single_causes_are_also_scored_by_level(mixed: Score) -> None:

@@ -10,6 +10,7 @@ from retraction_cases import SMALL_BLOCK
 from scipy.optimize import lsq_linear
 from scipy.stats import multivariate_normal
 
+from estimator.diagnosis.averaging import over_answers
 from estimator.diagnosis.contest import Trial, best_starts
 from estimator.diagnosis.discrepancy import Discrepancy, ModelError, Moments, forgiven, moments_of
 from estimator.diagnosis.evidence import (
@@ -29,6 +30,7 @@ from estimator.diagnosis.judgement import (
 )
 from estimator.diagnosis.multiplicity import multiplicity_of
 from estimator.diagnosis.noise import noise_of
+from estimator.diagnosis.result import Material, Quantity
 from estimator.diagnosis.rivals import projected
 from estimator.diagnosis.screening import Signature
 from estimator.diagnosis.whitening import inverse_root, left_beside_rim, shrunk, uncorrelated
@@ -298,3 +300,17 @@ def test_beads_at_the_rim_of_the_grasp_are_forgiven_what_meshes_make_of_them_as_
     assert np.all(size[0] == 0.0)
     # It depends on where the gripper is, not on how it came there.
     assert directions[10] == pytest.approx(directions[35])
+
+
+def test_a_probable_rival_widens_what_is_said_of_the_material_and_an_improbable_one_does_not() -> None:
+    def material(modulus: float, ratio: float) -> Material:
+        return Material(Quantity(modulus, 100.0, "Pa"), Quantity(ratio, 0.003, "1"))
+
+    chosen, rival = material(26_000.0, 0.48), material(25_000.0, 0.46)
+    probable = over_answers(chosen, {"slip": rival}, {"yield": 0.8, "slip": 0.2})
+    assert probable.youngs_modulus.value == 26_000.0
+    assert probable.youngs_modulus.std == pytest.approx(np.sqrt(100.0**2 + 0.2 * 1000.0**2))
+    assert probable.poisson_ratio.std == pytest.approx(np.sqrt(0.003**2 + 0.2 * 0.02**2))
+    assert over_answers(chosen, {"slip": rival}, {"yield": 1.0, "slip": 0.0}) == chosen
+    # an answer of which nothing is known counts as the chosen one
+    assert over_answers(chosen, {}, {"yield": 0.5, "unknown": 0.5}) == chosen

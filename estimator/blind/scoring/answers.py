@@ -24,6 +24,7 @@ class Answer:
     block : the likeliest block of the rig
     centre : of a local cause, m
     youngs_modulus, poisson_ratio : before and after the causes are in, Pa and 1
+    std : of E and ν after, Pa and 1
     seconds : that it took
     ceiling : by label, how often the best possible test would name it; empty where the answer does not say
     """
@@ -36,6 +37,7 @@ class Answer:
     centre: tuple[float, float, float] | None
     youngs_modulus: tuple[float, float]
     poisson_ratio: tuple[float, float]
+    std: tuple[float, float]
     seconds: float
     ceiling: Mapping[str, Ceiling]
 
@@ -97,6 +99,7 @@ def _answer(told: Mapping[str, Any]) -> Answer:
             _number(after["youngs_modulus"]["value"]),
         ),
         poisson_ratio=(_number(before["poisson_ratio"]["value"]), _number(after["poisson_ratio"]["value"])),
+        std=(_number(after["youngs_modulus"]["std"]), _number(after["poisson_ratio"]["std"])),
         seconds=_number(told["seconds"]),
         ceiling={label: _ceiling(one) for label, one in told.get("ceiling", {}).items()},
     )

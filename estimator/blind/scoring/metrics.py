@@ -14,6 +14,7 @@ from estimator.diagnosis.result import UNKNOWN
 CONFIDENT = 0.9
 _MM = 1e3
 _NU_BACK, _MODULUS_BACK = 0.01, 0.03
+_Z95 = 1.959964
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,6 +149,7 @@ def _places(cases: Cases) -> list[Metric]:
 def _amounts(cases: Cases) -> list[Metric]:
     closures = [case.answer.closure for case in cases.singles if case.answer.closure is not None]
     named = [case for case in cases.singles if case.is_right]
+    answered = [*cases.singles, *cases.clean]
     modulus = [[abs(e / case.key.youngs_modulus - 1) for e in case.answer.youngs_modulus] for case in named]
     ratio = [[abs(nu - case.key.poisson_ratio) for nu in case.answer.poisson_ratio] for case in named]
     return [
@@ -164,7 +166,19 @@ def _amounts(cases: Cases) -> list[Metric]:
         Metric("rightly named: error of ν before, median", quantile([before for before, _ in ratio], 50), ""),
         Metric("rightly named: error of ν after, median", quantile([after for _, after in ratio], 50), ""),
         Metric("rightly named: ν within 0.01 after", share([after <= _NU_BACK for _, after in ratio]), "%"),
+        _share("one cause or none: E in its 95 % interval", answered, lambda c: _off_by(c)[0] < _Z95),
+        _share("one cause or none: ν in its 95 % interval", answered, lambda c: _off_by(c)[1] < _Z95),
     ]
+
+
+def _off_by(case: Scored) -> tuple[float, float]:
+    """Return by how many of the stated standard deviations E and ν are off after the causes are in."""
+    found, stated = (case.answer.youngs_modulus[1], case.answer.poisson_ratio[1]), case.answer.std
+    truth = (case.key.youngs_modulus, case.key.poisson_ratio)
+    modulus, ratio = (
+        abs(f - t) / s if s > 0 else math.inf for f, t, s in zip(found, truth, stated, strict=True)
+    )
+    return modulus, ratio
 
 
 def _calibration(cases: Cases) -> list[Metric]:
