@@ -18,7 +18,7 @@ def comparison_rows(one: Diagnosis, other: Diagnosis) -> list[tuple[str, str, st
         ("gap before", *(sigma(found.gap.before) for found in both)),
         ("gap after", *(sigma(found.gap.after) for found in both)),
         ("noise alone", *(sigma(found.gap.floor) for found in both)),
-        ("gap closes", *(closure_text(found.gap.closure_held_out) for found in both)),
+        ("gap closes", *(closure_text(found.gap.closure_held_out, found.gap.closure_std) for found in both)),
     ]
     labels = dict.fromkeys(label for found in both for label, _ in ranking(found))
     rows += [

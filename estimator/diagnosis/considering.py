@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.case import Case, Linearisation
+from estimator.diagnosis.closure import gap_of
 from estimator.diagnosis.contest import (
     Contender,
     Tell,
@@ -20,7 +21,7 @@ from estimator.diagnosis.contest import (
 )
 from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.findings import best_trials, effect_quantities, material_quantities
-from estimator.diagnosis.held_out import gap_of, held_out_residuals
+from estimator.diagnosis.held_out import held_out_residuals
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.preparation import prepare
 from estimator.diagnosis.race import race

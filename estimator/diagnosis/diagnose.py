@@ -13,6 +13,7 @@ from scipy.special import softmax
 from estimator.diagnosis.advice import advise
 from estimator.diagnosis.averaging import over_answers
 from estimator.diagnosis.case import Linearisation, deformed_mesh
+from estimator.diagnosis.closure import gap_of, gaps_by_kind, noise_floor
 from estimator.diagnosis.considering import consider
 from estimator.diagnosis.contest import Contender, Tell, parameter_deviations
 from estimator.diagnosis.field import Field, hold_contest
@@ -22,13 +23,7 @@ from estimator.diagnosis.findings import (
     material_quantities,
     present_finding,
 )
-from estimator.diagnosis.held_out import (
-    gap_of,
-    gaps_by_kind,
-    held_out_in_full,
-    held_out_residuals,
-    noise_floor,
-)
+from estimator.diagnosis.held_out import held_out_in_full, held_out_residuals
 from estimator.diagnosis.judgement import credible_set, temper
 from estimator.diagnosis.multiplicity import Multiplicity, multiplicity_of, rivals_of
 from estimator.diagnosis.result import (

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimator.diagnosis.case import Case, Linearisation
+from estimator.diagnosis.closure import white_floor
 from estimator.diagnosis.contest import (
     Contender,
     Tell,
@@ -21,7 +22,6 @@ from estimator.diagnosis.contest import (
 )
 from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.glitches import number_left_out
-from estimator.diagnosis.held_out import white_floor
 from estimator.diagnosis.preparation import prepare
 from estimator.diagnosis.race import finalists, race
 from estimator.diagnosis.second_cause import promising_pairs

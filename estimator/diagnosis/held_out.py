@@ -1,4 +1,4 @@
-"""How far a gap shrinks on experiments that were left out of the fit.
+"""What is missed of experiments that were left out of the fit.
 
 Parameters fitted to all experiments but one follow from the linearisation at the fit to all, one small solve each; the
 misfit of the one left out is predicted with them, by the same linearisation or, where they move it by much, in full.
@@ -8,7 +8,7 @@ nothing: there alternate stretches of its rows are left out in turn.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 
 import numpy as np
@@ -16,19 +16,13 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.case import Case, Linearisation, residuals_near
 from estimator.diagnosis.contest import priors_of
-from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.evidence import Priors, bounded_minimum
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.refit import moved
-from estimator.diagnosis.result import Gap
 from estimator.errors import SolverError
 
 FloatArray = NDArray[np.float64]
 
-# Channels by the kind that a reader asks for.
-KINDS: Mapping[str, slice] = {"force": slice(0, 3), "torque": slice(3, 6), "fiducials": slice(6, None)}
-# A gap this small, in units of the noise's own root mean square, cannot be said to close.
-_WITHIN_NOISE = 0.01
 # Root mean square, in units of the noise, below which a derivative foretells a change well enough.
 _MOVED_BY_MUCH = 0.3
 _SHORTENINGS = 3
@@ -176,50 +170,3 @@ def _step(gram: FloatArray, priors: Priors) -> FloatArray:
     inverse = priors.inverse_scale
     posterior = gram[1:, 1:] + np.diag(inverse**2)
     return bounded_minimum(posterior, gram[1:, 0] - inverse * priors.centre, priors.lower, priors.upper)
-
-
-def gap_of(before: Sequence[FloatArray], after: Sequence[FloatArray], floor: float) -> Gap:
-    """Return the gap over some whitened residuals; ``floor`` is the root mean square of the noise alone."""
-    one, two = (float(np.sqrt(np.mean(np.concatenate(list(r)) ** 2))) for r in (before, after))
-    closure = (one - two) / (one - floor) if one - floor > _WITHIN_NOISE else float("nan")
-    return Gap(one, two, floor, closure)
-
-
-def noise_floor(case: Case, fit: Linearisation, error: ModelError) -> float:
-    """Return the root mean square of the noise over all experiments, as the misfit of the best fit shows it.
-
-    What a model misses is smooth along the experiment and over the plane; the rest of the misfit is noise, together
-    with the errors that rows share (tare, rest positions, reported poses) as large as they really were. It lies between
-    the white noise alone and all that is stated.
-    """
-    squares, count = 0.0, 0
-    for residual, process in zip(fit.residual, error.processes, strict=True):
-        smooth, _ = np.linalg.qr(np.hstack(process.vectors))
-        rough = residual - smooth @ (smooth.T @ residual)
-        squares += float(rough @ rough)
-        count += len(rough) - smooth.shape[1]
-    return float(np.clip(np.sqrt(squares / count), white_floor(case), 1.0))
-
-
-def white_floor(case: Case) -> float:
-    """Return the root mean square over all experiments of the white noise alone."""
-    squares = [w.floor**2 for w in case.whitenings]
-    return float(np.sqrt(np.average(squares, weights=[len(w.vectors) for w in case.whitenings])))
-
-
-def gaps_by_kind(
-    case: Case, before: Sequence[FloatArray], after: Sequence[FloatArray], floor: float
-) -> dict[str, Gap]:
-    """Return the gaps of force, torque and fiducials."""
-    found = {}
-    for kind, chosen in KINDS.items():
-        picked = []
-        for residuals in (before, after):
-            parts = []
-            for r, whitening in zip(residuals, case.whitenings, strict=True):
-                channel = np.nonzero(whitening.seen)[1][-len(r) :]
-                numbers = np.arange(whitening.seen.shape[1])[chosen]
-                parts.append(r[np.isin(channel, numbers)])
-            picked.append(parts)
-        found[kind] = gap_of(picked[0], picked[1], floor)
-    return found

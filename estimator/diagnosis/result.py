@@ -62,13 +62,14 @@ class Gap:
     """Root mean square misfit in units of the noise: of the baseline, with the causes in, and of noise alone.
 
     ``before`` and ``after`` are of experiments left out of the fit; so is their closure
-    (before − after) / (before − floor), NaN where the gap before is within the noise.
+    (before − after) / (before − floor), NaN where the gap before is within the noise, with its standard deviation.
     """
 
     before: float
     after: float
     floor: float
     closure_held_out: float
+    closure_std: float = float("nan")
 
 
 @dataclass(frozen=True)

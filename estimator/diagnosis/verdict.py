@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimator.diagnosis.case import Linearisation
+from estimator.diagnosis.closure import white_floor
 from estimator.diagnosis.contest import (
     Contender,
     Tell,
@@ -16,7 +17,7 @@ from estimator.diagnosis.contest import (
     evidence_of_unknown,
 )
 from estimator.diagnosis.field import Field
-from estimator.diagnosis.held_out import lost_on_held_out, white_floor
+from estimator.diagnosis.held_out import lost_on_held_out
 from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
 from estimator.diagnosis.judgement import (
     LOG_PRIOR_OF_A_PAIR,

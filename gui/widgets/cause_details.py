@@ -224,4 +224,4 @@ def _closure(outcome: Outcome) -> str:
     gap = outcome.gap
     sizes = f"{sigma(gap.before)} to {sigma(gap.after)}, noise {sigma(gap.floor)}"
     told = "; ".join(text for text in (sizes, slight_text(gap)) if text)
-    return f"{closure_text(gap.closure_held_out)} ({told})"
+    return f"{closure_text(gap.closure_held_out, gap.closure_std)} ({told})"

@@ -112,7 +112,7 @@ class DiagnosisResult(QWidget):
                     sigma(gap.before),
                     sigma(gap.after),
                     sigma(gap.floor),
-                    closure_text(gap.closure_held_out),
+                    closure_text(gap.closure_held_out, gap.closure_std),
                 )
                 for name, gap in gap_rows(diagnosis)
             ],

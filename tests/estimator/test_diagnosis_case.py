@@ -88,7 +88,10 @@ def test_its_signature_foretells_what_it_does_to_the_gap(diagnosis: Diagnosis) -
     # A turn of six degrees is nearly linear.
     foretold, achieved = considered.expected, considered.achieved
     assert foretold.gap.closure_held_out == pytest.approx(achieved.gap.closure_held_out, abs=0.1)
-    assert achieved.material == diagnosis.after
+    # The diagnosis says of E what its leading cause does, and is as much less sure as others are probable.
+    alone, said = achieved.material.youngs_modulus, diagnosis.after.youngs_modulus
+    assert said.value == alone.value
+    assert alone.std < said.std < 1.5 * alone.std
     for trace, expected, fitted in zip(diagnosis.traces, foretold.channels, achieved.channels, strict=True):
         signature, change = ((one - trace.before) / trace.deviation for one in (expected, fitted))
         assert np.corrcoef(signature.ravel(), change.ravel())[0, 1] > 0.95

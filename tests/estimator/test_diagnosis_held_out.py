@@ -7,10 +7,12 @@ import pytest
 from effect_cases import there_and_back
 
 from estimator.diagnosis.case import Case, Linearisation, linearise, residuals_near
+from estimator.diagnosis.closure import gap_of
 from estimator.diagnosis.held_out import held_out_in_full, held_out_residuals, lost_on_held_out
 from estimator.diagnosis.hypothesis import Hypothesis, coordinates
 from estimator.diagnosis.noise import Noise
 from estimator.diagnosis.passage import mechanics_of, solve_case
+from estimator.diagnosis.result import Gap
 from estimator.diagnosis.whitening import whitening_of
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.torque_centre import TorqueCentre
@@ -125,3 +127,23 @@ def test_of_what_befell_one_experiment_alone_its_own_other_rows_tell() -> None:
         assert len(left_out) == len(residual)
         # Noise that is not explained by what was fitted to it.
         assert 0.9 < np.sqrt(np.mean(left_out**2)) < 1.15
+
+
+def test_the_uncertainty_of_a_closure_is_how_it_scatters_from_one_noise_to_the_next() -> None:
+    rng = np.random.default_rng(5)
+
+    def gap() -> Gap:
+        lasting = np.repeat(rng.normal(size=(3, 10)), 60, axis=1)
+        noise = rng.normal(size=(3, 600))
+        return gap_of(list(noise + lasting), list(noise + 0.3 * lasting), 1.0)
+
+    found = [gap() for _ in range(200)]
+    scatter = np.std([one.closure_held_out for one in found])
+    assert np.median([one.closure_std for one in found]) == pytest.approx(scatter, rel=0.3)
+
+
+def test_a_gap_within_the_noise_has_no_closure_and_none_that_is_sure() -> None:
+    noise = [np.random.default_rng(6).normal(size=600)]
+    found = gap_of(noise, noise, 1.0)
+    assert np.isnan(found.closure_held_out)
+    assert np.isnan(found.closure_std)

@@ -139,6 +139,8 @@ def test_the_page_shows_ranking_place_material_and_advice(page: str) -> None:
         (Gap(1.01, 0.985, 0.99, 1.25), "all of it closes (the gap stands only 1.02 × above the noise)."),
         (Gap(1.01, 0.995, 0.99, 0.75), "75 % of it closes (the gap stands only 1.02 × above the noise)."),
         (Gap(5.0, 0.985, 0.99, 1.0012), "all of it closes."),
+        (Gap(5.0, 0.985, 0.99, 1.0012, 0.031), "; 100 ± 3 % of it closes."),
+        (Gap(5.0, 1.23, 0.99, 0.94, 0.031), "; 94 ± 3 % of it closes."),
     ],
 )
 def test_never_more_than_all_of_a_gap_closes_and_a_slight_one_is_called_so(gap: Gap, told: str) -> None:

@@ -56,9 +56,11 @@ def gap_sentence(gap: Gap) -> str:
     if not math.isfinite(gap.closure_held_out):
         return f"Gap on experiments left out of the fit: {sizes}."
     if gap.closure_held_out < 0:
-        share = f"adding the causes widens it by {percent(-gap.closure_held_out)}"
+        share = f"adding the causes {closure_text(gap.closure_held_out, gap.closure_std)}".replace(
+            "widens", "widens it by"
+        )
     else:
-        share = f"{closure_text(gap.closure_held_out)} of it closes"
+        share = f"{closure_text(gap.closure_held_out, gap.closure_std)} of it closes"
     slight = f" ({text})" if (text := slight_text(gap)) else ""
     return f"Gap on experiments left out of the fit: {sizes}; {share}{slight}."
 

@@ -56,7 +56,7 @@ def _arrows(axes: Axes, rows: Sequence[tuple[str, Gap]]) -> None:
         )
         widened = gap.closure_held_out < 0
         axes.annotate(
-            closure_text(gap.closure_held_out),
+            closure_text(gap.closure_held_out, gap.closure_std),
             (1.02, place),
             xycoords=("axes fraction", "data"),
             va="center",

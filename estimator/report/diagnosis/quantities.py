@@ -20,6 +20,8 @@ _DISPLAY = {
 _MOST_DECIMALS = 6
 # A gap below so many times the noise alone is a slight one.
 _SLIGHT = 1.2
+# A share known better than this is told without an uncertainty.
+_SURE = 0.005
 
 STATE_WORDS: dict[State, str] = {
     "present": "present",
@@ -40,16 +42,23 @@ def percent(probability: float) -> str:
     return f"{100 * probability:.0f} %"
 
 
-def closure_text(closure: float | None) -> str:
-    """Return the share of a gap that closes, in percent, or by how much it widens.
+def share_text(share: float, std: float) -> str:
+    """Return a share in percent, and how sure it is where that is known."""
+    sure = not math.isfinite(std) or std < _SURE
+    return percent(share) if sure else f"{100 * share:.0f} ± {100 * std:.0f} %"
+
+
+def closure_text(closure: float | None, std: float = math.nan) -> str:
+    """Return the share of a gap that closes, in percent, or by how much it widens; and how sure that is.
 
     With its causes in, a gap may come to lie below the floor, which is an estimate too: no more than all of it closes.
     """
     if closure is None or not math.isfinite(closure):
         return "–"
-    if closure >= 1:
-        return "all"
-    return f"widens {percent(-closure)}" if closure < 0 else percent(closure)
+    if closure < 0:
+        return f"widens {share_text(-closure, std)}"
+    share = share_text(min(closure, 1.0), std)
+    return "all" if share == "100 %" else share
 
 
 def slight_text(gap: Gap) -> str:

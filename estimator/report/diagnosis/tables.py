@@ -44,7 +44,13 @@ def _effect_cells(finding: EffectFinding) -> tuple[str, ...]:
 def gap_table(diagnosis: Diagnosis) -> Html:
     """Return the gap of all data, of each channel and of each experiment."""
     rows = [
-        (name, sigma(gap.before), sigma(gap.after), sigma(gap.floor), closure_text(gap.closure_held_out))
+        (
+            name,
+            sigma(gap.before),
+            sigma(gap.after),
+            sigma(gap.floor),
+            closure_text(gap.closure_held_out, gap.closure_std),
+        )
         for name, gap in gap_rows(diagnosis)
     ]
     return page.table(
