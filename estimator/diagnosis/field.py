@@ -87,9 +87,10 @@ def hold_contest(experiments: Sequence[Experiment], executor: Executor, tell: Te
     trials = screen(case, baseline, error, plain, executor, tell)
     leaders = _leaders(best_starts(trials), none)
     contenders = race(case, baseline, error, [trial.start for trial in leaders], none, executor, tell)
-    doubtful = _doubtful(case, finalists(contenders, none), trials, error)
-    if doubtful:
-        elaborate = _elaborations(doubtful)
+    best_few = finalists(contenders, none)
+    doubtful = _doubtful(case, best_few, trials, error)
+    elaborate = [*_elaborations(doubtful), *_mistaken_for(best_few)]
+    if doubtful or elaborate:
         finer = screen(case, baseline, error, elaborate, executor, tell) if elaborate else []
         more = best_starts(finer) + _siblings(best_starts(trials), doubtful[:1], contenders)
         trials += finer
@@ -145,10 +146,15 @@ def _adequate(case: Case, contender: Contender) -> bool:
 
 
 def _elaborations(contenders: Sequence[Contender]) -> list[Effect]:
-    """Return the finer forms of the leaders' labels, and what may be mistaken for them."""
+    """Return the finer forms of the leaders' labels."""
     labels = {one.labels[0] for one in contenders}
-    finer = [effect for effect in CATALOGUE if effect.elaborates and effect.label in labels]
-    return finer + [effect for effect in OUTSIDERS if effect.mistaken_for in labels]
+    return [effect for effect in CATALOGUE if effect.elaborates and effect.label in labels]
+
+
+def _mistaken_for(contenders: Sequence[Contender]) -> list[Effect]:
+    """Return what has no label and may be mistaken for a leader, which would leave no misfit to tell."""
+    labels = {one.labels[0] for one in contenders}
+    return [effect for effect in OUTSIDERS if effect.mistaken_for in labels]
 
 
 def _siblings(
