@@ -88,7 +88,7 @@ def hold_contest(experiments: Sequence[Experiment], executor: Executor, tell: Te
     leaders = _leaders(best_starts(trials), none)
     contenders = race(case, baseline, error, [trial.start for trial in leaders], none, executor, tell)
     best_few = finalists(contenders, none)
-    doubtful = _doubtful(case, best_few, trials, error)
+    doubtful = _doubtful(case, best_few, trials, error, none)
     elaborate = [*_elaborations(doubtful), *_mistaken_for(best_few)]
     if doubtful or elaborate:
         finer = screen(case, baseline, error, elaborate, executor, tell) if elaborate else []
@@ -121,7 +121,7 @@ def _leaders(trials: Sequence[Trial], none: float) -> list[Trial]:
 
 
 def _doubtful(
-    case: Case, best_few: Sequence[Contender], trials: Sequence[Trial], error: ModelError
+    case: Case, best_few: Sequence[Contender], trials: Sequence[Trial], error: ModelError, none: float
 ) -> list[Contender]:
     """Return the contenders of which a finer form could win.
 
@@ -136,7 +136,7 @@ def _doubtful(
         return rivals
     if not _adequate(case, best):
         return list(best_few[:2])
-    return [best] if promising_pairs(case, best, trials, error) else []
+    return [best] if promising_pairs(case, best, trials, error, none) else []
 
 
 def _adequate(case: Case, contender: Contender) -> bool:

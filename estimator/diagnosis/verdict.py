@@ -29,7 +29,7 @@ from estimator.diagnosis.judgement import (
 from estimator.diagnosis.race import race
 from estimator.diagnosis.result import NONE, UNKNOWN
 from estimator.diagnosis.roughness import rough_gap, rough_remainder, shaking
-from estimator.diagnosis.second_cause import SECOND_CAUSE, promising_pairs
+from estimator.diagnosis.second_cause import least_gain, promising_pairs
 from estimator.effects.catalogue import LABELS
 
 # An effect of negligible size is believed in full where it raises the log evidence by this: the baseline is not exact,
@@ -38,9 +38,9 @@ _BELIEVED = 8.0
 # Every effect may be there and too small to show: none can be ahead of it by this and no more. Where nothing stood out
 # on sealed cases, whose effects are drawn down to three sigma, one in three had one.
 _UNSEEN = 2.0
-# Something unknown beside the causes must raise the log evidence as a second cause must, and by this share of what they
-# do: a form that is nearly right leaves a little of a large gap.
-_REMAINDER = 0.05
+# Something unknown beside the causes must raise the log evidence by this, and by this share of what they do: any form
+# that is nearly right leaves a little of a large gap.
+_LEAST_REMAINDER, _REMAINDER = 15.0, 0.05
 _LEADERS, _PARTNERS = 2, 3
 # One effect without a label is as improbable beforehand as one with, and so less probable than all that is unknown.
 _PRIORS = log_priors(LABELS)
@@ -81,7 +81,7 @@ def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executo
     if best is None:
         return Verdict((UNKNOWN,), None, probability)
     pair = _best_pair(field, best, executor, tell)
-    if pair is not None and pair.log_evidence > field.unknown + SECOND_CAUSE:
+    if pair is not None and pair.log_evidence > field.unknown + _LEAST_REMAINDER:
         stronger = max(pair.labels, key=lambda label: evidence[label])
         alone = evidence[stronger]
         evidence = {**evidence, stronger: max(alone, pair.log_evidence)}
@@ -157,7 +157,7 @@ def _with_remainder(
     remainder = max(smooth, _rough(field, winner.fit))
     explained = winner.log_evidence - field.none - by_outsider
     recognised = UNKNOWN in labels
-    if not recognised and remainder < max(SECOND_CAUSE, _REMAINDER * explained):
+    if not recognised and remainder < max(_LEAST_REMAINDER, _REMAINDER * explained):
         return Verdict(labels, winner, probability)
     shared = shared_with_unknown(probability, leading, explained, by_outsider + max(remainder, 0.0))
     if recognised:
@@ -178,7 +178,7 @@ def _best_pair(field: Field, best: Contender, executor: Executor, tell: Tell) ->
     starts = [
         pair
         for leader in field.contenders[:_LEADERS]
-        for pair in promising_pairs(field.case, leader, field.trials, field.error)[:_PARTNERS]
+        for pair in promising_pairs(field.case, leader, field.trials, field.error, field.none)[:_PARTNERS]
     ]
     # One that would not even reach the best single cause is no pair, however much its own leader leaves.
     starts = [start for start in starts if start[0] > best.log_evidence]
@@ -193,6 +193,7 @@ def _best_pair(field: Field, best: Contender, executor: Executor, tell: Tell) ->
         if not _slight(one.fit.hypothesis, one.log_evidence - best.log_evidence)
         and not lost_on_held_out(one.fit, field.baseline)
     ]
-    if not pairs or pairs[0].log_evidence + LOG_PRIOR_OF_A_PAIR < best.log_evidence + SECOND_CAUSE:
+    least = best.log_evidence + least_gain(best.log_evidence - field.none) - LOG_PRIOR_OF_A_PAIR
+    if not pairs or pairs[0].log_evidence < least:
         return None
     return pairs[0]
