@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 
 from estimator.diagnosis.case import Case, Linearisation
-from estimator.diagnosis.contest import Trial
-from estimator.diagnosis.discrepancy import ModelError
+from estimator.diagnosis.contest import Contender, Trial
+from estimator.diagnosis.discrepancy import Discrepancy, ModelError
 from estimator.diagnosis.field import Field
-from estimator.diagnosis.hypothesis import Hypothesis
+from estimator.diagnosis.hypothesis import Hypothesis, coordinates
 from estimator.diagnosis.roughness import rough_gap, rough_remainder, shaking
 from estimator.diagnosis.screening import Signature
+from estimator.diagnosis.second_cause import promising_pairs
 from estimator.diagnosis.verdict import weigh
 from estimator.effects.catalogue import CATALOGUE
+from estimator.fem.problem import RetractionProblem
 
 MATERIAL = Hypothesis(1e4, 0.45)
 
@@ -89,3 +91,33 @@ def test_beads_that_shake_together_are_told_from_noise_of_whatever_size(noise: f
     assert shaking([still[seen]], [seen]) == 0.0
     # Of each of 540 means of 16 beads the shake adds 16 · 0.5² variances of the noise.
     assert shaking([shaken[seen]], [seen]) == pytest.approx(0.5 * 540 * 4.0 * noise**2, rel=0.2)
+
+
+def found_beside(explained: float, left: float) -> bool:
+    """Whether a second cause is looked for that would raise the log evidence by about ``left`` beside a first one."""
+    first, second = (
+        next(one for one in CATALOGUE if one.name == name)
+        for name in ("gripper_compliance:translation", "camera_scale:uniform")
+    )
+    null = MATERIAL.with_effect(second, {"scale_error": 0.0})
+    free = coordinates(null)
+    columns = np.linalg.qr(np.random.default_rng(3).normal(size=(400, 3)))[0]
+    scale = free[2].scale
+    assert scale is not None
+    # A prior's width of the second cause is a hundred times what the measurements resolve: that costs 4.6.
+    along = columns[:, 2] * 100.0 / scale
+    residual = np.sqrt(2.0 * (left + np.log(100.0))) * columns[:, 2]
+    nothing = np.zeros((400, 1))
+    error = ModelError((Discrepancy((nothing, nothing), (np.zeros(1), np.zeros(1))),), (0.0, 0.0))
+    leading = MATERIAL.with_effect(first, {"compliance": 1e-4})
+    fit = Linearisation(leading, free[:2], (), (residual,), (columns[:, :2],), (), ())
+    trial = Trial(Signature(second, {}, free[2:], (along[:, None],)), 0.0, null)
+    case = Case((), typing.cast(RetractionProblem, None), (), (), ())
+    return bool(promising_pairs(case, Contender(fit, explained, np.zeros(2)), [trial], error, none=0.0))
+
+
+def test_what_a_nearly_right_form_leaves_of_a_large_gap_is_no_second_cause() -> None:
+    assert found_beside(explained=100.0, left=50.0)
+    assert not found_beside(explained=1e6, left=50.0)
+    assert found_beside(explained=1e6, left=800.0)
+    assert not found_beside(explained=100.0, left=4.0)
