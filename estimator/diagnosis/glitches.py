@@ -1,8 +1,9 @@
 """Single readings of a bead that are wild: a reflection taken for it, for one image.
 
 The misfit of a bead is smooth along the rows but for noise, whatever the model leaves out, and where the motion turns
-that of all beads turns with it. A reading far from the mean of those before and after it, which agree with each other,
-and not like those of the other beads, is left out. A bead that is read falsely from some row on is no glitch.
+that of all beads turns with it. A reading far from the median of the two before and the two after it, where those agree
+with each other, and not like those of the other beads, is left out. A bead that is read falsely from some row on is no
+glitch.
 """
 
 from collections.abc import Sequence
@@ -15,11 +16,14 @@ from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
 
-# In standard deviations: of 10 000 readings of mere noise, of three coordinates each, 0.2 are lost.
-_WILD = 4.5
-_AGREE = 4.0
-# Of x_t − ½ (x_s + x_u) for unit white noise.
-_SPREAD = np.sqrt(1.5)
+# In standard deviations: of 10 000 readings of mere noise, of three coordinates each, 3 are lost. What agrees is the
+# mean of two readings with that of two others.
+_WILD, _AGREE = 4.0, 4.0
+# Of x_t less the median of four neighbours, whose variance is 0.298, for unit white noise.
+_SPREAD = np.sqrt(1.298)
+_NEIGHBOURS = 2
+# The scatter of a row is known from few beads: it counts where it is larger than noise by this share of it.
+_SHARE = 0.7
 _TO_DEVIATION = 1.4826
 
 
@@ -50,16 +54,30 @@ def _readings(experiments: Sequence[Experiment]) -> int:
 def _glitches(misfit: FloatArray) -> NDArray[np.bool_]:
     """Tell which bead is wild in which row (n, m), of a misfit (n, 3m)."""
     beads = misfit.reshape(len(misfit), -1, 3)
-    wild = np.zeros(beads.shape[:2], dtype=bool)
     if len(beads) < 3:
-        return wild
-    before, here, after = beads[:-2], beads[1:-1], beads[2:]
-    off = here - 0.5 * (before + after)
-    middle = np.nanmedian(np.where(np.isfinite(off).any(axis=1, keepdims=True), off, 0.0), axis=1)[:, None]
-    spread = _TO_DEVIATION * np.nanmedian(
-        np.abs(np.where(np.isfinite(off).any(axis=1, keepdims=True), off - middle, 0.0)), axis=1
-    )
-    far = np.abs(off - middle) > _WILD * np.maximum(spread, _SPREAD)[:, None]
-    agree = np.abs(after - before) < _AGREE * np.sqrt(2.0)
-    wild[1:-1] = (far & agree).any(axis=2)
-    return wild
+        return np.zeros(beads.shape[:2], dtype=bool)
+    before, after = _neighbours(beads), _neighbours(beads[::-1])[:, ::-1]
+    off = beads - _nan_median(np.concatenate([before, after]))
+    middle = _nan_median(off.swapaxes(0, 1))[:, None]
+    spread = _TO_DEVIATION * _nan_median(np.abs(off - middle).swapaxes(0, 1))[:, None]
+    far = np.abs(off - middle) > _WILD * np.maximum(_SHARE * spread, _SPREAD)
+    agree = np.abs(_nan_mean(after) - _nan_mean(before)) < _AGREE
+    return np.asarray((far & agree).any(axis=2))
+
+
+def _neighbours(beads: FloatArray) -> FloatArray:
+    """Return the readings (k, n, m, 3) of the rows before each; NaN where there is none."""
+    padded = np.concatenate([np.full((_NEIGHBOURS, *beads.shape[1:]), np.nan), beads])
+    return np.stack([padded[back : back + len(beads)] for back in range(_NEIGHBOURS)])
+
+
+def _nan_median(values: FloatArray) -> FloatArray:
+    """Return the median along the first axis of what is there; NaN where nothing is, without a warning."""
+    some = np.isfinite(values).any(axis=0)
+    return np.where(some, np.nanmedian(np.where(some, values, 0.0), axis=0), np.nan)
+
+
+def _nan_mean(values: FloatArray) -> FloatArray:
+    """Return the mean in the same way."""
+    some = np.isfinite(values).any(axis=0)
+    return np.where(some, np.nanmean(np.where(some, values, 0.0), axis=0), np.nan)

@@ -65,11 +65,11 @@ def shared_with_unknown(
     ----------
     explained, beyond : by how much the cause raises the log evidence, and the unknown beside it once more
     """
-    moved = probability[leading] * beyond / (beyond + max(explained, 0.0))
+    share = beyond / (beyond + max(explained, 0.0))
     shared = {
         **probability,
-        leading: probability[leading] - moved,
-        UNKNOWN: probability[UNKNOWN] + moved,
+        leading: (1.0 - share) * probability[leading],
+        UNKNOWN: probability[UNKNOWN] + share * probability[leading],
     }
     return dict(sorted(shared.items(), key=lambda item: -item[1]))
 

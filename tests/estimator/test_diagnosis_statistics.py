@@ -314,3 +314,10 @@ def test_a_probable_rival_widens_what_is_said_of_the_material_and_an_improbable_
     assert over_answers(chosen, {"slip": rival}, {"yield": 1.0, "slip": 0.0}) == chosen
     # an answer of which nothing is known counts as the chosen one
     assert over_answers(chosen, {}, {"yield": 0.5, "unknown": 0.5}) == chosen
+
+
+def test_what_moves_to_the_unknown_leaves_no_negative_probability() -> None:
+    for none in np.random.default_rng(1).uniform(0.0, 1.0, 200):
+        shared = shared_with_unknown({"none": none, "unknown": 1.0 - none}, "none", 0.0, 14.3)
+        assert shared["none"] == 0.0
+        assert shared["unknown"] == pytest.approx(1.0)
