@@ -21,7 +21,7 @@ _INTERVAL_95 = 1.96
 def draw_gap(sheet: Figure, diagnosis: Diagnosis) -> None:
     """Draw an arrow for each gap from before to after, the floor beside it, and E and ν on the right."""
     grid = sheet.add_gridspec(
-        2, 2, width_ratios=[2.3, 1], left=0.13, right=0.985, bottom=0.13, top=0.86, wspace=0.36, hspace=1.1
+        2, 2, width_ratios=[2.5, 1], left=0.13, right=0.985, bottom=0.13, top=0.86, wspace=0.52, hspace=1.1
     )
     rows = gap_rows(diagnosis)
     axes = sheet.add_subplot(grid[:, 0], xscale="log", xlabel="root mean square misfit, σ of the noise")
