@@ -28,7 +28,7 @@ _ONE_SIGMA = (15.87, 84.13)
 
 
 def gap_of(before: Sequence[FloatArray], after: Sequence[FloatArray], floor: float) -> Gap:
-    """Return the gap over whitened residuals, one (r,) an experiment.
+    """Return the gap over whitened residuals, one (r,) an experiment; NaN where nothing was measured.
 
     ``floor`` is the root mean square of the noise alone.
     """
@@ -40,7 +40,7 @@ def gap_of(before: Sequence[FloatArray], after: Sequence[FloatArray], floor: flo
         ]
     )
     one, two = _root_mean_squares(sums.sum(axis=0))
-    if one - floor <= _WITHIN_NOISE:
+    if not one - floor > _WITHIN_NOISE:
         return Gap(float(one), float(two), floor, float("nan"))
     drawn = np.random.default_rng(0).integers(len(sums), size=(_DRAWS, len(sums)))
     some, others = _root_mean_squares(sums[drawn].sum(axis=1))
@@ -54,8 +54,8 @@ def _stretches(residual: FloatArray) -> list[FloatArray]:
 
 
 def _root_mean_squares(sums: FloatArray) -> FloatArray:
-    """Return those (2, ...) of sums of squares before and after, and of how many values (..., 3)."""
-    count = np.maximum(sums[..., 2], 1.0)
+    """Return those (2, ...) of sums of squares before and after, and of how many values (..., 3); NaN of none."""
+    count = np.where(sums[..., 2] > 0, sums[..., 2], np.nan)
     return np.array([np.sqrt(sums[..., 0] / count), np.sqrt(sums[..., 1] / count)])
 
 

@@ -25,8 +25,6 @@ FloatArray = NDArray[np.float64]
 # and of all channels of a kind together, for others' meshes err along with ours. Clean cases of another simulator had
 # 0.35 apart and up to 0.23 together at beads away from the grasp, those of a coarser one 0.4 together.
 _LEFT_APART, _LEFT_TOGETHER = 0.5, 0.5
-# By this share of the correction's root mean square a bead may stand aside throughout.
-_LEFT_ASIDE = 0.5
 # Beside the rim of the grasp, where the solution is singular, the error falls with the root of the element size, and
 # half the size leaves 1 / (√2 − 1) of what it corrects (Richardson): even fine meshes differ in what a bead there does,
 # and not along the correction's course alone, which may pass through zero where the difference is large.
@@ -138,7 +136,7 @@ def whitening_of(mechanics: Mechanics, correction: FloatArray, noise: Noise) -> 
     of_wrench = np.arange(count) < 6
     # The correction's course is not that of what is left of it: a bead may stand aside throughout. At rest it stands
     # where it is on every mesh, but its stated place may be off by what is usual for the beads.
-    aside = np.where(of_wrench, 0.0, _LEFT_ASIDE * np.sqrt(np.mean(correction**2, axis=0)))
+    aside = np.where(of_wrench, 0.0, _LEFT_APART * np.sqrt(np.mean(correction**2, axis=0)))
     usual = float(np.median(aside[6:])) if count > 6 else 0.0
     at_rest = np.where(of_wrench, 0.0, np.minimum(aside, usual))
     offsets = np.hypot(np.where(of_wrench, noise.zero_deviation, noise.rest_deviation) * deviation, at_rest)

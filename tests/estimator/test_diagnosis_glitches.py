@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 from retraction_cases import SMALL_BLOCK
 
@@ -59,9 +58,9 @@ def test_most_readings_six_deviations_aside_are_found_and_next_to_no_others() ->
     assert wrong < 20
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_noise_alone_loses_next_to_nothing(seed: int) -> None:
-    assert len(left_out(noise(seed))) <= 2
+def test_of_mere_noise_three_readings_in_ten_thousand_are_lost() -> None:
+    lost = sum(len(left_out(noise(seed))) for seed in range(60))
+    assert lost < 4e-4 * 60 * ROWS * BEADS
 
 
 def test_a_bead_that_is_false_from_some_row_on_is_kept() -> None:

@@ -147,3 +147,8 @@ def test_a_gap_within_the_noise_has_no_closure_and_none_that_is_sure() -> None:
     found = gap_of(noise, noise, 1.0)
     assert np.isnan(found.closure_held_out)
     assert np.isnan(found.closure_std)
+
+
+def test_channels_that_nobody_measured_have_no_gap() -> None:
+    found = gap_of([np.zeros(0)], [np.zeros(0)], 1.0)
+    assert np.isnan([found.before, found.after, found.closure_held_out]).all()

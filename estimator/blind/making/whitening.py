@@ -3,7 +3,7 @@
 A reported pose is off by a few tens of micrometres, and with it the tissue that is gripped there: forces and beads of
 all rows at that pose are off together. With these directions as U η, η ~ N(0, 1), and the white noise of force and
 beads scaled to one, the covariance is I + U Uᵀ, whose inverse root is I − Q (1 − (1 + s²)^−½) Qᵀ with the left singular
-vectors Q and singular values s of U.
+vectors Q and singular values s of U. The diagnosis whitens for itself, by more: what tests it shares none of its code.
 """
 
 from collections.abc import Sequence
@@ -38,6 +38,8 @@ def whitening_of(rows: Rows, by_position: FloatArray, sensor: SensorNoise) -> Wh
 
     Parameters
     ----------
+    rows : of its motion
+    sensor : standard deviations of a row's force (N), torque (N m), beads and pose (m)
     by_position : (n, c, 3), by how much channels (wrench, then beads) change with the gripper's position, per m
     """
     beads = (by_position.shape[1] - 6) // 3

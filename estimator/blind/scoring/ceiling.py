@@ -23,7 +23,13 @@ _FALSE_ALARMS = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Ceiling:
-    """The share of draws in which the best test names a label, by how many sigma an effect of it stands out."""
+    """How often the best test names a label, by how far an effect of it stands out.
+
+    Attributes
+    ----------
+    sigma : (n,) rising, standard deviations of the noise
+    share : (n,) of draws in which it names the label
+    """
 
     sigma: tuple[float, ...]
     share: tuple[float, ...]
@@ -34,7 +40,10 @@ class Ceiling:
 
 
 def ceilings(rivals: Rivals, seed: int = 0) -> dict[str, Ceiling]:
-    """Return the ceiling of every label, an effect of which points along any direction of any of its rivals."""
+    """Return the ceiling of every label, an effect of which points along any direction of any of its rivals.
+
+    A label whose rivals are all imitated by what is free without them has none. ``seed`` is that of the draws.
+    """
     odds = _Odds(rivals, seed)
     bars = [odds.of_noise(sigma) for sigma in _SIGMA]
     rng = np.random.default_rng(seed + 1)

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.fit.result import Z95
+
 FloatArray = NDArray[np.float64]
 
-_Z95 = 1.959964
 _RESAMPLES = 2000
 _SEED = 0
 
@@ -30,9 +31,9 @@ def share(hits: Sequence[bool]) -> Figure:
     if not count:
         return Figure(math.nan, math.nan, math.nan, 0)
     p = sum(hits) / count
-    middle = p + _Z95**2 / (2 * count)
-    reach = _Z95 * math.sqrt(p * (1 - p) / count + _Z95**2 / (4 * count**2))
-    whole = 1 + _Z95**2 / count
+    middle = p + Z95**2 / (2 * count)
+    reach = Z95 * math.sqrt(p * (1 - p) / count + Z95**2 / (4 * count**2))
+    whole = 1 + Z95**2 / count
     return Figure(p, max(0.0, (middle - reach) / whole), min(1.0, (middle + reach) / whole), count)
 
 

@@ -10,11 +10,11 @@ from estimator.blind.scoring.intervals import Figure, calibration_error, mean, q
 from estimator.blind.scoring.keys import Key
 from estimator.blind.scoring.labels import answers_to, block_of, group_of
 from estimator.diagnosis.result import UNKNOWN
+from estimator.fit.result import Z95
 
 CONFIDENT = 0.9
 _MM = 1e3
 _NU_BACK, _MODULUS_BACK = 0.01, 0.03
-_Z95 = 1.959964
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,8 +166,8 @@ def _amounts(cases: Cases) -> list[Metric]:
         Metric("rightly named: error of ν before, median", quantile([before for before, _ in ratio], 50), ""),
         Metric("rightly named: error of ν after, median", quantile([after for _, after in ratio], 50), ""),
         Metric("rightly named: ν within 0.01 after", share([after <= _NU_BACK for _, after in ratio]), "%"),
-        _share("one cause or none: E in its 95 % interval", answered, lambda c: _off_by(c)[0] < _Z95),
-        _share("one cause or none: ν in its 95 % interval", answered, lambda c: _off_by(c)[1] < _Z95),
+        _share("one cause or none: E in its 95 % interval", answered, lambda c: _off_by(c)[0] < Z95),
+        _share("one cause or none: ν in its 95 % interval", answered, lambda c: _off_by(c)[1] < Z95),
     ]
 
 

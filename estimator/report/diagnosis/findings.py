@@ -8,6 +8,7 @@ from estimator.report.diagnosis.quantities import (
     parameters_text,
     percent,
     quantity_text,
+    share_text,
     sigma,
     slight_text,
     words_of,
@@ -56,9 +57,7 @@ def gap_sentence(gap: Gap) -> str:
     if not math.isfinite(gap.closure_held_out):
         return f"Gap on experiments left out of the fit: {sizes}."
     if gap.closure_held_out < 0:
-        share = f"adding the causes {closure_text(gap.closure_held_out, gap.closure_std)}".replace(
-            "widens", "widens it by"
-        )
+        share = f"adding the causes widens it by {share_text(-gap.closure_held_out, gap.closure_std)}"
     else:
         share = f"{closure_text(gap.closure_held_out, gap.closure_std)} of it closes"
     slight = f" ({text})" if (text := slight_text(gap)) else ""
