@@ -192,7 +192,8 @@ def priors_of(hypothesis: Hypothesis, free: Sequence[Coordinate]) -> Priors:
     centre = np.array([c.prior_offset(hypothesis) for c in free])
     lower = np.array([c.internal_of(c.lower) if np.isfinite(c.lower) else -np.inf for c in free])
     upper = np.array([c.internal_of(c.upper) if np.isfinite(c.upper) else np.inf for c in free])
-    return Priors(centre, scale, lower - values, upper - values)
+    amplitude_of = np.array([c.effect if c.has_null and c.effect is not None else -1 for c in free])
+    return Priors(centre, scale, lower - values, upper - values, amplitude_of)
 
 
 def contender_of(case: Case, base: Linearisation, error: ModelError, fit: Linearisation) -> Contender:

@@ -6,7 +6,13 @@ With residual r and derivatives Z at parameters θ̂, both whitened, and Gaussia
 
 M projecting E and ν out (their prior is flat and common to all hypotheses), T the prior deviations, and S the
 covariance of a discrepancy that forgives the signature its inexactness. Its amplitude is integrated over a grid.
+
+How large an effect is spans decades, and its amplitudes are large or small together: their prior is a mixture of normals
+from the usual size down. With the usual size alone an effect of three components that is a thirtieth of it would pay
+ln 30 for each of them.
 """
+
+from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, replace
@@ -32,6 +38,8 @@ UNKNOWN = tuple(
 _FLOOR_SHARES = (1.0, 0.3, 0.1, 0.03, 0.01)
 # Inexactness of a signature, as a share of what the effect explains.
 _INEXACT = (0.0, 0.02, 0.05, 0.1)
+# Sizes of an effect as shares of its usual one, equally likely.
+_SIZES = (1.0, 0.3, 0.1, 0.03)
 
 
 @dataclass(frozen=True)
@@ -43,12 +51,25 @@ class Priors:
     centre : (2 + k,) where the parameters stand in units of their priors; 0 for E and ν
     scale : (2 + k,) prior deviations; infinite for E and ν
     lower, upper : (2 + k,) how far each parameter may go from here
+    amplitude_of : (2 + k,) the number of the effect whose amplitude it is; -1 for what is no amplitude
     """
 
     centre: FloatArray
     scale: FloatArray
     lower: FloatArray
     upper: FloatArray
+    amplitude_of: NDArray[np.int64]
+
+    def of_every_size(self) -> list[Priors]:
+        """Return the priors with every effect of each size, from the usual one down."""
+        effects = np.unique(self.amplitude_of[self.amplitude_of >= 0])
+        found = []
+        for sizes in itertools.product(_SIZES, repeat=len(effects)):
+            size = np.ones(len(self.scale))
+            for effect, share in zip(effects, sizes, strict=True):
+                size[self.amplitude_of == effect] = share
+            found.append(replace(self, centre=self.centre / size, scale=self.scale * size))
+        return found
 
     @property
     def inverse_scale(self) -> FloatArray:
@@ -68,7 +89,12 @@ def log_evidence(
 
 
 def evidence_of_gram(gram: FloatArray, priors: Priors) -> float:
-    """Return ln p(y | hypothesis) from the Gram matrix (1 + 2 + k)² of residual and derivatives."""
+    """Return ln p(y | hypothesis) from the Gram matrix (1 + 2 + k)² of residual and derivatives, over all sizes."""
+    of_sizes = [_evidence_at_size(gram, sized) for sized in priors.of_every_size()]
+    return float(logsumexp(of_sizes) - np.log(len(of_sizes)))
+
+
+def _evidence_at_size(gram: FloatArray, priors: Priors) -> float:
     chi2, gradient, information = gram[0, 0], gram[1:, 0], gram[1:, 1:]
     free = np.isinf(priors.scale)
     inverse = priors.inverse_scale
@@ -93,7 +119,11 @@ def evidence_of_gram(gram: FloatArray, priors: Priors) -> float:
 def bounded_minimum(A: FloatArray, b: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
     """Return the minimiser x of ½ xᵀAx − bᵀx with lower ≤ x ≤ upper, by the bounded least squares of its root."""
     scale = np.sqrt(np.maximum(np.diag(A), 1e-300))
-    root = np.linalg.cholesky(A / np.outer(scale, scale) + 1e-10 * np.eye(len(A)))
+    scaled = A / np.outer(scale, scale) + 1e-10 * np.eye(len(A))
+    free = np.linalg.solve(scaled, b / scale) / scale
+    if np.all((lower <= free) & (free <= upper)):
+        return np.asarray(free)
+    root = np.linalg.cholesky(scaled)
     lo, hi = np.minimum(lower * scale, 0.0), np.maximum(upper * scale, 0.0)
     stuck = hi - lo <= 0.0
     hi = np.where(stuck, lo + 1e-300, hi)

@@ -8,6 +8,7 @@ from effect_cases import there_and_back
 from numpy.typing import NDArray
 from retraction_cases import SMALL_BLOCK
 from scipy.optimize import lsq_linear
+from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
 from estimator.diagnosis.averaging import over_answers
@@ -80,7 +81,7 @@ def linear(
 ) -> tuple[Moments, Priors]:
     free = np.full(columns.shape[1], np.inf)
     moments = moments_of(error, [np.column_stack([residual, columns])])
-    return moments, Priors(np.zeros(len(scale)), scale, -free, free)
+    return moments, Priors(np.zeros(len(scale)), scale, -free, free, np.where(np.isinf(scale), -1, 0))
 
 
 def test_the_evidence_of_a_linear_effect_is_that_of_the_joint_normal() -> None:
@@ -99,7 +100,8 @@ def test_the_evidence_of_a_linear_effect_is_that_of_the_joint_normal() -> None:
         covariance = np.eye(25) + used @ np.diag(np.square(prior)) @ used.T
         return float(multivariate_normal.logpdf(residual, cov=covariance))
 
-    expected = exact([wide, wide, scale], columns) - exact([wide, wide], columns[:, :2])
+    sizes = [exact([wide, wide, share * scale], columns) for share in (1.0, 0.3, 0.1, 0.03)]
+    expected = logsumexp(sizes) - np.log(4.0) - exact([wide, wide], columns[:, :2])
     assert gain == pytest.approx(expected, abs=1e-3)
 
 
@@ -285,7 +287,7 @@ def test_of_each_effect_the_best_start_is_tried_and_two_where_constants_are_sear
 
 
 def test_beads_at_the_rim_of_the_grasp_are_forgiven_what_meshes_make_of_them_as_the_gripper_goes() -> None:
-    # Where the solution is singular half the element size leaves 2.4 times what it corrects, not a third.
+    # Where the solution is singular even fine meshes differ, by half of the largest correction.
     experiment = there_and_back().experiment
     beads = experiment.fiducials_rest
     correction = np.zeros((len(experiment.time), 6 + 3 * len(beads)))
@@ -295,7 +297,7 @@ def test_beads_at_the_rim_of_the_grasp_are_forgiven_what_meshes_make_of_them_as_
     at_corner = np.isclose(beads[:, 0], 0.03) & (np.abs(beads[:, 1]) < 0.011)
     assert at_corner.sum() == 2
     farthest = size[22, 6:].reshape(-1, 3)
-    assert farthest[at_corner] == pytest.approx(2.414e-5, rel=1e-2)
+    assert farthest[at_corner] == pytest.approx(0.5e-5, rel=1e-2)
     assert np.all(farthest[~at_corner] == 0.0)
     assert np.all(size[0] == 0.0)
     # It depends on where the gripper is, not on how it came there.
