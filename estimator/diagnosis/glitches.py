@@ -18,7 +18,7 @@ FloatArray = NDArray[np.float64]
 
 # In standard deviations: of 10 000 readings of mere noise, of three coordinates each, 3 are lost. What agrees is the
 # mean of two readings with that of two others.
-_WILD, _AGREE = 3.5, 4.0
+_WILD, _AGREE = 4.0, 4.0
 # Of x_t less the median of four neighbours, whose variance is 0.298, for unit white noise.
 _SPREAD = np.sqrt(1.298)
 _NEIGHBOURS = 2

@@ -104,7 +104,7 @@ def found_beside(explained: float, left: float) -> bool:
     columns = np.linalg.qr(np.random.default_rng(3).normal(size=(400, 3)))[0]
     scale = free[2].scale
     assert scale is not None
-    # A prior's width of the second cause is a hundred times what the measurements resolve: that costs 4.6.
+    # The usual size of the second cause is a hundred times what the measurements resolve: that alone would cost 4.6.
     along = columns[:, 2] * 100.0 / scale
     residual = np.sqrt(2.0 * (left + np.log(100.0))) * columns[:, 2]
     nothing = np.zeros((400, 1))
@@ -120,4 +120,4 @@ def test_what_a_nearly_right_form_leaves_of_a_large_gap_is_no_second_cause() -> 
     assert found_beside(explained=100.0, left=50.0)
     assert not found_beside(explained=1e6, left=50.0)
     assert found_beside(explained=1e6, left=800.0)
-    assert not found_beside(explained=100.0, left=4.0)
+    assert not found_beside(explained=100.0, left=2.0)
