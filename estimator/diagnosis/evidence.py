@@ -7,9 +7,9 @@ With residual r and derivatives Z at parameters θ̂, both whitened, and Gaussia
 M projecting E and ν out (their prior is flat and common to all hypotheses), T the prior deviations, and S the
 covariance of a discrepancy that forgives the signature its inexactness. Its amplitude is integrated over a grid.
 
-How large an effect is spans decades, and its amplitudes are large or small together: their prior is a mixture of normals
-from the usual size down. With the usual size alone an effect of three components that is a thirtieth of it would pay
-ln 30 for each of them.
+How large an effect is spans decades, and its amplitudes are large or small together: their prior is a mixture of
+normals from the usual size down. With the usual size alone an effect of three components that is a thirtieth of it
+would pay ln 30 for each of them.
 """
 
 from __future__ import annotations

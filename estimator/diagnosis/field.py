@@ -134,12 +134,12 @@ def _doubtful(
     rivals = [one for one in best_few if one.log_evidence > best.log_evidence - _CLOSE]
     if len({one.labels[0] for one in rivals}) > 1:
         return rivals
-    if not _adequate(case, best):
+    if not adequate(case, best):
         return list(best_few[:2])
     return [best] if promising_pairs(case, best, trials, error, none) else []
 
 
-def _adequate(case: Case, contender: Contender) -> bool:
+def adequate(case: Case, contender: Contender) -> bool:
     """Tell whether a contender leaves no more than noise, so that no finer form of it is called for."""
     values = sum(len(residual) for residual in contender.fit.residual)
     return contender.fit.chi2 < values * white_floor(case) ** 2 + 3 * np.sqrt(2 * values)

@@ -16,7 +16,7 @@ from estimator.diagnosis.contest import (
     best_starts,
     evidence_of_unknown,
 )
-from estimator.diagnosis.field import Field
+from estimator.diagnosis.field import Field, adequate
 from estimator.diagnosis.held_out import lost_on_held_out
 from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
 from estimator.diagnosis.judgement import (
@@ -81,7 +81,7 @@ def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executo
     if best is None:
         return Verdict((UNKNOWN,), None, probability)
     pair = _best_pair(field, best, executor, tell)
-    if pair is not None and pair.log_evidence > field.unknown + _LEAST_REMAINDER:
+    if pair is not None and _stands(field, pair, leading):
         stronger = max(pair.labels, key=lambda label: evidence[label])
         alone = evidence[stronger]
         evidence = {**evidence, stronger: max(alone, pair.log_evidence)}
@@ -132,6 +132,15 @@ def _believed(hypothesis: Hypothesis, gain: float) -> float:
 def _slight(hypothesis: Hypothesis, gain: float) -> bool:
     """Tell whether a hypothesis has an effect of negligible size that a slight error of the model could feign."""
     return gain < _BELIEVED and bool(negligible_effects(hypothesis))
+
+
+def _stands(field: Field, pair: Contender, leading: str) -> bool:
+    """Tell whether two causes stand against something unknown.
+
+    Any two explain a part of what no effect alone does: where the unknown leads, they must leave no more than noise.
+    """
+    ahead = pair.log_evidence > field.unknown + _LEAST_REMAINDER
+    return ahead and (leading != UNKNOWN or adequate(field.case, pair))
 
 
 def _first_of(field: Field, label: str) -> Contender | None:

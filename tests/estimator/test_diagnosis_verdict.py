@@ -4,16 +4,18 @@ import typing
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.contest import Contender, Trial
 from estimator.diagnosis.discrepancy import Discrepancy, ModelError
-from estimator.diagnosis.field import Field
+from estimator.diagnosis.field import Field, adequate
 from estimator.diagnosis.hypothesis import Hypothesis, coordinates
 from estimator.diagnosis.roughness import rough_gap, rough_remainder, shaking
 from estimator.diagnosis.screening import Signature
 from estimator.diagnosis.second_cause import promising_pairs
 from estimator.diagnosis.verdict import weigh
+from estimator.diagnosis.whitening import Whitening
 from estimator.effects.catalogue import CATALOGUE
 from estimator.fem.problem import RetractionProblem
 
@@ -121,3 +123,17 @@ def test_what_a_nearly_right_form_leaves_of_a_large_gap_is_no_second_cause() -> 
     assert not found_beside(explained=1e6, left=50.0)
     assert found_beside(explained=1e6, left=800.0)
     assert not found_beside(explained=100.0, left=2.0)
+
+
+def test_causes_that_leave_a_fifth_beyond_noise_are_not_the_whole_story() -> None:
+    seen = np.ones((100, 12), dtype=bool)
+    nothing = np.zeros((seen.size, 0))
+    plain = Whitening(seen, np.ones(12), np.zeros(12), nothing, np.zeros(0))
+    case = Case((), typing.cast(RetractionProblem, None), (), (plain,), ())
+    noise = np.random.default_rng(11).normal(size=seen.size)
+
+    def left(residual: NDArray[np.float64]) -> Contender:
+        return Contender(Linearisation(MATERIAL, (), (), (residual,), (nothing,), (), ()), 0.0, np.zeros(0))
+
+    assert adequate(case, left(noise))
+    assert not adequate(case, left(1.1 * noise))
