@@ -12,7 +12,7 @@ from estimator.diagnosis.hypothesis import Hypothesis
 
 # A second cause must raise the log evidence by this, beyond its prior, and by this share of what the first one does:
 # a form that is nearly right leaves a little of a large gap, which another effect then seems to explain.
-_SECOND_CAUSE, _INEXACT = 6.0, 4e-4
+_SECOND_CAUSE, _INEXACT = 9.0, 4e-4
 
 
 def least_gain(explained: float) -> float:
