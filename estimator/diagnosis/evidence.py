@@ -117,17 +117,19 @@ def _evidence_at_size(gram: FloatArray, priors: Priors) -> float:
 
 
 def bounded_minimum(A: FloatArray, b: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
-    """Return the minimiser x of ½ xᵀAx − bᵀx with lower ≤ x ≤ upper, by the bounded least squares of its root."""
+    """Return the minimiser x of ½ xᵀAx − bᵀx with lower ≤ x ≤ upper, for A positive definite.
+
+    Where the free minimum lies beyond a bound it is that of the bounded least squares of A's root.
+    """
     scale = np.sqrt(np.maximum(np.diag(A), 1e-300))
-    scaled = A / np.outer(scale, scale) + 1e-10 * np.eye(len(A))
-    free = np.linalg.solve(scaled, b / scale) / scale
+    root = np.linalg.cholesky(A / np.outer(scale, scale) + 1e-10 * np.eye(len(A)))
+    target = solve_triangular(root, b / scale, lower=True)
+    free = solve_triangular(root, target, lower=True, trans="T") / scale
     if np.all((lower <= free) & (free <= upper)):
         return np.asarray(free)
-    root = np.linalg.cholesky(scaled)
     lo, hi = np.minimum(lower * scale, 0.0), np.maximum(upper * scale, 0.0)
     stuck = hi - lo <= 0.0
     hi = np.where(stuck, lo + 1e-300, hi)
-    target = solve_triangular(root, b / scale, lower=True)
     return np.asarray(lsq_linear(root.T, target, (lo, hi), method="bvls").x / scale)
 
 

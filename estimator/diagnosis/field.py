@@ -140,7 +140,7 @@ def _doubtful(
 
 
 def adequate(case: Case, contender: Contender) -> bool:
-    """Tell whether a contender leaves no more than noise, so that no finer form of it is called for."""
+    """Tell whether a contender leaves no more than noise: within 3 deviations of its sum of squares."""
     values = sum(len(residual) for residual in contender.fit.residual)
     return contender.fit.chi2 < values * white_floor(case) ** 2 + 3 * np.sqrt(2 * values)
 

@@ -22,14 +22,13 @@ from estimator.forward.schedule import schedule_poses, travel
 FloatArray = NDArray[np.float64]
 
 # What is left of the discretisation error after its correction, as a share of the correction: for each channel apart,
-# and of all channels of a kind together, for others' meshes err along with ours. The measurements of clean cases of two
-# other simulators, and of named ones at their named causes, are most probable with 0.05 to 0.3 apart, 0.1 together, of
-# a coarser mesh 0.3.
+# and of all channels of a kind together, for others' meshes err along with ours. The measurements of 13 clean cases of
+# two other simulators are most probable with 0.05 apart and 0.1 together, those of a coarser mesh with 0.2 to 0.3
+# together; of ten cases of one cause, at that cause, with 0.15 to 0.3 apart.
 _LEFT_APART, _LEFT_TOGETHER = 0.2, 0.3
 # Beside the rim of the grasp, where the solution is singular, the error falls with the root of the element size: even
 # fine meshes differ in what a bead there does, and not along the correction's course alone, which may pass through zero
-# where the difference is large. Most probable are 0.2 to 0.3 of the correction's largest length; one case in 25 needs
-# more.
+# where the difference is large. Most probable are 0.2 to 0.3 of the correction's largest length, 0.5 where tissue rubs.
 _LEFT_BESIDE_RIM = 0.5
 _BESIDE_RIM_M = 6e-3
 _WAVES_BESIDE_RIM = 4

@@ -122,7 +122,7 @@ def test_what_a_nearly_right_form_leaves_of_a_large_gap_is_no_second_cause() -> 
     assert found_beside(explained=100.0, left=50.0)
     assert not found_beside(explained=1e6, left=50.0)
     assert found_beside(explained=1e6, left=800.0)
-    assert not found_beside(explained=100.0, left=2.0)
+    assert not found_beside(explained=100.0, left=4.0)
 
 
 def test_causes_that_leave_a_fifth_beyond_noise_are_not_the_whole_story() -> None:
