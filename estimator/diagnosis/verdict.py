@@ -33,8 +33,8 @@ from estimator.diagnosis.second_cause import least_gain, promising_pairs
 from estimator.effects.catalogue import LABELS
 
 # An effect of negligible size is believed in full where it raises the log evidence by this: the baseline is not exact,
-# and to first order such effects raised it by up to 3.2 on eleven clean cases of another simulator and by 15 on a twelfth
-# (a grasp aside by 0.1 mm), by 6.3 on one of a third simulator with a coarser mesh.
+# and to first order such effects raised it by up to 3.2 on eleven clean cases of another simulator, by 15 on a twelfth
+# (a grasp aside by 0.1 mm), and by 6.3 on one of a third simulator with a coarser mesh.
 _BELIEVED = 8.0
 # Every effect may be there and too small to show: none can be ahead of it by this and no more. Where nothing stood out
 # on sealed cases, whose effects are drawn down to three sigma, one in three had one.
