@@ -34,6 +34,7 @@ from estimator.effects.gripper_compliance import (
 from estimator.effects.gripper_slip import GripperJump, GripperSlip
 from estimator.effects.inhomogeneity import INHOMOGENEITY
 from estimator.effects.lens_distortion import LensDistortion
+from estimator.effects.loose_bead import LooseBead
 from estimator.effects.modulus_drift import ModulusDrift
 from estimator.effects.modulus_gradient import MODULUS_GRADIENT
 from estimator.effects.motion_direction import MotionDirection, PoseDirection
@@ -52,6 +53,7 @@ from estimator.effects.time_offset import TimeOffset
 from estimator.effects.tool_weight import ToolWeight, ToolWeightAndCentre
 from estimator.effects.torque_centre import TorqueCentre
 from estimator.effects.viscoelasticity import VISCOELASTICITY
+from estimator.effects.zero_jump import ZeroJump
 
 _TISSUE: tuple[Effect, ...] = (
     *STRAIN_STIFFENING,
@@ -135,6 +137,8 @@ OUTSIDERS: tuple[Effect, ...] = (
     CameraCreep(),
     SlantedView(),
     Cable(),
+    ZeroJump(),
+    LooseBead(),
 )
 
 LABELS: dict[str, Group] = {effect.label: effect.group for effect in CATALOGUE}

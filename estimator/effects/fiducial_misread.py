@@ -19,6 +19,7 @@ from estimator.effects.instants import (
     start_of_row,
     sums_to_the_end,
 )
+from estimator.effects.misfit import fiducial_misfit
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
@@ -39,7 +40,7 @@ class FiducialMisread(Effect):
 
     def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
         """Return the beads whose mean misfit is largest."""
-        mean = np.concatenate([_misfit(each) for each in baseline]).mean(axis=0)
+        mean = np.concatenate([fiducial_misfit(each) for each in baseline]).mean(axis=0)
         worst = np.argsort(-np.linalg.norm(mean, axis=1))
         return [{"bead": float(number)} for number in worst[:_TRIED_BEADS]]
 
@@ -67,7 +68,7 @@ class FiducialMisreadFrom(FiducialMisread):
     def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
         """Return the beads whose misfit an offset from some instant on lowers most, each with its best instant."""
         ordered = in_order(baseline)
-        misfit = np.concatenate([_misfit(each) for each in ordered])
+        misfit = np.concatenate([fiducial_misfit(each) for each in ordered])
         rows_left = np.arange(len(misfit), 0, -1)
         gain = (sums_to_the_end(misfit) ** 2).sum(axis=-1) / rows_left[:, None]
         worst = np.argsort(-gain.max(axis=0))[:_TRIED_BEADS]
@@ -82,8 +83,3 @@ class FiducialMisreadFrom(FiducialMisread):
 
     def _misread(self, experiment: Experiment, values: Values) -> BoolArray:
         return after(experiment, values)
-
-
-def _misfit(readings: Readings) -> FloatArray:
-    """Return measured less predicted (n, m, 3), zero where nothing was measured."""
-    return np.nan_to_num(readings.experiment.fiducials - readings.fiducials, nan=0.0)

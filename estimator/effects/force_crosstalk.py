@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from estimator.effects.axes import WRENCH_CHANNELS, in_gripper_axes, in_tissue_axes
 from estimator.effects.effect import Amplitude, Constant, Effect, Readings, Values
+from estimator.effects.misfit import wrench_misfit
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
@@ -57,7 +58,7 @@ class ForcePairCrosstalk(ForceCrosstalk):
     def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
         """Return the pairs that would take most off the misfit."""
         load = np.concatenate([in_gripper_axes(each.rotation, each.wrench) for each in baseline])
-        misfit = np.concatenate([_weighted_misfit(each) for each in baseline])
+        misfit = np.concatenate([wrench_misfit(each) for each in baseline])
         seen = np.isfinite(misfit).all(axis=1)
         gain = (misfit[seen].T @ load[seen]) ** 2 / np.maximum((load[seen] ** 2).sum(axis=0), 1e-300)
         pairs = sorted(_PAIRS, key=lambda pair: -gain[pair[1], pair[0]])
@@ -78,10 +79,3 @@ def _leaking(readings: Readings, leak: FloatArray) -> Readings:
     matrix = leak * _FULL_SCALE[:, None] / _FULL_SCALE
     leaked = in_gripper_axes(readings.rotation, readings.wrench) @ matrix.T
     return readings.with_wrench(readings.wrench + in_tissue_axes(readings.rotation, leaked))
-
-
-def _weighted_misfit(readings: Readings) -> FloatArray:
-    """Return measured less predicted in the sensor's axes, in standard deviations of the noise."""
-    sensor = readings.experiment.sensor
-    noise = np.array(3 * [sensor.force_std] + 3 * [sensor.torque_std])
-    return in_gripper_axes(readings.rotation, readings.experiment.wrench - readings.wrench) / noise

@@ -5,7 +5,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from effect_cases import STIFFNESS, at_null, felt, there_and_back, with_values, wrench_change
+from effect_cases import STIFFNESS, at_null, felt, measured, there_and_back, with_values, wrench_change
 from numpy.testing import assert_allclose
 from retraction_cases import REFERENCE_BLOCK
 
@@ -15,9 +15,11 @@ from estimator.effects.camera_lag import CameraLag
 from estimator.effects.catalogue import LABELS, OUTSIDERS
 from estimator.effects.force_clipping import ForceClipping
 from estimator.effects.lens_distortion import LensDistortion
+from estimator.effects.loose_bead import LooseBead
 from estimator.effects.modulus_drift import ModulusDrift
 from estimator.effects.slanted_view import SlantedView
 from estimator.effects.sticky_patch import StickyPatch
+from estimator.effects.zero_jump import ZeroJump
 from estimator.fem.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
 from estimator.materials import NeoHookean
@@ -149,6 +151,42 @@ def test_a_hook_that_turns_with_the_tool_stretches_the_cable_though_the_gripper_
     # The hook has gone from above the gripper to beside it, 0.4 m from the cable's end.
     stretch = 0.4 - np.hypot(0.3, 0.1)
     assert change[22] == pytest.approx([-2.0 * stretch, 0.0, 0.0, 0.0, 0.0, 0.0], abs=1e-12)
+
+
+def test_a_zero_that_jumps_is_off_in_the_sensors_axes_to_the_end_of_its_experiment():
+    turning = felt(there_and_back(order=2, turn_rad=(0.0, 0.0, np.pi / 2)), np.zeros(6))
+    jump = {"order": 2.0, "time": 88.0, "jump_fx": 0.1, "jump_tz": 0.002}
+    change = wrench_change(ZeroJump(), turning, **jump)
+    assert_allclose(change[:22], 0.0)
+    # The gripper has turned by 90 degrees about z: what is off along x of the sensor is so along y of the tissue.
+    assert change[22] == pytest.approx([0.0, 0.1, 0.0, 0.0, 0.0, 0.002])
+    assert change[-1] == pytest.approx([0.1, 0.0, 0.0, 0.0, 0.0, 0.002])
+    assert_allclose(wrench_change(ZeroJump(), felt(there_and_back(order=3)), **jump), 0.0)
+
+
+def test_a_search_for_a_jump_begins_where_the_wrench_jumps():
+    readings = felt(there_and_back(order=2))
+    off = np.outer(np.arange(46) >= 30, [0.0, 0.05, 0.0, 0.0, 0.0, 0.0])
+    jumped = replace(readings, experiment=replace(readings.experiment, wrench=readings.wrench + off))
+    assert ZeroJump().starts([felt(there_and_back()), jumped])[1] == {"order": 2.0, "time": 118.0}
+
+
+def test_a_loose_bead_slides_as_the_tissue_moves_farther_than_before_and_stays_there():
+    readings = felt(there_and_back(order=2))
+    values = {"bead": 5.0, "order": 2.0, "onset": 0.5, "span": 0.25, "slide_y": 1e-3}
+    change = LooseBead().readings(readings, with_values(LooseBead(), values)).fiducials - readings.fiducials
+    assert change[10, 5] == pytest.approx(np.zeros(3))
+    assert change[12, 5] == pytest.approx([0.0, 0.4e-3, 0.0])  # 0.6 of the way
+    assert change[40, 5] == pytest.approx([0.0, 1e-3, 0.0])  # half way back
+    assert_allclose(np.delete(change, 5, axis=1), 0.0)
+
+
+def test_a_search_for_a_loose_bead_begins_at_the_one_that_slid():
+    before, during = felt(there_and_back(order=1)), felt(there_and_back(order=2))
+    slid = {"bead": 7.0, "order": 2.0, "onset": 0.4, "span": 0.15, "slide_x": 4e-4}
+    seen = LooseBead().readings(during, with_values(LooseBead(), slid)).fiducials
+    start = LooseBead().starts([before, measured(during, seen)])[0]
+    assert start == {"bead": 7.0, "order": 2.0, "onset": 0.4, "span": 0.15}
 
 
 @pytest.mark.parametrize("effect", OUTSIDERS, ids=lambda effect: effect.form)
