@@ -141,12 +141,12 @@ def trials_of(
     for signature in signatures:
         chosen = [*own, *range(at, at + len(signature.coordinates))]
         at += len(signature.coordinates)
-        hypothesis, free = _null_beside(base, signature)
+        hypothesis, free = null_beside(base, signature)
         here = moments.among(chosen)
         value = log_evidence(here, priors_of(hypothesis, free), error, error.floor)
         step, _ = step_of_gram(here.gram, hypothesis, free)
         found.append(
-            Trial(signature, value - _price_of_choice(case, hypothesis), moved(hypothesis, free, step))
+            Trial(signature, value - price_of_choice(case, hypothesis), moved(hypothesis, free, step))
         )
     return found
 
@@ -154,10 +154,10 @@ def trials_of(
 def first_order_evidence(case: Case, fit: Linearisation, error: ModelError) -> float:
     """Weigh a linearised hypothesis with the floor of what every model misses."""
     value = log_evidence(*_model(fit, error), error, error.floor)
-    return value - _price_of_choice(case, fit.hypothesis)
+    return value - price_of_choice(case, fit.hypothesis)
 
 
-def _price_of_choice(case: Case, hypothesis: Hypothesis) -> float:
+def price_of_choice(case: Case, hypothesis: Hypothesis) -> float:
     """Return what choosing the fixed constants costs: the log of among how many, equally likely beforehand."""
     return float(sum(np.log(effect.choices(case.experiments)) for effect in hypothesis.effects))
 
@@ -165,11 +165,11 @@ def _price_of_choice(case: Case, hypothesis: Hypothesis) -> float:
 def beside(base: Linearisation, signature: Signature) -> Linearisation:
     """Return the linearisation of a solved hypothesis with one effect more, at that effect's null."""
     columns = [np.column_stack(pair) for pair in zip(base.by_coordinate, signature.columns, strict=True)]
-    hypothesis, free = _null_beside(base, signature)
+    hypothesis, free = null_beside(base, signature)
     return replace(base, hypothesis=hypothesis, coordinates=free, by_coordinate=tuple(columns))
 
 
-def _null_beside(base: Linearisation, signature: Signature) -> tuple[Hypothesis, tuple[Coordinate, ...]]:
+def null_beside(base: Linearisation, signature: Signature) -> tuple[Hypothesis, tuple[Coordinate, ...]]:
     """Return a solved hypothesis with one effect more, at its null, and what is free of it."""
     number = len(base.hypothesis.effects)
     free = (*base.coordinates, *(replace(c, effect=number) for c in signature.coordinates))
@@ -199,7 +199,7 @@ def priors_of(hypothesis: Hypothesis, free: Sequence[Coordinate]) -> Priors:
 def contender_of(case: Case, base: Linearisation, error: ModelError, fit: Linearisation) -> Contender:
     """Weigh a refitted hypothesis."""
     value, inexactness = marginal_evidence(*_model(fit, error), error, explained(case, base, fit))
-    value -= _price_of_choice(case, fit.hypothesis)
+    value -= price_of_choice(case, fit.hypothesis)
     return Contender(fit, value, parameter_deviations(fit, error, inexactness))
 
 

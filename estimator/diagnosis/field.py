@@ -6,10 +6,7 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
-import numpy as np
-
 from estimator.diagnosis.case import Case, Linearisation
-from estimator.diagnosis.closure import white_floor
 from estimator.diagnosis.contest import (
     Contender,
     Tell,
@@ -24,7 +21,7 @@ from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.glitches import number_left_out
 from estimator.diagnosis.preparation import prepare
 from estimator.diagnosis.race import finalists, race
-from estimator.diagnosis.second_cause import promising_pairs
+from estimator.diagnosis.second_cause import adequate, promising_seconds
 from estimator.effects.catalogue import CATALOGUE, LABELS, OUTSIDERS
 from estimator.effects.effect import Effect
 from estimator.experiment import Experiment
@@ -136,13 +133,7 @@ def _doubtful(
         return rivals
     if not adequate(case, best):
         return list(best_few[:2])
-    return [best] if promising_pairs(case, best, trials, error, none) else []
-
-
-def adequate(case: Case, contender: Contender) -> bool:
-    """Tell whether a contender leaves no more than noise: within 3 deviations of its sum of squares."""
-    values = sum(len(residual) for residual in contender.fit.residual)
-    return contender.fit.chi2 < values * white_floor(case) ** 2 + 3 * np.sqrt(2 * values)
+    return [best] if promising_seconds(case, best, trials, error, none) else []
 
 
 def _elaborations(contenders: Sequence[Contender]) -> list[Effect]:

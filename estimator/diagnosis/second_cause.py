@@ -1,40 +1,103 @@
-"""What a cause leaves for another one, to first order beside it."""
+"""Where two causes may be at work: what one leaves for another beside it, and what two explain together."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-from estimator.diagnosis.case import Case
+import numpy as np
+
+from estimator.diagnosis.case import Case, Linearisation
+from estimator.diagnosis.closure import white_floor
 from estimator.diagnosis.contest import Contender, Trial, first_order_evidence, trials_of
 from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.findings import best_trials
 from estimator.diagnosis.hypothesis import Hypothesis
+from estimator.diagnosis.pairs import likeliest_pairs
 
 # A second cause must raise the log evidence by this, beyond its prior, and by this share of what the first one does:
 # a form that is nearly right leaves a little of a large gap, which another effect then seems to explain.
 _SECOND_CAUSE, _INEXACT = 9.0, 4e-4
+# How many second causes are tried beside each leader, and in all, and how many pairs that were weighed together.
+_PARTNERS, _PAIRS = 3, 3
 
 
-def least_gain(explained: float) -> float:
-    """Return by how much a second cause must raise the log evidence beside one that raises it by ``explained``."""
-    return _SECOND_CAUSE + _INEXACT * max(explained, 0.0)
+@dataclass(frozen=True, eq=False)
+class Start:
+    """Where a refit with two causes should begin, and the log evidence that it may reach."""
+
+    log_evidence: float
+    hypothesis: Hypothesis
 
 
-def promising_pairs(
+def least_gain(first: Contender, none: float) -> float:
+    """Return by how much a second cause must raise the log evidence beside a first one.
+
+    ``none`` is the log evidence without any cause.
+    """
+    inexact = any(not effect.exact for effect in first.fit.hypothesis.effects)
+    share = _INEXACT * max(first.log_evidence - none, 0.0)
+    return _SECOND_CAUSE + (share if inexact else 0.0)
+
+
+def adequate(case: Case, contender: Contender) -> bool:
+    """Tell whether a contender leaves no more than noise: within 3 deviations of its sum of squares."""
+    values = sum(len(residual) for residual in contender.fit.residual)
+    return contender.fit.chi2 < values * white_floor(case) ** 2 + 3 * np.sqrt(2 * values)
+
+
+def promising_seconds(
     case: Case, leader: Contender, trials: Sequence[Trial], error: ModelError, none: float
-) -> list[tuple[float, Hypothesis]]:
-    """Return what every worthwhile second effect would raise the leader's log evidence to, and where its refit starts.
+) -> list[Start]:
+    """Return the worthwhile second effects beside a leader, the most promising first.
 
-    The most promising comes first. Every start of ``trials`` is weighed anew: where the leader's gap is large, a second
-    cause seemed to lie elsewhere. ``none`` is the log evidence without any cause.
+    Every start of ``trials`` is weighed anew: where the leader's gap is large, a second cause seemed to lie elsewhere.
     """
     others = [trial.signature for trial in trials if trial.signature.effect.label not in leader.labels]
     tried = best_trials(trials_of(case, leader.fit, error, others)).values()
     alone = first_order_evidence(case, leader.fit, error)
-    bar = alone + least_gain(leader.log_evidence - none)
+    bar = alone + least_gain(leader, none)
     found = [
-        (trial.log_evidence - alone + leader.log_evidence, trial.start)
+        Start(trial.log_evidence - alone + leader.log_evidence, trial.start)
         for trial in tried
         if trial.log_evidence > bar
     ]
-    return sorted(found, key=lambda pair: -pair[0])
+    return sorted(found, key=lambda start: -start.log_evidence)
+
+
+def starts_of_pairs(
+    case: Case,
+    baseline: Linearisation,
+    leaders: Sequence[Contender],
+    trials: Sequence[Trial],
+    error: ModelError,
+    none: float,
+) -> list[Hypothesis]:
+    """Return where refits with two causes should begin: a second one beside each leader, and pairs weighed together.
+
+    The latter only where a leader leaves something: two causes of which one alone takes the place of both do that too.
+
+    Parameters
+    ----------
+    baseline : fitted
+    leaders : refitted hypotheses of one cause, the most probable first
+    none : log evidence of the baseline
+    """
+    beside = [
+        start
+        for leader in leaders
+        for start in promising_seconds(case, leader, trials, error, none)[:_PARTNERS]
+        # One that would not even reach the best single cause is no pair, however much its own leader leaves.
+        if start.log_evidence > leaders[0].log_evidence
+    ]
+    if not beside and (not leaders or adequate(case, leaders[0])):
+        return []
+    beside.sort(key=lambda start: -start.log_evidence)
+    begun = [start.hypothesis for start in beside[:_PARTNERS]]
+    known = [_labels(hypothesis) for hypothesis in begun]
+    together = likeliest_pairs(case, baseline, error, trials)[:_PAIRS]
+    return [*begun, *(pair.start for pair in together if pair.labels not in known)]
+
+
+def _labels(hypothesis: Hypothesis) -> frozenset[str]:
+    return frozenset(effect.label for effect in hypothesis.effects)

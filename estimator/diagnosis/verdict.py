@@ -16,7 +16,7 @@ from estimator.diagnosis.contest import (
     best_starts,
     evidence_of_unknown,
 )
-from estimator.diagnosis.field import Field, adequate
+from estimator.diagnosis.field import Field
 from estimator.diagnosis.held_out import lost_on_held_out
 from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
 from estimator.diagnosis.judgement import (
@@ -29,7 +29,7 @@ from estimator.diagnosis.judgement import (
 from estimator.diagnosis.race import race
 from estimator.diagnosis.result import NONE, UNKNOWN
 from estimator.diagnosis.roughness import rough_gap, rough_remainder, shaking
-from estimator.diagnosis.second_cause import least_gain, promising_pairs
+from estimator.diagnosis.second_cause import adequate, least_gain, starts_of_pairs
 from estimator.effects.catalogue import LABELS
 
 # An effect of negligible size is believed in full where it raises the log evidence by this: the baseline is not exact,
@@ -42,7 +42,7 @@ _UNSEEN = 2.0
 # Something unknown beside the causes must raise the log evidence by this, and by this share of what they do: any form
 # that is nearly right leaves a little of a large gap.
 _LEAST_REMAINDER, _REMAINDER = 15.0, 0.05
-_LEADERS, _PARTNERS = 2, 3
+_LEADERS = 2
 # One effect without a label is as improbable beforehand as one with, and so less probable than all that is unknown.
 _PRIORS = log_priors(LABELS)
 _PRICE_OF_OUTSIDER = _PRIORS[UNKNOWN] - float(np.mean([_PRIORS[label] for label in LABELS]))
@@ -185,17 +185,10 @@ def _rough(field: Field, fit: Linearisation) -> float:
 
 def _best_pair(field: Field, best: Contender, executor: Executor, tell: Tell) -> Contender | None:
     """Return the best hypothesis with a second cause beside a leader, None where none is worth it."""
-    starts = [
-        pair
-        for leader in field.contenders[:_LEADERS]
-        for pair in promising_pairs(field.case, leader, field.trials, field.error, field.none)[:_PARTNERS]
-    ]
-    # One that would not even reach the best single cause is no pair, however much its own leader leaves.
-    starts = [start for start in starts if start[0] > best.log_evidence]
-    starts.sort(key=lambda item: -item[0])
-    if not starts:
+    leaders = field.contenders[:_LEADERS]
+    begun = starts_of_pairs(field.case, field.baseline, leaders, field.trials, field.error, field.none)
+    if not begun:
         return None
-    begun = [start for _, start in starts[:_PARTNERS]]
     pairs = race(field.case, field.baseline, field.error, begun, best.log_evidence, executor, tell)
     pairs = [
         one
@@ -203,7 +196,7 @@ def _best_pair(field: Field, best: Contender, executor: Executor, tell: Tell) ->
         if not _slight(one.fit.hypothesis, one.log_evidence - best.log_evidence)
         and not lost_on_held_out(one.fit, field.baseline)
     ]
-    least = best.log_evidence + least_gain(best.log_evidence - field.none) - LOG_PRIOR_OF_A_PAIR
+    least = best.log_evidence + least_gain(best, field.none) - LOG_PRIOR_OF_A_PAIR
     if not pairs or pairs[0].log_evidence < least:
         return None
     return pairs[0]

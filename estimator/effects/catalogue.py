@@ -92,7 +92,8 @@ _MOTION: tuple[Effect, ...] = (
 _FORCE: tuple[Effect, ...] = (
     ToolWeight(),
     ToolWeightAndCentre(),
-    TorqueCentre(),
+    TorqueCentre("gripper"),
+    TorqueCentre("tissue"),
     ForceFrameRotation(),
     ForceCrosstalk(),
     ForcePairCrosstalk(),

@@ -167,6 +167,7 @@ class Effect:
     elaborates : form of the same label of which this one is a refinement, looked at only where that one leads
     mistaken_for : label of the catalogue in whose place one without a label is looked at; empty for one that always is
     keeps_pattern : whether :meth:`problem` leaves free and held nodes as they are
+    exact : whether nothing could be a little other than the form has it: what it leaves is not its own inexactness
     """
 
     label: ClassVar[str]
@@ -174,6 +175,7 @@ class Effect:
     words: ClassVar[str]
     rate_dependent: ClassVar[bool] = False
     keeps_pattern: ClassVar[bool] = True
+    exact: ClassVar[bool] = False
     elaborates: str = ""
     mistaken_for: str = ""
     form: str = ""

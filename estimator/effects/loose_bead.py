@@ -16,6 +16,8 @@ FloatArray = NDArray[np.float64]
 _ONSET = Constant("onset", "1", (0.1, 0.25, 0.4, 0.55, 0.7), 0.0, 0.95)
 _SPAN = Constant("span", "1", (0.15, 0.4), 0.02, 1.0)
 _TRIED_BEADS = 2
+# Beside the rim of the grasp strains are singular, and no mesh tells a bead's motion well enough to miss a slide.
+_BESIDE_GRASP_M = 3e-3
 
 
 class LooseBead(Effect):
@@ -34,7 +36,7 @@ class LooseBead(Effect):
     constants = (bead_constant("bead"), ORDER, _ONSET, _SPAN)
 
     def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
-        """Return the beads of which a slide in one experiment lowers the misfit most."""
+        """Return the beads, clear of the grasp, of which a slide in one experiment lowers the misfit most."""
         found: list[tuple[float, dict[str, float]]] = []
         for each in baseline:
             misfit, farthest = fiducial_misfit(each), _farthest(each)
@@ -43,6 +45,7 @@ class LooseBead(Effect):
                     course = _course(farthest, onset, span)
                     along = np.einsum("nm,nmc->mc", course, misfit)
                     gain = (along**2).sum(axis=1) / np.maximum((course**2).sum(axis=0), 1e-300)
+                    gain[_beside_grasp(each.experiment)] = -1.0
                     number = int(np.argmax(gain))
                     place = {"bead": float(number), "order": float(each.experiment.order)}
                     found.append((float(gain[number]), {**place, "onset": onset, "span": span}))
@@ -66,6 +69,13 @@ class LooseBead(Effect):
         fiducials = readings.fiducials.copy()
         fiducials[:, number] += course[:, None] * slide
         return readings.with_fiducials(fiducials)
+
+
+def _beside_grasp(experiment: Experiment) -> NDArray[np.bool_]:
+    """Tell which beads (m,) lie in the grasp or beside it."""
+    box, rest = experiment.grasp.box, experiment.fiducials_rest
+    beyond = np.maximum(0.0, np.maximum(np.array(box.lower) - rest, rest - np.array(box.upper)))
+    return np.asarray(np.linalg.norm(beyond, axis=1) < _BESIDE_GRASP_M)
 
 
 def _farthest(readings: Readings) -> FloatArray:

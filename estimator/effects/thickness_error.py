@@ -42,10 +42,10 @@ class ThicknessError(Effect):
         still = points[:, 2].min() if self._about == "table" else 0.0
         stretch = np.array([0.0, 0.0, excess])
         scaled = with_points(problem, points + stretch * (points[:, 2:] - still))
+        carried = stretch * (problem.fiducials_rest[:, 2:] - still)
         if self._beads == "measured":
-            return scaled
-        beads = problem.fiducials_rest
-        return replace(scaled, fiducials_rest=beads + stretch * (beads[:, 2:] - still))
+            return replace(scaled, fiducials_off=carried)
+        return replace(scaled, fiducials_rest=problem.fiducials_rest + carried)
 
 
 THICKNESS_ERROR = (

@@ -102,7 +102,7 @@ def _fiducial_motion_by_pose(
     whole[problem.pattern.gripped] = modes
     motion = interpolate(problem, whole)
     held = problem.fiducials_gripped
-    arms = state.pose.rotation.apply(problem.fiducials_rest[held] - problem.grasp_centre)
+    arms = state.pose.rotation.apply(problem.gripped_fiducial_arms())
     motion[held, :, :3] = np.eye(3)
     motion[held, :, 3:] = turned(arms)
     return motion

@@ -30,6 +30,7 @@ class RetractionProblem:
     pattern : TangentPattern
     fiducials_rest : (m, 3) float64, m
     fiducials_gripped : (m,) bool, fiducials on gripped tissue, which move rigidly
+    fiducials_off : (m, 3) float64, from where these are said to be at rest to the tissue that they sit on, m
     fiducial_nodes, fiducial_weights : (m, k), interpolation of the others from nodes
     """
 
@@ -42,6 +43,7 @@ class RetractionProblem:
     pattern: TangentPattern
     fiducials_rest: FloatArray
     fiducials_gripped: BoolArray
+    fiducials_off: FloatArray
     fiducial_nodes: IntArray
     fiducial_weights: FloatArray
 
@@ -49,9 +51,15 @@ class RetractionProblem:
         """Return the positions (m, 3) of the fiducials, m, at nodal displacements (n, 3) and the gripper's pose."""
         moved = np.einsum("mk,mkx->mx", self.fiducial_weights, displacement[self.fiducial_nodes])
         positions = self.fiducials_rest + moved
-        arms = self.fiducials_rest[self.fiducials_gripped] - self.grasp_centre
-        positions[self.fiducials_gripped] = pose.position + pose.rotation.apply(arms)
+        held = self.fiducials_gripped
+        arms = self.gripped_fiducial_arms()
+        positions[held] = pose.position + pose.rotation.apply(arms) - self.fiducials_off[held]
         return positions
+
+    def gripped_fiducial_arms(self) -> FloatArray:
+        """Return where in the gripper frame the tissue is on which gripped fiducials sit, (g, 3), m."""
+        held = self.fiducials_gripped
+        return self.fiducials_rest[held] + self.fiducials_off[held] - self.grasp_centre
 
     def gripped_positions(self, pose: GripperPose) -> FloatArray:
         """Return the positions (g, 3) of the gripped nodes, m, when the gripper frame is at ``pose``."""
@@ -95,6 +103,7 @@ def retraction_problem(
         tangent_pattern(mesh, anchored, gripped),
         fiducials_rest,
         fiducials_gripped,
+        np.zeros_like(fiducials_rest),
         nodes,
         weights,
     )

@@ -47,7 +47,7 @@ def test_one_experiment_alone_does_not_speak_against_a_cause() -> None:
 def test_a_parameter_that_only_one_experiment_sees_is_not_held_against_it() -> None:
     # The second experiment hardly sees the offset: by itself it would put it far from where the first has it.
     rng = np.random.default_rng(8)
-    effect = TorqueCentre()
+    effect = TorqueCentre("gripper")
     hypothesis = MATERIAL.with_effect(effect, {a.name: 0.0 for a in effect.amplitudes})
     free = coordinates(hypothesis)
     sees = [np.linalg.qr(rng.normal(size=(60, len(free))))[0] for _ in range(2)]
@@ -111,7 +111,7 @@ def test_residuals_without_derivatives_are_those_of_the_linearisation() -> None:
 def only_the_second_sees() -> Linearisation:
     """A fit whose last parameter, an offset of the torque's centre, shows in the second experiment alone."""
     rng = np.random.default_rng(4)
-    effect = TorqueCentre()
+    effect = TorqueCentre("gripper")
     hypothesis = MATERIAL.with_effect(effect, {a.name: 2e-3 for a in effect.amplitudes})
     free = coordinates(hypothesis)
     columns = [1e-2 * rng.normal(size=(400, len(free))) for _ in range(2)]

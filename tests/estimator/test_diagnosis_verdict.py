@@ -5,15 +5,16 @@ import typing
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from retraction_cases import REFERENCE_BLOCK
 
 from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.contest import Contender, Trial
 from estimator.diagnosis.discrepancy import Discrepancy, ModelError
-from estimator.diagnosis.field import Field, adequate
+from estimator.diagnosis.field import Field
 from estimator.diagnosis.hypothesis import Hypothesis, coordinates
 from estimator.diagnosis.roughness import rough_gap, rough_remainder, shaking
 from estimator.diagnosis.screening import Signature
-from estimator.diagnosis.second_cause import promising_pairs
+from estimator.diagnosis.second_cause import adequate, promising_seconds
 from estimator.diagnosis.verdict import weigh
 from estimator.diagnosis.whitening import Whitening
 from estimator.effects.catalogue import CATALOGUE
@@ -95,11 +96,10 @@ def test_beads_that_shake_together_are_told_from_noise_of_whatever_size(noise: f
     assert shaking([shaken[seen]], [seen]) == pytest.approx(0.5 * 540 * 4.0 * noise**2, rel=0.2)
 
 
-def found_beside(explained: float, left: float) -> bool:
+def found_beside(explained: float, left: float, first: str = "gripper_compliance:translation") -> bool:
     """Whether a second cause is looked for that would raise the log evidence by about ``left`` beside a first one."""
-    first, second = (
-        next(one for one in CATALOGUE if one.name == name)
-        for name in ("gripper_compliance:translation", "camera_scale:uniform")
+    leader, second = (
+        next(one for one in CATALOGUE if one.name == name) for name in (first, "camera_scale:uniform")
     )
     null = MATERIAL.with_effect(second, {"scale_error": 0.0})
     free = coordinates(null)
@@ -111,11 +111,11 @@ def found_beside(explained: float, left: float) -> bool:
     residual = np.sqrt(2.0 * (left + np.log(100.0))) * columns[:, 2]
     nothing = np.zeros((400, 1))
     error = ModelError((Discrepancy((nothing, nothing), (np.zeros(1), np.zeros(1))),), (0.0, 0.0))
-    leading = MATERIAL.with_effect(first, {"compliance": 1e-4})
+    leading = MATERIAL.with_effect(leader, {amplitude.name: 1e-4 for amplitude in leader.amplitudes})
     fit = Linearisation(leading, free[:2], (), (residual,), (columns[:, :2],), (), ())
     trial = Trial(Signature(second, {}, free[2:], (along[:, None],)), 0.0, null)
-    case = Case((), typing.cast(RetractionProblem, None), (), (), ())
-    return bool(promising_pairs(case, Contender(fit, explained, np.zeros(2)), [trial], error, none=0.0))
+    case = Case((REFERENCE_BLOCK,), typing.cast(RetractionProblem, None), (), (), ())
+    return bool(promising_seconds(case, Contender(fit, explained, np.zeros(2)), [trial], error, none=0.0))
 
 
 def test_what_a_nearly_right_form_leaves_of_a_large_gap_is_no_second_cause() -> None:
@@ -123,6 +123,12 @@ def test_what_a_nearly_right_form_leaves_of_a_large_gap_is_no_second_cause() -> 
     assert not found_beside(explained=1e6, left=50.0)
     assert found_beside(explained=1e6, left=800.0)
     assert not found_beside(explained=100.0, left=4.0)
+
+
+def test_beside_two_beads_that_are_exchanged_nothing_is_their_inexactness() -> None:
+    exchange = "fiducial_mislabel:to_the_last_experiment"
+    assert found_beside(explained=1e6, left=50.0, first=exchange)
+    assert not found_beside(explained=1e6, left=4.0, first=exchange)
 
 
 def test_causes_that_leave_a_fifth_beyond_noise_are_not_the_whole_story() -> None:

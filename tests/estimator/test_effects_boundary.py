@@ -181,6 +181,20 @@ def test_beads_on_a_thicker_phantom_lie_where_they_were_measured_or_on_its_face(
     np.testing.assert_allclose(heights, [0.005, 0.006, 0.007])
 
 
+def test_a_gripped_bead_turns_with_the_tissue_that_it_sits_on() -> None:
+    """Of a phantom thinner than stated that lies nearer to the middle: a turn about x carries it aside by less."""
+    centre = np.array(REFERENCE_BLOCK.grasp.centre)
+    pose = GripperPose(centre, Rotation.from_rotvec([np.pi / 2, 0.0, 0.0]))
+    bead = int(np.flatnonzero(BLOCK.fiducials_gripped)[0])
+    at_rest = BLOCK.fiducials_rest[bead]
+    asides = []
+    for effect in THICKNESS_ERROR[:2]:
+        thinner = effect.problem(BLOCK, {"excess": -0.2})
+        moved = thinner.fiducial_positions(np.zeros_like(thinner.body.mesh.points), pose)[bead]
+        asides.append(moved[1] - at_rest[1])
+    np.testing.assert_allclose(asides, -at_rest[1] - 0.8 * at_rest[2])
+
+
 def mounted(effect: Effect, values: Values, poses: Sequence[GripperPose]) -> tuple[Readings, Readings]:
     """What is there, and what the sensors read of it."""
     truth = readings_of(poses, observed(effect.problem(BLOCK, values), poses))

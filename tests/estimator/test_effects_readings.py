@@ -153,10 +153,13 @@ def test_a_turned_sensor_keeps_the_lengths_of_force_and_torque():
 
 def test_about_a_point_to_the_side_of_the_pull_the_torque_gains_the_pull_times_its_arm():
     readings = felt(there_and_back(turn_rad=(0.0, 0.0, np.pi)), np.array([-2.0, 0, 0, 0, 0, 0]))
-    change = wrench_change(TorqueCentre(), readings, centre_y=3e-3)
+    change = wrench_change(TorqueCentre("gripper"), readings, centre_y=3e-3)
     assert_allclose(change[0], [0, 0, 0, 0, 0, -6e-3], atol=1e-15)
     # The point turns with the gripper and lies on the other side after half a turn.
     assert_allclose(change[22], [0, 0, 0, 0, 0, 6e-3], atol=1e-15)
+    # A lever in the tissue's axes does not turn.
+    stays = wrench_change(TorqueCentre("tissue"), readings, centre_y=3e-3)
+    assert_allclose(stays[[0, 22]], [[0, 0, 0, 0, 0, -6e-3]] * 2, atol=1e-15)
 
 
 def test_the_weight_left_over_does_not_show_as_long_as_the_gripper_stays_level():

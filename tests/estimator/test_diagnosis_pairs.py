@@ -1,0 +1,67 @@
+"""Two causes at once: pairs of signatures weighed together find what neither alone, nor one after the other, shows."""
+
+import typing
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from estimator.diagnosis.case import Case, Linearisation
+from estimator.diagnosis.contest import Trial, trials_of
+from estimator.diagnosis.discrepancy import Discrepancy, ModelError
+from estimator.diagnosis.hypothesis import Hypothesis, coordinates
+from estimator.diagnosis.pairs import likeliest_pairs
+from estimator.diagnosis.screening import Signature
+from estimator.effects.catalogue import CATALOGUE
+from estimator.fem.problem import RetractionProblem
+
+MATERIAL = Hypothesis(15e3, 0.45)
+CASE = Case((), typing.cast(RetractionProblem, None), (), (), ())
+NOTHING = np.zeros((600, 1))
+ERROR = ModelError((Discrepancy((NOTHING, NOTHING), (np.zeros(1), np.zeros(1))),), (0.0, 0.0))
+DIRECTIONS = np.linalg.qr(np.random.default_rng(5).normal(size=(600, 6)))[0]
+# Deviations of noise by which an effect of the usual size would move the measurements.
+USUAL = 30.0
+
+
+def signature(name: str, direction: NDArray[np.float64]) -> Signature:
+    """One that points along a direction."""
+    effect = next(one for one in CATALOGUE if one.name == name)
+    null = MATERIAL.with_effect(effect, {amplitude.name: 0.0 for amplitude in effect.amplitudes})
+    free = [c for c in coordinates(null) if c.effect == 0]
+    assert free[0].scale is not None
+    return Signature(effect, {}, tuple(free), (USUAL * direction[:, None] / free[0].scale,))
+
+
+def test_two_causes_are_found_whose_place_a_third_one_takes() -> None:
+    one, other = DIRECTIONS[:, 2], DIRECTIONS[:, 3]
+    signatures = [
+        signature("camera_scale:uniform", one),
+        signature("gripper_compliance:translation", other),
+        signature("motion_scale:translation", (one + other) / np.sqrt(2.0)),
+        signature("second_invariant", DIRECTIONS[:, 4]),
+    ]
+    misfit = 20.0 * one + 12.0 * other
+    base = Linearisation(MATERIAL, coordinates(MATERIAL), (), (misfit,), (DIRECTIONS[:, :2],), (), ())
+    alone = sorted(trials_of(CASE, base, ERROR, signatures), key=lambda trial: -trial.log_evidence)
+    assert alone[0].signature.effect.label == "motion_scale"
+    pairs = likeliest_pairs(CASE, base, ERROR, [Trial(s, 0.0, MATERIAL) for s in signatures])
+    # Any two of the three span what both do; those that do it with their usual sizes come first.
+    assert pairs[0].labels < {"camera_scale", "gripper_compliance", "motion_scale"}
+    assert all("second_invariant" not in pair.labels for pair in pairs[:3])
+    both = next(pair for pair in pairs if pair.labels == {"camera_scale", "gripper_compliance"})
+    assert both.log_evidence > alone[0].log_evidence + 10.0
+    scale, compliance = (s.coordinates[0].scale or 0.0 for s in signatures[:2])
+    values = {name: value for each in both.start.values for name, value in each.items()}
+    assert values["scale_error"] == pytest.approx(20.0 / USUAL * scale, rel=0.02)
+    assert values["compliance"] == pytest.approx(12.0 / USUAL * compliance, rel=0.02)
+
+
+def test_two_forms_of_one_cause_are_no_pair() -> None:
+    signatures = [
+        signature("force_axis_gain:fx", DIRECTIONS[:, 2]),
+        signature("force_axis_gain:fy", DIRECTIONS[:, 3]),
+    ]
+    misfit = 20.0 * DIRECTIONS[:, 2] + 12.0 * DIRECTIONS[:, 3]
+    base = Linearisation(MATERIAL, coordinates(MATERIAL), (), (misfit,), (DIRECTIONS[:, :2],), (), ())
+    assert not likeliest_pairs(CASE, base, ERROR, [Trial(s, 0.0, MATERIAL) for s in signatures])
