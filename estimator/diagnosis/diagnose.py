@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.special import softmax
 
 from estimator.diagnosis.advice import advise
-from estimator.diagnosis.averaging import over_answers
+from estimator.diagnosis.averaging import over_answers, with_cause_left_open, with_form_left_open
 from estimator.diagnosis.case import Linearisation, deformed_mesh
 from estimator.diagnosis.closure import gap_of, gaps_by_kind, noise_floor
 from estimator.diagnosis.considering import consider
@@ -98,7 +98,13 @@ def _diagnosis(
     credible = credible_set(verdict.probability)
     considered = consider(case, baseline, field.error, field.trials_of_labels, field.contenders, floor)
     without = _material(baseline, alone)
-    chosen_material = without if winner is None else _material(chosen, winner.deviations)
+    if winner is not None:
+        chosen_material = with_form_left_open(_material(chosen, winner.deviations), without)
+    elif UNKNOWN in verdict.labels:
+        tried = [one.achieved.material for one in considered.values() if one.achieved is not None]
+        chosen_material = with_cause_left_open(without, tried)
+    else:
+        chosen_material = without
     return Diagnosis(
         verdict=verdict.labels,
         probabilities=verdict.probability,

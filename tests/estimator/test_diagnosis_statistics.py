@@ -11,7 +11,7 @@ from scipy.optimize import lsq_linear
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
-from estimator.diagnosis.averaging import over_answers
+from estimator.diagnosis.averaging import over_answers, with_cause_left_open, with_form_left_open
 from estimator.diagnosis.contest import Trial, best_starts
 from estimator.diagnosis.discrepancy import Discrepancy, ModelError, Moments, forgiven, moments_of
 from estimator.diagnosis.evidence import (
@@ -304,10 +304,11 @@ def test_beads_at_the_rim_of_the_grasp_are_forgiven_what_meshes_make_of_them_as_
     assert directions[10] == pytest.approx(directions[35])
 
 
-def test_a_probable_rival_widens_what_is_said_of_the_material_and_an_improbable_one_does_not() -> None:
-    def material(modulus: float, ratio: float) -> Material:
-        return Material(Quantity(modulus, 100.0, "Pa"), Quantity(ratio, 0.003, "1"))
+def material(modulus: float, ratio: float) -> Material:
+    return Material(Quantity(modulus, 100.0, "Pa"), Quantity(ratio, 0.003, "1"))
 
+
+def test_a_probable_rival_widens_what_is_said_of_the_material_and_an_improbable_one_does_not() -> None:
     chosen, rival = material(26_000.0, 0.48), material(25_000.0, 0.46)
     probable = over_answers(chosen, {"slip": rival}, {"yield": 0.8, "slip": 0.2})
     assert probable.youngs_modulus.value == 26_000.0
@@ -316,6 +317,23 @@ def test_a_probable_rival_widens_what_is_said_of_the_material_and_an_improbable_
     assert over_answers(chosen, {"slip": rival}, {"yield": 1.0, "slip": 0.0}) == chosen
     # an answer of which nothing is known counts as the chosen one
     assert over_answers(chosen, {}, {"yield": 0.5, "unknown": 0.5}) == chosen
+
+
+def test_a_cause_that_changes_the_material_by_much_leaves_a_tenth_of_that_open() -> None:
+    baseline = material(25_000.0, 0.46)
+    found = with_form_left_open(material(26_000.0, 0.43), baseline)
+    assert found.youngs_modulus == Quantity(26_000.0, pytest.approx(np.hypot(100.0, 100.0)), "Pa")
+    assert found.poisson_ratio == Quantity(0.43, pytest.approx(np.hypot(0.003, 0.003)), "1")
+    assert with_form_left_open(baseline, baseline) == baseline
+
+
+def test_something_unknown_may_have_changed_the_material_as_the_causes_that_were_tried_would() -> None:
+    baseline = material(25_000.0, 0.46)
+    found = with_cause_left_open(baseline, [material(25_300.0, 0.46), material(24_900.0, 0.48)])
+    assert found.youngs_modulus.value == 25_000.0
+    assert found.youngs_modulus.std == pytest.approx(np.sqrt(100.0**2 + (300.0**2 + 100.0**2) / 2))
+    assert found.poisson_ratio.std == pytest.approx(np.sqrt(0.003**2 + 0.02**2 / 2))
+    assert with_cause_left_open(baseline, []) == baseline
 
 
 def test_what_moves_to_the_unknown_leaves_no_negative_probability() -> None:
