@@ -18,8 +18,9 @@ from estimator.diagnosis.pairs import likeliest_pairs
 # A second cause must raise the log evidence by this, beyond its prior, and by this share of what the first one does:
 # a form that is nearly right leaves a little of a large gap, which another effect then seems to explain.
 _SECOND_CAUSE, _INEXACT = 9.0, 4e-4
-# How many second causes are tried beside each leader, and in all, and how many pairs that were weighed together.
-_PARTNERS, _PAIRS = 3, 3
+# How many second causes are refitted beside each leader, how many pairs that were weighed together, and how many of
+# both: as many as two workers do in two turns.
+_PARTNERS, _PAIRS, _STARTS = 3, 2, 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,10 +94,11 @@ def starts_of_pairs(
     if not beside and (not leaders or adequate(case, leaders[0])):
         return []
     beside.sort(key=lambda start: -start.log_evidence)
-    begun = [start.hypothesis for start in beside[:_PARTNERS]]
-    known = [_labels(hypothesis) for hypothesis in begun]
-    together = likeliest_pairs(case, baseline, error, trials)[:_PAIRS]
-    return [*begun, *(pair.start for pair in together if pair.labels not in known)]
+    one_by_one = [start.hypothesis for start in beside[:_PARTNERS]]
+    known = [_labels(hypothesis) for hypothesis in one_by_one]
+    likeliest = likeliest_pairs(case, baseline, error, trials)[:_PAIRS]
+    together = [pair.start for pair in likeliest if pair.labels not in known]
+    return [*one_by_one[: _STARTS - len(together)], *together]
 
 
 def _labels(hypothesis: Hypothesis) -> frozenset[str]:

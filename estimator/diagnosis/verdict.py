@@ -167,7 +167,7 @@ def _with_remainder(
     remainder = max(smooth, _rough(field, winner.fit))
     explained = winner.log_evidence - field.none - by_outsider
     recognised = UNKNOWN in labels
-    if not recognised and remainder < max(_LEAST_REMAINDER, _REMAINDER * explained):
+    if not recognised and remainder < _least_remainder(explained):
         return Verdict(labels, winner, probability)
     shared = shared_with_unknown(probability, leading, explained, by_outsider + max(remainder, 0.0))
     if recognised:
@@ -190,13 +190,19 @@ def _best_pair(field: Field, best: Contender, executor: Executor, tell: Tell) ->
     if not begun:
         return None
     pairs = race(field.case, field.baseline, field.error, begun, best.log_evidence, executor, tell)
-    pairs = [
-        one
-        for one in pairs
-        if not _slight(one.fit.hypothesis, one.log_evidence - best.log_evidence)
-        and not lost_on_held_out(one.fit, field.baseline)
-    ]
-    least = best.log_evidence + least_gain(best, field.none) - LOG_PRIOR_OF_A_PAIR
-    if not pairs or pairs[0].log_evidence < least:
-        return None
-    return pairs[0]
+    return next((pair for pair in pairs if _worth_two(field, best, pair)), None)
+
+
+def _worth_two(field: Field, best: Contender, pair: Contender) -> bool:
+    """Tell whether two causes explain enough more than the best one."""
+    explained, further = best.log_evidence - field.none, pair.log_evidence - best.log_evidence
+    least = least_gain(best, field.none) - LOG_PRIOR_OF_A_PAIR
+    if UNKNOWN in pair.labels and UNKNOWN not in best.labels:
+        least = max(least, _least_remainder(explained))
+    small = _slight(pair.fit.hypothesis, further)
+    return further >= least and not small and not lost_on_held_out(pair.fit, field.baseline)
+
+
+def _least_remainder(explained: float) -> float:
+    """Return what something unknown beside causes must raise the log evidence by, given what they do."""
+    return max(_LEAST_REMAINDER, _REMAINDER * explained)

@@ -44,7 +44,7 @@ def test_a_slight_stretch_of_the_cameras_scale_is_a_gap_where_it_stands_out(gain
 def test_a_slight_stretch_that_does_not_stand_out_keeps_little_of_its_evidence() -> None:
     found = weigh(tried("camera_scale:uniform", "scale_error", 3e-4, 2.0))
     assert found["none"] == 0.0
-    assert found["camera_scale"] < -0.5
+    assert found["camera_scale"] < 0.0
 
 
 def test_a_grasp_well_aside_keeps_all_of_it() -> None:
