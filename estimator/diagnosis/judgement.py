@@ -11,7 +11,7 @@ from scipy.special import logsumexp
 from estimator.diagnosis.result import NONE, UNKNOWN
 
 # Prior of no gap, and of a cause outside the catalogue; the groups share the rest equally, and labels their group's.
-_PRIOR_NONE, _PRIOR_UNKNOWN = 0.5, 0.1
+_PRIOR_NONE, _PRIOR_UNKNOWN = 0.65, 0.1
 # A second cause has this prior.
 LOG_PRIOR_OF_A_PAIR = float(np.log(0.05))
 _CREDIBLE = 0.9

@@ -17,9 +17,10 @@ BoolArray = NDArray[np.bool_]
 _ROUGH_SIGMA = 8.0
 # And without any cause, so much beyond the noise that most of the residuals show.
 _TAIL_SIGMA = 4.0
-# The beads' mean in each row averages over outliers and understated noise alike: right causes leave up to 3. Two
-# consecutive differences share a row, by which the sum of their squares scatters more by the root of 1.5.
-_SHAKING_SIGMA = 4.5 * np.sqrt(1.5)
+# The beads' mean in each row averages over outliers and understated noise alike: right causes leave up to 2.5.
+_SHAKING_SIGMA = 4.0
+# Of that mean everything slower than so many rows is taken out: what a model misses is slow.
+_SLOWEST_ROWS = 8
 _FEWEST_BEADS = 4
 _WRENCH = 6
 
@@ -33,8 +34,8 @@ def rough_remainder(residual: Sequence[FloatArray], floor: float) -> float:
     floor : root mean square of noise alone
     """
     values = np.concatenate(list(residual))
-    excess = _deviations_beyond(values, floor)
-    return _half_of_excess(values, floor, excess) if excess > _ROUGH_SIGMA else 0.0
+    excess = _deviations_beyond(values, len(values), floor)
+    return _half_of_excess(len(values), floor, excess) if excess > _ROUGH_SIGMA else 0.0
 
 
 def rough_gap(residual: Sequence[FloatArray], floor: float) -> float:
@@ -46,7 +47,11 @@ def rough_gap(residual: Sequence[FloatArray], floor: float) -> float:
     """
     values = np.concatenate(list(residual))
     usual = max(floor, robust_deviation(values))
-    return rough_remainder(residual, floor) if _deviations_beyond(values, usual) > _TAIL_SIGMA else 0.0
+    return (
+        rough_remainder(residual, floor)
+        if _deviations_beyond(values, len(values), usual) > _TAIL_SIGMA
+        else 0.0
+    )
 
 
 def shaking(residual: Sequence[FloatArray], seen: Sequence[BoolArray]) -> float:
@@ -59,26 +64,36 @@ def shaking(residual: Sequence[FloatArray], seen: Sequence[BoolArray]) -> float:
     residual : (r,) of each experiment, whitened
     seen : (n, 6 + 3m) of each, which channels of which row they are
     """
-    common, of_beads = [], []
+    common, of_beads, freedom = [], [], 0
     for r, where in zip(residual, seen, strict=True):
         channels = np.full(where.shape, np.nan)
         channels[where] = r
         beads = channels[:, _WRENCH:].reshape(len(where), -1, 3)
         count = np.isfinite(beads).sum(axis=1)
         sums = np.nansum(beads, axis=1) / np.sqrt(np.maximum(count, 1))
-        common.append((np.diff(sums[(count >= _FEWEST_BEADS).all(axis=1)], axis=0) / np.sqrt(2.0)).ravel())
+        sums = sums[(count >= _FEWEST_BEADS).all(axis=1)]
+        slow = _slow(len(sums))
+        common.append((sums - slow @ (slow.T @ sums)).ravel())
+        freedom += 3 * (slow.shape[0] - slow.shape[1])
         of_beads.append(beads[np.isfinite(beads)])
     together, noise = np.concatenate(common), robust_deviation(np.concatenate(of_beads))
-    excess = _deviations_beyond(together, noise)
-    return _half_of_excess(together, noise, excess) if excess > _SHAKING_SIGMA else 0.0
+    excess = _deviations_beyond(together, freedom, noise)
+    return _half_of_excess(freedom, noise, excess) if excess > _SHAKING_SIGMA else 0.0
 
 
-def _deviations_beyond(values: FloatArray, noise: float) -> float:
-    """Return by how many of its deviations the sum of squares is beyond that of white noise."""
-    if not len(values):
+def _slow(rows: int) -> FloatArray:
+    """Return the cosines (n, k) over rows that are slower than what counts as shaking, orthonormal."""
+    order = np.arange(2 * rows // _SLOWEST_ROWS)
+    waves = np.cos(np.pi * np.outer(np.arange(rows) + 0.5, order) / max(rows, 1))
+    return np.asarray(waves / np.maximum(np.linalg.norm(waves, axis=0), 1e-300))
+
+
+def _deviations_beyond(values: FloatArray, freedom: int, noise: float) -> float:
+    """Return by how many of its deviations the sum of squares is beyond that of white noise so free."""
+    if not freedom:
         return 0.0
-    return float((values @ values / noise**2 - len(values)) / np.sqrt(2.0 * len(values)))
+    return float((values @ values / noise**2 - freedom) / np.sqrt(2.0 * freedom))
 
 
-def _half_of_excess(values: FloatArray, noise: float, excess: float) -> float:
-    return excess * noise**2 * float(np.sqrt(len(values) / 2.0))
+def _half_of_excess(freedom: int, noise: float, excess: float) -> float:
+    return excess * noise**2 * float(np.sqrt(freedom / 2.0))

@@ -38,7 +38,7 @@ from estimator.effects.catalogue import LABELS
 _BELIEVED = 8.0
 # Every effect may be there and too small to show: none can be ahead of it by this and no more. Where nothing stood out
 # in sealed cases of three seeds, whose effects are drawn down to three sigma, 16 of 21 had none.
-_UNSEEN = 1.2
+_UNSEEN = 0.5
 # Something unknown beside the causes must raise the log evidence by this, and by this share of what they do: any form
 # that is nearly right leaves a little of a large gap.
 _LEAST_REMAINDER, _REMAINDER = 15.0, 0.05
