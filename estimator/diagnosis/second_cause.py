@@ -21,6 +21,8 @@ _SECOND_CAUSE, _INEXACT = 9.0, 4e-4
 # How many second causes are refitted beside each leader, how many pairs that were weighed together, and how many of
 # both: as many as two workers do in two turns.
 _PARTNERS, _PAIRS, _STARTS = 3, 2, 4
+# One that promises less than the best by more than this, and by this share of what that adds to one cause, is left out.
+_BEHIND, _BEHIND_SHARE = 10.0, 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,12 +95,23 @@ def starts_of_pairs(
     ]
     if not beside and (not leaders or adequate(case, leaders[0])):
         return []
-    beside.sort(key=lambda start: -start.log_evidence)
-    one_by_one = [start.hypothesis for start in beside[:_PARTNERS]]
+    best_of_one = leaders[0].log_evidence if leaders else none
+    one_by_one = _not_far_behind(beside, best_of_one)[:_PARTNERS]
     known = [_labels(hypothesis) for hypothesis in one_by_one]
-    likeliest = likeliest_pairs(case, baseline, error, trials)[:_PAIRS]
-    together = [pair.start for pair in likeliest if pair.labels not in known]
+    pairs = [Start(pair.log_evidence, pair.start) for pair in likeliest_pairs(case, baseline, error, trials)]
+    likeliest = _not_far_behind(pairs, max(trial.log_evidence for trial in trials))[:_PAIRS]
+    together = [hypothesis for hypothesis in likeliest if _labels(hypothesis) not in known]
     return [*one_by_one[: _STARTS - len(together)], *together]
+
+
+def _not_far_behind(starts: Sequence[Start], best_of_one: float) -> list[Hypothesis]:
+    """Return where those starts lie that promise nearly as much as the best, that first."""
+    if not starts:
+        return []
+    ordered = sorted(starts, key=lambda start: -start.log_evidence)
+    best = ordered[0].log_evidence
+    least = best - max(_BEHIND, _BEHIND_SHARE * (best - best_of_one))
+    return [start.hypothesis for start in ordered if start.log_evidence >= least]
 
 
 def _labels(hypothesis: Hypothesis) -> frozenset[str]:
