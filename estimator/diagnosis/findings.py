@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.case import Linearisation
 from estimator.diagnosis.contest import Contender, Trial
+from estimator.diagnosis.evidence import bounded_minimum
 from estimator.diagnosis.hypothesis import Coordinate, Hypothesis
 from estimator.diagnosis.multiplicity import Multiplicity
 from estimator.diagnosis.result import EffectFinding, Quantity, State
@@ -31,7 +32,7 @@ class Sizes:
 
 
 def sizes_beside(fit: Linearisation, trial: Trial) -> Sizes:
-    """Return what a further effect's amplitudes would be beside a fit, by its signature at the baseline."""
+    """Return what a further effect's amplitudes would be beside a fit, within bounds, by its signature at the baseline."""
     free = trial.signature.coordinates
     blocks = [
         np.column_stack([r, c, z])
@@ -46,11 +47,11 @@ def sizes_beside(fit: Linearisation, trial: Trial) -> Sizes:
     gradient = gram[inner:, 0] - cross @ np.linalg.solve(nuisance, gram[1:inner, 0])
     # Hardly any prior: what the data say is asked for, not what is usual.
     schur = schur + np.diag([1e-4 * c.prior_precision**2 for c in free])
-    covariance = np.linalg.inv(schur)
-    value = covariance @ gradient
-    return Sizes(
-        tuple(c.parameter for c in free), value, np.sqrt(np.diag(covariance)), float(gradient @ value)
-    )
+    bounds = np.array([(c.lower, c.upper) for c in free]).T
+    value = bounded_minimum(schur, gradient, *bounds)
+    drop = float(2.0 * gradient @ value - value @ schur @ value)
+    deviations = np.sqrt(np.diag(np.linalg.inv(schur)))
+    return Sizes(tuple(c.parameter for c in free), value, deviations, drop)
 
 
 def absent_finding(
