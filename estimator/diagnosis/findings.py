@@ -32,7 +32,7 @@ class Sizes:
 
 
 def sizes_beside(fit: Linearisation, trial: Trial) -> Sizes:
-    """Return what a further effect's amplitudes would be beside a fit, within bounds, by its signature at the baseline."""
+    """Return a further effect's amplitudes beside a fit, within their bounds, by its signature at the baseline."""
     free = trial.signature.coordinates
     blocks = [
         np.column_stack([r, c, z])
