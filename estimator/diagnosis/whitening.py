@@ -169,9 +169,7 @@ def left_beside_rim(experiment: Experiment, correction: FloatArray) -> FloatArra
 
     It depends on where the gripper is, not on how it came there. ``correction`` (n, c) is that of the discretisation.
     """
-    box, rest = experiment.grasp.box, experiment.fiducials_rest
-    beyond = np.maximum(0.0, np.maximum(np.array(box.lower) - rest, rest - np.array(box.upper)))
-    beside = np.flatnonzero(np.linalg.norm(beyond, axis=1) < _BESIDE_RIM_M)
+    beside = np.flatnonzero(experiment.grasp.box.distance(experiment.fiducials_rest) < _BESIDE_RIM_M)
     share = share_of_way(experiment)
     waves = share[:, None] * np.cos(np.pi * np.outer(share, np.arange(_WAVES_BESIDE_RIM)))
     waves /= np.sqrt(_WAVES_BESIDE_RIM)

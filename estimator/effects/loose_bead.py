@@ -40,12 +40,15 @@ class LooseBead(Effect):
         found: list[tuple[float, dict[str, float]]] = []
         for each in baseline:
             misfit, farthest = fiducial_misfit(each), _farthest(each)
+            beside_grasp = (
+                each.experiment.grasp.box.distance(each.experiment.fiducials_rest) < _BESIDE_GRASP_M
+            )
             for onset in _ONSET.grid:
                 for span in _SPAN.grid:
                     course = _course(farthest, onset, span)
                     along = np.einsum("nm,nmc->mc", course, misfit)
                     gain = (along**2).sum(axis=1) / np.maximum((course**2).sum(axis=0), 1e-300)
-                    gain[_beside_grasp(each.experiment)] = -1.0
+                    gain[beside_grasp] = -1.0
                     number = int(np.argmax(gain))
                     place = {"bead": float(number), "order": float(each.experiment.order)}
                     found.append((float(gain[number]), {**place, "onset": onset, "span": span}))
@@ -69,13 +72,6 @@ class LooseBead(Effect):
         fiducials = readings.fiducials.copy()
         fiducials[:, number] += course[:, None] * slide
         return readings.with_fiducials(fiducials)
-
-
-def _beside_grasp(experiment: Experiment) -> NDArray[np.bool_]:
-    """Tell which beads (m,) lie in the grasp or beside it."""
-    box, rest = experiment.grasp.box, experiment.fiducials_rest
-    beyond = np.maximum(0.0, np.maximum(np.array(box.lower) - rest, rest - np.array(box.upper)))
-    return np.asarray(np.linalg.norm(beyond, axis=1) < _BESIDE_GRASP_M)
 
 
 def _farthest(readings: Readings) -> FloatArray:

@@ -39,6 +39,12 @@ class Box:
         inside = (coordinates >= self.lower) & (coordinates <= self.upper)
         return np.asarray(inside.all(axis=-1))
 
+    def distance(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Return how far each of the points (..., 3) lies from the box, m; 0 inside."""
+        coordinates = np.asarray(points, dtype=np.float64)
+        beyond = np.maximum(np.asarray(self.lower) - coordinates, coordinates - np.asarray(self.upper))
+        return np.asarray(np.linalg.norm(np.maximum(beyond, 0.0), axis=-1))
+
     def intersection(self, other: "Box") -> "Box | None":
         """Return what the two boxes share, None where they share nothing."""
         lower = np.maximum(self.lower, other.lower)

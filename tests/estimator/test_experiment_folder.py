@@ -272,6 +272,12 @@ def test_a_surface_that_is_missing_broken_or_in_millimetres_is_refused(folder: P
         read_experiment(folder)
 
 
+def test_a_point_is_as_far_from_a_box_as_from_its_nearest_face_or_corner() -> None:
+    box = Box((0.0, 0.0, 0.0), (1.0, 2.0, 0.0))
+    points = [[0.5, 1.0, 0.0], [0.5, 1.0, -0.3], [1.3, 2.4, 0.0], [-0.2, 1.0, 0.0]]
+    assert box.distance(points) == pytest.approx([0.0, 0.3, 0.5, 0.2])
+
+
 def test_a_box_holds_its_faces() -> None:
     box = Box((0.0, 0.0, 0.0), (1.0, 1.0, 0.0))
     assert box.contains([[0.0, 0.5, 0.0], [1.0, 1.0, 0.0], [0.5, 0.5, 1e-9]]).tolist() == [True, True, False]
