@@ -120,7 +120,9 @@ def inverse_root(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
     return vectors, 1.0 - 1.0 / np.sqrt(1.0 + eigenvalues[kept])
 
 
-def whitening_of(mechanics: Mechanics, correction: FloatArray, noise: Noise) -> Whitening:
+def whitening_of(
+    mechanics: Mechanics, correction: FloatArray, noise: Noise, left_at_grasp: FloatArray | None = None
+) -> Whitening:
     """Build the whitening of an experiment.
 
     Parameters
@@ -128,6 +130,7 @@ def whitening_of(mechanics: Mechanics, correction: FloatArray, noise: Noise) -> 
     mechanics : of the fitted baseline, for its derivative by the gripper's position
     correction : (n, c) of the discretisation
     noise : what the file does not state of it
+    left_at_grasp : (n, c, k) what meshes make of the edges of the grasp, by one deviation; none where left out
     """
     visits = mechanics.passage.visits
     experiment = visits.experiment
@@ -152,6 +155,8 @@ def whitening_of(mechanics: Mechanics, correction: FloatArray, noise: Noise) -> 
     together = np.stack([np.where(of_wrench, correction, 0.0), np.where(of_wrench, 0.0, correction)], axis=-1)
     shared.append(_LEFT_TOGETHER * together)
     shared.append(left_beside_rim(experiment, correction))
+    if left_at_grasp is not None:
+        shared.append(left_at_grasp)
     correlation = np.where(of_wrench, noise.wrench_correlation, noise.fiducial_correlation)
     directions = uncorrelated(np.concatenate(shared, axis=2) / deviation[:, None], seen, correlation)
     return Whitening(seen, deviation, correlation, *inverse_root(directions))

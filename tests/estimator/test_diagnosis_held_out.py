@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from effect_cases import there_and_back
+from numpy.typing import NDArray
 
 from estimator.diagnosis.case import Case, Linearisation, linearise, residuals_near
 from estimator.diagnosis.closure import gap_of
@@ -13,7 +14,7 @@ from estimator.diagnosis.hypothesis import Hypothesis, coordinates
 from estimator.diagnosis.noise import Noise
 from estimator.diagnosis.passage import mechanics_of, solve_case
 from estimator.diagnosis.result import Gap
-from estimator.diagnosis.whitening import whitening_of
+from estimator.diagnosis.whitening import Whitening, whitening_of
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.torque_centre import TorqueCentre
 from estimator.fem.block_mesh import Grading
@@ -82,6 +83,26 @@ def stiffer_than_measured() -> tuple[Case, Linearisation]:
     case = Case(tuple(seen), problem, zeros, whitenings, unit_wrenches)
     gent = next(one for one in CATALOGUE if one.name == "strain_stiffening:gent")
     return case, linearise(case, MATERIAL.with_effect(gent, {"inverse_limit": 0.3}))
+
+
+def test_what_meshes_make_of_the_edges_of_the_grasp_is_forgiven_and_nothing_else() -> None:
+    motion = there_and_back().experiment
+    problem = mesh_experiment(
+        motion, Grading(grasp_m=6e-3, anchor_m=10e-3, largest_m=30e-3, growth=3.0, layers=1)
+    )
+    passage = solve_case(problem, [motion], MATERIAL, (motion.wrench / 1e4,))[0]
+    zero = np.zeros((len(motion.time), 6 + 3 * len(motion.fiducials_rest)))
+    forgiven, other = 1e-4 * np.random.default_rng(6).normal(size=(2, *zero.shape))
+    strict = whitening_of(mechanics_of(passage), zero, Noise())
+    lenient = whitening_of(mechanics_of(passage), zero, Noise(), forgiven[:, :, None])
+
+    def size(whitening: Whitening, misfit: NDArray[np.float64]) -> float:
+        return float(np.linalg.norm(whitening.apply(misfit[:, :, None])))
+
+    # However many deviations of noise it has, what is forgiven counts as one of its own.
+    assert size(strict, forgiven) > 5.0
+    assert size(lenient, forgiven) == pytest.approx(1.0, rel=0.02)
+    assert size(lenient, other) == pytest.approx(size(strict, other), rel=0.02)
 
 
 def test_what_the_others_would_move_by_much_is_solved_in_full() -> None:
