@@ -3,12 +3,14 @@
 import time
 from pathlib import Path
 
+from daq.recording.folder import read_info
 from daq.recording.reader import Recording
 
 
 def wait_until_sealed(folder: Path, timeout_s: float = 60.0) -> None:
     deadline = time.monotonic() + timeout_s
-    while not (folder / "CHECKSUMS.sha256").is_file():
+    # The checksums are there a moment before the description that says so.
+    while not (folder / "CHECKSUMS.sha256").is_file() or read_info(folder).state == "recording":
         assert time.monotonic() < deadline, "the session was never sealed"
         time.sleep(0.05)
 
