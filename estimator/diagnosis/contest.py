@@ -131,11 +131,7 @@ def trials_of(
     case: Case, base: Linearisation, error: ModelError, signatures: Sequence[Signature]
 ) -> list[Trial]:
     """Weigh signatures beside a solved hypothesis, and return where their refits should begin."""
-    of_experiments = zip(base.residual, base.by_coordinate, range(len(base.residual)), strict=True)
-    moments = moments_of(
-        error,
-        [np.column_stack([r, c, *(one.columns[n] for one in signatures)]) for r, c, n in of_experiments],
-    )
+    moments = moments_beside(base, error, signatures)
     own, at = list(range(1 + len(base.coordinates))), 1 + len(base.coordinates)
     found = []
     for signature in signatures:
@@ -149,6 +145,15 @@ def trials_of(
             Trial(signature, value - price_of_choice(case, hypothesis), moved(hypothesis, free, step))
         )
     return found
+
+
+def moments_beside(base: Linearisation, error: ModelError, signatures: Sequence[Signature]) -> Moments:
+    """Return the moments of a fit's residual, of its derivatives and of signatures beside it, in this order."""
+    of_experiments = zip(base.residual, base.by_coordinate, range(len(base.residual)), strict=True)
+    return moments_of(
+        error,
+        [np.column_stack([r, c, *(one.columns[n] for one in signatures)]) for r, c, n in of_experiments],
+    )
 
 
 def first_order_evidence(case: Case, fit: Linearisation, error: ModelError) -> float:

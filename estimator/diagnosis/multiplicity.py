@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from estimator.diagnosis.case import Linearisation
-from estimator.diagnosis.contest import Trial
-from estimator.diagnosis.discrepancy import ModelError, forgiven, moments_of
+from estimator.diagnosis.contest import Trial, moments_beside
+from estimator.diagnosis.discrepancy import ModelError, forgiven
 from estimator.diagnosis.rivals import Rivals, projected
 
 FloatArray = NDArray[np.float64]
@@ -51,11 +51,8 @@ def rivals_of(fit: Linearisation, trials: Sequence[Trial], error: ModelError) ->
     trials : of the effects looked for
     error : whose floor, what even the right model misses, counts as noise
     """
-    blocks = [
-        np.column_stack([r, c, *(trial.signature.columns[number] for trial in trials)])
-        for number, (r, c) in enumerate(zip(fit.residual, fit.by_coordinate, strict=True))
-    ]
-    gram, _ = forgiven(error, moments_of(error, blocks), error.floor)
+    moments = moments_beside(fit, error, [trial.signature for trial in trials])
+    gram, _ = forgiven(error, moments, error.floor)
     labels = [trial.signature.effect.label for trial in trials]
     sizes = [len(trial.signature.coordinates) for trial in trials]
     return projected(gram, len(fit.coordinates), labels, sizes)

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.case import Case, Linearisation
-from estimator.diagnosis.contest import Trial, null_beside, price_of_choice, priors_of
-from estimator.diagnosis.discrepancy import ModelError, Moments, forgiven, moments_of
+from estimator.diagnosis.contest import Trial, moments_beside, null_beside, price_of_choice, priors_of
+from estimator.diagnosis.discrepancy import ModelError, Moments, forgiven
 from estimator.diagnosis.evidence import log_evidence
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.refit import moved, step_of_gram
@@ -31,42 +31,36 @@ _WEIGHED_IN_FULL = 60
 
 
 @dataclass(frozen=True, eq=False)
-class Pair:
-    """Two effects beside a solved hypothesis, to first order.
+class Start:
+    """Where a refit with two causes should begin.
 
     Attributes
     ----------
-    signatures : of the two
-    log_evidence : with the floor of what every model misses
-    start : where a refit should begin
+    log_evidence : that it may reach, to first order
+    hypothesis : with both effects, at the sizes that first order gives them
     """
 
-    signatures: tuple[Signature, Signature]
     log_evidence: float
-    start: Hypothesis
+    hypothesis: Hypothesis
 
     @property
     def labels(self) -> frozenset[str]:
         """Labels of both."""
-        return frozenset(signature.effect.label for signature in self.signatures)
+        return frozenset(effect.label for effect in self.hypothesis.effects)
 
 
 def likeliest_pairs(
     case: Case, base: Linearisation, error: ModelError, trials: Sequence[Trial]
-) -> list[Pair]:
+) -> list[Start]:
     """Return the best pair of every two labels beside a solved hypothesis, the most probable first."""
     signatures = [trial.signature for trial in trials]
-    of_experiments = zip(base.residual, base.by_coordinate, range(len(base.residual)), strict=True)
-    moments = moments_of(
-        error,
-        [np.column_stack([r, c, *(one.columns[n] for one in signatures)]) for r, c, n in of_experiments],
-    )
+    moments = moments_beside(base, error, signatures)
     own = 1 + len(base.coordinates)
     ends = own + np.cumsum([len(one.coordinates) for one in signatures])
     columns = [list(range(end - len(s.coordinates), end)) for s, end in zip(signatures, ends, strict=True)]
     prices = [price_of_choice(case, null_beside(base, one)[0]) for one in signatures]
     roughly = _roughly_weighed(_projected(moments, error, signatures, own), signatures, columns, prices)
-    best: dict[frozenset[str], Pair] = {}
+    best: dict[frozenset[str], Start] = {}
     for first, second in roughly[:_WEIGHED_IN_FULL]:
         both = (signatures[first], signatures[second])
         chosen = [*range(own), *columns[first], *columns[second]]
@@ -122,9 +116,9 @@ def _gain(gram: FloatArray, block: list[int]) -> float:
 
 def _weighed(
     base: Linearisation, error: ModelError, moments: Moments, both: tuple[Signature, Signature], price: float
-) -> Pair:
+) -> Start:
     hypothesis, free = null_beside(base, both[0])
     hypothesis, free = null_beside(replace(base, hypothesis=hypothesis, coordinates=free), both[1])
     value = log_evidence(moments, priors_of(hypothesis, free), error, error.floor) - price
     step, _ = step_of_gram(moments.gram, hypothesis, free)
-    return Pair(both, value, moved(hypothesis, free, step))
+    return Start(value, moved(hypothesis, free, step))

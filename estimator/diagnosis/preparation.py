@@ -12,14 +12,11 @@ from scipy.interpolate import PchipInterpolator
 
 from estimator.diagnosis.case import Case, Linearisation, linearisation_of, predictions
 from estimator.diagnosis.glitches import without_glitches
-from estimator.diagnosis.hypothesis import LARGEST_POISSON_RATIO, Hypothesis, coordinates
+from estimator.diagnosis.hypothesis import LARGEST_POISSON_RATIO, Hypothesis
 from estimator.diagnosis.noise import Noise, noise_of
 from estimator.diagnosis.passage import Mechanics, mechanics_of, solve_case
-from estimator.diagnosis.perturbation import Perturbation
-from estimator.diagnosis.prediction import derivatives
 from estimator.diagnosis.refit import refit
-from estimator.diagnosis.whitening import whitening_of
-from estimator.effects.grasp_misplacement import GRASP_MISPLACEMENT
+from estimator.diagnosis.whitening import left_at_grasp, whitening_of
 from estimator.experiment import Experiment
 from estimator.fem.block_mesh import Grading
 from estimator.fit.estimate import fit_few_states
@@ -35,11 +32,6 @@ FloatArray = NDArray[np.float64]
 GRADING = Grading(grasp_m=2e-3, anchor_m=6e-3, largest_m=15e-3, growth=2.5, layers=1)
 _FIRST_GRADING = Grading(grasp_m=3e-3, anchor_m=8e-3, largest_m=25e-3, growth=3.0, layers=1)
 _FINE_STATES = 3
-# Strains are singular along the edges of the grasp, the more so the less the tissue can be compressed, and a mesh acts
-# as if these lay aside by this over 1 - 2 nu. The measurements of 21 clean cases of two other simulators are most
-# probable with it, by 28 nats more than without: the shifts that they show grow like that, to 50 and 96 um at nu 0.475.
-# None of them is nearer to incompressible than this, and where something is amiss the baseline's nu may be far off.
-_EDGE_LEFT_M, _LARGEST_RATIO_SEEN = 2e-6, 0.48
 
 
 def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[Case, Linearisation]:
@@ -65,7 +57,7 @@ def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[Case
     corrected = replace(corrected, experiments=cleaned)
     mechanics = [_measured_as(one, experiment) for one, experiment in zip(mechanics, cleaned, strict=True)]
     noise = noise_of(cleaned, _misfits(corrected, predicted))
-    at_grasp = _left_at_grasp(mechanics, rough, corrections)
+    at_grasp = left_at_grasp(mechanics, rough, corrections)
     whitenings = [
         whitening_of(one, correction, noise, left)
         for one, correction, left in zip(mechanics, corrections, at_grasp, strict=True)
@@ -74,18 +66,6 @@ def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[Case
     baseline = refit(case, rough, linearisation_of(case, rough, mechanics), evaluations=3)
     modulus = baseline.hypothesis.youngs_modulus
     return replace(case, unit_wrenches=tuple(p[:, :6] / modulus for p in baseline.predicted)), baseline
-
-
-def _left_at_grasp(
-    mechanics: Sequence[Mechanics], hypothesis: Hypothesis, corrections: Sequence[FloatArray]
-) -> list[FloatArray]:
-    """Return for each experiment what a mesh makes of the singular edges of the grasp (n, c, k), by one deviation."""
-    jaws = next(effect for effect in GRASP_MISPLACEMENT if effect.form == "jaws")
-    null = hypothesis.with_effect(jaws, {amplitude.name: 0.0 for amplitude in jaws.amplitudes})
-    free = [c for c in coordinates(null) if c.effect is not None]
-    shifts = [Perturbation(c.name, c.put(null, c.step), jaws, c.step) for c in free]
-    deviation_m = _EDGE_LEFT_M / (1.0 - 2.0 * min(hypothesis.poisson_ratio, _LARGEST_RATIO_SEEN))
-    return [deviation_m * slope for slope in derivatives(mechanics, hypothesis, shifts, corrections)]
 
 
 def _misfits(case: Case, predicted: Sequence[FloatArray]) -> list[FloatArray]:

@@ -55,7 +55,7 @@ def rough_gap(residual: Sequence[FloatArray], floor: float) -> float:
 
 
 def shaking(residual: Sequence[FloatArray], seen: Sequence[BoolArray]) -> float:
-    """Return half of what the beads' common motion from row to row has beyond noise, where that stands out; else 0.
+    """Return half of what the beads' quick common motion has beyond noise, where that stands out; else 0.
 
     An error that they share throughout, such as that of their rest positions, is no shaking.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from estimator.diagnosis.contest import Contender, Trial, first_order_evidence, 
 from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.findings import best_trials
 from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.pairs import likeliest_pairs
+from estimator.diagnosis.pairs import Start, likeliest_pairs
 
 # A second cause must raise the log evidence by this, beyond its prior, and by this share of what the first one does:
 # a form that is nearly right leaves a little of a large gap, which another effect then seems to explain.
@@ -23,14 +22,6 @@ _SECOND_CAUSE, _INEXACT = 9.0, 4e-4
 _PARTNERS, _PAIRS, _STARTS = 3, 2, 4
 # One that promises less than the best by more than this, and by this share of what that adds to one cause, is left out.
 _BEHIND, _BEHIND_SHARE = 10.0, 0.2
-
-
-@dataclass(frozen=True, eq=False)
-class Start:
-    """Where a refit with two causes should begin, and the log evidence that it may reach."""
-
-    log_evidence: float
-    hypothesis: Hypothesis
 
 
 def least_gain(first: Contender, none: float) -> float:
@@ -83,7 +74,7 @@ def starts_of_pairs(
     Parameters
     ----------
     baseline : fitted
-    leaders : refitted hypotheses of one cause, the most probable first
+    leaders : refitted hypotheses of one cause, one at least, the most probable first
     none : log evidence of the baseline
     """
     beside = [
@@ -93,26 +84,21 @@ def starts_of_pairs(
         # One that would not even reach the best single cause is no pair, however much its own leader leaves.
         if start.log_evidence > leaders[0].log_evidence
     ]
-    if not beside and (not leaders or adequate(case, leaders[0])):
+    if not beside and adequate(case, leaders[0]):
         return []
-    best_of_one = leaders[0].log_evidence if leaders else none
-    one_by_one = _not_far_behind(beside, best_of_one)[:_PARTNERS]
-    known = [_labels(hypothesis) for hypothesis in one_by_one]
-    pairs = [Start(pair.log_evidence, pair.start) for pair in likeliest_pairs(case, baseline, error, trials)]
-    likeliest = _not_far_behind(pairs, max(trial.log_evidence for trial in trials))[:_PAIRS]
-    together = [hypothesis for hypothesis in likeliest if _labels(hypothesis) not in known]
-    return [*one_by_one[: _STARTS - len(together)], *together]
+    one_by_one = _not_far_behind(beside, leaders[0].log_evidence)[:_PARTNERS]
+    known = [start.labels for start in one_by_one]
+    best_trial = max(trial.log_evidence for trial in trials)
+    likeliest = _not_far_behind(likeliest_pairs(case, baseline, error, trials), best_trial)[:_PAIRS]
+    together = [start for start in likeliest if start.labels not in known]
+    return [start.hypothesis for start in (*one_by_one[: _STARTS - len(together)], *together)]
 
 
-def _not_far_behind(starts: Sequence[Start], best_of_one: float) -> list[Hypothesis]:
-    """Return where those starts lie that promise nearly as much as the best, that first."""
-    if not starts:
-        return []
+def _not_far_behind(starts: Sequence[Start], best_of_one: float) -> list[Start]:
+    """Return the starts that promise nearly as much as the best, that first."""
     ordered = sorted(starts, key=lambda start: -start.log_evidence)
+    if not ordered:
+        return []
     best = ordered[0].log_evidence
     least = best - max(_BEHIND, _BEHIND_SHARE * (best - best_of_one))
-    return [start.hypothesis for start in ordered if start.log_evidence >= least]
-
-
-def _labels(hypothesis: Hypothesis) -> frozenset[str]:
-    return frozenset(effect.label for effect in hypothesis.effects)
+    return [start for start in ordered if start.log_evidence >= least]

@@ -46,13 +46,13 @@ def test_two_causes_are_found_whose_place_a_third_one_takes() -> None:
     alone = sorted(trials_of(CASE, base, ERROR, signatures), key=lambda trial: -trial.log_evidence)
     assert alone[0].signature.effect.label == "motion_scale"
     pairs = likeliest_pairs(CASE, base, ERROR, [Trial(s, 0.0, MATERIAL) for s in signatures])
-    # Any two of the three span what both do; those that do it with their usual sizes come first.
+    # Any two of the three span what both do.
     assert pairs[0].labels < {"camera_scale", "gripper_compliance", "motion_scale"}
     assert all("second_invariant" not in pair.labels for pair in pairs[:3])
     both = next(pair for pair in pairs if pair.labels == {"camera_scale", "gripper_compliance"})
     assert both.log_evidence > alone[0].log_evidence + 10.0
     scale, compliance = (s.coordinates[0].scale or 0.0 for s in signatures[:2])
-    values = {name: value for each in both.start.values for name, value in each.items()}
+    values = {name: value for each in both.hypothesis.values for name, value in each.items()}
     assert values["scale_error"] == pytest.approx(20.0 / USUAL * scale, rel=0.02)
     assert values["compliance"] == pytest.approx(12.0 / USUAL * compliance, rel=0.02)
 
