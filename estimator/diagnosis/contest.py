@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, as_completed
@@ -20,6 +21,7 @@ from estimator.diagnosis.evidence import (
     with_floor_borne_out,
 )
 from estimator.diagnosis.hypothesis import Coordinate, Hypothesis
+from estimator.diagnosis.loads import acts_on_tissue
 from estimator.diagnosis.passage import mechanics_of, solve_case
 from estimator.diagnosis.refit import moved, step_of_gram
 from estimator.diagnosis.screening import Signature, signatures_of
@@ -116,9 +118,22 @@ def best_starts(trials: Sequence[Trial]) -> list[Trial]:
 
 
 def _shares(effects: Sequence[Effect], count: int) -> list[list[Effect]]:
-    """Deal the effects out, dear ones first."""
-    dear = sorted(effects, key=lambda e: (not e.rate_dependent, e.keeps_pattern, -len(e.constants)))
-    return [share for share in (dear[n::count] for n in range(count)) if share]
+    """Deal the effects out, the dearest first, each to the share with least to do."""
+    shares: list[list[Effect]] = [[] for _ in range(count)]
+    load = [0.0] * count
+    for effect in sorted(effects, key=_cost, reverse=True):
+        least = load.index(min(load))
+        shares[least].append(effect)
+        load[least] += _cost(effect)
+    return [share for share in shares if share]
+
+
+def _cost(effect: Effect) -> float:
+    """Return roughly how long its signatures take: one that frees nodes asks for a factor of its own at every start."""
+    if not acts_on_tissue(effect):
+        return 0.1
+    starts = math.prod(len(constant.grid) for constant in effect.constants)
+    return 8.0 * starts if not effect.keeps_pattern else 1.0 + 0.1 * starts + 4.0 * effect.rate_dependent
 
 
 def _signatures(case: Case, base: Linearisation, effects: Sequence[Effect]) -> list[Signature]:

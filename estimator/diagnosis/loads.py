@@ -124,17 +124,18 @@ def modulus_changes(
         nodes = body.mesh.cells.ravel()
         count = len(body.mesh.points)
         gather = csr_array((np.ones(len(nodes)), (nodes, np.arange(len(nodes)))), shape=(count, len(nodes)))
-        wrenches, fiducials = [], []
+        answers = {}
         for state in passage.states:
+            if id(state) in answers:
+                continue
             stress = stress_of(state.response.F, state.response.slope) * body.volume[:, :, None, None]
             shares = np.einsum("eqij,eqkj->eqki", stress, body.gradient, optimize=True)
             shares = shares.reshape(*shares.shape[:2], -1)
             of_elements = np.einsum("peq,eqx->epx", log_factors, shares, optimize=True)
             blocks = of_elements.reshape(*of_elements.shape[:2], -1, 3).transpose(0, 2, 1, 3)
             loads = (gather @ blocks.reshape(len(nodes), -1)).reshape(count, -1, 3).transpose(0, 2, 1)
-            wrench, moved = linear_answers(problem, state, loads.reshape(3 * count, -1))
-            wrenches.append(wrench)
-            fiducials.append(moved)
+            answers[id(state)] = linear_answers(problem, state, loads.reshape(3 * count, -1))
+        wrenches, fiducials = zip(*(answers[id(state)] for state in passage.states), strict=True)
         rows = passage.visits.of_row
         result.append(
             (np.moveaxis(np.array(wrenches), 2, 0)[:, rows], np.moveaxis(np.array(fiducials), 3, 0)[:, rows])

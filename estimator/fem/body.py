@@ -15,6 +15,7 @@ from estimator.fem.kernels import (
     invariants,
 )
 from estimator.fem.mesh import Mesh
+from estimator.fem.stress_kernels import first_piola, forces_of_elements, second_piola
 from estimator.materials.law import EnergyDerivatives
 from estimator.materials.material import Material
 
@@ -110,17 +111,12 @@ def nodal_forces(body: Body, response: Response, slope: FloatArray) -> FloatArra
 
 def forces_of_stress(body: Body, stress: FloatArray) -> FloatArray:
     """Return the nodal forces (n, 3), N, of a first Piola–Kirchhoff stress (e, q, 3, 3), Pa."""
-    weighted = stress * body.volume[:, :, None, None]
-    return _summed_at_nodes(body, np.einsum("eqij,eqkj->eki", weighted, body.gradient, optimize=True))
+    return _summed_at_nodes(body, forces_of_elements(stress, body.gradient, body.volume))
 
 
 def stress_of(F: FloatArray, slope: FloatArray) -> FloatArray:
     """Return the first Piola–Kirchhoff stress (e, q, 3, 3), Pa, of energy slopes (3, e, q) by I1, I2 and J."""
-    c = np.swapaxes(F, -1, -2) @ F
-    trace = np.trace(c, axis1=-2, axis2=-1)[..., None, None]
-    cofactor = np.linalg.det(F)[..., None, None] * np.linalg.inv(F).swapaxes(-1, -2)
-    first, second, third = slope[..., None, None]
-    return np.asarray(2 * first * F + 2 * second * (trace * F - F @ c) + third * cofactor)
+    return first_piola(F, second_piola(F, slope))
 
 
 def with_modulus(body: Body, factor: FloatArray) -> Body:
@@ -185,8 +181,8 @@ def _projected(body: Body, values: FloatArray) -> FloatArray:
     """Project values (e, q) onto the functions of the dilatation; without any, return them as they are."""
     if not body.basis.shape[2]:
         return values
-    coefficients = np.einsum("eqr,eq,eq->er", body.basis, body.volume, values, optimize=True)
-    return np.einsum("eqr,er->eq", body.basis, coefficients, optimize=True)
+    coefficients = (body.volume * values)[:, None] @ body.basis
+    return np.asarray(body.basis @ coefficients.swapaxes(1, 2))[:, :, 0]
 
 
 def _orthonormal(basis: FloatArray, volume: FloatArray) -> FloatArray:

@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 
 from estimator.fem.body import Body, Response, forces_of_stress, nodal_forces, stiffness
 from estimator.fem.kernels import element_stiffness
-from estimator.fem.stress_terms import geometric_stiffness, isochoric_energy, isochoric_slope, second_piola
+from estimator.fem.stress_kernels import first_piola, second_piola
+from estimator.fem.stress_terms import geometric_stiffness, isochoric_energy, isochoric_slope
 from estimator.fem.terms import TermStiffness
 from estimator.materials.material import Material
 
@@ -63,7 +64,7 @@ class Relaxation:
     def forces(self, displacement: FloatArray, response: Response) -> FloatArray:
         """Return the nodal forces (n, 3), N."""
         present = nodal_forces(self.body, response, self._gain * self._slope(response))
-        return present + forces_of_stress(self.body, response.F @ self._remembered)
+        return present + forces_of_stress(self.body, first_piola(response.F, self._remembered))
 
     def stiffness(self, displacement: FloatArray, response: Response) -> TermStiffness:
         """Return the exact derivative of :meth:`forces`."""

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.fem.body import Body, Response, forces_of_stress, stress_of
+from estimator.fem.stress_kernels import first_piola
 from estimator.fem.stress_terms import (
     geometric_stiffness,
     green_lagrange,
@@ -53,7 +54,7 @@ class ResidualStrain:
 
     def forces(self, displacement: FloatArray, response: Response) -> FloatArray:
         """Return the nodal forces (n, 3), N."""
-        return forces_of_stress(self.body, response.F @ self._stress(response))
+        return forces_of_stress(self.body, first_piola(response.F, self._stress(response)))
 
     def stiffness(self, displacement: FloatArray, response: Response) -> TermStiffness:
         """Return the symmetric part of the derivative of :meth:`forces`: the whole of it is not symmetric."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from estimator.fem.body import Body, Response
 from estimator.fem.kernels import invariants
+from estimator.fem.stress_kernels import geometric_stiffness_of_elements
 from estimator.materials.law import EnergyDerivatives
 from estimator.materials.material import Material
 
@@ -113,34 +114,14 @@ def _isochoric_invariants(material: Material, response: Response) -> _Isochoric:
     return _Isochoric(law, w1, w2, a, b, -2 / 3 * a * i1 / j, -4 / 3 * b * i2 / j, j)
 
 
-def second_piola(F: FloatArray, slope: FloatArray) -> FloatArray:
-    """Return the second Piola–Kirchhoff stress (e, q, 3, 3), Pa, of energy slopes (3, e, q) by I1, I2 and J."""
-    c = np.swapaxes(F, -1, -2) @ F
-    trace = np.trace(c, axis1=-2, axis2=-1)[..., None, None]
-    jacobian = np.linalg.det(F)[..., None, None]
-    first, second, third = slope[..., None, None]
-    identity = np.eye(3)
-    return np.asarray(
-        2 * first * identity + 2 * second * (trace * identity - c) + third * jacobian * np.linalg.inv(c)
-    )
-
-
 def green_lagrange(F: FloatArray) -> FloatArray:
     """Return the Green–Lagrange strain ½(FᵀF − 1), (e, q, 3, 3)."""
     return np.asarray(0.5 * (np.swapaxes(F, -1, -2) @ F - np.eye(3)))
 
 
 def geometric_stiffness(body: Body, stress: FloatArray) -> FloatArray:
-    """Return the stiffness (e, 3k, 3k) of a frozen second Piola–Kirchhoff stress (e, q, 3, 3), Pa."""
-    count, rule, nodes, _ = body.gradient.shape
-    pulled = (body.gradient @ stress) * body.volume[:, :, None, None]
-    left = pulled.transpose(0, 2, 1, 3).reshape(count, nodes, 3 * rule)
-    right = body.gradient.transpose(0, 1, 3, 2).reshape(count, 3 * rule, nodes)
-    out = np.zeros((count, nodes, 3, nodes, 3))
-    of_one_axis = left @ right
-    for axis in range(3):
-        out[:, :, axis, :, axis] = of_one_axis
-    return out.reshape(count, 3 * nodes, 3 * nodes)
+    """Return the stiffness (e, 3k, 3k) of a frozen second Piola–Kirchhoff stress (e, q, 3, 3), lower triangle."""
+    return geometric_stiffness_of_elements(stress, body.gradient, body.volume)
 
 
 def product_stiffness(body: Body, one: FloatArray, other: FloatArray, factor: FloatArray) -> FloatArray:

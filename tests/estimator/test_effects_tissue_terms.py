@@ -22,7 +22,8 @@ from estimator.effects.stress_softening import STRESS_SOFTENING
 from estimator.effects.viscoelasticity import VISCOELASTICITY, Viscoelasticity
 from estimator.fem.fibres import Fibres
 from estimator.fem.relaxation import RelaxingPart
-from estimator.fem.stress_terms import isochoric_energy, second_piola
+from estimator.fem.stress_kernels import second_piola
+from estimator.fem.stress_terms import isochoric_energy
 from estimator.fem.terms import Term
 from estimator.materials.material import Material, make_material
 from estimator.materials.veronda_westmann import VerondaWestmann
