@@ -52,7 +52,7 @@ class Start:
 def likeliest_pairs(
     case: Case, base: Linearisation, error: ModelError, trials: Sequence[Trial]
 ) -> list[Start]:
-    """Return the best pair of every two labels beside a solved hypothesis, the most probable first."""
+    """Return the best pair of every two forms beside a solved hypothesis, the most probable first."""
     signatures = [trial.signature for trial in trials]
     moments = moments_beside(base, error, signatures)
     own = 1 + len(base.coordinates)
@@ -60,13 +60,14 @@ def likeliest_pairs(
     columns = [list(range(end - len(s.coordinates), end)) for s, end in zip(signatures, ends, strict=True)]
     prices = [price_of_choice(case, null_beside(base, one)[0]) for one in signatures]
     roughly = _roughly_weighed(_projected(moments, error, signatures, own), signatures, columns, prices)
-    best: dict[frozenset[str], Start] = {}
+    best: dict[tuple[str, str], Start] = {}
     for first, second in roughly[:_WEIGHED_IN_FULL]:
         both = (signatures[first], signatures[second])
         chosen = [*range(own), *columns[first], *columns[second]]
         pair = _weighed(base, error, moments.among(chosen), both, prices[first] + prices[second])
-        if pair.labels not in best or pair.log_evidence > best[pair.labels].log_evidence:
-            best[pair.labels] = pair
+        forms = (signatures[first].effect.name, signatures[second].effect.name)
+        if forms not in best or pair.log_evidence > best[forms].log_evidence:
+            best[forms] = pair
     return sorted(best.values(), key=lambda pair: -pair.log_evidence)
 
 

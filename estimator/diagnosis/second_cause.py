@@ -89,9 +89,17 @@ def starts_of_pairs(
     one_by_one = _not_far_behind(beside, leaders[0].log_evidence)[:_PARTNERS]
     known = [start.labels for start in one_by_one]
     best_trial = max(trial.log_evidence for trial in trials)
-    likeliest = _not_far_behind(likeliest_pairs(case, baseline, error, trials), best_trial)[:_PAIRS]
+    likeliest = _first_of_labels(likeliest_pairs(case, baseline, error, trials))
+    likeliest = _not_far_behind(likeliest, best_trial)[:_PAIRS]
     together = [start for start in likeliest if start.labels not in known]
     return [start.hypothesis for start in (*one_by_one[: _STARTS - len(together)], *together)]
+
+
+def _first_of_labels(starts: Sequence[Start]) -> list[Start]:
+    found: dict[frozenset[str], Start] = {}
+    for start in starts:
+        found.setdefault(start.labels, start)
+    return list(found.values())
 
 
 def _not_far_behind(starts: Sequence[Start], best_of_one: float) -> list[Start]:

@@ -26,10 +26,10 @@ from estimator.diagnosis.judgement import (
     probabilities,
     shared_with_unknown,
 )
-from estimator.diagnosis.race import race
+from estimator.diagnosis.pair_search import search_pairs
 from estimator.diagnosis.result import NONE, UNKNOWN
 from estimator.diagnosis.roughness import rough_gap, rough_remainder, shaking
-from estimator.diagnosis.second_cause import adequate, least_gain, starts_of_pairs
+from estimator.diagnosis.second_cause import adequate, least_gain
 from estimator.effects.catalogue import LABELS
 
 # An effect of negligible size is believed in full where it raises the log evidence by this: the baseline is not exact,
@@ -42,7 +42,6 @@ _UNSEEN = 0.5
 # Something unknown beside the causes must raise the log evidence by this, and by this share of what they do: any form
 # that is nearly right leaves a little of a large gap.
 _LEAST_REMAINDER, _REMAINDER = 15.0, 0.05
-_LEADERS = 2
 # One effect without a label is as improbable beforehand as one with, and so less probable than all that is unknown.
 _PRIORS = log_priors(LABELS)
 _PRICE_OF_OUTSIDER = _PRIORS[UNKNOWN] - float(np.mean([_PRIORS[label] for label in LABELS]))
@@ -81,7 +80,15 @@ def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executo
     best = recognised or _first_of(field, next(label for label in probability if label in LABELS))
     if best is None:
         return Verdict((UNKNOWN,), None, probability)
-    pair = _best_pair(field, best, executor, tell)
+    found = search_pairs(field, best, executor, tell)
+    if found.alone is not best:
+        label = found.alone.labels[0]
+        alone = found.alone.log_evidence - lost_on_held_out(found.alone.fit, field.baseline)
+        evidence = {**evidence, label: max(evidence[label], alone)}
+        probability = probabilities(evidence, LABELS)
+        leading = next(iter(probability))
+        best = found.alone if leading in (label, UNKNOWN) else best
+    pair = next((pair for pair in found.pairs if _worth_two(field, best, pair)), None)
     if pair is not None and _stands(field, pair, leading):
         stronger = max(pair.labels, key=lambda label: evidence[label])
         alone = evidence[stronger]
@@ -181,16 +188,6 @@ def _rough(field: Field, fit: Linearisation) -> float:
     """Return what a fit with causes leaves that is not smooth; 0 where nothing stands out."""
     seen = [whitening.seen for whitening in field.case.whitenings]
     return max(rough_remainder(fit.residual, white_floor(field.case)), shaking(fit.residual, seen))
-
-
-def _best_pair(field: Field, best: Contender, executor: Executor, tell: Tell) -> Contender | None:
-    """Return the best hypothesis with a second cause beside a leader, None where none is worth it."""
-    leaders = field.contenders[:_LEADERS]
-    begun = starts_of_pairs(field.case, field.baseline, leaders, field.trials, field.error, field.none)
-    if not begun:
-        return None
-    pairs = race(field.case, field.baseline, field.error, begun, best.log_evidence, executor, tell)
-    return next((pair for pair in pairs if _worth_two(field, best, pair)), None)
 
 
 def _worth_two(field: Field, best: Contender, pair: Contender) -> bool:

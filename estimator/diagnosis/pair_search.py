@@ -1,0 +1,124 @@
+"""The search for two causes: pairs are refitted, in finer forms where they leave something or rival each other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+from estimator.diagnosis.contest import Contender, Tell, screen
+from estimator.diagnosis.field import Field
+from estimator.diagnosis.hypothesis import Hypothesis
+from estimator.diagnosis.pairs import likeliest_pairs
+from estimator.diagnosis.race import race
+from estimator.diagnosis.second_cause import adequate, starts_of_pairs
+from estimator.effects.catalogue import CATALOGUE
+from estimator.effects.effect import Effect
+
+_LEADERS = 2
+# Pairs this close to the best are its rivals; one more of them is looked at in finer forms, and so many forms in all.
+_CLOSE = 10.0
+_RIVALS, _FINER = 2, 4
+# An effect has vanished where it is this share of the smallest that anybody would care for.
+_NEXT_TO_NOTHING = 0.1
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a search for two causes has found.
+
+    Attributes
+    ----------
+    alone : the best single cause: the one known before, or one that a pair has led to a better place
+    pairs : refitted, the most probable first
+    """
+
+    alone: Contender
+    pairs: tuple[Contender, ...]
+
+
+def search_pairs(field: Field, best: Contender, executor: Executor, tell: Tell) -> Found:
+    """Look for a second cause beside the leaders of a field, of which ``best`` is what a pair has to beat."""
+    leaders = _distinct_forms(field.contenders)[:_LEADERS]
+    pairs = _refitted(field, leaders, best, executor, tell)
+    alone = _led_on(field, best, pairs, executor, tell)
+    if alone is not best:
+        pairs = _refitted(field, _distinct_forms([alone, *leaders])[:_LEADERS], alone, executor, tell)
+    starts = _finer_forms(field, pairs, executor, tell) if pairs else []
+    if starts:
+        finer = race(field.case, field.baseline, field.error, starts, pairs[0].log_evidence, executor, tell)
+        pairs = sorted([*pairs, *finer], key=lambda pair: -pair.log_evidence)
+    return Found(alone, tuple(pairs))
+
+
+def _refitted(
+    field: Field, leaders: Sequence[Contender], best: Contender, executor: Executor, tell: Tell
+) -> list[Contender]:
+    begun = starts_of_pairs(field.case, field.baseline, leaders, field.trials, field.error, field.none)
+    if not begun:
+        return []
+    return race(field.case, field.baseline, field.error, begun, best.log_evidence, executor, tell)
+
+
+def _distinct_forms(contenders: Sequence[Contender]) -> list[Contender]:
+    """Return the best of each form: two starts of one often end in the same place."""
+    found: dict[str, Contender] = {}
+    for one in contenders:
+        found.setdefault(one.fit.hypothesis.effects[0].name, one)
+    return list(found.values())
+
+
+def _led_on(
+    field: Field, best: Contender, pairs: Sequence[Contender], executor: Executor, tell: Tell
+) -> Contender:
+    """Return the best single cause once those are refitted that a pair, whose other cause vanished, has led on.
+
+    Where tissue comes off node by node a refit alone stops at a kink that one with a second effect passes.
+    """
+    starts = [
+        left
+        for pair in pairs
+        if pair.log_evidence > best.log_evidence
+        for left in _without_vanished(pair.fit.hypothesis)
+    ]
+    if not starts:
+        return best
+    again = race(field.case, field.baseline, field.error, starts, best.log_evidence, executor, tell)
+    return max([best, *again], key=lambda one: one.log_evidence)
+
+
+def _without_vanished(pair: Hypothesis) -> list[Hypothesis]:
+    """Return a pair without the one of its effects that is next to nothing, if there is one."""
+    kept = [n for n in range(len(pair.effects)) if not _vanished(pair.effects[n], pair.values[n])]
+    if len(kept) != 1:
+        return []
+    return [replace(pair, effects=(pair.effects[kept[0]],), values=(pair.values[kept[0]],))]
+
+
+def _vanished(effect: Effect, values: Mapping[str, float]) -> bool:
+    return all(abs(values[one.name]) < _NEXT_TO_NOTHING * one.smallest for one in effect.amplitudes)
+
+
+def _finer_forms(
+    field: Field, pairs: Sequence[Contender], executor: Executor, tell: Tell
+) -> list[Hypothesis]:
+    """Return the starts of pairs of the same labels in other forms, where the best leaves something or has a rival."""
+    best = pairs[0]
+    close = [pair for pair in pairs if pair.log_evidence > best.log_evidence - _CLOSE]
+    rivals = list(dict.fromkeys(frozenset(pair.labels) for pair in close))[:_RIVALS]
+    if len(rivals) == 1 and adequate(field.case, best):
+        return []
+    labels = frozenset().union(*rivals)
+    known = {trial.signature.effect.name for trial in field.trials}
+    new = [effect for effect in CATALOGUE if effect.label in labels and effect.name not in known]
+    trials = [trial for trial in field.trials if trial.signature.effect.label in labels]
+    if new:
+        trials += screen(field.case, field.baseline, field.error, new, executor, tell)
+    tried = {_names(pair.fit.hypothesis) for pair in pairs}
+    likeliest = likeliest_pairs(field.case, field.baseline, field.error, trials)
+    finer = [one for one in likeliest if one.labels in rivals and _names(one.hypothesis) not in tried]
+    return [one.hypothesis for one in finer[:_FINER]]
+
+
+def _names(hypothesis: Hypothesis) -> frozenset[str]:
+    return frozenset(effect.name for effect in hypothesis.effects)
