@@ -39,12 +39,14 @@ class Found:
 
 def search_pairs(field: Field, best: Contender, executor: Executor, tell: Tell) -> Found:
     """Look for a second cause beside the leaders of a field, of which ``best`` is what a pair has to beat."""
-    leaders = _distinct_forms(field.contenders)[:_LEADERS]
+    leaders = distinct_forms(field.contenders)[:_LEADERS]
     pairs = _refitted(field, leaders, best, executor, tell)
     alone = _led_on(field, best, pairs, executor, tell)
     if alone is not best:
-        pairs = _refitted(field, _distinct_forms([alone, *leaders])[:_LEADERS], alone, executor, tell)
-    starts = _finer_forms(field, pairs, executor, tell) if pairs else []
+        pairs = _refitted(field, distinct_forms([alone, *leaders])[:_LEADERS], alone, executor, tell)
+    # What falls short of the unknown is further from the truth than another form of the same causes.
+    promising = bool(pairs) and pairs[0].log_evidence > field.unknown
+    starts = _finer_forms(field, pairs, executor, tell) if promising else []
     if starts:
         finer = race(field.case, field.baseline, field.error, starts, pairs[0].log_evidence, executor, tell)
         pairs = sorted([*pairs, *finer], key=lambda pair: -pair.log_evidence)
@@ -60,7 +62,7 @@ def _refitted(
     return race(field.case, field.baseline, field.error, begun, best.log_evidence, executor, tell)
 
 
-def _distinct_forms(contenders: Sequence[Contender]) -> list[Contender]:
+def distinct_forms(contenders: Sequence[Contender]) -> list[Contender]:
     """Return the best of each form: two starts of one often end in the same place."""
     found: dict[str, Contender] = {}
     for one in contenders:
@@ -79,7 +81,7 @@ def _led_on(
         left
         for pair in pairs
         if pair.log_evidence > best.log_evidence
-        for left in _without_vanished(pair.fit.hypothesis)
+        for left in without_vanished(pair.fit.hypothesis)
     ]
     if not starts:
         return best
@@ -87,7 +89,7 @@ def _led_on(
     return max([best, *again], key=lambda one: one.log_evidence)
 
 
-def _without_vanished(pair: Hypothesis) -> list[Hypothesis]:
+def without_vanished(pair: Hypothesis) -> list[Hypothesis]:
     """Return a pair without the one of its effects that is next to nothing, if there is one."""
     kept = [n for n in range(len(pair.effects)) if not _vanished(pair.effects[n], pair.values[n])]
     if len(kept) != 1:
