@@ -19,6 +19,7 @@ _LEADERS = 2
 # Pairs this close to the best are its rivals; one more of them is looked at in finer forms, and so many forms in all.
 _CLOSE = 10.0
 _RIVALS, _FINER = 2, 4
+_ADDS_LITTLE = 8.0
 # An effect has vanished where it is this share of the smallest that anybody would care for.
 _NEXT_TO_NOTHING = 0.1
 
@@ -44,9 +45,9 @@ def search_pairs(field: Field, best: Contender, executor: Executor, tell: Tell) 
     alone = _led_on(field, best, pairs, executor, tell)
     if alone is not best:
         pairs = _refitted(field, distinct_forms([alone, *leaders])[:_LEADERS], alone, executor, tell)
-    # What falls short of the unknown is further from the truth than another form of the same causes.
-    promising = bool(pairs) and pairs[0].log_evidence > field.unknown
-    starts = _finer_forms(field, pairs, executor, tell) if promising else []
+    # What falls short of the unknown, or adds little, is further from the truth than another form of the same causes.
+    bar = max(field.unknown, alone.log_evidence + _ADDS_LITTLE)
+    starts = _finer_forms(field, pairs, executor, tell) if pairs and pairs[0].log_evidence > bar else []
     if starts:
         finer = race(field.case, field.baseline, field.error, starts, pairs[0].log_evidence, executor, tell)
         pairs = sorted([*pairs, *finer], key=lambda pair: -pair.log_evidence)
