@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import zip_longest
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from estimator.effects.effect import Effect
 from estimator.fem.body import stress_of
 from estimator.fem.equilibrium import EquilibriumSolver
 from estimator.fem.equilibrium_state import rigid_modes
+from estimator.fem.terms import Term
 
 FloatArray = NDArray[np.float64]
 
@@ -164,15 +166,23 @@ def _by_newton_steps(mechanics: Sequence[Mechanics], to: Hypothesis) -> list[Mec
     solver, material = EquilibriumSolver(changed), to.material()
     chain = TermChain(to)
     result = []
+    steps: dict[int, tuple[FloatArray, FloatArray]] = {}
     for passage, one in zip(passages, mechanics, strict=True):
         change = no_change(passage)
         chain.begin(changed, passage.visits.experiment)
+        before: tuple[Term, ...] = ()
         for station in stations(passage, to.rate_dependent):
             state = station.state
             terms = chain.at(station.elapsed_s)
-            displacement, forces = solver.newton_step(
-                state.pose, material, state.displacement, state.response.pressure, terms
-            )
+            if any(now is not then for now, then in zip_longest(terms, before)):
+                steps.clear()
+            before = terms
+            # Where nothing has changed that remembers, a state met again takes the same step.
+            if id(state) not in steps:
+                steps[id(state)] = solver.newton_step(
+                    state.pose, material, state.displacement, state.response.pressure, terms
+                )
+            displacement, forces = steps[id(state)]
             chain.pass_by(state.displacement, state.response)
             modes = rigid_modes(changed, state.pose)
             visit = int(passage.visits.of_row[station.rows.start])
