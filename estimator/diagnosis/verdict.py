@@ -82,12 +82,10 @@ def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executo
         return Verdict((UNKNOWN,), None, probability)
     found = search_pairs(field, best, executor, tell)
     if found.alone is not best:
-        label = found.alone.labels[0]
-        alone = found.alone.log_evidence - lost_on_held_out(found.alone.fit, field.baseline)
-        evidence = {**evidence, label: max(evidence[label], alone)}
+        evidence = _with_single(evidence, field, found.alone)
         probability = probabilities(evidence, LABELS)
         leading = next(iter(probability))
-        best = found.alone if leading in (label, UNKNOWN) else best
+        best = found.alone if leading in (found.alone.labels[0], UNKNOWN) else best
     pair = next((pair for pair in found.pairs if _worth_two(field, best, pair)), None)
     if pair is not None and _stands(field, pair, leading):
         stronger = max(pair.labels, key=lambda label: evidence[label])
@@ -127,6 +125,14 @@ def weigh(field: Field) -> dict[str, float]:
     found[NONE] = field.none
     found[UNKNOWN] = max(field.unknown, forms.get(UNKNOWN, -np.inf) - _PRICE_OF_OUTSIDER)
     return found
+
+
+def _with_single(evidence: Mapping[str, float], field: Field, alone: Contender) -> dict[str, float]:
+    """Return the log evidence of every answer with that of one more hypothesis of one cause."""
+    label = alone.labels[0]
+    value = alone.log_evidence - lost_on_held_out(alone.fit, field.baseline)
+    value -= _PRICE_OF_OUTSIDER if label == UNKNOWN else 0.0
+    return {**evidence, label: max(evidence[label], value)}
 
 
 def _believed(hypothesis: Hypothesis, gain: float) -> float:
