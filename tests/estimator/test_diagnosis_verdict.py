@@ -44,7 +44,7 @@ def test_a_slight_stretch_of_the_cameras_scale_is_a_gap_where_it_stands_out(gain
 def test_a_slight_stretch_that_does_not_stand_out_keeps_little_of_its_evidence() -> None:
     found = weigh(tried("camera_scale:uniform", "scale_error", 3e-4, 2.0))
     assert found["none"] == 0.0
-    assert -0.5 < found["camera_scale"] < 0.15
+    assert found["camera_scale"] == pytest.approx(0.5)
 
 
 def test_a_grasp_well_aside_keeps_all_of_it() -> None:
@@ -60,7 +60,7 @@ def test_the_more_a_slight_effect_stands_out_the_more_of_its_evidence_it_keeps()
 
 def test_an_effect_too_small_to_show_may_always_be_there() -> None:
     hidden = weigh(tried("camera_scale:uniform", "scale_error", 2e-2, -30.0))["camera_scale"]
-    assert hidden == pytest.approx(-0.5)
+    assert hidden == 0.0
 
 
 def test_noise_leaves_no_rough_remainder_and_a_few_beads_that_stand_aside_do() -> None:
