@@ -45,7 +45,7 @@ def search_pairs(field: Field, best: Contender, executor: Executor, tell: Tell) 
     alone = _led_on(field, best, pairs, executor, tell)
     if alone is not best:
         pairs = _refitted(field, distinct_forms([alone, *leaders])[:_LEADERS], alone, executor, tell)
-    # What falls short of the unknown, or adds little, is further from the truth than another form of the same causes.
+    # Where the best pair falls short of the unknown, or adds little, other forms of its causes will not do either.
     bar = max(field.unknown, alone.log_evidence + _ADDS_LITTLE)
     starts = _finer_forms(field, pairs, executor, tell) if pairs and pairs[0].log_evidence > bar else []
     if starts:
