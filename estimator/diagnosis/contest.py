@@ -133,7 +133,9 @@ def _cost(effect: Effect) -> float:
     if not acts_on_tissue(effect):
         return 0.1
     starts = math.prod(len(constant.grid) for constant in effect.constants)
-    return 8.0 * starts if not effect.keeps_pattern else 1.0 + 0.1 * starts + 4.0 * effect.rate_dependent
+    if not effect.keeps_pattern:
+        return 8.0 * starts
+    return 1.0 + 0.1 * starts + (4.0 if effect.rate_dependent else 0.0)
 
 
 def _signatures(case: Case, base: Linearisation, effects: Sequence[Effect]) -> list[Signature]:

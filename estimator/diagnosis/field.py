@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
@@ -86,7 +86,7 @@ def hold_contest(experiments: Sequence[Experiment], executor: Executor, tell: Te
     contenders = race(case, baseline, error, [trial.start for trial in leaders], none, executor, tell)
     best_few = finalists(contenders, none)
     doubtful = _doubtful(case, best_few, trials, error, none)
-    elaborate = [*_elaborations(doubtful), *_mistaken_for(best_few)]
+    elaborate = [*elaborations({one.labels[0] for one in doubtful}), *_mistaken_for(best_few)]
     if doubtful or elaborate:
         finer = screen(case, baseline, error, elaborate, executor, tell) if elaborate else []
         more = best_starts(finer) + _siblings(best_starts(trials), doubtful[:1], contenders)
@@ -136,9 +136,8 @@ def _doubtful(
     return [best] if promising_seconds(case, best, trials, error, none) else []
 
 
-def _elaborations(contenders: Sequence[Contender]) -> list[Effect]:
-    """Return the finer forms of the leaders' labels."""
-    labels = {one.labels[0] for one in contenders}
+def elaborations(labels: Collection[str]) -> list[Effect]:
+    """Return the finer forms of labels, which are looked at only where these lead."""
     return [effect for effect in CATALOGUE if effect.elaborates and effect.label in labels]
 
 

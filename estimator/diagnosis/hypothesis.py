@@ -93,12 +93,12 @@ class Hypothesis:
         return replace(self, effects=(*self.effects, effect), values=(*self.values, dict(values)))
 
 
-def negligible_effects(hypothesis: Hypothesis) -> tuple[Effect, ...]:
-    """Return the effects whose every amplitude is smaller than anybody would care for."""
+def negligible_effects(hypothesis: Hypothesis, share: float = 1.0) -> tuple[Effect, ...]:
+    """Return the effects whose every amplitude is below a share of the smallest that anybody would care for."""
     return tuple(
         effect
         for effect, values in zip(hypothesis.effects, hypothesis.values, strict=True)
-        if all(abs(values[amplitude.name]) < amplitude.smallest for amplitude in effect.amplitudes)
+        if all(abs(values[amplitude.name]) < share * amplitude.smallest for amplitude in effect.amplitudes)
     )
 
 

@@ -127,9 +127,7 @@ def modulus_changes(
         count = len(body.mesh.points)
         gather = csr_array((np.ones(len(nodes)), (nodes, np.arange(len(nodes)))), shape=(count, len(nodes)))
         answers = {}
-        for state in passage.states:
-            if id(state) in answers:
-                continue
+        for state in passage.distinct_states:
             stress = stress_of(state.response.F, state.response.slope) * body.volume[:, :, None, None]
             shares = np.einsum("eqij,eqkj->eqki", stress, body.gradient, optimize=True)
             shares = shares.reshape(*shares.shape[:2], -1)

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 from estimator.diagnosis.contest import Contender, Tell, screen
-from estimator.diagnosis.field import Field
-from estimator.diagnosis.hypothesis import Hypothesis
+from estimator.diagnosis.field import Field, elaborations
+from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
 from estimator.diagnosis.pairs import likeliest_pairs
 from estimator.diagnosis.race import race
 from estimator.diagnosis.second_cause import adequate, starts_of_pairs
-from estimator.effects.catalogue import CATALOGUE
-from estimator.effects.effect import Effect
 
 _LEADERS = 2
 # Pairs this close to the best are its rivals; one more of them is looked at in finer forms, and so many forms in all.
@@ -92,14 +90,11 @@ def _led_on(
 
 def without_vanished(pair: Hypothesis) -> list[Hypothesis]:
     """Return a pair without the one of its effects that is next to nothing, if there is one."""
-    kept = [n for n in range(len(pair.effects)) if not _vanished(pair.effects[n], pair.values[n])]
+    vanished = negligible_effects(pair, _NEXT_TO_NOTHING)
+    kept = [n for n, effect in enumerate(pair.effects) if effect not in vanished]
     if len(kept) != 1:
         return []
     return [replace(pair, effects=(pair.effects[kept[0]],), values=(pair.values[kept[0]],))]
-
-
-def _vanished(effect: Effect, values: Mapping[str, float]) -> bool:
-    return all(abs(values[one.name]) < _NEXT_TO_NOTHING * one.smallest for one in effect.amplitudes)
 
 
 def _finer_forms(
@@ -113,7 +108,7 @@ def _finer_forms(
         return []
     labels = frozenset().union(*rivals)
     known = {trial.signature.effect.name for trial in field.trials}
-    new = [effect for effect in CATALOGUE if effect.label in labels and effect.name not in known]
+    new = [effect for effect in elaborations(labels) if effect.name not in known]
     trials = [trial for trial in field.trials if trial.signature.effect.label in labels]
     if new:
         trials += screen(field.case, field.baseline, field.error, new, executor, tell)

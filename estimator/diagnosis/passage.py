@@ -66,6 +66,11 @@ class Passage:
     baseline: RetractionProblem
     states: tuple[EquilibriumState, ...]
 
+    @property
+    def distinct_states(self) -> list[EquilibriumState]:
+        """The states without those that are met again."""
+        return list({id(state): state for state in self.states}.values())
+
     def known_fields(self) -> list[KnownField]:
         """Return the fields by row."""
         fields = [KnownField(state.displacement, state.response.pressure) for state in self.states]
@@ -111,12 +116,8 @@ class Mechanics:
 
 def mechanics_of(passage: Passage) -> Mechanics:
     """Evaluate the observables of every visit."""
-    of_state = {id(state): observe(passage.problem, state) for state in _distinct(passage.states)}
+    of_state = {id(state): observe(passage.problem, state) for state in passage.distinct_states}
     return Mechanics(passage, tuple(of_state[id(state)] for state in passage.states))
-
-
-def _distinct(states: Sequence[EquilibriumState]) -> list[EquilibriumState]:
-    return list({id(state): state for state in states}.values())
 
 
 def _extrapolated(observation: Observation, ratio: float, change: float, modulus: float) -> Observation:

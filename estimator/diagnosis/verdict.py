@@ -137,8 +137,7 @@ def _believed(hypothesis: Hypothesis, gain: float) -> float:
     """Return what a hypothesis keeps of its gain in log evidence: all of it, unless it is slight."""
     if not _slight(hypothesis, gain):
         return gain
-    share = max(gain, 0.0) / _BELIEVED
-    return share * gain
+    return gain * max(gain, 0.0) / _BELIEVED
 
 
 def _slight(hypothesis: Hypothesis, gain: float) -> bool:

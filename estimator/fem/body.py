@@ -15,7 +15,7 @@ from estimator.fem.kernels import (
     invariants,
 )
 from estimator.fem.mesh import Mesh
-from estimator.fem.stress_kernels import first_piola, forces_of_elements, second_piola
+from estimator.fem.stress_kernels import element_forces_of_stress, first_piola, second_piola
 from estimator.materials.law import EnergyDerivatives
 from estimator.materials.material import Material
 
@@ -111,7 +111,7 @@ def nodal_forces(body: Body, response: Response, slope: FloatArray) -> FloatArra
 
 def forces_of_stress(body: Body, stress: FloatArray) -> FloatArray:
     """Return the nodal forces (n, 3), N, of a first Piola–Kirchhoff stress (e, q, 3, 3), Pa."""
-    return _summed_at_nodes(body, forces_of_elements(stress, body.gradient, body.volume))
+    return _summed_at_nodes(body, element_forces_of_stress(stress, body.gradient, body.volume))
 
 
 def stress_of(F: FloatArray, slope: FloatArray) -> FloatArray:

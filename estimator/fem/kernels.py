@@ -35,7 +35,8 @@ def deformation_gradient(displacement: FloatArray, cells: IntArray, gradient: Fl
 
 
 @njit(cache=True)
-def _cofactor(F: FloatArray, out: FloatArray) -> None:
+def cofactor(F: FloatArray, out: FloatArray) -> None:
+    """Fill out (3, 3) with the cofactor J F⁻ᵀ of F (3, 3)."""
     for i in range(3):
         for j in range(3):
             i1, i2, j1, j2 = (i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3
@@ -73,7 +74,7 @@ def _invariant_gradients(F: FloatArray, G: FloatArray) -> None:
     for i in range(3):
         for j in range(3):
             trace += F[i, j] * F[i, j]
-    _cofactor(F, G[2])
+    cofactor(F, G[2])
     for i in range(3):
         for j in range(3):
             fc = 0.0

@@ -9,6 +9,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from estimator.fem.kernels import cofactor
+
 FloatArray = NDArray[np.float64]
 
 
@@ -21,10 +23,9 @@ def second_piola(F: FloatArray, slope: FloatArray) -> FloatArray:
     for e in range(count):
         for q in range(rule):
             f = F[e, q]
+            cofactor(f, cof)
             for i in range(3):
                 for j in range(3):
-                    i1, i2, j1, j2 = (i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3
-                    cof[i, j] = f[i1, j1] * f[i2, j2] - f[i1, j2] * f[i2, j1]
                     c[i, j] = f[0, i] * f[0, j] + f[1, i] * f[1, j] + f[2, i] * f[2, j]
             jacobian = f[0, 0] * cof[0, 0] + f[0, 1] * cof[0, 1] + f[0, 2] * cof[0, 2]
             first, second, third = slope[0, e, q], slope[1, e, q], slope[2, e, q] / jacobian
@@ -39,7 +40,7 @@ def second_piola(F: FloatArray, slope: FloatArray) -> FloatArray:
 
 @njit(cache=True, fastmath={"contract", "reassoc", "nsz"})
 def first_piola(F: FloatArray, stress: FloatArray) -> FloatArray:
-    """Return P = F S (e, q, 3, 3) of a second Piola–Kirchhoff stress (e, q, 3, 3)."""
+    """Return the first Piola–Kirchhoff stress F S (e, q, 3, 3), Pa, of a second one S (e, q, 3, 3), Pa."""
     count, rule = F.shape[:2]
     out = np.empty((count, rule, 3, 3))
     for e in range(count):
@@ -52,8 +53,12 @@ def first_piola(F: FloatArray, stress: FloatArray) -> FloatArray:
 
 
 @njit(cache=True, fastmath={"contract", "reassoc", "nsz"})
-def forces_of_elements(stress: FloatArray, gradient: FloatArray, volume: FloatArray) -> FloatArray:
-    """Return the internal force of each element (e, k, 3) of a first Piola–Kirchhoff stress (e, q, 3, 3)."""
+def element_forces_of_stress(stress: FloatArray, gradient: FloatArray, volume: FloatArray) -> FloatArray:
+    """Return the internal force of each element (e, k, 3), N, of a first Piola–Kirchhoff stress (e, q, 3, 3), Pa.
+
+    ``gradient`` (e, q, k, 3) holds the material shape gradients, 1/m, ``volume`` (e, q) quadrature weight times
+    reference volume, m³.
+    """
     count, rule, nodes, _ = gradient.shape
     out = np.zeros((count, nodes, 3))
     for e in range(count):
@@ -67,12 +72,11 @@ def forces_of_elements(stress: FloatArray, gradient: FloatArray, volume: FloatAr
 
 
 @njit(cache=True, fastmath={"contract", "reassoc", "nsz"})
-def geometric_stiffness_of_elements(
-    stress: FloatArray, gradient: FloatArray, volume: FloatArray
-) -> FloatArray:
-    """Return the stiffness (e, 3k, 3k) of a frozen second Piola–Kirchhoff stress (e, q, 3, 3), lower triangle filled.
+def element_geometric_stiffness(stress: FloatArray, gradient: FloatArray, volume: FloatArray) -> FloatArray:
+    """Return the stiffness (e, 3k, 3k), N/m, lower triangle, of a frozen second Piola–Kirchhoff stress (e, q, 3, 3), Pa.
 
-    The same number stands for all three axes: it is summed once for each pair of nodes.
+    """Return the stiffness (e, 3k, 3k), N/m, of a frozen second Piola–Kirchhoff stress (e, q, 3, 3), Pa: lower triangle.
+    for :func:`element_forces_of_stress`.
     """
     count, rule, nodes, _ = gradient.shape
     out = np.zeros((count, 3 * nodes, 3 * nodes))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from estimator.fem.body import Body, Response
 from estimator.fem.kernels import invariants
-from estimator.fem.stress_kernels import geometric_stiffness_of_elements
+from estimator.fem.stress_kernels import element_geometric_stiffness
 from estimator.materials.law import EnergyDerivatives
 from estimator.materials.material import Material
 
@@ -121,7 +121,7 @@ def green_lagrange(F: FloatArray) -> FloatArray:
 
 def geometric_stiffness(body: Body, stress: FloatArray) -> FloatArray:
     """Return the stiffness (e, 3k, 3k) of a frozen second Piola–Kirchhoff stress (e, q, 3, 3), lower triangle."""
-    return geometric_stiffness_of_elements(stress, body.gradient, body.volume)
+    return element_geometric_stiffness(stress, body.gradient, body.volume)
 
 
 def product_stiffness(body: Body, one: FloatArray, other: FloatArray, factor: FloatArray) -> FloatArray:

@@ -20,6 +20,7 @@ from estimator.effects.effect import Effect
 from estimator.effects.permanent_set import PERMANENT_SET
 from estimator.effects.stress_softening import STRESS_SOFTENING
 from estimator.effects.viscoelasticity import VISCOELASTICITY, Viscoelasticity
+from estimator.fem.body import forces_of_stress, nodal_forces, stress_of
 from estimator.fem.fibres import Fibres
 from estimator.fem.relaxation import RelaxingPart
 from estimator.fem.stress_kernels import second_piola
@@ -200,6 +201,13 @@ def test_held_tissue_relaxes_as_the_hereditary_integral_says(
         for t in held_s
     ]
     np.testing.assert_allclose(pulls[4:] / relaxed[0], expected, rtol=tolerance)
+
+
+def test_the_stress_of_an_energy_has_the_forces_of_that_energy() -> None:
+    response = response_to(smooth_field(0.2), EXPONENTIAL)
+    expected = nodal_forces(PROBLEM.body, response, response.slope)
+    found = forces_of_stress(PROBLEM.body, stress_of(response.F, response.slope))
+    np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
 
 
 def test_what_relaxes_bears_no_pressure() -> None:
