@@ -73,10 +73,10 @@ def element_forces_of_stress(stress: FloatArray, gradient: FloatArray, volume: F
 
 @njit(cache=True, fastmath={"contract", "reassoc", "nsz"})
 def element_geometric_stiffness(stress: FloatArray, gradient: FloatArray, volume: FloatArray) -> FloatArray:
-    """Return the stiffness (e, 3k, 3k), N/m, lower triangle, of a frozen second Piola–Kirchhoff stress (e, q, 3, 3), Pa.
+    """Return the stiffness (e, 3k, 3k), N/m, of a frozen second Piola–Kirchhoff stress (e, q, 3, 3), Pa.
 
-    """Return the stiffness (e, 3k, 3k), N/m, of a frozen second Piola–Kirchhoff stress (e, q, 3, 3), Pa: lower triangle.
-    for :func:`element_forces_of_stress`.
+    Only the lower triangle is filled. The same number stands for all three axes: it is summed once for each pair
+    of nodes. ``gradient`` and ``volume`` as for :func:`element_forces_of_stress`.
     """
     count, rule, nodes, _ = gradient.shape
     out = np.zeros((count, 3 * nodes, 3 * nodes))
