@@ -1,8 +1,6 @@
 """An emulated IRC5 controller with an IRB 140: the RAPID server's TCP ports and EGM, in real time."""
 
-import queue
 import select
-import socket
 import threading
 import time
 from collections import deque
@@ -11,18 +9,18 @@ from typing import Self
 
 from robot_drivers.abb.egm_codec import MciState
 from robot_drivers.abb.emulator_arm import CYCLE_S, Arm, Motion
+from robot_drivers.abb.emulator_clock import ControllerClock
 from robot_drivers.abb.emulator_egm import GENERATIONS, EgmSender, robot_message
 from robot_drivers.abb.emulator_guidance import Guidance, GuidanceSettings, GuidanceState
+from robot_drivers.abb.emulator_orders import Orders
 from robot_drivers.abb.emulator_ports import CommandPort, ServerPort
 from robot_drivers.abb.emulator_rapid import RapidServer
 from robot_drivers.abb.emulator_settings import ControllerFaults, EmulatorSettings
 from robot_drivers.clock import host_time_ns
 from robot_drivers.closing import ClosedAtExit
-from robot_drivers.emulated_clock import ClockError
-from robot_drivers.errors import ConfigurationError, DeviceTimeoutError, MotionRefusedError
+from robot_drivers.errors import ConfigurationError, MotionRefusedError
 from robot_drivers.protocols import Pose
 
-_ORDER_TIMEOUT_S = 5.0
 _MOST_CYCLES_A_TURN = 25
 _REMEMBERED_CYCLES = 2048
 _JOG_SPEED = (0.05, 0.5)  # m/s, rad/s
@@ -47,14 +45,11 @@ class ControllerEmulator(ClosedAtExit):
         self._generation = GENERATIONS[0]
         self._egm_number = 0
         self._state_number = 0
-        self._cycles = 0
-        self._clock_error = ClockError()
-        self._epoch_ns = host_time_ns()
+        self._clock = ControllerClock()
         self._injected_s = time.monotonic()
         self._restart_due = True
         self._held_back: list[bytes] = []
-        self._orders: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
-        self._bell, self._wake = socket.socketpair()
+        self._orders = Orders()
         self._stopping = False
         self._thread = threading.Thread(target=self._run, name="abb-emulator", daemon=True)
 
@@ -79,7 +74,7 @@ class ControllerEmulator(ClosedAtExit):
     @property
     def epoch_ns(self) -> int:
         """Host time at which the controller's clock, which runs at the host's rate, showed zero."""
-        return self._epoch_ns
+        return self._clock.epoch_ns
 
     def start(self) -> None:
         """Switch the controller on."""
@@ -172,11 +167,7 @@ class ControllerEmulator(ClosedAtExit):
 
     def disturb_clock(self, jump_s: float, drift_ppm: float) -> None:
         """Let the controller's clock jump, and drift from now on; until the controller is restarted."""
-
-        def apply() -> None:
-            self._clock_error = self._clock_error.disturbed(self._cycles * CYCLE_S, jump_s, drift_ppm)
-
-        self._order(apply)
+        self._order(lambda: self._clock.disturb(jump_s, drift_ppm))
 
     def drop_connections(self) -> None:
         """Break both TCP connections."""
@@ -187,7 +178,7 @@ class ControllerEmulator(ClosedAtExit):
         if self._thread.is_alive():
             self._order(self._end)
             self._thread.join()
-        for resource in (self._command, self._state, self._bell, self._wake):
+        for resource in (self._command, self._state, self._orders):
             resource.close()
         self._stop_egm()
 
@@ -197,26 +188,17 @@ class ControllerEmulator(ClosedAtExit):
 
     def _order(self, apply: Callable[[], None]) -> None:
         """Let the cycle's thread carry out a change and wait until it has; at once if it does not run."""
-        if not self._thread.is_alive():
+        if self._thread.is_alive():
+            self._orders.give(apply)
+        else:
             apply()
-            return
-        applied = threading.Event()
-
-        def apply_and_tell() -> None:
-            apply()
-            applied.set()
-
-        self._orders.put(apply_and_tell)
-        self._wake.send(b"!")
-        if not applied.wait(_ORDER_TIMEOUT_S):
-            raise DeviceTimeoutError("the emulated controller does not react; its thread has ended or hangs")
 
     def _run(self) -> None:
         next_cycle = time.monotonic()
         while not self._stopping:
-            sockets = [self._bell, self._command.waiting_on] if self._awake else [self._bell]
-            select.select(sockets, [], [], max(next_cycle - time.monotonic(), 0.0))
-            self._carry_out_orders()
+            doors = [self._orders.waiting_on, *([self._command.waiting_on] if self._awake else [])]
+            select.select(doors, [], [], max(next_cycle - time.monotonic(), 0.0))
+            self._orders.carry_out()
             if self._awake:
                 self._command.serve(self._rapid.begin_session, self._rapid.handle)
             # A few cycles a turn of many that are late: orders and commands must not wait until all are made up, and
@@ -231,7 +213,7 @@ class ControllerEmulator(ClosedAtExit):
     @property
     def _awake(self) -> bool:
         """Whether the RAPID tasks answer."""
-        started = self._cycles * CYCLE_S >= self._settings.start_delay_s
+        started = self._clock.powered_s >= self._settings.start_delay_s
         return started and self._reachable and not self._rapid.faults.mute
 
     @property
@@ -248,20 +230,19 @@ class ControllerEmulator(ClosedAtExit):
         if self._rapid.faults.unpowered(self._elapsed_s):
             self._path.append((due_ns, self._arm.actual))
             return
-        self._cycles += 1
+        self._clock.tick(due_ns)
         self._held_back += self._rapid.cycle(CYCLE_S, self._command.client_silence_s)
         if self._reachable:
             for reply in self._held_back:
                 self._command.send(reply)
             self._held_back.clear()
-        self._epoch_ns = due_ns - 1000 * self._controller_us
         self._path.append((due_ns, self._arm.actual))
         drop_at = self._rapid.faults.drop_at_fraction
         if drop_at is not None and self._arm.fraction_done > drop_at:
             self._drop_clients()
         if self._egm is not None and self._reachable:
             self._send_egm(self._egm)
-        if self._awake and self._cycles % self._settings.state_period_cycles == 0:
+        if self._awake and self._clock.cycles % self._settings.state_period_cycles == 0:
             self._send_state()
 
     def _restart(self) -> None:
@@ -272,22 +253,16 @@ class ControllerEmulator(ClosedAtExit):
         self._arm.halt()
         faults, self._rapid = self._rapid.faults, RapidServer(self._settings, self._arm)
         self._rapid.faults = faults
-        self._cycles = self._egm_number = self._state_number = 0
-        self._clock_error = ClockError()
+        self._clock = ControllerClock()
+        self._egm_number = self._state_number = 0
         if self._guidance is not None:
             self._stop_egm()
-
-    @property
-    def _controller_us(self) -> int:
-        """The controller's clock since power-up, µs."""
-        elapsed_s = self._cycles * CYCLE_S
-        return max(0, round((elapsed_s + self._clock_error.at(elapsed_s)) * 1e6))
 
     def _send_state(self) -> None:
         if self._state.accept():
             self._state_number = 0
         if self._state.has_client:
-            self._state.send(self._rapid.state_frame(self._state_number, self._controller_us))
+            self._state.send(self._rapid.state_frame(self._state_number, self._clock.shown_us))
             self._state_number += 1
 
     def _send_egm(self, sender: EgmSender) -> None:
@@ -301,7 +276,7 @@ class ControllerEmulator(ClosedAtExit):
         message = robot_message(
             self._generation,
             self._egm_number,
-            self._controller_us,
+            self._clock.shown_us,
             self._arm.measure(),
             self._arm.reference(),
             self._rapid.motors_on,
@@ -326,11 +301,6 @@ class ControllerEmulator(ClosedAtExit):
     def _drop_clients(self) -> None:
         self._command.drop_client()
         self._state.drop_client()
-
-    def _carry_out_orders(self) -> None:
-        while not self._orders.empty():
-            self._bell.recv(1)
-            self._orders.get()()
 
     def _end(self) -> None:
         self._stopping = True

@@ -10,15 +10,10 @@ import contextlib
 import math
 import threading
 import time
-from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
-
-import numpy as np
 
 from robot_drivers.abb import poses
 from robot_drivers.abb.arrival import MotionInterruptedError, check_arrival
-from robot_drivers.abb.kinematics import Joints
 from robot_drivers.abb.limits import check_on_line, check_trajectory
 from robot_drivers.abb.open_abb_connection import OpenABBConnection
 from robot_drivers.abb.open_abb_messages import (
@@ -29,6 +24,7 @@ from robot_drivers.abb.open_abb_messages import (
     pose_parameters,
     speed_parameters,
 )
+from robot_drivers.abb.open_abb_samples import Sample, SampleQueue
 from robot_drivers.abb.open_abb_settings import OpenABBSettings
 from robot_drivers.abb.tool_data import check_tool_data
 from robot_drivers.clock import host_time_ns
@@ -42,16 +38,7 @@ from robot_drivers.protocols import DeviceIdentity, Pose, PoseBlock, RobotState,
 
 __all__ = ["OpenABB", "OpenABBSettings"]
 
-_LONGEST_QUEUE = 100_000  # the oldest samples go first when nobody reads
 _SLOWEST_PIECE = 3.0  # times its nominal duration: it accelerates and brakes
-
-
-@dataclass(frozen=True, slots=True)
-class _Sample:
-    host_time_ns: int
-    T_base_tool: Pose
-    joints: Joints
-    moving: bool
 
 
 class OpenABB:
@@ -61,15 +48,11 @@ class OpenABB:
         self._settings = settings
         self._connection: OpenABBConnection | None = None
         self._one_motion = threading.Lock()
-        self._one_state_or_piece = (
-            threading.Lock()
-        )  # pose and joints of a state are asked for one after the other
+        # Pose and joints of a state are asked for one after the other.
+        self._one_state_or_piece = threading.Lock()
         self._held = False
         self._moving = False
-        self._changed = threading.Condition()
-        self._samples: deque[_Sample] = deque(maxlen=_LONGEST_QUEUE)
-        self._newest: _Sample | None = None
-        self._received = 0
+        self._samples = SampleQueue()
 
     @property
     def identity(self) -> DeviceIdentity:
@@ -112,9 +95,8 @@ class OpenABB:
             here = self._ask_state(connection, moving=False)
             check_tool_data(settings.T_flange_tool, here.joints, here.T_base_tool)
             opened.pop_all()
-        self._samples.clear()
-        self._received = 0
-        self._keep(here)
+        self._samples = SampleQueue()
+        self._samples.put(here)
         self._connection = connection
 
     def state(self) -> RobotState:
@@ -123,7 +105,7 @@ class OpenABB:
         A server that answers is the program of the motion task, which only runs with the motors on.
         """
         busy = self._one_motion.locked()
-        newest = self._newest if busy else self._poll(moving=False)
+        newest = self._samples.newest if busy else self._poll(moving=False)
         if newest is None:
             raise DeviceUnreachableError(f"the open-abb server {self._settings.host} has told no pose yet")
         return RobotState(
@@ -206,24 +188,21 @@ class OpenABB:
     def read(self, timeout_s: float) -> PoseBlock:
         """Return the poses read since the last call; wait up to ``timeout_s`` for a first one.
 
-        While the tool stands, this asks for one itself. The server tells neither a counter nor a clock: the counter
-        numbers the answers, and the device time is that of the request on the host clock.
+        While the tool stands, this asks for one itself.
         """
         self._connected()
         deadline = time.monotonic() + timeout_s
-        with self._changed:
-            self._changed.wait_for(lambda: self._samples, min(timeout_s, self._settings.poll_period_s))
-            if not self._samples and self._one_motion.locked():
-                self._changed.wait_for(lambda: self._samples, deadline - time.monotonic())
-            nothing_came = not self._samples
-        if nothing_came and time.monotonic() < deadline:
+        came = self._samples.wait(min(timeout_s, self._settings.poll_period_s))
+        if not came and self._one_motion.locked():
+            came = self._samples.wait(deadline - time.monotonic())
+        if not came and time.monotonic() < deadline:
             self._poll(moving=False)
-        return self._take()
+        return self._samples.take()
 
     def statistics(self) -> StreamStatistics:
         """Return the count of poses read."""
         self._connected()
-        return StreamStatistics(received=self._received)
+        return StreamStatistics(received=self._samples.received)
 
     def close(self) -> None:
         """Disconnect. A piece of a motion that is under way goes on to its end."""
@@ -245,7 +224,7 @@ class OpenABB:
         if self._held:
             raise MotionRefusedError("the robot is held; call resume() before it may move")
 
-    def _check_from(self, here: _Sample, targets: Sequence[Pose], speed: Speed) -> None:
+    def _check_from(self, here: Sample, targets: Sequence[Pose], speed: Speed) -> None:
         settings = self._settings
         check_trajectory(
             settings.limits, here.T_base_tool, here.joints, targets, speed, settings.T_flange_tool
@@ -288,39 +267,15 @@ class OpenABB:
                 "open-abb cannot stop it. Look at the robot, then connect again"
             ) from error
 
-    def _poll(self, moving: bool) -> _Sample:
+    def _poll(self, moving: bool) -> Sample:
         sample = self._ask_state(self._connected(), moving)
-        self._keep(sample)
+        self._samples.put(sample)
         return sample
 
-    def _ask_state(self, connection: OpenABBConnection, moving: bool) -> _Sample:
+    def _ask_state(self, connection: OpenABBConnection, moving: bool) -> Sample:
         patience_s = self._settings.reply_timeout_s
         with self._one_state_or_piece:
             asked_ns = host_time_ns()
             pose = parse_pose(connection.ask(Code.POSE, timeout_s=patience_s))
             joints = parse_joints(connection.ask(Code.JOINTS, timeout_s=patience_s))
-        return _Sample(asked_ns, pose, joints, moving)
-
-    def _keep(self, sample: _Sample) -> None:
-        with self._changed:
-            self._samples.append(sample)
-            self._newest = sample
-            self._received += 1
-            self._changed.notify_all()
-
-    def _take(self) -> PoseBlock:
-        with self._changed:
-            samples = list(self._samples)
-            first = self._received - len(samples) + 1
-            self._samples.clear()
-        n = len(samples)
-        stamps = np.array([sample.host_time_ns for sample in samples], np.int64)
-        return PoseBlock(
-            counter=first + np.arange(n, dtype=np.int64),
-            device_time_s=stamps / 1e9,
-            host_time_ns=stamps,
-            position=np.array([s.T_base_tool.position for s in samples]).reshape(n, 3),
-            quaternion_wxyz=np.array([s.T_base_tool.quaternion_wxyz for s in samples]).reshape(n, 4),
-            joints=np.array([sample.joints for sample in samples]).reshape(n, 6),
-            moving=np.array([sample.moving for sample in samples], np.bool_),
-        )
+        return Sample(asked_ns, pose, joints, moving)
