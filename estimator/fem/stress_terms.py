@@ -120,7 +120,10 @@ def green_lagrange(F: FloatArray) -> FloatArray:
 
 
 def geometric_stiffness(body: Body, stress: FloatArray) -> FloatArray:
-    """Return the stiffness (e, 3k, 3k) of a frozen second Piola–Kirchhoff stress (e, q, 3, 3), lower triangle."""
+    """Return the stiffness (e, 3k, 3k), N/m, of a frozen second Piola–Kirchhoff stress (e, q, 3, 3), Pa.
+
+    Only the lower triangle is filled.
+    """
     return element_geometric_stiffness(stress, body.gradient, body.volume)
 
 

@@ -6,7 +6,13 @@ from robot_drivers.emulated_clock import ClockError
 
 
 class ControllerClock:
-    """Shows zero at power-up and runs at the host's rate until it is disturbed."""
+    """Shows zero at power-up and runs at the host's rate until it is disturbed.
+
+    Attributes
+    ----------
+    epoch_ns : host time at which it would have shown zero, by what it shows now
+    cycles : since power-up, of :data:`CYCLE_S` each
+    """
 
     def __init__(self) -> None:
         self.epoch_ns = host_time_ns()

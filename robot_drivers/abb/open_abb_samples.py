@@ -14,7 +14,15 @@ _LONGEST_QUEUE = 100_000  # the oldest samples go first when nobody reads
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """One answer of the server: ``host_time_ns`` is when it was asked."""
+    """One answer of the server.
+
+    Attributes
+    ----------
+    host_time_ns : when it was asked
+    T_base_tool : m
+    joints : rad
+    moving : whether a motion was under way
+    """
 
     host_time_ns: int
     T_base_tool: Pose
