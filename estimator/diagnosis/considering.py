@@ -13,9 +13,9 @@ from estimator.diagnosis.contest import (
     Contender,
     Tell,
     Trial,
-    baseline_error,
     beside,
     best_starts,
+    error_borne_out,
     parameter_deviations,
     screen,
 )
@@ -25,7 +25,9 @@ from estimator.diagnosis.held_out import held_out_residuals
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.preparation import prepare
 from estimator.diagnosis.race import race
+from estimator.diagnosis.refit import refit
 from estimator.diagnosis.result import Consideration, Material, Outcome, Place
+from estimator.diagnosis.sharpening import sharpest, whitened_anew
 from estimator.effects.catalogue import CATALOGUE, LABELS
 from estimator.errors import InputError
 from estimator.experiment import Experiment
@@ -87,8 +89,10 @@ def what_if(
     tell = progress or (lambda stage, done, total: None)
     with worker_pool() as executor:
         tell("fitting the baseline", 0, 1)
-        case, baseline = prepare(experiments, executor)
-        error = baseline_error(case, baseline)
+        cases, baseline = prepare(experiments, executor)
+        case = sharpest(cases, cases[0], baseline)
+        baseline = refit(case, baseline.hypothesis, whitened_anew(baseline, cases[0], case), evaluations=3)
+        error = error_borne_out(case, baseline)
         forms = [effect for effect in CATALOGUE if effect.label == label and not effect.elaborates]
         trials = screen(case, baseline, error, forms, executor, tell)
         starts = [trial.start for trial in best_starts(trials)[:_STARTS]]

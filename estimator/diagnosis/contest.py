@@ -72,10 +72,10 @@ class Contender:
         return tuple(effect.label for effect in self.fit.hypothesis.effects)
 
 
-def baseline_error(case: Case, baseline: Linearisation) -> ModelError:
-    """Return what any model misses of a case, by the size of the baseline's channels and of its misfit."""
-    error = model_error_of(case.experiments, case.whitenings, baseline.predicted)
-    return with_floor_borne_out(error, *_model(baseline, error))
+def error_borne_out(case: Case, fit: Linearisation) -> ModelError:
+    """Return what any model misses of a case, by the size of a fit's channels and of its misfit."""
+    error = model_error_of(case.experiments, case.whitenings, fit.predicted)
+    return with_floor_borne_out(error, *_model(fit, error))
 
 
 def evidence_of_unknown(baseline: Linearisation, error: ModelError) -> float:

@@ -4,24 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.contest import (
     Contender,
     Tell,
     Trial,
-    baseline_error,
     best_starts,
+    error_borne_out,
     evidence_of_unknown,
     first_order_evidence,
     screen,
+    trials_of,
 )
 from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.glitches import number_left_out
 from estimator.diagnosis.preparation import prepare
-from estimator.diagnosis.race import finalists, race
+from estimator.diagnosis.race import finalists, race, race_on
+from estimator.diagnosis.refit import refit
 from estimator.diagnosis.second_cause import adequate, promising_seconds
+from estimator.diagnosis.sharpening import noise_cost, sharpest, signature_anew, whitened_anew
 from estimator.effects.catalogue import CATALOGUE, LABELS, OUTSIDERS
 from estimator.effects.effect import Effect
 from estimator.experiment import Experiment
@@ -75,29 +80,73 @@ def hold_contest(experiments: Sequence[Experiment], executor: Executor, tell: Te
         As :func:`estimator.diagnosis.diagnose.diagnose`.
     """
     tell("fitting the baseline", 0, 1)
-    case, baseline = prepare(experiments, executor)
+    cases, baseline = prepare(experiments, executor)
     tell("fitting the baseline", 1, 1)
-    error = baseline_error(case, baseline)
-    none = first_order_evidence(case, baseline, error)
+    left_out = number_left_out(experiments, cases[0].experiments)
+    empty = Field(cases[0], left_out, baseline, error_borne_out(cases[0], baseline), (), (), -np.inf, -np.inf)
+    field = _in_case(empty, sharpest(cases, cases[0], baseline), executor, tell)
     everything = (*CATALOGUE, *OUTSIDERS)
     plain = [effect for effect in everything if not (effect.elaborates or effect.mistaken_for)]
-    trials = screen(case, baseline, error, plain, executor, tell)
-    leaders = _leaders(best_starts(trials), none)
-    contenders = race(case, baseline, error, [trial.start for trial in leaders], none, executor, tell)
-    best_few = finalists(contenders, none)
-    doubtful = _doubtful(case, best_few, trials, error, none)
+    trials = screen(field.case, field.baseline, field.error, plain, executor, tell)
+    starts = [trial.start for trial in _leaders(best_starts(trials), field.none)]
+    contenders = race(field.case, field.baseline, field.error, starts, field.none, executor, tell)
+    field = replace(field, trials=tuple(trials), contenders=tuple(contenders))
+    field = _sharpened(field, cases, executor, tell)
+    finer = _finer(field, executor, tell)
+    return field if finer is field else _sharpened(finer, cases, executor, tell)
+
+
+def _finer(field: Field, executor: Executor, tell: Tell) -> Field:
+    """Return the field with finer forms of the leaders refitted, and with what may be mistaken for them."""
+    best_few = finalists(field.contenders, field.none)
+    doubtful = _doubtful(field.case, best_few, field.trials, field.error, field.none)
     elaborate = [*elaborations({one.labels[0] for one in doubtful}), *_mistaken_for(best_few)]
-    if doubtful or elaborate:
-        finer = screen(case, baseline, error, elaborate, executor, tell) if elaborate else []
-        more = best_starts(finer) + _siblings(best_starts(trials), doubtful[:1], contenders)
-        trials += finer
-        starts = [trial.start for trial in more[:_FINER]]
-        best = contenders[0].log_evidence
-        contenders += race(case, baseline, error, starts, best, executor, tell)
-        contenders.sort(key=lambda one: -one.log_evidence)
-    left_out = number_left_out(experiments, case.experiments)
-    unknown = evidence_of_unknown(baseline, error)
-    return Field(case, left_out, baseline, error, tuple(trials), tuple(contenders), none, unknown)
+    if not (doubtful or elaborate):
+        return field
+    case, baseline, error = field.case, field.baseline, field.error
+    finer = screen(case, baseline, error, elaborate, executor, tell) if elaborate else []
+    more = best_starts(finer) + _siblings(best_starts(field.trials), doubtful[:1], field.contenders)
+    starts = [trial.start for trial in more[:_FINER]]
+    found = race(case, baseline, error, starts, field.contenders[0].log_evidence, executor, tell)
+    return replace(
+        field,
+        trials=(*field.trials, *finer),
+        contenders=tuple(sorted([*field.contenders, *found], key=lambda one: -one.log_evidence)),
+    )
+
+
+def _sharpened(field: Field, cases: Sequence[Case], executor: Executor, tell: Tell) -> Field:
+    """Return the field with the noise that the best contender bears out."""
+    if not field.contenders:
+        return field
+    case = sharpest(cases, field.case, field.contenders[0].fit)
+    return field if case is field.case else _in_case(field, case, executor, tell)
+
+
+def _in_case(field: Field, case: Case, executor: Executor, tell: Tell) -> Field:
+    """Return the field in a case that differs from its own in the noise.
+
+    No answer is less probable for a noise that was chosen to suit another one.
+    """
+    again = whitened_anew(field.baseline, field.case, case)
+    baseline = refit(case, again.hypothesis, again, evaluations=3)
+    best = field.contenders[0].fit if field.contenders else None
+    error = error_borne_out(case, whitened_anew(best, field.case, case) if best is not None else baseline)
+    gained = noise_cost(case) - noise_cost(field.case)
+    none = max(first_order_evidence(case, baseline, error), field.none + gained)
+    unknown = max(evidence_of_unknown(baseline, error), field.unknown + gained)
+    signatures = [signature_anew(trial.signature, field.case, case) for trial in field.trials]
+    fits = [whitened_anew(one.fit, field.case, case) for one in field.contenders]
+    return replace(
+        field,
+        case=case,
+        baseline=baseline,
+        error=error,
+        trials=tuple(sorted(trials_of(case, baseline, error, signatures), key=lambda one: -one.log_evidence)),
+        contenders=tuple(race_on(case, baseline, error, fits, none, executor, tell)),
+        none=none,
+        unknown=unknown,
+    )
 
 
 def _leaders(trials: Sequence[Trial], none: float) -> list[Trial]:
@@ -144,7 +193,7 @@ def elaborations(labels: Collection[str]) -> list[Effect]:
 def _mistaken_for(contenders: Sequence[Contender]) -> list[Effect]:
     """Return what has no label and may be mistaken for a leader, which would leave no misfit to tell."""
     labels = {one.labels[0] for one in contenders}
-    return [effect for effect in OUTSIDERS if effect.mistaken_for in labels]
+    return [effect for effect in OUTSIDERS if labels.intersection(effect.mistaken_for)]
 
 
 def _siblings(

@@ -46,6 +46,20 @@ def race(
     return _further(case, base, error, second, finalists(second, bar), _POINTS_TO_CONVERGE, executor, tell)
 
 
+def race_on(
+    case: Case,
+    base: Linearisation,
+    error: ModelError,
+    fits: Sequence[Linearisation],
+    bar: float,
+    executor: Executor,
+    tell: Tell,
+) -> list[Contender]:
+    """Weigh fits as :func:`race` does its own, refit the finalists among them, and return all."""
+    weighed = _sorted([contender_of(case, base, error, fit) for fit in fits])
+    return _further(case, base, error, weighed, finalists(weighed, bar), _POINTS_TO_CONVERGE, executor, tell)
+
+
 def finalists(contenders: Sequence[Contender], bar: float) -> list[Contender]:
     """Return the few, the most probable first, that a better fit could still bring to the front."""
     return _in_reach(contenders, bar, _CLOSE_SHARE)[:_FINALISTS]

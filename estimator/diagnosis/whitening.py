@@ -69,6 +69,12 @@ class Whitening:
         scaled = uncorrelated(columns / self.deviation[:, None], self.seen, self.correlation)
         return shrunk(scaled, self.vectors, self.shrink)
 
+    def anew(self, columns: FloatArray, before: "Whitening") -> FloatArray:
+        """Whiten columns (r, k) that were whitened before, by a whitening of other shared errors alone."""
+        grown = before.shrink / (1.0 - before.shrink)
+        white = columns + before.vectors @ (grown[:, None] * (before.vectors.T @ columns))
+        return shrunk(white, self.vectors, self.shrink)
+
     def undo(self, whitened: FloatArray) -> FloatArray:
         """Return the channels (n, c) whose whitened values these (r,) are; NaN where nothing was measured."""
         scaled = whitened + self.vectors @ (self.shrink / (1.0 - self.shrink) * (self.vectors.T @ whitened))
@@ -84,6 +90,11 @@ class Whitening:
     def floor(self) -> float:
         """Root mean square of a whitened residual that holds white noise alone, none of the shared errors."""
         return float(np.sqrt(1.0 - np.sum(1.0 - (1.0 - self.shrink) ** 2) / len(self.vectors)))
+
+    @property
+    def log_determinant(self) -> float:
+        """Logarithm of the determinant of I + U Uᵀ."""
+        return float(-2.0 * np.log1p(-self.shrink).sum())
 
     def residual(self, experiment: Experiment, predicted: FloatArray) -> FloatArray:
         """Return the whitened misfit (r,) of predicted channels (n, c)."""

@@ -9,6 +9,7 @@ from estimator.effects.camera_creep import CameraCreep
 from estimator.effects.camera_lag import CameraLag
 from estimator.effects.camera_rotation import CameraRotation
 from estimator.effects.camera_scale import CameraScale, CameraScaleInPlane, CameraScaleOfMotion
+from estimator.effects.cut import Cut
 from estimator.effects.effect import Effect, Group
 from estimator.effects.fiducial_mislabel import (
     FiducialMislabel,
@@ -80,6 +81,8 @@ _MOTION: tuple[Effect, ...] = (
     RobotBacklash("translation", "centred"),
     RobotBacklash("rotation", "taken_up"),
     RobotBacklash("rotation", "centred"),
+    RobotBacklash("translation", "anywhere"),
+    RobotBacklash("rotation", "anywhere"),
     GripperCompliance(),
     AxisCompliance(),
     RotationCompliance(),
@@ -134,6 +137,7 @@ OUTSIDERS: tuple[Effect, ...] = (
     LensDistortion("measured"),
     ForceClipping(),
     StickyPatch(),
+    Cut(),
     ModulusDrift(),
     CameraCreep(),
     SlantedView(),

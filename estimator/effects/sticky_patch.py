@@ -32,7 +32,7 @@ class StickyPatch(Effect):
     group = "environment"
     words = "The tissue sticks to a patch of the table below it."
     form = "sticky_patch"
-    mistaken_for = "inhomogeneity"
+    mistaken_for = ("inhomogeneity",)
     amplitudes = (_STIFFNESS,)
     constants = (*CENTRE, _RADIUS)
 

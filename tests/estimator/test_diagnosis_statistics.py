@@ -34,7 +34,7 @@ from estimator.diagnosis.noise import noise_of
 from estimator.diagnosis.result import Material, Quantity
 from estimator.diagnosis.rivals import projected
 from estimator.diagnosis.screening import Signature
-from estimator.diagnosis.whitening import inverse_root, left_beside_rim, shrunk, uncorrelated
+from estimator.diagnosis.whitening import Whitening, inverse_root, left_beside_rim, shrunk, uncorrelated
 from estimator.effects.catalogue import CATALOGUE
 
 FloatArray = NDArray[np.float64]
@@ -44,12 +44,28 @@ def orthonormal(rng: np.random.Generator, rows: int, columns: int) -> FloatArray
     return np.linalg.qr(rng.normal(size=(rows, columns)))[0]
 
 
+def whitening_by(shared: FloatArray) -> Whitening:
+    seen = np.ones((len(shared), 1), dtype=bool)
+    return Whitening(seen, np.ones(1), np.zeros(1), *inverse_root(shared))
+
+
 def test_shrinking_is_the_inverse_root_of_the_covariance() -> None:
     rng = np.random.default_rng(1)
     shared = rng.normal(size=(30, 4))
     vectors, shrink = inverse_root(shared)
     root = shrunk(np.eye(30), vectors, shrink)
     assert np.allclose(root @ (np.eye(30) + shared @ shared.T) @ root.T, np.eye(30))
+
+
+def test_what_was_whitened_by_one_noise_is_whitened_anew_by_another() -> None:
+    rng = np.random.default_rng(1)
+    shared, columns = rng.normal(size=(30, 4)), rng.normal(size=(30, 3))
+    more, less = (whitening_by(share * shared) for share in (1.0, 0.2))
+    once = shrunk(columns, more.vectors, more.shrink)
+    assert np.allclose(less.anew(once, more), shrunk(columns, less.vectors, less.shrink))
+    for whitening, share in ((more, 1.0), (less, 0.2)):
+        _, expected = np.linalg.slogdet(np.eye(30) + share**2 * shared @ shared.T)
+        assert whitening.log_determinant == pytest.approx(expected)
 
 
 def test_a_discrepancy_whitens_and_tells_its_determinant() -> None:

@@ -79,6 +79,15 @@ def test_centred_backlash_loses_half_its_width_either_way():
     assert_allclose(change[26:, 0], 2e-4)
 
 
+@pytest.mark.parametrize(("start", "lost_m"), [(1.0, 0.0), (0.0, 2e-4), (-1.0, 4e-4), (0.6, 0.8e-4)])
+def test_backlash_loses_on_the_way_out_what_is_not_taken_up_at_rest_and_all_of_it_back(start, lost_m):
+    effect = RobotBacklash("translation", "anywhere")
+    change = position_change(effect, there_and_back(), width=4e-4, start=start)
+    assert_allclose(change[0], 0.0, atol=1e-15)
+    assert_allclose(change[1:26, 0], -lost_m, atol=1e-15)
+    assert_allclose(change[26:, 0], 4e-4 - lost_m)
+
+
 def test_noise_of_a_standing_gripper_reverses_nothing():
     change = position_change(RobotBacklash("translation", "taken_up"), shaken(there_and_back()), width=1e-4)
     assert_allclose(change[20:26], np.tile(change[20], (6, 1)), atol=1e-15)

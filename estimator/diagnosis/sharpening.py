@@ -1,0 +1,50 @@
+"""How little meshes have left of their errors, as far as the measurements bear it out at the best fit there is.
+
+What they may leave at most hides much. The noise is chosen by the baseline, and anew once a cause is found: before
+that, its own misfit seems to be what meshes left. Whatever was linearised stays as it is, and is whitened anew.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from estimator.diagnosis.case import Case, Linearisation
+from estimator.diagnosis.contest import error_borne_out, first_order_evidence
+from estimator.diagnosis.screening import Signature
+
+
+def sharpest(cases: Sequence[Case], case: Case, fit: Linearisation) -> Case:
+    """Return that of cases, which differ in what meshes may leave, in which the misfit of a fit is the most probable.
+
+    ``case`` is the one of them in which the fit was made.
+    """
+    return max(cases, key=lambda one: _log_density(one, whitened_anew(fit, case, one)))
+
+
+def _log_density(case: Case, fit: Linearisation) -> float:
+    """Return the log evidence of a fit with what the noise itself costs, which no other function counts."""
+    return first_order_evidence(case, fit, error_borne_out(case, fit)) - noise_cost(case)
+
+
+def noise_cost(case: Case) -> float:
+    """Return half the log determinant of the noise's covariance, up to a constant of the case."""
+    return 0.5 * float(np.sum([whitening.log_determinant for whitening in case.whitenings]))
+
+
+def whitened_anew(fit: Linearisation, before: Case, after: Case) -> Linearisation:
+    """Return the linearisation of one case in another, which differs from it in the noise alone."""
+    pairs = list(zip(after.whitenings, before.whitenings, strict=True))
+    return replace(
+        fit,
+        residual=tuple(
+            new.anew(r[:, None], old)[:, 0] for (new, old), r in zip(pairs, fit.residual, strict=True)
+        ),
+        by_coordinate=tuple(new.anew(c, old) for (new, old), c in zip(pairs, fit.by_coordinate, strict=True)),
+    )
+
+
+def signature_anew(signature: Signature, before: Case, after: Case) -> Signature:
+    """Return a signature in one case as it is in another, which differs from it in the noise alone."""
+    pairs = zip(after.whitenings, before.whitenings, signature.columns, strict=True)
+    return replace(signature, columns=tuple(new.anew(columns, old) for new, old, columns in pairs))

@@ -1,0 +1,64 @@
+"""The tissue is cut, or has torn, at some place: no label of the catalogue."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.effects.effect import OUTSIDE, Amplitude, Constant, Effect, Readings, Values
+from estimator.effects.places import CENTRE, belonging, places_of
+from estimator.experiment import Experiment
+from estimator.fem.problem import RetractionProblem
+from estimator.fem.quadrature import quadrature_points
+from estimator.fem.terms import Term
+from estimator.fem.weak_planes import WeakPlanes
+from estimator.materials.material import Material
+
+FloatArray = NDArray[np.float64]
+
+# All of what the tissue bears across the cut at the upper bound.
+_WEAKNESS = Amplitude("weakness", "1", scale=0.3, smallest=0.03, lower=0.0, upper=0.95)
+_RADIUS = Constant("radius", "m", (0.009,), lower=0.004, upper=0.04)
+_NORMAL = Constant("normal", "rad", (0.0, float(np.pi / 2)), lower=-np.pi / 2, upper=np.pi)
+
+
+class Cut(Effect):
+    """A cut through the thickness, smeared over a cylinder about it: across it the tissue is weak, along it whole.
+
+    From afar a cut of length 2a is told by how much compliance it adds, which goes by a², alone: one in a cylinder of
+    radius R makes it weak by about 2 (a/R)². Its normal lies in the plane, at ``normal`` from the x axis towards y.
+    """
+
+    label = OUTSIDE
+    group = "inhomogeneity"
+    words = "The tissue is cut or torn at a place."
+    form = "cut"
+    mistaken_for = ("inhomogeneity", "modulus_gradient", "fiducial_misread")
+    amplitudes = (_WEAKNESS,)
+    constants = (*CENTRE, _RADIUS, _NORMAL)
+
+    def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
+        """Return the grid, spread over the phantom's edges, without the places inside the grasp."""
+        return places_of(baseline[0].experiment, super().starts(baseline))
+
+    def place(self, problem: RetractionProblem, values: Values) -> tuple[FloatArray, float] | None:
+        """Return the cut's middle and the radius of the cylinder about it."""
+        return np.array([values["centre_x"], values["centre_y"], 0.0]), values[_RADIUS.name]
+
+    def terms(
+        self, problem: RetractionProblem, material: Material, experiment: Experiment, values: Values
+    ) -> tuple[Term, ...]:
+        """Return what the cut takes from the stress."""
+        if not values[_WEAKNESS.name]:
+            return ()
+        arms = quadrature_points(problem.body.mesh)[..., :2] - [values["centre_x"], values["centre_y"]]
+        depth = values[_RADIUS.name] - np.linalg.norm(arms, axis=-1)
+        weakness = values[_WEAKNESS.name] * belonging(depth, np.cbrt(problem.body.volume))
+        modulus = material.youngs_modulus
+        shear = modulus / (2 * (1 + material.poisson_ratio))
+        lost = np.stack([modulus / 4 * weakness, shear * weakness, shear * weakness])
+        cos, sin = np.cos(values[_NORMAL.name]), np.sin(values[_NORMAL.name])
+        axes = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        return (WeakPlanes(problem.body, axes, lost),)

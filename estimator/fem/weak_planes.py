@@ -1,0 +1,86 @@
+"""Planes across which the tissue bears less, as across a cut: an energy of v = C a − a, a their normal at rest.
+
+    W = −½ (k_n v_n² + k_s |v_s|²)
+
+v_n, the component along a, is twice the stretching across the plane at small strain, and v_s the sliding along it: k_n
+takes 4 k_n from Young's modulus across and k_s as much from the shear modulus, as many small parallel cracks do (M.
+Kachanov, Int. J. Fracture 43 (1990) R11); along the plane nothing is lost.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.fem.body import Body, Response, forces_of_stress
+from estimator.fem.stress_terms import geometric_stiffness, product_stiffness
+from estimator.fem.terms import TermStiffness
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class WeakPlanes:
+    """What parallel planes take from the tissue's stress.
+
+    Attributes
+    ----------
+    body : Body
+    axes : (3, 3) orthonormal rows at rest, the planes' normal first
+    lost_pa : (3, e, q) k_n, k_s and k_s again, where the planes are
+    """
+
+    body: Body
+    axes: FloatArray
+    lost_pa: FloatArray
+
+    def energy(self, response: Response) -> float:
+        """Return what is taken from the energy stored, J, as a negative number."""
+        stretch = self._stretch(response)
+        return float(-0.5 * np.sum(self.body.volume * self.lost_pa * stretch**2))
+
+    def forces(self, displacement: FloatArray, response: Response) -> FloatArray:
+        """Return the nodal forces (n, 3), N."""
+        lost = self.lost_pa * self._stretch(response)
+        stress = -np.einsum("ieq,ieqxy->eqxy", lost, self._slope(response))
+        return forces_of_stress(self.body, stress)
+
+    def stiffness(self, displacement: FloatArray, response: Response) -> TermStiffness:
+        """Return the exact derivative of :meth:`forces`."""
+        lost = self.lost_pa * self._stretch(response)
+        normal = self.axes[0]
+        pairs = normal[None, :, None] * self.axes[:, None, :]
+        tension = -np.einsum("ieq,ixy->eqxy", lost, pairs + np.swapaxes(pairs, 1, 2))
+        elements = geometric_stiffness(self.body, tension)
+        for slope, modulus in zip(self._slope(response), self.lost_pa, strict=True):
+            elements += product_stiffness(self.body, slope, slope, -modulus)
+        return TermStiffness(elements=elements)
+
+    def starting_after(self, seconds: float) -> Self:
+        """Return the term itself: it has no memory."""
+        return self
+
+    def after(self, displacement: FloatArray, response: Response) -> Self:
+        """Return the term itself: it has no memory."""
+        return self
+
+    def rested(self) -> Self:
+        """Return the term itself: it has no memory."""
+        return self
+
+    def _stretch(self, response: Response) -> FloatArray:
+        """Return the components (3, e, q) of v along the axes."""
+        turned = response.F @ self.axes.T
+        inner = np.einsum("eqx,eqxi->ieq", turned[..., 0], turned)
+        inner[0] -= 1.0
+        return np.asarray(inner)
+
+    def _slope(self, response: Response) -> FloatArray:
+        """Return the derivatives (3, e, q, 3, 3) of v's components by F: F a ⊗ b + F b ⊗ a."""
+        turned = response.F @ self.axes.T
+        first = np.einsum("eqx,iy->ieqxy", turned[..., 0], self.axes)
+        second = np.einsum("eqxi,y->ieqxy", turned, self.axes[0])
+        return np.asarray(first + second)
