@@ -61,8 +61,9 @@ def _glitches(misfit: FloatArray) -> NDArray[np.bool_]:
     middle = _nan_median(off.swapaxes(0, 1))[:, None]
     spread = _TO_DEVIATION * _nan_median(np.abs(off - middle).swapaxes(0, 1))[:, None]
     far = np.abs(off - middle) > _WILD * np.maximum(_SHARE * spread, _SPREAD)
-    agree = np.abs(_nan_mean(after) - _nan_mean(before)) < _AGREE
-    return np.asarray((far & agree).any(axis=2))
+    # Beside the first row and the last there is nothing to agree with: no cause shows in one row alone either.
+    apart = np.abs(_nan_mean(after) - _nan_mean(before)) >= _AGREE
+    return np.asarray((far & ~apart).any(axis=2))
 
 
 def _neighbours(beads: FloatArray) -> FloatArray:

@@ -18,7 +18,7 @@ from estimator.materials.material import Material
 FloatArray = NDArray[np.float64]
 
 _SHARE = Amplitude("share", "1", scale=0.2, smallest=0.02, lower=0.0, upper=0.9)
-_PLACE = Constant("place", "1", (0.0, 0.25, 0.5, 0.75, 1.0), 0.0, 1.0)
+_PLACE = Constant("place", "1", tuple(n / 8 for n in range(9)), 0.0, 1.0)
 # Stiffness of a node that is attached by half, over modulus times the root of its area: with it the gripping force
 # falls evenly as more and more comes off, on coarse and fine meshes.
 _HALF_ATTACHED = 0.3
