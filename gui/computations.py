@@ -35,9 +35,11 @@ def diagnose_sources(report: Reporter, sources: Sequence[Path]) -> Diagnosis:
     return diagnose(experiments_of(sources, report), report)
 
 
-def try_cause(report: Reporter, sources: Sequence[Path], label: str, floor: float) -> Consideration:
-    """Fit the model with one cause in it; ``floor`` is the noise alone, in the diagnosis that it is to stand in."""
-    return what_if(experiments_of(sources, report), label, floor, report)
+def try_cause(
+    report: Reporter, sources: Sequence[Path], label: str, floor: float, left_by_meshes: float
+) -> Consideration:
+    """Fit the model with one cause in it, with the noise of the diagnosis that it is to stand in."""
+    return what_if(experiments_of(sources, report), label, floor, left_by_meshes, report)
 
 
 def write_estimate_page(report: Reporter, found: Estimate, page: Path) -> Path:

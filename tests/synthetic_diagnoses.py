@@ -148,6 +148,7 @@ def diagnosis(
         cannot_tell=(),
         next_experiment=(),
         glitches=0,
+        left_by_meshes=0.35,
         traces=(trace("pull", 1), trace("twist", 2)),
         rivals=Rivals(("gripper_slip", "force_bias"), (1, 2), np.eye(3)),
         considered={},

@@ -37,6 +37,7 @@ class Case:
     corrections : for each experiment (n, 6 + 3m), what a finer mesh changes
     whitenings : of each experiment
     unit_wrenches : for each (n, 6), the fitted baseline's wrench by row per unit of Young's modulus
+    left_by_meshes : share of what meshes may leave of their errors at most that the whitenings take for noise
     """
 
     experiments: tuple[Experiment, ...]
@@ -44,6 +45,7 @@ class Case:
     corrections: tuple[FloatArray, ...]
     whitenings: tuple[Whitening, ...]
     unit_wrenches: tuple[FloatArray, ...]
+    left_by_meshes: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,7 +27,7 @@ from estimator.diagnosis.preparation import prepare
 from estimator.diagnosis.race import race
 from estimator.diagnosis.refit import refit
 from estimator.diagnosis.result import Consideration, Material, Outcome, Place
-from estimator.diagnosis.sharpening import sharpest, whitened_anew
+from estimator.diagnosis.sharpening import whitened_anew
 from estimator.effects.catalogue import CATALOGUE, LABELS
 from estimator.errors import InputError
 from estimator.experiment import Experiment
@@ -64,7 +64,11 @@ def consider(
 
 
 def what_if(
-    experiments: Sequence[Experiment], label: str, floor: float, progress: Tell | None = None
+    experiments: Sequence[Experiment],
+    label: str,
+    floor: float,
+    left_by_meshes: float,
+    progress: Tell | None = None,
 ) -> Consideration:
     """Fit a model with one cause to experiments of one phantom in one mounting, however improbable it is.
 
@@ -73,6 +77,7 @@ def what_if(
     experiments : as for :func:`estimator.diagnosis.diagnose.diagnose`
     label : of the catalogue
     floor : root mean square of the noise alone, as the diagnosis of these experiments has it (``gap.floor``)
+    left_by_meshes : what of the meshes' errors that diagnosis took for noise
     progress : told what is being done, and how much of it is done
 
     Raises
@@ -90,7 +95,7 @@ def what_if(
     with worker_pool() as executor:
         tell("fitting the baseline", 0, 1)
         cases, baseline = prepare(experiments, executor)
-        case = sharpest(cases, cases[0], baseline)
+        case = min(cases, key=lambda one: abs(one.left_by_meshes - left_by_meshes))
         baseline = refit(case, baseline.hypothesis, whitened_anew(baseline, cases[0], case), evaluations=3)
         error = error_borne_out(case, baseline)
         forms = [effect for effect in CATALOGUE if effect.label == label and not effect.elaborates]

@@ -64,6 +64,7 @@ def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[list
     cases = [
         replace(
             corrected,
+            left_by_meshes=share,
             whitenings=tuple(
                 whitening_of(one, share * correction, noise, share * left)
                 for one, correction, left in zip(mechanics, corrections, at_grasp, strict=True)

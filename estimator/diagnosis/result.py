@@ -208,6 +208,7 @@ class Diagnosis:
     cannot_tell : sentences: what these data do not say
     next_experiment : Advice, the best first
     glitches : how many single readings of a bead were left out as wild
+    left_by_meshes : share of what meshes may leave of their errors at most that was taken for noise
     traces : one an experiment
     rivals : what the effects of the catalogue would do to these measurements, and how alike
     considered : by label, what each cause alone would do
@@ -228,6 +229,7 @@ class Diagnosis:
     cannot_tell: tuple[str, ...]
     next_experiment: tuple[Advice, ...]
     glitches: int
+    left_by_meshes: float
     traces: tuple[Trace, ...]
     rivals: Rivals
     considered: Mapping[str, Consideration]

@@ -104,8 +104,9 @@ class DiagnosePage(QWidget):
         shown = self.result.shown
         if shown is None or not self.strip.idle:
             return
-        title = f"Adding {answer_words(cause)} to the model"
-        job = self._context.jobs.start(title, try_cause, shown.sources, cause, shown.diagnosis.gap.floor)
+        title, diagnosis = f"Adding {answer_words(cause)} to the model", shown.diagnosis
+        noise = diagnosis.gap.floor, diagnosis.left_by_meshes
+        job = self._context.jobs.start(title, try_cause, shown.sources, cause, *noise)
         self.strip.watch(job, "The cause was not added")
         job.finished.connect(lambda found: self._consider(shown, cause, found))
 
