@@ -32,8 +32,9 @@ FloatArray = NDArray[np.float64]
 GRADING = Grading(grasp_m=2e-3, anchor_m=6e-3, largest_m=15e-3, growth=2.5, layers=1)
 _FIRST_GRADING = Grading(grasp_m=3e-3, anchor_m=8e-3, largest_m=25e-3, growth=3.0, layers=1)
 _FINE_STATES = 3
-# Of what meshes may leave at most, these shares are weighed: the measurements of most clean cases of two other
-# simulators are more probable with a fifth to a third, by 20 to 40 nats, those of others with all of it.
+# Of what meshes may leave of the correction at most, these shares are weighed: the measurements of most clean cases of
+# two other simulators are more probable with a fifth to a third, by 20 to 40 nats, those of others with all of it. What
+# they make of the grasp's edges stays: it is no bound but the most probable, and a false thickness without it.
 _SHARES_LEFT = (1.0, 0.6, 0.35, 0.2)
 
 
@@ -66,7 +67,7 @@ def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[list
             corrected,
             left_by_meshes=share,
             whitenings=tuple(
-                whitening_of(one, share * correction, noise, share * left)
+                whitening_of(one, share * correction, noise, left)
                 for one, correction, left in zip(mechanics, corrections, at_grasp, strict=True)
             ),
         )
