@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 
 # All of what the tissue bears across the cut at the upper bound.
 _WEAKNESS = Amplitude("weakness", "1", scale=0.3, smallest=0.03, lower=0.0, upper=0.95)
-_RADIUS = Constant("radius", "m", (0.009,), lower=0.004, upper=0.04)
+_RADIUS = Constant("radius", "m", (0.006,), lower=0.004, upper=0.04)
 _NORMAL = Constant("normal", "rad", (0.0, float(np.pi / 2)), lower=-np.pi / 2, upper=np.pi)
 
 
