@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Collection, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
@@ -100,7 +101,7 @@ def _finer(field: Field, executor: Executor, tell: Tell) -> Field:
     """Return the field with finer forms of the leaders refitted, and with what may be mistaken for them."""
     best_few = finalists(field.contenders, field.none)
     doubtful = _doubtful(field.case, best_few, field.trials, field.error, field.none)
-    elaborate = [*elaborations({one.labels[0] for one in doubtful}), *_mistaken_for(best_few)]
+    elaborate = [*elaborations({one.labels[0] for one in doubtful}), *_mistaken_for(field.case, best_few)]
     if not (doubtful or elaborate):
         return field
     case, baseline, error = field.case, field.baseline, field.error
@@ -108,11 +109,10 @@ def _finer(field: Field, executor: Executor, tell: Tell) -> Field:
     more = best_starts(finer) + _siblings(best_starts(field.trials), doubtful[:1], field.contenders)
     starts = [trial.start for trial in more[:_FINER]]
     found = race(case, baseline, error, starts, field.contenders[0].log_evidence, executor, tell)
-    return replace(
-        field,
-        trials=(*field.trials, *finer),
-        contenders=tuple(sorted([*field.contenders, *found], key=lambda one: -one.log_evidence)),
-    )
+    # One that falls short of the leader may still be its rival: its evidence is to be that of a refit in full.
+    fits = [one.fit for one in (*field.contenders, *found)]
+    contenders = race_on(case, baseline, error, fits, field.none, executor, tell)
+    return replace(field, trials=(*field.trials, *finer), contenders=tuple(contenders))
 
 
 def _sharpened(field: Field, cases: Sequence[Case], executor: Executor, tell: Tell) -> Field:
@@ -190,10 +190,15 @@ def elaborations(labels: Collection[str]) -> list[Effect]:
     return [effect for effect in CATALOGUE if effect.elaborates and effect.label in labels]
 
 
-def _mistaken_for(contenders: Sequence[Contender]) -> list[Effect]:
+def _mistaken_for(case: Case, contenders: Sequence[Contender]) -> list[Effect]:
     """Return what has no label and may be mistaken for a leader, which would leave no misfit to tell."""
-    labels = {one.labels[0] for one in contenders}
-    return [effect for effect in OUTSIDERS if labels.intersection(effect.mistaken_for)]
+    found = []
+    for effect in OUTSIDERS:
+        mistaken = (one.fit.hypothesis for one in contenders if one.labels[0] in effect.mistaken_for)
+        for leader in itertools.islice(mistaken, 1):
+            place = leader.effects[0].place(case.problem, leader.values[0])
+            found.append(effect if place is None else effect.looked_for_at(*place))
+    return found
 
 
 def _siblings(

@@ -25,6 +25,7 @@ from estimator.diagnosis.judgement import (
     log_priors,
     probabilities,
     shared_with_unknown,
+    temper,
 )
 from estimator.diagnosis.pair_search import search_pairs
 from estimator.diagnosis.result import NONE, UNKNOWN
@@ -121,15 +122,24 @@ def weigh(field: Field) -> dict[str, float]:
     )
     found = {label: max(forms.get(label, -np.inf), field.none) for label in LABELS}
     found[NONE] = field.none
-    found[UNKNOWN] = max(field.unknown, forms.get(UNKNOWN, -np.inf) - _PRICE_OF_OUTSIDER)
+    found[UNKNOWN] = field.unknown
+    found[UNKNOWN] = max(field.unknown, _of_outsider(forms.get(UNKNOWN, -np.inf), found))
     return found
+
+
+def _of_outsider(value: float, evidence: Mapping[str, float]) -> float:
+    """Return the log evidence of one effect without a label, less so much that its prior is that of one with a label.
+
+    The price is one of the prior, which is not tempered as evidences are.
+    """
+    return value - _PRICE_OF_OUTSIDER / temper({**evidence, UNKNOWN: value})
 
 
 def _with_single(evidence: Mapping[str, float], field: Field, alone: Contender) -> dict[str, float]:
     """Return the log evidence of every answer with that of one more hypothesis of one cause."""
     label = alone.labels[0]
     value = alone.log_evidence - lost_on_held_out(alone.fit, field.baseline)
-    value -= _PRICE_OF_OUTSIDER if label == UNKNOWN else 0.0
+    value = _of_outsider(value, evidence) if label == UNKNOWN else value
     return {**evidence, label: max(evidence[label], value)}
 
 

@@ -35,13 +35,23 @@ class Cut(Effect):
     group = "inhomogeneity"
     words = "The tissue is cut or torn at a place."
     form = "cut"
-    mistaken_for = ("inhomogeneity", "modulus_gradient", "fiducial_misread")
+    mistaken_for = ("inhomogeneity", "fiducial_misread")
     amplitudes = (_WEAKNESS,)
     constants = (*CENTRE, _RADIUS, _NORMAL)
 
+    def __init__(self, region: Values | None = None) -> None:
+        """Look for a cut everywhere, or within a region: its centre and radius."""
+        self._region = region
+
     def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
-        """Return the grid, spread over the phantom's edges, without the places inside the grasp."""
+        """Return the grid, spread over the phantom's edges, without the places inside the grasp; or the region."""
+        if self._region is not None:
+            return [{**self._region, _NORMAL.name: normal} for normal in _NORMAL.grid]
         return places_of(baseline[0].experiment, super().starts(baseline))
+
+    def looked_for_at(self, centre: FloatArray, radius_m: float) -> Effect:
+        """Return the cut as it is looked for within what it is mistaken for."""
+        return Cut({CENTRE[0].name: centre[0], CENTRE[1].name: centre[1], _RADIUS.name: radius_m})
 
     def place(self, problem: RetractionProblem, values: Values) -> tuple[FloatArray, float] | None:
         """Return the cut's middle and the radius of the cylinder about it."""

@@ -197,6 +197,10 @@ class Effect:
         grid = itertools.product(*(constant.grid for constant in self.constants))
         return [dict(zip(names, point, strict=True)) for point in grid]
 
+    def looked_for_at(self, centre: FloatArray, radius_m: float) -> Effect:
+        """Return the effect as it is looked for where one that it is mistaken for lies, centre (3,) and radius in m."""
+        return self
+
     def choices(self, experiments: Sequence[Experiment]) -> int:
         """Return among how many equally likely values of its fixed constants a search chooses.
 

@@ -13,6 +13,7 @@ from estimator.effects.cable import Cable
 from estimator.effects.camera_creep import CameraCreep
 from estimator.effects.camera_lag import CameraLag
 from estimator.effects.catalogue import LABELS, OUTSIDERS
+from estimator.effects.cut import Cut
 from estimator.effects.force_clipping import ForceClipping
 from estimator.effects.lens_distortion import LensDistortion
 from estimator.effects.loose_bead import LooseBead
@@ -99,6 +100,18 @@ def test_a_sticky_patch_holds_what_lies_in_it_by_its_stiffness_times_its_area():
     held = problem.body.mesh.points[np.abs(force[:, 0]) > 0.01 * np.abs(force[:, 0]).max()]
     assert held[:, 2] == pytest.approx(-0.005)
     assert np.linalg.norm(held[:, :2] - [-0.01, 0.005], axis=1).max() < 0.017
+
+
+def test_a_cut_is_looked_for_within_the_region_that_it_is_mistaken_for():
+    readings = felt(there_and_back())
+    within = Cut().looked_for_at(np.array([0.01, -0.02, 0.0]), 0.008)
+    starts = within.starts([readings])
+    assert {(start["centre_x"], start["centre_y"], start["radius"]) for start in starts} == {
+        (0.01, -0.02, 0.008)
+    }
+    assert sorted(start["normal"] for start in starts) == [0.0, np.pi / 2]
+    assert within.name == Cut().name
+    assert len(Cut().starts([readings])) > 2 * 20
 
 
 def test_a_drifting_modulus_scales_every_force_by_the_time_since_the_first_experiment_began():
