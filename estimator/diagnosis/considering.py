@@ -25,9 +25,8 @@ from estimator.diagnosis.held_out import held_out_residuals
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.preparation import prepare
 from estimator.diagnosis.race import race
-from estimator.diagnosis.refit import refit
 from estimator.diagnosis.result import Consideration, Material, Outcome, Place
-from estimator.diagnosis.sharpening import whitened_anew
+from estimator.diagnosis.sharpening import refitted_anew
 from estimator.effects.catalogue import CATALOGUE, LABELS
 from estimator.errors import InputError
 from estimator.experiment import Experiment
@@ -77,7 +76,7 @@ def what_if(
     experiments : as for :func:`estimator.diagnosis.diagnose.diagnose`
     label : of the catalogue
     floor : root mean square of the noise alone, as the diagnosis of these experiments has it (``gap.floor``)
-    left_by_meshes : what of the meshes' errors that diagnosis took for noise
+    left_by_meshes : share of what meshes may leave of their errors at most that it took for noise, likewise
     progress : told what is being done, and how much of it is done
 
     Raises
@@ -96,7 +95,7 @@ def what_if(
         tell("fitting the baseline", 0, 1)
         cases, baseline = prepare(experiments, executor)
         case = min(cases, key=lambda one: abs(one.left_by_meshes - left_by_meshes))
-        baseline = refit(case, baseline.hypothesis, whitened_anew(baseline, cases[0], case), evaluations=3)
+        baseline = refitted_anew(baseline, cases[0], case)
         error = error_borne_out(case, baseline)
         forms = [effect for effect in CATALOGUE if effect.label == label and not effect.elaborates]
         trials = screen(case, baseline, error, forms, executor, tell)

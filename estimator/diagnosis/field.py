@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Collection, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-
-import numpy as np
 
 from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.contest import (
@@ -25,9 +22,8 @@ from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.glitches import number_left_out
 from estimator.diagnosis.preparation import prepare
 from estimator.diagnosis.race import finalists, race, race_on
-from estimator.diagnosis.refit import refit
 from estimator.diagnosis.second_cause import adequate, promising_seconds
-from estimator.diagnosis.sharpening import noise_cost, sharpest, signature_anew, whitened_anew
+from estimator.diagnosis.sharpening import noise_cost, refitted_anew, sharpest, signature_anew, whitened_anew
 from estimator.effects.catalogue import CATALOGUE, LABELS, OUTSIDERS
 from estimator.effects.effect import Effect
 from estimator.experiment import Experiment
@@ -83,15 +79,17 @@ def hold_contest(experiments: Sequence[Experiment], executor: Executor, tell: Te
     tell("fitting the baseline", 0, 1)
     cases, baseline = prepare(experiments, executor)
     tell("fitting the baseline", 1, 1)
-    left_out = number_left_out(experiments, cases[0].experiments)
-    empty = Field(cases[0], left_out, baseline, error_borne_out(cases[0], baseline), (), (), -np.inf, -np.inf)
-    field = _in_case(empty, sharpest(cases, cases[0], baseline), executor, tell)
+    case = sharpest(cases, cases[0], baseline)
+    baseline = refitted_anew(baseline, cases[0], case)
+    error = error_borne_out(case, baseline)
+    none, unknown = first_order_evidence(case, baseline, error), evidence_of_unknown(baseline, error)
     everything = (*CATALOGUE, *OUTSIDERS)
     plain = [effect for effect in everything if not (effect.elaborates or effect.mistaken_for)]
-    trials = screen(field.case, field.baseline, field.error, plain, executor, tell)
-    starts = [trial.start for trial in _leaders(best_starts(trials), field.none)]
-    contenders = race(field.case, field.baseline, field.error, starts, field.none, executor, tell)
-    field = replace(field, trials=tuple(trials), contenders=tuple(contenders))
+    trials = screen(case, baseline, error, plain, executor, tell)
+    starts = [trial.start for trial in _leaders(best_starts(trials), none)]
+    contenders = race(case, baseline, error, starts, none, executor, tell)
+    left_out = number_left_out(experiments, case.experiments)
+    field = Field(case, left_out, baseline, error, tuple(trials), tuple(contenders), none, unknown)
     field = _sharpened(field, cases, executor, tell)
     finer = _finer(field, executor, tell)
     return field if finer is field else _sharpened(finer, cases, executor, tell)
@@ -116,27 +114,22 @@ def _finer(field: Field, executor: Executor, tell: Tell) -> Field:
 
 
 def _sharpened(field: Field, cases: Sequence[Case], executor: Executor, tell: Tell) -> Field:
-    """Return the field with the noise that the best contender bears out."""
+    """Return the field with the noise that the best contender bears out.
+
+    Neither "none" nor "unknown" is less probable for a noise that was chosen to suit another answer.
+    """
     if not field.contenders:
         return field
     case = sharpest(cases, field.case, field.contenders[0].fit)
-    return field if case is field.case else _in_case(field, case, executor, tell)
-
-
-def _in_case(field: Field, case: Case, executor: Executor, tell: Tell) -> Field:
-    """Return the field in a case that differs from its own in the noise.
-
-    No answer is less probable for a noise that was chosen to suit another one.
-    """
-    again = whitened_anew(field.baseline, field.case, case)
-    baseline = refit(case, again.hypothesis, again, evaluations=3)
-    best = field.contenders[0].fit if field.contenders else None
-    error = error_borne_out(case, whitened_anew(best, field.case, case) if best is not None else baseline)
+    if case is field.case:
+        return field
+    baseline = refitted_anew(field.baseline, field.case, case)
+    fits = [whitened_anew(one.fit, field.case, case) for one in field.contenders]
+    error = error_borne_out(case, fits[0])
     gained = noise_cost(case) - noise_cost(field.case)
     none = max(first_order_evidence(case, baseline, error), field.none + gained)
     unknown = max(evidence_of_unknown(baseline, error), field.unknown + gained)
     signatures = [signature_anew(trial.signature, field.case, case) for trial in field.trials]
-    fits = [whitened_anew(one.fit, field.case, case) for one in field.contenders]
     return replace(
         field,
         case=case,
@@ -195,7 +188,8 @@ def _mistaken_for(case: Case, contenders: Sequence[Contender]) -> list[Effect]:
     found = []
     for effect in OUTSIDERS:
         mistaken = (one.fit.hypothesis for one in contenders if one.labels[0] in effect.mistaken_for)
-        for leader in itertools.islice(mistaken, 1):
+        leader = next(mistaken, None)
+        if leader is not None:
             place = leader.effects[0].place(case.problem, leader.values[0])
             found.append(effect if place is None else effect.looked_for_at(*place))
     return found

@@ -11,7 +11,10 @@ import numpy as np
 
 from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.contest import error_borne_out, first_order_evidence
+from estimator.diagnosis.refit import refit
 from estimator.diagnosis.screening import Signature
+
+_POINTS = 3
 
 
 def sharpest(cases: Sequence[Case], case: Case, fit: Linearisation) -> Case:
@@ -42,6 +45,17 @@ def whitened_anew(fit: Linearisation, before: Case, after: Case) -> Linearisatio
         ),
         by_coordinate=tuple(new.anew(c, old) for (new, old), c in zip(pairs, fit.by_coordinate, strict=True)),
     )
+
+
+def refitted_anew(baseline: Linearisation, before: Case, after: Case) -> Linearisation:
+    """Return the fitted baseline of one case as it is fitted in another, which differs from it in the noise alone.
+
+    Raises
+    ------
+    SolverError
+        A visit has no equilibrium.
+    """
+    return refit(after, baseline.hypothesis, whitened_anew(baseline, before, after), _POINTS)
 
 
 def signature_anew(signature: Signature, before: Case, after: Case) -> Signature:

@@ -71,20 +71,21 @@ class Whitening:
 
     def anew(self, columns: FloatArray, before: "Whitening") -> FloatArray:
         """Whiten columns (r, k) that were whitened before, by a whitening of other shared errors alone."""
-        grown = before.shrink / (1.0 - before.shrink)
-        white = columns + before.vectors @ (grown[:, None] * (before.vectors.T @ columns))
-        return shrunk(white, self.vectors, self.shrink)
+        return shrunk(before._with_shared(columns), self.vectors, self.shrink)
 
     def undo(self, whitened: FloatArray) -> FloatArray:
         """Return the channels (n, c) whose whitened values these (r,) are; NaN where nothing was measured."""
-        scaled = whitened + self.vectors @ (self.shrink / (1.0 - self.shrink) * (self.vectors.T @ whitened))
         channels = np.full(self.seen.shape, np.nan)
-        channels[self.seen] = scaled
+        channels[self.seen] = self._with_shared(whitened[:, None])[:, 0]
         before, weight = _before(self.seen, self.correlation)
         for row in range(len(channels)):
             last = np.where(weight[row] > 0, channels[before[row], np.arange(len(self.deviation))], 0.0)
             channels[row] = np.sqrt(1.0 - weight[row] ** 2) * channels[row] + weight[row] * last
         return channels * self.deviation
+
+    def _with_shared(self, whitened: FloatArray) -> FloatArray:
+        """Return whitened columns (r, k) with the shared errors in them again: what was shrunk grows back."""
+        return shrunk(whitened, self.vectors, -self.shrink / (1.0 - self.shrink))
 
     @property
     def floor(self) -> float:

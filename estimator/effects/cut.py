@@ -28,7 +28,9 @@ class Cut(Effect):
     """A cut through the thickness, smeared over a cylinder about it: across it the tissue is weak, along it whole.
 
     From afar a cut of length 2a is told by how much compliance it adds, which goes by a², alone: one in a cylinder of
-    radius R makes it weak by about 2 (a/R)². Its normal lies in the plane, at ``normal`` from the x axis towards y.
+    radius R takes a share of about 2 (a/R)² from Young's modulus across it (parallel cracks in a plane, M. Kachanov,
+    Appl. Mech. Rev. 45 (1992) 304). The same share is taken from the shear modulus, for simplicity: such cracks take
+    less of that, by 2 (1 + ν). The normal lies in the plane, at ``normal`` from the x axis towards y.
     """
 
     label = OUTSIDE

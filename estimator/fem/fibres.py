@@ -14,14 +14,13 @@ Fibres that buckle, and stiffen as they are drawn (G. A. Holzapfel, T. C. Gasser
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimator.fem.body import Body, Response, forces_of_stress
 from estimator.fem.stress_terms import geometric_stiffness, product_stiffness
-from estimator.fem.terms import TermStiffness
+from estimator.fem.terms import Memoryless, TermStiffness
 
 FloatArray = NDArray[np.float64]
 
@@ -30,7 +29,7 @@ _LARGEST_EXPONENT = 50.0
 
 
 @dataclass(frozen=True)
-class Fibres:
+class Fibres(Memoryless):
     """Fibres along the unit vector ``direction`` (3,) at rest, with modulus k in Pa."""
 
     body: Body
@@ -55,18 +54,6 @@ class Fibres:
         elements = geometric_stiffness(self.body, tension * np.outer(self.direction, self.direction))
         elements += product_stiffness(self.body, along, along, 4 * curvature)
         return TermStiffness(elements=elements)
-
-    def starting_after(self, seconds: float) -> Self:
-        """Return the term itself: it has no memory."""
-        return self
-
-    def after(self, displacement: FloatArray, response: Response) -> Self:
-        """Return the term itself: it has no memory."""
-        return self
-
-    def rested(self) -> Self:
-        """Return the term itself: it has no memory."""
-        return self
 
     def _by_extension(self, extension: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the energy density of I4 − 1, its slope and its curvature, (e, q) Pa."""

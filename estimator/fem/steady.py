@@ -3,33 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimator.fem.body import Response
-from estimator.fem.terms import TermStiffness
+from estimator.fem.terms import Memoryless, TermStiffness
 
 FloatArray = NDArray[np.float64]
 
 
-class _Memoryless:
-    def starting_after(self, seconds: float) -> Self:
-        """Return the term itself."""
-        return self
-
-    def after(self, displacement: FloatArray, response: Response) -> Self:
-        """Return the term itself."""
-        return self
-
-    def rested(self) -> Self:
-        """Return the term itself."""
-        return self
-
-
 @dataclass(frozen=True, eq=False)
-class NodalSprings(_Memoryless):
+class NodalSprings(Memoryless):
     """Springs between nodes and their rest positions: symmetric stiffnesses (n, 3, 3), N/m."""
 
     springs: FloatArray
@@ -44,7 +29,7 @@ class NodalSprings(_Memoryless):
 
 
 @dataclass(frozen=True, eq=False)
-class DeadLoad(_Memoryless):
+class DeadLoad(Memoryless):
     """Forces (n, 3), N, that act on the nodes whatever they do, such as their weight."""
 
     load: FloatArray

@@ -7,7 +7,7 @@ relaxing stress) is advanced from one solved state to the next; it is a value: a
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,22 @@ class TermStiffness:
 
     nodes: FloatArray | None = None
     elements: FloatArray | None = None
+
+
+class Memoryless:
+    """What a term that remembers nothing answers to the passing of time: itself."""
+
+    def starting_after(self, seconds: float) -> Self:
+        """Return the term itself."""
+        return self
+
+    def after(self, displacement: FloatArray, response: Response) -> Self:
+        """Return the term itself."""
+        return self
+
+    def rested(self) -> Self:
+        """Return the term itself."""
+        return self
 
 
 class Term(Protocol):

@@ -2,33 +2,30 @@
 
     W = −½ (k_n v_n² + k_s |v_s|²)
 
-v_n, the component along a, is twice the stretching across the plane at small strain, and v_s the sliding along it: k_n
-takes 4 k_n from Young's modulus across and k_s as much from the shear modulus, as many small parallel cracks do (M.
-Kachanov, Int. J. Fracture 43 (1990) R11); along the plane nothing is lost.
+v_n, the component along a, is at small strain twice the stretching across the plane, and v_s the sliding along it:
+4 k_n is taken from Young's modulus across, and k_s from the shear modulus; along the plane nothing is lost.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimator.fem.body import Body, Response, forces_of_stress
 from estimator.fem.stress_terms import geometric_stiffness, product_stiffness
-from estimator.fem.terms import TermStiffness
+from estimator.fem.terms import Memoryless, TermStiffness
 
 FloatArray = NDArray[np.float64]
-
 
 # Elements whose largest share is less than this of the largest anywhere bear all.
 _WHOLE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class WeakPlanes:
+class WeakPlanes(Memoryless):
     """What parallel planes take from the tissue's stress.
 
     Attributes
@@ -65,18 +62,6 @@ class WeakPlanes:
         elements = np.zeros((len(self.body.volume), *of_patch.shape[1:]))
         elements[self._weak] = of_patch
         return TermStiffness(elements=elements)
-
-    def starting_after(self, seconds: float) -> Self:
-        """Return the term itself: it has no memory."""
-        return self
-
-    def after(self, displacement: FloatArray, response: Response) -> Self:
-        """Return the term itself: it has no memory."""
-        return self
-
-    def rested(self) -> Self:
-        """Return the term itself: it has no memory."""
-        return self
 
     @cached_property
     def _weak(self) -> NDArray[np.int64]:

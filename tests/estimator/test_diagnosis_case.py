@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from retraction_cases import SMALL_BLOCK, recorded, straight_pull, turning_pull
 from scipy.spatial.transform import Rotation
 
+from estimator.diagnosis.considering import what_if
 from estimator.diagnosis.diagnose import diagnose
 from estimator.diagnosis.result import Diagnosis
 from estimator.experiment import Experiment
@@ -95,6 +96,14 @@ def test_its_signature_foretells_what_it_does_to_the_gap(diagnosis: Diagnosis) -
     for trace, expected, fitted in zip(diagnosis.traces, foretold.channels, achieved.channels, strict=True):
         signature, change = ((one - trace.before) / trace.deviation for one in (expected, fitted))
         assert np.corrcoef(signature.ravel(), change.ravel())[0, 1] > 0.95
+
+
+def test_a_cause_tried_on_its_own_does_what_it_did_in_the_diagnosis(diagnosis: Diagnosis) -> None:
+    tried = what_if(turned_sensor(), "force_frame_rotation", diagnosis.gap.floor, diagnosis.left_by_meshes)
+    known = diagnosis.considered["force_frame_rotation"]
+    assert tried.achieved is not None and known.achieved is not None
+    assert tried.achieved.gap.before == pytest.approx(known.achieved.gap.before, rel=1e-3)
+    assert tried.achieved.gap.after == pytest.approx(known.achieved.gap.after, rel=1e-3)
 
 
 def test_every_effect_is_considered(diagnosis: Diagnosis) -> None:

@@ -1,6 +1,7 @@
 """What counts as a gap: an effect's size, its strength, and whether the model's own error could feign it."""
 
 import typing
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,12 +13,13 @@ from estimator.diagnosis.contest import Contender, Trial
 from estimator.diagnosis.discrepancy import Discrepancy, ModelError
 from estimator.diagnosis.field import Field
 from estimator.diagnosis.hypothesis import Hypothesis, coordinates
+from estimator.diagnosis.judgement import probabilities
 from estimator.diagnosis.roughness import rough_gap, rough_remainder, shaking
 from estimator.diagnosis.screening import Signature
 from estimator.diagnosis.second_cause import adequate, promising_seconds
 from estimator.diagnosis.verdict import weigh
 from estimator.diagnosis.whitening import Whitening
-from estimator.effects.catalogue import CATALOGUE
+from estimator.effects.catalogue import CATALOGUE, LABELS, OUTSIDERS
 from estimator.fem.problem import RetractionProblem
 
 MATERIAL = Hypothesis(1e4, 0.45)
@@ -25,7 +27,7 @@ MATERIAL = Hypothesis(1e4, 0.45)
 
 def tried(name: str, amplitude: str, size: float, gain: float) -> Field:
     """A field in which one effect of some size raises the log evidence over the baseline's, which is zero."""
-    effect = next(one for one in CATALOGUE if one.name == name)
+    effect = next(one for one in (*CATALOGUE, *OUTSIDERS) if one.name == name)
     constants = {constant.name: constant.lower for constant in effect.constants}
     values = {**constants, **{one.name: 0.0 for one in effect.amplitudes}, amplitude: size}
     trial = Trial(Signature(effect, {}, (), ()), gain, MATERIAL.with_effect(effect, values))
@@ -56,6 +58,14 @@ def test_the_more_a_slight_effect_stands_out_the_more_of_its_evidence_it_keeps()
     fields = [tried("grasp_misplacement:gripper", "shift_x", 5e-5, gain) for gain in gains]
     kept = [weigh(field)["grasp_misplacement"] / gain for field, gain in zip(fields, gains, strict=True)]
     assert kept[0] < kept[1] < kept[2] < kept[3] == 1.0
+
+
+@pytest.mark.parametrize("gain", [20.0, 400.0])
+def test_one_effect_without_a_label_is_no_likelier_beforehand_than_one_with(gain: float) -> None:
+    named = tried("camera_scale:uniform", "scale_error", 2e-2, gain)
+    outside = tried("unknown:camera_creep", "velocity_x", 1e-4, gain)
+    found = probabilities(weigh(replace(named, trials=named.trials + outside.trials)), LABELS)
+    assert found["unknown"] / found["camera_scale"] == pytest.approx(1.0, rel=0.6)
 
 
 def test_an_effect_too_small_to_show_may_always_be_there() -> None:
