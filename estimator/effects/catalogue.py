@@ -17,7 +17,7 @@ from estimator.effects.fiducial_mislabel import (
     FiducialMislabelInEach,
     FiducialMislabelWithin,
 )
-from estimator.effects.fiducial_misread import FiducialMisread, FiducialMisreadFrom
+from estimator.effects.fiducial_misread import FiducialMisread, FiducialMisreadFrom, FiducialMisreadWithin
 from estimator.effects.force_axis_gain import ForceAxisGain
 from estimator.effects.force_bias import ForceBias
 from estimator.effects.force_clipping import ForceClipping
@@ -120,6 +120,7 @@ _VISION: tuple[Effect, ...] = (
     CameraScaleOfMotion(),
     CameraRotation(),
     FiducialMisread(),
+    FiducialMisreadWithin(),
     FiducialMisreadFrom(),
     FiducialMislabel(),
     FiducialMislabelWithin(),

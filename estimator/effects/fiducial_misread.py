@@ -59,6 +59,30 @@ class FiducialMisread(Effect):
         return np.ones(len(experiment.time), dtype=bool)
 
 
+class FiducialMisreadWithin(FiducialMisread):
+    """In one experiment alone: the tracker took a reflection for the bead, and was told better before the next."""
+
+    form = "one_experiment"
+    constants = (bead_constant("bead"), ORDER)
+
+    def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
+        """Return the beads and experiments whose misfit an offset lowers most."""
+        misfits = [fiducial_misfit(each) for each in baseline]
+        gain = np.stack([(misfit.sum(axis=0) ** 2).sum(axis=-1) / len(misfit) for misfit in misfits])
+        worst = np.argsort(-gain, axis=None)[:_TRIED_BEADS]
+        return [
+            {"bead": float(number), "order": float(baseline[which].experiment.order)}
+            for which, number in zip(*np.unravel_index(worst, gain.shape), strict=True)
+        ]
+
+    def choices(self, experiments: Sequence[Experiment]) -> int:
+        """Return the number of beads and experiments."""
+        return number_of_beads(experiments) * len(experiments)
+
+    def _misread(self, experiment: Experiment, values: Values) -> BoolArray:
+        return np.full(len(experiment.time), experiment.order == round(values["order"]))
+
+
 class FiducialMisreadFrom(FiducialMisread):
     """From an instant on, to the last experiment: the tracker has jumped to a reflection beside the bead."""
 

@@ -16,7 +16,7 @@ from estimator.effects.fiducial_mislabel import (
     FiducialMislabelInEach,
     FiducialMislabelWithin,
 )
-from estimator.effects.fiducial_misread import FiducialMisread, FiducialMisreadFrom
+from estimator.effects.fiducial_misread import FiducialMisread, FiducialMisreadFrom, FiducialMisreadWithin
 from estimator.effects.force_axis_gain import ForceAxisGain
 from estimator.effects.force_bias import ForceBias
 from estimator.effects.force_crosstalk import ForceCrosstalk, ForcePairCrosstalk
@@ -278,6 +278,19 @@ def test_the_bead_that_is_read_at_a_false_place_is_found_and_when_it_began():
         baseline.append(measured(readings, seen + noise.normal(0, 5e-5, seen.shape)))
     assert effect.starts(baseline)[0] == constants
     assert FiducialMisread().starts(baseline)[0] == {"bead": 9.0}
+
+
+def test_a_bead_that_is_read_at_a_false_place_in_one_experiment_alone_is_found_with_that():
+    noise = np.random.default_rng(3)
+    constants = {"bead": 9.0, "order": 2.0}
+    offset = {"offset_x": 1e-3, "offset_y": -5e-4, "offset_z": 0.0}
+    effect, baseline = FiducialMisreadWithin(), []
+    for readings in three_experiments():
+        seen = effect.readings(readings, {**constants, **offset}).fiducials
+        moved = np.flatnonzero((seen != readings.fiducials).any(axis=(0, 2)))
+        assert_array_equal(moved, [9] if readings.experiment.order == 2 else [])
+        baseline.append(measured(readings, seen + noise.normal(0, 5e-5, seen.shape)))
+    assert effect.starts(baseline)[0] == constants
 
 
 def test_an_unseen_bead_does_not_hide_the_misread_one():
