@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from scipy.special import logsumexp
 
 from estimator.diagnosis.result import NONE, UNKNOWN
 
-# Prior of no gap, and of a cause outside the catalogue; the groups share the rest equally, and labels their group's.
+# Prior of no gap, and of a cause outside the catalogue; the labels share the rest equally.
 _PRIOR_NONE, _PRIOR_UNKNOWN = 0.65, 0.1
 # A second cause has this prior.
 LOG_PRIOR_OF_A_PAIR = float(np.log(0.05))
@@ -20,24 +19,22 @@ _CREDIBLE = 0.9
 _INEXACT, _LEAST_POWER = 0.02, 0.15
 
 
-def log_priors(groups: Mapping[str, str]) -> dict[str, float]:
-    """Return the log prior of every answer; ``groups`` tells the group of each label."""
-    members = Counter(groups.values())
+def log_priors(labels: Collection[str]) -> dict[str, float]:
+    """Return the log prior of every answer."""
     rest = 1.0 - _PRIOR_NONE - _PRIOR_UNKNOWN
-    found = {label: float(np.log(rest / len(members) / members[group])) for label, group in groups.items()}
+    found = dict.fromkeys(labels, float(np.log(rest / len(labels))))
     found[NONE], found[UNKNOWN] = float(np.log(_PRIOR_NONE)), float(np.log(_PRIOR_UNKNOWN))
     return found
 
 
-def probabilities(log_evidence: Mapping[str, float], groups: Mapping[str, str]) -> dict[str, float]:
+def probabilities(log_evidence: Mapping[str, float]) -> dict[str, float]:
     """Return the probability of every answer, the most probable first.
 
     Parameters
     ----------
     log_evidence : of each label, of none and of unknown
-    groups : of the labels
     """
-    prior, power = log_priors(groups), temper(log_evidence)
+    prior, power = log_priors(log_evidence.keys() - {NONE, UNKNOWN}), temper(log_evidence)
     score = {name: power * value + prior[name] for name, value in log_evidence.items()}
     total = float(logsumexp(list(score.values())))
     ordered = sorted(score.items(), key=lambda item: -item[1])
@@ -86,10 +83,19 @@ def credible_set(probability: Mapping[str, float]) -> tuple[str, ...]:
     return tuple(chosen)
 
 
-def best_of(forms: Sequence[tuple[str, float]]) -> dict[str, float]:
-    """Return for each label the best evidence of its forms, less what choosing among them costs."""
-    count = Counter(label for label, _ in forms)
-    found: dict[str, float] = {}
-    for label, value in forms:
-        found[label] = max(found.get(label, -np.inf), value)
-    return {label: value - float(np.log(count[label])) for label, value in found.items()}
+def of_labels(forms: Sequence[tuple[str, str, float]]) -> dict[str, float]:
+    """Return the log evidence of each label: the mean of its forms, each of which is as likely beforehand.
+
+    Forms that explain alike support one another, and one that alone explains is charged for the choice among them.
+
+    Parameters
+    ----------
+    forms : label, name and log evidence of each start of each form; of a form, the best start counts
+    """
+    best: dict[str, dict[str, float]] = {}
+    for label, name, value in forms:
+        of_label = best.setdefault(label, {})
+        of_label[name] = max(of_label.get(name, -np.inf), value)
+    return {
+        label: float(logsumexp(list(values.values())) - np.log(len(values))) for label, values in best.items()
+    }

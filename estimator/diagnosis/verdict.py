@@ -21,8 +21,8 @@ from estimator.diagnosis.held_out import lost_on_held_out
 from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
 from estimator.diagnosis.judgement import (
     LOG_PRIOR_OF_A_PAIR,
-    best_of,
     log_priors,
+    of_labels,
     probabilities,
     shared_with_unknown,
     temper,
@@ -42,7 +42,7 @@ _BELIEVED = 8.0
 _LEAST_REMAINDER, _REMAINDER = 15.0, 0.05
 # One effect without a label is as improbable beforehand as one with, and so less probable than all that is unknown.
 _PRIORS = log_priors(LABELS)
-_PRICE_OF_OUTSIDER = _PRIORS[UNKNOWN] - float(np.mean([_PRIORS[label] for label in LABELS]))
+_PRICE_OF_OUTSIDER = _PRIORS[UNKNOWN] - _PRIORS[next(iter(LABELS))]
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Verdict:
 
 def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executor, tell: Tell) -> Verdict:
     """Conclude from the log evidence of every answer; look for a second cause, and for what the causes leave."""
-    probability = probabilities(evidence, LABELS)
+    probability = probabilities(evidence)
     leading = next(iter(probability))
     if leading == NONE:
         seen = [whitening.seen for whitening in field.case.whitenings]
@@ -81,7 +81,7 @@ def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executo
     found = search_pairs(field, best, executor, tell)
     if found.alone is not best:
         evidence = _with_single(evidence, field, found.alone)
-        probability = probabilities(evidence, LABELS)
+        probability = probabilities(evidence)
         leading = next(iter(probability))
         best = found.alone if leading in (found.alone.labels[0], UNKNOWN) else best
     pair = next((pair for pair in found.pairs if _worth_two(field, best, pair)), None)
@@ -90,7 +90,7 @@ def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executo
         alone = evidence[stronger]
         evidence = {**evidence, stronger: max(alone, pair.log_evidence)}
         surplus = max(pair.log_evidence - alone, 0.0) if UNKNOWN in pair.labels else 0.0
-        return _with_remainder(field, pair, stronger, probabilities(evidence, LABELS), surplus)
+        return _with_remainder(field, pair, stronger, probabilities(evidence), surplus)
     if leading == UNKNOWN:
         return Verdict((UNKNOWN,), recognised, probability)
     return _with_remainder(field, best, leading, probability)
@@ -114,10 +114,11 @@ def weigh(field: Field) -> dict[str, float]:
         for trial in best_starts(field.trials)
         if trial.signature.effect.name not in refitted
     ]
-    forms = best_of(
+    forms = of_labels(
         [
-            (hypothesis.effects[0].label, field.none + _believed(hypothesis, value - field.none))
+            (effect.label, effect.name, field.none + _believed(hypothesis, value - field.none))
             for hypothesis, value in points
+            for effect in hypothesis.effects[:1]
         ]
     )
     found = {label: max(forms.get(label, -np.inf), field.none) for label in LABELS}

@@ -29,8 +29,9 @@ class Cut(Effect):
 
     From afar a cut of length 2a is told by how much compliance it adds, which goes by a², alone: one in a cylinder of
     radius R takes a share of about 2 (a/R)² from Young's modulus across it (parallel cracks in a plane, M. Kachanov,
-    Appl. Mech. Rev. 45 (1992) 304). The same share is taken from the shear modulus, for simplicity: such cracks take
-    less of that, by 2 (1 + ν). The normal lies in the plane, at ``normal`` from the x axis towards y.
+    Appl. Mech. Rev. 45 (1992) 304). What it adds to the compliance in shear is the same in the plane, and by 1 + ν more
+    out of it (H. Tada, The Stress Analysis of Cracks Handbook, 1973): as G is smaller than E, of the shear moduli it
+    takes less. The normal lies in the plane, at ``normal`` from the x axis towards y.
     """
 
     label = OUTSIDE
@@ -69,8 +70,17 @@ class Cut(Effect):
         depth = values[_RADIUS.name] - np.linalg.norm(arms, axis=-1)
         weakness = values[_WEAKNESS.name] * belonging(depth, np.cbrt(problem.body.volume))
         modulus = material.youngs_modulus
-        shear = modulus / (2 * (1 + material.poisson_ratio))
-        lost = np.stack([modulus / 4 * weakness, shear * weakness, shear * weakness])
+        ratio = 2 * (1 + material.poisson_ratio)
+        lost_in_shear = [modulus / ratio * _share_in_shear(weakness, softer) for softer in (ratio, 2.0)]
+        lost = np.stack([modulus / 4 * weakness, *lost_in_shear])
         cos, sin = np.cos(values[_NORMAL.name]), np.sin(values[_NORMAL.name])
         axes = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
         return (WeakPlanes(problem.body, axes, lost),)
+
+
+def _share_in_shear(weakness: FloatArray, softer: float) -> FloatArray:
+    """Return the share lost of a modulus whose compliance grows relatively less than Young's across, by ``softer``.
+
+    The compliance across grows by a factor of 1 / (1 − weakness).
+    """
+    return weakness / (weakness + softer * (1.0 - weakness))

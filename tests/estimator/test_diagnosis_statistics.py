@@ -23,9 +23,9 @@ from estimator.diagnosis.evidence import (
 )
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.judgement import (
-    best_of,
     credible_set,
     log_priors,
+    of_labels,
     probabilities,
     shared_with_unknown,
 )
@@ -159,13 +159,10 @@ def test_the_bounded_minimum_is_that_of_a_general_solver(seed: int) -> None:
     assert np.allclose(found, lsq_linear(design, target, (lower, upper), tol=1e-14).x, atol=1e-6)
 
 
-GROUPS = {"a": "one", "b": "one", "c": "two"}
-
-
-def test_priors_sum_to_one_and_groups_share_alike() -> None:
-    prior = {name: float(np.exp(value)) for name, value in log_priors(GROUPS).items()}
+def test_priors_sum_to_one_and_labels_share_alike() -> None:
+    prior = {name: float(np.exp(value)) for name, value in log_priors("abc").items()}
     assert sum(prior.values()) == pytest.approx(1.0)
-    assert prior["a"] + prior["b"] == pytest.approx(prior["c"])
+    assert prior["a"] == prior["b"] == prior["c"] < prior["unknown"] < prior["none"]
 
 
 def test_the_unknown_leads_where_it_explains_more_than_the_cause_that_it_stands_beside() -> None:
@@ -180,7 +177,7 @@ def test_the_unknown_leads_where_it_explains_more_than_the_cause_that_it_stands_
 
 def test_the_credible_set_holds_what_is_needed_and_no_more() -> None:
     evidence = {"none": 0.0, "unknown": -3.0, "a": 4.0, "b": 3.9, "c": -9.0}
-    chances = probabilities(evidence, GROUPS)
+    chances = probabilities(evidence)
     chosen = credible_set(chances)
     assert sum(chances.values()) == pytest.approx(1.0)
     assert sum(chances[name] for name in chosen) >= 0.9
@@ -190,7 +187,7 @@ def test_the_credible_set_holds_what_is_needed_and_no_more() -> None:
 
 def test_rivals_that_explain_much_need_to_differ_by_more() -> None:
     def odds(gain: float) -> float:
-        chances = probabilities({"none": 0.0, "unknown": -9.0, "a": gain, "b": gain - 8.0, "c": -9.0}, GROUPS)
+        chances = probabilities({"none": 0.0, "unknown": -9.0, "a": gain, "b": gain - 8.0, "c": -9.0})
         return chances["a"] / chances["b"]
 
     # A fiftieth of what the better explains is as much as signatures are inexact by.
@@ -199,8 +196,16 @@ def test_rivals_that_explain_much_need_to_differ_by_more() -> None:
     assert odds(1e4) == pytest.approx(np.exp(8.0 * 0.15))
 
 
-def test_more_forms_of_one_label_do_not_raise_its_evidence() -> None:
-    assert best_of([("a", 5.0), ("a", 5.0)])["a"] < best_of([("a", 5.0)])["a"]
+def test_forms_of_a_label_that_explain_alike_are_worth_one() -> None:
+    assert of_labels([("a", "this", 5.0), ("a", "that", 5.0)])["a"] == pytest.approx(5.0)
+
+
+def test_one_form_of_a_label_among_many_pays_for_the_choice() -> None:
+    assert of_labels([("a", "this", 50.0), ("a", "that", 5.0)])["a"] == pytest.approx(50.0 - np.log(2.0))
+
+
+def test_more_starts_of_one_form_are_worth_the_best() -> None:
+    assert of_labels([("a", "this", 5.0), ("a", "this", 4.0)])["a"] == 5.0
 
 
 def correlated_noise(rng: np.random.Generator, rows: int, channels: int, correlation: float) -> FloatArray:

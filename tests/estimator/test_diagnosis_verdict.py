@@ -19,7 +19,7 @@ from estimator.diagnosis.screening import Signature
 from estimator.diagnosis.second_cause import adequate, promising_seconds
 from estimator.diagnosis.verdict import weigh
 from estimator.diagnosis.whitening import Whitening
-from estimator.effects.catalogue import CATALOGUE, LABELS, OUTSIDERS
+from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.fem.problem import RetractionProblem
 
 MATERIAL = Hypothesis(1e4, 0.45)
@@ -64,7 +64,7 @@ def test_the_more_a_slight_effect_stands_out_the_more_of_its_evidence_it_keeps()
 def test_one_effect_without_a_label_is_no_likelier_beforehand_than_one_with(gain: float) -> None:
     named = tried("camera_scale:uniform", "scale_error", 2e-2, gain)
     outside = tried("unknown:camera_creep", "velocity_x", 1e-4, gain)
-    found = probabilities(weigh(replace(named, trials=named.trials + outside.trials)), LABELS)
+    found = probabilities(weigh(replace(named, trials=named.trials + outside.trials)))
     assert found["unknown"] / found["camera_scale"] == pytest.approx(1.0, rel=0.6)
 
 
