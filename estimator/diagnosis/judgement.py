@@ -83,19 +83,25 @@ def credible_set(probability: Mapping[str, float]) -> tuple[str, ...]:
     return tuple(chosen)
 
 
-def of_labels(forms: Sequence[tuple[str, str, float]]) -> dict[str, float]:
+def of_labels(forms: Sequence[tuple[str, str, float]], none: float) -> dict[str, float]:
     """Return the log evidence of each label: the mean of its forms, each of which is as likely beforehand.
 
     Forms that explain alike support one another, and one that alone explains is charged for the choice among them.
+    Evidences are tempered before the mean is taken, and it is freed of that again: the charge is one of priors.
 
     Parameters
     ----------
     forms : label, name and log evidence of each start of each form; of a form, the best start counts
+    none : log evidence of none
     """
     best: dict[str, dict[str, float]] = {}
     for label, name, value in forms:
         of_label = best.setdefault(label, {})
         of_label[name] = max(of_label.get(name, -np.inf), value)
+    power = temper(
+        {NONE: none, **{name: value for of_label in best.values() for name, value in of_label.items()}}
+    )
     return {
-        label: float(logsumexp(list(values.values())) - np.log(len(values))) for label, values in best.items()
+        label: float(logsumexp([power * value for value in values.values()]) - np.log(len(values))) / power
+        for label, values in best.items()
     }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,11 +21,9 @@ from estimator.diagnosis.held_out import lost_on_held_out
 from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
 from estimator.diagnosis.judgement import (
     LOG_PRIOR_OF_A_PAIR,
-    log_priors,
     of_labels,
     probabilities,
     shared_with_unknown,
-    temper,
 )
 from estimator.diagnosis.pair_search import search_pairs
 from estimator.diagnosis.result import NONE, UNKNOWN
@@ -40,9 +38,6 @@ _BELIEVED = 8.0
 # Something unknown beside the causes must raise the log evidence by this, and by this share of what they do: any form
 # that is nearly right leaves a little of a large gap.
 _LEAST_REMAINDER, _REMAINDER = 15.0, 0.05
-# One effect without a label is as improbable beforehand as one with, and so less probable than all that is unknown.
-_PRIORS = log_priors(LABELS)
-_PRICE_OF_OUTSIDER = _PRIORS[UNKNOWN] - _PRIORS[next(iter(LABELS))]
 
 
 @dataclass(frozen=True)
@@ -80,7 +75,7 @@ def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executo
         return Verdict((UNKNOWN,), None, probability)
     found = search_pairs(field, best, executor, tell)
     if found.alone is not best:
-        evidence = _with_single(evidence, field, found.alone)
+        evidence = weigh(replace(field, contenders=(*field.contenders, found.alone)))
         probability = probabilities(evidence)
         leading = next(iter(probability))
         best = found.alone if leading in (found.alone.labels[0], UNKNOWN) else best
@@ -102,7 +97,8 @@ def weigh(field: Field) -> dict[str, float]:
     An effect smaller than anybody would care for keeps the less of its evidence the less that is: a slight error of the
     baseline could feign it. An effect that makes the prediction of left-out experiments worse loses by as much. But no
     effect falls behind "none": it may be there and too small to show. Where nothing stood out in sealed cases of seven
-    seeds, whose effects are drawn down to three sigma, 44 of 65 had none.
+    seeds, whose effects are drawn down to three sigma, 44 of 65 had none. What is unknown is an effect without a label,
+    one as likely as the other, or anything: whichever is more probable.
     """
     refitted = {one.fit.hypothesis.effects[0].name for one in field.contenders}
     points = [
@@ -119,29 +115,13 @@ def weigh(field: Field) -> dict[str, float]:
             (effect.label, effect.name, field.none + _believed(hypothesis, value - field.none))
             for hypothesis, value in points
             for effect in hypothesis.effects[:1]
-        ]
+        ],
+        field.none,
     )
     found = {label: max(forms.get(label, -np.inf), field.none) for label in LABELS}
     found[NONE] = field.none
-    found[UNKNOWN] = field.unknown
-    found[UNKNOWN] = max(field.unknown, _of_outsider(forms.get(UNKNOWN, -np.inf), found))
+    found[UNKNOWN] = max(field.unknown, forms.get(UNKNOWN, -np.inf))
     return found
-
-
-def _of_outsider(value: float, evidence: Mapping[str, float]) -> float:
-    """Return the log evidence of one effect without a label, less so much that its prior is that of one with a label.
-
-    The price is one of the prior, which is not tempered as evidences are.
-    """
-    return value - _PRICE_OF_OUTSIDER / temper({**evidence, UNKNOWN: value})
-
-
-def _with_single(evidence: Mapping[str, float], field: Field, alone: Contender) -> dict[str, float]:
-    """Return the log evidence of every answer with that of one more hypothesis of one cause."""
-    label = alone.labels[0]
-    value = alone.log_evidence - lost_on_held_out(alone.fit, field.baseline)
-    value = _of_outsider(value, evidence) if label == UNKNOWN else value
-    return {**evidence, label: max(evidence[label], value)}
 
 
 def _believed(hypothesis: Hypothesis, gain: float) -> float:

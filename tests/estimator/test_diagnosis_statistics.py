@@ -197,15 +197,18 @@ def test_rivals_that_explain_much_need_to_differ_by_more() -> None:
 
 
 def test_forms_of_a_label_that_explain_alike_are_worth_one() -> None:
-    assert of_labels([("a", "this", 5.0), ("a", "that", 5.0)])["a"] == pytest.approx(5.0)
+    assert of_labels([("a", "this", 5.0), ("a", "that", 5.0)], none=0.0)["a"] == pytest.approx(5.0)
 
 
-def test_one_form_of_a_label_among_many_pays_for_the_choice() -> None:
-    assert of_labels([("a", "this", 50.0), ("a", "that", 5.0)])["a"] == pytest.approx(50.0 - np.log(2.0))
+@pytest.mark.parametrize("gain", [8.0, 100.0])
+def test_one_form_of_a_label_that_alone_explains_has_its_share_of_the_prior(gain: float) -> None:
+    forms = [("a", "this", gain), ("a", "that", -50.0), ("b", "other", gain)]
+    chances = probabilities({"none": 0.0, "unknown": -9.0, **of_labels(forms, none=0.0)})
+    assert chances["a"] / chances["b"] == pytest.approx(0.5, rel=0.01)
 
 
 def test_more_starts_of_one_form_are_worth_the_best() -> None:
-    assert of_labels([("a", "this", 5.0), ("a", "this", 4.0)])["a"] == 5.0
+    assert of_labels([("a", "this", 5.0), ("a", "this", 4.0)], none=0.0)["a"] == pytest.approx(5.0)
 
 
 def correlated_noise(rng: np.random.Generator, rows: int, channels: int, correlation: float) -> FloatArray:

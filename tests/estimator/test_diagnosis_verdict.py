@@ -61,11 +61,20 @@ def test_the_more_a_slight_effect_stands_out_the_more_of_its_evidence_it_keeps()
 
 
 @pytest.mark.parametrize("gain", [20.0, 400.0])
-def test_one_effect_without_a_label_is_no_likelier_beforehand_than_one_with(gain: float) -> None:
-    named = tried("camera_scale:uniform", "scale_error", 2e-2, gain)
-    outside = tried("unknown:camera_creep", "velocity_x", 1e-4, gain)
-    found = probabilities(weigh(replace(named, trials=named.trials + outside.trials)))
+def test_one_effect_without_a_label_is_about_as_likely_beforehand_as_one_with(gain: float) -> None:
+    fields = [tried(one.name, one.amplitudes[0].name, 1.0, -30.0) for one in OUTSIDERS]
+    fields += [tried("camera_scale:uniform", "scale_error", 2e-2, gain)]
+    fields += [tried("unknown:camera_creep", "velocity_x", 1e-4, gain)]
+    found = probabilities(
+        weigh(replace(fields[0], trials=tuple(trial for one in fields for trial in one.trials)))
+    )
     assert found["unknown"] / found["camera_scale"] == pytest.approx(1.0, rel=0.6)
+
+
+def test_an_effect_without_a_label_that_alone_explains_leads_as_unknown() -> None:
+    found = weigh(tried("unknown:camera_creep", "velocity_x", 1e-4, 20.0))
+    assert found["unknown"] == 20.0
+    assert weigh(tried("unknown:camera_creep", "velocity_x", 1e-4, -20.0))["unknown"] == -5.0
 
 
 def test_an_effect_too_small_to_show_may_always_be_there() -> None:
