@@ -96,8 +96,8 @@ def weigh(field: Field) -> dict[str, float]:
 
     An effect smaller than anybody would care for keeps the less of its evidence the less that is: a slight error of the
     baseline could feign it. An effect that makes the prediction of left-out experiments worse loses by as much. But no
-    effect falls behind "none": it may be there and too small to show. Where nothing stood out in sealed cases of seven
-    seeds, whose effects are drawn down to three sigma, 44 of 65 had none. What is unknown is an effect without a label,
+    effect falls behind "none": it may be there and too small to show. Where nothing stood out in sealed cases of eight
+    seeds, whose effects are drawn down to three sigma, 52 of 78 had none. What is unknown is an effect without a label,
     one as likely as the other, or anything: whichever is more probable.
     """
     refitted = {one.fit.hypothesis.effects[0].name for one in field.contenders}

@@ -8,10 +8,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from synthetic_diagnoses import diagnosis, inclusion, no_gap, small_experiment
 
-from estimator.blind.scoring.intervals import Figure, calibration_error, quantile, share
+from estimator.blind.scoring.intervals import (
+    Figure,
+    calibration_error,
+    calibration_error_by_chance,
+    quantile,
+    share,
+)
 from estimator.blind.scoring.keys import open_keys
 from estimator.blind.scoring.running import answer_cases
 from estimator.blind.scoring.score import Score, score_answers
@@ -126,7 +133,7 @@ def test_a_ceiling_that_is_known_of_only_some_cases_is_left_out(tmp_path: Path) 
     told = with_ceiling(answer(("gripper_slip",), {"gripper_slip": 0.95, "none": 0.05}), gripper_slip=0.8)
     stated, silent = key(["gripper_slip"], sigma=12.0), key(["gripper_slip"])
     score = scored(tmp_path, {"a": (stated, told), "b": (silent, told)})
-    assert {metric.ceiling for metric in score.metrics} == {None}
+    assert {metric.ceiling for metric in score.metrics if "calibration" not in metric.name} == {None}
 
 
 def test_an_answer_that_was_run_holds_the_ceiling_of_what_it_looked_for(tmp_path: Path) -> None:
@@ -318,6 +325,16 @@ def test_calibration_error_is_the_gap_between_claim_and_truth() -> None:
     assert sure_and_wrong_half_the_time.value == pytest.approx(0.49)
     honest = calibration_error([0.75] * 4 + [1.0] * 4, [True, True, True, False] + [True] * 4)
     assert honest.value == pytest.approx(0.0)
+
+
+def test_few_answers_show_a_calibration_error_even_if_they_are_right_as_often_as_they_claim() -> None:
+    # One answer at a half is off by a half; n at a half, by the mean absolute deviation of the binomial over n.
+    assert calibration_error_by_chance([0.5]) == pytest.approx(0.5)
+    assert calibration_error_by_chance([0.5] * 100) == pytest.approx(
+        np.sqrt(0.25 / 100 * 2 / np.pi), rel=0.05
+    )
+    assert calibration_error_by_chance([1.0] * 5) == 0.0
+    assert calibration_error_by_chance([]) is None
 
 
 def test_a_local_cause_without_a_place_counts_as_none_given(tmp_path: Path) -> None:

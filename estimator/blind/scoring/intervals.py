@@ -11,6 +11,7 @@ from estimator.fit.result import Z95
 
 FloatArray = NDArray[np.float64]
 
+CALIBRATION_BINS = 15
 _RESAMPLES = 2000
 _SEED = 0
 
@@ -62,16 +63,29 @@ def mean(values: Sequence[float]) -> Figure:
     return bootstrapped(lambda sets: sets[:, :, 0].mean(axis=1), _column(values))
 
 
-def calibration_error(confidence: Sequence[float], right: Sequence[bool], bins: int = 15) -> Figure:
+def calibration_error(confidence: Sequence[float], right: Sequence[bool]) -> Figure:
     """Return the expected calibration error in bins of equal width (Guo et al., ICML 2017) with its interval."""
+    return bootstrapped(_calibration_error, np.column_stack([confidence, right]).astype(np.float64))
 
-    def error(sets: FloatArray) -> FloatArray:
-        claimed, hit = sets[:, :, 0], sets[:, :, 1]
-        of_bin = np.minimum((claimed * bins).astype(np.int64), bins - 1)
-        off = [np.where(of_bin == b, hit - claimed, 0.0).sum(axis=1) for b in range(bins)]
-        return np.asarray(np.abs(off).sum(axis=0) / sets.shape[1])
 
-    return bootstrapped(error, np.column_stack([confidence, right]).astype(np.float64))
+def calibration_error_by_chance(confidence: Sequence[float]) -> float | None:
+    """Return the mean calibration error of answers right exactly as often as they claim; None without answers.
+
+    Few cases show an error even of probabilities that have none (Bröcker & Smith, Weather Forecast. 22 (2007) 651).
+    """
+    if not confidence:
+        return None
+    claimed = np.broadcast_to(np.asarray(confidence, dtype=np.float64), (_RESAMPLES, len(confidence)))
+    right = np.random.default_rng(_SEED).random(claimed.shape) < claimed
+    return float(_calibration_error(np.stack([claimed, right], axis=-1)).mean())
+
+
+def _calibration_error(sets: FloatArray) -> FloatArray:
+    """Return the calibration error (b,) of sets (b, n, 2) of claimed probability and whether it was right."""
+    claimed, hit = sets[:, :, 0], sets[:, :, 1]
+    of_bin = np.minimum((claimed * CALIBRATION_BINS).astype(np.int64), CALIBRATION_BINS - 1)
+    off = [np.where(of_bin == b, hit - claimed, 0.0).sum(axis=1) for b in range(CALIBRATION_BINS)]
+    return np.asarray(np.abs(off).sum(axis=0) / sets.shape[1])
 
 
 def _column(values: Sequence[float]) -> FloatArray:

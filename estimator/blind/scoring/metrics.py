@@ -6,7 +6,15 @@ from dataclasses import dataclass
 
 from estimator.blind.scoring.answers import Answer
 from estimator.blind.scoring.ceiling import ceiling_of
-from estimator.blind.scoring.intervals import Figure, calibration_error, mean, quantile, share
+from estimator.blind.scoring.intervals import (
+    CALIBRATION_BINS,
+    Figure,
+    calibration_error,
+    calibration_error_by_chance,
+    mean,
+    quantile,
+    share,
+)
 from estimator.blind.scoring.keys import Key
 from estimator.blind.scoring.labels import answers_to, block_of, group_of
 from estimator.diagnosis.result import UNKNOWN
@@ -45,7 +53,7 @@ class Scored:
 
 @dataclass(frozen=True, slots=True)
 class Metric:
-    """A figure with its name, its unit, and the ceiling of the best possible test where that is known."""
+    """A figure with its name, its unit, and the best that can be expected of so many cases where that is known."""
 
     name: str
     figure: Figure
@@ -186,7 +194,12 @@ def _calibration(cases: Cases) -> list[Metric]:
     confidence = [case.answer.likeliest[1] for case in asked]
     right = [case.answer.likeliest[0] in case.truths for case in asked]
     return [
-        Metric("calibration error (15 bins)", calibration_error(confidence, right), ""),
+        Metric(
+            f"calibration error ({CALIBRATION_BINS} bins)",
+            calibration_error(confidence, right),
+            "",
+            calibration_error_by_chance(confidence),
+        ),
         _share("90 % credible set holds the truth", asked, lambda c: c.truths[0] in c.answer.credible_set),
         Metric(
             "answers in a credible set, mean", mean([len(case.answer.credible_set) for case in asked]), ""
