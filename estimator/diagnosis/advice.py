@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from estimator.diagnosis.case import Case, Linearisation, linearisation_of
 from estimator.diagnosis.contest import Tell, Trial
+from estimator.diagnosis.grip_load import GripLoad
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.noise import Noise
 from estimator.diagnosis.passage import Mechanics, mechanics_of, solve_case
@@ -164,7 +165,7 @@ def _signatures_of_manoeuvre(
 ) -> _Rehearsal | None:
     """Rehearse a manoeuvre with the baseline; None where the tissue has no equilibrium in it."""
     try:
-        planned, mechanics = _rehearsed(case, hypothesis, manoeuvre)
+        planned, load, mechanics = _rehearsed(case, hypothesis, manoeuvre)
     except SolverError:
         return None
     zero = np.zeros((len(planned.time), 6 + 3 * len(planned.fiducials_rest)))
@@ -173,21 +174,23 @@ def _signatures_of_manoeuvre(
         case.problem,
         (zero,),
         (whitening_of(mechanics, zero, Noise()),),
-        (mechanics.passage.unit_wrench,),
+        (load,),
     )
     linear = linearisation_of(mini, hypothesis, [mechanics])
     return _Rehearsal(linear.by_coordinate[0], tuple(signatures_at(mini, [mechanics], hypothesis, plans)))
 
 
-def _rehearsed(case: Case, hypothesis: Hypothesis, manoeuvre: Manoeuvre) -> tuple[Experiment, Mechanics]:
+def _rehearsed(
+    case: Case, hypothesis: Hypothesis, manoeuvre: Manoeuvre
+) -> tuple[Experiment, GripLoad, Mechanics]:
     planned = _planned(case.experiments[-1], manoeuvre)
-    passage = solve_case(case.problem, [planned], hypothesis, [np.zeros((len(planned.time), 6))])[0]
+    passage = solve_case(case.problem, [planned], hypothesis, [GripLoad.none(len(planned.time))])[0]
     first = mechanics_of(passage)
     rows = passage.visits.of_row
     felt = replace(planned, wrench=first.wrench[rows], fiducials=first.fiducials[rows])
-    unit_wrench = felt.wrench / hypothesis.youngs_modulus
-    again = solve_case(case.problem, [felt], hypothesis, [unit_wrench], [passage.known_fields()])[0]
-    return felt, mechanics_of(again)
+    load = GripLoad(felt.wrench, felt.wrench / hypothesis.youngs_modulus)
+    again = solve_case(case.problem, [felt], hypothesis, [load], [passage.known_fields()])[0]
+    return felt, load, mechanics_of(again)
 
 
 def _planned(last: Experiment, manoeuvre: Manoeuvre) -> Experiment:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.diagnosis.grip_load import GripLoad
 from estimator.diagnosis.hypothesis import Coordinate, Hypothesis, coordinates
 from estimator.diagnosis.loads import acts_on_tissue
 from estimator.diagnosis.passage import KnownFields, Mechanics, mechanics_of, solve_case
@@ -36,7 +37,7 @@ class Case:
     problem : the baseline's boundary value problem
     corrections : for each experiment (n, 6 + 3m), what a finer mesh changes
     whitenings : of each experiment
-    unit_wrenches : for each (n, 6), the fitted baseline's wrench by row per unit of Young's modulus
+    loads : of each, what pulls at the gripper
     left_by_meshes : share of what meshes may leave of their errors at most that the whitenings take for noise
     """
 
@@ -44,7 +45,7 @@ class Case:
     problem: RetractionProblem
     corrections: tuple[FloatArray, ...]
     whitenings: tuple[Whitening, ...]
-    unit_wrenches: tuple[FloatArray, ...]
+    loads: tuple[GripLoad, ...]
     left_by_meshes: float = 1.0
 
 
@@ -120,7 +121,7 @@ def _mechanics_near(
     if near is not None and _same_mechanics(near.hypothesis, hypothesis):
         return [one.at(near.hypothesis, hypothesis) for one in near.mechanics], near.known
     known = near.known if near is not None else None
-    passages = solve_case(case.problem, case.experiments, hypothesis, case.unit_wrenches, known, progress)
+    passages = solve_case(case.problem, case.experiments, hypothesis, case.loads, known, progress)
     return [mechanics_of(passage) for passage in passages], None
 
 

@@ -139,7 +139,7 @@ def _cost(effect: Effect) -> float:
 
 
 def _signatures(case: Case, base: Linearisation, effects: Sequence[Effect]) -> list[Signature]:
-    passages = solve_case(case.problem, case.experiments, base.hypothesis, case.unit_wrenches, base.known)
+    passages = solve_case(case.problem, case.experiments, base.hypothesis, case.loads, base.known)
     mechanics = [mechanics_of(passage) for passage in passages]
     return signatures_of(case, mechanics, base.hypothesis, effects)
 

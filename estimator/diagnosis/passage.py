@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.chain import TermChain
+from estimator.diagnosis.grip_load import GripLoad
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.visits import Visits, rows_as_visits, visits_of
 from estimator.effects.effect import Motion
@@ -137,7 +138,7 @@ def solve_case(
     problem: RetractionProblem,
     experiments: Sequence[Experiment],
     hypothesis: Hypothesis,
-    unit_wrenches: Sequence[FloatArray],
+    loads: Sequence[GripLoad],
     known: KnownFields | None = None,
     progress: Progress | None = None,
 ) -> list[Passage]:
@@ -148,7 +149,7 @@ def solve_case(
     problem : of the baseline
     experiments : in the order in which they were done
     hypothesis : Hypothesis
-    unit_wrenches : for each experiment (n, 6), the baseline's wrench by row per unit of Young's modulus
+    loads : of each experiment
     known : fields of a hypothesis near this one
     progress : called with (visits solved, visits in all)
 
@@ -158,7 +159,7 @@ def solve_case(
         A visit has no equilibrium.
     """
     group = rows_as_visits if hypothesis.rate_dependent else visits_of
-    all_visits = [group(experiment) for experiment in experiments]
+    all_visits = [group(experiment, load.felt) for experiment, load in zip(experiments, loads, strict=True)]
     total, done = sum(len(visits) for visits in all_visits), 0
     changed = hypothesis.problem(problem)
     following = EquilibriumSolver(changed, _FROM_REST)
@@ -167,7 +168,7 @@ def solve_case(
     passages = []
     chain = TermChain(hypothesis)
     for number, visits in enumerate(all_visits):
-        motion = hypothesis.motion(reported_motion(visits, hypothesis, unit_wrenches[number]))
+        motion = hypothesis.motion(reported_motion(visits, hypothesis, loads[number].unit_wrench))
         chain.begin(changed, visits.experiment)
         states: list[EquilibriumState] = []
         been: dict[bytes, EquilibriumState] = {}
@@ -191,7 +192,7 @@ def solve_case(
             done += 1
             if progress is not None:
                 progress(done, total)
-        passages.append(Passage(visits, unit_wrenches[number], motion, changed, problem, tuple(states)))
+        passages.append(Passage(visits, loads[number].unit_wrench, motion, changed, problem, tuple(states)))
     return passages
 
 

@@ -12,6 +12,7 @@ from scipy.interpolate import PchipInterpolator
 
 from estimator.diagnosis.case import Case, Linearisation, linearisation_of, predictions
 from estimator.diagnosis.glitches import without_glitches
+from estimator.diagnosis.grip_load import GripLoad, without_noise
 from estimator.diagnosis.hypothesis import LARGEST_POISSON_RATIO, Hypothesis
 from estimator.diagnosis.noise import Noise, noise_of
 from estimator.diagnosis.passage import Mechanics, mechanics_of, solve_case
@@ -75,8 +76,11 @@ def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[list
     ]
     baseline = refit(cases[0], rough, linearisation_of(cases[0], rough, mechanics), evaluations=3)
     modulus = baseline.hypothesis.youngs_modulus
-    unit_wrenches = tuple(p[:, :6] / modulus for p in baseline.predicted)
-    return [replace(case, unit_wrenches=unit_wrenches) for case in cases], baseline
+    loads = tuple(
+        GripLoad(without_noise(experiment.wrench, p[:, :6]), p[:, :6] / modulus)
+        for experiment, p in zip(cleaned, baseline.predicted, strict=True)
+    )
+    return [replace(case, loads=loads) for case in cases], baseline
 
 
 def _misfits(case: Case, predicted: Sequence[FloatArray]) -> list[FloatArray]:
@@ -136,8 +140,8 @@ def _uncorrected(
     """Set up a case whose discretisation error is not known yet, and its mechanics under a hypothesis."""
     problem = mesh_experiment(experiments[0], grading)
     zeros = tuple(np.zeros((len(e.time), 6 + 3 * len(e.fiducials_rest))) for e in experiments)
-    unit_wrenches = tuple(zero[:, :6] for zero in zeros)
-    passages = solve_case(problem, experiments, hypothesis, unit_wrenches)
+    loads = tuple(GripLoad.none(len(e.time)) for e in experiments)
+    passages = solve_case(problem, experiments, hypothesis, loads)
     mechanics = [mechanics_of(passage) for passage in passages]
     whitenings = tuple(whitening_of(one, zero, Noise()) for one, zero in zip(mechanics, zeros, strict=True))
-    return Case(experiments, problem, zeros, whitenings, unit_wrenches), mechanics
+    return Case(experiments, problem, zeros, whitenings, loads), mechanics

@@ -28,7 +28,7 @@ class Visits:
     position_variance : (v,) of each coordinate of that mean, m²
     time : (v,) of the first row, s
     of_row : (n,) visit of each row
-    load : (v, 6) measured wrench, mean over the rows of the visit, relative to the first visit; 0 where unmeasured
+    load : (v, 6) wrench of the tissue on the gripper, mean over the rows of the visit, relative to the first visit
     """
 
     experiment: Experiment
@@ -43,30 +43,25 @@ class Visits:
         return len(self.time)
 
 
-def visits_of(experiment: Experiment) -> Visits:
-    """Group consecutive rows that share a pose."""
+def visits_of(experiment: Experiment, felt: FloatArray) -> Visits:
+    """Group consecutive rows that share a pose; ``felt`` (n, 6) is the wrench of the tissue on the gripper."""
     schedule = schedule_poses(experiment)
     new = np.diff(schedule.state_of_row, prepend=-1) != 0
-    return _visits(experiment, schedule, np.cumsum(new) - 1)
+    return _visits(experiment, felt, schedule, np.cumsum(new) - 1)
 
 
-def rows_as_visits(experiment: Experiment) -> Visits:
+def rows_as_visits(experiment: Experiment, felt: FloatArray) -> Visits:
     """Take every row as a visit of its own, for tissue that changes while the gripper stands."""
-    return _visits(experiment, schedule_poses(experiment), np.arange(len(experiment.time)))
+    return _visits(experiment, felt, schedule_poses(experiment), np.arange(len(experiment.time)))
 
 
-def _visits(experiment: Experiment, schedule: PoseSchedule, of_row: IntArray) -> Visits:
+def _visits(experiment: Experiment, felt: FloatArray, schedule: PoseSchedule, of_row: IntArray) -> Visits:
     _, first = np.unique(of_row, return_index=True)
     state = schedule.state_of_row[first]
     rotations = Rotation.concatenate([pose.rotation for pose in schedule.poses])
-    count = int(of_row[-1]) + 1
-    wrench = experiment.wrench
-    seen = np.isfinite(wrench)
-    total = np.zeros((count, 6))
-    number = np.zeros((count, 6))
-    np.add.at(total, of_row, np.where(seen, wrench, 0.0))
-    np.add.at(number, of_row, seen)
-    load = total / np.maximum(number, 1)
+    load = np.zeros((len(first), 6))
+    np.add.at(load, of_row, felt)
+    load /= np.bincount(of_row)[:, None]
     return Visits(
         experiment,
         np.array([schedule.poses[s].position for s in state]),
@@ -74,5 +69,5 @@ def _visits(experiment: Experiment, schedule: PoseSchedule, of_row: IntArray) ->
         experiment.sensor.position_std**2 / schedule.rows_per_state[state],
         experiment.time[first],
         of_row,
-        np.where(number > 0, load - load[0], 0.0),
+        load - load[0],
     )

@@ -105,8 +105,8 @@ class Motion:
     experiment : as it was recorded
     position : (n, 3) origin of the gripper frame, tissue frame, m
     rotation : n rotations of the gripper frame, identity at rest
-    load : (n, 6) measured wrench of the tissue on the gripper, the mean over rows of one pose, zero in the first row:
-        what drives compliance
+    load : (n, 6) wrench of the tissue on the gripper, the mean over rows of one pose, zero in the first row: what
+        drives compliance
     trial : (n, 6) wrench of the baseline at the reported poses with the present modulus: what would act had nothing
         given way
     """

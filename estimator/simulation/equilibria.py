@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.diagnosis.grip_load import GripLoad
 from estimator.diagnosis.passage import KnownField, Passage, reported_motion, solve_case
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
@@ -43,9 +44,9 @@ def solve_truth(
     SolverError
         The motion has no equilibrium, or does not settle under its own load.
     """
-    solve = partial(solve_case, problem, hypothesis=truth, progress=progress)
-    loads = [np.zeros((len(experiment.time), 6)) for experiment in planned]
-    unloaded = partial(solve, experiments=_under_load(planned, loads), unit_wrenches=loads)
+    solve = partial(solve_case, problem, planned, truth, progress=progress)
+    felt = [np.zeros((len(experiment.time), 6)) for experiment in planned]
+    unloaded = partial(solve, loads=[GripLoad(each, each) for each in felt])
     try:
         passages = unloaded()
     except SolverError:
@@ -58,22 +59,18 @@ def solve_truth(
         wrenches = [_wrench(passage) for passage in passages]
         if _motion_change(passages, wrenches, truth, unit_wrenches) < _SETTLED:
             return passages
-        off = np.concatenate(wrenches) - np.concatenate(loads)
+        off = np.concatenate(wrenches) - np.concatenate(felt)
         if len(last):
             turn = off - last
             share = float(np.clip(-share * np.sum(last * turn) / np.sum(turn**2), *_RELAXATION))
-        loads = [load + share * (wrench - load) for load, wrench in zip(loads, wrenches, strict=True)]
+        felt = [load + share * (wrench - load) for load, wrench in zip(felt, wrenches, strict=True)]
         known = [passage.known_fields() for passage in passages]
-        passages = solve(experiments=_under_load(planned, loads), unit_wrenches=unit_wrenches, known=known)
+        loads = [GripLoad(*each) for each in zip(felt, unit_wrenches, strict=True)]
+        passages = solve(loads=loads, known=known)
         last = off
     raise SolverError(
         "the gripper's motion does not settle under the load that it makes; give slip or compliance a smaller value"
     )
-
-
-def _under_load(planned: Sequence[Experiment], wrenches: Sequence[FloatArray]) -> list[Experiment]:
-    """Return the experiments with a wrench (n, 6) each: effects of the motion take the load from what was measured."""
-    return [replace(one, wrench=wrench) for one, wrench in zip(planned, wrenches, strict=True)]
 
 
 def _wrench(passage: Passage) -> FloatArray:

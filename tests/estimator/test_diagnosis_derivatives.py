@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from retraction_cases import REFERENCE_BLOCK, straight_pull, turning_pull, with_rows
 from scipy.spatial.transform import Rotation
 
+from estimator.diagnosis.grip_load import GripLoad
 from estimator.diagnosis.hypothesis import Hypothesis, coordinates
 from estimator.diagnosis.passage import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.perturbation import Perturbation
@@ -52,19 +53,19 @@ def _planned() -> list[Experiment]:
 
 def _seen(planned: Experiment) -> Experiment:
     problem = mesh_experiment(planned, TINY)
-    one = mechanics_of(solve_case(problem, [planned], BASE, [np.zeros((len(planned.time), 6))])[0])
+    one = mechanics_of(solve_case(problem, [planned], BASE, [GripLoad.none(len(planned.time))])[0])
     rows = one.passage.visits.of_row
     return replace(planned, wrench=one.wrench[rows], fiducials=one.fiducials[rows])
 
 
 EXPERIMENTS = _planned()
 PROBLEM = mesh_experiment(EXPERIMENTS[0], TINY)
-UNIT_WRENCHES = [experiment.wrench / BASE.youngs_modulus for experiment in EXPERIMENTS]
+LOADS = [GripLoad(each.wrench, each.wrench / BASE.youngs_modulus) for each in EXPERIMENTS]
 ZEROS = [np.zeros((len(e.time), 6 + 48)) for e in EXPERIMENTS]
 
 
 def solved(hypothesis: Hypothesis) -> list[Mechanics]:
-    passages = solve_case(PROBLEM, EXPERIMENTS, hypothesis, UNIT_WRENCHES)
+    passages = solve_case(PROBLEM, EXPERIMENTS, hypothesis, LOADS)
     return [mechanics_of(passage) for passage in passages]
 
 
@@ -141,18 +142,18 @@ def test_the_derivative_where_an_effect_is_present_is_that_of_solved_neighbours(
 
 
 def test_a_pose_to_which_tissue_without_memory_returns_is_solved_once() -> None:
-    elastic = solve_case(PROBLEM, EXPERIMENTS, BASE, UNIT_WRENCHES)[0]
+    elastic = solve_case(PROBLEM, EXPERIMENTS, BASE, LOADS)[0]
     assert elastic.states[1] is elastic.states[-2]
     effect = next(one for one in CATALOGUE if one.name == "viscoelasticity:one_term")
     relaxing = BASE.with_effect(effect, {"relaxation_time_1": 10.0, "relaxing_share_1": 0.3})
-    remembering = solve_case(PROBLEM, EXPERIMENTS, relaxing, UNIT_WRENCHES)[0]
+    remembering = solve_case(PROBLEM, EXPERIMENTS, relaxing, LOADS)[0]
     assert np.abs(remembering.states[1].forces - remembering.states[-2].forces).max() > 1e-4
 
 
 def test_a_solution_that_starts_from_a_neighbours_fields_is_the_one_found_from_rest() -> None:
     effect = next(one for one in CATALOGUE if one.name == "viscoelasticity:one_term")
     relaxing = BASE.with_effect(effect, {"relaxation_time_1": 10.0, "relaxing_share_1": 0.1})
-    known = [one.known_fields() for one in solve_case(PROBLEM, EXPERIMENTS, relaxing, UNIT_WRENCHES)]
+    known = [one.known_fields() for one in solve_case(PROBLEM, EXPERIMENTS, relaxing, LOADS)]
     more = BASE.with_effect(effect, {"relaxation_time_1": 10.0, "relaxing_share_1": 0.2})
-    near = [mechanics_of(one) for one in solve_case(PROBLEM, EXPERIMENTS, more, UNIT_WRENCHES, known)]
+    near = [mechanics_of(one) for one in solve_case(PROBLEM, EXPERIMENTS, more, LOADS, known)]
     assert np.abs(read(near, more) - read(solved(more), more)).max() < 0.01

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.case import Case, Linearisation, linearise, residuals_near
 from estimator.diagnosis.closure import gap_of
+from estimator.diagnosis.grip_load import GripLoad
 from estimator.diagnosis.held_out import held_out_in_full, held_out_residuals, lost_on_held_out
 from estimator.diagnosis.hypothesis import Hypothesis, coordinates
 from estimator.diagnosis.noise import Noise
@@ -73,14 +74,14 @@ def stiffer_than_measured() -> tuple[Case, Linearisation]:
     planned = [there_and_back().experiment, there_and_back(order=2, turn_rad=(0.0, 0.0, 0.4)).experiment]
     problem = mesh_experiment(planned[0], grading)
     zeros = tuple(np.zeros((len(one.time), 6 + 3 * len(one.fiducials_rest))) for one in planned)
-    unit_wrenches = tuple(one.wrench / 1e4 for one in planned)
-    plain = [mechanics_of(passage) for passage in solve_case(problem, planned, MATERIAL, unit_wrenches)]
+    loads = tuple(GripLoad(one.wrench, one.wrench / 1e4) for one in planned)
+    plain = [mechanics_of(passage) for passage in solve_case(problem, planned, MATERIAL, loads)]
     seen = [
         replace(one, wrench=m.wrench[m.passage.visits.of_row], fiducials=m.fiducials[m.passage.visits.of_row])
         for one, m in zip(planned, plain, strict=True)
     ]
     whitenings = tuple(whitening_of(m, zero, Noise()) for m, zero in zip(plain, zeros, strict=True))
-    case = Case(tuple(seen), problem, zeros, whitenings, unit_wrenches)
+    case = Case(tuple(seen), problem, zeros, whitenings, loads)
     gent = next(one for one in CATALOGUE if one.name == "strain_stiffening:gent")
     return case, linearise(case, MATERIAL.with_effect(gent, {"inverse_limit": 0.3}))
 
@@ -90,7 +91,7 @@ def test_what_meshes_make_of_the_edges_of_the_grasp_is_forgiven_and_nothing_else
     problem = mesh_experiment(
         motion, Grading(grasp_m=6e-3, anchor_m=10e-3, largest_m=30e-3, growth=3.0, layers=1)
     )
-    passage = solve_case(problem, [motion], MATERIAL, (motion.wrench / 1e4,))[0]
+    passage = solve_case(problem, [motion], MATERIAL, (GripLoad.none(len(motion.time)),))[0]
     zero = np.zeros((len(motion.time), 6 + 3 * len(motion.fiducials_rest)))
     forgiven, other = 1e-4 * np.random.default_rng(6).normal(size=(2, *zero.shape))
     strict = whitening_of(mechanics_of(passage), zero, Noise())

@@ -5,6 +5,7 @@ import pytest
 from effect_cases import there_and_back
 from numpy.typing import NDArray
 
+from estimator.diagnosis.grip_load import GripLoad
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.passage import mechanics_of, solve_case
 from estimator.diagnosis.prediction import channels, predicted_readings
@@ -22,7 +23,7 @@ def twice_the_same(effect: Effect, values: Values) -> list[NDArray[np.float64]]:
     """What the sensors read (n, 6 + 3m) of one retraction and of its repeat."""
     experiments = [there_and_back(order=order).experiment for order in (1, 2)]
     hypothesis = Hypothesis(1e4, 0.45).with_effect(effect, values)
-    nothing = [np.zeros((len(one.time), 6)) for one in experiments]
+    nothing = [GripLoad.none(len(one.time)) for one in experiments]
     passages = solve_case(mesh_experiment(experiments[0], COARSE), experiments, hypothesis, nothing)
     return [
         channels(predicted_readings(mechanics_of(passage), hypothesis, np.zeros((46, 6 + 48))))

@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from retraction_cases import SMALL_BLOCK, turning_pull, with_rows
 
+from estimator.diagnosis.grip_load import GripLoad
 from estimator.diagnosis.passage import mechanics_of, solve_case
 from estimator.diagnosis.prediction import channels, predicted_readings
 from estimator.effects.catalogue import CATALOGUE, LABELS
@@ -110,7 +111,7 @@ def test_the_diagnosis_explains_a_simulated_effect_by_that_effect_and_not_withou
 
     def misfit(truth_acting: list[ActingEffect]) -> float:
         truth = truth_of(TISSUE, truth_acting)
-        (passage,) = solve_case(problem, [experiment], truth, [np.zeros((4, 6))])
+        (passage,) = solve_case(problem, [experiment], truth, [GripLoad.none(4)])
         predicted = channels(predicted_readings(mechanics_of(passage), truth, np.zeros(measured.shape)))
         return float(np.mean(((measured - predicted) / noise) ** 2))
 

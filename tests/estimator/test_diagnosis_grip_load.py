@@ -1,0 +1,43 @@
+"""The load that a gripper yields to: what was measured, without its noise."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from estimator.diagnosis.grip_load import without_noise
+
+ROWS = 79
+NOISE = 0.01
+TRAVEL = np.concatenate([np.linspace(0.0, 1.0, 40), np.ones(9), np.linspace(1.0, 0.0, 30)])
+PREDICTED = np.outer(TRAVEL * (1.0 + 0.2 * TRAVEL), [1.5, 0.3, 0.1, 0.01, 0.02, 0.01])
+
+
+def noise(seed: int) -> NDArray[np.float64]:
+    return NOISE * np.random.default_rng(seed).normal(size=(ROWS, 6))
+
+
+def rms(values: NDArray[np.float64]) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_of_a_load_that_is_predicted_a_tenth_too_large_hardly_any_noise_is_left(seed: int) -> None:
+    found = without_noise(0.9 * PREDICTED + noise(seed), PREDICTED)
+    off = found - 0.9 * PREDICTED
+    assert rms(off - off.mean(axis=0)) < 0.35 * NOISE
+
+
+def test_a_relaxation_that_was_not_predicted_is_kept() -> None:
+    relaxed = PREDICTED * (1.0 - 0.1 * np.linspace(0.0, 1.0, ROWS))[:, None]
+    off = without_noise(relaxed + noise(7), PREDICTED) - relaxed
+    assert rms((off - off.mean(axis=0))[:, 0]) < 0.5 * NOISE
+    assert rms((relaxed - PREDICTED)[:, 0]) > 5 * NOISE
+
+
+def test_rows_without_a_measurement_are_filled_and_a_channel_without_any_is_taken_as_predicted() -> None:
+    measured = PREDICTED + noise(3)
+    measured[10:14] = np.nan
+    measured[:, 5] = np.nan
+    found = without_noise(measured, PREDICTED)
+    assert found[10:14] == pytest.approx(PREDICTED[10:14], abs=NOISE)
+    assert found[:, 5] == pytest.approx(PREDICTED[:, 5])
