@@ -98,9 +98,7 @@ def of_labels(forms: Sequence[tuple[str, str, float]], none: float) -> dict[str,
     for label, name, value in forms:
         of_label = best.setdefault(label, {})
         of_label[name] = max(of_label.get(name, -np.inf), value)
-    power = temper(
-        {NONE: none, **{name: value for of_label in best.values() for name, value in of_label.items()}}
-    )
+    power = temper({NONE: none, **{label: max(values.values()) for label, values in best.items()}})
     return {
         label: float(logsumexp([power * value for value in values.values()]) - np.log(len(values))) / power
         for label, values in best.items()

@@ -112,9 +112,8 @@ def weigh(field: Field) -> dict[str, float]:
     ]
     forms = of_labels(
         [
-            (effect.label, effect.name, field.none + _believed(hypothesis, value - field.none))
-            for hypothesis, value in points
-            for effect in hypothesis.effects[:1]
+            (one.effects[0].label, one.effects[0].name, field.none + _believed(one, value - field.none))
+            for one, value in points
         ],
         field.none,
     )

@@ -70,17 +70,18 @@ class Cut(Effect):
         depth = values[_RADIUS.name] - np.linalg.norm(arms, axis=-1)
         weakness = values[_WEAKNESS.name] * belonging(depth, np.cbrt(problem.body.volume))
         modulus = material.youngs_modulus
-        ratio = 2 * (1 + material.poisson_ratio)
-        lost_in_shear = [modulus / ratio * _share_in_shear(weakness, softer) for softer in (ratio, 2.0)]
-        lost = np.stack([modulus / 4 * weakness, *lost_in_shear])
+        modulus_over_shear = 2 * (1 + material.poisson_ratio)
+        shear = modulus / modulus_over_shear
+        in_plane, out_of_plane = (_lost_in_shear(weakness, one) for one in (modulus_over_shear, 2.0))
+        lost = np.stack([modulus / 4 * weakness, shear * in_plane, shear * out_of_plane])
         cos, sin = np.cos(values[_NORMAL.name]), np.sin(values[_NORMAL.name])
         axes = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
         return (WeakPlanes(problem.body, axes, lost),)
 
 
-def _share_in_shear(weakness: FloatArray, softer: float) -> FloatArray:
-    """Return the share lost of a modulus whose compliance grows relatively less than Young's across, by ``softer``.
+def _lost_in_shear(weakness: FloatArray, times_less: float) -> FloatArray:
+    """Return the share (e, q) lost of a shear modulus where Young's modulus across the cut loses ``weakness``.
 
-    The compliance across grows by a factor of 1 / (1 − weakness).
+    1 / E grows by a share of w / (1 − w), and 1 / G by ``times_less`` as small a one.
     """
-    return weakness / (weakness + softer * (1.0 - weakness))
+    return weakness / (weakness + times_less * (1.0 - weakness))

@@ -1,10 +1,21 @@
 """The load that a gripper yields to: what was measured, without its noise."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from retraction_cases import SMALL_BLOCK, recorded, straight_pull
+from scipy.spatial.transform import Rotation
 
 from estimator.diagnosis.grip_load import without_noise
+from estimator.diagnosis.preparation import prepare
+from estimator.fem.equilibrium import EquilibriumSolver
+from estimator.fem.motion import GripperPose
+from estimator.fem.observation import observe
+from estimator.forward.meshing import mesh_experiment
+from estimator.materials import NeoHookean
+from estimator.materials.material import Material
 
 ROWS = 79
 NOISE = 0.01
@@ -41,3 +52,21 @@ def test_rows_without_a_measurement_are_filled_and_a_channel_without_any_is_take
     found = without_noise(measured, PREDICTED)
     assert found[10:14] == pytest.approx(PREDICTED[10:14], abs=NOISE)
     assert found[:, 5] == pytest.approx(PREDICTED[:, 5])
+
+
+def test_the_gripper_of_a_prepared_case_yields_to_less_than_half_of_the_noise() -> None:
+    problem, truth = mesh_experiment(SMALL_BLOCK), Material(NeoHookean(), 20e3, 0.44)
+    solver = EquilibriumSolver(problem)
+    states = [solver.rest(truth)]
+    path = straight_pull(SMALL_BLOCK, 0.012, 8)
+    for pose in path:
+        states.append(solver.solve(pose, truth, states[-1]))
+    poses = [GripperPose(np.array(SMALL_BLOCK.grasp.centre), Rotation.identity()), *path]
+    seen = [observe(problem, state) for state in states]
+    exact = np.repeat([one.wrench for one in seen], 4, axis=0)
+    measured = recorded(SMALL_BLOCK, poses, seen, np.random.default_rng(11))
+    with ThreadPoolExecutor(1) as executor:
+        cases, _ = prepare([measured], executor)
+    off = [wrench - exact for wrench in (cases[0].loads[0].felt, measured.wrench)]
+    left, noisy = (rms((one - one.mean(axis=0))[:, :3]) for one in off)
+    assert left < 0.5 * noisy

@@ -160,7 +160,7 @@ def test_the_bounded_minimum_is_that_of_a_general_solver(seed: int) -> None:
 
 
 def test_priors_sum_to_one_and_labels_share_alike() -> None:
-    prior = {name: float(np.exp(value)) for name, value in log_priors("abc").items()}
+    prior = {name: float(np.exp(value)) for name, value in log_priors(["a", "b", "c"]).items()}
     assert sum(prior.values()) == pytest.approx(1.0)
     assert prior["a"] == prior["b"] == prior["c"] < prior["unknown"] < prior["none"]
 

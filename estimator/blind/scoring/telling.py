@@ -14,7 +14,7 @@ from estimator.errors import InputError
 from estimator.report import page
 from estimator.report.theme import COLOURS, PLOT_STYLE, PREDICTED, TRUTH
 
-_HEAD = ("", "value", "95 % interval", "cases", "ceiling")
+_HEAD = ("", "value", "95 % interval", "cases", "at best")
 _CELL_IN = 0.3
 _LABELS_IN = 2.1
 _SMALLEST_IN = 5.0
