@@ -12,7 +12,8 @@ from estimator.diagnosis.diagnose import diagnose
 _RUN_EXAMPLES = """  retract benchmark run sealed/cases
   retract benchmark run sealed/cases --out answers --processes 2"""
 _SCORE_EXAMPLES = """  retract benchmark score sealed/cases-answers sealed/keys
-  retract benchmark score answers sealed/keys --output score.html --json"""
+  retract benchmark score answers sealed/keys --output score.html --json
+  retract benchmark score monday/answers monday/keys --also friday/answers friday/keys"""
 
 
 def add_run(actions: Verbs) -> None:
@@ -42,6 +43,15 @@ def add_score(actions: Verbs) -> None:
         "keys", type=Path, metavar="KEYS", help="folder of the keys; every opening is counted in it"
     )
     parser.add_argument(
+        "--also",
+        type=Path,
+        nargs=2,
+        action="append",
+        default=[],
+        metavar=("ANSWERS", "KEYS"),
+        help="another set, scored together with the first; may be given more than once",
+    )
+    parser.add_argument(
         "--output",
         type=Path,
         metavar="FILE",
@@ -67,7 +77,9 @@ def _run(options: argparse.Namespace) -> Result:
 def _score(options: argparse.Namespace) -> Result:
     if options.output is not None:
         check_writable(options.output)
-    found = score_answers(options.answers, options.keys)
+    sets = [(options.answers, options.keys), *((answers, keys) for answers, keys in options.also)]
+    found = score_answers(sets)
     if options.output is not None:
-        write_score(found, options.output, title=f"Score of {options.answers.name}")
+        names = ", ".join(answers.name for answers, _ in sets)
+        write_score(found, options.output, title=f"Score of {names}")
     return Result(score_text(found), found.as_json())

@@ -98,6 +98,9 @@ def test_a_set_of_cases_is_answered_and_scored(
     assert told["metrics"]["single cause: top-1"]["value"] == 1.0
     assert told["openings"] == 1
     assert (tmp_path / "score.html").exists()
+    status, out, _ = run(capsys, "benchmark", "score", answers, cases, "--also", answers, cases, "--json")
+    assert status == 0
+    assert json.loads(out)["cases"]["single cause"] == 2
 
 
 def test_cases_that_cannot_be_diagnosed_are_told_and_the_status_says_so(

@@ -71,7 +71,7 @@ def scored(folder: Path, cases: Mapping[str, tuple[str, dict[str, Any]]]) -> Sco
     for name, (truth, told) in cases.items():
         (folder / "keys" / f"{name}.toml").write_text(truth)
         (folder / "answers" / f"{name}.json").write_text(json.dumps(told))
-    return score_answers(folder / "answers", folder / "keys")
+    return score_answers([(folder / "answers", folder / "keys")])
 
 
 def values(score: Score) -> dict[str, Figure]:
@@ -219,7 +219,7 @@ def test_a_score_is_plain_values_for_programs(mixed: Score) -> None:
 
 def test_every_opening_of_the_keys_is_counted(tmp_path: Path, mixed: Score) -> None:
     assert mixed.openings == 1
-    again = score_answers(tmp_path / "answers", tmp_path / "keys")
+    again = score_answers([(tmp_path / "answers", tmp_path / "keys")])
     assert again.openings == 2
     assert "The keys have been opened 2 times." in score_text(again)
     assert len((tmp_path / "keys" / "openings.txt").read_text().splitlines()) == 2
@@ -229,13 +229,25 @@ def test_cases_without_an_answer_are_named_and_answers_without_a_key_are_refused
     tmp_path: Path, mixed: Score
 ) -> None:
     (tmp_path / "keys" / "late.toml").write_text(key([]))
-    again = score_answers(tmp_path / "answers", tmp_path / "keys")
+    again = score_answers([(tmp_path / "answers", tmp_path / "keys")])
     assert again.unanswered == ("late",)
     assert "1 with a key have no answer" in score_text(again)
     (tmp_path / "others").mkdir()
     (tmp_path / "others" / "elsewhere.toml").write_text(key([]))
     with pytest.raises(InputError, match="no answer has a key"):
-        score_answers(tmp_path / "answers", tmp_path / "others")
+        score_answers([(tmp_path / "answers", tmp_path / "others")])
+
+
+def test_several_sets_are_scored_as_one(tmp_path: Path, mixed: Score) -> None:
+    other = tmp_path / "other"
+    slip = answer(("gripper_slip",), {"gripper_slip": 0.95, "none": 0.05})
+    scored(other, {"right": (key(["gripper_slip"]), slip)})
+    together = score_answers([(folder / "answers", folder / "keys") for folder in (other, tmp_path)])
+    assert values(together)["single cause: top-1"].value == pytest.approx(4 / 6)
+    assert sum(together.cases.values()) == sum(mixed.cases.values()) + 1
+    assert together.openings == 2
+    for folder in (other, tmp_path):
+        assert len((folder / "keys" / "openings.txt").read_text().splitlines()) == 2
 
 
 def test_keys_may_lie_in_the_folders_of_the_cases(tmp_path: Path) -> None:
@@ -267,7 +279,7 @@ def test_a_key_that_cannot_be_read_is_complained_of(tmp_path: Path, text: str, c
 def test_an_answer_that_is_no_diagnosis_is_complained_of(tmp_path: Path, mixed: Score) -> None:
     (tmp_path / "answers" / "right.json").write_text("{}")
     with pytest.raises(InputError, match=r"right\.json: is no diagnosis"):
-        score_answers(tmp_path / "answers", tmp_path / "keys")
+        score_answers([(tmp_path / "answers", tmp_path / "keys")])
 
 
 def test_cases_are_answered_without_their_keys_and_only_once(tmp_path: Path) -> None:

@@ -1,7 +1,7 @@
-"""The score of a set of answers against its keys."""
+"""The score of one or more sets of answers against their keys."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -37,7 +37,7 @@ class Score:
     by_level : of single causes
     groups, labels : confusion
     unanswered : names of cases with a key and no answer; they count for nothing
-    openings : how often the keys have been opened, this time included
+    openings : how often the keys have been opened, this time included; of several sets, those opened most often
     cases : how many there are of each kind
     """
 
@@ -64,19 +64,32 @@ class Score:
         }
 
 
-def score_answers(answers: Path, keys: Path) -> Score:
-    """Score the answers in a folder against the keys in another, which counts as an opening of the keys.
+def score_answers(sets: Sequence[tuple[Path, Path]]) -> Score:
+    """Score folders of answers against folders of their keys, together, which counts as an opening of each.
+
+    Parameters
+    ----------
+    sets : of each set of cases, the folder of the answers and that of the keys
 
     Raises
     ------
     InputError
-        A folder holds nothing to read, or no answer has a key.
+        A folder holds nothing to read, or no answer in it has a key.
     """
-    given = read_answers(answers)
-    truths, openings = open_keys(keys, f"scored {answers}")
-    scored = [Scored(name, key, given[name]) for name, key in truths.items() if name in given]
-    if not scored:
-        raise InputError(f"{answers}: no answer has a key in {keys}; cases and keys must bear the same names")
+    scored: list[Scored] = []
+    unanswered: list[str] = []
+    openings = 0
+    for answers, keys in sets:
+        given = read_answers(answers)
+        truths, opened = open_keys(keys, f"scored {answers}")
+        found = [Scored(name, key, given[name]) for name, key in truths.items() if name in given]
+        if not found:
+            raise InputError(
+                f"{answers}: no answer has a key in {keys}; cases and keys must bear the same names"
+            )
+        scored += found
+        unanswered += [name for name in truths if name not in given]
+        openings = max(openings, opened)
     cases = Cases(tuple(scored))
     single = [*cases.singles, *cases.clean, *cases.outside]
     return Score(
@@ -84,7 +97,7 @@ def score_answers(answers: Path, keys: Path) -> Score:
         by_level=metrics_by_level(cases),
         groups=_confusion(single, group_of),
         labels=_confusion(single, str),
-        unanswered=tuple(name for name in truths if name not in given),
+        unanswered=tuple(unanswered),
         openings=openings,
         cases={
             "no gap": len(cases.clean),
