@@ -51,7 +51,7 @@ def _read_session(folder: Path) -> object:
 
 
 def _read_benchmark(folder: Path) -> object:
-    return score_text(score_answers(folder / "answers", folder / "keys"))
+    return score_text(score_answers([(folder / "answers", folder / "keys")]))
 
 
 def _fit_uniaxial(folder: Path) -> object:

@@ -25,7 +25,7 @@ from estimator.diagnosis.passage import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.result import Advice
 from estimator.diagnosis.screening import Signature, signatures_at
 from estimator.diagnosis.sentences import MEASUREMENTS
-from estimator.diagnosis.whitening import whitening_of
+from estimator.diagnosis.shared_errors import shared_errors_of
 from estimator.effects.effect import Effect
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
@@ -173,7 +173,7 @@ def _signatures_of_manoeuvre(
         (planned,),
         case.problem,
         (zero,),
-        (whitening_of(mechanics, zero, Noise()),),
+        (shared_errors_of(mechanics, zero, Noise()).whitening(),),
         (load,),
     )
     linear = linearisation_of(mini, hypothesis, [mechanics])

@@ -25,7 +25,7 @@ from estimator.diagnosis.held_out import held_out_residuals
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.preparation import prepare
 from estimator.diagnosis.race import race
-from estimator.diagnosis.result import Consideration, Material, Outcome, Place
+from estimator.diagnosis.result import AT_MOST, Consideration, LeftByMeshes, Material, Outcome, Place
 from estimator.diagnosis.sharpening import refitted_anew
 from estimator.effects.catalogue import CATALOGUE, LABELS
 from estimator.errors import InputError
@@ -66,7 +66,7 @@ def what_if(
     experiments: Sequence[Experiment],
     label: str,
     floor: float,
-    left_by_meshes: float,
+    left_by_meshes: LeftByMeshes,
     progress: Tell | None = None,
 ) -> Consideration:
     """Fit a model with one cause to experiments of one phantom in one mounting, however improbable it is.
@@ -76,7 +76,7 @@ def what_if(
     experiments : as for :func:`estimator.diagnosis.diagnose.diagnose`
     label : of the catalogue
     floor : root mean square of the noise alone, as the diagnosis of these experiments has it (``gap.floor``)
-    left_by_meshes : share of what meshes may leave of their errors at most that it took for noise, likewise
+    left_by_meshes : what meshes may leave of their errors that it took for noise, likewise
     progress : told what is being done, and how much of it is done
 
     Raises
@@ -94,8 +94,8 @@ def what_if(
     with worker_pool() as executor:
         tell("fitting the baseline", 0, 1)
         cases, baseline = prepare(experiments, executor)
-        case = min(cases, key=lambda one: abs(one.left_by_meshes - left_by_meshes))
-        baseline = refitted_anew(baseline, cases[0], case)
+        case = cases(left_by_meshes)
+        baseline = refitted_anew(baseline, cases(AT_MOST), case)
         error = error_borne_out(case, baseline)
         forms = [effect for effect in CATALOGUE if effect.label == label and not effect.elaborates]
         trials = screen(case, baseline, error, forms, executor, tell)

@@ -22,8 +22,16 @@ from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.glitches import number_left_out
 from estimator.diagnosis.preparation import prepare
 from estimator.diagnosis.race import finalists, race, race_on
+from estimator.diagnosis.result import AT_MOST
 from estimator.diagnosis.second_cause import adequate, promising_seconds
-from estimator.diagnosis.sharpening import noise_cost, refitted_anew, sharpest, signature_anew, whitened_anew
+from estimator.diagnosis.sharpening import (
+    CaseLeaving,
+    noise_cost,
+    refitted_anew,
+    sharpest,
+    signature_anew,
+    whitened_anew,
+)
 from estimator.effects.catalogue import CATALOGUE, LABELS, OUTSIDERS
 from estimator.effects.effect import Effect
 from estimator.experiment import Experiment
@@ -79,8 +87,9 @@ def hold_contest(experiments: Sequence[Experiment], executor: Executor, tell: Te
     tell("fitting the baseline", 0, 1)
     cases, baseline = prepare(experiments, executor)
     tell("fitting the baseline", 1, 1)
-    case = sharpest(cases, cases[0], baseline)
-    baseline = refitted_anew(baseline, cases[0], case)
+    lenient = cases(AT_MOST)
+    case = sharpest(cases, lenient, baseline)
+    baseline = refitted_anew(baseline, lenient, case)
     error = error_borne_out(case, baseline)
     none, unknown = first_order_evidence(case, baseline, error), evidence_of_unknown(baseline, error)
     everything = (*CATALOGUE, *OUTSIDERS)
@@ -113,7 +122,7 @@ def _finer(field: Field, executor: Executor, tell: Tell) -> Field:
     return replace(field, trials=(*field.trials, *finer), contenders=tuple(contenders))
 
 
-def _sharpened(field: Field, cases: Sequence[Case], executor: Executor, tell: Tell) -> Field:
+def _sharpened(field: Field, cases: CaseLeaving, executor: Executor, tell: Tell) -> Field:
     """Return the field with the noise that the best contender bears out.
 
     Neither "none" nor "unknown" is less probable for a noise that was chosen to suit another answer.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,9 @@ from estimator.diagnosis.hypothesis import LARGEST_POISSON_RATIO, Hypothesis
 from estimator.diagnosis.noise import Noise, noise_of
 from estimator.diagnosis.passage import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.refit import refit
-from estimator.diagnosis.whitening import left_at_grasp, whitening_of
+from estimator.diagnosis.result import AT_MOST, LeftByMeshes
+from estimator.diagnosis.shared_errors import SharedErrors, left_at_grasp, shared_errors_of
+from estimator.diagnosis.sharpening import CaseLeaving
 from estimator.experiment import Experiment
 from estimator.fem.block_mesh import Grading
 from estimator.fit.estimate import fit_few_states
@@ -33,14 +36,10 @@ FloatArray = NDArray[np.float64]
 GRADING = Grading(grasp_m=2e-3, anchor_m=6e-3, largest_m=15e-3, growth=2.5, layers=1)
 _FIRST_GRADING = Grading(grasp_m=3e-3, anchor_m=8e-3, largest_m=25e-3, growth=3.0, layers=1)
 _FINE_STATES = 3
-# Of what meshes may leave of the correction at most, these shares are weighed: the measurements of most clean cases of
-# two other simulators are more probable with a fifth to a third, by 20 to 40 nats, those of others with all of it. What
-# they make of the grasp's edges stays: it is no bound but the most probable, and a false thickness without it.
-_SHARES_LEFT = (1.0, 0.6, 0.35, 0.2)
 
 
-def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[list[Case], Linearisation]:
-    """Fit the baseline to a case; return the case with all that meshes may leave and with ever less, and the fit.
+def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[CaseLeaving, Linearisation]:
+    """Fit the baseline to a case; return the case by what meshes may leave, and the fit where they leave the most.
 
     Raises
     ------
@@ -63,24 +62,24 @@ def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[list
     mechanics = [_measured_as(one, experiment) for one, experiment in zip(mechanics, cleaned, strict=True)]
     noise = noise_of(cleaned, _misfits(corrected, predicted))
     at_grasp = left_at_grasp(mechanics, rough, corrections)
-    cases = [
-        replace(
-            corrected,
-            left_by_meshes=share,
-            whitenings=tuple(
-                whitening_of(one, share * correction, noise, left)
-                for one, correction, left in zip(mechanics, corrections, at_grasp, strict=True)
-            ),
-        )
-        for share in _SHARES_LEFT
+    shared = [
+        shared_errors_of(one, correction, noise, left)
+        for one, correction, left in zip(mechanics, corrections, at_grasp, strict=True)
     ]
-    baseline = refit(cases[0], rough, linearisation_of(cases[0], rough, mechanics), evaluations=3)
+    case = _leaving(corrected, shared, AT_MOST)
+    baseline = refit(case, rough, linearisation_of(case, rough, mechanics), evaluations=3)
     modulus = baseline.hypothesis.youngs_modulus
     loads = tuple(
         GripLoad(without_noise(experiment.wrench, p[:, :6]), p[:, :6] / modulus)
         for experiment, p in zip(cleaned, baseline.predicted, strict=True)
     )
-    return [replace(case, loads=loads) for case in cases], baseline
+    prepared = replace(corrected, loads=loads)
+    return cache(lambda left: _leaving(prepared, shared, left)), baseline
+
+
+def _leaving(case: Case, shared: Sequence[SharedErrors], left: LeftByMeshes) -> Case:
+    """Return a case with the noise that goes with what meshes leave."""
+    return replace(case, left_by_meshes=left, whitenings=tuple(one.whitening(left) for one in shared))
 
 
 def _misfits(case: Case, predicted: Sequence[FloatArray]) -> list[FloatArray]:
@@ -143,5 +142,7 @@ def _uncorrected(
     loads = tuple(GripLoad.none(len(e.time)) for e in experiments)
     passages = solve_case(problem, experiments, hypothesis, loads)
     mechanics = [mechanics_of(passage) for passage in passages]
-    whitenings = tuple(whitening_of(one, zero, Noise()) for one, zero in zip(mechanics, zeros, strict=True))
+    whitenings = tuple(
+        shared_errors_of(one, zero, Noise()).whitening() for one, zero in zip(mechanics, zeros, strict=True)
+    )
     return Case(experiments, problem, zeros, whitenings, loads), mechanics

@@ -31,6 +31,17 @@ class Quantity:
 
 
 @dataclass(frozen=True)
+class LeftByMeshes:
+    """Shares of what meshes may leave of their errors at most: beside the rim of the grasp, and anywhere else."""
+
+    elsewhere: float
+    beside_rim: float
+
+
+AT_MOST = LeftByMeshes(1.0, 1.0)
+
+
+@dataclass(frozen=True)
 class EffectFinding:
     """What is known of one effect of the catalogue.
 
@@ -208,7 +219,7 @@ class Diagnosis:
     cannot_tell : sentences: what these data do not say
     next_experiment : Advice, the best first
     glitches : how many single readings of a bead were left out as wild
-    left_by_meshes : share of what meshes may leave of their errors at most that was taken for noise
+    left_by_meshes : what meshes may leave of their errors that was taken for noise
     traces : one an experiment
     rivals : what the effects of the catalogue would do to these measurements, and how alike
     considered : by label, what each cause alone would do
@@ -229,7 +240,7 @@ class Diagnosis:
     cannot_tell: tuple[str, ...]
     next_experiment: tuple[Advice, ...]
     glitches: int
-    left_by_meshes: float
+    left_by_meshes: LeftByMeshes
     traces: tuple[Trace, ...]
     rivals: Rivals
     considered: Mapping[str, Consideration]

@@ -15,7 +15,8 @@ from estimator.diagnosis.hypothesis import Hypothesis, coordinates
 from estimator.diagnosis.noise import Noise
 from estimator.diagnosis.passage import mechanics_of, solve_case
 from estimator.diagnosis.result import Gap
-from estimator.diagnosis.whitening import Whitening, whitening_of
+from estimator.diagnosis.shared_errors import shared_errors_of
+from estimator.diagnosis.whitening import Whitening
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.torque_centre import TorqueCentre
 from estimator.fem.block_mesh import Grading
@@ -80,7 +81,9 @@ def stiffer_than_measured() -> tuple[Case, Linearisation]:
         replace(one, wrench=m.wrench[m.passage.visits.of_row], fiducials=m.fiducials[m.passage.visits.of_row])
         for one, m in zip(planned, plain, strict=True)
     ]
-    whitenings = tuple(whitening_of(m, zero, Noise()) for m, zero in zip(plain, zeros, strict=True))
+    whitenings = tuple(
+        shared_errors_of(m, zero, Noise()).whitening() for m, zero in zip(plain, zeros, strict=True)
+    )
     case = Case(tuple(seen), problem, zeros, whitenings, loads)
     gent = next(one for one in CATALOGUE if one.name == "strain_stiffening:gent")
     return case, linearise(case, MATERIAL.with_effect(gent, {"inverse_limit": 0.3}))
@@ -94,8 +97,9 @@ def test_what_meshes_make_of_the_edges_of_the_grasp_is_forgiven_and_nothing_else
     passage = solve_case(problem, [motion], MATERIAL, (GripLoad.none(len(motion.time)),))[0]
     zero = np.zeros((len(motion.time), 6 + 3 * len(motion.fiducials_rest)))
     forgiven, other = 1e-4 * np.random.default_rng(6).normal(size=(2, *zero.shape))
-    strict = whitening_of(mechanics_of(passage), zero, Noise())
-    lenient = whitening_of(mechanics_of(passage), zero, Noise(), forgiven[:, :, None])
+    mechanics = mechanics_of(passage)
+    strict = shared_errors_of(mechanics, zero, Noise()).whitening()
+    lenient = shared_errors_of(mechanics, zero, Noise(), forgiven[:, :, None]).whitening()
 
     def size(whitening: Whitening, misfit: NDArray[np.float64]) -> float:
         return float(np.linalg.norm(whitening.apply(misfit[:, :, None])))

@@ -1,5 +1,6 @@
 """How much of what meshes may leave is taken for noise: as much as the measurements bear out."""
 
+import itertools
 import typing
 
 import numpy as np
@@ -9,58 +10,55 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.hypothesis import Hypothesis, coordinates
+from estimator.diagnosis.result import AT_MOST, LeftByMeshes
+from estimator.diagnosis.shared_errors import SharedErrors
 from estimator.diagnosis.sharpening import noise_cost, sharpest, whitened_anew
-from estimator.diagnosis.whitening import Whitening, inverse_root
 from estimator.fem.problem import RetractionProblem
 
 FloatArray = NDArray[np.float64]
-SHARES = (1.0, 0.6, 0.35, 0.2)
 EXPERIMENT = there_and_back().experiment
 SHAPE = (len(EXPERIMENT.time), 6 + 3 * len(EXPERIMENT.fiducials_rest))
 MATERIAL = Hypothesis(15e3, 0.45)
 AT_REST = np.tile(np.concatenate([np.zeros(6), EXPERIMENT.fiducials_rest.ravel()]), (SHAPE[0], 1))
+LEAST = LeftByMeshes(0.1, 0.1)
 
 
-def left_by_meshes() -> FloatArray:
-    """Sixty errors that rows share, each five times the noise of one value wherever it shows."""
-    return 5.0 * np.random.default_rng(1).normal(size=(SHAPE[0] * SHAPE[1], 60))
+def left_by_meshes() -> SharedErrors:
+    """Thirty errors that rows share elsewhere and thirty at the rim, each five times the noise wherever it shows."""
+    elsewhere, beside_rim = 5.0 * np.random.default_rng(1).normal(size=(2, SHAPE[0] * SHAPE[1], 30))
+    seen, none = np.ones(SHAPE, dtype=bool), np.zeros((SHAPE[0] * SHAPE[1], 0))
+    return SharedErrors(seen, np.ones(SHAPE[1]), np.zeros(SHAPE[1]), none, elsewhere, beside_rim)
 
 
-def cases() -> list[Case]:
-    seen, ones, problem = np.ones(SHAPE, dtype=bool), np.ones(SHAPE[1]), typing.cast(RetractionProblem, None)
-    return [
-        Case(
-            (EXPERIMENT,),
-            problem,
-            (),
-            (Whitening(seen, ones, np.zeros(SHAPE[1]), *inverse_root(share * left_by_meshes())),),
-            (),
-            share,
-        )
-        for share in SHARES
-    ]
+def case_leaving(left: LeftByMeshes) -> Case:
+    problem = typing.cast(RetractionProblem, None)
+    return Case((EXPERIMENT,), problem, (), (left_by_meshes().whitening(left),), (), left)
 
 
-def fit_in(case: Case, share: float) -> Linearisation:
-    """A fit whose misfit is noise and that share of what meshes may leave."""
-    rng = np.random.default_rng(2)
-    misfit = rng.normal(size=SHAPE[0] * SHAPE[1]) + share * left_by_meshes() @ rng.normal(size=60)
+def fit_in(case: Case, left: LeftByMeshes) -> Linearisation:
+    """A fit whose misfit is noise and those shares of what meshes may leave."""
+    rng, errors = np.random.default_rng(2), left_by_meshes()
+    misfit = rng.normal(size=SHAPE[0] * SHAPE[1])
+    misfit += left.elsewhere * errors.elsewhere @ rng.normal(size=30)
+    misfit += left.beside_rim * errors.beside_rim @ rng.normal(size=30)
     columns = np.column_stack([misfit, rng.normal(size=(len(misfit), 2))]).reshape(*SHAPE, 3)
     whitened = case.whitenings[0].apply(columns)
     free = coordinates(MATERIAL)
     return Linearisation(MATERIAL, free, (AT_REST,), (whitened[:, 0],), (whitened[:, 1:],), (), ())
 
 
-@pytest.mark.parametrize("share", SHARES)
-def test_what_meshes_left_is_told_from_the_misfit(share: float) -> None:
-    several = cases()
-    for case in (several[0], several[-1]):
-        assert sharpest(several, case, fit_in(case, share)).left_by_meshes == share
+@pytest.mark.parametrize(("elsewhere", "beside_rim"), list(itertools.product((1.0, 0.25, 0.1), repeat=2)))
+def test_what_meshes_left_beside_the_rim_and_elsewhere_is_told_from_the_misfit(
+    elsewhere: float, beside_rim: float
+) -> None:
+    left = LeftByMeshes(elsewhere, beside_rim)
+    for case in (case_leaving(AT_MOST), case_leaving(LEAST)):
+        assert sharpest(case_leaving, case, fit_in(case, left)).left_by_meshes == left
 
 
 def test_a_fit_is_the_same_in_every_noise_but_for_its_whitening() -> None:
-    most, *_, least = cases()
-    anew, direct = whitened_anew(fit_in(most, 0.6), most, least), fit_in(least, 0.6)
+    most, least, left = case_leaving(AT_MOST), case_leaving(LEAST), LeftByMeshes(0.5, 0.25)
+    anew, direct = whitened_anew(fit_in(most, left), most, least), fit_in(least, left)
     np.testing.assert_allclose(anew.residual[0], direct.residual[0], atol=1e-9)
     np.testing.assert_allclose(anew.by_coordinate[0], direct.by_coordinate[0], atol=1e-9)
     assert noise_cost(least) < noise_cost(most)

@@ -34,7 +34,8 @@ from estimator.diagnosis.noise import noise_of
 from estimator.diagnosis.result import Material, Quantity
 from estimator.diagnosis.rivals import projected
 from estimator.diagnosis.screening import Signature
-from estimator.diagnosis.whitening import Whitening, inverse_root, left_beside_rim, shrunk, uncorrelated
+from estimator.diagnosis.shared_errors import left_beside_rim
+from estimator.diagnosis.whitening import Whitening, inverse_root, shrunk, uncorrelated
 from estimator.effects.catalogue import CATALOGUE
 
 FloatArray = NDArray[np.float64]
