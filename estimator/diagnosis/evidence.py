@@ -9,7 +9,8 @@ covariance of a discrepancy that forgives the signature its inexactness. Its amp
 
 How large an effect is spans decades, and its amplitudes are large or small together: their prior is a mixture of
 normals from the usual size down. With the usual size alone an effect of three components that is a thirtieth of it
-would pay ln 30 for each of them.
+would pay ln 30 for each of them. What would be too small to show counts as no effect at all: of each size the share
+d² / (d² + 2²) is believed, d being by how many deviations of the noise, less what E and ν can imitate, it stands out.
 """
 
 from __future__ import annotations
@@ -40,6 +41,8 @@ _FLOOR_SHARES = (1.0, 0.3, 0.1, 0.03, 0.01)
 _INEXACT = (0.0, 0.02, 0.05, 0.1)
 # Sizes of an effect as shares of its usual one, equally likely.
 _SIZES = (1.0, 0.3, 0.1, 0.03)
+# So many deviations of the noise are too few to show as often as not.
+_SHOWS = 2.0
 
 
 @dataclass(frozen=True)
@@ -60,15 +63,31 @@ class Priors:
     upper: FloatArray
     amplitude_of: NDArray[np.int64]
 
-    def of_every_size(self) -> list[Priors]:
-        """Return the priors with every effect of each size, from the usual one down."""
+    def of_every_size(self, information: FloatArray) -> list[tuple[float, Priors]]:
+        """Return the priors with every effect of each size, from the usual one down, and how much each is believed.
+
+        ``information`` (2 + k)² is the Gram matrix of the derivatives.
+        """
         effects = np.unique(self.amplitude_of[self.amplitude_of >= 0])
+        stands_out = self._standing_out(information)
         found = []
         for sizes in itertools.product(_SIZES, repeat=len(effects)):
-            size = np.ones(len(self.scale))
+            size, believed = np.ones(len(self.scale)), 1.0
             for effect, share in zip(effects, sizes, strict=True):
-                size[self.amplitude_of == effect] = share
-            found.append(replace(self, centre=self.centre / size, scale=self.scale * size))
+                own = self.amplitude_of == effect
+                size[own] = share
+                squared = share**2 * float(stands_out[own].sum())
+                believed *= squared / (squared + _SHOWS**2)
+            found.append((believed, replace(self, centre=self.centre / size, scale=self.scale * size)))
+        return found
+
+    def _standing_out(self, information: FloatArray) -> FloatArray:
+        """Return the square (2 + k,) by which one prior deviation of each amplitude stands out of noise, E and ν."""
+        free, rest = np.isinf(self.scale), self.amplitude_of >= 0
+        found = np.zeros(len(self.scale))
+        cross = information[np.ix_(rest, free)]
+        imitated = np.einsum("rf,rf->r", cross, np.linalg.solve(information[np.ix_(free, free)], cross.T).T)
+        found[rest] = np.maximum(np.diag(information)[rest] - imitated, 0.0) * self.scale[rest] ** 2
         return found
 
     @property
@@ -90,8 +109,9 @@ def log_evidence(
 
 def evidence_of_gram(gram: FloatArray, priors: Priors) -> float:
     """Return ln p(y | hypothesis) from the Gram matrix (1 + 2 + k)² of residual and derivatives, over all sizes."""
-    of_sizes = [_evidence_at_size(gram, sized) for sized in priors.of_every_size()]
-    return float(logsumexp(of_sizes) - np.log(len(of_sizes)))
+    sizes = priors.of_every_size(gram[1:, 1:])
+    values = [_evidence_at_size(gram, sized) for _, sized in sizes]
+    return float(logsumexp(values, b=[believed for believed, _ in sizes]) - np.log(len(sizes)))
 
 
 def _evidence_at_size(gram: FloatArray, priors: Priors) -> float:

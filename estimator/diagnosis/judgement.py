@@ -10,7 +10,10 @@ from scipy.special import logsumexp
 from estimator.diagnosis.result import NONE, UNKNOWN
 
 # Prior of no gap, and of a cause outside the catalogue; the labels share the rest equally.
-_PRIOR_NONE, _PRIOR_UNKNOWN = 0.65, 0.1
+_PRIOR_NONE, _PRIOR_UNKNOWN = 0.4, 0.11
+# Of a label's prior this share is for an effect too small to show. With these, some 60 % are left to none where
+# nothing stands out, and noise alone is named in one of a hundred draws.
+_TOO_SMALL = 0.2
 # A second cause has this prior.
 LOG_PRIOR_OF_A_PAIR = float(np.log(0.05))
 _CREDIBLE = 0.9
@@ -30,12 +33,18 @@ def log_priors(labels: Collection[str]) -> dict[str, float]:
 def probabilities(log_evidence: Mapping[str, float]) -> dict[str, float]:
     """Return the probability of every answer, the most probable first.
 
+    An effect may be there and too small to show: then the measurements are as probable as without any.
+
     Parameters
     ----------
-    log_evidence : of each label, of none and of unknown
+    log_evidence : of each label, were it to show, of none and of unknown
     """
-    prior, power = log_priors(log_evidence.keys() - {NONE, UNKNOWN}), temper(log_evidence)
+    labels = log_evidence.keys() - {NONE, UNKNOWN}
+    prior, power = log_priors(labels), temper(log_evidence)
     score = {name: power * value + prior[name] for name, value in log_evidence.items()}
+    for name in labels:
+        hidden = np.log(_TOO_SMALL) + power * log_evidence[NONE] + prior[name]
+        score[name] = float(np.logaddexp(hidden, np.log1p(-_TOO_SMALL) + score[name]))
     total = float(logsumexp(list(score.values())))
     ordered = sorted(score.items(), key=lambda item: -item[1])
     return {name: float(np.exp(value - total)) for name, value in ordered}

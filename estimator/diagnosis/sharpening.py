@@ -23,23 +23,22 @@ CaseLeaving: TypeAlias = Callable[[LeftByMeshes], Case]
 # all are most probable with a tenth elsewhere, as far as it matters, and with a tenth to all beside the rim; what they
 # make of the grasp's edges stays: it is no bound but the most probable, and a false thickness without it.
 _SHARES = (1.0, 0.5, 0.25, 0.1)
+_USUAL = 0.25
 _POINTS = 3
 
 
 def sharpest(cases: CaseLeaving, case: Case, fit: Linearisation) -> Case:
     """Return that of cases, which differ in what meshes may leave, in which the misfit of a fit is the most probable.
 
-    Beside the rim first: it matters most there, and what is left elsewhere would have to stand in for it.
+    Beside the rim first, with what is usual elsewhere: with more of it there, that would stand in for the rim.
     ``case`` is the one of them in which the fit was made.
     """
-    left = case.left_by_meshes
 
     def log_density(left: LeftByMeshes) -> float:
         return _log_density(cases(left), whitened_anew(fit, case, cases(left)))
 
-    left = max((replace(left, beside_rim=share) for share in _SHARES), key=log_density)
-    left = max((replace(left, elsewhere=share) for share in _SHARES), key=log_density)
-    return cases(left)
+    likely = max((LeftByMeshes(_USUAL, share) for share in _SHARES), key=log_density)
+    return cases(max((replace(likely, elsewhere=share) for share in _SHARES), key=log_density))
 
 
 def _log_density(case: Case, fit: Linearisation) -> float:

@@ -34,7 +34,7 @@ from estimator.effects.catalogue import LABELS
 # An effect of negligible size is believed in full where it raises the log evidence by this: the baseline is not exact,
 # and to first order such effects raised it by up to 3.2 on eleven clean cases of another simulator, by 15 on a twelfth
 # (a grasp aside by 0.1 mm), and by 6.3 on one of a third simulator with a coarser mesh.
-_BELIEVED = 8.0
+_BELIEVED = 5.0
 # Something unknown beside the causes must raise the log evidence by this, and by this share of what they do: any form
 # that is nearly right leaves a little of a large gap.
 _LEAST_REMAINDER, _REMAINDER = 15.0, 0.05
@@ -95,10 +95,8 @@ def weigh(field: Field) -> dict[str, float]:
     """Return the log evidence of every answer.
 
     An effect smaller than anybody would care for keeps the less of its evidence the less that is: a slight error of the
-    baseline could feign it. An effect that makes the prediction of left-out experiments worse loses by as much. But no
-    effect falls behind "none": it may be there and too small to show. Where nothing stood out in sealed cases of eight
-    seeds, whose effects are drawn down to three sigma, 52 of 78 had none. What is unknown is an effect without a label,
-    one as likely as the other, or anything: whichever is more probable.
+    baseline could feign it. An effect that makes the prediction of left-out experiments worse loses by as much. What is
+    unknown is an effect without a label, one as likely as the other, or anything: whichever is more probable.
     """
     refitted = {one.fit.hypothesis.effects[0].name for one in field.contenders}
     points = [
@@ -117,17 +115,17 @@ def weigh(field: Field) -> dict[str, float]:
         ],
         field.none,
     )
-    found = {label: max(forms.get(label, -np.inf), field.none) for label in LABELS}
+    found = {label: forms.get(label, -np.inf) for label in LABELS}
     found[NONE] = field.none
     found[UNKNOWN] = max(field.unknown, forms.get(UNKNOWN, -np.inf))
     return found
 
 
 def _believed(hypothesis: Hypothesis, gain: float) -> float:
-    """Return what a hypothesis keeps of its gain in log evidence: all of it, unless it is slight."""
-    if not _slight(hypothesis, gain):
+    """Return what a hypothesis keeps of its gain in log evidence: all of it, unless the effect is slight."""
+    if gain < 0.0 or not _slight(hypothesis, gain):
         return gain
-    return gain * max(gain, 0.0) / _BELIEVED
+    return gain * gain / _BELIEVED
 
 
 def _slight(hypothesis: Hypothesis, gain: float) -> bool:

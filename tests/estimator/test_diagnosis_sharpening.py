@@ -1,7 +1,7 @@
 """How much of what meshes may leave is taken for noise: as much as the measurements bear out."""
 
-import itertools
 import typing
+from functools import cache
 
 import numpy as np
 import pytest
@@ -30,6 +30,7 @@ def left_by_meshes() -> SharedErrors:
     return SharedErrors(seen, np.ones(SHAPE[1]), np.zeros(SHAPE[1]), none, elsewhere, beside_rim)
 
 
+@cache
 def case_leaving(left: LeftByMeshes) -> Case:
     problem = typing.cast(RetractionProblem, None)
     return Case((EXPERIMENT,), problem, (), (left_by_meshes().whitening(left),), (), left)
@@ -47,7 +48,7 @@ def fit_in(case: Case, left: LeftByMeshes) -> Linearisation:
     return Linearisation(MATERIAL, free, (AT_REST,), (whitened[:, 0],), (whitened[:, 1:],), (), ())
 
 
-@pytest.mark.parametrize(("elsewhere", "beside_rim"), list(itertools.product((1.0, 0.25, 0.1), repeat=2)))
+@pytest.mark.parametrize(("elsewhere", "beside_rim"), [(1.0, 0.1), (0.1, 1.0), (0.25, 0.5), (0.1, 0.1)])
 def test_what_meshes_left_beside_the_rim_and_elsewhere_is_told_from_the_misfit(
     elsewhere: float, beside_rim: float
 ) -> None:

@@ -36,7 +36,7 @@ from estimator.diagnosis.rivals import projected
 from estimator.diagnosis.screening import Signature
 from estimator.diagnosis.shared_errors import left_beside_rim
 from estimator.diagnosis.whitening import Whitening, inverse_root, shrunk, uncorrelated
-from estimator.effects.catalogue import CATALOGUE
+from estimator.effects.catalogue import CATALOGUE, LABELS
 
 FloatArray = NDArray[np.float64]
 
@@ -117,9 +117,24 @@ def test_the_evidence_of_a_linear_effect_is_that_of_the_joint_normal() -> None:
         covariance = np.eye(25) + used @ np.diag(np.square(prior)) @ used.T
         return float(multivariate_normal.logpdf(residual, cov=covariance))
 
-    sizes = [exact([wide, wide, share * scale], columns) for share in (1.0, 0.3, 0.1, 0.03)]
-    expected = logsumexp(sizes) - np.log(4.0) - exact([wide, wide], columns[:, :2])
+    # What E and nu leave of the effect's column tells by how much each size stands out; what does not is no effect.
+    left = columns[:, 2] - columns[:, :2] @ np.linalg.lstsq(columns[:, :2], columns[:, 2])[0]
+    shares = np.array([1.0, 0.3, 0.1, 0.03])
+    squared = (shares * scale) ** 2 * (left @ left)
+    sizes = [exact([wide, wide, share * scale], columns) for share in shares]
+    expected = (
+        logsumexp(sizes, b=squared / (squared + 4.0)) - np.log(4.0) - exact([wide, wide], columns[:, :2])
+    )
     assert gain == pytest.approx(expected, abs=1e-3)
+
+
+def test_an_effect_whose_every_size_is_too_small_to_show_is_no_explanation() -> None:
+    rng = np.random.default_rng(8)
+    columns, residual = rng.normal(size=(25, 3)), rng.normal(size=25)
+    error = ModelError((Discrepancy((np.zeros((25, 0)),) * 2, (np.zeros(0),) * 2),), (0.0, 0.0))
+    without = log_evidence(*linear(error, residual, columns[:, :2], np.full(2, np.inf)), error, (0.0, 0.0))
+    hidden = linear(error, residual, columns, np.array([np.inf, np.inf, 1e-3]))
+    assert log_evidence(*hidden, error, (0.0, 0.0)) < without - 8.0
 
 
 def smooth_misfits(
@@ -161,9 +176,11 @@ def test_the_bounded_minimum_is_that_of_a_general_solver(seed: int) -> None:
 
 
 def test_priors_sum_to_one_and_labels_share_alike() -> None:
-    prior = {name: float(np.exp(value)) for name, value in log_priors(["a", "b", "c"]).items()}
+    first, *_ = LABELS
+    prior = {name: float(np.exp(value)) for name, value in log_priors(LABELS).items()}
     assert sum(prior.values()) == pytest.approx(1.0)
-    assert prior["a"] == prior["b"] == prior["c"] < prior["unknown"] < prior["none"]
+    assert len({prior[label] for label in LABELS}) == 1
+    assert prior[first] < prior["unknown"] < prior["none"]
 
 
 def test_the_unknown_leads_where_it_explains_more_than_the_cause_that_it_stands_beside() -> None:
@@ -192,9 +209,21 @@ def test_rivals_that_explain_much_need_to_differ_by_more() -> None:
         return chances["a"] / chances["b"]
 
     # A fiftieth of what the better explains is as much as signatures are inexact by.
-    assert odds(8.0) == pytest.approx(np.exp(8.0 / 1.16))
+    assert odds(20.0) == pytest.approx(np.exp(8.0 / 1.4), rel=0.01)
     assert odds(100.0) == pytest.approx(np.exp(8.0 / 3.0))
     assert odds(1e4) == pytest.approx(np.exp(8.0 * 0.15))
+
+
+def test_an_effect_too_small_to_show_may_always_be_there() -> None:
+    nothing = probabilities({"none": 0.0, "unknown": -5.0, **dict.fromkeys(LABELS, -30.0)})
+    assert 0.6 < nothing["none"] < 0.9
+    assert all(nothing[label] > 0.001 for label in LABELS)
+
+
+def test_the_one_that_explains_a_little_comes_before_those_that_explain_nothing() -> None:
+    nothing = {"none": 0.0, "unknown": -5.0, **dict.fromkeys(LABELS, -3.0)}
+    for label in LABELS:
+        assert list(probabilities({**nothing, label: -0.5}))[:2] == ["none", label]
 
 
 def test_forms_of_a_label_that_explain_alike_are_worth_one() -> None:
