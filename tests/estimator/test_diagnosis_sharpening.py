@@ -63,3 +63,15 @@ def test_a_fit_is_the_same_in_every_noise_but_for_its_whitening() -> None:
     np.testing.assert_allclose(anew.residual[0], direct.residual[0], atol=1e-9)
     np.testing.assert_allclose(anew.by_coordinate[0], direct.by_coordinate[0], atol=1e-9)
     assert noise_cost(least) < noise_cost(most)
+
+
+def test_all_that_meshes_may_leave_beside_the_rim_leaves_the_rest_as_sharp() -> None:
+    rng, errors = np.random.default_rng(3), left_by_meshes()
+
+    def size(left: LeftByMeshes, directions: FloatArray) -> float:
+        misfit = (directions @ rng.normal(size=30)).reshape(*SHAPE, 1)
+        return float(np.linalg.norm(errors.whitening(left).apply(misfit)) / np.linalg.norm(misfit))
+
+    sharp, open_at_rim = LeftByMeshes(0.1, 0.1), LeftByMeshes(0.1, 1.0)
+    assert size(open_at_rim, errors.elsewhere) == pytest.approx(size(sharp, errors.elsewhere), rel=0.05)
+    assert size(open_at_rim, errors.beside_rim) < 0.2 * size(sharp, errors.beside_rim)
