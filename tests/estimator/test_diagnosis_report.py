@@ -184,6 +184,16 @@ def test_a_case_that_nothing_explains_says_so() -> None:
     )
 
 
+def test_an_answer_that_another_one_nearly_equals_is_told_with_that() -> None:
+    close = {"inhomogeneity": 0.43, "none": 0.4, "unknown": 0.1}
+    assert summary_text(replace(inclusion(), probabilities=close)).startswith(
+        "Inhomogeneity (43 %) is the likeliest cause of a gap; next is no gap beyond the noise (40 %).\n"
+    )
+    none = {"none": 0.45, "camera_scale": 0.35, "unknown": 0.1}
+    first, *_ = summary_text(replace(no_gap(), probabilities=none)).splitlines()
+    assert first.endswith("(probability 45 %; camera scale (35 %) is next).")
+
+
 def test_two_causes_and_a_remainder_are_one_sentence() -> None:
     lines = summary_text(two_causes()).splitlines()
     assert lines[0] == (

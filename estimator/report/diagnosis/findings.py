@@ -28,10 +28,12 @@ _ONE = {
 def verdict_sentence(diagnosis: Diagnosis) -> str:
     """Return the answer in one sentence."""
     causes = [label for label in diagnosis.verdict if label != UNKNOWN]
+    rival = _rival(diagnosis)
     if not diagnosis.verdict:
+        otherwise = "else one is too small to show" if rival is None else f"{_told(diagnosis, rival)} is next"
         return (
             "No gap: the baseline explains the data within the sensors' noise "
-            f"(probability {percent(_probability(diagnosis, NONE))}; else one is too small to show)."
+            f"(probability {percent(_probability(diagnosis, NONE))}; {otherwise})."
         )
     chance = percent(_probability(diagnosis, UNKNOWN))
     recognised = diagnosis.effects.get(UNKNOWN)
@@ -41,7 +43,9 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
         )
         return f"{gap}. {recognised.words}" if recognised is not None else f"{gap}."
     leading, *others = causes
-    named = f"{words_of(leading)} ({percent(_probability(diagnosis, leading))})"
+    named = _told(diagnosis, leading)
+    if rival is not None and diagnosis.verdict == (leading,):
+        return _sentence(f"{named} is the likeliest cause of a gap; next is {_told(diagnosis, rival)}.")
     if others:
         named += f" together with {' and '.join(map(words_of, others))}"
     if UNKNOWN not in diagnosis.verdict:
@@ -179,6 +183,20 @@ def summary_text(diagnosis: Diagnosis) -> str:
         lines.append(glitches_sentence(diagnosis))
     lines.append(f"{diagnosis.seconds:.0f} s")
     return "\n".join(lines)
+
+
+def _rival(diagnosis: Diagnosis) -> str | None:
+    """Return the most probable answer besides the verdict's where it is at least half as probable as that."""
+    leading = diagnosis.verdict[0] if diagnosis.verdict else NONE
+    others = {label: p for label, p in diagnosis.probabilities.items() if label != leading}
+    if not others:
+        return None
+    rival = max(others, key=lambda label: others[label])
+    return rival if others[rival] >= 0.5 * _probability(diagnosis, leading) else None
+
+
+def _told(diagnosis: Diagnosis, label: str) -> str:
+    return f"{answer_words(label)} ({percent(_probability(diagnosis, label))})"
 
 
 def _sentence(text: str) -> str:
