@@ -41,7 +41,7 @@ _FLOOR_SHARES = (1.0, 0.3, 0.1, 0.03, 0.01)
 _INEXACT = (0.0, 0.02, 0.05, 0.1)
 # Sizes of an effect as shares of its usual one, equally likely.
 _SIZES = (1.0, 0.3, 0.1, 0.03)
-# So many deviations of the noise are too few to show as often as not.
+# What stands out by so many deviations of the noise shows as often as not.
 _SHOWS = 2.0
 
 
