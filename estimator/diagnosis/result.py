@@ -32,7 +32,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class LeftByMeshes:
-    """Shares of what meshes may leave of their errors at most: beside the rim of the grasp, and anywhere else."""
+    """Shares of what meshes may leave of their errors at most: anywhere, and more beside the rim of the grasp."""
 
     elsewhere: float
     beside_rim: float

@@ -54,9 +54,9 @@ class SharedErrors:
     seen : (n, c) bool, what was measured
     deviation : (c,) standard deviation of one value
     correlation : (c,) of one value's noise with that of the row before
-    always : (r, k), whatever meshes leave
-    elsewhere, beside_rim : (r, k), the most that meshes may leave, at the beads beside the rim of the grasp and of all
-        else
+    always : (r, k) whatever meshes leave
+    elsewhere : (r, k) the most that meshes may leave of any channel
+    beside_rim : (r, k) the most that they may leave beyond that of the beads beside the rim of the grasp
     """
 
     seen: NDArray[np.bool_]

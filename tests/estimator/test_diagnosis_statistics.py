@@ -209,7 +209,7 @@ def test_rivals_that_explain_much_need_to_differ_by_more() -> None:
         return chances["a"] / chances["b"]
 
     # A fiftieth of what the better explains is as much as signatures are inexact by.
-    assert odds(20.0) == pytest.approx(np.exp(8.0 / 1.4), rel=0.01)
+    assert odds(20.0) == pytest.approx(np.exp(8.0 / 1.4), rel=1e-4)
     assert odds(100.0) == pytest.approx(np.exp(8.0 / 3.0))
     assert odds(1e4) == pytest.approx(np.exp(8.0 * 0.15))
 

@@ -49,6 +49,10 @@ def test_a_slight_stretch_that_does_not_stand_out_keeps_little_of_its_evidence()
     assert found["camera_scale"] == pytest.approx(0.8)
 
 
+def test_a_slight_stretch_that_explains_nothing_is_not_lifted_to_none() -> None:
+    assert weigh(tried("camera_scale:uniform", "scale_error", 3e-4, -3.0))["camera_scale"] == -3.0
+
+
 def test_a_grasp_well_aside_keeps_all_of_it() -> None:
     assert weigh(tried("grasp_misplacement:gripper", "shift_x", 2e-3, 2.0))["grasp_misplacement"] == 2.0
 
