@@ -21,8 +21,8 @@ CaseLeaving: TypeAlias = Callable[[LeftByMeshes], Case]
 
 # Of what meshes may leave at most, beside the rim of the grasp and elsewhere. Eight clean cases of another simulator
 # are as probable, within a nat or so, with a tenth to a quarter elsewhere as with any share, and most probable with a
-# tenth to all beside the rim; what they make of the grasp's edges stays: it is no bound but the most probable, and a false
-# thickness without it.
+# tenth to all beside the rim; what they make of the grasp's edges stays: it is no bound but the most probable, and a
+# false thickness without it.
 _SHARES = (1.0, 0.5, 0.25, 0.1)
 _USUAL = 0.25
 _POINTS = 3
