@@ -36,7 +36,7 @@ from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
 
-COARSE = Grading(grasp_m=1.7e-3, anchor_m=6e-3, largest_m=16e-3, growth=2.6, layers=1)
+COARSE = Grading(grasp_m=1.2e-3, anchor_m=6e-3, largest_m=16e-3, growth=2.6, layers=1)
 GRIPPED, ANCHORED = (0.045, 0.0, 0.005), (-0.048, 0.02, 0.005)
 FREE = ((-0.03, -0.03, 0.005), (0.01, 0.01, 0.005), (0.01, -0.03, 0.005))
 
@@ -97,6 +97,7 @@ def pulled(problem: RetractionProblem, poisson_ratio: float) -> Observation:
 def test_a_block_given_as_a_surface_answers_as_the_block_does(
     problem: RetractionProblem, poisson_ratio: float
 ) -> None:
+    # the mesher's runs differ: at nu 0.49 this coarse mesh is too stiff by 1.5 to 1.9 % in five of them
     assert len(problem.body.mesh.cells) < 1500
     found = pulled(problem, poisson_ratio)
     expected = pulled(mesh_experiment(block_experiment()), poisson_ratio)
