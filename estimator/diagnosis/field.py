@@ -44,6 +44,8 @@ _FEWEST = 3
 # Finalists this close to each other are rivals.
 _CLOSE = 10.0
 _FINER = 4
+# What is mistaken for another explains all but about this share of what that does.
+_ALIKE = 0.15
 
 
 @dataclass(frozen=True)
@@ -108,14 +110,24 @@ def _finer(field: Field, executor: Executor, tell: Tell) -> Field:
     """Return the field with finer forms of the leaders refitted, and with what may be mistaken for them."""
     best_few = finalists(field.contenders, field.none)
     doubtful = _doubtful(field.case, best_few, field.trials, field.error, field.none)
-    elaborate = [*elaborations({one.labels[0] for one in doubtful}), *_mistaken_for(field.case, best_few)]
-    if not (doubtful or elaborate):
+    elaborate = elaborations({one.labels[0] for one in doubtful})
+    mistaken = _mistaken_for(field.case, best_few)
+    if not (doubtful or mistaken):
         return field
     case, baseline, error = field.case, field.baseline, field.error
-    finer = screen(case, baseline, error, elaborate, executor, tell) if elaborate else []
-    more = best_starts(finer) + _siblings(best_starts(field.trials), doubtful[:1], field.contenders)
-    starts = [trial.start for trial in more[:_FINER]]
-    found = race(case, baseline, error, starts, field.contenders[0].log_evidence, executor, tell)
+    effects = [*elaborate, *mistaken]
+    finer = screen(case, baseline, error, effects, executor, tell) if effects else []
+    begun = best_starts(finer)
+    forms = [trial.start for trial in begun if trial.signature.effect.label in LABELS]
+    forms += [one.start for one in _siblings(best_starts(field.trials), doubtful[:1], field.contenders)]
+    others = [trial.start for trial in begun if trial.signature.effect.label not in LABELS]
+    leader = field.contenders[0].log_evidence
+    # What is mistaken for the leader begins where that has its best place: it falls short by more until it has its own.
+    behind = leader - _ALIKE * (leader - field.none)
+    found = [
+        *race(case, baseline, error, forms[:_FINER], leader, executor, tell),
+        *race(case, baseline, error, others[:_FINER], behind, executor, tell),
+    ]
     # One that falls short of the leader may still be its rival: its evidence is to be that of a refit in full.
     fits = [one.fit for one in (*field.contenders, *found)]
     contenders = race_on(case, baseline, error, fits, field.none, executor, tell)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, Future, as_completed
 
@@ -16,7 +17,7 @@ from estimator.errors import SolverError
 # that, those within less of it, and of many the first, go on until they converge. The evidence after a point is that
 # at the end of the next Newton step, which a form that is far from linear meets only roughly at first.
 _IN_REACH, _CLOSE_SHARE, _CLOSE = 0.4, 0.15, 10.0
-_FINALISTS = 3
+_FINALISTS, _OF_THE_SAME_LABELS = 3, 2
 _POINTS_TO_CONVERGE = 7
 
 
@@ -61,8 +62,17 @@ def race_on(
 
 
 def finalists(contenders: Sequence[Contender], bar: float) -> list[Contender]:
-    """Return the few, the most probable first, that a better fit could still bring to the front."""
-    return _in_reach(contenders, bar, _CLOSE_SHARE)[:_FINALISTS]
+    """Return the few, the most probable first, that a better fit could still bring to the front.
+
+    Many starts of one label often end in the same place: they leave a place to its rivals.
+    """
+    chosen: list[Contender] = []
+    taken: Counter[tuple[str, ...]] = Counter()
+    for one in _in_reach(contenders, bar, _CLOSE_SHARE):
+        if taken[one.labels] < _OF_THE_SAME_LABELS:
+            chosen.append(one)
+            taken[one.labels] += 1
+    return chosen[:_FINALISTS]
 
 
 def _in_reach(contenders: Sequence[Contender], bar: float, share: float) -> list[Contender]:

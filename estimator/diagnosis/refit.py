@@ -14,7 +14,8 @@ from estimator.errors import SolverError
 
 FloatArray = NDArray[np.float64]
 
-# The iteration ends where the linearisation promises to lower the objective by less than this.
+# The iteration ends where the linearisation promises to lower the objective by less than this, or a step did: the place
+# of an inclusion that is hardly seen would be followed for ever, step by short step.
 _WORTHWHILE = 0.3
 # No step changes ln E or −ln(1 − 2ν) by more than this, an amplitude by more than so many prior deviations, or a
 # constant by more than this share of its range.
@@ -49,20 +50,23 @@ def refit(
             break
         accepted = None
         for shortening in range(_SHORTENINGS):
-            if evaluations <= 0:
+            share = 1 / 3**shortening
+            if evaluations <= 0 or (shortening and share * (2 - share) * gain < _WORTHWHILE):
                 break
             evaluations -= 1
             try:
-                goal = moved(best.hypothesis, best.coordinates, step / 3**shortening)
-                trial = linearise(case, goal, best)
+                trial = linearise(case, moved(best.hypothesis, best.coordinates, share * step), best)
             except SolverError:
                 continue
-            if objective(trial) < objective(best) - 0.05 * gain / 3**shortening:
+            if objective(trial) < objective(best) - 0.05 * share * gain:
                 accepted = trial
                 break
         if accepted is None:
             break
+        fall = objective(best) - objective(accepted)
         best = accepted
+        if fall < _WORTHWHILE:
+            break
     return best
 
 
