@@ -15,8 +15,8 @@ from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.discrepancy import ModelError, Moments, forgiven, model_error_of, moments_of
 from estimator.diagnosis.evidence import (
     Priors,
-    log_evidence,
     marginal_evidence,
+    over_floors,
     unknown_evidence,
     with_floor_borne_out,
 )
@@ -42,7 +42,7 @@ class Trial:
     Attributes
     ----------
     signature : of the effect
-    log_evidence : with the floor of what every model misses
+    log_evidence : over all floors of what every model misses
     start : where a refit should begin
     """
 
@@ -156,7 +156,7 @@ def trials_of(
         at += len(signature.coordinates)
         hypothesis, free = null_beside(base, signature)
         here = moments.among(chosen)
-        value = log_evidence(here, priors_of(hypothesis, free), error, error.floor)
+        value = over_floors(here, priors_of(hypothesis, free), error)
         step, _ = step_of_gram(here.gram, hypothesis, free)
         found.append(
             Trial(signature, value - price_of_choice(case, hypothesis), moved(hypothesis, free, step))
@@ -174,9 +174,8 @@ def moments_beside(base: Linearisation, error: ModelError, signatures: Sequence[
 
 
 def first_order_evidence(case: Case, fit: Linearisation, error: ModelError) -> float:
-    """Weigh a linearised hypothesis with the floor of what every model misses."""
-    value = log_evidence(*_model(fit, error), error, error.floor)
-    return value - price_of_choice(case, fit.hypothesis)
+    """Weigh a linearised hypothesis, over all floors of what every model misses."""
+    return over_floors(*_model(fit, error), error) - price_of_choice(case, fit.hypothesis)
 
 
 def price_of_choice(case: Case, hypothesis: Hypothesis) -> float:

@@ -9,6 +9,7 @@ is nearly right).
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,8 +23,10 @@ from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
 
-# Even the right model misses this share of the signal, and never less than this share of the noise.
+# What even the right model misses is up to this share of the signal, or of the noise where that is more. It is as
+# likely to be any of these shares of that: next to nothing, where the model's errors have been corrected well.
 _FLOOR_SHARE, _SMALLEST_FLOOR = 0.002, 0.05
+_FLOORS = (1.0, 0.3, 0.03)
 _WAVES = 7
 _LENGTH = 1.0 / 3.0
 _PLANE_M = 0.03
@@ -55,10 +58,13 @@ class ModelError:
     Attributes
     ----------
     processes : of each experiment
-    floor : amplitudes (wrench, fiducials) in units of the noise that even the right model misses
+    floors : amplitudes (wrench, fiducials) in units of the noise that even the right model may miss, each as likely
+        beforehand
+    floor : the one of them that is reckoned with where one is enough
     """
 
     processes: tuple[Discrepancy, ...]
+    floors: tuple[tuple[float, float], ...]
     floor: tuple[float, float]
 
 
@@ -97,8 +103,9 @@ def model_error_of(
         squares += [size[:, :3].sum(), size[:, 6:].sum()]
         counts += [size[:, :3].size, size[:, 6:].size]
     wrench, fiducials = np.maximum(_SMALLEST_FLOOR, _FLOOR_SHARE * np.sqrt(squares / counts))
+    floors = [(float(w * wrench), float(f * fiducials)) for w, f in itertools.product(_FLOORS, repeat=2)]
     processes = [discrepancy_of(e, w) for e, w in zip(experiments, whitenings, strict=True)]
-    return ModelError(tuple(processes), (float(wrench), float(fiducials)))
+    return ModelError(tuple(processes), tuple(floors), floors[0])
 
 
 def discrepancy_of(experiment: Experiment, whitening: Whitening) -> Discrepancy:

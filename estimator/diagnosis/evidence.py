@@ -16,6 +16,7 @@ d² / (d² + 2²) is believed, d being by how many deviations of the noise, less
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,8 +36,6 @@ UNKNOWN = tuple(
     for f in (0.05, 0.3, 1.0, 3.0, 10.0, 30.0)
     if max(w, f) > 0.1
 )
-# Shares of the largest floor of what every model misses, of which the measurements choose.
-_FLOOR_SHARES = (1.0, 0.3, 0.1, 0.03, 0.01)
 # Inexactness of a signature, as a share of what the effect explains.
 _INEXACT = (0.0, 0.02, 0.05, 0.1)
 # Sizes of an effect as shares of its usual one, equally likely.
@@ -63,23 +62,24 @@ class Priors:
     upper: FloatArray
     amplitude_of: NDArray[np.int64]
 
-    def of_every_size(self, information: FloatArray) -> list[tuple[float, Priors]]:
-        """Return the priors with every effect of each size, from the usual one down, and how much each is believed.
+    def sizes(self) -> FloatArray:
+        """Return the sizes (s, 2 + k) that the effects may have, as shares of the usual one; 1 for what has no size."""
+        effects = np.unique(self.amplitude_of[self.amplitude_of >= 0])
+        shares = np.array(list(itertools.product(_SIZES, repeat=len(effects))))
+        found = np.ones((len(shares), len(self.scale)))
+        for number, effect in enumerate(effects):
+            found[:, self.amplitude_of == effect] = shares[:, number, None]
+        return found
+
+    def believed(self, information: FloatArray) -> FloatArray:
+        """Return how much each size (s,) is believed, as the log of a share.
 
         ``information`` (2 + k)² is the Gram matrix of the derivatives.
         """
+        squared = self._standing_out(information) * self.sizes() ** 2
         effects = np.unique(self.amplitude_of[self.amplitude_of >= 0])
-        stands_out = self._standing_out(information)
-        found = []
-        for sizes in itertools.product(_SIZES, repeat=len(effects)):
-            size, believed = np.ones(len(self.scale)), 1.0
-            for effect, share in zip(effects, sizes, strict=True):
-                own = self.amplitude_of == effect
-                size[own] = share
-                squared = share**2 * float(stands_out[own].sum())
-                believed *= squared / (squared + _SHOWS**2)
-            found.append((believed, replace(self, centre=self.centre / size, scale=self.scale * size)))
-        return found
+        standing = np.array([squared[:, self.amplitude_of == effect].sum(axis=1) for effect in effects])
+        return np.asarray(np.sum(np.log(np.maximum(standing, 1e-300) / (standing + _SHOWS**2)), axis=0))
 
     def _standing_out(self, information: FloatArray) -> FloatArray:
         """Return the square (2 + k,) by which one prior deviation of each amplitude stands out of noise, E and ν."""
@@ -107,33 +107,36 @@ def log_evidence(
     return evidence_of_gram(gram, priors) - 0.5 * log_determinant
 
 
+def over_floors(moments: Moments, priors: Priors, error: ModelError) -> float:
+    """Return ln p(y | hypothesis) up to a constant, over all floors of what every model misses."""
+    return _mean([log_evidence(moments, priors, error, floor) for floor in error.floors])
+
+
+def _mean(log_values: Sequence[float]) -> float:
+    return float(logsumexp(log_values) - np.log(len(log_values)))
+
+
 def evidence_of_gram(gram: FloatArray, priors: Priors) -> float:
     """Return ln p(y | hypothesis) from the Gram matrix (1 + 2 + k)² of residual and derivatives, over all sizes."""
-    sizes = priors.of_every_size(gram[1:, 1:])
-    values = [_evidence_at_size(gram, sized) for _, sized in sizes]
-    return float(logsumexp(values, b=[believed for believed, _ in sizes]) - np.log(len(sizes)))
-
-
-def _evidence_at_size(gram: FloatArray, priors: Priors) -> float:
-    chi2, gradient, information = gram[0, 0], gram[1:, 0], gram[1:, 1:]
-    free = np.isinf(priors.scale)
-    inverse = priors.inverse_scale
-    posterior = information + np.diag(inverse**2)
-    pull = gradient - inverse * priors.centre
-    step = bounded_minimum(posterior, pull, priors.lower, priors.upper)
-    misfit = chi2 - 2 * gradient @ step + step @ information @ step
-    prior = float(np.sum((priors.centre + inverse * step) ** 2))
-    occam = 0.0
-    if not free.all():
-        schur = posterior[np.ix_(~free, ~free)]
-        cross = posterior[np.ix_(~free, free)]
-        schur = schur - cross @ np.linalg.solve(posterior[np.ix_(free, free)], cross.T)
-        t = priors.scale[~free]
-        _, occam = np.linalg.slogdet(schur * np.outer(t, t))
-        # A one-sided amplitude has a half-normal prior, twice as dense.
-        one_sided = np.isfinite(priors.lower[~free]) ^ np.isfinite(priors.upper[~free])
-        occam -= 2 * np.log(2.0) * one_sided.sum()
-    return float(-0.5 * (misfit + prior + occam))
+    information, sizes, free = gram[1:, 1:], priors.sizes(), np.isinf(priors.scale)
+    centre, inverse = priors.centre / sizes, priors.inverse_scale / sizes
+    posterior = information + inverse[:, :, None] ** 2 * np.eye(len(information))
+    unit = np.sqrt(np.diagonal(posterior, axis1=1, axis2=2))
+    scaled = posterior / (unit[:, :, None] * unit[:, None, :])
+    step = np.linalg.solve(scaled, ((gram[1:, 0] - inverse * centre) / unit)[:, :, None])[:, :, 0] / unit
+    for number in np.flatnonzero(np.any((step < priors.lower) | (step > priors.upper), axis=1)):
+        pull = gram[1:, 0] - inverse[number] * centre[number]
+        step[number] = bounded_minimum(posterior[number], pull, priors.lower, priors.upper)
+    misfit = gram[0, 0] - 2 * step @ gram[1:, 0] + np.einsum("si,ij,sj->s", step, information, step)
+    prior = np.sum((centre + inverse * step) ** 2, axis=1)
+    # det of the Schur complement of what is free in the posterior, times that of the priors
+    _, occam = np.linalg.slogdet(posterior)
+    occam -= np.linalg.slogdet(information[np.ix_(free, free)])[1]
+    occam -= 2 * np.sum(np.log(inverse[:, ~free]), axis=1)
+    # A one-sided amplitude has a half-normal prior, twice as dense.
+    one_sided = np.isfinite(priors.lower[~free]) ^ np.isfinite(priors.upper[~free])
+    values = -0.5 * (misfit + prior + occam) + np.log(2.0) * one_sided.sum()
+    return _mean(values + priors.believed(information))
 
 
 def bounded_minimum(A: FloatArray, b: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
@@ -147,6 +150,14 @@ def bounded_minimum(A: FloatArray, b: FloatArray, lower: FloatArray, upper: Floa
     free = solve_triangular(root, target, lower=True, trans="T") / scale
     if np.all((lower <= free) & (free <= upper)):
         return np.asarray(free)
+    beyond = np.flatnonzero((free < lower) | (free > upper))
+    if len(beyond) == 1:
+        # Where one bound alone is passed the minimum lies on it, unless another is passed then.
+        on = np.clip(free, lower, upper)
+        rest = np.flatnonzero(np.arange(len(b)) != beyond[0])
+        on[rest] = np.linalg.solve(A[np.ix_(rest, rest)], b[rest] - A[rest, beyond[0]] * on[beyond[0]])
+        if np.all((lower <= on) & (on <= upper)):
+            return np.asarray(on)
     lo, hi = np.minimum(lower * scale, 0.0), np.maximum(upper * scale, 0.0)
     stuck = hi - lo <= 0.0
     hi = np.where(stuck, lo + 1e-300, hi)
@@ -156,7 +167,7 @@ def bounded_minimum(A: FloatArray, b: FloatArray, lower: FloatArray, upper: Floa
 def marginal_evidence(
     moments: Moments, priors: Priors, error: ModelError, explained: FloatArray
 ) -> tuple[float, tuple[float, float]]:
-    """Integrate the evidence of a named hypothesis over the inexactness of its signature.
+    """Integrate the evidence of a named hypothesis over the floor and over the inexactness of its signature.
 
     Parameters
     ----------
@@ -168,31 +179,23 @@ def marginal_evidence(
     inexactness : the most probable amplitude of what it misses, in wrench and fiducials
     """
     found = {}
-    for share in _INEXACT:
-        wrench, fiducials = (
-            float(np.hypot(f, share * e)) for f, e in zip(error.floor, explained, strict=True)
-        )
+    for share, floor in itertools.product(_INEXACT, error.floors):
+        wrench, fiducials = (float(np.hypot(f, share * e)) for f, e in zip(floor, explained, strict=True))
         found[wrench, fiducials] = log_evidence(moments, priors, error, (wrench, fiducials))
-    values = list(found.values())
-    return float(logsumexp(values) - np.log(len(values))), max(found, key=lambda key: found[key])
+    return _mean(list(found.values())), max(found, key=lambda key: found[key])
 
 
 def with_floor_borne_out(error: ModelError, moments: Moments, priors: Priors) -> ModelError:
-    """Return a model error whose floor is the share of its largest one that the baseline's misfit makes most probable.
-
-    Sensors better than the model is taken to be would else show a misfit smaller than the floor, and something
-    unknown with a smaller amplitude would be the better explanation of nothing at all.
-    """
-    shares = itertools.product(_FLOOR_SHARES, repeat=2)
-    floors = [(w * error.floor[0], f * error.floor[1]) for w, f in shares]
-    return replace(error, floor=max(floors, key=lambda floor: log_evidence(moments, priors, error, floor)))
+    """Return a model error whose floor is the one of all floors that a misfit makes most probable."""
+    return replace(
+        error, floor=max(error.floors, key=lambda floor: log_evidence(moments, priors, error, floor))
+    )
 
 
 def unknown_evidence(moments: Moments, priors: Priors, error: ModelError) -> float:
-    """Return the evidence of a smooth misfit of any size beyond the floor."""
-    wrench, fiducials = error.floor
+    """Return the evidence of a smooth misfit of any size beyond the floor, over all floors."""
     found = [
         log_evidence(moments, priors, error, (float(np.hypot(wrench, w)), float(np.hypot(fiducials, f))))
-        for w, f in UNKNOWN
+        for (wrench, fiducials), (w, f) in itertools.product(error.floors, UNKNOWN)
     ]
-    return float(logsumexp(found) - np.log(len(found)))
+    return _mean(found)

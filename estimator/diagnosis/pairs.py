@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.contest import Trial, moments_beside, null_beside, price_of_choice, priors_of
 from estimator.diagnosis.discrepancy import ModelError, Moments, forgiven
-from estimator.diagnosis.evidence import log_evidence
+from estimator.diagnosis.evidence import over_floors
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.refit import moved, step_of_gram
 from estimator.diagnosis.screening import Signature
@@ -120,6 +120,6 @@ def _weighed(
 ) -> Start:
     hypothesis, free = null_beside(base, both[0])
     hypothesis, free = null_beside(replace(base, hypothesis=hypothesis, coordinates=free), both[1])
-    value = log_evidence(moments, priors_of(hypothesis, free), error, error.floor) - price
+    value = over_floors(moments, priors_of(hypothesis, free), error) - price
     step, _ = step_of_gram(moments.gram, hypothesis, free)
     return Start(value, moved(hypothesis, free, step))

@@ -18,7 +18,7 @@ from estimator.fem.problem import RetractionProblem
 MATERIAL = Hypothesis(15e3, 0.45)
 CASE = Case((), typing.cast(RetractionProblem, None), (), (), ())
 NOTHING = np.zeros((600, 1))
-ERROR = ModelError((Discrepancy((NOTHING, NOTHING), (np.zeros(1), np.zeros(1))),), (0.0, 0.0))
+ERROR = ModelError((Discrepancy((NOTHING, NOTHING), (np.zeros(1), np.zeros(1))),), ((0.0, 0.0),), (0.0, 0.0))
 DIRECTIONS = np.linalg.qr(np.random.default_rng(5).normal(size=(600, 6)))[0]
 # Deviations of noise by which an effect of the usual size would move the measurements.
 USUAL = 30.0

@@ -18,6 +18,7 @@ from estimator.diagnosis.evidence import (
     Priors,
     bounded_minimum,
     log_evidence,
+    over_floors,
     unknown_evidence,
     with_floor_borne_out,
 )
@@ -73,7 +74,7 @@ def test_a_discrepancy_whitens_and_tells_its_determinant() -> None:
     rng = np.random.default_rng(2)
     wrench, vision = orthonormal(rng, 40, 3), orthonormal(rng, 40, 2)
     process = Discrepancy((wrench, vision[:, :0]), (np.array([4.0, 2.0, 1.0]), np.zeros(0)))
-    error = ModelError((process,), (0.1, 0.1))
+    error = ModelError((process,), ((0.1, 0.1),), (0.1, 0.1))
     gram, log_determinant = forgiven(error, moments_of(error, [np.eye(40)]), (1.5, 0.0))
     covariance = np.eye(40) + 1.5**2 * wrench @ np.diag([4.0, 2.0, 1.0]) @ wrench.T
     assert np.allclose(gram @ covariance, np.eye(40))
@@ -84,7 +85,7 @@ def test_discrepancies_of_wrench_and_fiducials_whiten_one_after_the_other() -> N
     rng = np.random.default_rng(21)
     vectors = orthonormal(rng, 40, 3), orthonormal(rng, 40, 5)
     eigenvalues = np.array([4.0, 2.0, 1.0]), np.array([9.0, 3.0, 1.0, 0.5, 0.1])
-    error = ModelError((Discrepancy(vectors, eigenvalues),), (0.1, 0.1))
+    error = ModelError((Discrepancy(vectors, eigenvalues),), ((0.1, 0.1),), (0.1, 0.1))
     columns = rng.normal(size=(40, 6))
     gram, _ = forgiven(error, moments_of(error, [columns]).among([4, 0, 1]), (1.5, 0.7))
     whitened = columns[:, [4, 0, 1]]
@@ -107,7 +108,7 @@ def test_the_evidence_of_a_linear_effect_is_that_of_the_joint_normal() -> None:
     columns = rng.normal(size=(25, 3))
     residual = rng.normal(size=25) + columns @ [3.0, -2.0, 0.8]
     none = Discrepancy((np.zeros((25, 0)),) * 2, (np.zeros(0),) * 2)
-    error = ModelError((none,), (0.0, 0.0))
+    error = ModelError((none,), ((0.0, 0.0),), (0.0, 0.0))
     wide, scale = 1e3, 0.7
     with_effect = linear(error, residual, columns, np.array([np.inf, np.inf, scale]))
     without = linear(error, residual, columns[:, :2], np.array([np.inf, np.inf]))
@@ -131,7 +132,9 @@ def test_the_evidence_of_a_linear_effect_is_that_of_the_joint_normal() -> None:
 def test_an_effect_whose_every_size_is_too_small_to_show_is_no_explanation() -> None:
     rng = np.random.default_rng(8)
     columns, residual = rng.normal(size=(25, 3)), rng.normal(size=25)
-    error = ModelError((Discrepancy((np.zeros((25, 0)),) * 2, (np.zeros(0),) * 2),), (0.0, 0.0))
+    error = ModelError(
+        (Discrepancy((np.zeros((25, 0)),) * 2, (np.zeros(0),) * 2),), ((0.0, 0.0),), (0.0, 0.0)
+    )
     without = log_evidence(*linear(error, residual, columns[:, :2], np.full(2, np.inf)), error, (0.0, 0.0))
     hidden = linear(error, residual, columns, np.array([np.inf, np.inf, 1e-3]))
     assert log_evidence(*hidden, error, (0.0, 0.0)) < without - 8.0
@@ -143,17 +146,16 @@ def smooth_misfits(
     """Return the error of a model whose misfit would lie along 30 of 400 directions, those, and the derivatives."""
     directions, columns = orthonormal(rng, 400, 30), rng.normal(size=(400, 2))
     process = Discrepancy((directions, np.zeros((400, 0))), (np.full(30, 400 / 30), np.zeros(0)))
-    return ModelError((process,), (largest_floor, largest_floor)), directions, columns
+    floors = [(share * largest_floor, share * largest_floor) for share in (1.0, 0.3, 0.03)]
+    return ModelError((process,), tuple(floors), floors[0]), directions, columns
 
 
 def test_noise_alone_is_not_unknown_however_large_an_error_the_model_is_taken_to_have() -> None:
     rng = np.random.default_rng(6)
     error, _, columns = smooth_misfits(rng, largest_floor=4.0)
     baseline = linear(error, rng.normal(size=400), columns, np.array([np.inf, np.inf]))
-    lowered = with_floor_borne_out(error, *baseline)
-    assert lowered.floor[0] < 0.1 * error.floor[0]
-    assert unknown_evidence(*baseline, lowered) < log_evidence(*baseline, lowered, lowered.floor)
-    assert unknown_evidence(*baseline, error) < log_evidence(*baseline, lowered, lowered.floor)
+    assert with_floor_borne_out(error, *baseline).floor == error.floors[-1]
+    assert unknown_evidence(*baseline, error) < over_floors(*baseline, error)
 
 
 def test_a_misfit_beyond_the_floor_is_unknown_and_leaves_the_floor_where_it_was() -> None:
@@ -161,9 +163,8 @@ def test_a_misfit_beyond_the_floor_is_unknown_and_leaves_the_floor_where_it_was(
     error, directions, columns = smooth_misfits(rng, largest_floor=0.3)
     misfit = directions @ rng.normal(0.0, 2.0 * np.sqrt(400 / 30), size=30)
     baseline = linear(error, rng.normal(size=400) + misfit, columns, np.array([np.inf, np.inf]))
-    lowered = with_floor_borne_out(error, *baseline)
-    assert lowered.floor[0] == error.floor[0]
-    assert unknown_evidence(*baseline, lowered) > log_evidence(*baseline, lowered, lowered.floor) + 20.0
+    assert with_floor_borne_out(error, *baseline).floor == error.floors[0]
+    assert unknown_evidence(*baseline, error) > over_floors(*baseline, error) + 20.0
 
 
 @pytest.mark.parametrize("seed", range(8))

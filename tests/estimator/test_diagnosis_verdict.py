@@ -33,7 +33,16 @@ def tried(name: str, amplitude: str, size: float, gain: float) -> Field:
     trial = Trial(Signature(effect, {}, (), ()), gain, MATERIAL.with_effect(effect, values))
     # Without contenders nothing is asked of the measurements.
     nothing = typing.cast(tuple[Case, Linearisation], (None, None))
-    return Field(nothing[0], 0, nothing[1], ModelError((), (0.1, 0.1)), (trial,), (), none=0.0, unknown=-5.0)
+    return Field(
+        nothing[0],
+        0,
+        nothing[1],
+        ModelError((), ((0.1, 0.1),), (0.1, 0.1)),
+        (trial,),
+        (),
+        none=0.0,
+        unknown=-5.0,
+    )
 
 
 @pytest.mark.parametrize("gain", [10.0, 20.0])
@@ -128,7 +137,9 @@ def found_beside(explained: float, left: float, first: str = "gripper_compliance
     along = columns[:, 2] * 100.0 / scale
     residual = np.sqrt(2.0 * (left + np.log(100.0))) * columns[:, 2]
     nothing = np.zeros((400, 1))
-    error = ModelError((Discrepancy((nothing, nothing), (np.zeros(1), np.zeros(1))),), (0.0, 0.0))
+    error = ModelError(
+        (Discrepancy((nothing, nothing), (np.zeros(1), np.zeros(1))),), ((0.0, 0.0),), (0.0, 0.0)
+    )
     leading = MATERIAL.with_effect(leader, {amplitude.name: 1e-4 for amplitude in leader.amplitudes})
     fit = Linearisation(leading, free[:2], (), (residual,), (columns[:, :2],), (), ())
     trial = Trial(Signature(second, {}, free[2:], (along[:, None],)), 0.0, null)
