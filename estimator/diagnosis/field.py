@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
@@ -19,6 +19,7 @@ from estimator.diagnosis.contest import (
     trials_of,
 )
 from estimator.diagnosis.discrepancy import ModelError
+from estimator.diagnosis.finer_forms import at_the_place_of, elaborations, mistaken_for, siblings
 from estimator.diagnosis.glitches import number_left_out
 from estimator.diagnosis.preparation import prepare
 from estimator.diagnosis.race import finalists, race, race_on
@@ -33,7 +34,6 @@ from estimator.diagnosis.sharpening import (
     whitened_anew,
 )
 from estimator.effects.catalogue import CATALOGUE, LABELS, OUTSIDERS
-from estimator.effects.effect import Effect
 from estimator.experiment import Experiment
 
 _CONTENDERS = 7
@@ -111,15 +111,21 @@ def _finer(field: Field, executor: Executor, tell: Tell) -> Field:
     best_few = finalists(field.contenders, field.none)
     doubtful = _doubtful(field.case, best_few, field.trials, field.error, field.none)
     elaborate = elaborations({one.labels[0] for one in doubtful})
-    mistaken = _mistaken_for(field.case, best_few)
+    mistaken = mistaken_for(field.case, best_few)
     if not (doubtful or mistaken):
         return field
     case, baseline, error = field.case, field.baseline, field.error
     effects = [*elaborate, *mistaken]
     finer = screen(case, baseline, error, effects, executor, tell) if effects else []
     begun = best_starts(finer)
-    forms = [trial.start for trial in begun if trial.signature.effect.label in LABELS]
-    forms += [one.start for one in _siblings(best_starts(field.trials), doubtful[:1], field.contenders)]
+    forms = [start for one in doubtful[:1] for start in at_the_place_of(one, field.contenders)]
+    led = {start.effects[0].name for start in forms}
+    forms += [
+        one.start
+        for one in begun
+        if one.signature.effect.label in LABELS and one.signature.effect.name not in led
+    ]
+    forms += [one.start for one in siblings(best_starts(field.trials), doubtful[:1], field.contenders)]
     others = [trial.start for trial in begun if trial.signature.effect.label not in LABELS]
     leader = field.contenders[0].log_evidence
     # What is mistaken for the leader begins where that has its best place: it falls short by more until it has its own.
@@ -197,33 +203,3 @@ def _doubtful(
     if not adequate(case, best):
         return list(best_few[:2])
     return [best] if promising_seconds(case, best, trials, error, none) else []
-
-
-def elaborations(labels: Collection[str]) -> list[Effect]:
-    """Return the finer forms of labels, which are looked at only where these lead."""
-    return [effect for effect in CATALOGUE if effect.elaborates and effect.label in labels]
-
-
-def _mistaken_for(case: Case, contenders: Sequence[Contender]) -> list[Effect]:
-    """Return what has no label and may be mistaken for a leader, which would leave no misfit to tell."""
-    found = []
-    for effect in OUTSIDERS:
-        mistaken = (one.fit.hypothesis for one in contenders if one.labels[0] in effect.mistaken_for)
-        leader = next(mistaken, None)
-        if leader is not None:
-            place = leader.effects[0].place(case.problem, leader.values[0])
-            found.append(effect if place is None else effect.looked_for_at(*place))
-    return found
-
-
-def _siblings(
-    trials: Sequence[Trial], leading: Sequence[Contender], contenders: Sequence[Contender]
-) -> list[Trial]:
-    """Return the trials of the leader's label whose forms have not been refitted."""
-    done = {one.fit.hypothesis.effects[0].name for one in contenders}
-    labels = {one.labels[0] for one in leading}
-    return [
-        trial
-        for trial in trials
-        if trial.signature.effect.label in labels and trial.signature.effect.name not in done
-    ]

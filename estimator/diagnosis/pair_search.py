@@ -7,7 +7,8 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 from estimator.diagnosis.contest import Contender, Tell, screen
-from estimator.diagnosis.field import Field, elaborations
+from estimator.diagnosis.field import Field
+from estimator.diagnosis.finer_forms import elaborations
 from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
 from estimator.diagnosis.pairs import likeliest_pairs
 from estimator.diagnosis.race import race

@@ -16,7 +16,7 @@ from estimator.diagnosis.pairs import Start, likeliest_pairs
 
 # A second cause must raise the log evidence by this, beyond its prior, and by this share of what the first one does:
 # a form that is nearly right leaves a little of a large gap, which another effect then seems to explain.
-_SECOND_CAUSE, _INEXACT = 9.0, 4e-4
+_SECOND_CAUSE, _INEXACT = 5.0, 4e-4
 # How many second causes are refitted beside each leader, how many pairs that were weighed together, and how many of
 # both: as many as two workers do in two turns.
 _PARTNERS, _PAIRS, _STARTS = 3, 2, 4

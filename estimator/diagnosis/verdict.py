@@ -186,6 +186,8 @@ def _worth_two(field: Field, best: Contender, pair: Contender) -> bool:
     """Tell whether two causes explain enough more than the best one."""
     explained, further = best.log_evidence - field.none, pair.log_evidence - best.log_evidence
     least = least_gain(best, field.none) - LOG_PRIOR_OF_A_PAIR
+    if best.labels[0] not in pair.labels:
+        least += float(np.log(len(LABELS)))  # both of its causes are chosen anew
     if UNKNOWN in pair.labels and UNKNOWN not in best.labels:
         least = max(least, _least_remainder(explained))
     small = _slight(pair.fit.hypothesis, further)

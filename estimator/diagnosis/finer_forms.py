@@ -1,0 +1,83 @@
+"""What is looked at where a label leads: finer forms of it, other forms at its place, and what it may stand in for."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import replace
+
+from estimator.diagnosis.case import Case
+from estimator.diagnosis.contest import Contender, Trial
+from estimator.diagnosis.hypothesis import Hypothesis
+from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
+from estimator.effects.effect import Constant, Effect, Values
+
+# Two places are the same where no constant differs by more than this share of its range.
+_SAME_PLACE = 0.03
+
+
+def elaborations(labels: Collection[str]) -> list[Effect]:
+    """Return the finer forms of labels, which are looked at only where these lead."""
+    return [effect for effect in CATALOGUE if effect.elaborates and effect.label in labels]
+
+
+def mistaken_for(case: Case, contenders: Sequence[Contender]) -> list[Effect]:
+    """Return what has no label and may be mistaken for a leader, which would leave no misfit to tell."""
+    found = []
+    for effect in OUTSIDERS:
+        mistaken = (one.fit.hypothesis for one in contenders if one.labels[0] in effect.mistaken_for)
+        leader = next(mistaken, None)
+        if leader is not None:
+            place = leader.effects[0].place(case.problem, leader.values[0])
+            found.append(effect if place is None else effect.looked_for_at(*place))
+    return found
+
+
+def siblings(
+    trials: Sequence[Trial], leading: Sequence[Contender], contenders: Sequence[Contender]
+) -> list[Trial]:
+    """Return the trials of the leaders' labels whose forms have not been refitted."""
+    done = {one.fit.hypothesis.effects[0].name for one in contenders}
+    labels = {one.labels[0] for one in leading}
+    return [
+        trial
+        for trial in trials
+        if trial.signature.effect.label in labels and trial.signature.effect.name not in done
+    ]
+
+
+def at_the_place_of(leader: Contender, contenders: Sequence[Contender]) -> list[Hypothesis]:
+    """Return the other forms of a leader's label with its values, where no refit of theirs has come there.
+
+    A search from a grid may stop far from the place that another form has found. What a form has beside what the
+    leader has begins in the middle of its grid.
+    """
+    hypothesis = leader.fit.hypothesis
+    effect, values = hypothesis.effects[0], hypothesis.values[0]
+    found = []
+    for other in CATALOGUE:
+        shared = [constant for constant in other.constants if constant.name in values and not constant.fixed]
+        alike = other.label == effect.label and other.amplitudes == effect.amplitudes and shared
+        if other.name == effect.name or not alike or _visited(other, shared, values, contenders):
+            continue
+        begun = {constant.name: constant.grid[len(constant.grid) // 2] for constant in other.constants}
+        begun |= {
+            name: value for name, value in values.items() if name in begun or name in _amplitudes(other)
+        }
+        found.append(replace(hypothesis, effects=(other,), values=(begun,)))
+    return found
+
+
+def _visited(
+    form: Effect, shared: Iterable[Constant], values: Values, contenders: Sequence[Contender]
+) -> bool:
+    """Tell whether a refit of a form has come where its constants have these values."""
+    fits = [one.fit.hypothesis for one in contenders]
+    reached = [fit.values[0] for fit in fits if fit.effects[0].name == form.name]
+    return any(
+        all(abs(there[c.name] - values[c.name]) < _SAME_PLACE * (c.upper - c.lower) for c in shared)
+        for there in reached
+    )
+
+
+def _amplitudes(effect: Effect) -> set[str]:
+    return {amplitude.name for amplitude in effect.amplitudes}
