@@ -12,7 +12,7 @@ from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.effects.effect import Constant, Effect, Values
 
 # Two places are the same where no constant differs by more than this share of its range.
-_SAME_PLACE = 0.03
+_SAME_PLACE = 0.02
 
 
 def elaborations(labels: Collection[str]) -> list[Effect]:

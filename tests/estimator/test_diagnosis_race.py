@@ -6,16 +6,27 @@ import numpy as np
 
 from estimator.diagnosis.case import Linearisation
 from estimator.diagnosis.contest import Contender
+from estimator.diagnosis.finer_forms import at_the_place_of
+from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.race import finalists
+from estimator.effects.catalogue import CATALOGUE
+
+MATERIAL = Hypothesis(15e3, 0.45)
+OF_THREE_LABELS = ("camera_rotation", "motion_direction", "torque_centre")
 
 
-def contenders(*evidence: float) -> list[Contender]:
-    fit = typing.cast(Linearisation, None)
-    return [Contender(fit, value, np.zeros(0)) for value in evidence]
+def contender(name: str, evidence: float, **values: float) -> Contender:
+    effect = next(one for one in CATALOGUE if one.name.startswith(name))
+    fit = Linearisation(
+        MATERIAL.with_effect(effect, values), (), (), (), (), typing.cast(typing.Any, None), ()
+    )
+    return Contender(fit, evidence, np.zeros(0))
 
 
 def reached(*evidence: float, bar: float = 0.0) -> list[float]:
-    return [one.log_evidence for one in finalists(contenders(*evidence), bar)]
+    names = (*OF_THREE_LABELS, "camera_scale")
+    field = [contender(name, value) for name, value in zip(names, evidence, strict=False)]
+    return [one.log_evidence for one in finalists(field, bar)]
 
 
 def test_rivals_near_the_best_go_on_and_those_far_behind_do_not() -> None:
@@ -33,3 +44,39 @@ def test_at_most_three_go_on() -> None:
 def test_nobody_goes_on_who_remains_far_below_the_bar() -> None:
     assert reached(90.0, 85.0, bar=110.0) == []
     assert reached(105.0, 96.0, bar=110.0) == [105.0]
+
+
+def test_starts_of_one_label_leave_a_place_to_its_rivals() -> None:
+    field = [contender("inhomogeneity", value) for value in (40.0, 39.0, 38.0)]
+    chosen = finalists([*field, contender("camera_rotation", 37.0)], 0.0)
+    assert [one.log_evidence for one in chosen] == [40.0, 39.0, 37.0]
+
+
+def test_another_form_begins_at_the_place_that_the_leader_has_found() -> None:
+    leader = contender("anisotropy", 90.0, fibre_angle=0.5, fibre_modulus_over_modulus=0.03)
+    elsewhere = contender(
+        "anisotropy:tension_only",
+        60.0,
+        fibre_angle=1.0,
+        fibre_modulus_over_modulus=0.01,
+        fibre_stiffening=0.5,
+    )
+    (start,) = at_the_place_of(leader, [leader, elsewhere])
+    assert start.effects[0].name == "anisotropy:tension_only"
+    assert start.values[0] == {
+        "fibre_angle": 0.5,
+        "fibre_modulus_over_modulus": 0.03,
+        "fibre_stiffening": 0.5,
+    }
+
+
+def test_a_form_that_has_been_at_the_leaders_place_does_not_begin_there_again() -> None:
+    leader = contender("anisotropy", 90.0, fibre_angle=0.5, fibre_modulus_over_modulus=0.03)
+    there = contender(
+        "anisotropy:tension_only",
+        60.0,
+        fibre_angle=0.52,
+        fibre_modulus_over_modulus=0.01,
+        fibre_stiffening=0.7,
+    )
+    assert at_the_place_of(leader, [leader, there]) == []

@@ -151,13 +151,13 @@ def test_what_a_nearly_right_form_leaves_of_a_large_gap_is_no_second_cause() -> 
     assert found_beside(explained=100.0, left=50.0)
     assert not found_beside(explained=1e6, left=50.0)
     assert found_beside(explained=1e6, left=800.0)
-    assert not found_beside(explained=100.0, left=4.0)
+    assert not found_beside(explained=100.0, left=1.0)
 
 
 def test_beside_two_beads_that_are_exchanged_nothing_is_their_inexactness() -> None:
     exchange = "fiducial_mislabel:to_the_last_experiment"
     assert found_beside(explained=1e6, left=50.0, first=exchange)
-    assert not found_beside(explained=1e6, left=4.0, first=exchange)
+    assert not found_beside(explained=1e6, left=1.0, first=exchange)
 
 
 def test_causes_that_leave_a_fifth_beyond_noise_are_not_the_whole_story() -> None:
