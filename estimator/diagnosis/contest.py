@@ -15,6 +15,7 @@ from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.discrepancy import ModelError, Moments, forgiven, model_error_of, moments_of
 from estimator.diagnosis.evidence import (
     Priors,
+    log_evidence,
     marginal_evidence,
     over_floors,
     unknown_evidence,
@@ -33,6 +34,8 @@ Tell = Callable[[str, int, int], None]
 _STARTS_TRIED = 2
 # Every share of the catalogue solves the baseline anew, which costs as much as many effects do.
 _SHARES = 2
+# A trial this much below the best with the most probable floor is not weighed with the others, which change less.
+_HOPELESS = 12.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,20 +150,26 @@ def _signatures(case: Case, base: Linearisation, effects: Sequence[Effect]) -> l
 def trials_of(
     case: Case, base: Linearisation, error: ModelError, signatures: Sequence[Signature]
 ) -> list[Trial]:
-    """Weigh signatures beside a solved hypothesis, and return where their refits should begin."""
+    """Weigh signatures beside a solved hypothesis, and return where their refits should begin.
+
+    The most probable floor is enough for those far from the best.
+    """
     moments = moments_beside(base, error, signatures)
     own, at = list(range(1 + len(base.coordinates))), 1 + len(base.coordinates)
-    found = []
+    rough, known = [], []
     for signature in signatures:
         chosen = [*own, *range(at, at + len(signature.coordinates))]
         at += len(signature.coordinates)
         hypothesis, free = null_beside(base, signature)
-        here = moments.among(chosen)
-        value = over_floors(here, priors_of(hypothesis, free), error)
-        step, _ = step_of_gram(here.gram, hypothesis, free)
-        found.append(
-            Trial(signature, value - price_of_choice(case, hypothesis), moved(hypothesis, free, step))
-        )
+        weighed = moments.among(chosen), priors_of(hypothesis, free)
+        rough.append(log_evidence(*weighed, error, error.floor) - price_of_choice(case, hypothesis))
+        known.append((hypothesis, free, weighed))
+    found = []
+    for signature, at_one, (hypothesis, free, weighed) in zip(signatures, rough, known, strict=True):
+        hopeless = at_one < max(rough) - _HOPELESS
+        value = at_one if hopeless else over_floors(*weighed, error) - price_of_choice(case, hypothesis)
+        step, _ = step_of_gram(weighed[0].gram, hypothesis, free)
+        found.append(Trial(signature, value, moved(hypothesis, free, step)))
     return found
 
 
