@@ -32,7 +32,9 @@ class Viscoelasticity(Effect):
 
     label: ClassVar[str] = "viscoelasticity"
     group: ClassVar[Group] = "material"
-    words: ClassVar[str] = "The stress relaxes while the gripper holds and lags on the way back."
+    words: ClassVar[str] = (
+        "The stress relaxes while the gripper holds and lags on the way back; E is that of the stress that stays."
+    )
     rate_dependent: ClassVar[bool] = True
 
     def __init__(self, form: str, terms: int, part: RelaxingPart) -> None:

@@ -262,8 +262,25 @@ def test_keys_may_lie_in_the_folders_of_the_cases(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("stated", "long_term_pa"), [("instantaneous", 0.7 * 26e3), ("long-term (relaxed)", 26e3)]
+)
+@pytest.mark.parametrize("prefix", ["", "viscoelasticity_"])
+def test_of_tissue_that_relaxes_the_long_term_modulus_is_compared(
+    tmp_path: Path, stated: str, long_term_pa: float, prefix: str
+) -> None:
+    told = [f'{prefix}youngs_modulus_is = "{stated}"', f"{prefix}relaxed_fraction = 0.3"]
+    (tmp_path / "a.toml").write_text("\n".join([key(["viscoelasticity"]), "[parameters]", *told]))
+    keys, _ = open_keys(tmp_path, "a test")
+    assert keys["a"].youngs_modulus == pytest.approx(long_term_pa)
+
+
+@pytest.mark.parametrize(
     ("text", "complaint"),
     [
+        (
+            key(["viscoelasticity"]) + '\n[parameters]\nyoungs_modulus_is = "instantaneous"',
+            "relaxed_fraction is missing",
+        ),
         ("effects = 3", "effects is no list"),
         ("effects = []", "youngs_modulus is missing"),
         (key(["inhomogeneity"], centre=[1]), "three numbers"),

@@ -13,6 +13,7 @@ from estimator.input_file import is_number, parse_toml, read_input_text
 KEY_FILE = "truth.toml"
 OPENINGS_FILE = "openings.txt"
 
+_MODULUS_IS = "youngs_modulus_is"
 _MATERIAL = ("youngs_modulus", "poisson_ratio")
 
 
@@ -23,7 +24,7 @@ class Key:
     Attributes
     ----------
     effects : labels; empty for none, "unknown" for one outside the catalogue
-    youngs_modulus : Pa
+    youngs_modulus : Pa; of tissue that relaxes the long-term one, which the diagnosis tells, whichever the key states
     poisson_ratio : of the tissue
     centre : of a local effect, m; None where there is none
     level : by how much the effect stands out: clear, moderate, subtle, …; empty where the key does not say
@@ -86,12 +87,23 @@ def _read_key(file: Path) -> Key:
         raise InputError(f"{file}: youngs_modulus is {modulus:g} Pa; state a positive one")
     return Key(
         effects=within_catalogue(effects),
-        youngs_modulus=modulus,
+        youngs_modulus=modulus * _share_left(_table(stated, "parameters", file), file),
         poisson_ratio=ratio,
         centre=_point(where["centre"], file) if "centre" in where else None,
         level=" and ".join(_levels(generator.get("level", []), file)),
         sigma=_sigma(generator.get("sigma", []), file),
     )
+
+
+def _share_left(parameters: Mapping[str, Any], file: Path) -> float:
+    """Return the share of the stated modulus that is left once the stress has relaxed: 1 where the long-term one is."""
+    for name, stated in parameters.items():
+        if name.endswith(_MODULUS_IS) and stated == "instantaneous":
+            relaxed = _number(parameters, name.removesuffix(_MODULUS_IS) + "relaxed_fraction", file)
+            if not 0 <= relaxed < 1:
+                raise InputError(f"{file}: relaxed_fraction is {relaxed:g}; state a share from 0 to below 1")
+            return 1.0 - relaxed
+    return 1.0
 
 
 def _table(stated: Mapping[str, Any], name: str, file: Path) -> Mapping[str, Any]:
