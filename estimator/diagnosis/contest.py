@@ -34,7 +34,7 @@ Tell = Callable[[str, int, int], None]
 _STARTS_TRIED = 2
 # Every share of the catalogue solves the baseline anew, which costs as much as many effects do.
 _SHARES = 2
-# A trial this much below the best with the most probable floor is not weighed with the others, which change less.
+# A trial this much below the best with the most probable floor is not weighed with the other floors.
 _HOPELESS = 12.0
 
 
@@ -156,18 +156,19 @@ def trials_of(
     """
     moments = moments_beside(base, error, signatures)
     own, at = list(range(1 + len(base.coordinates))), 1 + len(base.coordinates)
-    rough, known = [], []
+    known = []
     for signature in signatures:
         chosen = [*own, *range(at, at + len(signature.coordinates))]
         at += len(signature.coordinates)
         hypothesis, free = null_beside(base, signature)
         weighed = moments.among(chosen), priors_of(hypothesis, free)
-        rough.append(log_evidence(*weighed, error, error.floor) - price_of_choice(case, hypothesis))
-        known.append((hypothesis, free, weighed))
+        price = price_of_choice(case, hypothesis)
+        known.append((log_evidence(*weighed, error, error.floor) - price, price, hypothesis, free, weighed))
+    best = max((roughly for roughly, *_ in known), default=0.0)
     found = []
-    for signature, at_one, (hypothesis, free, weighed) in zip(signatures, rough, known, strict=True):
-        hopeless = at_one < max(rough) - _HOPELESS
-        value = at_one if hopeless else over_floors(*weighed, error) - price_of_choice(case, hypothesis)
+    for signature, (roughly, price, hypothesis, free, weighed) in zip(signatures, known, strict=True):
+        hopeless = roughly < best - _HOPELESS
+        value = roughly if hopeless else over_floors(*weighed, error) - price
         step, _ = step_of_gram(weighed[0].gram, hypothesis, free)
         found.append(Trial(signature, value, moved(hypothesis, free, step)))
     return found

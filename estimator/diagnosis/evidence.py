@@ -64,22 +64,27 @@ class Priors:
 
     def sizes(self) -> FloatArray:
         """Return the sizes (s, 2 + k) that the effects may have, as shares of the usual one; 1 for what has no size."""
-        effects = np.unique(self.amplitude_of[self.amplitude_of >= 0])
+        effects = self._effects()
         shares = np.array(list(itertools.product(_SIZES, repeat=len(effects))))
         found = np.ones((len(shares), len(self.scale)))
-        for number, effect in enumerate(effects):
-            found[:, self.amplitude_of == effect] = shares[:, number, None]
+        for own, share in zip(effects, shares.T, strict=True):
+            found[:, own] = share[:, None]
         return found
 
     def believed(self, information: FloatArray) -> FloatArray:
-        """Return how much each size (s,) is believed, as the log of a share.
+        """Return the log of the share (s,) of each size that is believed.
 
         ``information`` (2 + k)² is the Gram matrix of the derivatives.
         """
         squared = self._standing_out(information) * self.sizes() ** 2
-        effects = np.unique(self.amplitude_of[self.amplitude_of >= 0])
-        standing = np.array([squared[:, self.amplitude_of == effect].sum(axis=1) for effect in effects])
+        standing = np.array([squared[:, own].sum(axis=1) for own in self._effects()])
         return np.asarray(np.sum(np.log(np.maximum(standing, 1e-300) / (standing + _SHOWS**2)), axis=0))
+
+    def _effects(self) -> list[NDArray[np.bool_]]:
+        """Return for each effect which parameters (2 + k,) are its amplitudes."""
+        return [
+            self.amplitude_of == effect for effect in np.unique(self.amplitude_of[self.amplitude_of >= 0])
+        ]
 
     def _standing_out(self, information: FloatArray) -> FloatArray:
         """Return the square (2 + k,) by which one prior deviation of each amplitude stands out of noise, E and ν."""

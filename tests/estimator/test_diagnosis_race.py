@@ -12,7 +12,7 @@ from estimator.diagnosis.race import finalists
 from estimator.effects.catalogue import CATALOGUE
 
 MATERIAL = Hypothesis(15e3, 0.45)
-OF_THREE_LABELS = ("camera_rotation", "motion_direction", "torque_centre")
+OF_FOUR_LABELS = ("camera_rotation", "motion_direction", "torque_centre", "camera_scale")
 
 
 def contender(name: str, evidence: float, **values: float) -> Contender:
@@ -24,8 +24,7 @@ def contender(name: str, evidence: float, **values: float) -> Contender:
 
 
 def reached(*evidence: float, bar: float = 0.0) -> list[float]:
-    names = (*OF_THREE_LABELS, "camera_scale")
-    field = [contender(name, value) for name, value in zip(names, evidence, strict=False)]
+    field = [contender(name, value) for name, value in zip(OF_FOUR_LABELS, evidence, strict=False)]
     return [one.log_evidence for one in finalists(field, bar)]
 
 
@@ -52,31 +51,20 @@ def test_starts_of_one_label_leave_a_place_to_its_rivals() -> None:
     assert [one.log_evidence for one in chosen] == [40.0, 39.0, 37.0]
 
 
+SYMMETRIC, TENSION_ONLY = "anisotropy", "anisotropy:tension_only"
+
+
+def fibres(form: str, angle: float, **more: float) -> Contender:
+    return contender(form, 90.0, fibre_angle=angle, fibre_modulus_over_modulus=0.03, **more)
+
+
 def test_another_form_begins_at_the_place_that_the_leader_has_found() -> None:
-    leader = contender("anisotropy", 90.0, fibre_angle=0.5, fibre_modulus_over_modulus=0.03)
-    elsewhere = contender(
-        "anisotropy:tension_only",
-        60.0,
-        fibre_angle=1.0,
-        fibre_modulus_over_modulus=0.01,
-        fibre_stiffening=0.5,
-    )
+    leader, elsewhere = fibres(SYMMETRIC, 0.5), fibres(TENSION_ONLY, 1.0, fibre_stiffening=0.7)
     (start,) = at_the_place_of(leader, [leader, elsewhere])
-    assert start.effects[0].name == "anisotropy:tension_only"
-    assert start.values[0] == {
-        "fibre_angle": 0.5,
-        "fibre_modulus_over_modulus": 0.03,
-        "fibre_stiffening": 0.5,
-    }
+    assert start.effects[0].name == TENSION_ONLY
+    assert start.values == fibres(TENSION_ONLY, 0.5, fibre_stiffening=0.5).fit.hypothesis.values
 
 
 def test_a_form_that_has_been_at_the_leaders_place_does_not_begin_there_again() -> None:
-    leader = contender("anisotropy", 90.0, fibre_angle=0.5, fibre_modulus_over_modulus=0.03)
-    there = contender(
-        "anisotropy:tension_only",
-        60.0,
-        fibre_angle=0.52,
-        fibre_modulus_over_modulus=0.01,
-        fibre_stiffening=0.7,
-    )
+    leader, there = fibres(SYMMETRIC, 0.5), fibres(TENSION_ONLY, 0.52, fibre_stiffening=0.7)
     assert at_the_place_of(leader, [leader, there]) == []

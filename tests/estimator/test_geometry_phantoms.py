@@ -97,7 +97,7 @@ def pulled(problem: RetractionProblem, poisson_ratio: float) -> Observation:
 def test_a_block_given_as_a_surface_answers_as_the_block_does(
     problem: RetractionProblem, poisson_ratio: float
 ) -> None:
-    # the mesher's runs differ: at nu 0.49 this coarse mesh is too stiff by 1.5 to 1.9 % in five of them
+    # The mesher's runs differ: at nu 0.49 this coarse mesh is too stiff by 1.5 to 1.9 % in five of them.
     assert len(problem.body.mesh.cells) < 1500
     found = pulled(problem, poisson_ratio)
     expected = pulled(mesh_experiment(block_experiment()), poisson_ratio)
