@@ -48,23 +48,32 @@ def siblings(
 def at_the_place_of(leader: Contender, contenders: Sequence[Contender]) -> list[Hypothesis]:
     """Return the other forms of a leader's label with its values, where no refit of theirs has come there.
 
-    A search from a grid may stop far from the place that another form has found. What a form has beside what the
-    leader has begins in the middle of its grid.
+    A search from a grid may stop far from the place that another form has found. A constant that a form has beside what
+    the leader has begins at either end of its grid, an amplitude at its null.
     """
     hypothesis = leader.fit.hypothesis
     effect, values = hypothesis.effects[0], hypothesis.values[0]
     found = []
     for other in CATALOGUE:
         shared = [constant for constant in other.constants if constant.name in values and not constant.fixed]
-        alike = other.label == effect.label and other.amplitudes == effect.amplitudes and shared
+        alike = other.label == effect.label and _has_what(effect, other) and shared
         if other.name == effect.name or not alike or _visited(other, shared, values, contenders):
             continue
-        begun = {constant.name: constant.grid[len(constant.grid) // 2] for constant in other.constants}
-        begun |= {
-            name: value for name, value in values.items() if name in begun or name in _amplitudes(other)
-        }
-        found.append(replace(hypothesis, effects=(other,), values=(begun,)))
+        null = {amplitude.name: 0.0 for amplitude in other.amplitudes}
+        for end in (0, -1):
+            begun = null | {constant.name: constant.grid[end] for constant in other.constants}
+            begun |= {name: value for name, value in values.items() if name in begun}
+            start = replace(hypothesis, effects=(other,), values=(begun,))
+            if start not in found:
+                found.append(start)
     return found
+
+
+def _has_what(effect: Effect, other: Effect) -> bool:
+    """Tell whether another form has the amplitudes of an effect, and perhaps some more."""
+    if len(other.amplitudes) == len(effect.amplitudes):
+        return other.amplitudes == effect.amplitudes
+    return {one.name for one in effect.amplitudes} < {one.name for one in other.amplitudes}
 
 
 def _visited(
@@ -77,7 +86,3 @@ def _visited(
         all(abs(there[c.name] - values[c.name]) < _SAME_PLACE * (c.upper - c.lower) for c in shared)
         for there in reached
     )
-
-
-def _amplitudes(effect: Effect) -> set[str]:
-    return {amplitude.name for amplitude in effect.amplitudes}

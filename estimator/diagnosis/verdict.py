@@ -20,7 +20,6 @@ from estimator.diagnosis.field import Field
 from estimator.diagnosis.held_out import lost_on_held_out
 from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
 from estimator.diagnosis.judgement import (
-    LOG_PRIOR_OF_A_PAIR,
     of_labels,
     probabilities,
     shared_with_unknown,
@@ -28,7 +27,7 @@ from estimator.diagnosis.judgement import (
 from estimator.diagnosis.pair_search import search_pairs
 from estimator.diagnosis.result import NONE, UNKNOWN
 from estimator.diagnosis.roughness import rough_gap, rough_remainder, shaking
-from estimator.diagnosis.second_cause import adequate, least_gain
+from estimator.diagnosis.second_cause import adequate, least_gain, least_remainder
 from estimator.effects.catalogue import LABELS
 
 # An effect of negligible size is believed in full where it raises the log evidence by this: the baseline is not exact,
@@ -36,9 +35,8 @@ from estimator.effects.catalogue import LABELS
 # (a grasp aside by 0.1 mm), and by 6.3 on one of a third simulator with a coarser mesh. That was with one share of what
 # meshes leave; with that beside the rim apart, no label has more than one in twenty on six clean cases.
 _BELIEVED = 5.0
-# Something unknown beside the causes must raise the log evidence by this, and by this share of what they do: any form
-# that is nearly right leaves a little of a large gap.
-_LEAST_REMAINDER, _REMAINDER = 15.0, 0.05
+# Two causes must stand out by this from something unknown that explains everything.
+_STANDS = 15.0
 
 
 @dataclass(frozen=True)
@@ -139,7 +137,7 @@ def _stands(field: Field, pair: Contender, leading: str) -> bool:
 
     Any two explain a part of what no effect alone does: where the unknown leads, they must leave no more than noise.
     """
-    ahead = pair.log_evidence > field.unknown + _LEAST_REMAINDER
+    ahead = pair.log_evidence > field.unknown + _STANDS
     return ahead and (leading != UNKNOWN or adequate(field.case, pair))
 
 
@@ -166,7 +164,7 @@ def _with_remainder(
     remainder = max(smooth, _rough(field, winner.fit))
     explained = winner.log_evidence - field.none - by_outsider
     recognised = UNKNOWN in labels
-    if not recognised and remainder < _least_remainder(explained):
+    if not recognised and remainder < least_remainder(explained):
         return Verdict(labels, winner, probability)
     shared = shared_with_unknown(probability, leading, explained, by_outsider + max(remainder, 0.0))
     if recognised:
@@ -184,16 +182,7 @@ def _rough(field: Field, fit: Linearisation) -> float:
 
 def _worth_two(field: Field, best: Contender, pair: Contender) -> bool:
     """Tell whether two causes explain enough more than the best one."""
-    explained, further = best.log_evidence - field.none, pair.log_evidence - best.log_evidence
-    least = least_gain(best, field.none) - LOG_PRIOR_OF_A_PAIR
-    if best.labels[0] not in pair.labels:
-        least += float(np.log(len(LABELS)))  # both of its causes are chosen anew
-    if UNKNOWN in pair.labels and UNKNOWN not in best.labels:
-        least = max(least, _least_remainder(explained))
+    further = pair.log_evidence - best.log_evidence
+    least = least_gain(best, pair.labels, field.none)
     small = _slight(pair.fit.hypothesis, further)
     return further >= least and not small and not lost_on_held_out(pair.fit, field.baseline)
-
-
-def _least_remainder(explained: float) -> float:
-    """Return what something unknown beside causes must raise the log evidence by, given what they do."""
-    return max(_LEAST_REMAINDER, _REMAINDER * explained)

@@ -68,3 +68,18 @@ def test_another_form_begins_at_the_place_that_the_leader_has_found() -> None:
 def test_a_form_that_has_been_at_the_leaders_place_does_not_begin_there_again() -> None:
     leader, there = fibres(SYMMETRIC, 0.5), fibres(TENSION_ONLY, 0.52, fibre_stiffening=0.7)
     assert at_the_place_of(leader, [leader, there]) == []
+
+
+def test_a_second_relaxation_time_begins_beside_the_first_at_either_end_of_what_may_be() -> None:
+    leader = contender("viscoelasticity:one_term", 90.0, relaxation_time_1=13.0, relaxing_share_1=0.4)
+    of_two = [
+        one.values[0] for one in at_the_place_of(leader, [leader]) if one.effects[0].form == "two_terms"
+    ]
+    assert [one["relaxation_time_2"] for one in of_two] == [2.0, 30.0]
+    assert all((one["relaxation_time_1"], one["relaxing_share_1"]) == (13.0, 0.4) for one in of_two)
+    assert all(one["relaxing_share_2"] == 0.0 for one in of_two)
+
+
+def test_forms_whose_amplitudes_mean_something_else_do_not_begin_there() -> None:
+    leader = contender("robot_backlash:translation_anywhere", 90.0, start=0.3, width=1e-4)
+    assert at_the_place_of(leader, [leader]) == []

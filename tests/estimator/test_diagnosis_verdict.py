@@ -154,6 +154,11 @@ def test_what_a_nearly_right_form_leaves_of_a_large_gap_is_no_second_cause() -> 
     assert not found_beside(explained=100.0, left=1.0)
 
 
+def test_what_two_causes_would_not_be_believed_for_is_not_refitted() -> None:
+    assert not found_beside(explained=100.0, left=3.5)
+    assert found_beside(explained=100.0, left=6.0)
+
+
 def test_beside_two_beads_that_are_exchanged_nothing_is_their_inexactness() -> None:
     exchange = "fiducial_mislabel:to_the_last_experiment"
     assert found_beside(explained=1e6, left=50.0, first=exchange)
