@@ -59,10 +59,12 @@ def at_the_place_of(leader: Contender, contenders: Sequence[Contender]) -> list[
         alike = other.label == effect.label and _has_what(effect, other) and shared
         if other.name == effect.name or not alike or _visited(other, shared, values, contenders):
             continue
+        names = {one.name for one in (*other.amplitudes, *other.constants)}
+        kept = {name: value for name, value in values.items() if name in names}
         null = {amplitude.name: 0.0 for amplitude in other.amplitudes}
+        new = [constant for constant in other.constants if constant.name not in kept]
         for end in (0, -1):
-            begun = null | {constant.name: constant.grid[end] for constant in other.constants}
-            begun |= {name: value for name, value in values.items() if name in begun}
+            begun = {**null, **kept, **{constant.name: constant.grid[end] for constant in new}}
             start = replace(hypothesis, effects=(other,), values=(begun,))
             if start not in found:
                 found.append(start)

@@ -203,7 +203,7 @@ def reported_motion(visits: Visits, hypothesis: Hypothesis, unit_wrench: FloatAr
     """
     _, first = np.unique(visits.of_row, return_index=True)
     trial = hypothesis.youngs_modulus * unit_wrench[first]
-    return Motion(visits.experiment, visits.position, visits.rotation, visits.load, trial)
+    return Motion(visits.experiment, visits.position, visits.rotation, visits.load, trial, visits.time)
 
 
 def _expected(

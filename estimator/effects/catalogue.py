@@ -32,7 +32,7 @@ from estimator.effects.gripper_compliance import (
     GripperCompliance,
     RotationCompliance,
 )
-from estimator.effects.gripper_slip import GripperJump, GripperSlip
+from estimator.effects.gripper_slip import CreepingSlip, GripperJump, GripperSlip
 from estimator.effects.inhomogeneity import INHOMOGENEITY
 from estimator.effects.lens_distortion import LensDistortion
 from estimator.effects.loose_bead import LooseBead
@@ -88,6 +88,7 @@ _MOTION: tuple[Effect, ...] = (
     RotationCompliance(),
     AxisAndRotationCompliance(),
     GripperSlip(),
+    CreepingSlip(),
     GripperJump(),
 )
 

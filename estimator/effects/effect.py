@@ -109,6 +109,7 @@ class Motion:
         drives compliance
     trial : (n, 6) wrench of the baseline at the reported poses with the present modulus: what would act had nothing
         given way
+    time : (n,) s
     """
 
     experiment: Experiment
@@ -116,6 +117,7 @@ class Motion:
     rotation: Rotation
     load: FloatArray
     trial: FloatArray
+    time: FloatArray
 
     def moved(self, position: FloatArray, rotation: Rotation | None = None) -> Motion:
         """Return the motion with other positions (and rotations)."""

@@ -140,7 +140,8 @@ def with_beads_before_drawing(problem: RetractionProblem, way_m: FloatArray) -> 
     """Return the problem whose beads lie where they are stated only once the grasp has been drawn (2,), m.
 
     The phantom's shape is left as it is, free of stress before it was drawn; how the tissue follows the grasp is that
-    of linear elasticity, on which E has no influence and ν little.
+    of linear elasticity, on which E has no influence and ν little. A bead stated in the grasp may have come there from
+    beside it.
     """
     rest = EquilibriumSolver(problem).rest(_SOFT_TISSUE)
     way = np.array([*way_m, 0.0])
@@ -150,7 +151,7 @@ def with_beads_before_drawing(problem: RetractionProblem, way_m: FloatArray) -> 
     for _ in range(3):
         moved = placed.fiducial_positions(displacement, pose) - placed.fiducials_rest
         placed = replace(placed, fiducials_rest=problem.fiducials_rest - moved)
-        placed = _with_beads_located(placed, problem.fiducials_gripped)
+        placed = _with_beads_located(placed, _in_box(placed.fiducials_rest, grasp_box(problem)))
     return placed
 
 

@@ -36,7 +36,7 @@ def there_and_back(order: int = 1, turn_rad: tuple[float, float, float] = (0.0, 
         wrench=load,
         fiducials=beads,
     )
-    return Motion(experiment, position, rotation, load, load)
+    return Motion(experiment, position, rotation, load, load, experiment.time)
 
 
 def felt(motion: Motion, wrench: FloatArray | None = None) -> Readings:

@@ -55,9 +55,8 @@ def pulled_from(centre: FloatArray) -> list[GripperPose]:
 def motion_of(poses: Sequence[GripperPose]) -> Motion:
     experiment = with_rows(REFERENCE_BLOCK, poses, np.zeros((len(poses), 6)), np.zeros((len(poses), 16, 3)))
     rotation = Rotation.concatenate([pose.rotation for pose in poses])
-    return Motion(
-        experiment, experiment.position, rotation, np.zeros((len(poses), 6)), np.zeros((len(poses), 6))
-    )
+    nothing = np.zeros((len(poses), 6))
+    return Motion(experiment, experiment.position, rotation, nothing, nothing, experiment.time)
 
 
 def readings_of(poses: Sequence[GripperPose], seen: Sequence[Observation]) -> Readings:

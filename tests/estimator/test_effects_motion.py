@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from effect_cases import STIFFNESS, at_null, felt, position_change, there_and_back, with_values
 from numpy.testing import assert_allclose
+from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.gripper_compliance import AxisCompliance, GripperCompliance, RotationCompliance
-from estimator.effects.gripper_slip import GripperJump, GripperSlip
+from estimator.effects.gripper_slip import CreepingSlip, GripperJump, GripperSlip
 from estimator.effects.motion_direction import MotionDirection, PoseDirection
 from estimator.effects.motion_scale import MotionScale, PoseScale
 from estimator.effects.robot_backlash import RobotBacklash
@@ -174,15 +175,53 @@ def test_noise_does_not_ratchet_the_slip_while_the_gripper_stands():
 
 
 def test_a_threshold_that_is_never_reached_lets_nothing_slip():
-    for effect in (GripperSlip(), GripperJump()):
+    for effect in (GripperSlip(), CreepingSlip(), GripperJump()):
         given = {amplitude.name: amplitude.scale for amplitude in effect.amplitudes}
-        assert_allclose(position_change(effect, there_and_back(), **given, threshold=2.5), 0.0, atol=1e-15)
+        given |= {constant.name: constant.lower for constant in effect.constants} | {"threshold": 2.5}
+        assert_allclose(position_change(effect, there_and_back(), **given), 0.0, atol=1e-15)
 
 
 def test_a_jump_slips_its_whole_length_at_the_threshold():
     change = position_change(GripperJump(), there_and_back(), slip=1e-3, threshold=1.25)
     assert_allclose(change[:13], 0.0, atol=1e-12)
     assert_allclose(change[13:, 0], -1e-3)
+
+
+def test_a_jump_may_come_at_every_station_of_the_way_out():
+    motion = there_and_back()
+    levels = np.linalg.norm(motion.load[OUT, :3], axis=1)
+    thresholds = [start["threshold"] for start in GripperJump().starts([felt(motion)])]
+    assert_allclose(thresholds, (levels[1:] + levels[:-1]) / 2)
+
+
+CREEPING = {"slip_per_force": 0.008, "threshold": 1.2}
+
+
+def test_without_drag_slip_does_not_creep():
+    motion = there_and_back()
+    at_once = position_change(GripperSlip(), motion, **CREEPING)
+    assert_allclose(
+        position_change(CreepingSlip(), motion, **CREEPING, time_constant=0.05), at_once, atol=1e-12
+    )
+
+
+def test_slip_against_a_drag_is_that_of_a_spring_a_slider_and_a_dashpot():
+    """The balance of forces integrated by another hand: what pulls beyond the threshold moves the dashpot."""
+    motion = there_and_back()
+    stiffness_and_hardening, drag = 1.0 / CREEPING["slip_per_force"], 2500.0
+    pull = np.abs(motion.trial[:, 0])
+
+    def speed(time_s, slip):
+        # A station's load acts from the moment that the gripper leaves the one before.
+        acting = pull[np.searchsorted(motion.time, time_s)]
+        return np.maximum(acting - CREEPING["threshold"] - stiffness_and_hardening * slip, 0.0) / drag
+
+    slip = solve_ivp(
+        speed, motion.time[[0, -1]], [0.0], t_eval=motion.time, max_step=0.1, rtol=1e-8, atol=1e-12
+    ).y[0]
+    given = {**CREEPING, "time_constant": drag / stiffness_and_hardening}
+    assert_allclose(position_change(CreepingSlip(), motion, **given)[:, 0], -slip, atol=5e-3 * slip.max())
+    assert slip[STANDING][-1] > 1.2 * slip[STANDING][0]
 
 
 def test_what_the_robot_does_comes_before_what_the_gripper_does():
