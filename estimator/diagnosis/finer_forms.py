@@ -59,7 +59,7 @@ def at_the_place_of(leader: Contender, contenders: Sequence[Contender]) -> list[
         alike = other.label == effect.label and _has_what(effect, other) and shared
         if other.name == effect.name or not alike or _visited(other, shared, values, contenders):
             continue
-        names = {one.name for one in (*other.amplitudes, *other.constants)}
+        names = {a.name for a in other.amplitudes} | {c.name for c in other.constants}
         kept = {name: value for name, value in values.items() if name in names}
         null = {amplitude.name: 0.0 for amplitude in other.amplitudes}
         new = [constant for constant in other.constants if constant.name not in kept]

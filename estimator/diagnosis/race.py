@@ -13,12 +13,12 @@ from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.refit import refit
 from estimator.errors import SolverError
 
-# After one point, those within this share of the leader's gain (or this close to it) go on to a second one; after
-# that, those within less of it, and of many the first, go on until they converge. The evidence after a point is that
-# at the end of the next Newton step, which a form that is far from linear meets only roughly at first.
-_IN_REACH, _CLOSE_SHARE, _CLOSE = 0.4, 0.15, 10.0
+# After one point, those within this share of the leader's gain (or this close to it) go on to a second one. After that,
+# in rounds of so many points each, those go on that are within less of it, and of many the first. The evidence after a
+# point is that at the end of the next Newton step, which a form that is far from linear meets only roughly at first.
+_IN_REACH, _CLOSE = 0.4, 10.0
+_ROUNDS = ((2, 0.15), (5, 0.05))
 _FINALISTS, _OF_THE_SAME_LABELS = 3, 2
-_POINTS_TO_CONVERGE = 7
 
 
 def race(
@@ -44,7 +44,7 @@ def race(
     ]
     first = _contenders(case, base, error, jobs, tell)
     second = _further(case, base, error, first, _in_reach(first, bar, _IN_REACH), 1, executor, tell)
-    return _further(case, base, error, second, finalists(second, bar), _POINTS_TO_CONVERGE, executor, tell)
+    return _to_the_end(case, base, error, second, bar, executor, tell)
 
 
 def race_on(
@@ -58,17 +58,34 @@ def race_on(
 ) -> list[Contender]:
     """Weigh fits as :func:`race` does its own, refit the finalists among them, and return all."""
     weighed = _sorted([contender_of(case, base, error, fit) for fit in fits])
-    return _further(case, base, error, weighed, finalists(weighed, bar), _POINTS_TO_CONVERGE, executor, tell)
+    return _to_the_end(case, base, error, weighed, bar, executor, tell)
 
 
-def finalists(contenders: Sequence[Contender], bar: float) -> list[Contender]:
+def _to_the_end(
+    case: Case,
+    base: Linearisation,
+    error: ModelError,
+    contenders: Sequence[Contender],
+    bar: float,
+    executor: Executor,
+    tell: Tell,
+) -> list[Contender]:
+    """Return the contenders, the finalists of each round refitted further, in the end until they converge."""
+    found = list(contenders)
+    for points, share in _ROUNDS:
+        found = _further(case, base, error, found, finalists(found, bar, share), points, executor, tell)
+    return found
+
+
+def finalists(contenders: Sequence[Contender], bar: float, share: float = _ROUNDS[0][1]) -> list[Contender]:
     """Return the few, the most probable first, that a better fit could still bring to the front.
 
-    Many starts of one label often end in the same place: they leave a place to its rivals.
+    Those are within a share of what the best has gained on the bar. Many starts of one label often end in the same
+    place: they leave a place to its rivals.
     """
     chosen: list[Contender] = []
     taken: Counter[tuple[str, ...]] = Counter()
-    for one in _in_reach(contenders, bar, _CLOSE_SHARE):
+    for one in _in_reach(contenders, bar, share):
         if taken[one.labels] < _OF_THE_SAME_LABELS:
             chosen.append(one)
             taken[one.labels] += 1

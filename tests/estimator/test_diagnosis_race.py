@@ -36,6 +36,13 @@ def test_where_much_is_explained_more_of_them_count_as_near() -> None:
     assert reached(1000.0, 880.0, 840.0) == [1000.0, 880.0]
 
 
+def test_in_a_later_round_fewer_of_them_do() -> None:
+    field = [
+        contender(name, value) for name, value in zip(OF_FOUR_LABELS, (1000.0, 955.0, 940.0), strict=False)
+    ]
+    assert [one.log_evidence for one in finalists(field, 0.0, share=0.05)] == [1000.0, 955.0]
+
+
 def test_at_most_three_go_on() -> None:
     assert reached(40.0, 39.0, 38.0, 37.0) == [40.0, 39.0, 38.0]
 
