@@ -257,6 +257,16 @@ def test_beads_measured_after_the_tissue_was_drawn_move_as_tissue_that_lay_elsew
     assert left.max() < 5e-6
 
 
+def test_a_bead_that_was_drawn_into_the_stated_grasp_is_tissue_beside_it() -> None:
+    beads = np.array([[0.0305, 0.0, 0.005], [0.0325, 0.0, 0.005]])
+    stated = mesh_experiment(replace(REFERENCE_BLOCK, fiducials_rest=beads), TINY)
+    assert stated.fiducials_gripped.all()
+    changed = PRESTRETCH[3].problem(stated, {"drawn_x": 1.5e-3, "drawn_y": 0.0})
+    assert changed.fiducials_gripped.tolist() == [False, True]
+    drawn = [GripperPose(stated.grasp_centre + np.array([1.5e-3, 0.0, 0.0]), Rotation.identity())]
+    np.testing.assert_allclose(observed(changed, drawn)[0].fiducials, beads, atol=2e-5)
+
+
 def test_the_prestretched_grasp_is_at_its_stated_place_once_mounted() -> None:
     problem = PRESTRETCH[1].problem(BLOCK, {"along": 3e-3, "aside": -1e-3})
     pose = GripperPose(np.array(REFERENCE_BLOCK.grasp.centre), Rotation.from_rotvec([0.0, 0.0, 0.3]))
