@@ -66,7 +66,8 @@ def promising_seconds(
     Every start of ``trials`` is weighed anew: where the leader's gap is large, a second cause seemed to lie elsewhere.
     """
     others = [trial.signature for trial in trials if trial.signature.effect.label not in leader.labels]
-    tried = best_trials(trials_of(case, leader.fit, error, others)).values()
+    asked = least_gain(leader, leader.labels, none) - _PROMISED
+    tried = best_trials(trials_of(case, leader.fit, error, others, asked)).values()
     alone = first_order_evidence(case, leader.fit, error)
     found = [
         Start(leader.log_evidence + further, trial.start)
