@@ -19,11 +19,7 @@ from estimator.diagnosis.contest import (
 from estimator.diagnosis.field import Field
 from estimator.diagnosis.held_out import lost_on_held_out
 from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
-from estimator.diagnosis.judgement import (
-    of_labels,
-    probabilities,
-    shared_with_unknown,
-)
+from estimator.diagnosis.judgement import of_labels, probabilities, shared_with_unknown
 from estimator.diagnosis.pair_search import search_pairs
 from estimator.diagnosis.result import NONE, UNKNOWN
 from estimator.diagnosis.roughness import rough_gap, rough_remainder, shaking

@@ -119,11 +119,19 @@ def test_the_derivative_at_the_null_is_that_of_the_solved_case(effect: Effect) -
 
 @pytest.mark.parametrize(
     "name",
-    ["anchor_compliance:isotropic", "anchor_debonding", "viscoelasticity:one_term", "strain_stiffening:gent"],
+    [
+        "anchor_compliance:isotropic",
+        "anchor_debonding",
+        "gripper_slip:creeping",
+        "strain_stiffening:gent",
+        "viscoelasticity:one_term",
+    ],
 )
 def test_the_derivative_where_an_effect_is_present_is_that_of_solved_neighbours(name: str) -> None:
     effect = next(one for one in CATALOGUE if one.name == name)
-    constants = {constant.name: constant.grid[len(constant.grid) // 2] for constant in effect.constants}
+    readings = [predicted_readings(one, BASE, zero) for one, zero in zip(BASELINE, ZEROS, strict=True)]
+    starts = effect.starts(readings)
+    constants = starts[len(starts) // 2]
     amplitude = effect.amplitudes[-1]
     here = BASE.with_effect(effect, {**constants, amplitude.name: amplitude.scale})
     coordinate = next(c for c in coordinates(here) if c.effect == 0 and c.parameter == amplitude.name)

@@ -23,9 +23,9 @@ def contender(name: str, evidence: float, **values: float) -> Contender:
     return Contender(fit, evidence, np.zeros(0))
 
 
-def reached(*evidence: float, bar: float = 0.0) -> list[float]:
+def reached(*evidence: float, bar: float = 0.0, share: float = 0.15) -> list[float]:
     field = [contender(name, value) for name, value in zip(OF_FOUR_LABELS, evidence, strict=False)]
-    return [one.log_evidence for one in finalists(field, bar)]
+    return [one.log_evidence for one in finalists(field, bar, share)]
 
 
 def test_rivals_near_the_best_go_on_and_those_far_behind_do_not() -> None:
@@ -37,10 +37,7 @@ def test_where_much_is_explained_more_of_them_count_as_near() -> None:
 
 
 def test_in_a_later_round_fewer_of_them_do() -> None:
-    field = [
-        contender(name, value) for name, value in zip(OF_FOUR_LABELS, (1000.0, 955.0, 940.0), strict=False)
-    ]
-    assert [one.log_evidence for one in finalists(field, 0.0, share=0.05)] == [1000.0, 955.0]
+    assert reached(1000.0, 955.0, 940.0, share=0.05) == [1000.0, 955.0]
 
 
 def test_at_most_three_go_on() -> None:
