@@ -1,6 +1,7 @@
 """Two causes at once: pairs of signatures weighed together find what neither alone, nor one after the other, shows."""
 
 import typing
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -65,3 +66,23 @@ def test_two_forms_of_one_cause_are_no_pair() -> None:
     misfit = 20.0 * DIRECTIONS[:, 2] + 12.0 * DIRECTIONS[:, 3]
     base = Linearisation(MATERIAL, coordinates(MATERIAL), (), (misfit,), (DIRECTIONS[:, :2],), (), ())
     assert not likeliest_pairs(CASE, base, ERROR, [Trial(s, 0.0, MATERIAL) for s in signatures])
+
+
+def test_what_falls_far_short_of_what_is_asked_is_weighed_with_one_floor_and_the_rest_with_all() -> None:
+    smooth = DIRECTIONS[:, 5:]
+    process = Discrepancy((smooth, NOTHING), (np.array([50.0]), np.zeros(1)))
+    error = ModelError((process,), ((1.0, 0.0), (0.0, 0.0)), (1.0, 0.0))
+    strong, weak = (signature("camera_scale:uniform", d) for d in (DIRECTIONS[:, 2], DIRECTIONS[:, 4]))
+    misfit = 10.0 * DIRECTIONS[:, 2]
+    base = Linearisation(MATERIAL, coordinates(MATERIAL), (), (misfit,), (DIRECTIONS[:, :2],), (), ())
+
+    def weighed(gain: float) -> list[float]:
+        # Each by itself: beside a better one it would be far from the best.
+        return [trials_of(CASE, base, error, [one], gain)[0].log_evidence for one in (strong, weak)]
+
+    with_all, asked = weighed(-np.inf), weighed(20.0)
+    assert asked[0] == with_all[0]
+    assert asked[1] == pytest.approx(
+        trials_of(CASE, base, replace(error, floors=(error.floor,)), [weak])[0].log_evidence
+    )
+    assert asked[1] != pytest.approx(with_all[1], abs=0.5)
