@@ -68,6 +68,11 @@ class _Loading:
     def begin(self, experiment: Experiment) -> None:
         self._terms.begin(self.problem, experiment)
 
+    @property
+    def remembers(self) -> bool:
+        """Whether the load at a state depends on what went before it."""
+        return self._terms.remembers
+
     def at(
         self, station: Station, unperturbed: FloatArray, of_terms: FloatArray | None
     ) -> tuple[FloatArray, FloatArray]:
@@ -123,21 +128,36 @@ def _along_passages(
             own_terms.begin(passage.problem, passage.visits.experiment)
         for loading in loadings:
             loading.begin(passage.visits.experiment)
+        # Where nothing remembers, a state met again answers as it did.
+        lasting = [
+            k
+            for k, one in enumerate(loadings)
+            if not one.remembers and not (own_terms is not None and own_terms.remembers)
+        ]
+        answered: dict[int, slice] = {}
         for station in stations(passage, rate_dependent):
             state = station.state
+            before = answered.setdefault(id(state), station.rows)
+            if before is not station.rows:
+                for k in lasting:
+                    changes[k].wrench[station.rows] = changes[k].wrench[before.start]
+                    changes[k].fiducials[station.rows] = changes[k].fiducials[before.start]
+            asked = [k for k in range(len(loadings)) if before is station.rows or k not in lasting]
+            if not asked:
+                continue
             unperturbed = nodal_forces(passage.problem.body, state.response, state.response.slope)
             of_terms = (
                 None
                 if own_terms is None
                 else own_terms.forces(station.elapsed_s, state.displacement, state.response)
             )
-            moved = [loading.at(station, unperturbed, of_terms) for loading in loadings]
+            moved = [loadings[k].at(station, unperturbed, of_terms) for k in asked]
             loads = np.column_stack([load.ravel() for _, load in moved])
             wrenches, fiducials = linear_answers(passage.problem, state, loads)
-            for k, (loading, (displacement, _)) in enumerate(zip(loadings, moved, strict=True)):
-                by_wrench, by_beads = _of_the_grip(passage.problem, loading.problem, state, displacement)
-                changes[k].wrench[station.rows] = wrenches[:, k] + by_wrench
-                changes[k].fiducials[station.rows] = fiducials[:, :, k] + by_beads
+            for column, (k, (displacement, _)) in enumerate(zip(asked, moved, strict=True)):
+                by_wrench, by_beads = _of_the_grip(passage.problem, loadings[k].problem, state, displacement)
+                changes[k].wrench[station.rows] = wrenches[:, column] + by_wrench
+                changes[k].fiducials[station.rows] = fiducials[:, :, column] + by_beads
         for one, change in zip(found, changes, strict=True):
             one.append(change)
     return found

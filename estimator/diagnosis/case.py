@@ -61,6 +61,7 @@ class Linearisation:
     by_coordinate : for each (r, p)
     known : fields, from which a neighbouring hypothesis starts
     mechanics : for each experiment, without its states
+    next_share : of the Newton step from here, which a refit tries next; what was longer did not fit better
     """
 
     hypothesis: Hypothesis
@@ -70,6 +71,7 @@ class Linearisation:
     by_coordinate: tuple[FloatArray, ...]
     known: KnownFields
     mechanics: tuple[Mechanics, ...]
+    next_share: float = 1.0
 
     @property
     def chi2(self) -> float:

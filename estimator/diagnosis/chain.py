@@ -9,7 +9,7 @@ from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.experiment import Experiment
 from estimator.fem.body import Response
 from estimator.fem.problem import RetractionProblem
-from estimator.fem.terms import Term
+from estimator.fem.terms import Memoryless, Term
 
 FloatArray = NDArray[np.float64]
 
@@ -27,6 +27,11 @@ class TermChain:
             self._terms = self._hypothesis.terms(problem, experiment)
         else:
             self._terms = tuple(term.rested() for term in self._terms)
+
+    @property
+    def remembers(self) -> bool:
+        """Whether any term depends on what went before."""
+        return not all(isinstance(term, Memoryless) for term in self._terms or ())
 
     def at(self, elapsed_s: float) -> tuple[Term, ...]:
         """Return the terms as they stand so long after the last station."""

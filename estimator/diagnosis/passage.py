@@ -31,6 +31,9 @@ Progress = Callable[[int, int], None]
 # Where a neighbour's fields are known a state is either near or not worth a long search.
 _FROM_REST = NewtonSettings(tolerance=1e-6, chord_rate=0.3, smallest_fraction=1 / 32, tangent_reuse=0.05)
 _FROM_A_NEIGHBOUR = replace(_FROM_REST, iterations=12)
+# A step of a refit that is as hard to follow as this is rather shortened: to find that there is no equilibrium costs
+# more than several points.
+_AFTER_STRAYS = replace(_FROM_REST, smallest_fraction=1 / 4)
 # Once so many visits lie too far from the neighbour's, its fields are left and the motion is followed instead.
 _STRAYS = 3
 
@@ -162,7 +165,7 @@ def solve_case(
     all_visits = [group(experiment, load.felt) for experiment, load in zip(experiments, loads, strict=True)]
     total, done = sum(len(visits) for visits in all_visits), 0
     changed = hypothesis.problem(problem)
-    following = EquilibriumSolver(changed, _FROM_REST)
+    following = EquilibriumSolver(changed, _FROM_REST if known is None else _AFTER_STRAYS)
     nearby = following.with_settings(_FROM_A_NEIGHBOUR)
     material, strays = hypothesis.material(), 0
     passages = []
@@ -179,7 +182,7 @@ def solve_case(
             last = states[-1] if states else None
             field = _expected(known[number], visits, visit, last) if known is not None else None
             # Tissue on which nothing acts that remembers is as it was where the gripper has been before.
-            state = been.get(_place(pose)) if not terms else None
+            state = been.get(_place(pose)) if not chain.remembers else None
             state = state or _near(nearby, material, pose, terms, field, last)
             if state is None:
                 strays += known is not None

@@ -11,6 +11,7 @@ from estimator.diagnosis.contest import Contender, Tell, contender_of
 from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.refit import refit
+from estimator.diagnosis.side_by_side import Solve, refits_at_a_time, solved_by
 from estimator.errors import SolverError
 
 # After one point, those within this share of the leader's gain (or this close to it) go on to a second one. After that,
@@ -39,10 +40,10 @@ def race(
     bar : log evidence that they compete to exceed; what remains much below it goes no further
     executor, tell : workers, and who is told of the progress
     """
-    jobs: list[Future[Linearisation | None]] = [
-        executor.submit(_first_point, case, start, base) for start in starts
-    ]
-    first = _contenders(case, base, error, jobs, tell)
+    solve = solved_by(executor)
+    with refits_at_a_time(len(starts)) as threads:
+        jobs = [threads.submit(_first_point, case, start, base, solve) for start in starts]
+        first = _contenders(case, base, error, jobs, tell)
     second = _further(case, base, error, first, _in_reach(first, bar, _IN_REACH), 1, executor, tell)
     return _to_the_end(case, base, error, second, bar, executor, tell)
 
@@ -112,11 +113,14 @@ def _further(
     tell: Tell,
 ) -> list[Contender]:
     """Return the contenders, the chosen ones refitted over so many points more at the most."""
-    jobs: list[Future[Linearisation | None]] = [
-        executor.submit(refit, case, one.fit.hypothesis, one.fit, 1 + points) for one in chosen
-    ]
+    solve = solved_by(executor)
+    with refits_at_a_time(len(chosen)) as threads:
+        jobs: list[Future[Linearisation | None]] = [
+            threads.submit(refit, case, one.fit.hypothesis, one.fit, 1 + points, solve) for one in chosen
+        ]
+        further = _contenders(case, base, error, jobs, tell)
     rest = [one for one in contenders if one not in chosen]
-    return _sorted([*_contenders(case, base, error, jobs, tell), *rest])
+    return _sorted([*further, *rest])
 
 
 def _contenders(
@@ -139,11 +143,11 @@ def _sorted(contenders: Sequence[Contender]) -> list[Contender]:
     return sorted(contenders, key=lambda contender: -contender.log_evidence)
 
 
-def _first_point(case: Case, start: Hypothesis, near: Linearisation) -> Linearisation | None:
+def _first_point(case: Case, start: Hypothesis, near: Linearisation, solve: Solve) -> Linearisation | None:
     """Solve a start; where that has no equilibrium, one with ever smaller amplitudes."""
     for _ in range(3):
         try:
-            return refit(case, start, near, evaluations=1)
+            return refit(case, start, near, evaluations=1, solve=solve)
         except SolverError:
             start = _with_smaller_amplitudes(start)
     return None

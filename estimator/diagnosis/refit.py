@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from estimator.diagnosis.case import Case, Linearisation, linearise
 from estimator.diagnosis.evidence import bounded_minimum
 from estimator.diagnosis.hypothesis import Coordinate, Hypothesis
+from estimator.diagnosis.side_by_side import Solve
 from estimator.errors import SolverError
 
 FloatArray = NDArray[np.float64]
@@ -22,11 +24,15 @@ _WORTHWHILE = 0.3
 _LONGEST_STEP = 1.0
 _LONGEST_IN_SCALES = 3.0
 _LONGEST_OF_A_RANGE = 0.06
-_SHORTENINGS = 3
+_SHORTEST = 0.1
 
 
 def refit(
-    case: Case, start: Hypothesis, near: Linearisation | None = None, evaluations: int = 6
+    case: Case,
+    start: Hypothesis,
+    near: Linearisation | None = None,
+    evaluations: int = 6,
+    solve: Solve = linearise,
 ) -> Linearisation:
     """Return the linearisation at the best parameters found.
 
@@ -36,38 +42,39 @@ def refit(
     start : where to begin
     near : a solved neighbour of the start
     evaluations : how many points may be solved
+    solve : what solves a point
 
     Raises
     ------
     SolverError
         The starting point has no equilibrium.
     """
-    best = near if near is not None and near.hypothesis is start else linearise(case, start, near)
+    best = near if near is not None and near.hypothesis is start else solve(case, start, near)
     evaluations -= 1
     while evaluations > 0:
         step, gain = newton_step(best)
         if gain < _WORTHWHILE:
             break
-        accepted = None
-        for shortening in range(_SHORTENINGS):
-            share = 1 / 3**shortening
-            if evaluations <= 0 or (shortening and share * (2 - share) * gain < _WORTHWHILE):
-                break
+        accepted, share = None, best.next_share
+        while evaluations > 0 and accepted is None and _worthwhile(share, gain):
             evaluations -= 1
             try:
-                trial = linearise(case, moved(best.hypothesis, best.coordinates, share * step), best)
+                trial = solve(case, moved(best.hypothesis, best.coordinates, share * step), best)
+                if objective(trial) < objective(best) - 0.05 * share * gain:
+                    accepted = trial
             except SolverError:
-                continue
-            if objective(trial) < objective(best) - 0.05 * share * gain:
-                accepted = trial
-                break
+                pass  # as if it fitted worse: a shorter step may have an equilibrium
+            share /= 3.0
         if accepted is None:
-            break
+            return replace(best, next_share=share)
         fall = objective(best) - objective(accepted)
-        best = accepted
-        if fall < _WORTHWHILE:
-            break
+        best = accepted if fall >= _WORTHWHILE else replace(accepted, next_share=0.0)
     return best
+
+
+def _worthwhile(share: float, gain: float) -> bool:
+    """Tell whether a share of a step that promises a gain is to be tried: all of it, a third, a ninth."""
+    return share == 1.0 or (share > _SHORTEST and share * (2.0 - share) * gain >= _WORTHWHILE)
 
 
 def objective(linearisation: Linearisation) -> float:

@@ -61,6 +61,7 @@ def whitened_anew(fit: Linearisation, before: Case, after: Case) -> Linearisatio
             new.anew(r[:, None], old)[:, 0] for (new, old), r in zip(pairs, fit.residual, strict=True)
         ),
         by_coordinate=tuple(new.anew(c, old) for (new, old), c in zip(pairs, fit.by_coordinate, strict=True)),
+        next_share=1.0,
     )
 
 

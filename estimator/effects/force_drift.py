@@ -16,7 +16,8 @@ Course = Literal["linear", "saturating", "running_on"]
 _UNITS = 3 * ["N/s"] + 3 * ["N·m/s"]
 _SCALES = 3 * [3e-3] + 3 * [8e-5]
 _SMALLEST = 3 * [2e-4] + 3 * [8e-6]
-_TIME_CONSTANT = Constant("time_constant", "s", (20.0, 60.0, 180.0), 3.0, 3600.0)
+# What settles within less than this is an offset of the zero.
+_TIME_CONSTANT = Constant("time_constant", "s", (20.0, 60.0, 180.0), 10.0, 3600.0)
 _INTERVAL = Constant("interval", "s", (100.0, 300.0), 10.0, 1e5)
 _CONSTANTS: dict[Course, tuple[Constant, ...]] = {
     "linear": (),

@@ -1,0 +1,84 @@
+"""A case solved on several workers."""
+
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+import pytest
+from effect_cases import there_and_back
+
+from estimator.diagnosis.case import Case, linearise
+from estimator.diagnosis.grip_load import GripLoad
+from estimator.diagnosis.hypothesis import Hypothesis
+from estimator.diagnosis.noise import Noise
+from estimator.diagnosis.passage import mechanics_of, solve_case
+from estimator.diagnosis.shared_errors import shared_errors_of
+from estimator.diagnosis.side_by_side import solved_by
+from estimator.effects.anchor_debonding import ANCHOR_DEBONDING
+from estimator.effects.catalogue import CATALOGUE
+from estimator.effects.effect import Effect, Values
+from estimator.effects.permanent_set import PERMANENT_SET
+from estimator.effects.torque_centre import TorqueCentre
+from estimator.errors import SolverError
+from estimator.fem.block_mesh import Grading
+from estimator.forward.meshing import mesh_experiment
+
+COARSE = Grading(grasp_m=6e-3, anchor_m=10e-3, largest_m=30e-3, growth=3.0, layers=1)
+MATERIAL = Hypothesis(1e4, 0.45)
+HALF_OFF = {"share": 0.3, "place": 0.5}
+
+
+class Workers(ThreadPoolExecutor):
+    """Counts what it is given to do."""
+
+    given = 0
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        self.given += 1
+        return super().submit(fn, *args, **kwargs)
+
+
+def two_experiments() -> Case:
+    experiments = tuple(there_and_back(order=order).experiment for order in (1, 2))
+    problem = mesh_experiment(experiments[0], COARSE)
+    loads = tuple(GripLoad.none(len(one.time)) for one in experiments)
+    mechanics = [mechanics_of(one) for one in solve_case(problem, experiments, MATERIAL, loads)]
+    zeros = tuple(np.zeros((len(one.time), 6 + 3 * len(one.fiducials_rest))) for one in experiments)
+    shared = [shared_errors_of(one, zero, Noise()) for one, zero in zip(mechanics, zeros, strict=True)]
+    return Case(experiments, problem, zeros, tuple(one.whitening() for one in shared), loads)
+
+
+def solved(effect: Effect, values: Values) -> int:
+    """How many tasks workers were given for a hypothesis; what they find is what one finds alone."""
+    case, hypothesis = two_experiments(), MATERIAL.with_effect(effect, values)
+    near = linearise(case, MATERIAL)
+    with Workers(2) as workers:
+        found = solved_by(workers)(case, hypothesis, near)
+    alone = linearise(case, hypothesis, near)
+    for one, other in zip(found.residual, alone.residual, strict=True):
+        assert one == pytest.approx(other, abs=1e-9)
+    for one, other in zip(found.by_coordinate, alone.by_coordinate, strict=True):
+        assert one == pytest.approx(other, rel=1e-9, abs=1e-9)
+    assert len(found.known) == len(found.mechanics) == 2
+    return workers.given
+
+
+def test_experiments_are_solved_apart_where_nothing_is_remembered() -> None:
+    assert solved(ANCHOR_DEBONDING, HALF_OFF) == 2
+
+
+def test_they_are_solved_one_after_the_other_where_tissue_remembers() -> None:
+    assert solved(PERMANENT_SET, {"share": 0.2}) == 1
+
+
+def test_where_sensors_alone_err_there_is_nothing_to_divide() -> None:
+    effect = TorqueCentre("gripper")
+    assert solved(effect, {amplitude.name: 1e-3 for amplitude in effect.amplitudes}) == 1
+
+
+def test_an_experiment_without_equilibrium_leaves_the_case_without_one() -> None:
+    scaled = next(one for one in CATALOGUE if one.name == "motion_scale:translation")
+    hypothesis = MATERIAL.with_effect(scaled, {"scale_error": -30.0})
+    with Workers(2) as workers, pytest.raises(SolverError):
+        solved_by(workers)(two_experiments(), hypothesis, None)
