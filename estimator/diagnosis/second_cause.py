@@ -17,9 +17,10 @@ from estimator.diagnosis.pairs import Start, likeliest_pairs
 from estimator.diagnosis.result import UNKNOWN
 from estimator.effects.catalogue import LABELS
 
-# A second cause must raise the log evidence by this, beyond its prior, and by this share of what the first one does:
-# a form that is nearly right leaves a little of a large gap, which another effect then seems to explain.
-_SECOND_CAUSE, _INEXACT = 5.0, 4e-4
+# A second cause must raise the log evidence beyond what its prior and its choice among all labels cost, by this share of
+# what the first one does: a form that is nearly right leaves a little of a large gap, which another effect then seems
+# to explain.
+_INEXACT = 4e-4
 # Refits of 36 pairs on 9 cases raised it by 0.4 more than first order promises at the most, often by less.
 _PROMISED = 1.0
 # Something unknown beside the causes must raise the log evidence by this, and by this share of what they do: any form
@@ -39,9 +40,10 @@ def least_gain(first: Contender, labels: Collection[str], none: float) -> float:
     """
     explained = max(first.log_evidence - none, 0.0)
     inexact = any(not effect.exact for effect in first.fit.hypothesis.effects)
-    least = _SECOND_CAUSE - LOG_PRIOR_OF_A_PAIR + (_INEXACT * explained if inexact else 0.0)
+    choice = float(np.log(len(LABELS)))
+    least = choice - LOG_PRIOR_OF_A_PAIR + (_INEXACT * explained if inexact else 0.0)
     if first.labels[0] not in labels:
-        least += float(np.log(len(LABELS)))  # both of its causes are chosen anew
+        least += choice  # both of its causes are chosen anew
     if UNKNOWN in labels and UNKNOWN not in first.labels:
         least = max(least, least_remainder(explained))
     return least

@@ -155,8 +155,8 @@ def test_what_a_nearly_right_form_leaves_of_a_large_gap_is_no_second_cause() -> 
 
 
 def test_what_two_causes_would_not_be_believed_for_is_not_refitted() -> None:
-    assert not found_beside(explained=100.0, left=3.5)
-    assert found_beside(explained=100.0, left=6.0)
+    assert not found_beside(explained=100.0, left=2.5)
+    assert found_beside(explained=100.0, left=5.0)
 
 
 def test_beside_two_beads_that_are_exchanged_nothing_is_their_inexactness() -> None:
