@@ -24,7 +24,7 @@ from estimator.diagnosis.evidence import (
 from estimator.diagnosis.hypothesis import Coordinate, Hypothesis
 from estimator.diagnosis.loads import acts_on_tissue
 from estimator.diagnosis.passage import mechanics_of, solve_case
-from estimator.diagnosis.refit import moved, step_of_gram
+from estimator.diagnosis.refit import LONGEST_OF_A_RANGE, moved, step_of_gram
 from estimator.diagnosis.screening import Signature, signatures_of
 from estimator.effects.effect import Effect
 
@@ -167,7 +167,7 @@ def trials_of(
         chosen = [*own, *range(at, at + len(signature.coordinates))]
         at += len(signature.coordinates)
         hypothesis, free = null_beside(base, signature)
-        weighed = moments.among(chosen), priors_of(hypothesis, free)
+        weighed = moments.among(chosen), _priors_within_a_step(hypothesis, free)
         price = price_of_choice(case, hypothesis)
         known.append((log_evidence(*weighed, error, error.floor) - price, price, hypothesis, free, weighed))
     best = max((roughly for roughly, *_ in known), default=0.0)
@@ -219,7 +219,19 @@ def null_beside(base: Linearisation, signature: Signature) -> tuple[Hypothesis, 
 def _model(fit: Linearisation, error: ModelError) -> tuple[Moments, Priors]:
     """Return a linearisation's moments, of its residual first, and the priors of what is free in it."""
     stacked = [np.column_stack(pair) for pair in zip(fit.residual, fit.by_coordinate, strict=True)]
-    return moments_of(error, stacked), priors_of(fit.hypothesis, fit.coordinates)
+    return moments_of(error, stacked), _priors_within_a_step(fit.hypothesis, fit.coordinates)
+
+
+def _priors_within_a_step(hypothesis: Hypothesis, free: Sequence[Coordinate]) -> Priors:
+    """Return the priors with constants bound to where the next step of a refit may take them.
+
+    What derivatives promise of a constant far away, where the effect is small, is mostly not there, and would raise the
+    evidence beyond that at the best constant.
+    """
+    priors = priors_of(hypothesis, free)
+    constants = [c.scale is not None and not c.has_null for c in free]
+    reach = np.where(constants, LONGEST_OF_A_RANGE * priors.scale, np.inf)
+    return replace(priors, lower=np.maximum(priors.lower, -reach), upper=np.minimum(priors.upper, reach))
 
 
 def priors_of(hypothesis: Hypothesis, free: Sequence[Coordinate]) -> Priors:

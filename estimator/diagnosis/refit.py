@@ -23,7 +23,7 @@ _WORTHWHILE = 0.3
 # constant by more than this share of its range.
 _LONGEST_STEP = 1.0
 _LONGEST_IN_SCALES = 3.0
-_LONGEST_OF_A_RANGE = 0.06
+LONGEST_OF_A_RANGE = 0.06
 _SHORTEST = 0.1
 
 
@@ -116,7 +116,7 @@ def _limits(coordinate: Coordinate, hypothesis: Hypothesis) -> tuple[float, floa
     here = coordinate.get(hypothesis)
     longest = _LONGEST_STEP
     if coordinate.scale is not None:
-        share = _LONGEST_IN_SCALES if coordinate.has_null else _LONGEST_OF_A_RANGE
+        share = _LONGEST_IN_SCALES if coordinate.has_null else LONGEST_OF_A_RANGE
         longest = share * coordinate.scale
     low = coordinate.internal_of(coordinate.lower) if np.isfinite(coordinate.lower) else -np.inf
     high = coordinate.internal_of(coordinate.upper) if np.isfinite(coordinate.upper) else np.inf

@@ -17,9 +17,9 @@ from estimator.diagnosis.pairs import Start, likeliest_pairs
 from estimator.diagnosis.result import UNKNOWN
 from estimator.effects.catalogue import LABELS
 
-# A second cause must raise the log evidence beyond what its prior and its choice among all labels cost, by this share of
-# what the first one does: a form that is nearly right leaves a little of a large gap, which another effect then seems
-# to explain.
+# A second cause must raise the log evidence by what its prior and its choice among all labels cost, and by this share
+# of what the first one does: a form that is nearly right leaves a little of a large gap, which another effect then
+# seems to explain.
 _INEXACT = 4e-4
 # Refits of 36 pairs on 9 cases raised it by 0.4 more than first order promises at the most, often by less.
 _PROMISED = 1.0
