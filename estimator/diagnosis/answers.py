@@ -129,20 +129,21 @@ def _along_passages(
         for loading in loadings:
             loading.begin(passage.visits.experiment)
         # Where nothing remembers, a state met again answers as it did.
-        lasting = [
-            k
-            for k, one in enumerate(loadings)
-            if not one.remembers and not (own_terms is not None and own_terms.remembers)
-        ]
-        answered: dict[int, slice] = {}
+        everything = list(range(len(loadings)))
+        own_terms_remember = own_terms is not None and own_terms.remembers
+        remembering = [k for k in everything if own_terms_remember or loadings[k].remembers]
+        answered: dict[int, int] = {}
         for station in stations(passage, rate_dependent):
             state = station.state
-            before = answered.setdefault(id(state), station.rows)
-            if before is not station.rows:
-                for k in lasting:
-                    changes[k].wrench[station.rows] = changes[k].wrench[before.start]
-                    changes[k].fiducials[station.rows] = changes[k].fiducials[before.start]
-            asked = [k for k in range(len(loadings)) if before is station.rows or k not in lasting]
+            met_at = answered.get(id(state))
+            if met_at is None:
+                answered[id(state)] = station.rows.start
+                asked = everything
+            else:
+                asked = remembering
+                for change in changes:
+                    change.wrench[station.rows] = change.wrench[met_at]
+                    change.fiducials[station.rows] = change.fiducials[met_at]
             if not asked:
                 continue
             unperturbed = nodal_forces(passage.problem.body, state.response, state.response.slope)

@@ -203,7 +203,9 @@ def beside(base: Linearisation, signature: Signature) -> Linearisation:
     """Return the linearisation of a solved hypothesis with one effect more, at that effect's null."""
     columns = [np.column_stack(pair) for pair in zip(base.by_coordinate, signature.columns, strict=True)]
     hypothesis, free = null_beside(base, signature)
-    return replace(base, hypothesis=hypothesis, coordinates=free, by_coordinate=tuple(columns))
+    return replace(
+        base, hypothesis=hypothesis, coordinates=free, by_coordinate=tuple(columns), next_share=1.0
+    )
 
 
 def null_beside(base: Linearisation, signature: Signature) -> tuple[Hypothesis, tuple[Coordinate, ...]]:

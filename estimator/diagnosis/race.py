@@ -93,7 +93,7 @@ def finalists(contenders: Sequence[Contender], bar: float, share: float = _ROUND
     return chosen[:_FINALISTS]
 
 
-def _in_reach(contenders: Sequence[Contender], bar: float, share: float = _ROUNDS[0][1]) -> list[Contender]:
+def _in_reach(contenders: Sequence[Contender], bar: float, share: float) -> list[Contender]:
     """Return those within a share of what the best has gained on the bar."""
     if not contenders:
         return []

@@ -24,6 +24,7 @@ _WORTHWHILE = 0.3
 _LONGEST_STEP = 1.0
 _LONGEST_IN_SCALES = 3.0
 LONGEST_OF_A_RANGE = 0.06
+# No smaller share of a step is tried.
 _SHORTEST = 0.1
 
 

@@ -26,7 +26,7 @@ from estimator.forward.meshing import mesh_experiment
 
 COARSE = Grading(grasp_m=6e-3, anchor_m=10e-3, largest_m=30e-3, growth=3.0, layers=1)
 MATERIAL = Hypothesis(1e4, 0.45)
-HALF_OFF = {"share": 0.3, "place": 0.5}
+A_THIRD_OFF = {"share": 0.3, "place": 0.5}
 
 
 class Workers(ThreadPoolExecutor):
@@ -65,7 +65,7 @@ def solved(effect: Effect, values: Values) -> int:
 
 
 def test_experiments_are_solved_apart_where_nothing_is_remembered() -> None:
-    assert solved(ANCHOR_DEBONDING, HALF_OFF) == 2
+    assert solved(ANCHOR_DEBONDING, A_THIRD_OFF) == 2
 
 
 def test_they_are_solved_one_after_the_other_where_tissue_remembers() -> None:
