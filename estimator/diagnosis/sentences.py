@@ -1,8 +1,9 @@
 """What the data do not say, in words."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
 
-from estimator.diagnosis.result import EffectFinding
+from estimator.diagnosis.result import EffectFinding, Quantity
 
 # What tells apart what no motion of the gripper can (or hardly).
 MEASUREMENTS: Mapping[str, str] = {
@@ -20,6 +21,9 @@ MEASUREMENTS: Mapping[str, str] = {
     "motion_direction": "move the empty gripper in view of the cameras",
 }
 
+# So many sizes of one unit are told one by one.
+_LISTED = 3
+
 
 def what_cannot_be_told(effects: Mapping[str, EffectFinding], credible: Sequence[str]) -> tuple[str, ...]:
     """Return one sentence for each thing that these data leave open."""
@@ -28,12 +32,25 @@ def what_cannot_be_told(effects: Mapping[str, EffectFinding], credible: Sequence
         sentences.append(f"These data do not decide between {' and '.join(credible)}.")
     for label, effect in effects.items():
         if effect.state == "cannot_tell":
-            limits = ", ".join(
-                f"{name} below {size.value:.2g} {size.unit if size.unit != '1' else ''}".strip()
-                for name, size in effect.detectable.items()
-            )
+            limits = ", ".join(_limits(effect.detectable))
             advice = MEASUREMENTS.get(label)
             sentences.append(
                 f"{label} would not show: {limits}" + (f"; {advice}." if advice is not None else ".")
             )
     return tuple(sentences)
+
+
+def _limits(sizes: Mapping[str, Quantity]) -> Iterator[str]:
+    """Yield what each size would have to exceed; of many with one unit, the least and the largest."""
+    for _, of_unit in groupby(sizes.items(), key=lambda item: item[1].unit):
+        limits = list(of_unit)
+        if len(limits) <= _LISTED:
+            yield from (_limit(name, size) for name, size in limits)
+        else:
+            least = min(limits, key=lambda item: item[1].value)
+            largest = max(limits, key=lambda item: item[1].value)
+            yield f"{len(limits)} sizes, from {_limit(*least)} to {_limit(*largest)}"
+
+
+def _limit(name: str, size: Quantity) -> str:
+    return f"{name} below {size.value:.2g} {size.unit if size.unit != '1' else ''}".strip()
