@@ -23,7 +23,7 @@ from estimator.diagnosis.judgement import of_labels, probabilities, shared_with_
 from estimator.diagnosis.pair_search import search_pairs
 from estimator.diagnosis.result import NONE, UNKNOWN
 from estimator.diagnosis.roughness import rough_gap, rough_remainder, shaking
-from estimator.diagnosis.second_cause import adequate, least_gain, least_remainder
+from estimator.diagnosis.second_cause import adequate, asked_of, least_remainder
 from estimator.effects.catalogue import LABELS
 
 # An effect of negligible size is believed in full where it raises the log evidence by this: the baseline is not exact,
@@ -118,14 +118,9 @@ def weigh(field: Field) -> dict[str, float]:
 
 def _believed(hypothesis: Hypothesis, gain: float) -> float:
     """Return what a hypothesis keeps of its gain in log evidence: all of it, unless the effect is slight."""
-    if gain < 0.0 or not _slight(hypothesis, gain):
+    if not 0.0 < gain < _BELIEVED or not negligible_effects(hypothesis):
         return gain
     return gain * gain / _BELIEVED
-
-
-def _slight(hypothesis: Hypothesis, gain: float) -> bool:
-    """Tell whether a hypothesis has an effect of negligible size that a slight error of the model could feign."""
-    return gain < _BELIEVED and bool(negligible_effects(hypothesis))
 
 
 def _stands(field: Field, pair: Contender, leading: str) -> bool:
@@ -178,7 +173,5 @@ def _rough(field: Field, fit: Linearisation) -> float:
 
 def _worth_two(field: Field, best: Contender, pair: Contender) -> bool:
     """Tell whether two causes explain enough more than the best one."""
-    further = pair.log_evidence - best.log_evidence
-    least = least_gain(best, pair.labels, field.none)
-    small = _slight(pair.fit.hypothesis, further)
-    return further >= least and not small and not lost_on_held_out(pair.fit, field.baseline)
+    enough = pair.log_evidence - best.log_evidence >= asked_of(pair, best, field.none)
+    return enough and not lost_on_held_out(pair.fit, field.baseline)

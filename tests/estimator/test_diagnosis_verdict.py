@@ -16,7 +16,7 @@ from estimator.diagnosis.hypothesis import Hypothesis, coordinates
 from estimator.diagnosis.judgement import probabilities
 from estimator.diagnosis.roughness import rough_gap, rough_remainder, shaking
 from estimator.diagnosis.screening import Signature
-from estimator.diagnosis.second_cause import adequate, promising_seconds
+from estimator.diagnosis.second_cause import adequate, asked_of, promising_seconds
 from estimator.diagnosis.verdict import weigh
 from estimator.diagnosis.whitening import Whitening
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
@@ -152,6 +152,22 @@ def test_what_a_nearly_right_form_leaves_of_a_large_gap_is_no_second_cause() -> 
     assert not found_beside(explained=1e6, left=50.0)
     assert found_beside(explained=1e6, left=800.0)
     assert not found_beside(explained=100.0, left=1.0)
+
+
+def test_a_second_cause_that_nobody_would_care_for_is_asked_for_more() -> None:
+    def contender(hypothesis: Hypothesis) -> Contender:
+        return Contender(Linearisation(hypothesis, (), (), (), (), (), ()), 0.0, np.zeros(0))
+
+    stiffening, aside = (
+        next(one for one in CATALOGUE if one.name == name)
+        for name in ("strain_stiffening:gent", "grasp_misplacement:jaws")
+    )
+    first = MATERIAL.with_effect(stiffening, {"inverse_limit": 0.5})
+    slight, large = (
+        contender(first.with_effect(aside, {"shift_x": shift, "shift_y": 0.0})) for shift in (9e-5, 9e-4)
+    )
+    alone = contender(first)
+    assert asked_of(slight, alone, none=0.0) > asked_of(large, alone, none=0.0)
 
 
 def test_what_two_causes_would_not_be_believed_for_is_not_refitted() -> None:
