@@ -109,9 +109,14 @@ def with_grasp_moved(problem: RetractionProblem, shift_m: FloatArray, turn_rad: 
         cosine, sine = np.cos(turn_rad), np.sin(turn_rad)
         rigid = shift_m + arms @ (np.array([[cosine, sine], [-sine, cosine]]) - np.eye(2))
         x, y = points[:, 0], points[:, 1]
+        along_x, across_x = first.along(x), first.across(x)
+        along_y, across_y = second.along(y), second.across(y)
+        # What a border keeps from turning with the rest slides along it, between the sides of the turned grasp.
+        slide_x = np.tan(turn_rad) * (along_y - across_y) * rigid[:, 1]
+        slide_y = -np.tan(turn_rad) * (along_x - across_x) * rigid[:, 0]
         moved: FloatArray = np.zeros_like(points)
-        moved[:, 0] = first.across(x) * second.along(y) * rigid[:, 0]
-        moved[:, 1] = first.along(x) * second.across(y) * rigid[:, 1]
+        moved[:, 0] = across_x * (along_y * rigid[:, 0] + slide_x)
+        moved[:, 1] = across_y * (along_x * rigid[:, 1] + slide_y)
         return moved
 
     moved = _with_motion(problem, motion(problem.body.mesh.points))

@@ -122,6 +122,19 @@ def test_the_mesh_has_the_volume_of_the_block_however_the_grasp_is_turned() -> N
     assert volumes.sum() == pytest.approx(1e-4, rel=1e-9)
 
 
+def test_a_turned_grasp_is_as_wide_as_ever() -> None:
+    yaw = 0.27
+    straight, turned = (
+        held_body(Mechanics(Law(15e3, 0.45), grasp_yaw=angle), COARSE) for angle in (0.0, yaw)
+    )
+    before, after = (held.body.mesh.points[held.gripped] - GRIPPER_AT_REST for held in (straight, turned))
+    sides = np.isclose(np.abs(before[:, 1]), 0.01)
+    across = after[sides] @ np.array([-np.sin(yaw), np.cos(yaw), 0.0])
+    np.testing.assert_allclose(across, before[sides, 1], atol=1e-12)
+    inner = np.isclose(before[:, 0], -0.01)
+    np.testing.assert_allclose(after[inner] @ [np.cos(yaw), np.sin(yaw), 0.0], -0.01, atol=1e-12)
+
+
 def test_the_maker_shares_no_mechanics_with_the_estimator() -> None:
     shared = {"blind", "experiment", "errors"}
     for path in Path(making.__file__).parent.glob("*.py"):

@@ -166,6 +166,19 @@ def test_the_jaws_turn_by_the_yaw() -> None:
     assert np.arctan2(-edge[0], edge[1]) == pytest.approx(0.1, abs=0.01)
 
 
+@pytest.mark.parametrize("yaw", [0.1, -0.27])
+def test_the_sides_of_turned_jaws_are_as_far_apart_as_ever_up_to_the_phantoms_border(yaw: float) -> None:
+    moved = TURNED.problem(BLOCK, {"yaw": yaw})
+    before = BLOCK.body.mesh.points[BLOCK.gripped] - BLOCK.grasp_centre
+    after = moved.body.mesh.points[BLOCK.gripped] - BLOCK.grasp_centre
+    across = np.array([-np.sin(yaw), np.cos(yaw), 0.0])
+    sides = np.isclose(np.abs(before[:, 1]), 0.01)
+    np.testing.assert_allclose(after[sides] @ across, before[sides, 1], atol=1e-12)
+    at_border = np.isclose(before[:, 0], 0.01)
+    assert (sides & at_border).any()
+    np.testing.assert_allclose(after[at_border, 0], 0.01)
+
+
 def test_a_stretched_force_follows_the_thickness() -> None:
     """In plane a sheet of twice the thickness is two sheets."""
     pull = straight_pull(REFERENCE_BLOCK, 1e-4, 1)

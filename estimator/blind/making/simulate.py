@@ -203,17 +203,22 @@ def _mesh(mechanics: Mechanics, resolution: Resolution) -> BrickMesh:
 
 
 def _turned(grid: FloatArray, mechanics: Mechanics) -> FloatArray:
-    """Turn the grasped region about z; the block's own faces stay where they are."""
+    """Turn the grasped region about z; the block's own faces stay where they are.
+
+    What a face keeps from turning with the rest slides along it, so that it stays between the turned sides.
+    """
     centre = np.array([np.mean(GRASP_X), np.mean(GRASP_Y)]) + mechanics.grasp_shift
-    relative = grid[:, :2] - centre
-    beyond_x = np.maximum(np.abs(relative[:, 0]) - 0.01, 0.0)
-    beyond_y = np.maximum(np.abs(relative[:, 1]) - 0.01, 0.0)
+    x, y = (grid[:, :2] - centre).T
+    beyond_x = np.maximum(np.abs(x) - 0.01, 0.0)
+    beyond_y = np.maximum(np.abs(y) - 0.01, 0.0)
     fade = np.clip(1 - np.maximum(beyond_x, beyond_y) / _YAW_REACH, 0.0, 1.0)
-    slope = np.tan(mechanics.grasp_yaw)
     room = np.clip((SIZE[0] / 2 - grid[:, 0]) / 0.02, 0.0, 1.0)
+    cosine, sine = np.cos(mechanics.grasp_yaw), np.sin(mechanics.grasp_yaw)
+    to_x = x + room * ((cosine - 1.0) * x - sine * y)
+    to_y = (y + sine * to_x) / cosine
     points = grid.copy()
-    points[:, 0] -= slope * relative[:, 1] * fade * room
-    points[:, 1] += slope * relative[:, 0] * fade
+    points[:, 0] += fade * (to_x - x)
+    points[:, 1] += fade * (to_y - y)
     return points
 
 
