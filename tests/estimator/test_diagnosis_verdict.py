@@ -150,7 +150,7 @@ def found_beside(explained: float, left: float, first: str = "gripper_compliance
 def test_what_a_nearly_right_form_leaves_of_a_large_gap_is_no_second_cause() -> None:
     assert found_beside(explained=100.0, left=50.0)
     assert not found_beside(explained=1e6, left=50.0)
-    assert found_beside(explained=1e6, left=800.0)
+    assert found_beside(explained=1e6, left=3000.0)
     assert not found_beside(explained=100.0, left=1.0)
 
 
