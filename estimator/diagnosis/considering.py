@@ -93,9 +93,9 @@ def what_if(
     tell = progress or (lambda stage, done, total: None)
     with worker_pool() as executor:
         tell("fitting the baseline", 0, 1)
-        cases, baseline = prepare(experiments, executor)
-        case = cases(left_by_meshes)
-        baseline = refitted_anew(baseline, cases(AT_MOST), case)
+        preparation, baseline = prepare(experiments, executor)
+        case = preparation.cases(left_by_meshes)
+        baseline = refitted_anew(baseline, preparation.cases(AT_MOST), case)
         error = error_borne_out(case, baseline)
         forms = [effect for effect in CATALOGUE if effect.label == label and not effect.elaborates]
         trials = screen(case, baseline, error, forms, executor, tell)

@@ -21,7 +21,7 @@ from estimator.diagnosis.contest import (
 from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.finer_forms import at_the_place_of, elaborations, mistaken_for, siblings
 from estimator.diagnosis.glitches import number_left_out
-from estimator.diagnosis.preparation import prepare
+from estimator.diagnosis.preparation import Preparation, corrected_at, prepare
 from estimator.diagnosis.race import finalists, race, race_on
 from estimator.diagnosis.result import AT_MOST
 from estimator.diagnosis.second_cause import adequate, promising_seconds
@@ -44,6 +44,8 @@ _FEWEST = 3
 # Finalists this close to each other are rivals.
 _CLOSE = 10.0
 _FINER = 4
+# A contender surely beats "none" by this.
+_SURE = 10.0
 # What is mistaken for another explains all but about this share of what that does.
 _ALIKE = 0.15
 
@@ -87,10 +89,10 @@ def hold_contest(experiments: Sequence[Experiment], executor: Executor, tell: Te
         As :func:`estimator.diagnosis.diagnose.diagnose`.
     """
     tell("fitting the baseline", 0, 1)
-    cases, baseline = prepare(experiments, executor)
+    preparation, baseline = prepare(experiments, executor)
     tell("fitting the baseline", 1, 1)
-    lenient = cases(AT_MOST)
-    case = sharpest(cases, lenient, baseline)
+    lenient = preparation.cases(AT_MOST)
+    case = sharpest(preparation.cases, lenient, baseline)
     baseline = refitted_anew(baseline, lenient, case)
     error = error_borne_out(case, baseline)
     none, unknown = first_order_evidence(case, baseline, error), evidence_of_unknown(baseline, error)
@@ -101,9 +103,19 @@ def hold_contest(experiments: Sequence[Experiment], executor: Executor, tell: Te
     contenders = race(case, baseline, error, starts, none, executor, tell)
     left_out = number_left_out(experiments, case.experiments)
     field = Field(case, left_out, baseline, error, tuple(trials), tuple(contenders), none, unknown)
-    field = _sharpened(field, cases, executor, tell)
+    preparation = _at_the_leader(preparation, field, executor)
+    field = _sharpened(field, preparation.cases, executor, tell)
     finer = _finer(field, executor, tell)
-    return field if finer is field else _sharpened(finer, cases, executor, tell)
+    if finer is field:
+        return field
+    return _sharpened(finer, _at_the_leader(preparation, finer, executor).cases, executor, tell)
+
+
+def _at_the_leader(preparation: Preparation, field: Field, executor: Executor) -> Preparation:
+    """Return the preparation with the discretisation error of the best contender, where that surely beats "none"."""
+    if not field.contenders or field.contenders[0].log_evidence < field.none + _SURE:
+        return preparation
+    return corrected_at(preparation, field.contenders[0].fit.hypothesis, executor)
 
 
 def _finer(field: Field, executor: Executor, tell: Tell) -> Field:
@@ -141,7 +153,7 @@ def _finer(field: Field, executor: Executor, tell: Tell) -> Field:
 
 
 def _sharpened(field: Field, cases: CaseLeaving, executor: Executor, tell: Tell) -> Field:
-    """Return the field with the noise that the best contender bears out.
+    """Return the field with the noise, and with the corrections, that the best contender bears out.
 
     Neither "none" nor "unknown" is less probable for a noise that was chosen to suit another answer.
     """

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -19,12 +19,14 @@ from estimator.diagnosis.noise import Noise, noise_of
 from estimator.diagnosis.passage import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.refit import refit
 from estimator.diagnosis.result import AT_MOST, LeftByMeshes
-from estimator.diagnosis.shared_errors import SharedErrors, left_at_grasp, shared_errors_of
+from estimator.diagnosis.shared_errors import SharedErrors, edge_deviation, left_at_grasp, shared_errors_of
 from estimator.diagnosis.sharpening import CaseLeaving
+from estimator.errors import SolverError
 from estimator.experiment import Experiment
 from estimator.fem.block_mesh import Grading
 from estimator.fit.estimate import fit_few_states
 from estimator.fit.linearisation import silent
+from estimator.fit.parameters import POISSON_RATIO
 from estimator.fit.residuals import measured_rows, predicted_channels, state_means
 from estimator.forward.meshing import FINE_GRADING, mesh_experiment
 from estimator.forward.model import ForwardModel
@@ -35,11 +37,35 @@ FloatArray = NDArray[np.float64]
 # A third of the default's cost; what it misses is corrected for at the fitted baseline.
 GRADING = Grading(grasp_m=2e-3, anchor_m=6e-3, largest_m=15e-3, growth=2.5, layers=1)
 _FIRST_GRADING = Grading(grasp_m=3e-3, anchor_m=8e-3, largest_m=25e-3, growth=3.0, layers=1)
-_FINE_STATES = 3
+_CORRECTED_STATES = 3
+# A hypothesis is far from where the corrections are known where its −ln(1 − 2ν) differs by this.
+_FAR = 0.2
 
 
-def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[CaseLeaving, Linearisation]:
-    """Fit the baseline to a case; return the case by what meshes may leave, and the fit where they leave the most.
+@dataclass(frozen=True, eq=False)
+class Preparation:
+    """A case before it is said what meshes leave in it.
+
+    Attributes
+    ----------
+    case : with the discretisation's corrections, and the noise where meshes leave the most
+    mechanics : of the baseline, without its states
+    noise : what the files do not state of it
+    at_grasp : of each experiment (n, c, k), what meshes make of the edges of the grasp, by one deviation
+    corrected_at : where the corrections are those of
+    cases : the case by what meshes leave
+    """
+
+    case: Case
+    mechanics: tuple[Mechanics, ...]
+    noise: Noise
+    at_grasp: tuple[FloatArray, ...]
+    corrected_at: Hypothesis
+    cases: CaseLeaving
+
+
+def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[Preparation, Linearisation]:
+    """Fit the baseline to a case; return the case prepared, and the fit where meshes leave the most.
 
     Raises
     ------
@@ -52,9 +78,12 @@ def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[Case
     """
     ordered = tuple(sorted(experiments, key=lambda experiment: experiment.order))
     rough = _rough_fit(ordered)
-    finer = [executor.submit(_fine_states, experiment, rough) for experiment in ordered]
+    finer = [executor.submit(_few_states, experiment, rough, FINE_GRADING) for experiment in ordered]
     uncorrected, mechanics = _uncorrected(ordered, GRADING, rough)
-    corrections = [_correction(one, future.result()) for one, future in zip(mechanics, finer, strict=True)]
+    corrections = []
+    for one, future in zip(mechanics, finer, strict=True):
+        fine = future.result()
+        corrections.append(_correction(one.passage.visits.experiment, _states_of(one, fine), fine))
     corrected = replace(uncorrected, corrections=tuple(corrections))
     predicted = predictions(corrected, mechanics, rough)
     cleaned = without_glitches(ordered, _misfits(corrected, predicted))
@@ -62,10 +91,7 @@ def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[Case
     mechanics = [_measured_as(one, experiment) for one, experiment in zip(mechanics, cleaned, strict=True)]
     noise = noise_of(cleaned, _misfits(corrected, predicted))
     at_grasp = left_at_grasp(mechanics, rough, corrections)
-    shared = [
-        shared_errors_of(one, correction, noise, left)
-        for one, correction, left in zip(mechanics, corrections, at_grasp, strict=True)
-    ]
+    shared = _shared(mechanics, corrections, noise, at_grasp)
     case = _leaving(corrected, shared, AT_MOST)
     baseline = refit(case, rough, linearisation_of(case, rough, mechanics), evaluations=3)
     modulus = baseline.hypothesis.youngs_modulus
@@ -74,7 +100,60 @@ def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[Case
         for experiment, p in zip(cleaned, baseline.predicted, strict=True)
     )
     prepared = replace(corrected, loads=loads)
-    return cache(lambda left: _leaving(prepared, shared, left)), baseline
+    light = tuple(one.without_states() for one in mechanics)
+    return Preparation(prepared, light, noise, tuple(at_grasp), rough, _cases(prepared, shared)), baseline
+
+
+def corrected_at(preparation: Preparation, hypothesis: Hypothesis, executor: Executor) -> Preparation:
+    """Return the preparation with the discretisation error of a hypothesis, where that is far from where it is known.
+
+    Nearly incompressible tissue has much more of it, and where something is amiss the baseline's ν may be far off.
+    Without an equilibrium on one of the meshes it stays as it is.
+    """
+    before, after = (
+        POISSON_RATIO.to_internal(one.poisson_ratio) for one in (preparation.corrected_at, hypothesis)
+    )
+    if abs(after - before) < _FAR:
+        return preparation
+    case = preparation.case
+    jobs = [
+        [executor.submit(_few_states, one, hypothesis, grading) for grading in (GRADING, FINE_GRADING)]
+        for one in case.experiments
+    ]
+    try:
+        solved = [[job.result() for job in of_experiment] for of_experiment in jobs]
+    except SolverError:
+        return preparation
+    corrections = tuple(
+        _correction(one, coarse, fine) for one, (coarse, fine) in zip(case.experiments, solved, strict=True)
+    )
+    grown = edge_deviation(hypothesis) / edge_deviation(preparation.corrected_at)
+    at_grasp = tuple(grown * one for one in preparation.at_grasp)
+    shared = _shared(preparation.mechanics, corrections, preparation.noise, at_grasp)
+    corrected = replace(case, corrections=corrections)
+    return replace(
+        preparation,
+        case=corrected,
+        at_grasp=at_grasp,
+        corrected_at=hypothesis,
+        cases=_cases(corrected, shared),
+    )
+
+
+def _shared(
+    mechanics: Sequence[Mechanics],
+    corrections: Sequence[FloatArray],
+    noise: Noise,
+    at_grasp: Sequence[FloatArray],
+) -> list[SharedErrors]:
+    return [
+        shared_errors_of(one, correction, noise, left)
+        for one, correction, left in zip(mechanics, corrections, at_grasp, strict=True)
+    ]
+
+
+def _cases(case: Case, shared: Sequence[SharedErrors]) -> CaseLeaving:
+    return cache(lambda left: _leaving(case, shared, left))
 
 
 def _leaving(case: Case, shared: Sequence[SharedErrors], left: LeftByMeshes) -> Case:
@@ -111,24 +190,35 @@ def _rough_fit(experiments: tuple[Experiment, ...]) -> Hypothesis:
     return Hypothesis(values["youngs_modulus"], min(values["poisson_ratio"], LARGEST_POISSON_RATIO))
 
 
-def _fine_states(experiment: Experiment, hypothesis: Hypothesis) -> dict[int, FloatArray]:
-    """Return the channels of a few states of an experiment on a fine mesh."""
-    model = ForwardModel(mesh_experiment(experiment, FINE_GRADING), [experiment])
-    chosen = spread_states(model.schedules[0], _FINE_STATES)
+def _few_states(experiment: Experiment, hypothesis: Hypothesis, grading: Grading) -> dict[int, FloatArray]:
+    """Return the channels of a few states of an experiment on a mesh."""
+    problem = hypothesis.problem(mesh_experiment(experiment, grading))
+    model = ForwardModel(problem, [experiment])
+    chosen = spread_states(model.schedules[0], _CORRECTED_STATES)
     solved = model.predict(hypothesis.material(), [chosen])[0]
     return {state: predicted_channels(observation) for state, observation in solved.items()}
 
 
-def _correction(mechanics: Mechanics, fine: Mapping[int, FloatArray]) -> FloatArray:
-    """Return the change (n, c) from the coarse mesh to the fine one, interpolated along the gripper's travel."""
+def _states_of(mechanics: Mechanics, states: Iterable[int]) -> dict[int, FloatArray]:
+    """Return the channels of states of a solved experiment."""
     visits = mechanics.passage.visits
-    schedule = schedule_poses(visits.experiment)
+    state_of_row = schedule_poses(visits.experiment).state_of_row
+    return {
+        state: predicted_channels(
+            mechanics.observations[visits.of_row[int(np.argmax(state_of_row == state))]]
+        )
+        for state in states
+    }
+
+
+def _correction(
+    experiment: Experiment, coarse: Mapping[int, FloatArray], fine: Mapping[int, FloatArray]
+) -> FloatArray:
+    """Return the change (n, c) from the coarse mesh to the fine one, interpolated along the gripper's travel."""
+    schedule = schedule_poses(experiment)
     way = travel(schedule)
     known = sorted(fine, key=lambda state: way[state])
-    table = [np.zeros_like(next(iter(fine.values())))]
-    for state in known:
-        visit = visits.of_row[int(np.argmax(schedule.state_of_row == state))]
-        table.append(fine[state] - predicted_channels(mechanics.observations[visit]))
+    table = [np.zeros_like(fine[known[0]]), *(fine[state] - coarse[state] for state in known)]
     spline = PchipInterpolator([0.0, *way[known]], np.array(table))
     return np.asarray(spline(np.minimum(way, way[known[-1]]))[schedule.state_of_row])
 

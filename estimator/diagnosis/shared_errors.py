@@ -166,5 +166,10 @@ def left_at_grasp(
     null = hypothesis.with_effect(jaws, {amplitude.name: 0.0 for amplitude in jaws.amplitudes})
     free = [c for c in coordinates(null) if c.effect is not None]
     shifts = [Perturbation(c.name, c.put(null, c.step), jaws, c.step) for c in free]
-    deviation_m = _EDGE_LEFT_M / (1.0 - 2.0 * min(hypothesis.poisson_ratio, _LARGEST_RATIO_SEEN))
+    deviation_m = edge_deviation(hypothesis)
     return [deviation_m * slope for slope in derivatives(mechanics, hypothesis, shifts, corrections)]
+
+
+def edge_deviation(hypothesis: Hypothesis) -> float:
+    """Return by how much meshes act as if the edges of the grasp lay aside, one standard deviation in m."""
+    return _EDGE_LEFT_M / (1.0 - 2.0 * min(hypothesis.poisson_ratio, _LARGEST_RATIO_SEEN))

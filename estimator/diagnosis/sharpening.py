@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from estimator.diagnosis.case import Case, Linearisation
+from estimator.diagnosis.case import Case, Linearisation, predictions, residuals
 from estimator.diagnosis.contest import error_borne_out, first_order_evidence
 from estimator.diagnosis.refit import refit
 from estimator.diagnosis.result import LeftByMeshes
@@ -53,20 +53,22 @@ def noise_cost(case: Case) -> float:
 
 
 def whitened_anew(fit: Linearisation, before: Case, after: Case) -> Linearisation:
-    """Return the linearisation of one case in another, which differs from it in the noise alone."""
+    """Return the linearisation of one case in another, which differs in the noise and the discretisation's corrections.
+
+    The derivatives stay those that they were but for the noise.
+    """
     pairs = list(zip(after.whitenings, before.whitenings, strict=True))
     return replace(
         fit,
-        residual=tuple(
-            new.anew(r[:, None], old)[:, 0] for (new, old), r in zip(pairs, fit.residual, strict=True)
-        ),
+        predicted=tuple(predictions(after, fit.mechanics, fit.hypothesis)),
+        residual=tuple(residuals(after, fit.mechanics, fit.hypothesis)),
         by_coordinate=tuple(new.anew(c, old) for (new, old), c in zip(pairs, fit.by_coordinate, strict=True)),
         next_share=1.0,
     )
 
 
 def refitted_anew(baseline: Linearisation, before: Case, after: Case) -> Linearisation:
-    """Return the fitted baseline of one case as it is fitted in another, which differs from it in the noise alone.
+    """Return the fitted baseline of one case as it is fitted in another, which differs as :func:`whitened_anew` says.
 
     Raises
     ------

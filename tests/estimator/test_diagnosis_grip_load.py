@@ -67,7 +67,8 @@ def test_the_gripper_of_a_prepared_case_yields_to_less_than_half_of_the_noise() 
     exact = np.repeat([one.wrench for one in seen], 4, axis=0)
     measured = recorded(SMALL_BLOCK, poses, seen, np.random.default_rng(11))
     with ThreadPoolExecutor(1) as executor:
-        cases, _ = prepare([measured], executor)
-    off = [wrench - exact for wrench in (cases(AT_MOST).loads[0].felt, measured.wrench)]
+        preparation, _ = prepare([measured], executor)
+    felt = preparation.cases(AT_MOST).loads[0].felt
+    off = [wrench - exact for wrench in (felt, measured.wrench)]
     left, noisy = (rms((one - one.mean(axis=0))[:, :3]) for one in off)
     assert left < 0.5 * noisy
