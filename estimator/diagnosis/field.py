@@ -7,6 +7,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 from estimator.diagnosis.case import Case, Linearisation
+from estimator.diagnosis.closure import white_floor
 from estimator.diagnosis.contest import (
     Contender,
     Tell,
@@ -44,8 +45,8 @@ _FEWEST = 3
 # Finalists this close to each other are rivals.
 _CLOSE = 10.0
 _FINER = 4
-# A contender surely beats "none" by this.
-_SURE = 10.0
+# A contender surely beats "none" by this, and leaves little beyond noise below this share of noise's sum of squares.
+_SURE, _NEARLY = 10.0, 1.2
 # What is mistaken for another explains all but about this share of what that does.
 _ALIKE = 0.15
 
@@ -112,10 +113,18 @@ def hold_contest(experiments: Sequence[Experiment], executor: Executor, tell: Te
 
 
 def _at_the_leader(preparation: Preparation, field: Field, executor: Executor) -> Preparation:
-    """Return the preparation with the discretisation error of the best contender, where that surely beats "none"."""
-    if not field.contenders or field.contenders[0].log_evidence < field.none + _SURE:
+    """Return the preparation with the discretisation error of the best contender, where that is nearly the truth.
+
+    It surely beats "none", and leaves little beyond noise: another cause beside it would lead elsewhere.
+    """
+    if not field.contenders:
         return preparation
-    return corrected_at(preparation, field.contenders[0].fit.hypothesis, executor)
+    leader = field.contenders[0]
+    values = sum(len(residual) for residual in leader.fit.residual)
+    nearly = leader.fit.chi2 < _NEARLY * values * white_floor(field.case) ** 2
+    if not nearly or leader.log_evidence < field.none + _SURE:
+        return preparation
+    return corrected_at(preparation, leader.fit.hypothesis, executor)
 
 
 def _finer(field: Field, executor: Executor, tell: Tell) -> Field:
