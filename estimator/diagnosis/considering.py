@@ -16,6 +16,7 @@ from estimator.diagnosis.contest import (
     beside,
     best_starts,
     error_borne_out,
+    first_order_evidence,
     parameter_deviations,
     screen,
 )
@@ -23,10 +24,10 @@ from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.findings import best_trials, effect_quantities, material_quantities
 from estimator.diagnosis.held_out import held_out_residuals
 from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.preparation import prepare
-from estimator.diagnosis.race import race
+from estimator.diagnosis.preparation import corrected_at_best, prepare
+from estimator.diagnosis.race import race, race_on
 from estimator.diagnosis.result import AT_MOST, Consideration, LeftByMeshes, Material, Outcome, Place
-from estimator.diagnosis.sharpening import refitted_anew
+from estimator.diagnosis.sharpening import refitted_anew, whitened_anew
 from estimator.effects.catalogue import CATALOGUE, LABELS
 from estimator.errors import InputError
 from estimator.experiment import Experiment
@@ -101,6 +102,14 @@ def what_if(
         trials = screen(case, baseline, error, forms, executor, tell)
         starts = [trial.start for trial in best_starts(trials)[:_STARTS]]
         contenders = race(case, baseline, error, starts, -np.inf, executor, tell)
+        none = first_order_evidence(case, baseline, error)
+        corrected = corrected_at_best(preparation, case, contenders, none, executor)
+        if corrected is not preparation:
+            before, case = case, corrected.cases(left_by_meshes)
+            baseline = refitted_anew(baseline, before, case)
+            error = error_borne_out(case, baseline)
+            fits = [whitened_anew(one.fit, before, case) for one in contenders]
+            contenders = race_on(case, baseline, error, fits, -np.inf, executor, tell)
         return consider(case, baseline, error, trials, contenders, floor)[label]
 
 

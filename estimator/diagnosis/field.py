@@ -7,7 +7,6 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 from estimator.diagnosis.case import Case, Linearisation
-from estimator.diagnosis.closure import white_floor
 from estimator.diagnosis.contest import (
     Contender,
     Tell,
@@ -22,7 +21,7 @@ from estimator.diagnosis.contest import (
 from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.finer_forms import at_the_place_of, elaborations, mistaken_for, siblings
 from estimator.diagnosis.glitches import number_left_out
-from estimator.diagnosis.preparation import Preparation, corrected_at, prepare
+from estimator.diagnosis.preparation import corrected_at_best, prepare
 from estimator.diagnosis.race import finalists, race, race_on
 from estimator.diagnosis.result import AT_MOST
 from estimator.diagnosis.second_cause import adequate, promising_seconds
@@ -45,8 +44,6 @@ _FEWEST = 3
 # Finalists this close to each other are rivals.
 _CLOSE = 10.0
 _FINER = 4
-# A contender surely beats "none" by this, and leaves little beyond noise below this share of noise's sum of squares.
-_SURE, _NEARLY = 10.0, 1.2
 # What is mistaken for another explains all but about this share of what that does.
 _ALIKE = 0.15
 
@@ -104,27 +101,13 @@ def hold_contest(experiments: Sequence[Experiment], executor: Executor, tell: Te
     contenders = race(case, baseline, error, starts, none, executor, tell)
     left_out = number_left_out(experiments, case.experiments)
     field = Field(case, left_out, baseline, error, tuple(trials), tuple(contenders), none, unknown)
-    preparation = _at_the_leader(preparation, field, executor)
+    preparation = corrected_at_best(preparation, case, contenders, none, executor)
     field = _sharpened(field, preparation.cases, executor, tell)
     finer = _finer(field, executor, tell)
     if finer is field:
         return field
-    return _sharpened(finer, _at_the_leader(preparation, finer, executor).cases, executor, tell)
-
-
-def _at_the_leader(preparation: Preparation, field: Field, executor: Executor) -> Preparation:
-    """Return the preparation with the discretisation error of the best contender, where that is nearly the truth.
-
-    It surely beats "none", and leaves little beyond noise: another cause beside it would lead elsewhere.
-    """
-    if not field.contenders:
-        return preparation
-    leader = field.contenders[0]
-    values = sum(len(residual) for residual in leader.fit.residual)
-    nearly = leader.fit.chi2 < _NEARLY * values * white_floor(field.case) ** 2
-    if not nearly or leader.log_evidence < field.none + _SURE:
-        return preparation
-    return corrected_at(preparation, leader.fit.hypothesis, executor)
+    preparation = corrected_at_best(preparation, finer.case, finer.contenders, finer.none, executor)
+    return _sharpened(finer, preparation.cases, executor, tell)
 
 
 def _finer(field: Field, executor: Executor, tell: Tell) -> Field:

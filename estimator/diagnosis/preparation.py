@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from estimator.diagnosis.case import Case, Linearisation, linearisation_of, predictions
+from estimator.diagnosis.closure import white_floor
+from estimator.diagnosis.contest import Contender
 from estimator.diagnosis.glitches import without_glitches
 from estimator.diagnosis.grip_load import GripLoad, without_noise
 from estimator.diagnosis.hypothesis import LARGEST_POISSON_RATIO, Hypothesis
@@ -40,6 +42,8 @@ _FIRST_GRADING = Grading(grasp_m=3e-3, anchor_m=8e-3, largest_m=25e-3, growth=3.
 _CORRECTED_STATES = 3
 # A hypothesis is far from where the corrections are known where its −ln(1 − 2ν) differs by this.
 _FAR = 0.2
+# A contender surely beats "none" by this, and leaves little beyond noise below this share of noise's sum of squares.
+_SURE, _NEARLY = 10.0, 1.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,6 +142,32 @@ def corrected_at(preparation: Preparation, hypothesis: Hypothesis, executor: Exe
         corrected_at=hypothesis,
         cases=_cases(corrected, shared),
     )
+
+
+def corrected_at_best(
+    preparation: Preparation,
+    case: Case,
+    contenders: Sequence[Contender],
+    none: float,
+    executor: Executor,
+) -> Preparation:
+    """Return the preparation with the discretisation error of the best contender, where that is nearly the truth.
+
+    It surely beats "none", and leaves little beyond noise: another cause beside it would lead elsewhere.
+
+    Parameters
+    ----------
+    case : in which the contenders were refitted
+    contenders : the most probable first
+    none : log evidence of the baseline
+    """
+    if not contenders or contenders[0].log_evidence < none + _SURE:
+        return preparation
+    fit = contenders[0].fit
+    values = sum(len(residual) for residual in fit.residual)
+    if fit.chi2 > _NEARLY * values * white_floor(case) ** 2:
+        return preparation
+    return corrected_at(preparation, fit.hypothesis, executor)
 
 
 def _shared(

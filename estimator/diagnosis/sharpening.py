@@ -57,11 +57,19 @@ def whitened_anew(fit: Linearisation, before: Case, after: Case) -> Linearisatio
 
     The derivatives stay those that they were but for the noise.
     """
+    if after.corrections is not before.corrections:
+        corrected = replace(before, corrections=after.corrections)
+        fit = replace(
+            fit,
+            predicted=tuple(predictions(corrected, fit.mechanics, fit.hypothesis)),
+            residual=tuple(residuals(corrected, fit.mechanics, fit.hypothesis)),
+        )
     pairs = list(zip(after.whitenings, before.whitenings, strict=True))
     return replace(
         fit,
-        predicted=tuple(predictions(after, fit.mechanics, fit.hypothesis)),
-        residual=tuple(residuals(after, fit.mechanics, fit.hypothesis)),
+        residual=tuple(
+            new.anew(r[:, None], old)[:, 0] for (new, old), r in zip(pairs, fit.residual, strict=True)
+        ),
         by_coordinate=tuple(new.anew(c, old) for (new, old), c in zip(pairs, fit.by_coordinate, strict=True)),
         next_share=1.0,
     )
