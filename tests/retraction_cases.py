@@ -90,6 +90,11 @@ REFERENCE_PATHS = {
 }
 
 
+def from_rest(rest: Experiment, path: Sequence[GripperPose]) -> list[GripperPose]:
+    """The path with the pose at rest before it."""
+    return [GripperPose(np.array(rest.grasp.centre), Rotation.identity()), *path]
+
+
 def follow(
     problem: RetractionProblem,
     material: Material,

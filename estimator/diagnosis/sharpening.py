@@ -1,7 +1,8 @@
 """How little meshes have left of their errors, as far as the measurements bear it out at the best fit there is.
 
 What they may leave at most hides much. The noise is chosen by the baseline, and anew once a cause is found: before
-that, its own misfit seems to be what meshes left. Whatever was linearised stays as it is, and is whitened anew.
+that, its own misfit seems to be what meshes left. Whatever was linearised stays as it is but for the discretisation's
+corrections, and is whitened anew.
 """
 
 from collections.abc import Callable

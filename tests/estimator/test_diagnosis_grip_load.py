@@ -5,14 +5,11 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from retraction_cases import SMALL_BLOCK, recorded, straight_pull
-from scipy.spatial.transform import Rotation
+from retraction_cases import SMALL_BLOCK, follow, from_rest, recorded, straight_pull
 
 from estimator.diagnosis.grip_load import without_noise
 from estimator.diagnosis.preparation import prepare
 from estimator.diagnosis.result import AT_MOST
-from estimator.fem.equilibrium import EquilibriumSolver
-from estimator.fem.motion import GripperPose
 from estimator.fem.observation import observe
 from estimator.forward.meshing import mesh_experiment
 from estimator.materials import NeoHookean
@@ -57,13 +54,8 @@ def test_rows_without_a_measurement_are_filled_and_a_channel_without_any_is_take
 
 def test_the_gripper_of_a_prepared_case_yields_to_less_than_half_of_the_noise() -> None:
     problem, truth = mesh_experiment(SMALL_BLOCK), Material(NeoHookean(), 20e3, 0.44)
-    solver = EquilibriumSolver(problem)
-    states = [solver.rest(truth)]
-    path = straight_pull(SMALL_BLOCK, 0.012, 8)
-    for pose in path:
-        states.append(solver.solve(pose, truth, states[-1]))
-    poses = [GripperPose(np.array(SMALL_BLOCK.grasp.centre), Rotation.identity()), *path]
-    seen = [observe(problem, state) for state in states]
+    poses = from_rest(SMALL_BLOCK, straight_pull(SMALL_BLOCK, 0.012, 8))
+    seen = [observe(problem, state) for state in follow(problem, truth, poses)]
     exact = np.repeat([one.wrench for one in seen], 4, axis=0)
     measured = recorded(SMALL_BLOCK, poses, seen, np.random.default_rng(11))
     with ThreadPoolExecutor(1) as executor:

@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from retraction_cases import SMALL_BLOCK, recorded, straight_pull
-from scipy.spatial.transform import Rotation
+from retraction_cases import SMALL_BLOCK, follow, from_rest, recorded, straight_pull
 
 from estimator.diagnosis.case import linearisation_of, linearise
 from estimator.diagnosis.hypothesis import Hypothesis
@@ -15,8 +14,6 @@ from estimator.diagnosis.preparation import corrected_at, prepare
 from estimator.diagnosis.result import AT_MOST
 from estimator.diagnosis.sharpening import whitened_anew
 from estimator.experiment import Experiment
-from estimator.fem.equilibrium import EquilibriumSolver
-from estimator.fem.motion import GripperPose
 from estimator.fem.observation import observe
 from estimator.forward.meshing import mesh_experiment
 
@@ -24,13 +21,9 @@ TRUE_RATIO, FARTHER = 0.42, 0.475
 
 
 def pulled(poisson_ratio: float) -> Experiment:
-    problem, material = mesh_experiment(SMALL_BLOCK), Hypothesis(20e3, poisson_ratio).material()
-    solver = EquilibriumSolver(problem)
-    states = [solver.rest(material)]
-    path = straight_pull(SMALL_BLOCK, 0.01, 4)
-    for pose in path:
-        states.append(solver.solve(pose, material, states[-1]))
-    poses = [GripperPose(np.array(SMALL_BLOCK.grasp.centre), Rotation.identity()), *path]
+    problem = mesh_experiment(SMALL_BLOCK)
+    poses = from_rest(SMALL_BLOCK, straight_pull(SMALL_BLOCK, 0.01, 4))
+    states = follow(problem, Hypothesis(20e3, poisson_ratio).material(), poses)
     return recorded(SMALL_BLOCK, poses, [observe(problem, one) for one in states], np.random.default_rng(5))
 
 
