@@ -22,6 +22,7 @@ from estimator.effects.slanted_view import SlantedView
 from estimator.effects.sticky_patch import StickyPatch
 from estimator.effects.zero_jump import ZeroJump
 from estimator.fem.block_mesh import Grading
+from estimator.fem.quadrature import quadrature_points
 from estimator.forward.meshing import mesh_experiment
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
@@ -106,12 +107,32 @@ def test_a_cut_is_looked_for_within_the_region_that_it_is_mistaken_for():
     readings = felt(there_and_back())
     within = Cut().looked_for_at(np.array([0.01, -0.02, 0.0]), 0.008)
     starts = within.starts([readings])
-    assert {(start["centre_x"], start["centre_y"], start["radius"]) for start in starts} == {
+    assert {(start["centre_x"], start["centre_y"], start["half_length"]) for start in starts} == {
         (0.01, -0.02, 0.008)
     }
     assert sorted(start["normal"] for start in starts) == [0.0, np.pi / 2]
     assert within.name == Cut().name
     assert len(Cut().starts([readings])) > 2 * 20
+
+
+def test_a_cut_bears_next_to_nothing_within_and_all_beyond_its_ends_and_beside_it():
+    mesh = mesh_experiment(REFERENCE_BLOCK, Grading(1e-3, 1e-3, 1e-3, 1.0, 1))
+    values = {
+        "log_softness": 4.0,
+        "centre_x": 0.0,
+        "centre_y": 0.0,
+        "half_length": 0.008,
+        "normal": np.pi / 6,
+    }
+    left = np.exp(Cut().log_modulus(mesh, values))
+    arms = quadrature_points(mesh.body.mesh)[..., :2]
+    across, along = arms @ [np.cos(np.pi / 6), 0.5], arms @ [-0.5, np.cos(np.pi / 6)]
+    within = np.hypot(across / 0.0005, along / 0.007) < 1.0
+    beyond = (np.abs(along) > 0.012) | (np.abs(across) > 0.006)
+    assert within.any()
+    assert left[within].max() < 0.25
+    assert left[beyond].min() > 0.95
+    assert Cut().log_modulus(mesh, {**values, "log_softness": 0.0}) is None
 
 
 def test_a_drifting_modulus_scales_every_force_by_the_time_since_the_first_experiment_began():

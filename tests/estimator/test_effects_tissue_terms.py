@@ -16,7 +16,6 @@ from tissue_effects import (
 )
 
 from estimator.effects.anisotropy import ANISOTROPY
-from estimator.effects.cut import Cut
 from estimator.effects.effect import Effect
 from estimator.effects.permanent_set import PERMANENT_SET
 from estimator.effects.stress_softening import STRESS_SOFTENING
@@ -27,7 +26,6 @@ from estimator.fem.relaxation import RelaxingPart
 from estimator.fem.stress_kernels import second_piola
 from estimator.fem.stress_terms import isochoric_energy
 from estimator.fem.terms import Term
-from estimator.fem.weak_planes import WeakPlanes
 from estimator.materials.material import Material, make_material
 from estimator.materials.veronda_westmann import VerondaWestmann
 
@@ -47,11 +45,9 @@ PSEUDO_ELASTIC: list[tuple[Effect, dict[str, float]]] = [
     (ABSOLUTE, {"depth": 0.3, "width_over_modulus": 0.01}),
     (RELATIVE, {"depth": 0.3, "relative_width": 0.5}),
 ]
-CUT = {"weakness": 0.5, "centre_x": -0.01, "centre_y": 0.005, "radius": 0.02, "normal": 0.4}
 PRESENT: list[tuple[Effect, dict[str, float]]] = [
     (BOTH_WAYS, {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.6}),
     (TENSION_ONLY, {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.6, "fibre_stiffening": 0.8}),
-    (Cut(), CUT),
     (ONE_TERM, ONE_TIME),
     (TWO_TERMS, TWO_TIMES),
     (WHOLE, ONE_TIME),
@@ -144,37 +140,6 @@ def test_forces_of_fibres_are_the_gradient_of_their_energy() -> None:
     ahead, back = (fibres.energy(response_to(field + sign * step * change)) for sign in (1, -1))
     work = float(np.sum(fibres.forces(field, response_to(field)) * change))
     assert work == pytest.approx((ahead - back) / (2 * step), rel=1e-6)
-
-
-def test_forces_beside_a_cut_are_the_gradient_of_its_energy() -> None:
-    (planes,) = Cut().terms(PROBLEM, TISSUE, REFERENCE_BLOCK, CUT)
-    assert isinstance(planes, WeakPlanes)
-    field, change, step = smooth_field(0.1), smooth_field(1.0, seed=3), 1e-5
-    ahead, back = (planes.energy(response_to(field + sign * step * change)) for sign in (1, -1))
-    work = float(np.sum(planes.forces(field, response_to(field)) * change))
-    assert work == pytest.approx((ahead - back) / (2 * step), rel=1e-6)
-
-
-def test_across_a_cut_the_tissue_is_weak_and_along_it_whole() -> None:
-    points, volume, strain = PROBLEM.body.mesh.points, PROBLEM.body.volume.sum(), 1e-5
-    everywhere = {**CUT, "radius": 1.0}
-    ratio = 2 * (1 + TISSUE.poisson_ratio)
-    shear = TISSUE.youngs_modulus / ratio
-
-    def lost(moved_along: int, by: int, normal: float) -> float:
-        moved = np.zeros_like(points)
-        moved[:, moved_along] = strain * points[:, by]
-        term = term_of(Cut(), {**everywhere, "normal": normal})
-        work = float(np.sum(term.forces(moved, response_to(moved)) * moved))
-        return -work / (strain**2 * volume)
-
-    assert lost(0, 0, normal=0.0) == pytest.approx(0.5 * TISSUE.youngs_modulus, rel=1e-3)
-    # Half of E across it is lost: its compliance 1 / E is doubled. A cut adds as much to 1 / G in the plane, and by
-    # 1 + ν more out of it.
-    assert lost(0, 1, normal=0.0) == pytest.approx(shear * (1 - 1 / (1 + 1 / ratio)), rel=1e-3)
-    assert lost(0, 2, normal=0.0) == pytest.approx(shear * (1 - 1 / (1 + 1 / 2)), rel=1e-3)
-    assert abs(lost(1, 1, normal=0.0)) < 1e-6 * shear
-    assert lost(1, 1, normal=np.pi / 2) == pytest.approx(0.5 * TISSUE.youngs_modulus, rel=1e-3)
 
 
 def test_fibres_add_four_times_their_modulus_along_themselves_and_nothing_across() -> None:
