@@ -27,11 +27,11 @@ from estimator.diagnosis.result import AT_MOST
 from estimator.diagnosis.second_cause import adequate, promising_seconds
 from estimator.diagnosis.sharpening import (
     CaseLeaving,
+    in_another_case,
     noise_cost,
     refitted_anew,
     sharpest,
     signature_anew,
-    whitened_anew,
 )
 from estimator.effects.catalogue import CATALOGUE, LABELS, OUTSIDERS
 from estimator.experiment import Experiment
@@ -155,7 +155,7 @@ def _sharpened(field: Field, cases: CaseLeaving, executor: Executor, tell: Tell)
     if case is field.case:
         return field
     baseline = refitted_anew(field.baseline, field.case, case)
-    fits = [whitened_anew(one.fit, field.case, case) for one in field.contenders]
+    fits = [in_another_case(one.fit, field.case, case) for one in field.contenders]
     error = error_borne_out(case, fits[0])
     gained = noise_cost(case) - noise_cost(field.case)
     none = max(first_order_evidence(case, baseline, error), field.none + gained)

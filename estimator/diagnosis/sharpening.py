@@ -37,7 +37,7 @@ def sharpest(cases: CaseLeaving, case: Case, fit: Linearisation) -> Case:
     """
 
     def log_density(left: LeftByMeshes) -> float:
-        return _log_density(cases(left), whitened_anew(fit, case, cases(left)))
+        return _log_density(cases(left), in_another_case(fit, case, cases(left)))
 
     likely = max((LeftByMeshes(_USUAL, share) for share in _SHARES), key=log_density)
     return cases(max((replace(likely, elsewhere=share) for share in _SHARES), key=log_density))
@@ -53,7 +53,7 @@ def noise_cost(case: Case) -> float:
     return 0.5 * float(np.sum([whitening.log_determinant for whitening in case.whitenings]))
 
 
-def whitened_anew(fit: Linearisation, before: Case, after: Case) -> Linearisation:
+def in_another_case(fit: Linearisation, before: Case, after: Case) -> Linearisation:
     """Return the linearisation of one case in another, which differs in the noise and the discretisation's corrections.
 
     The derivatives stay those that they were but for the noise.
@@ -77,14 +77,14 @@ def whitened_anew(fit: Linearisation, before: Case, after: Case) -> Linearisatio
 
 
 def refitted_anew(baseline: Linearisation, before: Case, after: Case) -> Linearisation:
-    """Return the fitted baseline of one case as it is fitted in another, which differs as :func:`whitened_anew` says.
+    """Return the fitted baseline of one case as it is fitted in another, which differs as :func:`in_another_case` says.
 
     Raises
     ------
     SolverError
         A visit has no equilibrium.
     """
-    return refit(after, baseline.hypothesis, whitened_anew(baseline, before, after), _POINTS)
+    return refit(after, baseline.hypothesis, in_another_case(baseline, before, after), _POINTS)
 
 
 def signature_anew(signature: Signature, before: Case, after: Case) -> Signature:

@@ -12,7 +12,7 @@ from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.passage import mechanics_of, solve_case
 from estimator.diagnosis.preparation import corrected_at, prepare
 from estimator.diagnosis.result import AT_MOST
-from estimator.diagnosis.sharpening import whitened_anew
+from estimator.diagnosis.sharpening import in_another_case
 from estimator.experiment import Experiment
 from estimator.fem.observation import observe
 from estimator.forward.meshing import mesh_experiment
@@ -50,7 +50,7 @@ def test_a_fit_goes_over_to_other_corrections_as_if_it_had_been_made_with_them()
         hypothesis = replace(preparation.corrected_at, poisson_ratio=FARTHER)
         far = corrected_at(preparation, hypothesis, executor)
     before, after = preparation.cases(AT_MOST), far.cases(AT_MOST)
-    moved = whitened_anew(linearise(before, hypothesis), before, after)
+    moved = in_another_case(linearise(before, hypothesis), before, after)
     passages = solve_case(after.problem, after.experiments, hypothesis, after.loads)
     anew = linearisation_of(after, hypothesis, [mechanics_of(one) for one in passages])
     np.testing.assert_allclose(moved.residual[0], anew.residual[0], atol=1e-6)

@@ -12,7 +12,7 @@ from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.hypothesis import Hypothesis, coordinates
 from estimator.diagnosis.result import AT_MOST, LeftByMeshes
 from estimator.diagnosis.shared_errors import SharedErrors
-from estimator.diagnosis.sharpening import noise_cost, sharpest, whitened_anew
+from estimator.diagnosis.sharpening import in_another_case, noise_cost, sharpest
 from estimator.fem.problem import RetractionProblem
 
 FloatArray = NDArray[np.float64]
@@ -59,7 +59,7 @@ def test_what_meshes_left_beside_the_rim_and_elsewhere_is_told_from_the_misfit(
 
 def test_a_fit_is_the_same_in_every_noise_but_for_its_whitening() -> None:
     most, least, left = case_leaving(AT_MOST), case_leaving(LEAST), LeftByMeshes(0.5, 0.25)
-    anew, direct = whitened_anew(fit_in(most, left), most, least), fit_in(least, left)
+    anew, direct = in_another_case(fit_in(most, left), most, least), fit_in(least, left)
     np.testing.assert_allclose(anew.residual[0], direct.residual[0], atol=1e-9)
     np.testing.assert_allclose(anew.by_coordinate[0], direct.by_coordinate[0], atol=1e-9)
     assert noise_cost(least) < noise_cost(most)

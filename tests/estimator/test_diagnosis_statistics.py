@@ -59,7 +59,7 @@ def test_shrinking_is_the_inverse_root_of_the_covariance() -> None:
     assert np.allclose(root @ (np.eye(30) + shared @ shared.T) @ root.T, np.eye(30))
 
 
-def test_what_was_whitened_by_one_noise_is_whitened_anew_by_another() -> None:
+def test_what_was_whitened_by_one_noise_is_in_another_case_by_another() -> None:
     rng = np.random.default_rng(1)
     shared, columns = rng.normal(size=(30, 4)), rng.normal(size=(30, 3))
     more, less = (whitening_by(share * shared) for share in (1.0, 0.2))
