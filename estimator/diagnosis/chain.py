@@ -22,11 +22,12 @@ class TermChain:
         self._terms: tuple[Term, ...] | None = None
 
     def begin(self, problem: RetractionProblem, experiment: Experiment) -> None:
-        """Start an experiment; from the second on after a rest."""
-        if self._terms is None:
-            self._terms = self._hypothesis.terms(problem, experiment)
-        else:
-            self._terms = tuple(term.rested() for term in self._terms)
+        """Start an experiment: from the second on, what remembers goes on after a rest, and the others begin anew."""
+        fresh = self._hypothesis.terms(problem, experiment)
+        if self._terms is not None:
+            pairs = zip(fresh, self._terms, strict=True)
+            fresh = tuple(new if isinstance(new, Memoryless) else last.rested() for new, last in pairs)
+        self._terms = fresh
 
     @property
     def remembers(self) -> bool:

@@ -1,5 +1,6 @@
 """Every effect that is looked for, in the order in which they act from the tissue to the recording, and outsiders."""
 
+from estimator.effects.air_pocket import AirPocket
 from estimator.effects.anchor_compliance import ANCHOR_COMPLIANCE
 from estimator.effects.anchor_debonding import ANCHOR_DEBONDING
 from estimator.effects.anisotropy import ANISOTROPY
@@ -34,6 +35,7 @@ from estimator.effects.gripper_compliance import (
 )
 from estimator.effects.gripper_slip import CreepingSlip, GripperJump, GripperSlip
 from estimator.effects.inhomogeneity import INHOMOGENEITY
+from estimator.effects.jammed_joint import JammedJoint
 from estimator.effects.lens_distortion import LensDistortion
 from estimator.effects.loose_bead import LooseBead
 from estimator.effects.modulus_drift import ModulusDrift
@@ -44,6 +46,7 @@ from estimator.effects.permanent_set import PERMANENT_SET
 from estimator.effects.prestretch import PRESTRETCH
 from estimator.effects.robot_backlash import RobotBacklash
 from estimator.effects.second_invariant import SECOND_INVARIANT
+from estimator.effects.shrinkage import Shrinkage
 from estimator.effects.slanted_view import SlantedView
 from estimator.effects.sticky_patch import StickyPatch
 from estimator.effects.strain_stiffening import STRAIN_STIFFENING
@@ -139,13 +142,17 @@ OUTSIDERS: tuple[Effect, ...] = (
     LensDistortion("measured"),
     ForceClipping(),
     StickyPatch(),
+    AirPocket(),
     Cut(),
+    Shrinkage(),
     ModulusDrift(),
     CameraCreep(),
     SlantedView(),
     Cable(),
     ZeroJump(),
     LooseBead(),
+    JammedJoint("turn"),
+    JammedJoint("travel"),
 )
 
 LABELS: dict[str, Group] = {effect.label: effect.group for effect in CATALOGUE}

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from retraction_cases import REFERENCE_BLOCK, straight_pull, turning_pull, with_rows
 from scipy.spatial.transform import Rotation
 
+from estimator.diagnosis import passage
 from estimator.diagnosis.grip_load import GripLoad
 from estimator.diagnosis.hypothesis import Hypothesis, coordinates
 from estimator.diagnosis.passage import Mechanics, mechanics_of, solve_case
@@ -25,8 +26,9 @@ FloatArray = NDArray[np.float64]
 TINY = Grading(grasp_m=6e-3, anchor_m=10e-3, largest_m=30e-3, growth=3.0, layers=1)
 BASE = Hypothesis(12e3, 0.42)
 DEVIATION = np.concatenate([[0.02] * 3, [5e-4] * 3, [5e-5] * 48])
-# A few integration points across an inclusion's rim are what limits it: everything else agrees to 1 %.
-TOLERANCE = 0.03
+TOLERANCE = 0.01
+# A few integration points across their rims are what limits these.
+WITH_A_RIM, TOLERANCE_AT_A_RIM = ("inhomogeneity:cylinder", "unknown:cut"), 0.03
 
 
 def _there_and_back(poses: Sequence[GripperPose]) -> list[GripperPose]:
@@ -65,8 +67,12 @@ ZEROS = [np.zeros((len(e.time), 6 + 48)) for e in EXPERIMENTS]
 
 
 def solved(hypothesis: Hypothesis) -> list[Mechanics]:
-    passages = solve_case(PROBLEM, EXPERIMENTS, hypothesis, LOADS)
-    return [mechanics_of(passage) for passage in passages]
+    """With the tangents of the equilibria themselves: a diagnosis makes do with those from shortly before them."""
+    with pytest.MonkeyPatch.context() as patch:
+        exact = replace(passage._FROM_REST, tangent_reuse=0.0)
+        patch.setattr(passage, "_FROM_REST", exact)
+        passages = solve_case(PROBLEM, EXPERIMENTS, hypothesis, LOADS)
+    return [mechanics_of(one) for one in passages]
 
 
 def read(mechanics: Sequence[Mechanics], hypothesis: Hypothesis) -> FloatArray:
@@ -114,7 +120,8 @@ def test_the_derivative_at_the_null_is_that_of_the_solved_case(effect: Effect) -
         slopes.append((read(solved(hypothesis), hypothesis) - read(BASELINE, BASE)) / amplitude)
     resolved = 2 * slopes[1] - slopes[0]
     assert np.linalg.norm(resolved) > 0
-    assert np.linalg.norm(predicted / DEVIATION - resolved) < TOLERANCE * np.linalg.norm(resolved)
+    tolerance = TOLERANCE_AT_A_RIM if effect.name in WITH_A_RIM else TOLERANCE
+    assert np.linalg.norm(predicted / DEVIATION - resolved) < tolerance * np.linalg.norm(resolved)
 
 
 @pytest.mark.parametrize(
