@@ -22,7 +22,7 @@ from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
 from estimator.diagnosis.judgement import of_labels, probabilities, shared_with_unknown
 from estimator.diagnosis.pair_search import search_pairs
 from estimator.diagnosis.result import NONE, UNKNOWN
-from estimator.diagnosis.roughness import rough_gap, rough_remainder, shaking
+from estimator.diagnosis.roughness import out_of_step, rough_gap, rough_remainder, shaking
 from estimator.diagnosis.second_cause import adequate, asked_of, least_remainder
 from estimator.effects.catalogue import LABELS
 
@@ -57,9 +57,7 @@ def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executo
     probability = probabilities(evidence)
     leading = next(iter(probability))
     if leading == NONE:
-        seen = [whitening.seen for whitening in field.case.whitenings]
-        rough = rough_gap(field.baseline.residual, white_floor(field.case))
-        beyond = max(rough, shaking(field.baseline.residual, seen))
+        beyond = _rough_beyond_all(field)
         if not beyond:
             return Verdict((), None, probability)
         return Verdict((UNKNOWN,), None, shared_with_unknown(probability, NONE, 0.0, beyond))
@@ -163,6 +161,21 @@ def _with_remainder(
     if next(iter(shared)) == UNKNOWN:
         return Verdict((UNKNOWN,), None, shared)
     return Verdict((*labels, UNKNOWN), winner, shared)
+
+
+def _rough_beyond_all(field: Field) -> float:
+    """Return what is not smooth in the baseline's gap; 0 where nothing stands out."""
+    baseline, whitenings = field.baseline, field.case.whitenings
+    seen = [whitening.seen for whitening in whitenings]
+    course = [
+        (predicted / whitening.deviation)[:, 6:]
+        for predicted, whitening in zip(baseline.predicted, whitenings, strict=True)
+    ]
+    return max(
+        rough_gap(baseline.residual, white_floor(field.case)),
+        shaking(baseline.residual, seen),
+        out_of_step(baseline.residual, seen, course),
+    )
 
 
 def _rough(field: Field, fit: Linearisation) -> float:
