@@ -396,23 +396,3 @@ def test_what_moves_to_the_unknown_leaves_no_negative_probability() -> None:
         shared = shared_with_unknown({"none": none, "unknown": 1.0 - none}, "none", 0.0, 14.3)
         assert shared["none"] == 0.0
         assert shared["unknown"] == pytest.approx(1.0)
-
-
-def test_rows_that_show_beads_where_they_were_before_are_out_of_step_and_late_cameras_are_not() -> None:
-    rng = np.random.default_rng(5)
-    still, moving = np.zeros((20, 3, 3)), np.linspace(0.0, 400.0, 60)[:, None, None] * rng.normal(size=(3, 3))
-    course = np.concatenate([still, moving, moving[-1] + still]).reshape(100, 9)
-    velocity = np.gradient(course, axis=0)
-    noise = rng.standard_normal((100, 15))
-    seen = np.ones(noise.shape, dtype=bool)
-    seen[30, 6:9] = False
-
-    def judged(seconds_late: FloatArray) -> float:
-        channels = noise.copy()
-        channels[:, 6:] -= seconds_late[:, None] * velocity
-        return out_of_step([channels[seen]], [seen], [course])
-
-    assert judged(np.zeros(100)) == 0.0
-    assert judged(np.full(100, 0.5)) == 0.0
-    again = rng.random(100) < 0.2
-    assert judged(0.5 * again) > 20.0

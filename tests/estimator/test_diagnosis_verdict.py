@@ -14,7 +14,7 @@ from estimator.diagnosis.discrepancy import Discrepancy, ModelError
 from estimator.diagnosis.field import Field
 from estimator.diagnosis.hypothesis import Hypothesis, coordinates
 from estimator.diagnosis.judgement import probabilities
-from estimator.diagnosis.roughness import rough_gap, rough_remainder, shaking
+from estimator.diagnosis.roughness import out_of_step, rough_gap, rough_remainder, shaking
 from estimator.diagnosis.screening import Signature
 from estimator.diagnosis.second_cause import adequate, asked_of, promising_seconds
 from estimator.diagnosis.verdict import weigh
@@ -121,6 +121,26 @@ def test_beads_that_shake_together_are_told_from_noise_of_whatever_size(noise: f
     assert shaking([still[seen]], [seen]) == 0.0
     # Of each of 540 means of 16 beads the shake adds 16 · 0.5² variances of the noise.
     assert shaking([shaken[seen]], [seen]) == pytest.approx(0.5 * 540 * 4.0 * noise**2, rel=0.2)
+
+
+def test_rows_that_show_beads_where_they_were_before_are_out_of_step_and_late_cameras_are_not() -> None:
+    rng = np.random.default_rng(5)
+    still, moving = np.zeros((20, 3, 3)), np.linspace(0.0, 400.0, 60)[:, None, None] * rng.normal(size=(3, 3))
+    course = np.concatenate([still, moving, moving[-1] + still]).reshape(100, 9)
+    velocity = np.gradient(course, axis=0)
+    noise = rng.standard_normal((100, 15))
+    seen = np.ones(noise.shape, dtype=bool)
+    seen[30, 6:9] = False
+
+    def judged(seconds_late: NDArray[np.float64]) -> float:
+        channels = noise.copy()
+        channels[:, 6:] -= seconds_late[:, None] * velocity
+        return out_of_step([channels[seen]], [seen], [course])
+
+    assert judged(np.zeros(100)) == 0.0
+    assert judged(np.full(100, 0.5)) == 0.0
+    again = rng.random(100) < 0.2
+    assert judged(0.5 * again) > 20.0
 
 
 def found_beside(explained: float, left: float, first: str = "gripper_compliance:translation") -> bool:
