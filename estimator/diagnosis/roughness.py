@@ -80,7 +80,7 @@ def shaking(residual: Sequence[FloatArray], seen: Sequence[BoolArray]) -> float:
 
 
 def out_of_step(
-    residual: Sequence[FloatArray], seen: Sequence[BoolArray], course: Sequence[FloatArray]
+    residual: Sequence[FloatArray], seen: Sequence[BoolArray], predicted: Sequence[FloatArray]
 ) -> float:
     """Return half of what single rows are ahead of or behind the others beyond noise, where that stands out; else 0.
 
@@ -89,13 +89,13 @@ def out_of_step(
     Parameters
     ----------
     residual, seen : as in :func:`shaking`
-    course : (n, 3m) of each experiment, where the beads are predicted, in units of their noise
+    predicted : (n, 6 + 3m) of each experiment, in units of the noise
     """
     aside, of_beads, freedom = [], [], 0
-    for r, where, predicted in zip(residual, seen, course, strict=True):
+    for r, where, course in zip(residual, seen, predicted, strict=True):
         beads = _of_beads(r, where)
         known = np.isfinite(beads)
-        velocity = np.where(known, np.gradient(predicted, axis=0), 0.0)
+        velocity = np.where(known, np.gradient(course[:, _WRENCH:], axis=0), 0.0)
         speed = np.linalg.norm(velocity, axis=1)
         moving = speed > _MOVING * speed.max()
         along = (velocity * np.where(known, beads, 0.0)).sum(axis=1)[moving] / speed[moving]

@@ -57,7 +57,7 @@ def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executo
     probability = probabilities(evidence)
     leading = next(iter(probability))
     if leading == NONE:
-        beyond = _rough_beyond_all(field)
+        beyond = _rough_gap(field)
         if not beyond:
             return Verdict((), None, probability)
         return Verdict((UNKNOWN,), None, shared_with_unknown(probability, NONE, 0.0, beyond))
@@ -163,18 +163,18 @@ def _with_remainder(
     return Verdict((*labels, UNKNOWN), winner, shared)
 
 
-def _rough_beyond_all(field: Field) -> float:
+def _rough_gap(field: Field) -> float:
     """Return what is not smooth in the baseline's gap; 0 where nothing stands out."""
     baseline, whitenings = field.baseline, field.case.whitenings
     seen = [whitening.seen for whitening in whitenings]
-    course = [
-        (predicted / whitening.deviation)[:, 6:]
-        for predicted, whitening in zip(baseline.predicted, whitenings, strict=True)
+    predicted = [
+        channels / whitening.deviation
+        for channels, whitening in zip(baseline.predicted, whitenings, strict=True)
     ]
     return max(
         rough_gap(baseline.residual, white_floor(field.case)),
         shaking(baseline.residual, seen),
-        out_of_step(baseline.residual, seen, course),
+        out_of_step(baseline.residual, seen, predicted),
     )
 
 

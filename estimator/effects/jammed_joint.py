@@ -14,10 +14,11 @@ from estimator.effects.effect import OUTSIDE, Amplitude, Constant, Effect, Motio
 FloatArray = NDArray[np.float64]
 
 _LOST = Amplitude("lost", "1", scale=1.0, smallest=0.03, lower=0.0, upper=1.0)
+# Shares of the farthest way at which a search begins.
 _SHARES = (0.3, 0.5, 0.7, 0.85, 0.95)
 _REACH = {
-    "turn": Constant("reach", "rad", _SHARES, lower=0.01, upper=float(np.pi)),
-    "travel": Constant("reach", "m", _SHARES, lower=1e-4, upper=0.2),
+    "turn": Constant("reach", "rad", (), lower=0.01, upper=float(np.pi)),
+    "travel": Constant("reach", "m", (), lower=1e-4, upper=0.2),
 }
 
 
@@ -41,9 +42,7 @@ class JammedJoint(Effect):
         """Return shares of the farthest that the gripper turns or travels in any experiment."""
         farthest = max(float(np.linalg.norm(self._path(one), axis=1).max()) for one in baseline)
         (reach,) = self.constants
-        return [
-            {reach.name: float(np.clip(share * farthest, reach.lower, reach.upper))} for share in reach.grid
-        ]
+        return [{reach.name: float(np.clip(share * farthest, reach.lower, reach.upper))} for share in _SHARES]
 
     def motion(self, motion: Motion, values: Values) -> Motion:
         """Hold the gripper back."""

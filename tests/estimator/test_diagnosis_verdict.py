@@ -127,7 +127,7 @@ def test_rows_that_show_beads_where_they_were_before_are_out_of_step_and_late_ca
     rng = np.random.default_rng(5)
     still, moving = np.zeros((20, 3, 3)), np.linspace(0.0, 400.0, 60)[:, None, None] * rng.normal(size=(3, 3))
     course = np.concatenate([still, moving, moving[-1] + still]).reshape(100, 9)
-    velocity = np.gradient(course, axis=0)
+    predicted, velocity = np.hstack([np.zeros((100, 6)), course]), np.gradient(course, axis=0)
     noise = rng.standard_normal((100, 15))
     seen = np.ones(noise.shape, dtype=bool)
     seen[30, 6:9] = False
@@ -135,7 +135,7 @@ def test_rows_that_show_beads_where_they_were_before_are_out_of_step_and_late_ca
     def judged(seconds_late: NDArray[np.float64]) -> float:
         channels = noise.copy()
         channels[:, 6:] -= seconds_late[:, None] * velocity
-        return out_of_step([channels[seen]], [seen], [course])
+        return out_of_step([channels[seen]], [seen], [predicted])
 
     assert judged(np.zeros(100)) == 0.0
     assert judged(np.full(100, 0.5)) == 0.0
