@@ -15,6 +15,7 @@ _ROW_IN = 0.44
 _MARGIN_IN = 0.75
 _SIZE_CHARACTERS = 60
 _SIZE_LINES = 2
+_ANSWER_CHARACTERS = 26
 
 
 def causes_height_in(diagnosis: Diagnosis) -> float:
@@ -46,7 +47,7 @@ def draw_causes(sheet: Figure, diagnosis: Diagnosis) -> None:
         }
         axes.annotate(standing(diagnosis, label), (1.015, place), color=INK, fontweight="bold", **style)
         axes.annotate("\n".join(lines), (1.18, place), color=MUTED, fontsize=9, **style)
-    axes.set_yticks(places, [answer_words(label) for label, _ in ranked])
+    axes.set_yticks(places, [textwrap.fill(answer_words(label), _ANSWER_CHARACTERS) for label, _ in ranked])
     for tick, (label, _) in zip(axes.get_yticklabels(), ranked, strict=True):
         tick.set_fontweight("bold" if label in verdict else "normal")
     axes.set_ylim(len(ranked) - 0.5, -0.5)
