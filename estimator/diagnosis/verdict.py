@@ -74,7 +74,7 @@ def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executo
         best = found.alone if leading in (found.alone.labels[0], UNKNOWN) else best
     pair = next((pair for pair in found.pairs if _worth_two(field, best, pair)), None)
     if pair is not None and _stands(field, pair, leading):
-        stronger = max(pair.labels, key=lambda label: evidence[label])
+        stronger = max(pair.labels, key=lambda label: probability[label])
         alone = evidence[stronger]
         evidence = {**evidence, stronger: max(alone, pair.log_evidence)}
         surplus = max(pair.log_evidence - alone, 0.0) if UNKNOWN in pair.labels else 0.0

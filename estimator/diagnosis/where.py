@@ -31,19 +31,46 @@ def where_of(
     ----------
     case, baseline : whose misfit it is
     probabilities : of each answer
-    leading : the same among the catalogue's labels alone, which place the share of the unknown
+    leading : the same among the catalogue's labels alone, which place the share of an unknown that was not recognised
     groups : of each label
     chosen : the fit with the causes in; None where there are none
     """
-    blocks = dict.fromkeys(BLOCK_OF_GROUP.values(), 0.0)
-    for label, probability in probabilities.items():
-        if label not in (NONE, UNKNOWN):
-            blocks[BLOCK_OF_GROUP[groups[label]]] += probability
-    for label, share in leading.items():
-        blocks[BLOCK_OF_GROUP[groups[label]]] += share * probabilities[UNKNOWN]
+    blocks = shares_of_blocks(probabilities, leading, groups, _group_of_unknown(chosen))
     channels, steps = _excess(case, baseline)
     centre, deviation, radius = _place(case, chosen)
     return Where(channels, steps, blocks, centre, deviation, radius)
+
+
+def shares_of_blocks(
+    probabilities: Mapping[str, float],
+    leading: Mapping[str, float],
+    groups: Mapping[str, Group],
+    recognised: Group | None,
+) -> dict[str, float]:
+    """Return the probability that the cause lies in each block of the rig.
+
+    ``recognised`` is the group of what is recognised as unknown, which then lies there; the other parameters are as in
+    :func:`where_of`.
+    """
+    of_group = dict.fromkeys(BLOCK_OF_GROUP, 0.0)
+    for label, probability in probabilities.items():
+        if label not in (NONE, UNKNOWN):
+            of_group[groups[label]] += probability
+    if recognised is not None:
+        of_group[recognised] += probabilities[UNKNOWN]
+    else:
+        for label, share in leading.items():
+            of_group[groups[label]] += share * probabilities[UNKNOWN]
+    blocks = dict.fromkeys(BLOCK_OF_GROUP.values(), 0.0)
+    for group, probability in of_group.items():
+        blocks[BLOCK_OF_GROUP[group]] += probability
+    return blocks
+
+
+def _group_of_unknown(chosen: Contender | None) -> Group | None:
+    """Return the group of the effect without a label in a hypothesis; None where there is none."""
+    effects = chosen.fit.hypothesis.effects if chosen is not None else ()
+    return next((effect.group for effect in effects if effect.label == UNKNOWN), None)
 
 
 def _excess(case: Case, fit: Linearisation) -> tuple[dict[str, float], dict[str, float]]:

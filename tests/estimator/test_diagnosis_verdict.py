@@ -1,6 +1,7 @@
 """What counts as a gap: an effect's size, its strength, and whether the model's own error could feign it."""
 
 import typing
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -14,12 +15,14 @@ from estimator.diagnosis.discrepancy import Discrepancy, ModelError
 from estimator.diagnosis.field import Field
 from estimator.diagnosis.hypothesis import Hypothesis, coordinates
 from estimator.diagnosis.judgement import probabilities
+from estimator.diagnosis.pair_search import Found
 from estimator.diagnosis.roughness import out_of_step, rough_gap, rough_remainder, shaking
 from estimator.diagnosis.screening import Signature
 from estimator.diagnosis.second_cause import adequate, asked_of, promising_seconds
-from estimator.diagnosis.verdict import weigh
+from estimator.diagnosis.verdict import reach_verdict, weigh
 from estimator.diagnosis.whitening import Whitening
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
+from estimator.effects.effect import Effect
 from estimator.fem.problem import RetractionProblem
 
 MATERIAL = Hypothesis(1e4, 0.45)
@@ -213,3 +216,42 @@ def test_causes_that_leave_a_fifth_beyond_noise_are_not_the_whole_story() -> Non
 
     assert adequate(case, left(noise))
     assert not adequate(case, left(1.1 * noise))
+
+
+def test_of_two_causes_the_more_probable_leads_though_another_has_more_evidence(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    cut, region = (
+        next(one for one in (*CATALOGUE, *OUTSIDERS) if one.name == name)
+        for name in ("unknown:cut", "inhomogeneity:cylinder")
+    )
+
+    def contender(hypothesis: Hypothesis, evidence: float) -> Contender:
+        fit = Linearisation(hypothesis, (), (), (np.zeros(30),), (np.zeros((30, 0)),), (), ())
+        return Contender(fit, evidence, np.zeros(0))
+
+    def present(*effects: Effect) -> Hypothesis:
+        found = MATERIAL
+        for effect in effects:
+            constants = {constant.name: constant.lower for constant in effect.constants}
+            found = found.with_effect(effect, {**constants, **{one.name: 0.9 for one in effect.amplitudes}})
+        return found
+
+    alone = [contender(present(cut), 643.0), contender(present(region), 646.0)]
+    field = replace(
+        tried("unknown:cut", "log_softness", 0.9, 643.0),
+        baseline=contender(MATERIAL, 0.0).fit,
+        trials=(),
+        contenders=tuple(alone),
+    )
+    both = contender(present(region, cut), 700.0)
+    monkeypatch.setattr(
+        "estimator.diagnosis.verdict.search_pairs", lambda field, best, *rest: Found(best, (both,))
+    )
+    monkeypatch.setattr("estimator.diagnosis.verdict.adequate", lambda case, pair: True)
+    evidence = weigh(field)
+    assert evidence["inhomogeneity"] > evidence["unknown"]
+    with ThreadPoolExecutor(1) as executor:
+        verdict = reach_verdict(field, evidence, executor, lambda stage, done, total: None)
+    assert verdict.labels == ("unknown", "inhomogeneity")
+    assert next(iter(verdict.probability)) == "unknown"
