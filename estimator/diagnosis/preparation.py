@@ -26,6 +26,9 @@ from estimator.diagnosis.sharpening import CaseLeaving
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
 from estimator.fem.block_mesh import Grading
+from estimator.fem.equilibrium import EquilibriumSolver
+from estimator.fem.observation import observe
+from estimator.fem.terms import Memoryless
 from estimator.fit.estimate import fit_few_states
 from estimator.fit.linearisation import silent
 from estimator.fit.parameters import POISSON_RATIO
@@ -221,12 +224,16 @@ def _rough_fit(experiments: tuple[Experiment, ...]) -> Hypothesis:
 
 
 def _few_states(experiment: Experiment, hypothesis: Hypothesis, grading: Grading) -> dict[int, FloatArray]:
-    """Return the channels of a few states of an experiment on a mesh."""
-    problem = hypothesis.problem(mesh_experiment(experiment, grading))
-    model = ForwardModel(problem, [experiment])
-    chosen = spread_states(model.schedules[0], _CORRECTED_STATES)
-    solved = model.predict(hypothesis.material(), [chosen])[0]
-    return {state: predicted_channels(observation) for state, observation in solved.items()}
+    """Return the channels of a few states of an experiment on a mesh, under all that does not remember."""
+    mesh = mesh_experiment(experiment, grading)
+    problem, material = hypothesis.problem(mesh), hypothesis.material()
+    terms = tuple(term for term in hypothesis.terms(problem, experiment) if isinstance(term, Memoryless))
+    schedule, solver = schedule_poses(experiment), EquilibriumSolver(problem)
+    found, state = {}, solver.rest(material)
+    for number in spread_states(schedule, _CORRECTED_STATES):
+        state = solver.solve(schedule.poses[number], material, state, terms)
+        found[number] = predicted_channels(observe(problem, state))
+    return found
 
 
 def _states_of(mechanics: Mechanics, states: Iterable[int]) -> dict[int, FloatArray]:

@@ -13,6 +13,7 @@ from estimator.diagnosis.passage import mechanics_of, solve_case
 from estimator.diagnosis.preparation import corrected_at, prepare
 from estimator.diagnosis.result import AT_MOST
 from estimator.diagnosis.sharpening import in_another_case
+from estimator.effects.catalogue import CATALOGUE
 from estimator.experiment import Experiment
 from estimator.fem.observation import observe
 from estimator.forward.meshing import mesh_experiment
@@ -42,6 +43,19 @@ def test_far_from_the_baseline_the_discretisation_error_is_that_of_the_cause() -
     found, before, expected = (one.case.corrections[0] for one in (far, preparation, there))
     assert size_of_beads(expected) > 1.2 * size_of_beads(before)
     assert size_of_beads(found - expected) < 0.02 * size_of_beads(expected - before)
+
+
+def test_an_anchor_that_hardly_gives_leaves_the_discretisation_error_of_one_that_does_not() -> None:
+    springs = next(one for one in CATALOGUE if one.name == "anchor_compliance:isotropic")
+    with ThreadPoolExecutor(2) as executor:
+        preparation, _ = prepare([pulled(TRUE_RATIO)], executor)
+        rigid = replace(preparation.corrected_at, poisson_ratio=FARTHER)
+        giving = rigid.with_effect(springs, {"length": 1e-5})
+        expected, found = (
+            corrected_at(preparation, one, executor).case.corrections[0] for one in (rigid, giving)
+        )
+    before = preparation.case.corrections[0]
+    assert size_of_beads(found - expected) < 0.1 * size_of_beads(expected - before)
 
 
 def test_a_fit_goes_over_to_other_corrections_as_if_it_had_been_made_with_them() -> None:
