@@ -3,7 +3,8 @@
 It knows every signature to the letter, that there is at most one cause, and how far that stands out; it only does not
 know which. In the linear regime the log odds of a rival with k directions over none are ½ d τ² / (1 + τ²) − ½ k
 ln(1 + τ²), d the squared length of the misfit along it and τ² = σ² / k the prior variance of each direction in units of
-the noise. It names the rival with the largest, unless noise alone exceeds that in one case of twenty.
+the noise. It names the rival with the largest, unless noise alone exceeds that in one case of twenty. Two causes are
+both named no oftener than either would be, were the other known.
 """
 
 from collections.abc import Mapping, Sequence

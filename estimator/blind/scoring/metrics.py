@@ -40,10 +40,18 @@ class Scored:
 
     @property
     def ceiling(self) -> float | None:
-        """How often the best possible test would name the only cause; None where that is not known."""
-        if len(self.key.sigma) != 1:
+        """How often the best possible test would name every cause at the most; None where that is not known.
+
+        It names the one that is hardest to name no oftener than if it knew the others to the letter.
+        """
+        if not self.key.effects or len(self.key.sigma) != len(self.key.effects):
             return None
-        return ceiling_of(self.answer.ceiling, self.truths, self.key.sigma[0])
+        known = [
+            ceiling_of(self.answer.ceiling, (effect,), sigma)
+            for effect, sigma in zip(self.key.effects, self.key.sigma, strict=True)
+        ]
+        shares = [share for share in known if share is not None]
+        return min(shares) if len(shares) == len(known) else None
 
     @property
     def is_right(self) -> bool:
@@ -105,15 +113,8 @@ def metrics_by_level(cases: Cases) -> Mapping[str, list[Metric]]:
 
 
 def _naming(singles: Sequence[Scored]) -> list[Metric]:
-    ceilings = [case.ceiling for case in singles if case.ceiling is not None]
-    whole = len(ceilings) == len(singles) > 0
     return [
-        _share(
-            "single cause: top-1",
-            singles,
-            lambda c: c.is_right,
-            sum(ceilings) / len(ceilings) if whole else None,
-        ),
+        _share("single cause: top-1", singles, lambda c: c.is_right, _mean_ceiling(singles)),
         _share("single cause: top-3", singles, lambda c: c.truths[0] in c.answer.ranking[:3]),
         _share(
             "single cause: right group",
@@ -122,6 +123,12 @@ def _naming(singles: Sequence[Scored]) -> list[Metric]:
         ),
         _share("single cause: some gap seen", singles, lambda c: bool(c.answer.verdict)),
     ]
+
+
+def _mean_ceiling(cases: Sequence[Scored]) -> float | None:
+    """Return the mean of the cases' ceilings; None without cases, and where one of them is not known."""
+    ceilings = [case.ceiling for case in cases if case.ceiling is not None]
+    return sum(ceilings) / len(ceilings) if len(ceilings) == len(cases) > 0 else None
 
 
 def _names(cases: Cases) -> list[Metric]:
@@ -213,7 +220,12 @@ def _calibration(cases: Cases) -> list[Metric]:
 def _doubles(cases: Cases) -> list[Metric]:
     doubles = cases.doubles
     return [
-        _share("several causes: all named", doubles, lambda c: set(c.key.effects) <= set(c.answer.verdict)),
+        _share(
+            "several causes: all named",
+            doubles,
+            lambda c: set(c.key.effects) <= set(c.answer.verdict),
+            _mean_ceiling(doubles),
+        ),
         _share(
             "several causes: at least one",
             doubles,
