@@ -225,8 +225,7 @@ def _rough_fit(experiments: tuple[Experiment, ...]) -> Hypothesis:
 
 def _few_states(experiment: Experiment, hypothesis: Hypothesis, grading: Grading) -> dict[int, FloatArray]:
     """Return the channels of a few states of an experiment on a mesh, under all that does not remember."""
-    mesh = mesh_experiment(experiment, grading)
-    problem, material = hypothesis.problem(mesh), hypothesis.material()
+    problem, material = hypothesis.problem(mesh_experiment(experiment, grading)), hypothesis.material()
     terms = tuple(term for term in hypothesis.terms(problem, experiment) if isinstance(term, Memoryless))
     schedule, solver = schedule_poses(experiment), EquilibriumSolver(problem)
     found, state = {}, solver.rest(material)

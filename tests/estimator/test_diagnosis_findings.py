@@ -1,4 +1,4 @@
-"""What is said of an effect that the verdict does not name: a size that it can have."""
+"""What is said of an effect that the verdict does not name, and of where the cause lies."""
 
 import numpy as np
 import pytest
@@ -8,6 +8,7 @@ from estimator.diagnosis.contest import Trial
 from estimator.diagnosis.findings import sizes_beside
 from estimator.diagnosis.hypothesis import Hypothesis, coordinates
 from estimator.diagnosis.screening import Signature
+from estimator.diagnosis.where import shares_of_blocks
 from estimator.effects.catalogue import CATALOGUE
 
 MATERIAL = Hypothesis(15e3, 0.45)
@@ -32,3 +33,13 @@ def test_a_size_that_an_effect_cannot_have_is_not_told(seen: float, expected: fl
     assert sizes.value[0] == pytest.approx(expected, rel=1e-2)
     assert sizes.std[0] == pytest.approx(1.0 / PER_METRE, rel=1e-2)
     assert sizes.chi2_drop == pytest.approx(144.0 if expected else 0.0, rel=1e-2)
+
+
+def test_something_unknown_lies_where_it_is_recognised_and_else_where_what_resembles_it_does() -> None:
+    told = {"unknown": 0.7, "force_bias": 0.2, "none": 0.1}
+    alike = {"force_bias": 0.5, "camera_scale": 0.5}
+    groups = {"force_bias": "force", "camera_scale": "vision"}
+    assert shares_of_blocks(told, alike, groups, "robot")["robot"] == pytest.approx(0.7)
+    unrecognised = shares_of_blocks(told, alike, groups, None)
+    assert unrecognised["force"] == pytest.approx(0.2 + 0.35)
+    assert unrecognised["vision"] == pytest.approx(0.35)

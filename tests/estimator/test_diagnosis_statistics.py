@@ -36,7 +36,6 @@ from estimator.diagnosis.result import Material, Quantity
 from estimator.diagnosis.rivals import projected
 from estimator.diagnosis.screening import Signature
 from estimator.diagnosis.shared_errors import left_beside_rim
-from estimator.diagnosis.where import shares_of_blocks
 from estimator.diagnosis.whitening import Whitening, inverse_root, shrunk, uncorrelated
 from estimator.effects.catalogue import CATALOGUE, LABELS
 
@@ -398,13 +397,3 @@ def test_what_moves_to_the_unknown_leaves_no_negative_probability() -> None:
         shared = shared_with_unknown({"none": none, "unknown": 1.0 - none}, "none", 0.0, 14.3)
         assert shared["none"] == 0.0
         assert shared["unknown"] == pytest.approx(1.0)
-
-
-def test_something_unknown_lies_where_it_is_recognised_and_else_where_what_resembles_it_does() -> None:
-    told = {"unknown": 0.7, "force_bias": 0.2, "none": 0.1}
-    alike = {"force_bias": 0.5, "camera_scale": 0.5}
-    groups = {"force_bias": "force", "camera_scale": "vision"}
-    assert shares_of_blocks(told, alike, groups, "robot")["robot"] == pytest.approx(0.7)
-    unrecognised = shares_of_blocks(told, alike, groups, None)
-    assert unrecognised["force"] == pytest.approx(0.2 + 0.35)
-    assert unrecognised["vision"] == pytest.approx(0.35)
