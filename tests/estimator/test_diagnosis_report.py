@@ -206,6 +206,22 @@ def test_two_causes_and_a_remainder_are_one_sentence() -> None:
     assert ranked[1].startswith("  beside  anchor compliance")
 
 
+def test_something_recognised_outside_the_catalogue_that_leads_is_told_first() -> None:
+    causes = two_causes()
+    torn = replace(causes.effects["viscoelasticity"], label="unknown", words="The tissue is torn at a place.")
+    found = replace(
+        causes,
+        verdict=("unknown", "anchor_compliance"),
+        probabilities={"unknown": 0.97, "anchor_compliance": 0.03},
+        effects={**causes.effects, "unknown": torn},
+    )
+    first, *_ = summary_text(found).splitlines()
+    assert first == (
+        "Something outside the catalogue (97 %) causes the gap, with anchor compliance beside it. "
+        "The tissue is torn at a place."
+    )
+
+
 @pytest.mark.parametrize("made", [no_gap, unexplained, two_causes])
 def test_every_kind_of_verdict_has_a_page(made: type, tmp_path: Path) -> None:
     page = written(made(), tmp_path)

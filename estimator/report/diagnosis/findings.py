@@ -42,6 +42,10 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
             f"A gap stands out of the noise, and nothing in the catalogue explains it (probability {chance})"
         )
         return f"{gap}. {recognised.words}" if recognised is not None else f"{gap}."
+    if recognised is not None and diagnosis.verdict[0] == UNKNOWN:
+        beside = " and ".join(map(words_of, causes))
+        told = _sentence(f"{_told(diagnosis, UNKNOWN)} causes the gap, with {beside} beside it.")
+        return f"{told} {recognised.words}"
     leading, *others = causes
     named = _told(diagnosis, leading)
     if rival is not None and diagnosis.verdict == (leading,):
