@@ -48,7 +48,7 @@ def least_gain(first: Contender, labels: Collection[str], none: float) -> float:
     least = choice - LOG_PRIOR_OF_A_PAIR + (_INEXACT * explained if inexact else 0.0)
     if first.labels[0] not in labels:
         least += choice  # both of its causes are chosen anew
-    if UNKNOWN in labels and UNKNOWN not in first.labels:
+    if UNKNOWN in labels:
         least = max(least, least_remainder(explained))
     return least
 
@@ -63,7 +63,10 @@ def asked_of(pair: Contender, first: Contender, none: float) -> float:
 
 
 def least_remainder(explained: float) -> float:
-    """Return what something unknown beside causes must raise the log evidence by, given what they do."""
+    """Return what must be gained by something unknown beside causes that explain so much, or by a cause beside it.
+
+    What is recognised outside the catalogue has one of many forms, none of them its own, and leaves a little too.
+    """
     return max(_LEAST_REMAINDER, _REMAINDER * explained)
 
 

@@ -149,7 +149,8 @@ def test_rows_that_show_beads_where_they_were_before_are_out_of_step_and_late_ca
 def found_beside(explained: float, left: float, first: str = "gripper_compliance:translation") -> bool:
     """Whether a second cause is looked for that would raise the log evidence by about ``left`` beside a first one."""
     leader, second = (
-        next(one for one in CATALOGUE if one.name == name) for name in (first, "camera_scale:uniform")
+        next(one for one in (*CATALOGUE, *OUTSIDERS) if one.name == name)
+        for name in (first, "camera_scale:uniform")
     )
     null = MATERIAL.with_effect(second, {"scale_error": 0.0})
     free = coordinates(null)
@@ -202,6 +203,13 @@ def test_beside_two_beads_that_are_exchanged_nothing_is_their_inexactness() -> N
     exchange = "fiducial_mislabel:to_the_last_experiment"
     assert found_beside(explained=1e6, left=50.0, first=exchange)
     assert not found_beside(explained=1e6, left=1.0, first=exchange)
+
+
+def test_beside_what_is_recognised_outside_the_catalogue_a_cause_must_add_a_share_of_what_that_does() -> None:
+    swelling = "unknown:shrinkage"
+    assert not found_beside(explained=2000.0, left=60.0, first=swelling)
+    assert found_beside(explained=2000.0, left=60.0)
+    assert found_beside(explained=2000.0, left=200.0, first=swelling)
 
 
 def test_causes_that_leave_a_fifth_beyond_noise_are_not_the_whole_story() -> None:
