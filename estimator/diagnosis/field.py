@@ -19,7 +19,13 @@ from estimator.diagnosis.contest import (
     trials_of,
 )
 from estimator.diagnosis.discrepancy import ModelError
-from estimator.diagnosis.finer_forms import at_the_place_of, elaborations, mistaken_for, siblings
+from estimator.diagnosis.finer_forms import (
+    at_the_place_of,
+    elaborations,
+    mistaken_for,
+    past_kinks,
+    siblings,
+)
 from estimator.diagnosis.glitches import number_left_out
 from estimator.diagnosis.preparation import corrected_at_best, prepare
 from estimator.diagnosis.race import finalists, race, race_on
@@ -116,7 +122,8 @@ def _finer(field: Field, executor: Executor, tell: Tell) -> Field:
     doubtful = _doubtful(field.case, best_few, field.trials, field.error, field.none)
     elaborate = elaborations({one.labels[0] for one in doubtful})
     mistaken = mistaken_for(field.case, best_few)
-    if not (doubtful or mistaken):
+    stopped = _best_with_kinks(field.case, best_few)
+    if not (doubtful or mistaken or stopped):
         return field
     case, baseline, error = field.case, field.baseline, field.error
     effects = [*elaborate, *mistaken]
@@ -138,10 +145,18 @@ def _finer(field: Field, executor: Executor, tell: Tell) -> Field:
         *race(case, baseline, error, forms[:_FINER], leader, executor, tell),
         *race(case, baseline, error, others[:_FINER], behind, executor, tell),
     ]
+    if stopped is not None:
+        beyond = past_kinks(case, stopped)
+        found += race(case, baseline, error, beyond, stopped.log_evidence, executor, tell)
     # One that falls short of the leader may still be its rival: its evidence is to be that of a refit in full.
     fits = [one.fit for one in (*field.contenders, *found)]
     contenders = race_on(case, baseline, error, fits, field.none, executor, tell)
     return replace(field, trials=(*field.trials, *finer), contenders=tuple(contenders))
+
+
+def _best_with_kinks(case: Case, contenders: Sequence[Contender]) -> Contender | None:
+    """Return the first contender whose refit may have stopped at a kink."""
+    return next((one for one in contenders if past_kinks(case, one)), None)
 
 
 def _sharpened(field: Field, cases: CaseLeaving, executor: Executor, tell: Tell) -> Field:

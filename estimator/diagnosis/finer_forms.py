@@ -1,4 +1,4 @@
-"""What is looked at where a label leads: finer forms of it, other forms at its place, and what it may stand in for."""
+"""What is looked at where a label leads: its finer forms, others at its place or past kinks, what it stands in for."""
 
 from __future__ import annotations
 
@@ -69,6 +69,13 @@ def at_the_place_of(leader: Contender, contenders: Sequence[Contender]) -> list[
             if start not in found:
                 found.append(start)
     return found
+
+
+def past_kinks(case: Case, contender: Contender) -> list[Hypothesis]:
+    """Return where a contender's refit may begin anew, should it have stopped at a kink."""
+    hypothesis = contender.fit.hypothesis
+    effect, values = hypothesis.effects[0], hypothesis.values[0]
+    return [replace(hypothesis, values=(other,)) for other in effect.past_kinks(case.problem, values)]
 
 
 def _has_what(effect: Effect, other: Effect) -> bool:

@@ -52,6 +52,28 @@ class AnchorDebonding(Effect):
         spread = np.average((points[:, :2] - centre[:2]) ** 2, axis=0, weights=weight).sum()
         return centre, float(np.sqrt(3.0 * spread))
 
+    def past_kinks(self, problem: RetractionProblem, values: Values) -> list[dict[str, float]]:
+        """Return the stretch with either end one column of nodes further out or in.
+
+        Whenever a column comes off altogether the derivatives jump, so that the misfit has a minimum there.
+        """
+        _, begin, end = columns_of_rim(problem)
+        column = float(np.median(end - begin))
+        first = values["place"] * (1.0 - values["share"])
+        last = first + values["share"]
+        ends = [
+            (first - column, last),
+            (first + column, last),
+            (first, last - column),
+            (first, last + column),
+        ]
+        within = [(max(one, 0.0), min(other, 1.0)) for one, other in ends]
+        return [
+            {**values, "share": other - one, "place": one / (1.0 - (other - one))}
+            for one, other in within
+            if _SHARE.smallest <= other - one <= _SHARE.upper and (one, other) != (first, last)
+        ]
+
     def problem(self, problem: RetractionProblem, values: Values) -> RetractionProblem:
         """Set the nodes of the stretch free."""
         if not values["share"]:

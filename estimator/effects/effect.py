@@ -203,6 +203,10 @@ class Effect:
         """Return the effect as it is looked for where one that it is mistaken for lies, centre (3,) and radius in m."""
         return self
 
+    def past_kinks(self, problem: RetractionProblem, values: Values) -> list[dict[str, float]]:
+        """Return values at which to begin anew where a refit may have stopped at a kink of the misfit; mostly none."""
+        return []
+
     def choices(self, experiments: Sequence[Experiment]) -> int:
         """Return among how many equally likely values of its fixed constants a search chooses.
 

@@ -18,6 +18,7 @@ from estimator.effects.prestretch import PRESTRETCH
 from estimator.effects.support_friction import SUPPORT_FRICTION
 from estimator.effects.thickness_error import THICKNESS_ERROR
 from estimator.experiment import Box, Experiment, Grasp
+from estimator.fem.anchorage import columns_of_rim
 from estimator.fem.block_mesh import Grading
 from estimator.fem.motion import GripperPose
 from estimator.fem.observation import Observation, observe
@@ -306,3 +307,23 @@ def test_a_zero_taken_on_the_sensor_turns_with_the_gripper() -> None:
     )
     read = GRAVITY_SAG[0].readings(truth, {"weight": 1.0})
     np.testing.assert_allclose(read.wrench, [np.zeros(6), [1.0, -1.0, 0.0, 0.3, -0.3, 0.0]], atol=1e-12)
+
+
+def test_past_kinks_either_end_of_a_stretch_that_came_off_lies_one_column_of_nodes_further() -> None:
+    def ends(values: Values) -> FloatArray:
+        first = values["place"] * (1.0 - values["share"])
+        return np.array([first, first + values["share"]])
+
+    values = {"share": 0.3, "place": 0.4}
+    moved = [ends(other) - ends(values) for other in ANCHOR_DEBONDING.past_kinks(BLOCK, values)]
+    _, begin, end = columns_of_rim(BLOCK)
+    column = np.median(end - begin)
+    assert np.array(moved) == pytest.approx(column * np.array([[-1, 0], [1, 0], [0, -1], [0, 1]]), abs=1e-12)
+
+
+def test_past_kinks_no_stretch_leaves_the_rim_or_vanishes() -> None:
+    at_the_end = {"share": 0.05, "place": 0.0}
+    found = ANCHOR_DEBONDING.past_kinks(BLOCK, at_the_end)
+    assert found
+    assert all(other["share"] >= 0.02 and 0.0 <= other["place"] <= 1.0 for other in found)
+    assert at_the_end not in found
