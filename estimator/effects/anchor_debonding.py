@@ -55,7 +55,7 @@ class AnchorDebonding(Effect):
     def past_kinks(self, problem: RetractionProblem, values: Values) -> list[dict[str, float]]:
         """Return the stretch with either end one column of nodes further out or in.
 
-        Whenever a column comes off altogether the derivatives jump, so that the misfit has a minimum there.
+        Where a column comes off altogether the derivatives jump, so that the misfit may have a minimum there.
         """
         _, begin, end = columns_of_rim(problem)
         column = float(np.median(end - begin))

@@ -3,13 +3,16 @@
 import typing
 
 import numpy as np
+from retraction_cases import REFERENCE_BLOCK
 
-from estimator.diagnosis.case import Linearisation
+from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.contest import Contender
-from estimator.diagnosis.finer_forms import at_the_place_of
+from estimator.diagnosis.finer_forms import at_the_place_of, past_kinks
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.race import finalists
 from estimator.effects.catalogue import CATALOGUE
+from estimator.fem.block_mesh import Grading
+from estimator.forward.meshing import mesh_experiment
 
 MATERIAL = Hypothesis(15e3, 0.45)
 OF_FOUR_LABELS = ("camera_rotation", "motion_direction", "torque_centre", "camera_scale")
@@ -87,3 +90,14 @@ def test_a_second_relaxation_time_begins_beside_the_first_at_either_end_of_what_
 def test_forms_whose_amplitudes_mean_something_else_do_not_begin_there() -> None:
     leader = contender("robot_backlash:translation_anywhere", 90.0, start=0.3, width=1e-4)
     assert at_the_place_of(leader, [leader]) == []
+
+
+def test_a_rim_that_came_off_begins_anew_past_its_kinks_with_the_material_that_it_has_found() -> None:
+    block = mesh_experiment(REFERENCE_BLOCK, Grading(3e-3, 8e-3, 25e-3, 3, 1))
+    case = Case((REFERENCE_BLOCK,), block, (), (), ())
+    loose = contender("anchor_debonding", 40.0, share=0.3, place=0.4)
+    again = past_kinks(case, loose)
+    assert len(again) == 4
+    assert all(one.youngs_modulus == MATERIAL.youngs_modulus for one in again)
+    assert all(one.values != loose.fit.hypothesis.values for one in again)
+    assert not past_kinks(case, contender("camera_scale", 40.0, scale_error=0.1))
