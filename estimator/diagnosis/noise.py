@@ -8,7 +8,7 @@ motion and single beads may be misread.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 
 # In units of one reading's noise: nobody places beads or takes a zero better, and who does it worse finds some effects
 # less easily.
-_BEST, _WORST = 0.1, 1.0
+_BEST, _WORST = 0.05, 1.0
 _MEDIAN_OF_A_NORMAL = 0.6745
 _FEWEST_BEADS = 8
 
@@ -54,13 +54,21 @@ def noise_of(experiments: Sequence[Experiment], misfits: Sequence[FloatArray]) -
     ----------
     misfits : for each experiment (n, 6 + 3m), measured less predicted, in units of the noise; NaN where not measured
     """
-    wrench = _correlation([misfit[:, :6] for misfit in misfits])
-    fiducials = _correlation([misfit[:, 6:] for misfit in misfits])
-    return Noise(
-        wrench,
-        fiducials,
-        _rest_deviation(experiments, misfits, fiducials),
-        _zero_deviation([misfit[:, :6] for misfit in misfits], wrench),
+    noise = Noise(
+        _correlation([misfit[:, :6] for misfit in misfits]),
+        _correlation([misfit[:, 6:] for misfit in misfits]),
+    )
+    return with_offsets_of(noise, experiments, misfits)
+
+
+def with_offsets_of(
+    noise: Noise, experiments: Sequence[Experiment], misfits: Sequence[FloatArray]
+) -> Noise:
+    """Return noise of the same correlation with the errors of zero and of rest of another model's misfits."""
+    return replace(
+        noise,
+        rest_deviation=_rest_deviation(experiments, misfits, noise.fiducial_correlation),
+        zero_deviation=_zero_deviation([misfit[:, :6] for misfit in misfits], noise.wrench_correlation),
     )
 
 
@@ -119,6 +127,10 @@ def robust_deviation(values: FloatArray) -> float:
 
 
 def _beyond_white(values: FloatArray, white: float) -> float:
-    """Return the deviation of values beyond a variance that white noise gives them, robustly."""
-    deviation = robust_deviation(values)
+    """Return the deviation of values beyond a variance that white noise gives them, robustly.
+
+    Of few values the robust deviation scatters widely, and the root mean square is at most raised by what goes astray:
+    of the two the smaller is nearer.
+    """
+    deviation = min(robust_deviation(values), float(np.sqrt(np.mean(values**2))))
     return float(np.clip(np.sqrt(max(deviation**2 - white, 0.0)), _BEST, _WORST))

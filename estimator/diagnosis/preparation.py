@@ -17,12 +17,12 @@ from estimator.diagnosis.contest import Contender
 from estimator.diagnosis.glitches import without_glitches
 from estimator.diagnosis.grip_load import GripLoad, without_noise
 from estimator.diagnosis.hypothesis import LARGEST_POISSON_RATIO, Hypothesis
-from estimator.diagnosis.noise import Noise, noise_of
+from estimator.diagnosis.noise import Noise, noise_of, with_offsets_of
 from estimator.diagnosis.passage import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.refit import refit
 from estimator.diagnosis.result import AT_MOST, LeftByMeshes
 from estimator.diagnosis.shared_errors import SharedErrors, edge_deviation, left_at_grasp, shared_errors_of
-from estimator.diagnosis.sharpening import CaseLeaving
+from estimator.diagnosis.sharpening import CaseLeaving, in_another_case
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
 from estimator.fem.block_mesh import Grading
@@ -98,9 +98,11 @@ def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[Prep
     mechanics = [_measured_as(one, experiment) for one, experiment in zip(mechanics, cleaned, strict=True)]
     noise = noise_of(cleaned, _misfits(corrected, predicted))
     at_grasp = left_at_grasp(mechanics, rough, corrections)
+    roughly = _leaving(corrected, _shared(mechanics, corrections, noise, at_grasp), AT_MOST)
+    baseline = refit(roughly, rough, linearisation_of(roughly, rough, mechanics), evaluations=3)
+    noise = with_offsets_of(noise, cleaned, _misfits(corrected, baseline.predicted))
     shared = _shared(mechanics, corrections, noise, at_grasp)
-    case = _leaving(corrected, shared, AT_MOST)
-    baseline = refit(case, rough, linearisation_of(case, rough, mechanics), evaluations=3)
+    baseline = in_another_case(baseline, roughly, _leaving(corrected, shared, AT_MOST))
     modulus = baseline.hypothesis.youngs_modulus
     loads = tuple(
         GripLoad(without_noise(experiment.wrench, p[:, :6]), p[:, :6] / modulus)
