@@ -26,6 +26,7 @@ from estimator.diagnosis.loads import acts_on_tissue
 from estimator.diagnosis.passage import mechanics_of, solve_case
 from estimator.diagnosis.refit import LONGEST_OF_A_RANGE, moved, step_of_gram
 from estimator.diagnosis.screening import Signature, signatures_of
+from estimator.diagnosis.unsteady import evidence_of_unsteadiness
 from estimator.effects.effect import Effect
 
 FloatArray = NDArray[np.float64]
@@ -82,9 +83,12 @@ def error_borne_out(case: Case, fit: Linearisation) -> ModelError:
     return with_floor_borne_out(error, *_model(fit, error))
 
 
-def evidence_of_unknown(baseline: Linearisation, error: ModelError) -> float:
-    """Weigh something outside the catalogue beside the baseline."""
-    return unknown_evidence(*_model(baseline, error), error)
+def evidence_of_unknown(case: Case, fit: Linearisation, error: ModelError) -> float:
+    """Weigh something outside the catalogue beside a fit: what is smooth, or rows that are off by themselves."""
+    model = _model(fit, error)
+    by_rows = evidence_of_unsteadiness(fit.residual, case.whitenings, fit.predicted)
+    found = max(unknown_evidence(*model, error), over_floors(*model, error) + by_rows)
+    return found - price_of_choice(case, fit.hypothesis)
 
 
 def screen(

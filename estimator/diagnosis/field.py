@@ -99,7 +99,7 @@ def hold_contest(experiments: Sequence[Experiment], executor: Executor, tell: Te
     case = sharpest(preparation.cases, lenient, baseline)
     baseline = refitted_anew(baseline, lenient, case)
     error = error_borne_out(case, baseline)
-    none, unknown = first_order_evidence(case, baseline, error), evidence_of_unknown(baseline, error)
+    none, unknown = first_order_evidence(case, baseline, error), evidence_of_unknown(case, baseline, error)
     everything = (*CATALOGUE, *OUTSIDERS)
     plain = [effect for effect in everything if not (effect.elaborates or effect.mistaken_for)]
     trials = screen(case, baseline, error, plain, executor, tell)
@@ -174,7 +174,7 @@ def _sharpened(field: Field, cases: CaseLeaving, executor: Executor, tell: Tell)
     error = error_borne_out(case, fits[0])
     gained = noise_cost(case) - noise_cost(field.case)
     none = max(first_order_evidence(case, baseline, error), field.none + gained)
-    unknown = max(evidence_of_unknown(baseline, error), field.unknown + gained)
+    unknown = max(evidence_of_unknown(case, baseline, error), field.unknown + gained)
     signatures = [signature_anew(trial.signature, field.case, case) for trial in field.trials]
     return replace(
         field,

@@ -61,9 +61,7 @@ def noise_of(experiments: Sequence[Experiment], misfits: Sequence[FloatArray]) -
     return with_offsets_of(noise, experiments, misfits)
 
 
-def with_offsets_of(
-    noise: Noise, experiments: Sequence[Experiment], misfits: Sequence[FloatArray]
-) -> Noise:
+def with_offsets_of(noise: Noise, experiments: Sequence[Experiment], misfits: Sequence[FloatArray]) -> Noise:
     """Return noise of the same correlation with the errors of zero and of rest of another model's misfits."""
     return replace(
         noise,

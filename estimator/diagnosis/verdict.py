@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from estimator.diagnosis.case import Linearisation
 from estimator.diagnosis.closure import white_floor
 from estimator.diagnosis.contest import (
     Contender,
@@ -22,7 +21,7 @@ from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
 from estimator.diagnosis.judgement import of_labels, probabilities, shared_with_unknown
 from estimator.diagnosis.pair_search import search_pairs
 from estimator.diagnosis.result import NONE, UNKNOWN
-from estimator.diagnosis.roughness import out_of_step, rough_gap, rough_remainder, shaking
+from estimator.diagnosis.roughness import rough_gap, rough_remainder
 from estimator.diagnosis.second_cause import adequate, asked_of, least_remainder
 from estimator.effects.catalogue import LABELS
 
@@ -57,7 +56,7 @@ def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executo
     probability = probabilities(evidence)
     leading = next(iter(probability))
     if leading == NONE:
-        beyond = _rough_gap(field)
+        beyond = rough_gap(field.baseline.residual, white_floor(field.case))
         if not beyond:
             return Verdict((), None, probability)
         return Verdict((UNKNOWN,), None, shared_with_unknown(probability, NONE, 0.0, beyond))
@@ -149,8 +148,8 @@ def _with_remainder(
     labels = (leading, *(label for label in winner.labels if label != leading))
     if leading == UNKNOWN:
         return Verdict(labels, winner, probability)
-    smooth = evidence_of_unknown(winner.fit, field.error) - winner.log_evidence
-    remainder = max(smooth, _rough(field, winner.fit))
+    more = evidence_of_unknown(field.case, winner.fit, field.error) - winner.log_evidence
+    remainder = max(more, rough_remainder(winner.fit.residual, white_floor(field.case)))
     explained = winner.log_evidence - field.none - by_outsider
     recognised = UNKNOWN in labels
     if not recognised and remainder < least_remainder(explained):
@@ -161,27 +160,6 @@ def _with_remainder(
     if next(iter(shared)) == UNKNOWN:
         return Verdict((UNKNOWN,), None, shared)
     return Verdict((*labels, UNKNOWN), winner, shared)
-
-
-def _rough_gap(field: Field) -> float:
-    """Return what is not smooth in the baseline's gap; 0 where nothing stands out."""
-    baseline, whitenings = field.baseline, field.case.whitenings
-    seen = [whitening.seen for whitening in whitenings]
-    predicted = [
-        channels / whitening.deviation
-        for channels, whitening in zip(baseline.predicted, whitenings, strict=True)
-    ]
-    return max(
-        rough_gap(baseline.residual, white_floor(field.case)),
-        shaking(baseline.residual, seen),
-        out_of_step(baseline.residual, seen, predicted),
-    )
-
-
-def _rough(field: Field, fit: Linearisation) -> float:
-    """Return what a fit with causes leaves that is not smooth; 0 where nothing stands out."""
-    seen = [whitening.seen for whitening in field.case.whitenings]
-    return max(rough_remainder(fit.residual, white_floor(field.case)), shaking(fit.residual, seen))
 
 
 def _worth_two(field: Field, best: Contender, pair: Contender) -> bool:
