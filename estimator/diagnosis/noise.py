@@ -17,13 +17,10 @@ from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
 
-# In units of one reading's noise: nobody places beads or takes a zero better, and who does it worse finds some effects
-# less easily.
+# In units of one reading's noise: what is better does not show, and of who does it worse some effects hide in it.
 _BEST, _WORST = 0.05, 1.0
 _MEDIAN_OF_A_NORMAL = 0.6745
 _FEWEST_BEADS = 8
-
-
 # Of the smallest so many of normal values, the mean square is this share of the variance.
 _KEPT, _MEAN_SQUARE_OF_KEPT = 0.75, 0.3684
 # A correlation less than this cannot be told from an error of the stated noise.

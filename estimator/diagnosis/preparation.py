@@ -100,6 +100,7 @@ def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[Prep
     at_grasp = left_at_grasp(mechanics, rough, corrections)
     roughly = _leaving(corrected, _shared(mechanics, corrections, noise, at_grasp), AT_MOST)
     baseline = refit(roughly, rough, linearisation_of(roughly, rough, mechanics), evaluations=3)
+    # By the rough fit's E experiments would differ more than by their zeros.
     noise = with_offsets_of(noise, cleaned, _misfits(corrected, baseline.predicted))
     shared = _shared(mechanics, corrections, noise, at_grasp)
     baseline = in_another_case(baseline, roughly, _leaving(corrected, shared, AT_MOST))

@@ -3,12 +3,14 @@
 import typing
 
 import numpy as np
+from numpy.typing import NDArray
 from retraction_cases import REFERENCE_BLOCK
 
 from estimator.diagnosis.case import Case, Linearisation
-from estimator.diagnosis.contest import first_order_evidence
+from estimator.diagnosis.contest import evidence_of_unknown, first_order_evidence
 from estimator.diagnosis.discrepancy import Discrepancy, ModelError
 from estimator.diagnosis.hypothesis import Hypothesis, coordinates
+from estimator.diagnosis.whitening import Whitening
 from estimator.effects.catalogue import CATALOGUE
 from estimator.fem.problem import RetractionProblem
 
@@ -42,3 +44,30 @@ def test_what_a_constant_would_explain_far_away_does_not_count() -> None:
 
 def test_what_it_would_explain_nearby_does() -> None:
     assert evidence_of_drift(4.0, 40.0) > evidence_of_drift(4.0, 1e-9) + 2.0
+
+
+def gained_by_unknown(misfit: NDArray[np.float64]) -> float:
+    """What something unknown adds to a fit's log evidence, in a misfit (n, 6 + 3m) of which no part is smooth."""
+    rows, channels = misfit.shape
+    seen, nothing = np.ones(misfit.shape, dtype=bool), np.zeros((misfit.size, 1))
+    plain = Whitening(seen, np.ones(channels), np.zeros(channels), nothing, np.zeros(1))
+    case = Case((REFERENCE_BLOCK,), typing.cast(RetractionProblem, None), (), (plain,), ())
+    error = ModelError(
+        (Discrepancy((nothing, nothing), (np.zeros(1), np.zeros(1))),), ((0.0, 0.0),), (0.0, 0.0)
+    )
+    hypothesis = Hypothesis(15e3, 0.45)
+    columns = np.random.default_rng(8).normal(size=(misfit.size, 2))
+    free = coordinates(hypothesis)
+    fit = Linearisation(
+        hypothesis, free, (np.zeros((rows, channels)),), (misfit.ravel(),), (columns,), (), ()
+    )
+    return evidence_of_unknown(case, fit, error) - first_order_evidence(case, fit, error)
+
+
+def test_beads_that_shake_in_single_rows_speak_for_something_unknown_and_noise_does_not() -> None:
+    rng = np.random.default_rng(9)
+    noise = rng.normal(size=(150, 54))
+    shaken = noise.copy()
+    shaken[:, 6:] += np.tile(0.2 * rng.normal(size=(150, 3)), 16)
+    assert gained_by_unknown(noise) <= 1e-9
+    assert gained_by_unknown(shaken) > 5.0

@@ -31,7 +31,7 @@ from estimator.diagnosis.judgement import (
     shared_with_unknown,
 )
 from estimator.diagnosis.multiplicity import multiplicity_of
-from estimator.diagnosis.noise import noise_of
+from estimator.diagnosis.noise import noise_of, with_offsets_of
 from estimator.diagnosis.result import Material, Quantity
 from estimator.diagnosis.rivals import projected
 from estimator.diagnosis.screening import Signature
@@ -279,6 +279,20 @@ def test_how_well_the_wrench_is_zeroed_shows_in_how_experiments_differ_not_in_wh
     found = noise_of([experiment] * len(misfits), misfits).zero_deviation
     assert found == pytest.approx(max(zero, 0.05), rel=0.35)
     assert noise_of([experiment], misfits[:1]).zero_deviation == 1.0
+
+
+def test_a_better_fit_tells_the_zeros_anew_and_leaves_the_correlation() -> None:
+    rng = np.random.default_rng(7)
+    experiment = replace(SMALL_BLOCK, fiducials_rest=np.zeros((1, 3)))
+    unseen = np.full((100, 3), np.nan)
+    exact = [np.column_stack([correlated_noise(rng, 100, 6, 0.5), unseen]) for _ in range(8)]
+    # A model that misses E has experiments of different loads differ.
+    roughly = [misfit + 0.3 * rng.normal(size=9) for misfit in exact]
+    before = noise_of([experiment] * 8, roughly)
+    after = with_offsets_of(before, [experiment] * 8, exact)
+    assert after.wrench_correlation == before.wrench_correlation > 0.3
+    assert before.zero_deviation > 0.2
+    assert after.zero_deviation < 0.1
 
 
 def test_innovations_of_correlated_rows_are_white_also_across_gaps() -> None:
