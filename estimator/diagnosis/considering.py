@@ -28,7 +28,7 @@ from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.preparation import corrected_at_best, prepare
 from estimator.diagnosis.race import race, race_on
 from estimator.diagnosis.result import AT_MOST, Consideration, LeftByMeshes, Material, Outcome, Place
-from estimator.diagnosis.sharpening import in_another_case, refitted_anew, signature_anew
+from estimator.diagnosis.sharpening import in_another_case, refitted_anew, signatures_anew
 from estimator.effects.catalogue import CATALOGUE, LABELS
 from estimator.errors import InputError
 from estimator.experiment import Experiment
@@ -109,7 +109,7 @@ def what_if(
             before, case = case, corrected.cases(left_by_meshes)
             baseline = refitted_anew(baseline, before, case)
             error = error_borne_out(case, baseline)
-            signatures = [signature_anew(trial.signature, before, case) for trial in trials]
+            signatures = signatures_anew([trial.signature for trial in trials], before, case)
             trials = trials_of(case, baseline, error, signatures)
             fits = [in_another_case(one.fit, before, case) for one in contenders]
             contenders = race_on(case, baseline, error, fits, -np.inf, executor, tell)

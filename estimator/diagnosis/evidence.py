@@ -18,12 +18,12 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.optimize import lsq_linear
-from scipy.special import logsumexp
 
 from estimator.diagnosis.discrepancy import ModelError, Moments, forgiven
 
@@ -62,9 +62,10 @@ class Priors:
     upper: FloatArray
     amplitude_of: NDArray[np.int64]
 
+    @cached_property
     def sizes(self) -> FloatArray:
-        """Return the sizes (s, 2 + k) that the effects may have, as shares of the usual one; 1 for what has no size."""
-        effects = self._effects()
+        """Sizes (s, 2 + k) that the effects may have, as shares of the usual one; 1 for what has no size."""
+        effects = self._effects
         shares = np.array(list(itertools.product(_SIZES, repeat=len(effects))))
         found = np.ones((len(shares), len(self.scale)))
         for own, share in zip(effects, shares.T, strict=True):
@@ -76,12 +77,13 @@ class Priors:
 
         ``information`` (2 + k)² is the Gram matrix of the derivatives.
         """
-        squared = self._standing_out(information) * self.sizes() ** 2
-        standing = np.array([squared[:, own].sum(axis=1) for own in self._effects()])
+        squared = self._standing_out(information) * self.sizes**2
+        standing = np.array([squared[:, own].sum(axis=1) for own in self._effects])
         return np.asarray(np.sum(np.log(np.maximum(standing, 1e-300) / (standing + _SHOWS**2)), axis=0))
 
+    @cached_property
     def _effects(self) -> list[NDArray[np.bool_]]:
-        """Return for each effect which parameters (2 + k,) are its amplitudes."""
+        """For each effect which parameters (2 + k,) are its amplitudes."""
         return [
             self.amplitude_of == effect for effect in np.unique(self.amplitude_of[self.amplitude_of >= 0])
         ]
@@ -118,12 +120,12 @@ def over_floors(moments: Moments, priors: Priors, error: ModelError) -> float:
 
 
 def _mean(log_values: Sequence[float]) -> float:
-    return float(logsumexp(log_values) - np.log(len(log_values)))
+    return float(np.logaddexp.reduce(np.asarray(log_values)) - np.log(len(log_values)))
 
 
 def evidence_of_gram(gram: FloatArray, priors: Priors) -> float:
     """Return ln p(y | hypothesis) from the Gram matrix (1 + 2 + k)² of residual and derivatives, over all sizes."""
-    information, sizes, free = gram[1:, 1:], priors.sizes(), np.isinf(priors.scale)
+    information, sizes, free = gram[1:, 1:], priors.sizes, np.isinf(priors.scale)
     centre, inverse = priors.centre / sizes, priors.inverse_scale / sizes
     posterior = information + inverse[:, :, None] ** 2 * np.eye(len(information))
     unit = np.sqrt(np.diagonal(posterior, axis1=1, axis2=2))

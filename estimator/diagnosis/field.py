@@ -37,7 +37,7 @@ from estimator.diagnosis.sharpening import (
     noise_cost,
     refitted_anew,
     sharpest,
-    signature_anew,
+    signatures_anew,
 )
 from estimator.effects.catalogue import CATALOGUE, LABELS, OUTSIDERS
 from estimator.experiment import Experiment
@@ -175,7 +175,7 @@ def _sharpened(field: Field, cases: CaseLeaving, executor: Executor, tell: Tell)
     gained = noise_cost(case) - noise_cost(field.case)
     none = max(first_order_evidence(case, baseline, error), field.none + gained)
     unknown = max(evidence_of_unknown(case, baseline, error), field.unknown + gained)
-    signatures = [signature_anew(trial.signature, field.case, case) for trial in field.trials]
+    signatures = signatures_anew([trial.signature for trial in field.trials], field.case, case)
     return replace(
         field,
         case=case,

@@ -5,7 +5,7 @@ that, its own misfit seems to be what meshes left. Whatever was linearised stays
 corrections, and is whitened anew.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
@@ -87,7 +87,13 @@ def refitted_anew(baseline: Linearisation, before: Case, after: Case) -> Lineari
     return refit(after, baseline.hypothesis, in_another_case(baseline, before, after), _POINTS)
 
 
-def signature_anew(signature: Signature, before: Case, after: Case) -> Signature:
-    """Return a signature in one case as it is in another, which differs from it in the noise alone."""
-    pairs = zip(after.whitenings, before.whitenings, signature.columns, strict=True)
-    return replace(signature, columns=tuple(new.anew(columns, old) for new, old, columns in pairs))
+def signatures_anew(signatures: Sequence[Signature], before: Case, after: Case) -> list[Signature]:
+    """Return signatures in one case as they are in another, which differs from it in the noise alone."""
+    ends = np.cumsum([len(signature.coordinates) for signature in signatures])[:-1]
+    pairs = enumerate(zip(after.whitenings, before.whitenings, strict=True))
+    # All at once: a product of large matrices takes a fraction of the time of hundreds of thin ones.
+    blocks = [
+        np.split(new.anew(np.hstack([one.columns[number] for one in signatures]), old), ends, axis=1)
+        for number, (new, old) in pairs
+    ]
+    return [replace(one, columns=columns) for one, *columns in zip(signatures, *blocks, strict=True)]

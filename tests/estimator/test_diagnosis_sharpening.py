@@ -11,8 +11,11 @@ from numpy.typing import NDArray
 from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.hypothesis import Hypothesis, coordinates
 from estimator.diagnosis.result import AT_MOST, LeftByMeshes
+from estimator.diagnosis.screening import Signature
 from estimator.diagnosis.shared_errors import SharedErrors
-from estimator.diagnosis.sharpening import in_another_case, noise_cost, sharpest
+from estimator.diagnosis.sharpening import in_another_case, noise_cost, sharpest, signatures_anew
+from estimator.effects.catalogue import CATALOGUE
+from estimator.effects.effect import Effect
 from estimator.fem.problem import RetractionProblem
 
 FloatArray = NDArray[np.float64]
@@ -63,6 +66,29 @@ def test_a_fit_is_the_same_in_every_noise_but_for_its_whitening() -> None:
     np.testing.assert_allclose(anew.residual[0], direct.residual[0], atol=1e-9)
     np.testing.assert_allclose(anew.by_coordinate[0], direct.by_coordinate[0], atol=1e-9)
     assert noise_cost(least) < noise_cost(most)
+
+
+def test_signatures_go_over_to_another_noise_as_if_they_had_been_whitened_by_it() -> None:
+    most, least = case_leaving(AT_MOST), case_leaving(LEAST)
+    channels = np.random.default_rng(4).normal(size=(*SHAPE, 7))
+    named = {effect.name: effect for effect in CATALOGUE}
+    effects = [named["motion_scale:translation"], named["force_bias:sensor_frame"]]
+
+    def whitened_by(case: Case) -> list[Signature]:
+        columns = case.whitenings[0].apply(channels)
+        parts = (columns[:, :1], columns[:, 1:])
+        return [
+            Signature(effect, {}, coordinates(MATERIAL.with_effect(effect, nothing(effect)))[2:], (part,))
+            for effect, part in zip(effects, parts, strict=True)
+        ]
+
+    def nothing(effect: Effect) -> dict[str, float]:
+        return {amplitude.name: 0.0 for amplitude in effect.amplitudes}
+
+    anew, direct = signatures_anew(whitened_by(most), most, least), whitened_by(least)
+    for one, other in zip(anew, direct, strict=True):
+        assert one.effect is other.effect
+        np.testing.assert_allclose(one.columns[0], other.columns[0], atol=1e-9)
 
 
 def test_all_that_meshes_may_leave_beside_the_rim_leaves_the_rest_as_sharp() -> None:
