@@ -35,13 +35,18 @@ def evidence_of_unsteadiness(
 ) -> float:
     """Return by how much the log evidence of a fit rises where single rows may be off, over all amplitudes.
 
+    Where no bead was seen that is nothing.
+
     Parameters
     ----------
     residual : (r,) of each experiment, whitened
     whitenings : by which
     predicted : (n, 6 + 3m) of each experiment, channels of the fit
     """
-    noise = _noise(np.concatenate([_of_beads(r, w) for r, w in zip(residual, whitenings, strict=True)]))
+    of_beads = np.concatenate([_of_beads(r, w) for r, w in zip(residual, whitenings, strict=True)])
+    if not len(of_beads):
+        return 0.0
+    noise = _noise(of_beads)
     found = []
     for directions_of in (_together, _along_paths):
         squares, eigenvalues = [], []

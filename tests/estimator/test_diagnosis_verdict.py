@@ -154,6 +154,12 @@ def test_rows_that_show_beads_where_they_were_before_are_out_of_step_and_late_ca
     assert judged(0.5 * (rng.random(100) < 0.2)) > 20.0
 
 
+def test_where_no_bead_was_seen_no_row_is_off() -> None:
+    seen = np.repeat([[True] * 6 + [False] * 3], 20, axis=0)
+    plain = Whitening(seen, np.ones(9), np.zeros(9), np.zeros((seen.sum(), 0)), np.zeros(0))
+    assert evidence_of_unsteadiness([np.ones(seen.sum())], [plain], [np.zeros(seen.shape)]) == 0.0
+
+
 def found_beside(explained: float, left: float, first: str = "gripper_compliance:translation") -> bool:
     """Whether a second cause is looked for that would raise the log evidence by about ``left`` beside a first one."""
     leader, second = (
