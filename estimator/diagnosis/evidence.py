@@ -116,10 +116,11 @@ def log_evidence(
 
 def over_floors(moments: Moments, priors: Priors, error: ModelError) -> float:
     """Return ln p(y | hypothesis) up to a constant, over all floors of what every model misses."""
-    return _mean([log_evidence(moments, priors, error, floor) for floor in error.floors])
+    return log_mean([log_evidence(moments, priors, error, floor) for floor in error.floors])
 
 
-def _mean(log_values: Sequence[float]) -> float:
+def log_mean(log_values: Sequence[float] | FloatArray) -> float:
+    """Return the logarithm of the mean of values whose logarithms are given: each is as likely as the others."""
     return float(np.logaddexp.reduce(np.asarray(log_values)) - np.log(len(log_values)))
 
 
@@ -143,7 +144,7 @@ def evidence_of_gram(gram: FloatArray, priors: Priors) -> float:
     # A one-sided amplitude has a half-normal prior, twice as dense.
     one_sided = np.isfinite(priors.lower[~free]) ^ np.isfinite(priors.upper[~free])
     values = -0.5 * (misfit + prior + occam) + np.log(2.0) * one_sided.sum()
-    return _mean(values + priors.believed(information))
+    return log_mean(values + priors.believed(information))
 
 
 def bounded_minimum(A: FloatArray, b: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
@@ -189,7 +190,7 @@ def marginal_evidence(
     for share, floor in itertools.product(_INEXACT, error.floors):
         wrench, fiducials = (float(np.hypot(f, share * e)) for f, e in zip(floor, explained, strict=True))
         found[wrench, fiducials] = log_evidence(moments, priors, error, (wrench, fiducials))
-    return _mean(list(found.values())), max(found, key=lambda key: found[key])
+    return log_mean(list(found.values())), max(found, key=lambda key: found[key])
 
 
 def with_floor_borne_out(error: ModelError, moments: Moments, priors: Priors) -> ModelError:
@@ -205,4 +206,4 @@ def unknown_evidence(moments: Moments, priors: Priors, error: ModelError) -> flo
         log_evidence(moments, priors, error, (float(np.hypot(wrench, w)), float(np.hypot(fiducials, f))))
         for (wrench, fiducials), (w, f) in itertools.product(error.floors, UNKNOWN)
     ]
-    return _mean(found)
+    return log_mean(found)

@@ -59,7 +59,12 @@ def noise_of(experiments: Sequence[Experiment], misfits: Sequence[FloatArray]) -
 
 
 def with_offsets_of(noise: Noise, experiments: Sequence[Experiment], misfits: Sequence[FloatArray]) -> Noise:
-    """Return noise of the same correlation with the errors of zero and of rest of another model's misfits."""
+    """Return noise of the same correlation with the errors of zero and of rest of another model's misfits.
+
+    Parameters
+    ----------
+    misfits : as in :func:`noise_of`
+    """
     return replace(
         noise,
         rest_deviation=_rest_deviation(experiments, misfits, noise.fiducial_correlation),

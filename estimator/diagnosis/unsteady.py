@@ -4,7 +4,9 @@ No smooth misfit explains them. The whitened misfit r of a fit then is normal wi
 row is off by an amplitude of its own along the directions D, and σ is the noise as most beads show it. With the
 eigenvalues λ and eigenvectors V of DᵀD, and q = λ^−½ Vᵀ Dᵀ r,
 
-    ln p(r | s) − ln p(r | 0) = ½ Σ (q²/σ² s²λ / (1 + s²λ) − ln(1 + s²λ)).
+    ln p(r | s) − ln p(r | 0) = ½ Σ (q²/σ² s²λ / (1 + s²λ) − ln(1 + s²λ)),
+
+the marginal likelihood of a Gaussian process (Rasmussen & Williams 2006, eq. 2.30) less that of noise alone.
 """
 
 from __future__ import annotations
@@ -13,8 +15,8 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
+from estimator.diagnosis.evidence import log_mean
 from estimator.diagnosis.noise import robust_deviation
 from estimator.diagnosis.whitening import Whitening
 
@@ -58,7 +60,7 @@ def evidence_of_unsteadiness(
             eigenvalues.append(values[kept])
         q, grown = np.concatenate(squares), np.outer(_AMPLITUDES**2, np.concatenate(eigenvalues))
         found.append(0.5 * np.sum(q * grown / (1.0 + grown) - np.log1p(grown), axis=1))
-    return float(logsumexp(np.array(found)) - np.log(2 * len(_AMPLITUDES)))
+    return log_mean(np.concatenate(found))
 
 
 def _noise(of_beads: FloatArray) -> float:

@@ -19,7 +19,6 @@ from estimator.diagnosis.pair_search import Found
 from estimator.diagnosis.roughness import rough_gap, rough_remainder
 from estimator.diagnosis.screening import Signature
 from estimator.diagnosis.second_cause import adequate, asked_of, promising_seconds
-from estimator.diagnosis.unsteady import evidence_of_unsteadiness
 from estimator.diagnosis.verdict import reach_verdict, weigh
 from estimator.diagnosis.whitening import Whitening
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
@@ -111,53 +110,6 @@ def test_understated_noise_is_no_gap_and_one_experiment_that_stands_aside_is() -
     beads = np.arange(3000) % 48 < 12
     aside = [*noise[:2], np.where(beads, noise[2] + 1.8 * rng.normal(size=3000), noise[2])]
     assert rough_gap(aside, 1.0) == rough_remainder(aside, 1.0) > 0.0
-
-
-def evidence_of_rows_off(channels: NDArray[np.float64], predicted: NDArray[np.float64]) -> float:
-    """What single rows that are off add, in a misfit of white noise; one bead is hidden for a while."""
-    seen = np.ones(channels.shape, dtype=bool)
-    seen[40:60, 6:9] = False
-    count = seen.shape[1]
-    plain = Whitening(seen, np.ones(count), np.zeros(count), np.zeros((seen.sum(), 0)), np.zeros(0))
-    return evidence_of_unsteadiness([channels[seen]], [plain], [predicted])
-
-
-@pytest.mark.parametrize("noise", [1.0, 1.3])
-def test_beads_that_shake_together_are_told_from_noise_of_whatever_size(noise: float) -> None:
-    rng = np.random.default_rng(7)
-    still = noise * rng.normal(size=(180, 6 + 48))
-    drifting = still + 5.0 * np.linspace(-1.0, 1.0, 180)[:, None]
-    shaken = still.copy()
-    shaken[:, 6:] += np.tile(0.2 * noise * rng.normal(size=(180, 3)), 16)
-    nowhere = np.zeros(still.shape)
-    assert evidence_of_rows_off(still, nowhere) < 0.0
-    assert evidence_of_rows_off(drifting, nowhere) < 0.0
-    # Of three quarters of 540 means of 16 beads the variance is 1.64 of the noise's.
-    gained = 0.5 * 0.75 * 540 * (0.64 - np.log(1.64))
-    assert evidence_of_rows_off(shaken, nowhere) == pytest.approx(gained, rel=0.35)
-
-
-def test_rows_that_show_beads_where_they_were_before_are_out_of_step_and_late_cameras_are_not() -> None:
-    rng = np.random.default_rng(5)
-    still, moving = np.zeros((20, 3, 3)), np.linspace(0.0, 400.0, 60)[:, None, None] * rng.normal(size=(3, 3))
-    course = np.concatenate([still, moving, moving[-1] + still]).reshape(100, 9)
-    predicted, velocity = np.hstack([np.zeros((100, 6)), course]), np.gradient(course, axis=0)
-    noise = rng.standard_normal((100, 15))
-
-    def judged(rows_late: NDArray[np.float64]) -> float:
-        channels = noise.copy()
-        channels[:, 6:] -= rows_late[:, None] * velocity
-        return evidence_of_rows_off(channels, predicted)
-
-    assert judged(np.zeros(100)) < 0.0
-    assert judged(np.full(100, 0.5)) < 0.0
-    assert judged(0.5 * (rng.random(100) < 0.2)) > 20.0
-
-
-def test_where_no_bead_was_seen_no_row_is_off() -> None:
-    seen = np.repeat([[True] * 6 + [False] * 3], 20, axis=0)
-    plain = Whitening(seen, np.ones(9), np.zeros(9), np.zeros((seen.sum(), 0)), np.zeros(0))
-    assert evidence_of_unsteadiness([np.ones(seen.sum())], [plain], [np.zeros(seen.shape)]) == 0.0
 
 
 def found_beside(explained: float, left: float, first: str = "gripper_compliance:translation") -> bool:

@@ -1,0 +1,85 @@
+"""Rows that are off by themselves: beads that shake together, images out of step."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.fft import idct
+from scipy.special import logsumexp
+from scipy.stats import multivariate_normal
+
+from estimator.diagnosis.noise import robust_deviation
+from estimator.diagnosis.unsteady import evidence_of_unsteadiness
+from estimator.diagnosis.whitening import Whitening
+
+FloatArray = NDArray[np.float64]
+
+
+def white(seen: NDArray[np.bool_]) -> Whitening:
+    count = seen.shape[1]
+    return Whitening(seen, np.ones(count), np.zeros(count), np.zeros((seen.sum(), 0)), np.zeros(0))
+
+
+def evidence_of_rows_off(channels: FloatArray, predicted: FloatArray) -> float:
+    """What single rows that are off add, in a misfit of white noise; one bead is hidden for a while."""
+    seen = np.ones(channels.shape, dtype=bool)
+    seen[40:60, 6:9] = False
+    return evidence_of_unsteadiness([channels[seen]], [white(seen)], [predicted])
+
+
+def test_the_evidence_is_that_of_the_joint_normal() -> None:
+    rng, rows, beads = np.random.default_rng(3), 24, 3
+    misfit, course = (
+        rng.normal(size=(rows, 6 + 3 * beads)),
+        rng.normal(size=(rows, 6 + 3 * beads)).cumsum(axis=0),
+    )
+    of_beads = misfit[:, 6:] / robust_deviation(misfit[:, 6:])
+    # Of 24 cosines those from the third on have periods of less than sixteen rows.
+    quick = idct(np.eye(rows), norm="ortho", axis=0)[:, 3:]
+    along = np.gradient(course[:, 6:], axis=0)
+    along /= np.abs(along).max()
+    shaking = np.einsum("nk,cx->ncxk", quick, np.tile(np.eye(3), (beads, 1)))
+    ahead = np.einsum("nc,nk->nck", along, quick)
+    gained = []
+    for directions in (shaking, ahead):
+        D = directions.reshape(of_beads.size, -1)
+        for amplitude in (0.1, 0.16, 0.25, 0.4):
+            known = multivariate_normal(cov=np.eye(len(D)) + amplitude**2 * D @ D.T).logpdf(of_beads.ravel())
+            gained.append(known - multivariate_normal(cov=np.eye(len(D))).logpdf(of_beads.ravel()))
+    misfit[:, 6:] = of_beads
+    found = evidence_of_unsteadiness([misfit.ravel()], [white(np.ones(misfit.shape, dtype=bool))], [course])
+    assert found == pytest.approx(logsumexp(gained) - np.log(8.0), abs=1e-9)
+
+
+@pytest.mark.parametrize("noise", [1.0, 1.3])
+def test_beads_that_shake_together_are_told_from_noise_of_whatever_size(noise: float) -> None:
+    rng = np.random.default_rng(7)
+    still = noise * rng.normal(size=(180, 6 + 48))
+    drifting = still + 5.0 * np.linspace(-1.0, 1.0, 180)[:, None]
+    shaken = still.copy()
+    shaken[:, 6:] += np.tile(0.2 * noise * rng.normal(size=(180, 3)), 16)
+    nowhere = np.zeros(still.shape)
+    assert evidence_of_rows_off(still, nowhere) < 0.0
+    assert evidence_of_rows_off(drifting, nowhere) < 0.0
+    assert evidence_of_rows_off(shaken, nowhere) > 20.0
+
+
+def test_rows_that_show_beads_where_they_were_before_are_out_of_step_and_late_cameras_are_not() -> None:
+    rng = np.random.default_rng(5)
+    still, moving = np.zeros((20, 3, 3)), np.linspace(0.0, 400.0, 60)[:, None, None] * rng.normal(size=(3, 3))
+    course = np.concatenate([still, moving, moving[-1] + still]).reshape(100, 9)
+    predicted, velocity = np.hstack([np.zeros((100, 6)), course]), np.gradient(course, axis=0)
+    noise = rng.standard_normal((100, 15))
+
+    def judged(rows_late: FloatArray) -> float:
+        channels = noise.copy()
+        channels[:, 6:] -= rows_late[:, None] * velocity
+        return evidence_of_rows_off(channels, predicted)
+
+    assert judged(np.zeros(100)) < 0.0
+    assert judged(np.full(100, 0.5)) < 0.0
+    assert judged(0.5 * (rng.random(100) < 0.2)) > 20.0
+
+
+def test_where_no_bead_was_seen_no_row_is_off() -> None:
+    seen = np.repeat([[True] * 6 + [False] * 3], 20, axis=0)
+    assert evidence_of_unsteadiness([np.ones(seen.sum())], [white(seen)], [np.zeros(seen.shape)]) == 0.0
