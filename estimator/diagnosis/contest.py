@@ -65,11 +65,13 @@ class Contender:
     fit : at its best parameters
     log_evidence : with the inexactness of its signatures integrated out
     deviations : (p,) standard deviations of its internal variables
+    fell : by how much its objective fell in its last refit; infinite where that did not begin at a point of its own
     """
 
     fit: Linearisation
     log_evidence: float
     deviations: FloatArray
+    fell: float = math.inf
 
     @property
     def labels(self) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,7 @@ from estimator.diagnosis.findings import (
 from estimator.diagnosis.held_out import held_out_in_full, held_out_residuals
 from estimator.diagnosis.judgement import credible_set, temper
 from estimator.diagnosis.multiplicity import Multiplicity, multiplicity_of, rivals_of
+from estimator.diagnosis.race import polished
 from estimator.diagnosis.result import (
     NONE,
     UNKNOWN,
@@ -68,6 +70,13 @@ def diagnose(experiments: Sequence[Experiment], progress: Tell | None = None) ->
         field = hold_contest(experiments, executor, tell)
         evidence = weigh(field)
         verdict = reach_verdict(field, evidence, executor, tell)
+        winner = verdict.winner
+        if winner is not None:
+            best = polished(field.case, field.baseline, field.error, winner, executor)
+            field = replace(
+                field, contenders=tuple(best if one is winner else one for one in field.contenders)
+            )
+            verdict = replace(verdict, winner=best)
         return _diagnosis(field, evidence, verdict, started, executor, tell)
 
 

@@ -55,7 +55,11 @@ def temper(log_evidence: Mapping[str, float]) -> float:
 
     Signatures are inexact, and so are differences between evidences, by a share of what the best of them explains.
     """
-    gain = max(log_evidence.values()) - log_evidence[NONE]
+    return power_at(max(log_evidence.values()) - log_evidence[NONE])
+
+
+def power_at(gain: float) -> float:
+    """Return the same where the best explanation gains so much log evidence."""
     return max(1.0 / (1.0 + _INEXACT * max(gain, 0.0)), _LEAST_POWER)
 
 

@@ -12,7 +12,7 @@ from estimator.diagnosis.finer_forms import elaborations
 from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
 from estimator.diagnosis.pairs import likeliest_pairs
 from estimator.diagnosis.race import race
-from estimator.diagnosis.second_cause import adequate, starts_of_pairs
+from estimator.diagnosis.second_cause import adequate, least_gain, starts_of_pairs
 
 _LEADERS = 2
 # Pairs this close to the best are its rivals; one more of them is looked at in finer forms, and so many forms in all.
@@ -59,7 +59,8 @@ def _refitted(
     begun = starts_of_pairs(field.case, field.baseline, leaders, field.trials, field.error, field.none)
     if not begun:
         return []
-    return race(field.case, field.baseline, field.error, begun, best.log_evidence, executor, tell)
+    bar = best.log_evidence + least_gain(best, best.labels, field.none)
+    return race(field.case, field.baseline, field.error, begun, bar, executor, tell)
 
 
 def distinct_forms(contenders: Sequence[Contender]) -> list[Contender]:

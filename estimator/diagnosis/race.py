@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, Future, as_completed
+from dataclasses import replace
 
 from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.contest import Contender, Tell, contender_of
 from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.refit import refit
+from estimator.diagnosis.judgement import power_at
+from estimator.diagnosis.refit import WORTHWHILE, objective, refit
 from estimator.diagnosis.side_by_side import Solve, refits_at_a_time, solved_by
 from estimator.errors import SolverError
 
@@ -20,6 +23,9 @@ from estimator.errors import SolverError
 _IN_REACH, _CLOSE = 0.4, 10.0
 _ROUNDS = ((2, 0.15), (5, 0.05))
 _FINALISTS, _OF_THE_SAME_LABELS = 3, 2
+# One that lacks more than this goes on only where its last few points gained some share of what it lacks.
+_NEXT_TO_IT, _MORE_TO_COME = 1.0, 2.0
+_POLISH = 3
 
 
 def race(
@@ -43,7 +49,7 @@ def race(
     solve = solved_by(executor)
     with refits_at_a_time(len(starts)) as threads:
         jobs = [threads.submit(_first_point, case, start, base, solve) for start in starts]
-        first = _contenders(case, base, error, jobs, tell)
+        first = _contenders(case, base, error, dict.fromkeys(jobs, math.inf), tell)
     second = _further(case, base, error, first, _in_reach(first, bar, _IN_REACH), 1, executor, tell)
     return _to_the_end(case, base, error, second, bar, executor, tell)
 
@@ -74,8 +80,15 @@ def _to_the_end(
     """Return the contenders, the finalists of each round refitted further, in the end until they converge."""
     found = list(contenders)
     for points, share in _ROUNDS:
-        found = _further(case, base, error, found, finalists(found, bar, share), points, executor, tell)
+        chosen = [one for one in finalists(found, bar, share) if may_win(one, found[0], bar)]
+        found = _further(case, base, error, found, chosen, points, executor, tell)
     return found
+
+
+def may_win(one: Contender, best: Contender, bar: float) -> bool:
+    """Tell whether a contender lacks no more than what it could still gain: of what fell last, some more."""
+    lacks = max(best.log_evidence, bar) - one.log_evidence
+    return lacks <= max(_NEXT_TO_IT, _MORE_TO_COME * one.fell)
 
 
 def finalists(contenders: Sequence[Contender], bar: float, share: float = _ROUNDS[0][1]) -> list[Contender]:
@@ -115,26 +128,44 @@ def _further(
     """Return the contenders, the chosen ones refitted over so many points more at the most."""
     solve = solved_by(executor)
     with refits_at_a_time(len(chosen)) as threads:
-        jobs: list[Future[Linearisation | None]] = [
-            threads.submit(refit, case, one.fit.hypothesis, one.fit, 1 + points, solve) for one in chosen
-        ]
+        jobs: dict[Future[Linearisation | None], float] = {
+            threads.submit(
+                refit, case, one.fit.hypothesis, one.fit, 1 + points, solve, _worthwhile(base, one.fit)
+            ): objective(one.fit)
+            for one in chosen
+        }
         further = _contenders(case, base, error, jobs, tell)
     rest = [one for one in contenders if one not in chosen]
     return _sorted([*further, *rest])
+
+
+def _worthwhile(base: Linearisation, fit: Linearisation) -> float:
+    """Return by how much an objective must fall to matter: tempered as evidences are, by what is gained."""
+    return WORTHWHILE / power_at(objective(base) - objective(fit))
+
+
+def polished(
+    case: Case, base: Linearisation, error: ModelError, winner: Contender, executor: Executor
+) -> Contender:
+    """Return the winner of a race at its best parameters: to win, a place near them was enough."""
+    fit = refit(case, winner.fit.hypothesis, winner.fit, 1 + _POLISH, solved_by(executor))
+    return winner if fit is winner.fit else contender_of(case, base, error, fit)
 
 
 def _contenders(
     case: Case,
     base: Linearisation,
     error: ModelError,
-    jobs: Sequence[Future[Linearisation | None]],
+    jobs: Mapping[Future[Linearisation | None], float],
     tell: Tell,
 ) -> list[Contender]:
+    """Return what refits have found, weighed; ``jobs`` gives the objective at which each began."""
     found = []
     for done, job in enumerate(as_completed(jobs), start=1):
         fit = job.result()
         if fit is not None:
-            found.append(contender_of(case, base, error, fit))
+            fell = jobs[job] - objective(fit)
+            found.append(replace(contender_of(case, base, error, fit), fell=fell))
         tell("refitting the leaders", done, len(jobs))
     return _sorted(found)
 

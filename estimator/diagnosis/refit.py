@@ -18,7 +18,7 @@ FloatArray = NDArray[np.float64]
 
 # The iteration ends where the linearisation promises to lower the objective by less than this, or a step did: the place
 # of an inclusion that is hardly seen would be followed for ever, step by short step.
-_WORTHWHILE = 0.3
+WORTHWHILE = 0.3
 # No step changes ln E or −ln(1 − 2ν) by more than this, an amplitude by more than so many prior deviations, or a
 # constant by more than this share of its range.
 _LONGEST_STEP = 1.0
@@ -34,6 +34,7 @@ def refit(
     near: Linearisation | None = None,
     evaluations: int = 6,
     solve: Solve = linearise,
+    worthwhile: float = WORTHWHILE,
 ) -> Linearisation:
     """Return the linearisation at the best parameters found.
 
@@ -44,6 +45,7 @@ def refit(
     near : a solved neighbour of the start
     evaluations : how many points may be solved
     solve : what solves a point
+    worthwhile : the iteration ends where the objective would fall by less
 
     Raises
     ------
@@ -54,10 +56,10 @@ def refit(
     evaluations -= 1
     while evaluations > 0:
         step, gain = newton_step(best)
-        if gain < _WORTHWHILE:
+        if gain < worthwhile:
             break
         accepted, share = None, best.next_share
-        while evaluations > 0 and accepted is None and _worthwhile(share, gain):
+        while evaluations > 0 and accepted is None and _worthwhile(share, gain, worthwhile):
             evaluations -= 1
             try:
                 trial = solve(case, moved(best.hypothesis, best.coordinates, share * step), best)
@@ -69,13 +71,17 @@ def refit(
         if accepted is None:
             return replace(best, next_share=share)
         fall = objective(best) - objective(accepted)
-        best = accepted if fall >= _WORTHWHILE else replace(accepted, next_share=0.0)
+        best = accepted
+        if fall < WORTHWHILE:
+            best = replace(accepted, next_share=0.0)
+        if fall < worthwhile:
+            break
     return best
 
 
-def _worthwhile(share: float, gain: float) -> bool:
+def _worthwhile(share: float, gain: float, least: float) -> bool:
     """Tell whether a share of a step that promises a gain is to be tried: all of it, a third, a ninth."""
-    return share == 1.0 or (share > _SHORTEST and share * (2.0 - share) * gain >= _WORTHWHILE)
+    return share == 1.0 or (share > _SHORTEST and share * (2.0 - share) * gain >= least)
 
 
 def objective(linearisation: Linearisation) -> float:

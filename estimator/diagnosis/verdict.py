@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
@@ -71,16 +71,31 @@ def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executo
         probability = probabilities(evidence)
         leading = next(iter(probability))
         best = found.alone if leading in (found.alone.labels[0], UNKNOWN) else best
-    pair = next((pair for pair in found.pairs if _worth_two(field, best, pair)), None)
-    if pair is not None and _stands(field, pair, leading):
-        stronger = max(pair.labels, key=lambda label: probability[label])
-        alone = evidence[stronger]
-        evidence = {**evidence, stronger: max(alone, pair.log_evidence)}
-        surplus = max(pair.log_evidence - alone, 0.0) if UNKNOWN in pair.labels else 0.0
-        return _with_remainder(field, pair, stronger, probabilities(evidence), surplus)
+    worthy = [pair for pair in found.pairs if _worth_two(field, best, pair)]
+    if worthy and _stands(field, worthy[0], leading):
+        standing = [pair for pair in worthy if _stands(field, pair, leading)]
+        return _of_two(field, standing, evidence, probability)
     if leading == UNKNOWN:
         return Verdict((UNKNOWN,), recognised, probability)
     return _with_remainder(field, best, leading, probability)
+
+
+def _of_two(
+    field: Field, pairs: Sequence[Contender], evidence: Mapping[str, float], probability: Mapping[str, float]
+) -> Verdict:
+    """Return the verdict for two causes, of pairs that are believed, the most probable first.
+
+    The stronger cause of each pair has the evidence of the pair: a rival is weighed with its own second cause too.
+    """
+    of_stronger: dict[str, Contender] = {}
+    for pair in pairs:
+        of_stronger.setdefault(max(pair.labels, key=lambda label: probability[label]), pair)
+    raised = {label: max(evidence[label], pair.log_evidence) for label, pair in of_stronger.items()}
+    shared = probabilities({**evidence, **raised})
+    stronger = max(of_stronger, key=lambda label: shared[label])
+    pair = of_stronger[stronger]
+    surplus = max(pair.log_evidence - evidence[stronger], 0.0) if UNKNOWN in pair.labels else 0.0
+    return _with_remainder(field, pair, stronger, shared, surplus)
 
 
 def weigh(field: Field) -> dict[str, float]:

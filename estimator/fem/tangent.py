@@ -5,6 +5,7 @@ Degrees of freedom are numbered free first, then gripped; anchored ones are left
 
 import weakref
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from kvxopt import cholmod, matrix, spmatrix
@@ -128,8 +129,7 @@ class TangentAssembler:
         self._free_entries = (rows, columns)
         self._matrix = spmatrix(1.0, matrix(rows), matrix(columns), (free, free))
         self._mixed_rows = pattern.rows[self._in_mixed] - free
-        # Symbolic analyses whose numeric factor nobody holds any more; a factorisation overwrites one of them.
-        self._spare: list[object] = []
+        self._spare = _spare_analyses(free, columns.tobytes(), rows.tobytes())
         self._mixed_start = np.searchsorted(pattern.columns[self._in_mixed], np.arange(free + 1))
         self._nodes, self._node_entries = _node_entries(pattern)
 
@@ -160,6 +160,16 @@ class TangentAssembler:
         factor = CholeskyFactor(symbolic)
         weakref.finalize(factor, self._spare.append, symbolic)
         return Tangent(factor, mixed, corner)
+
+
+@lru_cache(maxsize=2)
+def _spare_analyses(size: int, columns: bytes, rows: bytes) -> list[object]:
+    """Return the symbolic analyses of a matrix whose numeric factor nobody holds any more.
+
+    A factorisation overwrites one of them, which takes half the time of one that has to be analysed first. They outlive
+    the assembler, for a refit makes one at every point.
+    """
+    return []
 
 
 def _node_entries(pattern: TangentPattern) -> tuple[IntArray, IntArray]:

@@ -1,6 +1,7 @@
 """Which hypotheses are refitted further."""
 
 import typing
+from dataclasses import replace
 
 import numpy as np
 from retraction_cases import REFERENCE_BLOCK
@@ -9,7 +10,7 @@ from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.contest import Contender
 from estimator.diagnosis.finer_forms import at_the_place_of, past_kinks
 from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.race import finalists
+from estimator.diagnosis.race import finalists, may_win
 from estimator.effects.catalogue import CATALOGUE
 from estimator.fem.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
@@ -56,6 +57,25 @@ def test_starts_of_one_label_leave_a_place_to_its_rivals() -> None:
     field = [contender("inhomogeneity", value) for value in (40.0, 39.0, 38.0)]
     chosen = finalists([*field, contender("camera_rotation", 37.0)], 0.0)
     assert [one.log_evidence for one in chosen] == [40.0, 39.0, 37.0]
+
+
+def goes_on(lacks: float, fell: float, bar: float = 0.0) -> bool:
+    best = contender("camera_rotation", 100.0)
+    return may_win(replace(contender("camera_scale", 100.0 - lacks), fell=fell), best, bar)
+
+
+def test_one_that_lacks_more_than_it_still_gains_does_not_go_on() -> None:
+    assert goes_on(lacks=10.0, fell=6.0)
+    assert not goes_on(lacks=10.0, fell=4.0)
+
+
+def test_one_next_to_the_best_goes_on_and_so_does_one_that_has_not_been_refitted_yet() -> None:
+    assert goes_on(lacks=0.5, fell=0.0)
+    assert goes_on(lacks=10.0, fell=np.inf)
+
+
+def test_the_best_itself_does_not_go_on_where_it_will_not_reach_the_bar() -> None:
+    assert not goes_on(lacks=0.0, fell=4.0, bar=110.0)
 
 
 SYMMETRIC, TENSION_ONLY = "anisotropy", "anisotropy:tension_only"

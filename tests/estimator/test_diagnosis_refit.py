@@ -28,10 +28,10 @@ class Problem:
         return Linearisation(at, free, (), (residual,), (np.diag([self.misfit, 1.0]),), (), ())
 
 
-def points_solved(misfit: float, share_kept_of_a_promise: float) -> int:
+def points_solved(misfit: float, share_kept_of_a_promise: float, worthwhile: float = 0.3) -> int:
     """How many points a refit solves of such a problem."""
     problem = Problem(misfit, share_kept_of_a_promise)
-    refit(NO_CASE, START, evaluations=20, solve=problem.solve)
+    refit(NO_CASE, START, evaluations=20, solve=problem.solve, worthwhile=worthwhile)
     return len(problem.gone)
 
 
@@ -50,6 +50,16 @@ def test_steps_that_keep_half_of_it_go_on() -> None:
 def test_the_search_ends_where_a_step_gains_next_to_nothing_whatever_is_promised() -> None:
     # A fall of 1.0 is promised, and one of 0.2 comes of it.
     assert points_solved(misfit=2**0.5, share_kept_of_a_promise=0.1056) == 2
+
+
+def test_where_less_matters_less_is_followed_and_the_rest_later() -> None:
+    problem = Problem(misfit=10.0, share_kept_of_a_promise=0.5)
+    roughly = refit(NO_CASE, START, evaluations=20, solve=problem.solve, worthwhile=5.0)
+    few = len(problem.gone)
+    assert few < points_solved(misfit=10.0, share_kept_of_a_promise=0.5)
+    polished = refit(NO_CASE, roughly.hypothesis, roughly, evaluations=20, solve=problem.solve)
+    assert polished.chi2 < roughly.chi2
+    assert len(problem.gone) == points_solved(misfit=10.0, share_kept_of_a_promise=0.5)
 
 
 def test_a_refit_goes_on_with_the_share_of_a_step_that_was_not_tried_yet() -> None:

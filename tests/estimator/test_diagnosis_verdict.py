@@ -1,6 +1,7 @@
 """What counts as a gap: an effect's size, its strength, and whether the model's own error could feign it."""
 
 import typing
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -19,7 +20,7 @@ from estimator.diagnosis.pair_search import Found
 from estimator.diagnosis.roughness import rough_gap, rough_remainder
 from estimator.diagnosis.screening import Signature
 from estimator.diagnosis.second_cause import adequate, asked_of, promising_seconds
-from estimator.diagnosis.verdict import reach_verdict, weigh
+from estimator.diagnosis.verdict import Verdict, reach_verdict, weigh
 from estimator.diagnosis.whitening import Whitening
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.effects.effect import Effect
@@ -178,54 +179,84 @@ def test_beside_what_is_recognised_outside_the_catalogue_a_cause_must_add_a_shar
     assert found_beside(explained=2000.0, left=200.0, first=swelling)
 
 
+VALUES = 1200
+WHITE_NOISE = Whitening(
+    np.ones((VALUES // 12, 12), dtype=bool),
+    np.ones(12),
+    np.zeros(12),
+    np.zeros((VALUES, 0)),
+    np.zeros(0),
+)
+WITH_WHITE_NOISE = Case((), typing.cast(RetractionProblem, None), (), (WHITE_NOISE,), ())
+
+
 def test_causes_that_leave_a_fifth_beyond_noise_are_not_the_whole_story() -> None:
-    seen = np.ones((100, 12), dtype=bool)
-    nothing = np.zeros((seen.size, 0))
-    plain = Whitening(seen, np.ones(12), np.zeros(12), nothing, np.zeros(0))
-    case = Case((), typing.cast(RetractionProblem, None), (), (plain,), ())
-    noise = np.random.default_rng(11).normal(size=seen.size)
+    nothing = np.zeros((VALUES, 0))
+    noise = np.random.default_rng(11).normal(size=VALUES)
 
     def left(residual: NDArray[np.float64]) -> Contender:
         return Contender(Linearisation(MATERIAL, (), (), (residual,), (nothing,), (), ()), 0.0, np.zeros(0))
 
-    assert adequate(case, left(noise))
-    assert not adequate(case, left(1.1 * noise))
+    assert adequate(WITH_WHITE_NOISE, left(noise))
+    assert not adequate(WITH_WHITE_NOISE, left(1.1 * noise))
+
+
+CUT, REGION, LOST_GRIP = (
+    next(one for one in (*CATALOGUE, *OUTSIDERS) if one.name == name)
+    for name in ("unknown:cut", "inhomogeneity:cylinder", "gripper_compliance:translation")
+)
+
+
+def present(*effects: Effect) -> Hypothesis:
+    found = MATERIAL
+    for effect in effects:
+        constants = {constant.name: constant.lower for constant in effect.constants}
+        found = found.with_effect(effect, {**constants, **{one.name: 0.9 for one in effect.amplitudes}})
+    return found
+
+
+def refitted(hypothesis: Hypothesis, evidence: float) -> Contender:
+    fit = Linearisation(hypothesis, (), (), (np.zeros(30),), (np.zeros((30, 0)),), (), ())
+    return Contender(fit, evidence, np.zeros(0))
+
+
+def verdict_of(
+    alone: Sequence[Contender], pairs: Sequence[Contender], monkeypatch: pytest.MonkeyPatch
+) -> tuple[Verdict, Mapping[str, float]]:
+    """The verdict on refitted single causes and pairs, and the evidence of the single ones."""
+    field = replace(
+        tried("unknown:cut", "log_softness", 0.9, 643.0),
+        case=WITH_WHITE_NOISE,
+        baseline=refitted(MATERIAL, 0.0).fit,
+        trials=(),
+        contenders=tuple(alone),
+    )
+    monkeypatch.setattr(
+        "estimator.diagnosis.verdict.search_pairs", lambda field, best, *rest: Found(best, tuple(pairs))
+    )
+    monkeypatch.setattr("estimator.diagnosis.verdict.adequate", lambda case, pair: True)
+    monkeypatch.setattr("estimator.diagnosis.verdict.evidence_of_unknown", lambda *of_fit: -np.inf)
+    evidence = weigh(field)
+    with ThreadPoolExecutor(1) as executor:
+        return reach_verdict(field, evidence, executor, lambda stage, done, total: None), evidence
 
 
 def test_of_two_causes_the_more_probable_leads_though_another_has_more_evidence(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    cut, region = (
-        next(one for one in (*CATALOGUE, *OUTSIDERS) if one.name == name)
-        for name in ("unknown:cut", "inhomogeneity:cylinder")
-    )
-
-    def contender(hypothesis: Hypothesis, evidence: float) -> Contender:
-        fit = Linearisation(hypothesis, (), (), (np.zeros(30),), (np.zeros((30, 0)),), (), ())
-        return Contender(fit, evidence, np.zeros(0))
-
-    def present(*effects: Effect) -> Hypothesis:
-        found = MATERIAL
-        for effect in effects:
-            constants = {constant.name: constant.lower for constant in effect.constants}
-            found = found.with_effect(effect, {**constants, **{one.name: 0.9 for one in effect.amplitudes}})
-        return found
-
-    alone = [contender(present(cut), 643.0), contender(present(region), 646.0)]
-    field = replace(
-        tried("unknown:cut", "log_softness", 0.9, 643.0),
-        baseline=contender(MATERIAL, 0.0).fit,
-        trials=(),
-        contenders=tuple(alone),
-    )
-    both = contender(present(region, cut), 700.0)
-    monkeypatch.setattr(
-        "estimator.diagnosis.verdict.search_pairs", lambda field, best, *rest: Found(best, (both,))
-    )
-    monkeypatch.setattr("estimator.diagnosis.verdict.adequate", lambda case, pair: True)
-    evidence = weigh(field)
+    alone = [refitted(present(CUT), 643.0), refitted(present(REGION), 646.0)]
+    verdict, evidence = verdict_of(alone, [refitted(present(REGION, CUT), 700.0)], monkeypatch)
     assert evidence["inhomogeneity"] > evidence["unknown"]
-    with ThreadPoolExecutor(1) as executor:
-        verdict = reach_verdict(field, evidence, executor, lambda stage, done, total: None)
     assert verdict.labels == ("unknown", "inhomogeneity")
     assert next(iter(verdict.probability)) == "unknown"
+
+
+def test_a_rival_is_weighed_with_a_second_cause_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    alone = [refitted(present(REGION), 646.0), refitted(present(CUT), 643.0)]
+    best = refitted(present(REGION, LOST_GRIP), 700.0)
+    by_itself, _ = verdict_of(alone, [best], monkeypatch)
+    beside_it, _ = verdict_of(alone, [best, refitted(present(CUT, LOST_GRIP), 699.0)], monkeypatch)
+    assert by_itself.labels == ("inhomogeneity", "gripper_compliance")
+    assert by_itself.probability["inhomogeneity"] > 0.9
+    assert beside_it.probability["unknown"] > 0.5
+    assert beside_it.labels == ("unknown", "gripper_compliance")
