@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, Future, as_completed
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.contest import Contender, Tell, contender_of
@@ -17,12 +17,30 @@ from estimator.diagnosis.refit import WORTHWHILE, objective, refit
 from estimator.diagnosis.side_by_side import Solve, refits_at_a_time, solved_by
 from estimator.errors import SolverError
 
-# After one point, those within this share of the leader's gain (or this close to it) go on to a second one. After that,
-# in rounds of so many points each, those go on that are within less of it, and of many the first. The evidence after a
-# point is that at the end of the next Newton step, which a form that is far from linear meets only roughly at first.
+
+@dataclass(frozen=True)
+class Round:
+    """One more round of a race.
+
+    Attributes
+    ----------
+    points : that each of those in it may have
+    within : of the leader's gain the share that they may lack
+    of_a_label : how many of the same labels are in it at the most
+    """
+
+    points: int
+    within: float
+    of_a_label: int
+
+
+# After one point, those within this share of the leader's gain (or this close to it) go on to a second one. After that
+# those go on that are within less of it, and of many the first. The evidence after a point is that at the end of the
+# next Newton step, which a form that is far from linear meets only roughly at first.
 _IN_REACH, _CLOSE = 0.4, 10.0
-_ROUNDS = ((2, 0.15), (5, 0.05))
-_FINALISTS, _OF_THE_SAME_LABELS = 3, 2
+_FINAL = Round(points=2, within=0.15, of_a_label=2)
+_ROUNDS = (_FINAL, Round(points=5, within=0.05, of_a_label=1))
+_FINALISTS = 3
 # One that lacks more than this goes on only where its last few points gained some share of what it lacks.
 _NEXT_TO_IT, _MORE_TO_COME = 1.0, 2.0
 _POLISH = 3
@@ -79,9 +97,9 @@ def _to_the_end(
 ) -> list[Contender]:
     """Return the contenders, the finalists of each round refitted further, in the end until they converge."""
     found = list(contenders)
-    for points, share in _ROUNDS:
-        chosen = [one for one in finalists(found, bar, share) if may_win(one, found[0], bar)]
-        found = _further(case, base, error, found, chosen, points, executor, tell)
+    for each in _ROUNDS:
+        chosen = [one for one in finalists(found, bar, each) if may_win(one, found[0], bar)]
+        found = _further(case, base, error, found, chosen, each.points, executor, tell)
     return found
 
 
@@ -91,16 +109,16 @@ def may_win(one: Contender, best: Contender, bar: float) -> bool:
     return lacks <= max(_NEXT_TO_IT, _MORE_TO_COME * one.fell)
 
 
-def finalists(contenders: Sequence[Contender], bar: float, share: float = _ROUNDS[0][1]) -> list[Contender]:
+def finalists(contenders: Sequence[Contender], bar: float, of: Round = _FINAL) -> list[Contender]:
     """Return the few, the most probable first, that a better fit could still bring to the front.
 
     Those are within a share of what the best has gained on the bar. Many starts of one label often end in the same
-    place: they leave a place to its rivals.
+    place, and its forms compete with its rivals more than with each other: they leave places to these.
     """
     chosen: list[Contender] = []
     taken: Counter[tuple[str, ...]] = Counter()
-    for one in _in_reach(contenders, bar, share):
-        if taken[one.labels] < _OF_THE_SAME_LABELS:
+    for one in _in_reach(contenders, bar, of.within):
+        if taken[one.labels] < of.of_a_label:
             chosen.append(one)
             taken[one.labels] += 1
     return chosen[:_FINALISTS]

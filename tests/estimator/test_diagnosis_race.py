@@ -10,7 +10,7 @@ from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.contest import Contender
 from estimator.diagnosis.finer_forms import at_the_place_of, past_kinks
 from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.race import finalists, may_win
+from estimator.diagnosis.race import Round, finalists, may_win
 from estimator.effects.catalogue import CATALOGUE
 from estimator.fem.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
@@ -27,9 +27,9 @@ def contender(name: str, evidence: float, **values: float) -> Contender:
     return Contender(fit, evidence, np.zeros(0))
 
 
-def reached(*evidence: float, bar: float = 0.0, share: float = 0.15) -> list[float]:
+def reached(*evidence: float, bar: float = 0.0, within: float = 0.15) -> list[float]:
     field = [contender(name, value) for name, value in zip(OF_FOUR_LABELS, evidence, strict=False)]
-    return [one.log_evidence for one in finalists(field, bar, share)]
+    return [one.log_evidence for one in finalists(field, bar, Round(2, within, 2))]
 
 
 def test_rivals_near_the_best_go_on_and_those_far_behind_do_not() -> None:
@@ -41,7 +41,7 @@ def test_where_much_is_explained_more_of_them_count_as_near() -> None:
 
 
 def test_in_a_later_round_fewer_of_them_do() -> None:
-    assert reached(1000.0, 955.0, 940.0, share=0.05) == [1000.0, 955.0]
+    assert reached(1000.0, 955.0, 940.0, within=0.05) == [1000.0, 955.0]
 
 
 def test_at_most_three_go_on() -> None:
@@ -57,6 +57,13 @@ def test_starts_of_one_label_leave_a_place_to_its_rivals() -> None:
     field = [contender("inhomogeneity", value) for value in (40.0, 39.0, 38.0)]
     chosen = finalists([*field, contender("camera_rotation", 37.0)], 0.0)
     assert [one.log_evidence for one in chosen] == [40.0, 39.0, 37.0]
+
+
+def test_in_the_end_one_form_of_a_label_is_enough() -> None:
+    field = [contender("inhomogeneity", 40.0), contender("inhomogeneity", 39.0)]
+    field.append(contender("camera_rotation", 38.0))
+    chosen = finalists(field, 0.0, Round(points=5, within=0.05, of_a_label=1))
+    assert [one.log_evidence for one in chosen] == [40.0, 38.0]
 
 
 def goes_on(lacks: float, fell: float, bar: float = 0.0) -> bool:
