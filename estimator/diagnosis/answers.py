@@ -58,15 +58,22 @@ class _Loading:
         new_problem = effect is not None and overrides(effect, "problem")
         self._new_response = effect is None or overrides(effect, "material") or new_problem
         self._new_problem = new_problem
+        self.places_beads = any(overrides(present, "beads") for present in to.effects)
         self.terms_matter = bool(hypothesis.effects) or (effect is not None and overrides(effect, "terms"))
         self.matters = self._new_response or self.terms_matter
         self.rate_dependent = to.rate_dependent
-        self.problem = to.problem(passage.baseline) if new_problem else passage.problem
+        anew = new_problem or self.places_beads
+        self.problem = to.problem(passage.baseline) if anew else passage.problem
+        self._to = to
         self._material = to.material()
         self._terms = TermChain(to)
 
     def begin(self, experiment: Experiment) -> None:
         self._terms.begin(self.problem, experiment)
+
+    def put_beads(self, at_rest: FloatArray) -> None:
+        """Put the beads where they sit on tissue of which the nodes (n, 3) are displaced, m, at rest."""
+        self.problem = self._to.with_beads(self.problem, at_rest)
 
     @property
     def remembers(self) -> bool:
@@ -122,6 +129,7 @@ def _along_passages(
 ) -> list[list[MechanicalChange]]:
     own_terms = TermChain(hypothesis) if any(one.terms_matter for one in loadings) else None
     found: list[list[MechanicalChange]] = [[] for _ in loadings]
+    without_beads = [k for k, loading in enumerate(loadings) if loading.places_beads]
     for passage in passages:
         changes = [no_change(passage) for _ in loadings]
         if own_terms is not None:
@@ -154,6 +162,10 @@ def _along_passages(
             )
             moved = [loadings[k].at(station, unperturbed, of_terms) for k in asked]
             loads = np.column_stack([load.ravel() for _, load in moved])
+            motions = linear_motion(passage.problem, state, loads[:, without_beads]).T
+            for k, motion in zip(without_beads, motions, strict=True):
+                loadings[k].put_beads(state.displacement + motion.reshape(-1, 3))
+            without_beads = []
             wrenches, fiducials = linear_answers(passage.problem, state, loads)
             for column, (k, (displacement, _)) in enumerate(zip(asked, moved, strict=True)):
                 by_wrench, by_beads = _of_the_grip(passage.problem, loadings[k].problem, state, displacement)
@@ -183,9 +195,16 @@ def linear_answers(
     problem: RetractionProblem, state: EquilibriumState, loads: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the changes of wrench (6, k) and fiducials (m, 3, k) by changes of the nodal forces (3n, k)."""
-    free, gripped = problem.pattern.free, problem.gripped
+    gripped = problem.gripped
+    motion = linear_motion(problem, state, loads)
+    held = loads.reshape(-1, 3, loads.shape[1])[gripped].reshape(-1, loads.shape[1])
+    held = held + state.tangent.gripped_free @ motion[problem.pattern.free]
+    return -rigid_modes(problem, state.pose).T @ held, interpolate(problem, motion)
+
+
+def linear_motion(problem: RetractionProblem, state: EquilibriumState, loads: FloatArray) -> FloatArray:
+    """Return the changes of the nodal displacements (3n, k) by changes of the nodal forces (3n, k)."""
+    free = problem.pattern.free
     motion = np.zeros(loads.shape)
     motion[free] = -state.tangent.free.solve(loads[free])
-    held = loads.reshape(-1, 3, loads.shape[1])[gripped].reshape(-1, loads.shape[1])
-    held = held + state.tangent.gripped_free @ motion[free]
-    return -rigid_modes(problem, state.pose).T @ held, interpolate(problem, motion)
+    return motion

@@ -57,6 +57,15 @@ class Hypothesis:
             problem = replace(problem, body=with_modulus(problem.body, np.exp(sum(present))))
         return problem
 
+    def with_beads(self, problem: RetractionProblem, at_rest: FloatArray) -> RetractionProblem:
+        """Return the problem with its beads on the tissue that they sit on.
+
+        ``at_rest`` (n, 3) is how the nodes are displaced, m, with the gripper at rest.
+        """
+        for effect, values in zip(self.effects, self.values, strict=True):
+            problem = effect.beads(problem, at_rest, values)
+        return problem
+
     def terms(self, problem: RetractionProblem, experiment: Experiment) -> tuple[Term, ...]:
         """Return the terms of all effects at the start of an experiment."""
         material = self.material()

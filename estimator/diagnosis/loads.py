@@ -161,6 +161,7 @@ def _by_newton_steps(mechanics: Sequence[Mechanics], to: Hypothesis) -> list[Mec
     """Take one Newton step of the changed problem from every solved state."""
     passages = [one.passage for one in mechanics]
     changed = to.problem(passages[0].baseline)
+    changed = to.with_beads(changed, passages[0].states[0].displacement)
     solver, material = EquilibriumSolver(changed), to.material()
     chain = TermChain(to)
     result = []

@@ -196,7 +196,8 @@ def solve_case(
             if progress is not None:
                 progress(done, total)
         passages.append(Passage(visits, loads[number].unit_wrench, motion, changed, problem, tuple(states)))
-    return passages
+    seen = hypothesis.with_beads(changed, passages[0].states[0].displacement)
+    return [replace(passage, problem=seen) for passage in passages]
 
 
 def reported_motion(visits: Visits, hypothesis: Hypothesis, unit_wrench: FloatArray) -> Motion:

@@ -226,6 +226,13 @@ class Effect:
         """Return the boundary value problem under the effect; mesh topology and node order stay."""
         return problem
 
+    def beads(self, problem: RetractionProblem, at_rest: FloatArray, values: Values) -> RetractionProblem:
+        """Return the problem with its beads on the tissue that they sit on.
+
+        ``at_rest`` (n, 3) is how the nodes are displaced, m, with the gripper at rest.
+        """
+        return problem
+
     def log_modulus(self, problem: RetractionProblem, values: Values) -> FloatArray | None:
         """Return the logarithm (e, q) of the factor on the tissue's stiffness at the integration points, or None."""
         return None

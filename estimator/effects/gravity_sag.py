@@ -5,15 +5,21 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from estimator.effects.effect import Amplitude, Effect, Group, Readings, Values
 from estimator.effects.zeroing import with_fiducials_zeroed, with_wrench_zeroed
 from estimator.experiment import Experiment
+from estimator.fem.morph import with_beads_before
+from estimator.fem.motion import GripperPose
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.shares import nodal_volumes
 from estimator.fem.steady import DeadLoad
 from estimator.fem.terms import Term
 from estimator.materials.material import Material
+
+FloatArray = NDArray[np.float64]
 
 _WEIGHT = Amplitude("weight", "1", scale=0.7, smallest=0.02, lower=0.0, upper=1.5)
 
@@ -22,7 +28,7 @@ class GravitySag(Effect):
     """The weight of the tissue acts and no table carries it; 1 is its full weight.
 
     The sensor was zeroed in the first row with the tissue hanging. The beads' stated rest positions are those on the
-    undeformed phantom, or those that were seen when it hung.
+    undeformed phantom, or those that were seen when it hung: then they sit on tissue that lies elsewhere undeformed.
     """
 
     label: ClassVar[str] = "gravity_sag"
@@ -42,6 +48,13 @@ class GravitySag(Effect):
             return ()
         mass = values["weight"] * experiment.phantom.density * nodal_volumes(problem.body.mesh)
         return (DeadLoad(mass[:, None] * np.asarray(experiment.environment.gravity)),)
+
+    def beads(self, problem: RetractionProblem, at_rest: FloatArray, values: Values) -> RetractionProblem:
+        """Put beads that were seen when the tissue hung on the tissue that hung there."""
+        if self._beads == "undeformed" or not values["weight"]:
+            return problem
+        rest_pose = GripperPose(problem.grasp_centre, Rotation.identity())
+        return with_beads_before(problem, at_rest, rest_pose)
 
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Take the sensor's zero."""

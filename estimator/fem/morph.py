@@ -151,11 +151,26 @@ def with_beads_before_drawing(problem: RetractionProblem, way_m: FloatArray) -> 
     rest = EquilibriumSolver(problem).rest(_SOFT_TISSUE)
     way = np.array([*way_m, 0.0])
     displacement = linear_change(problem, rest, np.concatenate([way, np.zeros(3)]))
-    pose = GripperPose(problem.grasp_centre + way, Rotation.identity())
+    return with_beads_before(
+        problem, displacement, GripperPose(problem.grasp_centre + way, Rotation.identity())
+    )
+
+
+def with_beads_before(
+    problem: RetractionProblem, displacement: FloatArray, pose: GripperPose
+) -> RetractionProblem:
+    """Return the problem whose beads lie where they are stated only once the tissue has moved.
+
+    Parameters
+    ----------
+    displacement : (n, 3) of the nodes then, m
+    pose : of the gripper then
+    """
+    corners = problem.body.mesh.points.min(axis=0), problem.body.mesh.points.max(axis=0)
     placed = problem
     for _ in range(3):
         moved = placed.fiducial_positions(displacement, pose) - placed.fiducials_rest
-        placed = replace(placed, fiducials_rest=problem.fiducials_rest - moved)
+        placed = replace(placed, fiducials_rest=np.clip(problem.fiducials_rest - moved, *corners))
         placed = _with_beads_located(placed, _in_box(placed.fiducials_rest, grasp_box(problem)))
     return placed
 

@@ -92,10 +92,15 @@ def present(effect: Effect, constants: dict[str, float]) -> Hypothesis:
 
 
 def one_form_of_each_label() -> list[Effect]:
+    """And the one that moves the beads to other tissue as its amplitude grows."""
     found: dict[str, Effect] = {}
     for effect in CATALOGUE:
         found.setdefault(effect.label, effect)
-    return [*found.values(), *OUTSIDERS]
+    return [
+        *found.values(),
+        *(one for one in CATALOGUE if one.name == "gravity_sag:beads_hanging"),
+        *OUTSIDERS,
+    ]
 
 
 @pytest.mark.parametrize("effect", one_form_of_each_label(), ids=lambda effect: effect.name)

@@ -204,6 +204,18 @@ def test_the_gripper_and_the_anchors_carry_the_hanging_weight() -> None:
     assert state.displacement[:, 2].min() < -5e-3
 
 
+def test_beads_that_were_seen_when_the_phantom_hung_sit_on_tissue_that_lies_elsewhere_undeformed() -> None:
+    before, after = GRAVITY_SAG
+    weight = {"weight": 0.3}
+    (state,) = follow_under(before, weight, [STAY])
+    seen = BLOCK.fiducial_positions(state.displacement, STAY)
+    stated = mesh_experiment(replace(REFERENCE_BLOCK, fiducials_rest=seen), TINY)
+    placed = after.beads(stated, state.displacement, weight)
+    sagged = np.linalg.norm(seen - REFERENCE_BLOCK.fiducials_rest, axis=1).max()
+    assert sagged > 1e-3
+    np.testing.assert_allclose(placed.fiducials_rest, REFERENCE_BLOCK.fiducials_rest, atol=0.02 * sagged)
+
+
 def node_on_table(
     coefficient: float = 1.0,
     depth_m: float = np.inf,

@@ -121,6 +121,15 @@ def test_states_keep_their_own_factors_when_the_solver_goes_on() -> None:
     assert not np.allclose(answers[0], answers[2])
 
 
+def test_states_keep_their_own_factors_when_another_solver_of_the_same_problem_follows() -> None:
+    loads = np.ones(len(SMALL.pattern.free))
+    kept = EquilibriumSolver(SMALL).rest(MATERIAL)
+    before = kept.tangent.free.solve(loads)
+    softer = EquilibriumSolver(SMALL).rest(Material(NeoHookean(), 5e3, 0.49))
+    np.testing.assert_array_equal(kept.tangent.free.solve(loads), before)
+    np.testing.assert_allclose(softer.tangent.free.solve(loads), 3.0 * before, rtol=1e-9)
+
+
 def test_a_problem_without_grasp_or_anchor_is_refused() -> None:
     mesh = SMALL.body.mesh
     none = np.zeros(len(mesh.points), dtype=bool)
