@@ -51,7 +51,7 @@ _FEWEST = 3
 _CLOSE = 10.0
 _FINER = 4
 # What is mistaken for another explains all but about this share of what that does.
-_ALIKE = 0.15
+ALIKE = 0.15
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ def _finer(field: Field, executor: Executor, tell: Tell) -> Field:
     others = [trial.start for trial in begun if trial.signature.effect.label not in LABELS]
     leader = field.contenders[0].log_evidence
     # What is mistaken for the leader begins where that has its best place: it falls short by more until it has its own.
-    behind = leader - _ALIKE * (leader - field.none)
+    behind = leader - ALIKE * (leader - field.none)
     found = [
         *race(case, baseline, error, forms[:_FINER], leader, executor, tell),
         *race(case, baseline, error, others[:_FINER], behind, executor, tell),

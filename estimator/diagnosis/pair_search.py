@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
-from estimator.diagnosis.contest import Contender, Tell, screen
-from estimator.diagnosis.field import Field
-from estimator.diagnosis.finer_forms import elaborations
+from estimator.diagnosis.contest import Contender, Tell, best_starts, screen
+from estimator.diagnosis.field import ALIKE, Field
+from estimator.diagnosis.finer_forms import elaborations, mistaken_for
 from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
 from estimator.diagnosis.pairs import likeliest_pairs
 from estimator.diagnosis.race import race
@@ -39,11 +39,11 @@ class Found:
 
 def search_pairs(field: Field, best: Contender, executor: Executor, tell: Tell) -> Found:
     """Look for a second cause beside the leaders of a field, of which ``best`` is what a pair has to beat."""
-    leaders = distinct_forms(field.contenders)[:_LEADERS]
+    leaders = best_of_labels(field.contenders)[:_LEADERS]
     pairs = _refitted(field, leaders, best, executor, tell)
     alone = _led_on(field, best, pairs, executor, tell)
     if alone is not best:
-        pairs = _refitted(field, distinct_forms([alone, *leaders])[:_LEADERS], alone, executor, tell)
+        pairs = _refitted(field, best_of_labels([alone, *leaders])[:_LEADERS], alone, executor, tell)
     # Where the best pair falls short of the unknown, or adds little, other forms of its causes will not do either.
     bar = max(field.unknown, alone.log_evidence + _ADDS_LITTLE)
     starts = _finer_forms(field, pairs, executor, tell) if pairs and pairs[0].log_evidence > bar else []
@@ -63,12 +63,27 @@ def _refitted(
     return race(field.case, field.baseline, field.error, begun, bar, executor, tell)
 
 
-def distinct_forms(contenders: Sequence[Contender]) -> list[Contender]:
-    """Return the best of each form: two starts of one often end in the same place."""
+def best_of_labels(contenders: Sequence[Contender]) -> list[Contender]:
+    """Return the best of each label: its other forms mostly leave the same."""
     found: dict[str, Contender] = {}
     for one in contenders:
-        found.setdefault(one.fit.hypothesis.effects[0].name, one)
+        found.setdefault(one.labels[0], one)
     return list(found.values())
+
+
+def with_what_it_is_mistaken_for(field: Field, pair: Contender, executor: Executor, tell: Tell) -> Field:
+    """Return the field with what has no label refitted too, where it may be mistaken for either cause of a pair."""
+    tried = {one.fit.hypothesis.effects[0].name for one in field.contenders}
+    effects = [one for one in mistaken_for(field.case, [pair]) if one.name not in tried]
+    if not effects:
+        return field
+    trials = screen(field.case, field.baseline, field.error, effects, executor, tell)
+    starts = [trial.start for trial in best_starts(trials)[:_FINER]]
+    # They begin where a pair has its best place, as beside a single cause, and fall short of it by more at first.
+    bar = pair.log_evidence - ALIKE * (pair.log_evidence - field.none)
+    found = race(field.case, field.baseline, field.error, starts, bar, executor, tell)
+    contenders = sorted([*field.contenders, *found], key=lambda one: -one.log_evidence)
+    return replace(field, trials=(*field.trials, *trials), contenders=tuple(contenders))
 
 
 def _led_on(

@@ -19,7 +19,7 @@ from estimator.diagnosis.field import Field
 from estimator.diagnosis.held_out import lost_on_held_out
 from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
 from estimator.diagnosis.judgement import of_labels, probabilities, shared_with_unknown
-from estimator.diagnosis.pair_search import search_pairs
+from estimator.diagnosis.pair_search import search_pairs, with_what_it_is_mistaken_for
 from estimator.diagnosis.result import NONE, UNKNOWN
 from estimator.diagnosis.roughness import rough_gap, rough_remainder
 from estimator.diagnosis.second_cause import adequate, asked_of, least_remainder
@@ -74,6 +74,8 @@ def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executo
     worthy = [pair for pair in found.pairs if _worth_two(field, best, pair)]
     if worthy and _stands(field, worthy[0], leading):
         standing = [pair for pair in worthy if _stands(field, pair, leading)]
+        field = with_what_it_is_mistaken_for(field, standing[0], executor, tell)
+        evidence = {**evidence, UNKNOWN: weigh(field)[UNKNOWN]}
         return _of_two(field, standing, evidence, probability)
     if leading == UNKNOWN:
         return Verdict((UNKNOWN,), recognised, probability)
@@ -93,6 +95,8 @@ def _of_two(
     raised = {label: max(evidence[label], pair.log_evidence) for label, pair in of_stronger.items()}
     shared = probabilities({**evidence, **raised})
     stronger = max(of_stronger, key=lambda label: shared[label])
+    if next(iter(shared)) == UNKNOWN and UNKNOWN not in of_stronger:
+        return Verdict((UNKNOWN,), _first_of(field, UNKNOWN), shared)
     pair = of_stronger[stronger]
     surplus = max(pair.log_evidence - evidence[stronger], 0.0) if UNKNOWN in pair.labels else 0.0
     return _with_remainder(field, pair, stronger, shared, surplus)

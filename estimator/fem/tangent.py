@@ -115,6 +115,10 @@ class Tangent:
         return isinstance(self.free, CholeskyFactor)
 
 
+# Up to so many unknowns analyses outlive their assembler; those of larger problems would hold too much memory.
+_KEPT = 10_000
+
+
 class TangentAssembler:
     """Assembles and factorises tangents of one pattern. It reuses its buffers: one assembler a thread."""
 
@@ -129,7 +133,8 @@ class TangentAssembler:
         self._free_entries = (rows, columns)
         self._matrix = spmatrix(1.0, matrix(rows), matrix(columns), (free, free))
         self._mixed_rows = pattern.rows[self._in_mixed] - free
-        self._spare = _spare_analyses(free, columns.tobytes(), rows.tobytes())
+        small = free <= _KEPT
+        self._spare = _spare_analyses(free, columns.tobytes(), rows.tobytes()) if small else []
         self._mixed_start = np.searchsorted(pattern.columns[self._in_mixed], np.arange(free + 1))
         self._nodes, self._node_entries = _node_entries(pattern)
 
@@ -148,7 +153,7 @@ class TangentAssembler:
         held = self._in_gripped
         corner = _symmetric(values[held], pattern.rows[held] - free, pattern.columns[held] - free, gripped)
         self._matrix.V = matrix(values[self._in_free])
-        symbolic = self._spare.pop() if self._spare else cholmod.symbolic(self._matrix)
+        symbolic = self._analysis()
         try:
             cholmod.numeric(self._matrix, symbolic)
             # A supernodal factorisation that failed says so only when it is used.
@@ -161,14 +166,17 @@ class TangentAssembler:
         weakref.finalize(factor, self._spare.append, symbolic)
         return Tangent(factor, mixed, corner)
 
+    def _analysis(self) -> object:
+        """Return a symbolic analysis to be overwritten, one whose numeric factor nobody holds any more if there is one."""
+        try:
+            return self._spare.pop()
+        except IndexError:
+            return cholmod.symbolic(self._matrix)
+
 
 @lru_cache(maxsize=2)
 def _spare_analyses(size: int, columns: bytes, rows: bytes) -> list[object]:
-    """Return the symbolic analyses of a matrix whose numeric factor nobody holds any more.
-
-    A factorisation overwrites one of them, which takes half the time of one that has to be analysed first. They outlive
-    the assembler, for a refit makes one at every point.
-    """
+    """Return the symbolic analyses of a small matrix that outlive their assembler: a refit makes one at every point."""
     return []
 
 

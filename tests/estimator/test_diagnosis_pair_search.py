@@ -4,11 +4,13 @@ import typing
 
 import numpy as np
 
-from estimator.diagnosis.case import Linearisation
+from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.contest import Contender
+from estimator.diagnosis.finer_forms import mistaken_for
 from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.pair_search import distinct_forms, without_vanished
+from estimator.diagnosis.pair_search import best_of_labels, without_vanished
 from estimator.effects.catalogue import CATALOGUE
+from estimator.fem.problem import RetractionProblem
 
 MATERIAL = Hypothesis(15e3, 0.45)
 
@@ -25,11 +27,20 @@ def contender(hypothesis: Hypothesis, evidence: float) -> Contender:
     return Contender(fit, evidence, np.zeros(0))
 
 
-def test_a_second_start_of_one_form_is_no_second_leader() -> None:
+def test_another_form_of_the_leading_cause_is_no_second_leader() -> None:
     sphere = beside(MATERIAL, "inhomogeneity:sphere", 0.2)
     cylinder = beside(MATERIAL, "inhomogeneity:cylinder", 0.2)
-    field = [contender(sphere, 90.0), contender(sphere, 89.0), contender(cylinder, 80.0)]
-    assert [one.log_evidence for one in distinct_forms(field)] == [90.0, 80.0]
+    loose = beside(MATERIAL, "anchor_debonding", 0.25)
+    field = [contender(sphere, 90.0), contender(cylinder, 89.0), contender(loose, 80.0)]
+    assert [one.log_evidence for one in best_of_labels(field)] == [90.0, 80.0]
+
+
+def test_what_either_cause_of_a_pair_may_be_mistaken_for_is_looked_at() -> None:
+    case = Case((), typing.cast(RetractionProblem, None), (), (), ())
+    turned = beside(MATERIAL, "camera_rotation", 0.01)
+    assert not mistaken_for(case, [contender(turned, 90.0)])
+    pair = beside(turned, "thickness_error:about_middle", 0.1)
+    assert [one.name for one in mistaken_for(case, [contender(pair, 90.0)])] == ["unknown:air_pocket"]
 
 
 def test_what_a_vanished_effect_has_led_on_stands_alone() -> None:

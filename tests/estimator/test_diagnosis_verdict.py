@@ -221,9 +221,15 @@ def refitted(hypothesis: Hypothesis, evidence: float) -> Contender:
 
 
 def verdict_of(
-    alone: Sequence[Contender], pairs: Sequence[Contender], monkeypatch: pytest.MonkeyPatch
+    alone: Sequence[Contender],
+    pairs: Sequence[Contender],
+    monkeypatch: pytest.MonkeyPatch,
+    mistaken: Sequence[Contender] = (),
 ) -> tuple[Verdict, Mapping[str, float]]:
-    """The verdict on refitted single causes and pairs, and the evidence of the single ones."""
+    """The verdict on refitted single causes and pairs, and the evidence of the single ones.
+
+    ``mistaken`` is what proves to be mistaken for one of a pair's causes.
+    """
     field = replace(
         tried("unknown:cut", "log_softness", 0.9, 643.0),
         case=WITH_WHITE_NOISE,
@@ -233,6 +239,10 @@ def verdict_of(
     )
     monkeypatch.setattr(
         "estimator.diagnosis.verdict.search_pairs", lambda field, best, *rest: Found(best, tuple(pairs))
+    )
+    monkeypatch.setattr(
+        "estimator.diagnosis.verdict.with_what_it_is_mistaken_for",
+        lambda field, *rest: replace(field, contenders=(*mistaken, *field.contenders)),
     )
     monkeypatch.setattr("estimator.diagnosis.verdict.adequate", lambda case, pair: True)
     monkeypatch.setattr("estimator.diagnosis.verdict.evidence_of_unknown", lambda *of_fit: -np.inf)
@@ -260,3 +270,15 @@ def test_a_rival_is_weighed_with_a_second_cause_of_its_own(monkeypatch: pytest.M
     assert by_itself.probability["inhomogeneity"] > 0.9
     assert beside_it.probability["unknown"] > 0.5
     assert beside_it.labels == ("unknown", "gripper_compliance")
+
+
+def test_what_two_causes_are_mistaken_for_takes_their_place_where_it_explains_as_much_alone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    alone, pair = [refitted(present(LOST_GRIP), 646.0)], refitted(present(LOST_GRIP, REGION), 700.0)
+    two, _ = verdict_of(alone, [pair], monkeypatch)
+    assert two.labels == ("gripper_compliance", "inhomogeneity")
+    cut = refitted(present(CUT), 720.0)
+    one, _ = verdict_of(alone, [pair], monkeypatch, mistaken=[cut])
+    assert one.labels == ("unknown",)
+    assert one.winner is cut
