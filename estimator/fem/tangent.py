@@ -167,7 +167,7 @@ class TangentAssembler:
         return Tangent(factor, mixed, corner)
 
     def _analysis(self) -> object:
-        """Return a symbolic analysis to be overwritten, one whose numeric factor nobody holds any more if there is one."""
+        """Return an analysis whose numeric factor nobody holds any more, or a new one."""
         try:
             return self._spare.pop()
         except IndexError:
