@@ -161,12 +161,15 @@ def with_beads_before(
 ) -> RetractionProblem:
     """Return the problem whose beads lie where they are stated only once the tissue has moved.
 
+    Those that would come from outside the tissue stay near its surface.
+
     Parameters
     ----------
     displacement : (n, 3) of the nodes then, m
     pose : of the gripper then
     """
-    corners = problem.body.mesh.points.min(axis=0), problem.body.mesh.points.max(axis=0)
+    points, beyond = problem.body.mesh.points, _BEAD_TOLERANCE_M / 2
+    corners = points.min(axis=0) - beyond, points.max(axis=0) + beyond
     placed = problem
     for _ in range(3):
         moved = placed.fiducial_positions(displacement, pose) - placed.fiducials_rest
