@@ -162,10 +162,11 @@ def _along_passages(
             )
             moved = [loadings[k].at(station, unperturbed, of_terms) for k in asked]
             loads = np.column_stack([load.ravel() for _, load in moved])
-            motions = linear_motion(passage.problem, state, loads[:, without_beads]).T
-            for k, motion in zip(without_beads, motions, strict=True):
-                loadings[k].put_beads(state.displacement + motion.reshape(-1, 3))
-            without_beads = []
+            if without_beads:
+                motions = linear_motion(passage.problem, state, loads[:, without_beads]).T
+                for k, motion in zip(without_beads, motions, strict=True):
+                    loadings[k].put_beads(state.displacement + motion.reshape(-1, 3))
+                without_beads = []
             wrenches, fiducials = linear_answers(passage.problem, state, loads)
             for column, (k, (displacement, _)) in enumerate(zip(asked, moved, strict=True)):
                 by_wrench, by_beads = _of_the_grip(passage.problem, loadings[k].problem, state, displacement)

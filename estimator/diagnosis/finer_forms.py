@@ -23,14 +23,14 @@ def elaborations(labels: Collection[str]) -> list[Effect]:
 def mistaken_for(case: Case, contenders: Sequence[Contender]) -> list[Effect]:
     """Return what has no label and may be mistaken for a leader, which would leave no misfit to tell."""
     hypotheses = [one.fit.hypothesis for one in contenders]
-    present = [pair for one in hypotheses for pair in zip(one.effects, one.values, strict=True)]
+    causes = [cause for one in hypotheses for cause in zip(one.effects, one.values, strict=True)]
     found = []
     for effect in OUTSIDERS:
-        mistaken = (one for one in present if one[0].label in effect.mistaken_for)
-        leader = next(mistaken, None)
-        if leader is not None:
-            place = leader[0].place(case.problem, leader[1])
-            found.append(effect if place is None else effect.looked_for_at(*place))
+        for cause, values in causes:
+            if cause.label in effect.mistaken_for:
+                place = cause.place(case.problem, values)
+                found.append(effect if place is None else effect.looked_for_at(*place))
+                break
     return found
 
 
