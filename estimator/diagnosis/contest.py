@@ -79,6 +79,14 @@ class Contender:
         return tuple(effect.label for effect in self.fit.hypothesis.effects)
 
 
+def best_of_labels(contenders: Sequence[Contender]) -> list[Contender]:
+    """Return the first of each label, of contenders in order: its other forms mostly leave the same."""
+    found: dict[str, Contender] = {}
+    for one in contenders:
+        found.setdefault(one.labels[0], one)
+    return list(found.values())
+
+
 def error_borne_out(case: Case, fit: Linearisation) -> ModelError:
     """Return what any model misses of a case, by the size of a fit's channels and of its misfit."""
     error = model_error_of(case.experiments, case.whitenings, fit.predicted)

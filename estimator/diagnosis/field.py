@@ -11,6 +11,7 @@ from estimator.diagnosis.contest import (
     Contender,
     Tell,
     Trial,
+    best_of_labels,
     best_starts,
     error_borne_out,
     evidence_of_unknown,
@@ -119,7 +120,7 @@ def hold_contest(experiments: Sequence[Experiment], executor: Executor, tell: Te
 def _finer(field: Field, executor: Executor, tell: Tell) -> Field:
     """Return the field with finer forms of the leaders refitted, and with what may be mistaken for them."""
     best_few = finalists(field.contenders, field.none)
-    doubtful = _doubtful(field.case, best_few, field.trials, field.error, field.none)
+    doubtful = _doubtful(field, best_few)
     elaborate = elaborations({one.labels[0] for one in doubtful})
     mistaken = mistaken_for(field.case, best_few)
     stopped = _best_with_kinks(field.case, best_few)
@@ -205,20 +206,21 @@ def _leaders(trials: Sequence[Trial], none: float) -> list[Trial]:
     return chosen
 
 
-def _doubtful(
-    case: Case, best_few: Sequence[Contender], trials: Sequence[Trial], error: ModelError, none: float
-) -> list[Contender]:
-    """Return the contenders of which a finer form could win.
+def _doubtful(field: Field, best_few: Sequence[Contender]) -> list[Contender]:
+    """Return the contenders of which a finer form could win, the most probable first.
 
     They are rivals close to the best, or what leaves a misfit; or the best alone, where a second cause seems to be
-    beside it: a finer form of one cause is likelier.
+    beside it: a finer form of one cause is likelier. Where something unknown is more probable than all, the best of
+    every label: another cause may have taken the place of one in a form too plain.
     """
     if not best_few:
         return []
     best = best_few[0]
+    if field.unknown > best.log_evidence:
+        return best_of_labels(field.contenders)
     rivals = [one for one in best_few if one.log_evidence > best.log_evidence - _CLOSE]
     if len({one.labels[0] for one in rivals}) > 1:
         return rivals
-    if not adequate(case, best):
+    if not adequate(field.case, best):
         return list(best_few[:2])
-    return [best] if promising_seconds(case, best, trials, error, none) else []
+    return [best] if promising_seconds(field.case, best, field.trials, field.error, field.none) else []

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
-from estimator.diagnosis.contest import Contender, Tell, best_starts, screen
+from estimator.diagnosis.contest import Contender, Tell, best_of_labels, best_starts, screen
 from estimator.diagnosis.field import ALIKE, Field
 from estimator.diagnosis.finer_forms import elaborations, mistaken_for
 from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
@@ -61,14 +61,6 @@ def _refitted(
         return []
     bar = best.log_evidence + least_gain(best, best.labels, field.none)
     return race(field.case, field.baseline, field.error, begun, bar, executor, tell)
-
-
-def best_of_labels(contenders: Sequence[Contender]) -> list[Contender]:
-    """Return the best of each label: its other forms mostly leave the same."""
-    found: dict[str, Contender] = {}
-    for one in contenders:
-        found.setdefault(one.labels[0], one)
-    return list(found.values())
 
 
 def with_what_it_is_mistaken_for(field: Field, pair: Contender, executor: Executor, tell: Tell) -> Field:

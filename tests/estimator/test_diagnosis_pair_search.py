@@ -5,10 +5,10 @@ import typing
 import numpy as np
 
 from estimator.diagnosis.case import Case, Linearisation
-from estimator.diagnosis.contest import Contender
+from estimator.diagnosis.contest import Contender, best_of_labels
 from estimator.diagnosis.finer_forms import mistaken_for
 from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.pair_search import best_of_labels, without_vanished
+from estimator.diagnosis.pair_search import without_vanished
 from estimator.effects.catalogue import CATALOGUE
 from estimator.fem.problem import RetractionProblem
 
