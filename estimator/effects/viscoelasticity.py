@@ -73,4 +73,5 @@ VISCOELASTICITY = (
     Viscoelasticity("one_term", terms=1, part="isochoric"),
     Viscoelasticity("two_terms", terms=2, part="isochoric"),
     Viscoelasticity("whole_stress", terms=1, part="whole"),
+    Viscoelasticity("whole_stress_two_terms", terms=2, part="whole"),
 )

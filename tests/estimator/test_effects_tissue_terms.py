@@ -30,7 +30,7 @@ from estimator.materials.material import Material, make_material
 from estimator.materials.veronda_westmann import VerondaWestmann
 
 BOTH_WAYS, TENSION_ONLY = ANISOTROPY
-ONE_TERM, TWO_TERMS, WHOLE = VISCOELASTICITY
+ONE_TERM, TWO_TERMS, WHOLE, _ = VISCOELASTICITY
 ABSOLUTE, RELATIVE, DAMAGE, ABSOLUTE_ISOCHORIC, *_, DAMAGE_WHOLE = STRESS_SOFTENING
 EXPONENTIAL = make_material(VerondaWestmann(), 1e4, 0.45, (0.8, 0.3))
 
