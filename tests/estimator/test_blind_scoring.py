@@ -20,6 +20,7 @@ from estimator.blind.scoring.intervals import (
     share,
 )
 from estimator.blind.scoring.keys import open_keys
+from estimator.blind.scoring.reliability import reliability
 from estimator.blind.scoring.running import answer_cases
 from estimator.blind.scoring.score import Score, score_answers
 from estimator.blind.scoring.telling import score_text, write_score
@@ -115,6 +116,20 @@ def test_names_are_scored_by_label_group_and_rank(mixed: Score) -> None:
     assert found["single cause: right group"].value == pytest.approx(4 / 5)
     assert found["single cause: some gap seen"].value == pytest.approx(4 / 5)
     assert found["single cause: a spurious second"].value == pytest.approx(1 / 5)
+
+
+def test_causes_that_stand_out_plainly_are_also_scored_by_themselves(tmp_path: Path) -> None:
+    slip = answer(("gripper_slip",), {"gripper_slip": 0.95, "none": 0.05})
+    plain, faint, unsaid = (
+        key(["gripper_slip"], sigma=[6.0]),
+        key(["force_bias"], sigma=[5.9]),
+        key(["force_bias"]),
+    )
+    found = values(scored(tmp_path, {"a": (plain, slip), "b": (faint, slip), "c": (unsaid, slip)}))
+    assert found["single cause: top-1"].count == 3
+    for asked in ("top-1", "right group"):
+        figure = found[f"of those from 6 σ on: {asked}"]
+        assert (figure.value, figure.count) == (1.0, 1)
 
 
 def test_the_ceiling_at_the_cases_own_sigma_stands_beside_the_score(tmp_path: Path) -> None:
@@ -215,6 +230,7 @@ def test_a_score_is_a_page_or_a_picture(mixed: Score, tmp_path: Path, suffix: st
     assert told.startswith(b"\x89PNG") if suffix == "png" else b"Score of &lt;these&gt;" in told
     if suffix == "html":
         assert b"outside the catalogue: recognised" in told
+        assert b"Right as often as claimed" in told
         assert b"http:" not in told and b"https:" not in told
 
 
@@ -223,6 +239,14 @@ def test_a_score_is_plain_values_for_programs(mixed: Score) -> None:
     assert json.loads(json.dumps(told, allow_nan=False)) == told
     assert told["metrics"]["no gap: false alarms"]["cases"] == 2
     assert told["cases"] == {"no gap": 2, "single cause": 5, "outside the catalogue": 2, "several causes": 2}
+
+
+def test_answers_are_scored_by_what_they_claim(mixed: Score) -> None:
+    told = {(one["from"], one["to"]): (one["cases"], one["value"]) for one in mixed.as_json()["by_claim"]}
+    # Of the nine answers with one cause at the most, six claim 0.9 or more.
+    assert sum(cases for cases, _ in told.values()) == 9
+    assert told[0.5, 0.7] == (2, 0.0)
+    assert "an answer that claims" in score_text(mixed)
 
 
 def test_every_opening_of_the_keys_is_counted(tmp_path: Path, mixed: Score) -> None:
@@ -362,6 +386,17 @@ def test_calibration_error_is_the_gap_between_claim_and_truth() -> None:
     assert sure_and_wrong_half_the_time.value == pytest.approx(0.49)
     honest = calibration_error([0.75] * 4 + [1.0] * 4, [True, True, True, False] + [True] * 4)
     assert honest.value == pytest.approx(0.0)
+
+
+def test_answers_are_gathered_by_what_they_claim() -> None:
+    found = reliability([0.6, 0.5, 0.98, 1.0, 0.97], [True, False, True, True, False])
+    assert [(one.low, one.high, one.right.count) for one in found] == [
+        (0.5, 0.7, 2),
+        (0.9, 0.98, 1),
+        (0.98, 1.0, 2),
+    ]
+    assert [one.claimed for one in found] == pytest.approx([0.55, 0.97, 0.99])
+    assert [one.right.value for one in found] == [0.5, 0.0, 1.0]
 
 
 def test_few_answers_show_a_calibration_error_even_if_they_are_right_as_often_as_they_claim() -> None:

@@ -21,6 +21,8 @@ from estimator.diagnosis.result import UNKNOWN
 from estimator.fit.result import Z95
 
 CONFIDENT = 0.9
+# What stands out by so many deviations of the noise can be told apart.
+PLAIN = 6.0
 _MM = 1e3
 _NU_BACK, _MODULUS_BACK = 0.01, 0.03
 
@@ -93,6 +95,16 @@ class Cases:
         return [case for case in self.everything if case.key.effects == (UNKNOWN,)]
 
     @property
+    def plain(self) -> list[Scored]:
+        """With one effect of the catalogue that stands out plainly; without those whose key does not say."""
+        return [case for case in self.singles if min(case.key.sigma, default=0.0) >= PLAIN]
+
+    @property
+    def with_one_answer(self) -> list[Scored]:
+        """All but those with several effects."""
+        return [*self.singles, *self.clean, *self.outside]
+
+    @property
     def doubles(self) -> list[Scored]:
         """With several effects."""
         return [case for case in self.everything if len(case.key.effects) > 1]
@@ -116,13 +128,13 @@ def _naming(singles: Sequence[Scored]) -> list[Metric]:
     return [
         _share("single cause: top-1", singles, lambda c: c.is_right, _mean_ceiling(singles)),
         _share("single cause: top-3", singles, lambda c: c.truths[0] in c.answer.ranking[:3]),
-        _share(
-            "single cause: right group",
-            singles,
-            lambda c: group_of(c.answer.leading) == group_of(c.truths[0]),
-        ),
+        _share("single cause: right group", singles, _has_right_group),
         _share("single cause: some gap seen", singles, lambda c: bool(c.answer.verdict)),
     ]
+
+
+def _has_right_group(case: Scored) -> bool:
+    return group_of(case.answer.leading) == group_of(case.truths[0])
 
 
 def _mean_ceiling(cases: Sequence[Scored]) -> float | None:
@@ -134,6 +146,8 @@ def _mean_ceiling(cases: Sequence[Scored]) -> float | None:
 def _names(cases: Cases) -> list[Metric]:
     return [
         *_naming(cases.singles),
+        _share(f"of those from {PLAIN:g} σ on: top-1", cases.plain, lambda c: c.is_right),
+        _share(f"of those from {PLAIN:g} σ on: right group", cases.plain, _has_right_group),
         _share("no gap: false alarms", cases.clean, lambda c: bool(c.answer.verdict)),
         _share("outside the catalogue: recognised", cases.outside, lambda c: UNKNOWN in c.answer.verdict),
         _share("outside the catalogue: confidently wrong", cases.outside, _is_confidently_wrong),
@@ -196,10 +210,16 @@ def _off_by(case: Scored) -> tuple[float, float]:
     return modulus, ratio
 
 
+def claims(cases: Sequence[Scored]) -> tuple[list[float], list[bool]]:
+    """Return the probability of each leading answer, and whether it is right."""
+    likeliest = [case.answer.likeliest for case in cases]
+    right = [label in case.truths for case, (label, _) in zip(cases, likeliest, strict=True)]
+    return [probability for _, probability in likeliest], right
+
+
 def _calibration(cases: Cases) -> list[Metric]:
-    asked = [*cases.singles, *cases.clean, *cases.outside]
-    confidence = [case.answer.likeliest[1] for case in asked]
-    right = [case.answer.likeliest[0] in case.truths for case in asked]
+    asked = cases.with_one_answer
+    confidence, right = claims(asked)
     return [
         Metric(
             f"calibration error ({CALIBRATION_BINS} bins)",

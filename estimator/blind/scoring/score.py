@@ -10,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.blind.scoring.answers import read_answers
+from estimator.blind.scoring.intervals import Figure
 from estimator.blind.scoring.keys import open_keys
 from estimator.blind.scoring.labels import GROUPS, group_of
-from estimator.blind.scoring.metrics import Cases, Metric, Scored, metrics, metrics_by_level
+from estimator.blind.scoring.metrics import Cases, Metric, Scored, claims, metrics, metrics_by_level
+from estimator.blind.scoring.reliability import Claim, reliability
 from estimator.diagnosis.result import NONE, UNKNOWN
 from estimator.errors import InputError
 
@@ -35,6 +37,7 @@ class Score:
     ----------
     metrics : over all cases
     by_level : of single causes
+    by_claim : of all but several causes, how often an answer is right by what it claims
     groups, labels : confusion
     unanswered : names of cases with a key and no answer; they count for nothing
     openings : how often the keys have been opened, this time included; of several sets, those opened most often
@@ -43,6 +46,7 @@ class Score:
 
     metrics: tuple[Metric, ...]
     by_level: Mapping[str, list[Metric]]
+    by_claim: tuple[Claim, ...]
     groups: Confusion
     labels: Confusion
     unanswered: tuple[str, ...]
@@ -57,6 +61,10 @@ class Score:
             "openings": self.openings,
             "metrics": _plain(self.metrics),
             "by_level": {level: _plain(found) for level, found in self.by_level.items()},
+            "by_claim": [
+                {"from": one.low, "to": one.high, "claimed": one.claimed, **_of_figure(one.right)}
+                for one in self.by_claim
+            ],
             "confusion": {
                 kind: {"names": list(one.names), "counts": one.counts.tolist()}
                 for kind, one in (("group", self.groups), ("label", self.labels))
@@ -91,10 +99,11 @@ def score_answers(sets: Sequence[tuple[Path, Path]]) -> Score:
         unanswered += [name for name in truths if name not in given]
         openings = max(openings, opened)
     cases = Cases(tuple(scored))
-    single = [*cases.singles, *cases.clean, *cases.outside]
+    single = cases.with_one_answer
     return Score(
         metrics=tuple(metrics(cases)),
         by_level=metrics_by_level(cases),
+        by_claim=tuple(reliability(*claims(single))),
         groups=_confusion(single, group_of),
         labels=_confusion(single, str),
         unanswered=tuple(unanswered),
@@ -117,12 +126,13 @@ def _confusion(cases: list[Scored], name_of: Callable[[str], str]) -> Confusion:
 
 
 def _plain(found: Iterable[Metric]) -> dict[str, dict[str, Any]]:
+    return {metric.name: {**_of_figure(metric.figure), "ceiling": metric.ceiling} for metric in found}
+
+
+def _of_figure(figure: Figure) -> dict[str, Any]:
+    known = figure.count > 0
     return {
-        metric.name: {
-            "value": metric.figure.value if metric.figure.count else None,
-            "interval95": [metric.figure.low, metric.figure.high] if metric.figure.count else None,
-            "cases": metric.figure.count,
-            "ceiling": metric.ceiling,
-        }
-        for metric in found
+        "value": figure.value if known else None,
+        "interval95": [figure.low, figure.high] if known else None,
+        "cases": figure.count,
     }

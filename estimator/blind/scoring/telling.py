@@ -1,5 +1,6 @@
 """A score in words, as a page, and as a picture."""
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -9,12 +10,15 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure as Sheet
 
 from estimator.blind.scoring.metrics import Metric
+from estimator.blind.scoring.reliability import Claim
 from estimator.blind.scoring.score import Confusion, Score
 from estimator.errors import InputError
 from estimator.report import page
-from estimator.report.theme import COLOURS, PLOT_STYLE, PREDICTED, TRUTH
+from estimator.report.theme import COLOURS, MUTED, PLOT_STYLE, PREDICTED, TRUTH
 
 _HEAD = ("", "value", "95 % interval", "cases", "at best")
+_CLAIMS_HEAD = ("an answer that claims", "on average", "is right", "95 % interval", "cases")
+_CLAIMS_IN = (9.0, 3.8)
 _CELL_IN = 0.3
 _LABELS_IN = 2.1
 _SMALLEST_IN = 5.0
@@ -27,12 +31,18 @@ def score_text(score: Score) -> str:
     rows = [_HEAD, *map(_cells, score.metrics)]
     for level, found in score.by_level.items():
         rows += [(f"level {level}", "", "", "", ""), *map(_cells, found)]
-    widths = [max(len(row[column]) for row in rows) for column in range(len(_HEAD))]
-    lines = [_counts(score)]
+    claims = [_CLAIMS_HEAD, *map(_claim_cells, score.by_claim)]
+    return "\n".join([_counts(score), *_aligned(rows), *_aligned(claims)])
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return lines of cells below each other: the first ones to the left, the others to the right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = []
     for name, *cells in rows:
         padded = "  ".join(cell.rjust(width) for cell, width in zip(cells, widths[1:], strict=True))
         lines.append(f"{name.ljust(widths[0])}  {padded}".rstrip())
-    return "\n".join(lines)
+    return lines
 
 
 def check_writable(path: Path) -> None:
@@ -72,6 +82,16 @@ def _page(score: Score, title: str) -> str:
         page.heading("Single causes by how far they stand out"),
     ]
     blocks += [page.table(level, _HEAD, map(_cells, found)) for level, found in score.by_level.items()]
+    blocks += [
+        page.heading("Right as often as claimed"),
+        page.figure(
+            partial(_draw_claims, claims=score.by_claim),
+            _CLAIMS_IN,
+            "The probability of the leading answers, and how many of them are right, with 95 % intervals. On the line "
+            "an answer is right as often as it claims. Cases with several causes are left out.",
+        ),
+        page.table("", _CLAIMS_HEAD, map(_claim_cells, score.by_claim)),
+    ]
     for name, confusion in (("group", score.groups), ("label", score.labels)):
         size_in = (max(map(_size_in, (score.groups, score.labels))), _size_in(confusion))
         drawn = page.figure(
@@ -99,6 +119,13 @@ def _cells(metric: Metric) -> tuple[str, ...]:
     return metric.name, _value(figure.value, metric.unit), interval, str(figure.count), ceiling
 
 
+def _claim_cells(claim: Claim) -> tuple[str, ...]:
+    between = f"{100 * claim.low:.0f} to {100 * claim.high:.0f} %"
+    right = claim.right
+    interval = f"{_value(right.low, '%')} to {_value(right.high, '%')}"
+    return between, _value(claim.claimed, "%"), _value(right.value, "%"), interval, str(right.count)
+
+
 def _value(value: float, unit: str) -> str:
     if unit == "%":
         return f"{100 * value:.1f} %"
@@ -118,6 +145,20 @@ def _box(confusion: Confusion, sheet_in: tuple[float, float]) -> tuple[float, fl
 
 def _draw_sheet(sheet: Sheet, confusion: Confusion, size_in: tuple[float, float]) -> None:
     _draw_confusion(sheet.add_axes(_box(confusion, size_in)), confusion)
+
+
+def _draw_claims(sheet: Sheet, claims: Sequence[Claim]) -> None:
+    axes = sheet.add_axes((0.08, 0.14, 0.35, 0.83))
+    axes.plot([0, 100], [0, 100], color=MUTED, lw=1)
+    claimed = [100 * claim.claimed for claim in claims]
+    low = [100 * claim.right.low for claim in claims]
+    high = [100 * claim.right.high for claim in claims]
+    axes.vlines(claimed, low, high, color=TRUTH)
+    axes.scatter(claimed, [100 * claim.right.value for claim in claims], color=TRUTH)
+    axes.set_xlim(0, 102)
+    axes.set_ylim(0, 102)
+    axes.set_xlabel("claimed, %")
+    axes.set_ylabel("right, %")
 
 
 def _draw_confusion(axes: Axes, confusion: Confusion) -> None:
