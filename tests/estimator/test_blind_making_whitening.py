@@ -1,6 +1,8 @@
-"""How far an effect stands out is told in units of all the noise that the files state."""
+"""How far an effect stands out is told in units of all the noise of a case, as it is correlated."""
 
 import numpy as np
+import pytest
+from scipy.signal import lfilter
 
 from estimator.blind.making.retraction import Manner, rows_of
 from estimator.blind.making.setup import SENSOR
@@ -18,16 +20,24 @@ def by_position(random: np.random.Generator) -> np.ndarray:
     return found
 
 
-def test_noise_of_sensors_and_poses_whitens_to_unit_variance_in_every_direction() -> None:
+def lasting(random: np.random.Generator, correlation: float, shape: tuple[int, ...]) -> np.ndarray:
+    """Noise of unit variance along the first axis, correlated with the row before."""
+    drawn = random.standard_normal(shape)
+    drawn[1:] *= np.sqrt(1.0 - correlation**2)
+    return np.asarray(lfilter([1.0], [1.0, -correlation], drawn, axis=0))
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.5])
+def test_noise_of_sensors_and_poses_whitens_to_unit_variance_in_every_direction(correlation: float) -> None:
     random = np.random.default_rng(3)
     change = by_position(random)
-    whitening = whitening_of(ROWS, change, SENSOR)
+    whitening = whitening_of(ROWS, change, SENSOR, correlation)
     pose = pose_of_row(ROWS)
     rows = np.bincount(pose)
     samples = []
     for _ in range(600):
         off = SENSOR.position_std / np.sqrt(rows)[:, None] * random.standard_normal((len(rows), 3))
-        white = random.standard_normal(change.shape[:2]) * whitening.deviation
+        white = lasting(random, correlation, change.shape[:2]) * whitening.deviation
         samples.append(whitened([whitening], [white + np.einsum("rci,ri->rc", change, off[pose])]))
     along = np.array(samples) @ whitening.vectors
     assert abs(np.var(along, axis=0).mean() - 1.0) < 0.03
@@ -46,6 +56,16 @@ def test_what_a_pose_error_imitates_stands_out_less() -> None:
     white = float(np.linalg.norm(imitated / whitening.deviation))
     assert np.linalg.norm(whitening.apply(imitated)) < 0.7 * white
     assert np.linalg.norm(whitening.apply(other)) > 0.95 * np.linalg.norm(other / whitening.deviation)
+
+
+def test_what_lasts_stands_out_less_of_noise_that_lasts() -> None:
+    change = by_position(np.random.default_rng(5))
+    white, lasts = (whitening_of(ROWS, change, SENSOR, correlation) for correlation in (0.0, 0.5))
+    aside = np.zeros(change.shape[:2])
+    aside[:, 20] = 3e-5
+    # Of a mean of many rows the variance is (1 + 0.5) / (1 - 0.5) times that of white noise.
+    told = np.linalg.norm(lasts.apply(aside)) / np.linalg.norm(white.apply(aside))
+    assert told == pytest.approx(3.0**-0.5, rel=0.03)
 
 
 def test_a_hold_and_its_way_back_are_stays_of_their_own() -> None:

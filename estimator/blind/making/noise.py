@@ -50,11 +50,14 @@ def with_noise(
     return Noisy(np.round(position, 7), rounded, np.round(beads, 7).reshape(readings.beads.shape))
 
 
+def correlation_of(kind: NoiseKind) -> float:
+    """Return the correlation of a row's noise with that of the row before."""
+    return _CORRELATION if kind == "correlated" else 0.0
+
+
 def _unit_noise(shape: tuple[int, ...], kind: NoiseKind, random: np.random.Generator) -> FloatArray:
-    white = random.standard_normal(shape)
-    if kind != "correlated":
-        return white
+    white, correlation = random.standard_normal(shape), correlation_of(kind)
     noise = white.copy()
     for row in range(1, len(white)):
-        noise[row] = _CORRELATION * noise[row - 1] + np.sqrt(1 - _CORRELATION**2) * white[row]
+        noise[row] = correlation * noise[row - 1] + np.sqrt(1 - correlation**2) * white[row]
     return noise

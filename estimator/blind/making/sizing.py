@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.blind.making.noise import correlation_of
 from estimator.blind.making.retraction import Rows
 from estimator.blind.making.scene import Drawn, Form, Mechanics, Readings, Scene
 from estimator.blind.making.setup import SENSOR, Setup
@@ -65,7 +66,7 @@ class Pilot:
         self._origins = {_refinement(setup.mechanics): origin}
         by_position = [self._by_position(axis, origin) for axis in range(3)]
         self._whitenings = [
-            whitening_of(rows, np.stack(changes, axis=-1), SENSOR)
+            whitening_of(rows, np.stack(changes, axis=-1), SENSOR, correlation_of(setup.noise))
             for rows, *changes in zip(setup.experiments, *by_position, strict=True)
         ]
         by_poisson = _difference(self._channels(read(scene, other), scene), origin)
