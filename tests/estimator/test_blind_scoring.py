@@ -234,6 +234,16 @@ def test_a_score_is_a_page_or_a_picture(mixed: Score, tmp_path: Path, suffix: st
         assert b"http:" not in told and b"https:" not in told
 
 
+def test_pairs_alone_are_scored_without_what_single_answers_claim(tmp_path: Path) -> None:
+    pair = key(["gripper_slip", "force_bias"])
+    both = answer(("gripper_slip", "force_bias"), {"gripper_slip": 0.95, "none": 0.05})
+    score = scored(tmp_path, {"a": (pair, both)})
+    assert "claims" not in score_text(score)
+    write_score(score, tmp_path / "score.png", "Pairs")
+    write_score(score, tmp_path / "score.html", "Pairs")
+    assert "Right as often as claimed" not in (tmp_path / "score.html").read_text(encoding="utf-8")
+
+
 def test_a_score_is_plain_values_for_programs(mixed: Score) -> None:
     told = mixed.as_json()
     assert json.loads(json.dumps(told, allow_nan=False)) == told

@@ -31,7 +31,7 @@ def score_text(score: Score) -> str:
     rows = [_HEAD, *map(_cells, score.metrics)]
     for level, found in score.by_level.items():
         rows += [(f"level {level}", "", "", "", ""), *map(_cells, found)]
-    claims = [_CLAIMS_HEAD, *map(_claim_cells, score.by_claim)]
+    claims = [_CLAIMS_HEAD, *map(_claim_cells, score.by_claim)] if score.by_claim else []
     return "\n".join([_counts(score), *_aligned(rows), *_aligned(claims)])
 
 
@@ -82,16 +82,9 @@ def _page(score: Score, title: str) -> str:
         page.heading("Single causes by how far they stand out"),
     ]
     blocks += [page.table(level, _HEAD, map(_cells, found)) for level, found in score.by_level.items()]
-    blocks += [
-        page.heading("Right as often as claimed"),
-        page.figure(
-            partial(_draw_claims, claims=score.by_claim),
-            _CLAIMS_IN,
-            "The probability of the leading answers, and how many of them are right, with 95 % intervals. On the line "
-            "an answer is right as often as it claims. Cases with several causes are left out.",
-        ),
-        page.table("", _CLAIMS_HEAD, map(_claim_cells, score.by_claim)),
-    ]
+    if not score.by_claim:  # of several causes alone there is no single answer
+        return page.page(title, blocks)
+    blocks += _of_claims(score.by_claim)
     for name, confusion in (("group", score.groups), ("label", score.labels)):
         size_in = (max(map(_size_in, (score.groups, score.labels))), _size_in(confusion))
         drawn = page.figure(
@@ -101,6 +94,21 @@ def _page(score: Score, title: str) -> str:
         )
         blocks += [page.heading(f"Confusion by {name}"), drawn]
     return page.page(title, blocks)
+
+
+def _of_claims(claims: Sequence[Claim]) -> list[page.Html]:
+    """Return the part of the page that tells whether answers are right as often as they claim."""
+    drawn = page.figure(
+        partial(_draw_claims, claims=claims),
+        _CLAIMS_IN,
+        "The probability of the leading answers, and how many of them are right, with 95 % intervals. On the line "
+        "an answer is right as often as it claims. Cases with several causes are left out.",
+    )
+    return [
+        page.heading("Right as often as claimed"),
+        drawn,
+        page.table("", _CLAIMS_HEAD, map(_claim_cells, claims)),
+    ]
 
 
 def _counts(score: Score) -> str:
@@ -164,6 +172,9 @@ def _draw_claims(sheet: Sheet, claims: Sequence[Claim]) -> None:
 def _draw_confusion(axes: Axes, confusion: Confusion) -> None:
     """Draw a square for each pair that occurs, with its count; the share of its row makes the colour."""
     names = [name.replace("_", " ") for name in confusion.names]
+    if not names:
+        axes.set_axis_off()
+        return
     for row, of_truth in enumerate(confusion.counts):
         for column, count in enumerate(of_truth):
             if count:
