@@ -76,9 +76,9 @@ class _Loading:
         self.problem = self._to.with_beads(self.problem, at_rest)
 
     @property
-    def remembers(self) -> bool:
-        """Whether the load at a state depends on what went before it."""
-        return self._terms.remembers
+    def steady(self) -> bool:
+        """Whether the load at a state that is met again is what it was."""
+        return self._terms.steady
 
     def at(
         self, station: Station, unperturbed: FloatArray, of_terms: FloatArray | None
@@ -136,10 +136,9 @@ def _along_passages(
             own_terms.begin(passage.problem, passage.visits.experiment)
         for loading in loadings:
             loading.begin(passage.visits.experiment)
-        # Where nothing remembers, a state met again answers as it did.
         everything = list(range(len(loadings)))
-        own_terms_remember = own_terms is not None and own_terms.remembers
-        remembering = [k for k in everything if own_terms_remember or loadings[k].remembers]
+        own_terms_steady = own_terms is None or own_terms.steady
+        unsteady = [k for k in everything if not (own_terms_steady and loadings[k].steady)]
         answered: dict[int, int] = {}
         for station in stations(passage, rate_dependent):
             state = station.state
@@ -148,7 +147,7 @@ def _along_passages(
                 answered[id(state)] = station.rows.start
                 asked = everything
             else:
-                asked = remembering
+                asked = unsteady
                 for change in changes:
                     change.wrench[station.rows] = change.wrench[met_at]
                     change.fiducials[station.rows] = change.fiducials[met_at]

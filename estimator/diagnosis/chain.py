@@ -34,6 +34,11 @@ class TermChain:
         """Whether any term depends on what went before."""
         return not all(isinstance(term, Memoryless) for term in self._terms or ())
 
+    @property
+    def steady(self) -> bool:
+        """Whether a pose that is met again is answered as before: no term remembers, none is timed."""
+        return all(isinstance(term, Memoryless) and not term.timed for term in self._terms or ())
+
     def at(self, elapsed_s: float) -> tuple[Term, ...]:
         """Return the terms as they stand so long after the last station."""
         self._terms = tuple(term.starting_after(elapsed_s) for term in self._terms or ())

@@ -21,6 +21,7 @@ from estimator.diagnosis.contest import (
 )
 from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.finer_forms import (
+    accidents,
     at_the_place_of,
     elaborations,
     mistaken_for,
@@ -122,6 +123,8 @@ def _finer(field: Field, executor: Executor, tell: Tell) -> Field:
     best_few = finalists(field.contenders, field.none)
     doubtful = _doubtful(field, best_few)
     elaborate = elaborations({one.labels[0] for one in doubtful})
+    if best_few and field.unknown > best_few[0].log_evidence:
+        elaborate += [effect for effect in accidents() if effect not in elaborate]
     mistaken = mistaken_for(field.case, best_few)
     stopped = _best_with_kinks(field.case, best_few)
     if not (doubtful or mistaken or stopped):

@@ -20,6 +20,11 @@ def elaborations(labels: Collection[str]) -> list[Effect]:
     return [effect for effect in CATALOGUE if effect.elaborates and effect.label in labels]
 
 
+def accidents() -> list[Effect]:
+    """Return the finer forms of what happens at one instant."""
+    return [effect for effect in CATALOGUE if effect.elaborates and effect.accident]
+
+
 def mistaken_for(case: Case, contenders: Sequence[Contender]) -> list[Effect]:
     """Return what has no label and may be mistaken for a leader, which would leave no misfit to tell."""
     hypotheses = [one.fit.hypothesis for one in contenders]

@@ -181,8 +181,8 @@ def solve_case(
             pose = GripperPose(motion.position[visit], motion.rotation[visit])
             last = states[-1] if states else None
             field = _expected(known[number], visits, visit, last) if known is not None else None
-            # Tissue on which nothing acts that remembers is as it was where the gripper has been before.
-            state = been.get(_place(pose)) if not chain.remembers else None
+            # Tissue on which nothing acts that remembers or waits is as it was where the gripper has been before.
+            state = been.get(_place(pose)) if chain.steady else None
             state = state or _near(nearby, material, pose, terms, field, last)
             if state is None:
                 strays += known is not None

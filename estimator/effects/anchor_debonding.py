@@ -1,15 +1,25 @@
-"""Part of the anchored face is not attached."""
+"""Part of the anchored face is not attached, throughout or from an instant on."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.effects.effect import Amplitude, Constant, Effect, Group, Values
+from estimator.effects.effect import Amplitude, Constant, Effect, Group, Readings, Values
+from estimator.effects.instants import ORDER, in_order, start_of_row
+from estimator.effects.misfit import fiducial_misfit
 from estimator.experiment import Experiment
-from estimator.fem.anchorage import anchored_areas, columns_of_rim, set_free
+from estimator.fem.anchorage import (
+    anchored_areas,
+    attached,
+    columns_of_rim,
+    set_free,
+    springs_of_partly_attached,
+)
+from estimator.fem.peeling import PeelingAnchor
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.steady import NodalSprings
 from estimator.fem.terms import Term
@@ -19,9 +29,9 @@ FloatArray = NDArray[np.float64]
 
 _SHARE = Amplitude("share", "1", scale=0.2, smallest=0.02, lower=0.0, upper=0.9)
 _PLACE = Constant("place", "1", tuple(n / 8 for n in range(9)), 0.0, 1.0)
-# Stiffness of a node that is attached by half, over modulus times the root of its area: with it the gripping force
-# falls evenly as more and more comes off, on coarse and fine meshes.
-_HALF_ATTACHED = 0.3
+_BEGINS = Constant("begins", "1", (), 0.0, 1.0)
+_LASTS = Constant("duration", "s", (5.0,), 0.1, 100.0)
+_TRIED_PLACES = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 
 class AnchorDebonding(Effect):
@@ -37,8 +47,9 @@ class AnchorDebonding(Effect):
     group: ClassVar[Group] = "anchor"
     words: ClassVar[str] = "Part of the anchored face is not attached."
     keeps_pattern: ClassVar[bool] = False
+    form = "throughout"
     amplitudes = (_SHARE,)
-    constants = (_PLACE,)
+    constants: tuple[Constant, ...] = (_PLACE,)
 
     def place(self, problem: RetractionProblem, values: Values) -> tuple[FloatArray, float] | None:
         """Return the middle of the stretch and half its length."""
@@ -89,26 +100,70 @@ class AnchorDebonding(Effect):
         partly = (share > 0.0) & (share < 1.0)
         if not (values["share"] and partly.any()):
             return ()
-        area, _ = anchored_areas(problem)
-        stiffness = np.zeros(len(share))
-        stiffness[partly] = _HALF_ATTACHED * material.youngs_modulus * np.sqrt(area[partly])
-        stiffness[partly] *= share[partly] / (1.0 - share[partly])
-        return (NodalSprings(stiffness[:, None, None] * np.eye(3)),)
+        return (NodalSprings(springs_of_partly_attached(problem, share, material.youngs_modulus)),)
 
 
-def attached(problem: RetractionProblem, share: float, place: float) -> FloatArray:
-    """Return how much (n,) of each node's anchored area stays attached once a share of the rim has come off."""
-    attached: FloatArray = np.ones(len(problem.attachment))
-    nodes = np.flatnonzero(problem.anchored)
-    column, start, end = columns_of_rim(problem)
-    first = place * (1.0 - share)
-    lost = np.clip(np.minimum(end, first + share) - np.maximum(start, first), 0.0, None)
-    middle = (start + end) / 2
-    inside = (middle > first) & (middle < first + share)
-    width = end - start
-    lost = np.where(width > 1e-9, lost / np.maximum(width, 1e-9), inside)
-    attached[nodes] = np.where(lost[column] < 1e-9, 1.0, np.clip(1.0 - lost[column], 0.0, 1.0))
-    return attached
+class AnchorPeeling(AnchorDebonding):
+    """The stretch comes off while an experiment runs, from its place outwards, evenly over some time; it stays off.
+
+    It begins after a share of the experiment's time. By the next experiment all of it is off.
+    """
+
+    form = "from_an_instant"
+    elaborates = "throughout"
+    accident = True
+    rate_dependent = True
+    constants = (_PLACE, ORDER, _BEGINS, _LASTS)
+
+    def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
+        """Return some places, about the instant which best divides the beads' misfit.
+
+        Softer anchors let every bead move on by some share of how far it has moved, before that instant by another than
+        after it.
+        """
+        ordered = in_order(baseline)
+        misfit = np.concatenate([fiducial_misfit(each) for each in ordered])
+        moved = np.concatenate([each.fiducials - each.rest_fiducials for each in ordered])
+        along, square = np.cumsum(misfit * moved, axis=0), np.cumsum(moved**2, axis=0)
+        tiny = np.finfo(float).tiny
+        before = along**2 / np.maximum(square, tiny)
+        after = (along[-1] - along) ** 2 / np.maximum(square[-1] - square, tiny)
+        row = int(np.argmax((before + after)[:-1].sum(axis=(1, 2)))) + 1
+        instant = start_of_row(ordered, row)
+        time = next(each.experiment.time for each in ordered if each.experiment.order == instant["order"])
+        begins = (instant["time"] - _LASTS.grid[0] / 2 - time[0]) / (time[-1] - time[0])
+        when = {
+            "order": instant["order"],
+            "begins": float(np.clip(begins, 0.0, 1.0)),
+            "duration": _LASTS.grid[0],
+        }
+        return [{"place": place, **when} for place in _TRIED_PLACES]
+
+    def choices(self, experiments: Sequence[Experiment]) -> int:
+        """Return the number of experiments."""
+        return len(experiments)
+
+    def terms(
+        self, problem: RetractionProblem, material: Material, experiment: Experiment, values: Values
+    ) -> tuple[Term, ...]:
+        """Hold the nodes of the stretch until they come off."""
+        freed = problem.attachment < 1.0
+        if not (values["share"] and freed.any()):
+            return ()
+        waits_s, modulus = _seconds_until(experiment, values), material.youngs_modulus
+        return (
+            PeelingAnchor(
+                problem, freed, modulus, values["share"], values["place"], waits_s, values["duration"]
+            ),
+        )
+
+
+def _seconds_until(experiment: Experiment, values: Values) -> float:
+    """Return the time from an experiment's first row until it begins, s: infinite before that experiment, −∞ after."""
+    if experiment.order == round(values["order"]):
+        return float(values["begins"] * (experiment.time[-1] - experiment.time[0]))
+    return np.inf if experiment.order < values["order"] else -np.inf
 
 
 ANCHOR_DEBONDING = AnchorDebonding()
+ANCHOR_PEELING = AnchorPeeling()

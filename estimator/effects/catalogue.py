@@ -2,7 +2,7 @@
 
 from estimator.effects.air_pocket import AirPocket
 from estimator.effects.anchor_compliance import ANCHOR_COMPLIANCE
-from estimator.effects.anchor_debonding import ANCHOR_DEBONDING
+from estimator.effects.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
 from estimator.effects.anisotropy import ANISOTROPY
 from estimator.effects.axes import WRENCH_CHANNELS
 from estimator.effects.cable import Cable
@@ -71,7 +71,7 @@ _TISSUE: tuple[Effect, ...] = (
     *THICKNESS_ERROR,
     *PRESTRETCH,
 )
-_MOUNTING: tuple[Effect, ...] = (*ANCHOR_COMPLIANCE, ANCHOR_DEBONDING, *GRASP_MISPLACEMENT)
+_MOUNTING: tuple[Effect, ...] = (*ANCHOR_COMPLIANCE, ANCHOR_DEBONDING, ANCHOR_PEELING, *GRASP_MISPLACEMENT)
 _SURROUNDINGS: tuple[Effect, ...] = (*SUPPORT_FRICTION, *GRAVITY_SAG)
 
 # From the reported pose to the tissue: first what the robot does, then what the gripper does.

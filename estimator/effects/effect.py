@@ -167,6 +167,8 @@ class Effect:
     words : what a report says of it, one sentence
     rate_dependent : whether the tissue changes while the gripper stands
     elaborates : form of the same label of which this one is a refinement, looked at only where that one leads
+    accident : whether it happens at one instant: then it is looked at as well where something unknown leads, for what
+        is right only until then or from then on looks like nothing known
     mistaken_for : labels of the catalogue in whose place one without a label is looked at; none for one that always is
     keeps_pattern : whether :meth:`problem` leaves free and held nodes as they are
     exact : whether nothing could be a little other than the form has it: what it leaves is not its own inexactness
@@ -179,6 +181,7 @@ class Effect:
     keeps_pattern: ClassVar[bool] = True
     exact: ClassVar[bool] = False
     elaborates: str = ""
+    accident: ClassVar[bool] = False
     mistaken_for: tuple[str, ...] = ()
     form: str = ""
     amplitudes: tuple[Amplitude, ...] = ()

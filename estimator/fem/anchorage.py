@@ -16,6 +16,9 @@ IntArray = NDArray[np.int64]
 
 # Nodes above each other differ by less than this in their direction from the phantom's middle, rad.
 _ABOVE_EACH_OTHER = 1e-6
+# Stiffness of a node that is attached by half, over modulus times the root of its area: with it the gripping force
+# falls evenly as more and more comes off, on coarse and fine meshes.
+_HALF_ATTACHED = 0.3
 
 
 def anchored_areas(problem: RetractionProblem) -> tuple[FloatArray, FloatArray]:
@@ -72,3 +75,34 @@ def _columns(points: FloatArray) -> IntArray:
     begin = ordered[(int(np.argmax(gaps)) + 1) % len(ordered)]
     along = np.round(np.mod(direction - begin + _ABOVE_EACH_OTHER / 2, 2 * np.pi) / _ABOVE_EACH_OTHER)
     return np.unique(along, return_inverse=True)[1]
+
+
+def attached(problem: RetractionProblem, share: float, place: float) -> FloatArray:
+    """Return how much (n,) of each node's anchored area stays attached once a share of the rim has come off.
+
+    The place of the stretch that is off is 0 at one end of the rim and 1 at the other.
+    """
+    attached: FloatArray = np.ones(len(problem.attachment))
+    nodes = np.flatnonzero(problem.anchored)
+    column, start, end = columns_of_rim(problem)
+    first = place * (1.0 - share)
+    lost = np.clip(np.minimum(end, first + share) - np.maximum(start, first), 0.0, None)
+    middle = (start + end) / 2
+    inside = (middle > first) & (middle < first + share)
+    width = end - start
+    lost = np.where(width > 1e-9, lost / np.maximum(width, 1e-9), inside)
+    attached[nodes] = np.where(lost[column] < 1e-9, 1.0, np.clip(1.0 - lost[column], 0.0, 1.0))
+    return attached
+
+
+def springs_of_partly_attached(problem: RetractionProblem, share: FloatArray, modulus: float) -> FloatArray:
+    """Return springs (n, 3, 3), N/m, that hold the nodes of which a share (n,) is attached in tissue of a modulus, Pa.
+
+    They are rigid once all of a node is attached; none where nothing is, and where the whole is it needs none.
+    """
+    partly = (share > 0.0) & (share < 1.0)
+    area, _ = anchored_areas(problem)
+    stiffness = np.zeros(len(share))
+    stiffness[partly] = _HALF_ATTACHED * modulus * np.sqrt(area[partly])
+    stiffness[partly] *= share[partly] / (1.0 - share[partly])
+    return np.asarray(stiffness[:, None, None] * np.eye(3))

@@ -7,7 +7,7 @@ relaxing stress) is advanced from one solved state to the next; it is a value: a
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol, Self
+from typing import ClassVar, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,12 @@ class TermStiffness:
 
 
 class Memoryless:
-    """What a term that remembers nothing answers to the passing of time: itself."""
+    """What a term that remembers nothing answers to the passing of time: itself.
+
+    One that is timed becomes another at some instant, whatever went before.
+    """
+
+    timed: ClassVar[bool] = False
 
     def starting_after(self, seconds: float) -> Self:
         """Return the term itself."""

@@ -133,7 +133,8 @@ def test_the_derivative_at_the_null_is_that_of_the_solved_case(effect: Effect) -
     "name",
     [
         "anchor_compliance:isotropic",
-        "anchor_debonding",
+        "anchor_debonding:throughout",
+        "anchor_debonding:from_an_instant",
         "gripper_slip:creeping",
         "strain_stiffening:gent",
         "viscoelasticity:one_term",

@@ -15,7 +15,7 @@ from estimator.diagnosis.noise import Noise
 from estimator.diagnosis.passage import mechanics_of, solve_case
 from estimator.diagnosis.shared_errors import shared_errors_of
 from estimator.diagnosis.side_by_side import solved_by
-from estimator.effects.anchor_debonding import ANCHOR_DEBONDING
+from estimator.effects.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect, Values
 from estimator.effects.permanent_set import PERMANENT_SET
@@ -66,6 +66,7 @@ def solved(effect: Effect, values: Values) -> int:
 
 def test_experiments_are_solved_apart_where_nothing_is_remembered() -> None:
     assert solved(ANCHOR_DEBONDING, A_THIRD_OFF) == 2
+    assert solved(ANCHOR_PEELING, {**A_THIRD_OFF, "order": 1.0, "begins": 0.5, "duration": 1.0}) == 2
 
 
 def test_they_are_solved_one_after_the_other_where_tissue_remembers() -> None:

@@ -10,12 +10,12 @@ from retraction_cases import REFERENCE_BLOCK, SMALL_BLOCK, straight_pull
 from scipy.spatial.transform import Rotation
 
 from estimator.effects.anchor_compliance import ANCHOR_COMPLIANCE
-from estimator.effects.anchor_debonding import ANCHOR_DEBONDING, attached
+from estimator.effects.anchor_debonding import ANCHOR_DEBONDING
 from estimator.effects.effect import Effect, Values
 from estimator.effects.gravity_sag import GRAVITY_SAG
 from estimator.effects.support_friction import SUPPORT_FRICTION, area_on_table
 from estimator.experiment import Box
-from estimator.fem.anchorage import anchored_areas
+from estimator.fem.anchorage import anchored_areas, attached
 from estimator.fem.block_mesh import Grading, structured_mesh
 from estimator.fem.body import respond
 from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings

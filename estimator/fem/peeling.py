@@ -1,0 +1,65 @@
+"""An anchor that comes off while an experiment runs: springs that hold its nodes until then."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.fem.anchorage import attached, springs_of_partly_attached
+from estimator.fem.body import Response
+from estimator.fem.problem import RetractionProblem
+from estimator.fem.terms import Memoryless, TermStiffness
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+# A node that is attached by all but this is held as rigidly as one that stands still, to the last digit that matters.
+_ALL_BUT = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class PeelingAnchor(Memoryless):
+    """A stretch of the anchored rim that comes off from one place, evenly over some time.
+
+    Attributes
+    ----------
+    problem : in which the nodes of the whole stretch are free
+    freed : (n,) those nodes
+    modulus : of the tissue, Pa
+    share, place : what is off in the end, as in :func:`estimator.fem.anchorage.attached`
+    waits_s : until it begins to come off; negative where it has begun, infinite where it does not in this experiment
+    lasts_s : until all of it is off
+    """
+
+    timed: ClassVar[bool] = True
+
+    problem: RetractionProblem
+    freed: BoolArray
+    modulus: float
+    share: float
+    place: float
+    waits_s: float
+    lasts_s: float
+
+    def forces(self, displacement: FloatArray, response: Response) -> FloatArray:
+        """Return the forces (n, 3), N, with which the springs are stretched."""
+        return np.einsum("nij,nj->ni", self._springs, displacement)
+
+    def stiffness(self, displacement: FloatArray, response: Response) -> TermStiffness:
+        """Return the springs' stiffness."""
+        return TermStiffness(nodes=self._springs)
+
+    def starting_after(self, seconds: float) -> PeelingAnchor:
+        """Return the term with less time to wait; itself where it stays as it is."""
+        settled = not np.isfinite(self.waits_s) or -self.waits_s >= self.lasts_s
+        return self if settled else replace(self, waits_s=self.waits_s - seconds)
+
+    @cached_property
+    def _springs(self) -> FloatArray:
+        done = float(np.clip(-self.waits_s / self.lasts_s, 0.0, 1.0))
+        held = np.minimum(attached(self.problem, done * self.share, self.place), 1.0 - _ALL_BUT)
+        return springs_of_partly_attached(self.problem, np.where(self.freed, held, 1.0), self.modulus)
