@@ -150,7 +150,7 @@ def _cost(effect: Effect) -> float:
     """Return roughly how long its signatures take: one that frees nodes asks for a factor of its own at every start."""
     if not acts_on_tissue(effect):
         return 0.1
-    starts = math.prod(len(constant.grid) for constant in effect.constants)
+    starts = math.prod(max(len(constant.grid), 1) for constant in effect.constants)
     if not effect.keeps_pattern:
         return 8.0 * starts
     return 1.0 + 0.1 * starts + (4.0 if effect.rate_dependent else 0.0)
