@@ -73,17 +73,27 @@ def test_without_any_share_nothing_comes_off() -> None:
     assert pull(ANCHOR_PEELING, nothing) == pytest.approx(pull(ANCHOR_DEBONDING, nothing), abs=1e-12)
 
 
-def test_a_search_begins_about_the_row_from_which_the_beads_move_otherwise() -> None:
-    truth = readings_under(ANCHOR_PEELING, SUDDENLY)
+def seen_as(effect: Effect, values: Values) -> list[Readings]:
+    """What the baseline predicts, beside beads measured as they move under an effect."""
+    truth = readings_under(effect, values)
     attached = readings_under(ANCHOR_DEBONDING, {**STRETCH, "share": 0.0})
-    measured = [
+    return [
         replace(one, experiment=replace(one.experiment, fiducials=true.fiducials))
         for one, true in zip(attached, truth, strict=True)
     ]
-    for start in ANCHOR_PEELING.starts(measured):
+
+
+def test_a_search_begins_about_the_row_from_which_the_beads_move_otherwise() -> None:
+    starts = ANCHOR_PEELING.starts(seen_as(ANCHOR_PEELING, SUDDENLY))
+    assert {start["place"] for start in starts} >= {0.0, 0.5, 1.0}
+    for start in starts:
         assert start["order"] == 2.0
         middle = start["begins"] * (ROWS - 1) + start["duration"] / 2
         assert middle == pytest.approx(4.5, abs=0.5)
+
+
+def test_it_is_not_searched_for_where_the_beads_move_otherwise_from_the_first_row_on() -> None:
+    assert ANCHOR_PEELING.starts(seen_as(ANCHOR_DEBONDING, STRETCH)) == []
 
 
 def test_it_is_looked_at_wherever_something_unknown_leads() -> None:
