@@ -111,16 +111,20 @@ def test_names_are_scored_by_label_group_and_rank(mixed: Score) -> None:
 
 def test_causes_that_stand_out_plainly_are_also_scored_by_themselves(tmp_path: Path) -> None:
     slip = answer(("gripper_slip",), {"gripper_slip": 0.95, "none": 0.05})
-    plain, faint, unsaid = (
+    third = answer((), {"none": 0.5, "unknown": 0.3, "force_drift": 0.2})
+    plain, missed, faint, unsaid = (
         key(["gripper_slip"], sigma=[6.0]),
+        key(["force_drift"], sigma=[7.0]),
         key(["force_bias"], sigma=[5.9]),
         key(["force_bias"]),
     )
-    found = values(scored(tmp_path, {"a": (plain, slip), "b": (faint, slip), "c": (unsaid, slip)}))
-    assert found["single cause: top-1"].count == 3
-    for asked in ("top-1", "right group"):
+    found = values(
+        scored(tmp_path, {"a": (plain, slip), "b": (missed, third), "c": (faint, slip), "d": (unsaid, slip)})
+    )
+    assert found["single cause: top-1"].count == 4
+    for asked, share in (("top-1", 0.5), ("top-3", 1.0), ("right group", 0.5)):
         figure = found[f"of those from 6 σ on: {asked}"]
-        assert (figure.value, figure.count) == (1.0, 1)
+        assert (figure.value, figure.count) == (share, 2)
 
 
 def test_the_ceiling_at_the_cases_own_sigma_stands_beside_the_score(tmp_path: Path) -> None:

@@ -127,10 +127,14 @@ def metrics_by_level(cases: Cases) -> Mapping[str, list[Metric]]:
 def _naming(singles: Sequence[Scored]) -> list[Metric]:
     return [
         _share("single cause: top-1", singles, lambda c: c.is_right, _mean_ceiling(singles)),
-        _share("single cause: top-3", singles, lambda c: c.truths[0] in c.answer.ranking[:3]),
+        _share("single cause: top-3", singles, _is_among_three),
         _share("single cause: right group", singles, _has_right_group),
         _share("single cause: some gap seen", singles, lambda c: bool(c.answer.verdict)),
     ]
+
+
+def _is_among_three(case: Scored) -> bool:
+    return case.truths[0] in case.answer.ranking[:3]
 
 
 def _has_right_group(case: Scored) -> bool:
@@ -147,6 +151,7 @@ def _names(cases: Cases) -> list[Metric]:
     return [
         *_naming(cases.singles),
         _share(f"of those from {PLAIN:g} σ on: top-1", cases.plain, lambda c: c.is_right),
+        _share(f"of those from {PLAIN:g} σ on: top-3", cases.plain, _is_among_three),
         _share(f"of those from {PLAIN:g} σ on: right group", cases.plain, _has_right_group),
         _share("no gap: false alarms", cases.clean, lambda c: bool(c.answer.verdict)),
         _share("outside the catalogue: recognised", cases.outside, lambda c: UNKNOWN in c.answer.verdict),
