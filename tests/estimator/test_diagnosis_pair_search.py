@@ -30,7 +30,7 @@ def contender(hypothesis: Hypothesis, evidence: float) -> Contender:
 def test_another_form_of_the_leading_cause_is_no_second_leader() -> None:
     sphere = beside(MATERIAL, "inhomogeneity:sphere", 0.2)
     cylinder = beside(MATERIAL, "inhomogeneity:cylinder", 0.2)
-    loose = beside(MATERIAL, "anchor_debonding", 0.25)
+    loose = beside(MATERIAL, "anchor_debonding:throughout", 0.25)
     field = [contender(sphere, 90.0), contender(cylinder, 89.0), contender(loose, 80.0)]
     assert [one.log_evidence for one in best_of_labels(field)] == [90.0, 80.0]
 
@@ -44,11 +44,11 @@ def test_what_either_cause_of_a_pair_may_be_mistaken_for_is_looked_at() -> None:
 
 
 def test_what_a_vanished_effect_has_led_on_stands_alone() -> None:
-    loose = beside(MATERIAL, "anchor_debonding", 0.25)
+    loose = beside(MATERIAL, "anchor_debonding:throughout", 0.25)
     (alone,) = without_vanished(beside(loose, "inhomogeneity:sphere", 1e-5))
     assert alone == loose
 
 
 def test_a_pair_of_which_neither_vanished_stays_a_pair() -> None:
-    loose = beside(MATERIAL, "anchor_debonding", 0.25)
+    loose = beside(MATERIAL, "anchor_debonding:throughout", 0.25)
     assert not without_vanished(beside(loose, "inhomogeneity:sphere", 0.3))
