@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from estimator.fem.anchorage import attached, springs_of_partly_attached
 from estimator.fem.body import Response
 from estimator.fem.problem import RetractionProblem
+from estimator.fem.steady import NodalSprings
 from estimator.fem.terms import Memoryless, TermStiffness
 
 FloatArray = NDArray[np.float64]
@@ -47,11 +48,11 @@ class PeelingAnchor(Memoryless):
 
     def forces(self, displacement: FloatArray, response: Response) -> FloatArray:
         """Return the forces (n, 3), N, with which the springs are stretched."""
-        return np.einsum("nij,nj->ni", self._springs, displacement)
+        return self._holding.forces(displacement, response)
 
     def stiffness(self, displacement: FloatArray, response: Response) -> TermStiffness:
         """Return the springs' stiffness."""
-        return TermStiffness(nodes=self._springs)
+        return self._holding.stiffness(displacement, response)
 
     def starting_after(self, seconds: float) -> PeelingAnchor:
         """Return the term with less time to wait; itself where it stays as it is."""
@@ -59,7 +60,9 @@ class PeelingAnchor(Memoryless):
         return self if settled else replace(self, waits_s=self.waits_s - seconds)
 
     @cached_property
-    def _springs(self) -> FloatArray:
+    def _holding(self) -> NodalSprings:
+        """What holds the stretch at this time."""
         done = float(np.clip(-self.waits_s / self.lasts_s, 0.0, 1.0))
         held = np.minimum(attached(self.problem, done * self.share, self.place), 1.0 - _ALL_BUT)
-        return springs_of_partly_attached(self.problem, np.where(self.freed, held, 1.0), self.modulus)
+        share = np.where(self.freed, held, 1.0)
+        return NodalSprings(springs_of_partly_attached(self.problem, share, self.modulus))

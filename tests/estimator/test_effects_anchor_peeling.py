@@ -96,6 +96,6 @@ def test_it_is_not_searched_for_where_the_beads_move_otherwise_from_the_first_ro
     assert ANCHOR_PEELING.starts(seen_as(ANCHOR_DEBONDING, STRETCH)) == []
 
 
-def test_it_is_looked_at_wherever_something_unknown_leads() -> None:
+def test_it_is_an_accident_and_the_plain_form_is_none() -> None:
     assert ANCHOR_PEELING in accidents()
     assert ANCHOR_DEBONDING not in accidents()
