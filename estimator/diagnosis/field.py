@@ -123,7 +123,7 @@ def _finer(field: Field, executor: Executor, tell: Tell) -> Field:
     best_few = finalists(field.contenders, field.none)
     doubtful = _doubtful(field, best_few)
     elaborate = elaborations({one.labels[0] for one in doubtful})
-    if best_few and field.unknown > best_few[0].log_evidence:
+    if best_few and _unknown_leads(field, best_few[0]):
         elaborate += [effect for effect in accidents() if effect not in elaborate]
     mistaken = mistaken_for(field.case, best_few)
     stopped = _best_with_kinks(field.case, best_few)
@@ -209,6 +209,11 @@ def _leaders(trials: Sequence[Trial], none: float) -> list[Trial]:
     return chosen
 
 
+def _unknown_leads(field: Field, best: Contender) -> bool:
+    """Tell whether something unknown is more probable than the best contender."""
+    return field.unknown > best.log_evidence
+
+
 def _doubtful(field: Field, best_few: Sequence[Contender]) -> list[Contender]:
     """Return the contenders of which a finer form could win, the most probable first.
 
@@ -219,7 +224,7 @@ def _doubtful(field: Field, best_few: Sequence[Contender]) -> list[Contender]:
     if not best_few:
         return []
     best = best_few[0]
-    if field.unknown > best.log_evidence:
+    if _unknown_leads(field, best):
         return best_of_labels(field.contenders)
     rivals = [one for one in best_few if one.log_evidence > best.log_evidence - _CLOSE]
     if len({one.labels[0] for one in rivals}) > 1:

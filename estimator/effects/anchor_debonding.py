@@ -33,7 +33,7 @@ _BEGINS = Constant("begins", "1", (), 0.0, 1.0)
 _LASTS = Constant("duration", "s", (5.0,), 0.1, 100.0)
 # An anchor that comes off on its own is tried where two shares, one on either side of an instant, explain this share of
 # what the beads leave beyond noise, more than one share does. Of glue that failed in the midst of a retraction they
-# explained 0.67, of six causes that have no instant 0.28 at the most.
+# explained 0.67, of six other causes 0.28 at the most.
 _DIVIDED = 0.4
 _TRIED_PLACES = (0.0, 0.25, 0.5, 0.75, 1.0)
 
