@@ -114,22 +114,34 @@ def starts_of_pairs(
     none : log evidence of the baseline
     """
     beside = [
-        start
+        [
+            start
+            for start in promising_seconds(case, leader, trials, error, none)[:_PARTNERS]
+            # One that would not reach far enough beyond the best single cause is no pair, whatever its leader leaves.
+            if start.log_evidence - leaders[0].log_evidence
+            > least_gain(leaders[0], start.labels, none) - _PROMISED
+        ]
         for leader in leaders
-        for start in promising_seconds(case, leader, trials, error, none)[:_PARTNERS]
-        # One that would not reach far enough beyond the best single cause is no pair, whatever its own leader leaves.
-        if start.log_evidence - leaders[0].log_evidence
-        > least_gain(leaders[0], start.labels, none) - _PROMISED
     ]
-    if not beside and adequate(case, leaders[0]):
+    if not any(beside) and adequate(case, leaders[0]):
         return []
-    one_by_one = _not_far_behind(beside, leaders[0].log_evidence)[:_PARTNERS]
+    one_by_one = _one_by_one(beside, leaders[0].log_evidence)
     known = [start.labels for start in one_by_one]
     best_trial = max(trial.log_evidence for trial in trials)
     likeliest = _first_of_labels(likeliest_pairs(case, baseline, error, trials))
     likeliest = _not_far_behind(likeliest, best_trial)[:_PAIRS]
     together = [start for start in likeliest if start.labels not in known]
     return [start.hypothesis for start in (*one_by_one[: _STARTS - len(together)], *together)]
+
+
+def _one_by_one(beside: Sequence[Sequence[Start]], best_of_one: float) -> list[Start]:
+    """Return the most promising second causes of all leaders, and the best one beside the first leader in any case.
+
+    Beside a leader that falls far short, promises reach far, and have outdone by 140 what a refit kept none of.
+    """
+    surest = beside[0][:1]
+    likeliest = _not_far_behind([start for starts in beside for start in starts], best_of_one)
+    return [*surest, *(start for start in likeliest if start not in surest)][:_PARTNERS]
 
 
 def _first_of_labels(starts: Sequence[Start]) -> list[Start]:

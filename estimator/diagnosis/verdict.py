@@ -67,7 +67,8 @@ def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executo
         return Verdict((UNKNOWN,), None, probability)
     found = search_pairs(field, best, executor, tell)
     if found.alone is not best:
-        evidence = weigh(replace(field, contenders=(*field.contenders, found.alone)))
+        field = replace(field, contenders=(*field.contenders, found.alone))
+        evidence = weigh(field)
         probability = probabilities(evidence)
         leading = next(iter(probability))
         best = found.alone if leading in (found.alone.labels[0], UNKNOWN) else best
@@ -87,12 +88,16 @@ def _of_two(
 ) -> Verdict:
     """Return the verdict for two causes, of pairs that are believed, the most probable first.
 
-    The stronger cause of each pair has the evidence of the pair: a rival is weighed with its own second cause too.
+    The stronger cause of each pair has the evidence of the pair, less what the choice among its forms costs: a rival is
+    weighed with its own second cause too.
     """
     of_stronger: dict[str, Contender] = {}
     for pair in pairs:
         of_stronger.setdefault(max(pair.labels, key=lambda label: probability[label]), pair)
-    raised = {label: max(evidence[label], pair.log_evidence) for label, pair in of_stronger.items()}
+    cost = _cost_of_form(field)
+    raised = {
+        label: max(evidence[label], pair.log_evidence - cost[label]) for label, pair in of_stronger.items()
+    }
     shared = probabilities({**evidence, **raised})
     stronger = max(of_stronger, key=lambda label: shared[label])
     if next(iter(shared)) == UNKNOWN and UNKNOWN not in of_stronger:
@@ -109,6 +114,15 @@ def weigh(field: Field) -> dict[str, float]:
     baseline could feign it. An effect that makes the prediction of left-out experiments worse loses by as much. What is
     unknown is an effect without a label, one as likely as the other, or anything: whichever is more probable.
     """
+    forms = of_labels(_forms_weighed(field), field.none)
+    found = {label: forms.get(label, -np.inf) for label in LABELS}
+    found[NONE] = field.none
+    found[UNKNOWN] = max(field.unknown, forms.get(UNKNOWN, -np.inf))
+    return found
+
+
+def _forms_weighed(field: Field) -> list[tuple[str, str, float]]:
+    """Return label, name and log evidence of every form of every effect, refitted where it was."""
     refitted = {one.fit.hypothesis.effects[0].name for one in field.contenders}
     points = [
         (one.fit.hypothesis, one.log_evidence - lost_on_held_out(one.fit, field.baseline))
@@ -119,17 +133,17 @@ def weigh(field: Field) -> dict[str, float]:
         for trial in best_starts(field.trials)
         if trial.signature.effect.name not in refitted
     ]
-    forms = of_labels(
-        [
-            (one.effects[0].label, one.effects[0].name, field.none + _believed(one, value - field.none))
-            for one, value in points
-        ],
-        field.none,
-    )
-    found = {label: forms.get(label, -np.inf) for label in LABELS}
-    found[NONE] = field.none
-    found[UNKNOWN] = max(field.unknown, forms.get(UNKNOWN, -np.inf))
-    return found
+    return [
+        (one.effects[0].label, one.effects[0].name, field.none + _believed(one, value - field.none))
+        for one, value in points
+    ]
+
+
+def _cost_of_form(field: Field) -> dict[str, float]:
+    """Return by how much the log evidence of each label falls short of that of its best form."""
+    forms = _forms_weighed(field)
+    best = {label: max(value for other, _, value in forms if other == label) for label, _, _ in forms}
+    return {label: best[label] - value for label, value in of_labels(forms, field.none).items()}
 
 
 def _believed(hypothesis: Hypothesis, gain: float) -> float:
