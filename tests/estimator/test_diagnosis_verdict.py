@@ -17,9 +17,10 @@ from estimator.diagnosis.field import Field
 from estimator.diagnosis.hypothesis import Hypothesis, coordinates
 from estimator.diagnosis.judgement import probabilities
 from estimator.diagnosis.pair_search import Found
+from estimator.diagnosis.pairs import Start
 from estimator.diagnosis.roughness import rough_gap, rough_remainder
 from estimator.diagnosis.screening import Signature
-from estimator.diagnosis.second_cause import adequate, asked_of, promising_seconds
+from estimator.diagnosis.second_cause import adequate, asked_of, promising_seconds, starts_of_pairs
 from estimator.diagnosis.verdict import Verdict, reach_verdict, weigh
 from estimator.diagnosis.whitening import Whitening
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
@@ -201,9 +202,15 @@ def test_causes_that_leave_a_fifth_beyond_noise_are_not_the_whole_story() -> Non
     assert not adequate(WITH_WHITE_NOISE, left(1.1 * noise))
 
 
-CUT, REGION, LOST_GRIP = (
+CUT, POCKET, REGION, LOST_GRIP, CAMERA = (
     next(one for one in (*CATALOGUE, *OUTSIDERS) if one.name == name)
-    for name in ("unknown:cut", "inhomogeneity:cylinder", "gripper_compliance:translation")
+    for name in (
+        "unknown:cut",
+        "unknown:air_pocket",
+        "inhomogeneity:cylinder",
+        "gripper_compliance:translation",
+        "camera_scale:uniform",
+    )
 )
 
 
@@ -270,6 +277,39 @@ def test_a_rival_is_weighed_with_a_second_cause_of_its_own(monkeypatch: pytest.M
     assert by_itself.probability["inhomogeneity"] > 0.9
     assert beside_it.probability["unknown"] > 0.5
     assert beside_it.labels == ("unknown", "gripper_compliance")
+
+
+def test_a_rival_with_a_second_cause_pays_for_the_choice_among_its_forms(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    alone = [refitted(present(REGION), 646.0), refitted(present(CUT), 643.0)]
+    pairs = [
+        refitted(present(REGION, LOST_GRIP), 700.0),
+        refitted(present(CUT, LOST_GRIP), 699.0),
+    ]
+    of_one, _ = verdict_of(alone, pairs, monkeypatch)
+    of_two, _ = verdict_of([*alone, refitted(present(POCKET), 10.0)], pairs, monkeypatch)
+
+    def odds(verdict: Verdict) -> float:
+        return verdict.probability["unknown"] / verdict.probability["inhomogeneity"]
+
+    assert odds(of_two) == pytest.approx(odds(of_one) / 2.0)
+
+
+def test_the_best_second_cause_beside_the_first_leader_is_refitted_whatever_a_leader_far_behind_promises(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    first, behind = refitted(present(LOST_GRIP), 700.0), refitted(present(REGION), 300.0)
+    surest, boldest = Start(720.0, present(LOST_GRIP, CAMERA)), Start(900.0, present(REGION, LOST_GRIP))
+    promised = {LOST_GRIP.label: [surest], REGION.label: [boldest]}
+    monkeypatch.setattr(
+        "estimator.diagnosis.second_cause.promising_seconds",
+        lambda case, leader, *rest: promised[leader.labels[0]],
+    )
+    monkeypatch.setattr("estimator.diagnosis.second_cause.likeliest_pairs", lambda *of_trials: [])
+    field = tried("unknown:cut", "log_softness", 0.9, 643.0)
+    starts = starts_of_pairs(field.case, first.fit, [first, behind], field.trials, field.error, none=0.0)
+    assert starts == [surest.hypothesis, boldest.hypothesis]
 
 
 def test_what_two_causes_are_mistaken_for_takes_their_place_where_it_explains_as_much_alone(
