@@ -56,7 +56,8 @@ def at_the_place_of(leader: Contender, contenders: Sequence[Contender]) -> list[
     """Return the other forms of a leader's label with its values, where no refit of theirs has come there.
 
     A search from a grid may stop far from the place that another form has found. A constant that a form has beside what
-    the leader has begins at either end of its grid, an amplitude at its null.
+    the leader has begins at either end of its grid, an amplitude at its null. Refinements of the leader's own form come
+    first.
     """
     hypothesis = leader.fit.hypothesis
     effect, values = hypothesis.effects[0], hypothesis.values[0]
@@ -75,7 +76,7 @@ def at_the_place_of(leader: Contender, contenders: Sequence[Contender]) -> list[
             start = replace(hypothesis, effects=(other,), values=(begun,))
             if start not in found:
                 found.append(start)
-    return found
+    return sorted(found, key=lambda start: start.effects[0].elaborates != effect.form)
 
 
 def past_kinks(case: Case, contender: Contender) -> list[Hypothesis]:

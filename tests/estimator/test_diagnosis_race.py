@@ -114,6 +114,12 @@ def test_a_second_relaxation_time_begins_beside_the_first_at_either_end_of_what_
     assert all(one["relaxing_share_2"] == 0.0 for one in of_two)
 
 
+def test_refinements_of_the_leaders_own_form_begin_first() -> None:
+    leader = contender("viscoelasticity:whole_stress", 90.0, relaxation_time_1=13.0, relaxing_share_1=0.4)
+    forms = [one.effects[0].form for one in at_the_place_of(leader, [leader])]
+    assert forms == [*2 * ["whole_stress_two_terms"], "one_term", *2 * ["two_terms"]]
+
+
 def test_forms_whose_amplitudes_mean_something_else_do_not_begin_there() -> None:
     leader = contender("robot_backlash:translation_anywhere", 90.0, start=0.3, width=1e-4)
     assert at_the_place_of(leader, [leader]) == []
