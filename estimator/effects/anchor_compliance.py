@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.effects.effect import Amplitude, Constant, Effect, Group, Values
+from estimator.effects.effect import Amplitude, Constant, Effect, Group, Readings, Values
 from estimator.experiment import Experiment
 from estimator.fem.anchorage import anchored_areas, set_free, share_of_rim
 from estimator.fem.problem import RetractionProblem
@@ -20,6 +21,8 @@ FloatArray = NDArray[np.float64]
 # An anchor that is stiff in one direction alone gives less than a sensor sees in the other, and the tangent of
 # the springs stays well conditioned, m.
 _STIFFEST_M = 1e-6
+_UNEVENNESS = (-0.4, 0.4)
+_SAME_DISTANCE_M = 1e-6
 
 
 class AnchorCompliance(Effect):
@@ -52,15 +55,21 @@ class AnchorCompliance(Effect):
         normal, tangential = _lengths(values)
         if not (normal or tangential):
             return ()
-        per_length = problem.attachment * material.youngs_modulus * self._evenness(problem, values)
+        per_length = (
+            problem.attachment * material.youngs_modulus * self._evenness(problem, experiment, values)
+        )
         area, normals = anchored_areas(problem)
         springs = normals / max(normal, _STIFFEST_M)
         springs += (area[:, None, None] * np.eye(3) - normals) / max(tangential, _STIFFEST_M)
         return (NodalSprings(per_length[:, None, None] * springs),)
 
-    def _evenness(self, problem: RetractionProblem, values: Values) -> FloatArray:
+    def _evenness(self, problem: RetractionProblem, experiment: Experiment, values: Values) -> FloatArray:
         """Return the factor (n,) on the springs of each node."""
         return np.ones(len(problem.attachment))
+
+
+def _unevenness(name: str) -> Constant:
+    return Constant(name, "1", _UNEVENNESS, lower=-0.95, upper=0.95)
 
 
 class UnevenAnchorCompliance(AnchorCompliance):
@@ -69,10 +78,37 @@ class UnevenAnchorCompliance(AnchorCompliance):
     They soften from one end of the anchored rim to the other, by the factors 1 + k to 1 - k of their mean.
     """
 
-    constants = (Constant("unevenness", "1", (0.3,), lower=-0.95, upper=0.95),)
+    constants: tuple[Constant, ...] = (_unevenness("unevenness"),)
 
-    def _evenness(self, problem: RetractionProblem, values: Values) -> FloatArray:
-        return 1.0 - values["unevenness"] * (2.0 * share_of_rim(problem) - 1.0)
+    def _evenness(self, problem: RetractionProblem, experiment: Experiment, values: Values) -> FloatArray:
+        return _falling(values["unevenness"], share_of_rim(problem))
+
+
+class UnevenAnchorsCompliance(UnevenAnchorCompliance):
+    """The same for two anchors, each of which softens from one end of its own rim to the other."""
+
+    constants = (_unevenness("unevenness_1"), _unevenness("unevenness_2"))
+
+    def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
+        """Return those of the grid where there are two anchors."""
+        two = all(len(each.experiment.anchors) == len(self.constants) for each in baseline)
+        return super().starts(baseline) if two else []
+
+    def _evenness(self, problem: RetractionProblem, experiment: Experiment, values: Values) -> FloatArray:
+        place = share_of_rim(problem)
+        away = np.array([anchor.distance(problem.body.mesh.points) for anchor in experiment.anchors])
+        nearest = problem.anchored & (away < away.min(axis=0) + _SAME_DISTANCE_M)
+        factor = np.ones(nearest.shape)
+        for constant, own, held in zip(self.constants, factor, nearest, strict=True):
+            first, last = place[held].min(), place[held].max()
+            own[held] = _falling(values[constant.name], (place[held] - first) / (last - first))
+        # Where both hold a node, at a corner, it has the mean of the two.
+        return np.asarray(np.average(factor, axis=0, weights=np.where(problem.anchored, nearest, 1.0)))
+
+
+def _falling(unevenness: float, share: FloatArray) -> FloatArray:
+    """Return the factor on the springs at shares (n,) of the way along a rim."""
+    return 1.0 - unevenness * (2.0 * share - 1.0)
 
 
 def _lengths(values: Values) -> tuple[float, float]:
@@ -85,7 +121,10 @@ def _length(name: str) -> Amplitude:
     return Amplitude(name, "m", scale=4e-3, smallest=2e-4, lower=0.0, upper=0.1)
 
 
+_BY_DIRECTION = _length("normal_length"), _length("tangential_length")
+
 ANCHOR_COMPLIANCE = (
     AnchorCompliance("isotropic", _length("length")),
-    UnevenAnchorCompliance("uneven", _length("normal_length"), _length("tangential_length")),
+    UnevenAnchorCompliance("uneven", *_BY_DIRECTION),
+    UnevenAnchorsCompliance("each_uneven", *_BY_DIRECTION),
 )

@@ -165,6 +165,29 @@ def test_an_uneven_anchor_gives_more_at_its_soft_end() -> None:
     assert uneven[ends[1]].mean() > even[ends[1]].mean()
 
 
+def test_two_uneven_anchors_give_more_each_at_its_own_soft_end() -> None:
+    block = mesh_experiment(TWO_SIDES, TINY)
+    effect = ANCHOR_COMPLIANCE[2]
+    lengths = {"normal_length": 8e-3, "tangential_length": 8e-3}
+
+    def stiffness(first: float, second: float) -> FloatArray:
+        values = {**lengths, "unevenness_1": first, "unevenness_2": second}
+        (term,) = effect.terms(effect.problem(block, values), MATERIAL, TWO_SIDES, values)
+        nothing = np.zeros_like(block.body.mesh.points)
+        nodes = term.stiffness(nothing, respond(block.body, MATERIAL, nothing)).nodes
+        assert nodes is not None
+        return np.trace(nodes, axis1=1, axis2=2)
+
+    even = stiffness(0.0, 0.0)
+    factor = stiffness(0.6, -0.4) / np.where(even > 0.0, even, 1.0)
+    x, y, _ = block.body.mesh.points.T
+    # Anticlockwise the second anchor comes first, from +x on, and the first one after the corner, from +y on.
+    expected = {(0.05, 0.05): 0.6, (-0.05, 0.05): (1.4 + 1.6) / 2, (-0.05, -0.05): 0.4}
+    for (at_x, at_y), value in expected.items():
+        corner = np.isclose(x, at_x) & np.isclose(y, at_y)
+        np.testing.assert_allclose(factor[corner], value, rtol=1e-9)
+
+
 def test_a_debonded_share_of_the_rim_is_lost_at_its_place() -> None:
     area, _ = anchored_areas(BLOCK)
     y = BLOCK.body.mesh.points[:, 1]
