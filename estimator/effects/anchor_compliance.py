@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.effect import Amplitude, Constant, Effect, Group, Readings, Values
+from estimator.errors import InputError
 from estimator.experiment import Experiment
 from estimator.fem.anchorage import anchored_areas, set_free, share_of_rim
 from estimator.fem.problem import RetractionProblem
@@ -85,7 +86,13 @@ class UnevenAnchorCompliance(AnchorCompliance):
 
 
 class UnevenAnchorsCompliance(UnevenAnchorCompliance):
-    """The same for two anchors, each of which softens from one end of its own rim to the other."""
+    """The same for two anchors, each of which softens from one end of its own rim to the other.
+
+    Raises
+    ------
+    InputError
+        The phantom has one anchor, or more than two.
+    """
 
     constants = (_unevenness("unevenness_1"), _unevenness("unevenness_2"))
 
@@ -95,13 +102,18 @@ class UnevenAnchorsCompliance(UnevenAnchorCompliance):
         return super().starts(baseline) if two else []
 
     def _evenness(self, problem: RetractionProblem, experiment: Experiment, values: Values) -> FloatArray:
+        if len(experiment.anchors) != len(self.constants):
+            raise InputError(
+                f"{self.name}: is for two anchors and the phantom has {len(experiment.anchors)}; take "
+                f"{self.label}:uneven"
+            )
         place = share_of_rim(problem)
         away = np.array([anchor.distance(problem.body.mesh.points) for anchor in experiment.anchors])
         nearest = problem.anchored & (away < away.min(axis=0) + _SAME_DISTANCE_M)
         factor = np.ones(nearest.shape)
         for constant, own, held in zip(self.constants, factor, nearest, strict=True):
-            first, last = place[held].min(), place[held].max()
-            own[held] = _falling(values[constant.name], (place[held] - first) / (last - first))
+            way = place[held] - place[held].min()
+            own[held] = _falling(values[constant.name], way / max(way.max(), np.finfo(float).tiny))
         # Where both hold a node, at a corner, it has the mean of the two.
         return np.asarray(np.average(factor, axis=0, weights=np.where(problem.anchored, nearest, 1.0)))
 

@@ -14,6 +14,7 @@ from estimator.effects.anchor_debonding import ANCHOR_DEBONDING
 from estimator.effects.effect import Effect, Values
 from estimator.effects.gravity_sag import GRAVITY_SAG
 from estimator.effects.support_friction import SUPPORT_FRICTION, area_on_table
+from estimator.errors import InputError
 from estimator.experiment import Box
 from estimator.fem.anchorage import anchored_areas, attached
 from estimator.fem.block_mesh import Grading, structured_mesh
@@ -186,6 +187,14 @@ def test_two_uneven_anchors_give_more_each_at_its_own_soft_end() -> None:
     for (at_x, at_y), value in expected.items():
         corner = np.isclose(x, at_x) & np.isclose(y, at_y)
         np.testing.assert_allclose(factor[corner], value, rtol=1e-9)
+
+
+def test_one_anchor_cannot_be_two_uneven_ones() -> None:
+    values = {"normal_length": 8e-3, "tangential_length": 8e-3, "unevenness_1": 0.4, "unevenness_2": 0.4}
+    with pytest.raises(
+        InputError, match="for two anchors and the phantom has 1; take anchor_compliance:uneven"
+    ):
+        pull_force(ANCHOR_COMPLIANCE[2], values)
 
 
 def test_a_debonded_share_of_the_rim_is_lost_at_its_place() -> None:
