@@ -71,6 +71,8 @@ def at_the_place_of(leader: Contender, contenders: Sequence[Contender]) -> list[
         kept = {name: value for name, value in values.items() if name in names}
         null = {amplitude.name: 0.0 for amplitude in other.amplitudes}
         new = [constant for constant in other.constants if constant.name not in kept]
+        if not all(constant.grid for constant in new):
+            continue  # where that one may be the measurements tell, in its own starts
         for end in (0, -1):
             begun = {**null, **kept, **{constant.name: constant.grid[end] for constant in new}}
             start = replace(hypothesis, effects=(other,), values=(begun,))

@@ -120,6 +120,11 @@ def test_refinements_of_the_leaders_own_form_begin_first() -> None:
     assert forms == [*2 * ["whole_stress_two_terms"], "one_term", *2 * ["two_terms"]]
 
 
+def test_a_form_with_an_instant_of_its_own_does_not_begin_at_the_leaders_place() -> None:
+    leader = contender("anchor_debonding:throughout", 90.0, share=0.3, place=0.4)
+    assert at_the_place_of(leader, [leader]) == []
+
+
 def test_forms_whose_amplitudes_mean_something_else_do_not_begin_there() -> None:
     leader = contender("robot_backlash:translation_anywhere", 90.0, start=0.3, width=1e-4)
     assert at_the_place_of(leader, [leader]) == []
