@@ -4,6 +4,7 @@ import typing
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from retraction_cases import REFERENCE_BLOCK
 
 from estimator.diagnosis.case import Case, Linearisation
@@ -12,6 +13,7 @@ from estimator.diagnosis.finer_forms import at_the_place_of, past_kinks
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.race import Round, finalists, may_win
 from estimator.effects.catalogue import CATALOGUE
+from estimator.effects.effect import Effect
 from estimator.fem.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
 
@@ -118,6 +120,15 @@ def test_refinements_of_the_leaders_own_form_begin_first() -> None:
     leader = contender("viscoelasticity:whole_stress", 90.0, relaxation_time_1=13.0, relaxing_share_1=0.4)
     forms = [one.effects[0].form for one in at_the_place_of(leader, [leader])]
     assert forms == [*2 * ["whole_stress_two_terms"], "one_term", *2 * ["two_terms"]]
+
+
+@pytest.mark.parametrize("effect", CATALOGUE, ids=lambda effect: effect.name)
+def test_any_form_may_lead(effect: Effect) -> None:
+    values = {constant.name: constant.lower for constant in effect.constants}
+    amplitudes = {amplitude.name: amplitude.smallest for amplitude in effect.amplitudes}
+    leader = contender(effect.name, 90.0, **values, **amplitudes)
+    others = {start.effects[0] for start in at_the_place_of(leader, [leader])}
+    assert all(other.label == effect.label and other is not effect for other in others)
 
 
 def test_a_form_with_an_instant_of_its_own_does_not_begin_at_the_leaders_place() -> None:
