@@ -9,7 +9,7 @@ import pytest
 
 from robot_drivers.ati.receiver import DatagramReceiver
 from robot_drivers.clock import host_time_ns
-from robot_drivers.kernel_stamps import KERNEL_STAMPS
+from robot_drivers.kernel_stamps import KERNEL_STAMPS, request_stamps, wall_time_ns
 
 SIZES = frozenset({4, 8})
 
@@ -64,6 +64,20 @@ def test_reading_late_does_not_make_kernel_stamps_late():
             send(b"aaaa")
             time.sleep(0.02)
         np.testing.assert_allclose(receiver.receive(1.0).host_time_ns - sent, 0, atol=5_000_000)
+
+
+@pytest.mark.skipif(not KERNEL_STAMPS, reason="this system does not stamp datagrams")
+def test_a_socket_waits_until_the_kernel_stamps_on_arrival(monkeypatch):
+    stamped = []
+
+    def at_first_when_read(ancillary):
+        stamped.append(time.time_ns() if len(stamped) < 3 else wall_time_ns(ancillary))
+        return stamped[-1]
+
+    monkeypatch.setattr("robot_drivers.kernel_stamps.wall_time_ns", at_first_when_read)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
+        request_stamps(receiver)
+    assert len(stamped) >= 4
 
 
 def test_a_wall_clock_that_is_set_meanwhile_does_not_move_the_stamps(monkeypatch):
