@@ -31,6 +31,10 @@ GUARDED_ELSEWHERE = {
     ("robot_drivers/ati/serial_line_emulator.py", "PseudoTerminal"): "far_end makes it, off Windows only",
     ("robot_drivers/abb/udp.py", "_receive_stamped"): "chosen where KERNEL_STAMPS says so",
     ("robot_drivers/ati/receiver.py", "_receive_stamped"): "chosen where KERNEL_STAMPS says so",
+    (
+        "robot_drivers/kernel_stamps.py",
+        "_stamped_on_arrival",
+    ): "stamps are asked for where KERNEL_STAMPS says so",
     ("run.py", "install_system_packages"): "returns at its start unless on Linux",
 }
 
