@@ -22,7 +22,9 @@ FloatArray = NDArray[np.float64]
 # An anchor that is stiff in one direction alone gives less than a sensor sees in the other, and the tangent of
 # the springs stays well conditioned, m.
 _STIFFEST_M = 1e-6
+# A search begins with either end of the rim the soft one.
 _UNEVENNESS = (-0.4, 0.4)
+# A node is held by each anchor that is no farther from it than the nearest, up to this.
 _SAME_DISTANCE_M = 1e-6
 
 
