@@ -20,7 +20,12 @@ def request_stamps(receiver: socket.socket) -> None:
     """Let the kernel stamp what arrives at a socket from now on.
 
     The kernel begins to stamp a moment after the first socket has asked for it, on a busy machine a long one, and until
-    then says when a datagram was read. This returns once it stamps, after half a second in any case.
+    then says when a datagram was read. This returns once it stamps, or after about half a second where it does not.
+
+    Raises
+    ------
+    OSError
+        The machine has no loopback network.
     """
     receiver.setsockopt(socket.SOL_SOCKET, _SO_TIMESTAMPNS, 1)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:

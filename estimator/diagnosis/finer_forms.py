@@ -72,7 +72,7 @@ def at_the_place_of(leader: Contender, contenders: Sequence[Contender]) -> list[
         null = {amplitude.name: 0.0 for amplitude in other.amplitudes}
         new = [constant for constant in other.constants if constant.name not in kept]
         if not all(constant.grid for constant in new):
-            continue  # where that one may be the measurements tell, in its own starts
+            continue  # the measurements tell where such a one begins, in starts of its own
         for end in (0, -1):
             begun = {**null, **kept, **{constant.name: constant.grid[end] for constant in new}}
             start = replace(hypothesis, effects=(other,), values=(begun,))

@@ -137,7 +137,8 @@ def starts_of_pairs(
 def _one_by_one(beside: Sequence[Sequence[Start]], best_of_one: float) -> list[Start]:
     """Return the most promising second causes of all leaders, and the best one beside the first leader in any case.
 
-    Beside a leader that falls far short, promises reach far, and have outdone by 140 what a refit kept none of.
+    Beside a leader that falls far short, first order promises too much: by 140 more than a true second cause beside the
+    first leader, where a refit then kept nothing of it.
     """
     surest = beside[0][:1]
     likeliest = _not_far_behind([start for starts in beside for start in starts], best_of_one)

@@ -87,7 +87,7 @@ class UnevenAnchorCompliance(AnchorCompliance):
         return _falling(values["unevenness"], share_of_rim(problem))
 
 
-class UnevenAnchorsCompliance(UnevenAnchorCompliance):
+class EachAnchorUneven(UnevenAnchorCompliance):
     """The same for two anchors, each of which softens from one end of its own rim to the other.
 
     Raises
@@ -140,5 +140,5 @@ _BY_DIRECTION = _length("normal_length"), _length("tangential_length")
 ANCHOR_COMPLIANCE = (
     AnchorCompliance("isotropic", _length("length")),
     UnevenAnchorCompliance("uneven", *_BY_DIRECTION),
-    UnevenAnchorsCompliance("each_uneven", *_BY_DIRECTION),
+    EachAnchorUneven("each_uneven", *_BY_DIRECTION),
 )
