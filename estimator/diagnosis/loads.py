@@ -8,22 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import zip_longest
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from estimator.diagnosis.answers import changes_by_loads, linear_answers, stations
-from estimator.diagnosis.chain import TermChain
+from estimator.diagnosis.answers import changes_by_loads, linear_answers
+from estimator.diagnosis.freeing import changes_by_freeing
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.passage import Mechanics, Passage, reported_motion
 from estimator.diagnosis.perturbation import MechanicalChange, Perturbation, no_change, overrides
 from estimator.effects.effect import Effect
 from estimator.fem.body import stress_of
-from estimator.fem.equilibrium import EquilibriumSolver
-from estimator.fem.equilibrium_state import rigid_modes
-from estimator.fem.terms import Term
 
 FloatArray = NDArray[np.float64]
 
@@ -57,7 +53,8 @@ def _mechanical_changes(
     mechanics: Sequence[Mechanics], hypothesis: Hypothesis, perturbations: Sequence[Perturbation]
 ) -> list[list[MechanicalChange] | None]:
     found: list[list[MechanicalChange] | None] = [None] * len(perturbations)
-    by_loads = []
+    by_loads: list[int] = []
+    freeing: dict[bool, list[int]] = {False: [], True: []}
     for k, perturbation in enumerate(perturbations):
         effect = perturbation.effect
         if effect is not None and not acts_on_tissue(effect):
@@ -65,9 +62,13 @@ def _mechanical_changes(
         if effect is None and not any(acts_on_tissue(present) for present in hypothesis.effects):
             found[k] = [_by_material(one, hypothesis, perturbation.to) for one in mechanics]
         elif effect is not None and _frees_nodes(effect, mechanics[0].passage, perturbation.to):
-            found[k] = _by_newton_steps(mechanics, perturbation.to)
+            freeing[perturbation.to.rate_dependent].append(k)
         else:
             by_loads.append(k)
+    for freed in filter(None, freeing.values()):
+        passages, to = [one.passage for one in mechanics], [perturbations[k].to for k in freed]
+        for k, change in zip(freed, changes_by_freeing(passages, hypothesis, to), strict=True):
+            found[k] = change
     changes = changes_by_loads(mechanics, hypothesis, [perturbations[k] for k in by_loads])
     for k, change in zip(by_loads, changes, strict=True):
         found[k] = change
@@ -155,44 +156,6 @@ def _change_of_log_modulus(
             field = effect.log_modulus(problem, one.values[one.effects.index(effect)])
             fields[n] = zero if field is None else field
     return fields[1] - fields[0]
-
-
-def _by_newton_steps(mechanics: Sequence[Mechanics], to: Hypothesis) -> list[MechanicalChange]:
-    """Take one Newton step of the changed problem from every solved state."""
-    passages = [one.passage for one in mechanics]
-    changed = to.problem(passages[0].baseline)
-    changed = to.with_beads(changed, passages[0].states[0].displacement)
-    solver, material = EquilibriumSolver(changed), to.material()
-    chain = TermChain(to)
-    result = []
-    steps: dict[int, tuple[FloatArray, FloatArray]] = {}
-    for passage, one in zip(passages, mechanics, strict=True):
-        change = no_change(passage)
-        chain.begin(changed, passage.visits.experiment)
-        before: tuple[Term, ...] = ()
-        for station in stations(passage, to.rate_dependent):
-            state = station.state
-            terms = chain.at(station.elapsed_s)
-            if any(now is not then for now, then in zip_longest(terms, before)):
-                steps.clear()
-            before = terms
-            # Where nothing has changed that remembers, a state met again takes the same step.
-            if id(state) not in steps:
-                steps[id(state)] = solver.newton_step(
-                    state.pose, material, state.displacement, state.response.pressure, terms
-                )
-            displacement, forces = steps[id(state)]
-            chain.pass_by(state.displacement, state.response)
-            modes = rigid_modes(changed, state.pose)
-            visit = int(passage.visits.of_row[station.rows.start])
-            known = one.observations[visit]
-            wrench = -modes.T @ forces[changed.gripped].reshape(-1)
-            change.wrench[station.rows] = wrench - known.wrench
-            change.fiducials[station.rows] = (
-                changed.fiducial_positions(displacement, state.pose) - known.fiducials
-            )
-        result.append(change)
-    return result
 
 
 def _by_material(one: Mechanics, hypothesis: Hypothesis, to: Hypothesis) -> MechanicalChange:

@@ -99,10 +99,11 @@ class AnchorDebonding(Effect):
     def terms(
         self, problem: RetractionProblem, material: Material, experiment: Experiment, values: Values
     ) -> tuple[Term, ...]:
-        """Hold the nodes at the ends of the stretch by springs."""
+        """Hold the nodes at the ends of the stretch by springs, unless the anchor's own do where all of it yields."""
         share = problem.attachment
         partly = (share > 0.0) & (share < 1.0)
-        if not (values["share"] and partly.any()):
+        rigid = (problem.anchored & problem.fixed).any()
+        if not (values["share"] and partly.any() and rigid):
             return ()
         return (NodalSprings(springs_of_partly_attached(problem, share, material.youngs_modulus)),)
 

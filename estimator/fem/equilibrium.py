@@ -126,34 +126,6 @@ class EquilibriumSolver:
         trial = self._trial(material, terms, self._impose(pose, guess), pressure)
         return self._newton(pose, trial, accept_unstable=False, tangent=tangent)
 
-    def newton_step(
-        self,
-        pose: GripperPose,
-        material: Material,
-        guess: FloatArray,
-        pressure: FloatArray,
-        terms: tuple[Term, ...] = (),
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return displacements (n, 3) and nodal forces (n, 3) after one linear step from a guess.
-
-        Parameters
-        ----------
-        guess, pressure, terms : as in :meth:`refine`
-
-        Raises
-        ------
-        SolverError
-            The guess turns an element inside out.
-        """
-        trial = self._trial(material, terms, self._impose(pose, guess), pressure)
-        tangent = self._assemble(trial)
-        pattern = self.problem.pattern
-        change, forces = np.zeros(guess.size), np.zeros(guess.size)
-        change[pattern.free] = -tangent.free.solve(trial.forces.reshape(-1)[pattern.free])
-        held = tangent.gripped_free @ change[pattern.free]
-        forces[pattern.gripped] = trial.forces.reshape(-1)[pattern.gripped] + held
-        return trial.displacement + change.reshape(guess.shape), forces.reshape(guess.shape)
-
     def _newton(
         self, pose: GripperPose, trial: _Trial, *, accept_unstable: bool, tangent: Tangent | None = None
     ) -> EquilibriumState:

@@ -110,5 +110,5 @@ def _fiducial_motion_by_pose(
 
 def interpolate(problem: RetractionProblem, dofs: FloatArray) -> FloatArray:
     """Return the motion (m, 3, c) of the fiducials that no rigid tissue holds, from that of all nodes, (3n, c)."""
-    nodal = dofs.reshape(-1, 3, dofs.shape[1])
+    nodal = dofs.reshape(len(dofs) // 3, 3, dofs.shape[1])
     return np.einsum("mk,mkxc->mxc", problem.fiducial_weights, nodal[problem.fiducial_nodes])

@@ -162,6 +162,33 @@ def test_the_derivative_where_an_effect_is_present_is_that_of_solved_neighbours(
     assert np.linalg.norm(predicted / DEVIATION - resolved) < tolerance * np.linalg.norm(resolved)
 
 
+@pytest.mark.parametrize(
+    "beside", ["anisotropy", "viscoelasticity:one_term", "anchor_compliance:isotropic"]
+)
+def test_stretches_of_anchor_come_off_beside_another_effect_as_solved_anew(beside: str) -> None:
+    loose, other = (
+        next(one for one in CATALOGUE if one.name == name) for name in ("anchor_debonding:throughout", beside)
+    )
+    readings = [predicted_readings(one, BASE, zero) for one, zero in zip(BASELINE, ZEROS, strict=True)]
+    amplitudes = {amplitude.name: 0.5 * amplitude.scale for amplitude in other.amplitudes}
+    here = BASE.with_effect(other, {**other.starts(readings)[0], **amplitudes})
+    places = (0.25, 1.0)
+    steps = [
+        Perturbation("share", here.with_effect(loose, {"share": 1e-4, "place": place}), loose, 1e-4)
+        for place in places
+    ]
+    solved_here = solved(here)
+    predicted = derivatives(solved_here, here, steps, ZEROS)
+    for number, place in enumerate(places):
+        slopes = []
+        for share in (4e-3, 2e-3):
+            off = here.with_effect(loose, {"share": share, "place": place})
+            slopes.append((read(solved(off), off) - read(solved_here, here)) / share)
+        resolved = 2 * slopes[1] - slopes[0]
+        columns = np.concatenate([block[:, :, number] for block in predicted]) / DEVIATION
+        assert np.linalg.norm(columns - resolved) < 0.02 * np.linalg.norm(resolved)
+
+
 def test_a_pose_to_which_tissue_without_memory_returns_is_solved_once() -> None:
     elastic = solve_case(PROBLEM, EXPERIMENTS, BASE, LOADS)[0]
     assert elastic.states[1] is elastic.states[-2]
