@@ -120,7 +120,7 @@ def _mechanics_near(
     case: Case, hypothesis: Hypothesis, near: Linearisation | None, progress: Progress | None
 ) -> tuple[list[Mechanics], KnownFields | None]:
     """Return the mechanics of every experiment, and the fields they go by where they are a neighbour's."""
-    if near is not None and _same_mechanics(near.hypothesis, hypothesis):
+    if near is not None and same_mechanics(near.hypothesis, hypothesis):
         return [one.at(near.hypothesis, hypothesis) for one in near.mechanics], near.known
     known = near.known if near is not None else None
     passages = solve_case(case.problem, case.experiments, hypothesis, case.loads, known, progress)
@@ -144,7 +144,7 @@ def linearisation_of(
     )
 
 
-def _same_mechanics(one: Hypothesis, other: Hypothesis) -> bool:
+def same_mechanics(one: Hypothesis, other: Hypothesis) -> bool:
     """Tell whether the tissue behaves as the baseline's under both, at nearly the same ν."""
     if any(acts_on_tissue(effect) for effect in (*one.effects, *other.effects)):
         return False

@@ -23,6 +23,7 @@ from estimator.diagnosis.refit import refit
 from estimator.diagnosis.result import AT_MOST, LeftByMeshes
 from estimator.diagnosis.shared_errors import SharedErrors, edge_deviation, left_at_grasp, shared_errors_of
 from estimator.diagnosis.sharpening import CaseLeaving, in_another_case
+from estimator.diagnosis.side_by_side import solved_by
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
 from estimator.fem.block_mesh import Grading
@@ -99,7 +100,8 @@ def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[Prep
     noise = noise_of(cleaned, _misfits(corrected, predicted))
     at_grasp = left_at_grasp(mechanics, rough, corrections)
     roughly = _leaving(corrected, _shared(mechanics, corrections, noise, at_grasp), AT_MOST)
-    baseline = refit(roughly, rough, linearisation_of(roughly, rough, mechanics), evaluations=3)
+    begun = linearisation_of(roughly, rough, mechanics)
+    baseline = refit(roughly, rough, begun, evaluations=3, solve=solved_by(executor))
     # By the rough fit's E experiments would differ more than by their zeros.
     noise = with_offsets_of(noise, cleaned, _misfits(corrected, baseline.predicted))
     shared = _shared(mechanics, corrections, noise, at_grasp)

@@ -12,10 +12,9 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TypeAlias
 
-from estimator.diagnosis.case import Case, Linearisation, linearise
+from estimator.diagnosis.case import Case, Linearisation, linearise, same_mechanics
 from estimator.diagnosis.chain import TermChain
 from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.loads import acts_on_tissue
 
 # Returns the linearisation of a case at a hypothesis, from that of a solved neighbour if there is one.
 Solve: TypeAlias = Callable[[Case, Hypothesis, Linearisation | None], Linearisation]
@@ -25,7 +24,7 @@ def solved_by(executor: Executor) -> Solve:
     """Return what solves a case on workers, and raises the SolverError of any experiment that has no equilibrium."""
 
     def solve(case: Case, hypothesis: Hypothesis, near: Linearisation | None) -> Linearisation:
-        if not _each_by_itself(case, hypothesis):
+        if not _each_by_itself(case, hypothesis, near):
             return executor.submit(linearise, case, hypothesis, near).result()
         jobs = [
             executor.submit(
@@ -51,12 +50,12 @@ def refits_at_a_time(count: int) -> Iterator[Executor]:
         threads.shutdown(wait=False, cancel_futures=True)
 
 
-def _each_by_itself(case: Case, hypothesis: Hypothesis) -> bool:
+def _each_by_itself(case: Case, hypothesis: Hypothesis, near: Linearisation | None) -> bool:
     """Tell whether experiments may be solved apart: not where one goes on from what the one before has left.
 
-    Where sensors alone err there is next to nothing to solve, and nothing is gained.
+    Where the tissue behaves as the neighbour's there is next to nothing to solve, and nothing is gained.
     """
-    if not any(map(acts_on_tissue, hypothesis.effects)):
+    if near is not None and same_mechanics(near.hypothesis, hypothesis):
         return False
     chain = TermChain(hypothesis)
     chain.begin(hypothesis.problem(case.problem), case.experiments[0])

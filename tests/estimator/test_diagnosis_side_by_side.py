@@ -49,9 +49,9 @@ def two_experiments() -> Case:
     return Case(experiments, problem, zeros, tuple(one.whitening() for one in shared), loads)
 
 
-def solved(effect: Effect, values: Values) -> int:
+def solved(effect: Effect, values: Values, material: Hypothesis = MATERIAL) -> int:
     """How many tasks workers were given for a hypothesis; what they find is what one finds alone."""
-    case, hypothesis = two_experiments(), MATERIAL.with_effect(effect, values)
+    case, hypothesis = two_experiments(), material.with_effect(effect, values)
     near = linearise(case, MATERIAL)
     with Workers(2) as workers:
         found = solved_by(workers)(case, hypothesis, near)
@@ -73,9 +73,11 @@ def test_they_are_solved_one_after_the_other_where_tissue_remembers() -> None:
     assert solved(PERMANENT_SET, {"share": 0.2}) == 1
 
 
-def test_where_sensors_alone_err_there_is_nothing_to_divide() -> None:
+def test_where_sensors_alone_err_there_is_nothing_to_divide_near_a_solution() -> None:
     effect = TorqueCentre("gripper")
-    assert solved(effect, {amplitude.name: 1e-3 for amplitude in effect.amplitudes}) == 1
+    values = {amplitude.name: 1e-3 for amplitude in effect.amplitudes}
+    assert solved(effect, values) == 1
+    assert solved(effect, values, Hypothesis(1e4, 0.30)) == 2
 
 
 def test_an_experiment_without_equilibrium_leaves_the_case_without_one() -> None:
