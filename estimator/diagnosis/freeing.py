@@ -37,36 +37,50 @@ def changes_by_freeing(
     """
     solved = passages[0].problem
     problems = [to.problem(passages[0].baseline) for to in freeing]
-    fixed_by_all = np.all([problem.fixed for problem in problems], axis=0)
-    dofs = _dofs(solved.fixed & ~fixed_by_all)
-    own, chains = TermChain(hypothesis), [TermChain(to) for to in freeing]
+    dofs = _dofs(solved.fixed & ~np.all([problem.fixed for problem in problems], axis=0))
     steps = [_freed(solved, problem, dofs) for problem in problems]
+    rate_dependent = any(to.rate_dependent for to in freeing)
+    own, chains = TermChain(hypothesis), [TermChain(to) for to in freeing]
     found: list[list[MechanicalChange]] = [[] for _ in freeing]
     for passage in passages:
-        experiment = passage.visits.experiment
-        own.begin(solved, experiment)
+        own.begin(solved, passage.visits.experiment)
         for chain, problem in zip(chains, problems, strict=True):
-            chain.begin(problem, experiment)
-        changes = [no_change(passage) for _ in freeing]
-        met: dict[int, int] = {}
-        steady = all(chain.steady for chain in (own, *chains))
-        for station in stations(passage, any(to.rate_dependent for to in freeing)):
-            rows, before = station.rows, met.setdefault(id(station.state), station.rows.start)
-            if steady and before != rows.start:
-                for change in changes:
-                    change.wrench[rows], change.fiducials[rows] = (
-                        change.wrench[before],
-                        change.fiducials[before],
-                    )
-                continue
-            terms = _passing(own, station)
-            condensed = condensed_onto(solved, station.state, terms, dofs)
-            for change, chain, step in zip(changes, chains, steps, strict=True):
-                wrench, fiducials = step.taken(solved, station, condensed, terms, _passing(chain, station))
-                change.wrench[rows], change.fiducials[rows] = wrench, fiducials
+            chain.begin(problem, passage.visits.experiment)
+        changes = _along(passage, stations(passage, rate_dependent), own, chains, steps, dofs)
         for one, change in zip(found, changes, strict=True):
             one.append(change)
     return found
+
+
+def _along(
+    passage: Passage,
+    way: Sequence[Station],
+    own: TermChain,
+    chains: Sequence[TermChain],
+    steps: Sequence[_Freed],
+    dofs: IntArray,
+) -> list[MechanicalChange]:
+    """Return what each of the steps, with terms of its own, changes along one experiment."""
+    changes = [no_change(passage) for _ in steps]
+    steady = all(chain.steady for chain in (own, *chains))
+    met: dict[int, int] = {}
+    known: dict[int, Condensed] = {}
+    for station in way:
+        rows, state = station.rows, id(station.state)
+        before = met.setdefault(state, rows.start)
+        if steady and before != rows.start:
+            for change in changes:
+                change.wrench[rows] = change.wrench[before]
+                change.fiducials[rows] = change.fiducials[before]
+            continue
+        terms = _passing(own, station)
+        if state not in known or not own.steady:
+            known[state] = condensed_onto(passage.problem, station.state, terms, dofs)
+        for change, chain, step in zip(changes, chains, steps, strict=True):
+            change.wrench[rows], change.fiducials[rows] = step.taken(
+                passage.problem, station, known[state], terms, _passing(chain, station)
+            )
+    return changes
 
 
 @dataclass(frozen=True)
@@ -105,7 +119,7 @@ class _Freed:
         else:
             wrench, fiducials = np.zeros(6), np.zeros((len(solved.fiducials_rest), 3))
         force = (state.forces + load).reshape(-1)[self.dofs]
-        force += condensed.from_free[:, self.which].T @ load.reshape(-1)[solved.pattern.free]
+        force += condensed.follows[:, self.which].T @ load.reshape(-1)[solved.pattern.free]
         springs = _springs(after, station) - _springs(before, station)
         own = condensed.stiffness[np.ix_(self.which, self.which)]
         own += _block_diagonal(springs[self.dofs[::3] // 3])

@@ -30,12 +30,13 @@ class Condensed:
     Attributes
     ----------
     stiffness : (r, r) N/m
-    from_free : (nf, r) what a unit load on each free degree of freedom loads them with, less −1 times
+    follows : (nf, r) how the free degrees of freedom move with a unit motion of each; by reciprocity, what a unit load
+        on one of those loads them with
     wrench, fiducials : (6, r) and (m, 3, r) what the sensors see of a unit motion of each
     """
 
     stiffness: FloatArray
-    from_free: FloatArray
+    follows: FloatArray
     wrench: FloatArray
     fiducials: FloatArray
 
