@@ -131,7 +131,7 @@ def _diagnosis(
         after=over_answers(
             chosen_material, _of_others(considered, without, verdict.labels), verdict.probability
         ),
-        cannot_tell=what_cannot_be_told(effects, credible),
+        cannot_tell=what_cannot_be_told(effects, credible, verdict.doubted),
         next_experiment=advise(
             case, baseline, best_trials(field.trials_of_labels), verdict.probability, executor, tell
         ),

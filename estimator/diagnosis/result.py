@@ -149,6 +149,22 @@ class Where:
 
 
 @dataclass(frozen=True)
+class Doubted:
+    """A second cause that may be there: it explains a little more beside the leading one, too little to be named.
+
+    Attributes
+    ----------
+    label : of the catalogue
+    adds : by how much it raises the log evidence
+    asked : by how much it would have to, for its prior and the choice among all labels
+    """
+
+    label: str
+    adds: float
+    asked: float
+
+
+@dataclass(frozen=True)
 class Advice:
     """A manoeuvre or measurement that would separate two remaining causes.
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 
-from estimator.diagnosis.result import EffectFinding, Quantity
+from estimator.diagnosis.result import Doubted, EffectFinding, Quantity
 
 # What tells apart what no motion of the gripper can (or hardly).
 MEASUREMENTS: Mapping[str, str] = {
@@ -25,11 +25,18 @@ MEASUREMENTS: Mapping[str, str] = {
 _LISTED = 3
 
 
-def what_cannot_be_told(effects: Mapping[str, EffectFinding], credible: Sequence[str]) -> tuple[str, ...]:
+def what_cannot_be_told(
+    effects: Mapping[str, EffectFinding], credible: Sequence[str], doubted: Sequence[Doubted] = ()
+) -> tuple[str, ...]:
     """Return one sentence for each thing that these data leave open."""
     sentences = ["A common gain of all force axes cannot be told from Young's modulus; hang a known weight."]
     if len(credible) > 1:
         sentences.append(f"These data do not decide between {' and '.join(credible)}.")
+    sentences += [
+        f"{one.label} may be a second cause: it raises the log evidence by {one.adds:.1f}, "
+        f"where {one.asked:.1f} are asked."
+        for one in doubted
+    ]
     for label, effect in effects.items():
         if effect.state == "cannot_tell":
             limits = ", ".join(_limits(effect.detectable))

@@ -20,7 +20,7 @@ from estimator.diagnosis.held_out import lost_on_held_out
 from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
 from estimator.diagnosis.judgement import of_labels, probabilities, shared_with_unknown
 from estimator.diagnosis.pair_search import search_pairs, with_what_it_is_mistaken_for
-from estimator.diagnosis.result import NONE, UNKNOWN
+from estimator.diagnosis.result import NONE, UNKNOWN, Doubted
 from estimator.diagnosis.roughness import rough_gap, rough_remainder
 from estimator.diagnosis.second_cause import adequate, asked_of, least_remainder
 from estimator.effects.catalogue import LABELS
@@ -32,6 +32,8 @@ from estimator.effects.catalogue import LABELS
 _BELIEVED = 5.0
 # Two causes must stand out by this from something unknown that explains everything.
 _STANDS = 15.0
+# Of a second cause that adds less than this nothing is said: that of a form which is nearly right adds as much.
+_WORTH_TELLING = 3.0
 
 
 @dataclass(frozen=True)
@@ -44,11 +46,13 @@ class Verdict:
         remains than they explain; empty for none
     winner : the hypothesis with those causes; None for none, and for an unknown that was not recognised
     probability : of every answer, the most probable first
+    doubted : second causes beside the leading one that explain a little more, too little to be named
     """
 
     labels: tuple[str, ...]
     winner: Contender | None
     probability: Mapping[str, float]
+    doubted: tuple[Doubted, ...] = ()
 
 
 def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executor, tell: Tell) -> Verdict:
@@ -80,7 +84,20 @@ def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executo
         return _of_two(field, standing, evidence, probability)
     if leading == UNKNOWN:
         return Verdict((UNKNOWN,), recognised, probability)
-    return _with_remainder(field, best, leading, probability)
+    verdict = _with_remainder(field, best, leading, probability)
+    return replace(verdict, doubted=_doubted(field, best, found.pairs))
+
+
+def _doubted(field: Field, best: Contender, pairs: Sequence[Contender]) -> tuple[Doubted, ...]:
+    """Return the second causes beside the best one that were refitted and explain more, each in its best form."""
+    doubted: dict[str, Doubted] = {}
+    for pair in pairs:
+        others = set(pair.labels) - {best.labels[0], UNKNOWN}
+        adds, asked = pair.log_evidence - best.log_evidence, asked_of(pair, best, field.none)
+        if best.labels[0] in pair.labels and others and _WORTH_TELLING <= adds < asked:
+            label = others.pop()
+            doubted.setdefault(label, Doubted(label, adds, asked))
+    return tuple(doubted.values())
 
 
 def _of_two(

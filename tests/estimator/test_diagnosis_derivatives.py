@@ -162,9 +162,7 @@ def test_the_derivative_where_an_effect_is_present_is_that_of_solved_neighbours(
     assert np.linalg.norm(predicted / DEVIATION - resolved) < tolerance * np.linalg.norm(resolved)
 
 
-@pytest.mark.parametrize(
-    "beside", ["anisotropy", "viscoelasticity:one_term", "anchor_compliance:isotropic"]
-)
+@pytest.mark.parametrize("beside", ["anisotropy", "viscoelasticity:one_term", "anchor_compliance:isotropic"])
 def test_stretches_of_anchor_come_off_beside_another_effect_as_solved_anew(beside: str) -> None:
     loose, other = (
         next(one for one in CATALOGUE if one.name == name) for name in ("anchor_debonding:throughout", beside)

@@ -2,7 +2,7 @@
 
 from synthetic_diagnoses import finding
 
-from estimator.diagnosis.result import Quantity
+from estimator.diagnosis.result import Doubted, Quantity
 from estimator.diagnosis.sentences import what_cannot_be_told
 
 
@@ -31,4 +31,12 @@ def test_of_many_sizes_of_a_unit_the_least_and_the_largest_are_told() -> None:
 def test_where_several_answers_remain_they_are_named() -> None:
     assert "These data do not decide between none and gravity_sag." in what_cannot_be_told(
         {}, ("none", "gravity_sag")
+    )
+
+
+def test_a_second_cause_that_is_not_named_is_told_with_what_it_lacks() -> None:
+    doubt = Doubted("grasp_misplacement", adds=5.33, asked=6.5)
+    told = what_cannot_be_told({}, (), [doubt])[-1]
+    assert told == (
+        "grasp_misplacement may be a second cause: it raises the log evidence by 5.3, where 6.5 are asked."
     )

@@ -296,6 +296,22 @@ def test_a_rival_with_a_second_cause_pays_for_the_choice_among_its_forms(
     assert odds(of_two) == pytest.approx(odds(of_one) / 2.0)
 
 
+def test_a_second_cause_that_adds_too_little_to_be_named_is_doubted(monkeypatch: pytest.MonkeyPatch) -> None:
+    alone = [refitted(present(LOST_GRIP), 646.0)]
+
+    def verdict_beside(added: float) -> Verdict:
+        pair = refitted(present(LOST_GRIP, CAMERA), 646.0 + added)
+        return verdict_of(alone, [pair], monkeypatch)[0]
+
+    (doubt,) = verdict_beside(5.0).doubted
+    assert verdict_beside(5.0).labels == ("gripper_compliance",)
+    assert (doubt.label, doubt.adds) == ("camera_scale", pytest.approx(5.0))
+    assert doubt.asked > doubt.adds
+    assert not verdict_beside(1.0).doubted
+    assert verdict_beside(20.0).labels == ("gripper_compliance", "camera_scale")
+    assert not verdict_beside(20.0).doubted
+
+
 def test_the_best_second_cause_beside_the_first_leader_is_refitted_whatever_a_leader_far_behind_promises(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
