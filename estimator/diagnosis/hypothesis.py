@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from estimator.effects.effect import Amplitude, Constant, Effect, Motion, Readings
 from estimator.experiment import Experiment
 from estimator.fem.body import with_modulus
+from estimator.fem.morph import with_beads_at
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.terms import Term
 from estimator.fit.parameters import POISSON_RATIO, YOUNGS_MODULUS, FitParameter
@@ -49,6 +50,8 @@ class Hypothesis:
 
     def problem(self, problem: RetractionProblem) -> RetractionProblem:
         """Return the boundary value problem with all effects on it."""
+        if any(map(self.unseen_by, self.effects)):
+            problem = with_beads_at(problem, self._unseen(problem.fiducials_rest))
         for effect, values in zip(self.effects, self.values, strict=True):
             problem = effect.problem(problem, values)
         fields = [e.log_modulus(problem, v) for e, v in zip(self.effects, self.values, strict=True)]
@@ -56,6 +59,27 @@ class Hypothesis:
         if present:
             problem = replace(problem, body=with_modulus(problem.body, np.exp(sum(present))))
         return problem
+
+    def unseen_by(self, effect: Effect) -> bool:
+        """Tell whether cameras that an effect distorts have read the beads' rest positions: they are not there."""
+        if type(effect).seen is Effect.seen:
+            return False
+        return any(
+            present.rest_seen and any(values[amplitude.name] for amplitude in present.amplitudes)
+            for present, values in zip(self.effects, self.values, strict=True)
+        )
+
+    def _unseen(self, positions: FloatArray) -> FloatArray:
+        """Return where beads are that are seen at positions (m, 3), m."""
+        found = positions
+        for _ in range(3):
+            found = positions - (self._seen(found) - found)
+        return found
+
+    def _seen(self, positions: FloatArray) -> FloatArray:
+        for effect, values in zip(self.effects, self.values, strict=True):
+            positions = effect.seen(positions, values)
+        return positions
 
     def with_beads(self, problem: RetractionProblem, at_rest: FloatArray) -> RetractionProblem:
         """Return the problem with its beads on the tissue that they sit on.
@@ -82,7 +106,9 @@ class Hypothesis:
 
     def readings(self, readings: Readings) -> Readings:
         """Return what the sensors make of the truth."""
-        for effect, values in zip(self.effects, self.values, strict=True):
+        present = zip(self.effects, self.values, strict=True)
+        # What was zeroed by what distorted cameras saw was distorted before.
+        for effect, values in sorted(present, key=lambda one: not self.unseen_by(one[0])):
             readings = effect.readings(readings, values)
         return readings
 

@@ -1,10 +1,13 @@
 """Fiducial positions are rotated against the tissue frame."""
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from estimator.effects.axes import AXES
 from estimator.effects.effect import Amplitude, Effect, Readings, Values
+
+FloatArray = NDArray[np.float64]
 
 
 class CameraRotation(Effect):
@@ -18,8 +21,14 @@ class CameraRotation(Effect):
         for axis in AXES
     )
 
-    def readings(self, readings: Readings, values: Values) -> Readings:
-        """Turn the positions about the origin."""
+    def seen(self, positions: FloatArray, values: Values) -> FloatArray:
+        """Return the positions turned about the origin."""
         rotation = Rotation.from_rotvec(np.array([values[amplitude.name] for amplitude in self.amplitudes]))
         change = rotation.as_matrix() - np.eye(3)
-        return readings.with_fiducials(readings.fiducials + readings.fiducials @ change.T)
+        return positions + positions @ change.T
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Turn the positions about the origin."""
+        return readings.with_fiducials(
+            self.seen(readings.fiducials, values), self.seen(readings.rest_fiducials, values)
+        )

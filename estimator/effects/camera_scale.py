@@ -1,8 +1,11 @@
 """Fiducial positions are scaled about the tissue frame's origin."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from estimator.effects.effect import Amplitude, Effect, Readings, Values
+
+FloatArray = NDArray[np.float64]
 
 
 class CameraScale(Effect):
@@ -16,9 +19,15 @@ class CameraScale(Effect):
     form = "uniform"
     amplitudes = (Amplitude("scale_error", "1", scale=0.015, smallest=1e-3, lower=-0.5),)
 
+    def seen(self, positions: FloatArray, values: Values) -> FloatArray:
+        """Return the positions scaled."""
+        return (1.0 + values["scale_error"]) * positions
+
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Scale the positions."""
-        return readings.with_fiducials((1.0 + values["scale_error"]) * readings.fiducials)
+        return readings.with_fiducials(
+            self.seen(readings.fiducials, values), self.seen(readings.rest_fiducials, values)
+        )
 
 
 class CameraScaleInPlane(CameraScale):
@@ -26,10 +35,9 @@ class CameraScaleInPlane(CameraScale):
 
     form = "in_the_plane"
 
-    def readings(self, readings: Readings, values: Values) -> Readings:
-        """Scale x and y."""
-        factors = 1.0 + values["scale_error"] * np.array([1.0, 1.0, 0.0])
-        return readings.with_fiducials(factors * readings.fiducials)
+    def seen(self, positions: FloatArray, values: Values) -> FloatArray:
+        """Return the positions scaled along x and y."""
+        return (1.0 + values["scale_error"] * np.array([1.0, 1.0, 0.0])) * positions
 
 
 class CameraScaleOfMotion(CameraScale):
@@ -39,6 +47,5 @@ class CameraScaleOfMotion(CameraScale):
 
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Scale the motion since rest."""
-        scaled = super().readings(readings, values)
         surplus = values["scale_error"] * readings.rest_fiducials
-        return scaled.with_fiducials(scaled.fiducials - surplus)
+        return readings.with_fiducials(self.seen(readings.fiducials, values) - surplus)

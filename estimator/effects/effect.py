@@ -151,9 +151,10 @@ class Readings:
         """Return the readings with another wrench."""
         return replace(self, wrench=wrench)
 
-    def with_fiducials(self, fiducials: FloatArray) -> Readings:
-        """Return the readings with other fiducial positions."""
-        return replace(self, fiducials=fiducials)
+    def with_fiducials(self, fiducials: FloatArray, at_rest: FloatArray | None = None) -> Readings:
+        """Return the readings with other fiducial positions, and with others at rest where given."""
+        rest = self.rest_fiducials if at_rest is None else at_rest
+        return replace(self, fiducials=fiducials, rest_fiducials=rest)
 
 
 class Effect:
@@ -171,6 +172,7 @@ class Effect:
         is right only until then or from then on looks like nothing known
     mistaken_for : labels of the catalogue in whose place one without a label is looked at; none for one that always is
     keeps_pattern : whether :meth:`problem` leaves free and held nodes as they are
+    rest_seen : whether the cameras read the beads' stated rest positions once the tissue was mounted
     exact : whether nothing could be a little other than the form has it: what it leaves is not its own inexactness
     """
 
@@ -180,6 +182,7 @@ class Effect:
     rate_dependent: ClassVar[bool] = False
     keeps_pattern: ClassVar[bool] = True
     exact: ClassVar[bool] = False
+    rest_seen: bool = False
     elaborates: str = ""
     accident: ClassVar[bool] = False
     mistaken_for: tuple[str, ...] = ()
@@ -249,6 +252,10 @@ class Effect:
     def motion(self, motion: Motion, values: Values) -> Motion:
         """Return the gripper's true motion."""
         return motion
+
+    def seen(self, positions: FloatArray, values: Values) -> FloatArray:
+        """Return where cameras see what is at positions (..., 3), tissue frame, m."""
+        return positions
 
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Return what the sensors make of the truth."""

@@ -38,7 +38,7 @@ class GravitySag(Effect):
 
     def __init__(self, form: str, beads: Literal["undeformed", "hanging"]) -> None:
         self.form = form
-        self._beads = beads
+        self.rest_seen = beads == "hanging"
 
     def terms(
         self, problem: RetractionProblem, material: Material, experiment: Experiment, values: Values
@@ -51,7 +51,7 @@ class GravitySag(Effect):
 
     def beads(self, problem: RetractionProblem, at_rest: FloatArray, values: Values) -> RetractionProblem:
         """Put beads that were seen when the tissue hung on the tissue that hung there."""
-        if self._beads == "undeformed" or not values["weight"]:
+        if not self.rest_seen or not values["weight"]:
             return problem
         rest_pose = GripperPose(problem.grasp_centre, Rotation.identity())
         return with_beads_before(problem, at_rest, rest_pose)
@@ -61,7 +61,7 @@ class GravitySag(Effect):
         if not values["weight"]:
             return readings
         zeroed = with_wrench_zeroed(readings)
-        return with_fiducials_zeroed(zeroed) if self._beads == "hanging" else zeroed
+        return with_fiducials_zeroed(zeroed) if self.rest_seen else zeroed
 
 
 GRAVITY_SAG = (

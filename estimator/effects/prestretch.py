@@ -83,6 +83,7 @@ class DrawnBeforeBeadsWereMeasured(DrawnFromStatedShape):
     """
 
     form = "beads_known_after"
+    rest_seen = True
 
     def problem(self, problem: RetractionProblem, values: Values) -> RetractionProblem:
         """Put the beads where they were before the tissue was drawn."""

@@ -168,14 +168,20 @@ def with_beads_before(
     displacement : (n, 3) of the nodes then, m
     pose : of the gripper then
     """
-    points, beyond = problem.body.mesh.points, _BEAD_TOLERANCE_M / 2
-    corners = points.min(axis=0) - beyond, points.max(axis=0) + beyond
     placed = problem
     for _ in range(3):
         moved = placed.fiducial_positions(displacement, pose) - placed.fiducials_rest
-        placed = replace(placed, fiducials_rest=np.clip(problem.fiducials_rest - moved, *corners))
-        placed = _with_beads_located(placed, _in_box(placed.fiducials_rest, grasp_box(problem)))
+        placed = with_beads_at(placed, problem.fiducials_rest - moved)
     return placed
+
+
+def with_beads_at(problem: RetractionProblem, positions: FloatArray) -> RetractionProblem:
+    """Return the problem with its beads at other rest positions (m, 3), m; any outside the tissue near its surface."""
+    first, last = problem.body.mesh.points.min(axis=0), problem.body.mesh.points.max(axis=0)
+    outside = _BEAD_TOLERANCE_M / 2
+    placed = replace(problem, fiducials_rest=np.clip(positions, first - outside, last + outside))
+    # One a little above the surface of gripped tissue sits on that.
+    return _with_beads_located(placed, _in_box(np.clip(positions, first, last), grasp_box(problem)))
 
 
 def _with_motion(problem: RetractionProblem, motion: FloatArray) -> RetractionProblem:

@@ -19,6 +19,7 @@ from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.effects.effect import Effect
 from estimator.experiment import Experiment
 from estimator.fem.block_mesh import Grading
+from estimator.fem.morph import with_beads_at
 from estimator.fem.motion import GripperPose
 from estimator.forward.meshing import mesh_experiment
 
@@ -185,6 +186,59 @@ def test_stretches_of_anchor_come_off_beside_another_effect_as_solved_anew(besid
         resolved = 2 * slopes[1] - slopes[0]
         columns = np.concatenate([block[:, :, number] for block in predicted]) / DEVIATION
         assert np.linalg.norm(columns - resolved) < 0.02 * np.linalg.norm(resolved)
+
+
+def named(name: str) -> Effect:
+    return next(one for one in CATALOGUE if one.name == name)
+
+
+@pytest.mark.parametrize("scale", ["camera_scale:uniform", "camera_scale:of_the_motion"])
+@pytest.mark.parametrize(
+    ("mounted", "values"),
+    [
+        ("prestretch:beads_known_after", {"drawn_x": 1e-3, "drawn_y": 0.0}),
+        ("gravity_sag:beads_hanging", {"weight": 0.01}),
+    ],
+)
+def test_cameras_of_a_wrong_scale_have_read_the_rest_positions_of_mounted_tissue(
+    scale: str, mounted: str, values: dict[str, float]
+) -> None:
+    here = BASE.with_effect(named(mounted), values).with_effect(named(scale), {"scale_error": 0.02})
+    seen = read(solved(here), here).reshape(-1, 54)[:, 6:] * DEVIATION[6:]
+    stated = np.ravel(EXPERIMENTS[0].fiducials_rest)
+    assert np.abs(seen[0] - stated).max() < 2e-6
+    coordinate = coordinates(here)[-1]
+    step = Perturbation(
+        coordinate.name, coordinate.put(here, 0.02 + coordinate.step), here.effects[1], coordinate.step
+    )
+    predicted = derivatives(solved(here), here, [step], ZEROS)
+    above, below = (coordinate.put(here, 0.02 + way) for way in (1e-3, -1e-3))
+    resolved = (read(solved(above), above) - read(solved(below), below)) / 2e-3
+    columns = np.concatenate([block[:, :, 0] for block in predicted]) / DEVIATION
+    assert np.linalg.norm(columns - resolved) < 0.01 * np.linalg.norm(resolved)
+
+
+def test_beads_that_such_cameras_list_sit_where_they_would_be_seen_there() -> None:
+    def sit(drawn_x: float) -> FloatArray:
+        drawn = BASE.with_effect(named("prestretch:beads_known_after"), {"drawn_x": drawn_x, "drawn_y": 0.0})
+        here = drawn.with_effect(named("camera_scale:uniform"), {"scale_error": 0.02})
+        return here.problem(PROBLEM).fiducials_rest[~PROBLEM.fiducials_gripped]
+
+    stated = PROBLEM.fiducials_rest[~PROBLEM.fiducials_gripped]
+    assert 1.02 * sit(drawn_x=1e-9) == pytest.approx(stated, abs=1e-6)
+    # Without that effect the list is the phantom's design.
+    assert sit(drawn_x=0.0) == pytest.approx(stated)
+
+
+def test_a_bead_that_such_cameras_see_below_the_surface_of_gripped_tissue_stays_in_the_grip() -> None:
+    mounted = BASE.with_effect(named("prestretch:beads_known_after"), {"drawn_x": 1e-9, "drawn_y": 0.0})
+    shrunk = mounted.with_effect(named("camera_scale:uniform"), {"scale_error": -0.01})
+    on_top = np.array([*PROBLEM.grasp_centre[:2], PROBLEM.body.mesh.points[:, 2].max()])
+    stated = PROBLEM.fiducials_rest.copy()
+    stated[0] = on_top
+    problem = with_beads_at(PROBLEM, stated)
+    assert problem.fiducials_gripped[0]
+    assert shrunk.problem(problem).fiducials_gripped[0]
 
 
 def test_a_pose_to_which_tissue_without_memory_returns_is_solved_once() -> None:
