@@ -62,7 +62,7 @@ class _Loading:
         self.terms_matter = bool(hypothesis.effects) or (effect is not None and overrides(effect, "terms"))
         self.matters = self._new_response or self.terms_matter
         self.rate_dependent = to.rate_dependent
-        anew = new_problem or self.places_beads or (effect is not None and to.unseen_by(effect))
+        anew = new_problem or self.places_beads or (effect is not None and to.rest_misread_by(effect))
         self.problem = to.problem(passage.baseline) if anew else passage.problem
         self._to = to
         self._material = to.material()

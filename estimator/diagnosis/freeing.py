@@ -19,7 +19,7 @@ from estimator.diagnosis.passage import Passage
 from estimator.diagnosis.perturbation import MechanicalChange, no_change
 from estimator.fem.condensation import Condensed, condensed_onto
 from estimator.fem.problem import RetractionProblem
-from estimator.fem.terms import Term
+from estimator.fem.terms import Term, summed_stiffness
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -155,12 +155,9 @@ def _forces(terms: tuple[Term, ...], station: Station) -> FloatArray:
 
 def _springs(terms: tuple[Term, ...], station: Station) -> FloatArray:
     """Return the stiffness (n, 3, 3) of the terms between nodes and their rest positions."""
-    total = np.zeros((len(station.state.displacement), 3, 3))
-    for term in terms:
-        nodes = term.stiffness(station.state.displacement, station.state.response).nodes
-        if nodes is not None:
-            total += nodes
-    return total
+    state = station.state
+    nodes = summed_stiffness(terms, state.displacement, state.response).nodes
+    return np.zeros((len(state.displacement), 3, 3)) if nodes is None else nodes
 
 
 def _block_diagonal(blocks: FloatArray) -> FloatArray:

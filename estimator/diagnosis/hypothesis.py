@@ -50,7 +50,7 @@ class Hypothesis:
 
     def problem(self, problem: RetractionProblem) -> RetractionProblem:
         """Return the boundary value problem with all effects on it."""
-        if any(map(self.unseen_by, self.effects)):
+        if any(map(self.rest_misread_by, self.effects)):
             problem = with_beads_at(problem, self._unseen(problem.fiducials_rest))
         for effect, values in zip(self.effects, self.values, strict=True):
             problem = effect.problem(problem, values)
@@ -60,7 +60,7 @@ class Hypothesis:
             problem = replace(problem, body=with_modulus(problem.body, np.exp(sum(present))))
         return problem
 
-    def unseen_by(self, effect: Effect) -> bool:
+    def rest_misread_by(self, effect: Effect) -> bool:
         """Tell whether cameras that an effect distorts have read the beads' rest positions: they are not there."""
         if type(effect).seen is Effect.seen:
             return False
@@ -108,7 +108,7 @@ class Hypothesis:
         """Return what the sensors make of the truth."""
         present = zip(self.effects, self.values, strict=True)
         # What was zeroed by what distorted cameras saw was distorted before.
-        for effect, values in sorted(present, key=lambda one: not self.unseen_by(one[0])):
+        for effect, values in sorted(present, key=lambda one: not self.rest_misread_by(one[0])):
             readings = effect.readings(readings, values)
         return readings
 

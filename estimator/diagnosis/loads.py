@@ -57,7 +57,7 @@ def _mechanical_changes(
     freeing: dict[bool, list[int]] = {False: [], True: []}
     for k, perturbation in enumerate(perturbations):
         effect = perturbation.effect
-        if effect is not None and not (acts_on_tissue(effect) or perturbation.to.unseen_by(effect)):
+        if effect is not None and not (acts_on_tissue(effect) or perturbation.to.rest_misread_by(effect)):
             continue
         if effect is None and not any(acts_on_tissue(present) for present in hypothesis.effects):
             found[k] = [_by_material(one, hypothesis, perturbation.to) for one in mechanics]

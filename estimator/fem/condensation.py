@@ -17,7 +17,7 @@ from estimator.fem.body import stiffness
 from estimator.fem.equilibrium_state import EquilibriumState, rigid_modes
 from estimator.fem.observation import interpolate
 from estimator.fem.problem import RetractionProblem
-from estimator.fem.terms import Term
+from estimator.fem.terms import Term, summed_stiffness
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -71,13 +71,10 @@ def _columns(
     number = np.full(size, -1)
     number[dofs] = np.arange(len(dofs))
     lower = stiffness(problem.body, state.material, state.response, state.response.pressure)
-    nodes = np.zeros((size // 3, 3, 3))
-    for term in terms:
-        of_term = term.stiffness(state.displacement, state.response)
-        if of_term.elements is not None:
-            lower += of_term.elements
-        if of_term.nodes is not None:
-            nodes += of_term.nodes
+    of_terms = summed_stiffness(terms, state.displacement, state.response)
+    if of_terms.elements is not None:
+        lower += of_terms.elements
+    nodes = np.zeros((size // 3, 3, 3)) if of_terms.nodes is None else of_terms.nodes
     of_cells = (3 * cells[:, :, None] + np.arange(3)).reshape(len(cells), -1)
     touched = (number[of_cells] >= 0).any(axis=1)
     of_cells, below = of_cells[touched], np.tril(lower[touched], -1)

@@ -20,7 +20,7 @@ from estimator.fem.equilibrium_state import (
 from estimator.fem.motion import GripperPose
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.tangent import Tangent, TangentAssembler
-from estimator.fem.terms import Term
+from estimator.fem.terms import Term, summed_stiffness
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
@@ -216,14 +216,10 @@ class EquilibriumSolver:
 
     def _assemble(self, trial: _Trial) -> Tangent:
         elements = stiffness(self.problem.body, trial.material, trial.response, trial.pressure)
-        nodes: FloatArray | None = None
-        for term in trial.terms:
-            of_term = term.stiffness(trial.displacement, trial.response)
-            if of_term.elements is not None:
-                elements += of_term.elements
-            if of_term.nodes is not None:
-                nodes = of_term.nodes if nodes is None else nodes + of_term.nodes
-        return self._assembler.assemble(elements, nodes)
+        of_terms = summed_stiffness(trial.terms, trial.displacement, trial.response)
+        if of_terms.elements is not None:
+            elements += of_terms.elements
+        return self._assembler.assemble(elements, of_terms.nodes)
 
     def _finish(
         self, trial: _Trial, pose: GripperPose, iterations: int, tangent: Tangent | None = None

@@ -74,3 +74,13 @@ class Term(Protocol):
     def rested(self) -> Term:
         """Return the term at the start of the next experiment, the tissue back at rest for long."""
         ...
+
+
+def summed_stiffness(terms: tuple[Term, ...], displacement: FloatArray, response: Response) -> TermStiffness:
+    """Return the stiffness of all terms together at nodal displacements (n, 3), m."""
+    each = [term.stiffness(displacement, response) for term in terms]
+    nodes = [one.nodes for one in each if one.nodes is not None]
+    elements = [one.elements for one in each if one.elements is not None]
+    return TermStiffness(
+        sum(nodes[1:], nodes[0]) if nodes else None, sum(elements[1:], elements[0]) if elements else None
+    )
