@@ -30,7 +30,7 @@ from estimator.diagnosis.finer_forms import (
 )
 from estimator.diagnosis.glitches import number_left_out
 from estimator.diagnosis.preparation import corrected_at_best, prepare
-from estimator.diagnosis.race import finalists, race, race_on
+from estimator.diagnosis.race import finalists, race, race_on, to_the_end
 from estimator.diagnosis.result import AT_MOST
 from estimator.diagnosis.second_cause import adequate, promising_seconds
 from estimator.diagnosis.sharpening import (
@@ -153,8 +153,8 @@ def _finer(field: Field, executor: Executor, tell: Tell) -> Field:
         beyond = past_kinks(case, stopped)
         found += race(case, baseline, error, beyond, stopped.log_evidence, executor, tell)
     # One that falls short of the leader may still be its rival: its evidence is to be that of a refit in full.
-    fits = [one.fit for one in (*field.contenders, *found)]
-    contenders = race_on(case, baseline, error, fits, field.none, executor, tell)
+    weighed = sorted([*field.contenders, *found], key=lambda one: -one.log_evidence)
+    contenders = to_the_end(case, baseline, error, weighed, field.none, executor, tell)
     return replace(field, trials=(*field.trials, *finer), contenders=tuple(contenders))
 
 

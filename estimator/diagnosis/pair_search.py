@@ -18,6 +18,8 @@ _LEADERS = 2
 # Pairs this close to the best are its rivals; one more of them is looked at in finer forms, and so many forms in all.
 _CLOSE = 10.0
 _RIVALS, _FINER = 2, 4
+# Beside so many more leaders the second cause of a pair that leaves something is refitted.
+_MORE = 2
 _ADDS_LITTLE = 8.0
 # An effect has vanished where it is this share of the smallest that anybody would care for.
 _NEXT_TO_NOTHING = 0.1
@@ -44,13 +46,23 @@ def search_pairs(field: Field, best: Contender, executor: Executor, tell: Tell) 
     alone = _led_on(field, best, pairs, executor, tell)
     if alone is not best:
         pairs = _refitted(field, best_of_labels([alone, *leaders])[:_LEADERS], alone, executor, tell)
+    starts = beside_others(field, pairs)
+    if starts:
+        pairs = _joined(
+            pairs,
+            race(field.case, field.baseline, field.error, starts, pairs[0].log_evidence, executor, tell),
+        )
     # Where the best pair falls short of the unknown, or adds little, other forms of its causes will not do either.
     bar = max(field.unknown, alone.log_evidence + _ADDS_LITTLE)
     starts = _finer_forms(field, pairs, executor, tell) if pairs and pairs[0].log_evidence > bar else []
     if starts:
         finer = race(field.case, field.baseline, field.error, starts, pairs[0].log_evidence, executor, tell)
-        pairs = sorted([*pairs, *finer], key=lambda pair: -pair.log_evidence)
+        pairs = _joined(pairs, finer)
     return Found(alone, tuple(pairs))
+
+
+def _joined(pairs: Sequence[Contender], more: Sequence[Contender]) -> list[Contender]:
+    return sorted([*pairs, *more], key=lambda pair: -pair.log_evidence)
 
 
 def _refitted(
@@ -61,6 +73,27 @@ def _refitted(
         return []
     bar = best.log_evidence + least_gain(best, best.labels, field.none)
     return race(field.case, field.baseline, field.error, begun, bar, executor, tell)
+
+
+def beside_others(field: Field, pairs: Sequence[Contender]) -> list[Hypothesis]:
+    """Return the second cause of the best pair beside all other leaders, where that pair leaves something.
+
+    Causes that take one another's place alone may do so no longer where the second one is beside them.
+    """
+    if not pairs or adequate(field.case, pairs[0]):
+        return []
+    best, *others = best_of_labels(field.contenders)
+    least = best.log_evidence - ALIKE * (best.log_evidence - field.none)
+    alike = [one for one in others if one.log_evidence > least]
+    tried = {frozenset(pair.labels) for pair in pairs}
+    second = pairs[0].fit.hypothesis
+    return [
+        one.fit.hypothesis.with_effect(effect, values)
+        for effect, values in zip(second.effects, second.values, strict=True)
+        if effect.label not in {one.labels[0] for one in (best, *alike)}
+        for one in alike
+        if frozenset((*one.labels, effect.label)) not in tried
+    ][:_MORE]
 
 
 def with_what_it_is_mistaken_for(field: Field, pair: Contender, executor: Executor, tell: Tell) -> Field:

@@ -13,8 +13,10 @@ from estimator.diagnosis.contest import Contender, Tell, contender_of
 from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.judgement import power_at
+from estimator.diagnosis.loads import acts_on_tissue
 from estimator.diagnosis.refit import WORTHWHILE, objective, refit
 from estimator.diagnosis.side_by_side import Solve, refits_at_a_time, solved_by
+from estimator.effects.effect import Effect
 from estimator.errors import SolverError
 
 
@@ -68,8 +70,8 @@ def race(
     with refits_at_a_time(len(starts)) as threads:
         jobs = [threads.submit(_first_point, case, start, base, solve) for start in starts]
         first = _contenders(case, base, error, dict.fromkeys(jobs, math.inf), tell)
-    second = _further(case, base, error, first, _in_reach(first, bar, _IN_REACH), 1, executor, tell)
-    return _to_the_end(case, base, error, second, bar, executor, tell)
+    second = _further(case, base, error, first, worth_a_second_point(first, bar), 1, executor, tell)
+    return to_the_end(case, base, error, second, bar, executor, tell)
 
 
 def race_on(
@@ -83,10 +85,10 @@ def race_on(
 ) -> list[Contender]:
     """Weigh fits as :func:`race` does its own, refit the finalists among them, and return all."""
     weighed = _sorted([contender_of(case, base, error, fit) for fit in fits])
-    return _to_the_end(case, base, error, weighed, bar, executor, tell)
+    return to_the_end(case, base, error, weighed, bar, executor, tell)
 
 
-def _to_the_end(
+def to_the_end(
     case: Case,
     base: Linearisation,
     error: ModelError,
@@ -122,6 +124,21 @@ def finalists(contenders: Sequence[Contender], bar: float, of: Round = _FINAL) -
             chosen.append(one)
             taken[one.labels] += 1
     return chosen[:_FINALISTS]
+
+
+def worth_a_second_point(contenders: Sequence[Contender], bar: float) -> list[Contender]:
+    """Return those that a second point could bring among the finalists; where all is linear, the first foretold it."""
+    near = _in_reach(contenders, bar, _FINAL.within)
+    return [
+        one
+        for one in _in_reach(contenders, bar, _IN_REACH)
+        if one in near or not all(_is_linear(effect) for effect in one.fit.hypothesis.effects)
+    ]
+
+
+def _is_linear(effect: Effect) -> bool:
+    """Tell whether an effect is a linear change of what the sensors make of the tissue."""
+    return not acts_on_tissue(effect) and all(constant.fixed for constant in effect.constants)
 
 
 def _in_reach(contenders: Sequence[Contender], bar: float, share: float) -> list[Contender]:

@@ -17,11 +17,6 @@ from estimator.diagnosis.pairs import Start, likeliest_pairs
 from estimator.diagnosis.result import UNKNOWN
 from estimator.effects.catalogue import LABELS
 
-# A second cause must raise the log evidence by what its prior and its choice among all labels cost, and by this share
-# of what the first one does: a form that is nearly right leaves a little of a large gap, which another effect then
-# seems to explain. Friction of another form left 0.0017 to a stray fibre, stiffening 0.0008 to a grasp aside; true
-# second causes beside causes of 57 to 238 σ added 0.005 and more.
-_INEXACT = 2e-3
 # Refits of 36 pairs on 9 cases raised it by 0.4 more than first order promises at the most, often by less.
 _PROMISED = 1.0
 # A pair must raise it by this more where one of its causes is so small that nobody would care: errors of the mesh at
@@ -40,12 +35,13 @@ _BEHIND, _BEHIND_SHARE = 10.0, 0.2
 def least_gain(first: Contender, labels: Collection[str], none: float) -> float:
     """Return by how much two causes with these labels must raise the log evidence beyond a first one.
 
-    ``none`` is the log evidence without any cause.
+    That is what the prior of a second one and its choice among all labels cost, and the share of what the first one
+    explains that its inexactness may leave for another. ``none`` is the log evidence without any cause.
     """
     explained = max(first.log_evidence - none, 0.0)
-    inexact = any(not effect.exact for effect in first.fit.hypothesis.effects)
+    inexact = max(effect.inexactness for effect in first.fit.hypothesis.effects)
     choice = float(np.log(len(LABELS)))
-    least = choice - LOG_PRIOR_OF_A_PAIR + (_INEXACT * explained if inexact else 0.0)
+    least = choice - LOG_PRIOR_OF_A_PAIR + inexact * explained
     if first.labels[0] not in labels:
         least += choice  # both of its causes are chosen anew
     if UNKNOWN in labels:
@@ -70,10 +66,18 @@ def least_remainder(explained: float) -> float:
     return max(_LEAST_REMAINDER, _REMAINDER * explained)
 
 
+def beyond_noise(case: Case, contender: Contender) -> float:
+    """Return by how much the sum of squares that a contender leaves exceeds that of noise."""
+    return contender.fit.chi2 - _values(contender) * white_floor(case) ** 2
+
+
 def adequate(case: Case, contender: Contender) -> bool:
     """Tell whether a contender leaves no more than noise: within 3 deviations of its sum of squares."""
-    values = sum(len(residual) for residual in contender.fit.residual)
-    return contender.fit.chi2 < values * white_floor(case) ** 2 + 3 * np.sqrt(2 * values)
+    return beyond_noise(case, contender) < 3 * float(np.sqrt(2 * _values(contender)))
+
+
+def _values(contender: Contender) -> int:
+    return sum(len(residual) for residual in contender.fit.residual)
 
 
 def promising_seconds(

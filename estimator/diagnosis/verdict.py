@@ -22,7 +22,7 @@ from estimator.diagnosis.judgement import of_labels, probabilities, shared_with_
 from estimator.diagnosis.pair_search import search_pairs, with_what_it_is_mistaken_for
 from estimator.diagnosis.result import NONE, UNKNOWN, Doubted
 from estimator.diagnosis.roughness import rough_gap, rough_remainder
-from estimator.diagnosis.second_cause import adequate, asked_of, least_remainder
+from estimator.diagnosis.second_cause import adequate, asked_of, beyond_noise, least_remainder
 from estimator.effects.catalogue import LABELS
 
 # An effect of negligible size is believed in full where it raises the log evidence by this: the baseline is not exact,
@@ -173,10 +173,12 @@ def _believed(hypothesis: Hypothesis, gain: float) -> float:
 def _stands(field: Field, pair: Contender, leading: str) -> bool:
     """Tell whether two causes stand against something unknown.
 
-    Any two explain a part of what no effect alone does: where the unknown leads, they must leave no more than noise.
+    Any two explain a part of what no effect alone does: where the unknown leads, they must leave no more than noise, or
+    less beyond it than they explain beyond the unknown.
     """
-    ahead = pair.log_evidence > field.unknown + _STANDS
-    return ahead and (leading != UNKNOWN or adequate(field.case, pair))
+    ahead = pair.log_evidence - field.unknown
+    left = 0.5 * beyond_noise(field.case, pair)
+    return ahead > _STANDS and (leading != UNKNOWN or adequate(field.case, pair) or left < ahead)
 
 
 def _first_of(field: Field, label: str) -> Contender | None:

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from estimator.effects.axes import AXES
-from estimator.effects.effect import Amplitude, Effect, Readings, Values
+from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 
 FloatArray = NDArray[np.float64]
 
@@ -16,6 +16,7 @@ class CameraRotation(Effect):
     label = "camera_rotation"
     group = "vision"
     words = "The cameras' frame is rotated against the tissue frame."
+    inexactness = HARDLY_INEXACT
     amplitudes = tuple(
         Amplitude(f"rotation_{axis}", "rad", scale=0.02, smallest=2e-3, lower=-1.0, upper=1.0)
         for axis in AXES

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.effects.effect import Amplitude, Effect, Readings, Values
+from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 
 FloatArray = NDArray[np.float64]
 
@@ -16,6 +16,7 @@ class CameraScale(Effect):
     words = (
         "The cameras' scale is off: fiducials appear too far from or too near to the tissue frame's origin."
     )
+    inexactness = HARDLY_INEXACT
     form = "uniform"
     amplitudes = (Amplitude("scale_error", "1", scale=0.015, smallest=1e-3, lower=-0.5),)
 

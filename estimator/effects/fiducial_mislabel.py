@@ -35,7 +35,7 @@ class FiducialMislabel(Effect):
     label = "fiducial_mislabel"
     group = "vision"
     words = "Two fiducials are mistaken for each other from some instant on."
-    exact = True
+    inexactness = 0.0
     form = "to_the_last_experiment"
     amplitudes = (Amplitude("exchanged", "1", scale=1.0, smallest=0.1, lower=0.0, upper=1.0),)
     constants: tuple[Constant, ...] = (bead_constant("first"), bead_constant("second"), ORDER, TIME)

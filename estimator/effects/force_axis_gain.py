@@ -3,7 +3,7 @@
 import numpy as np
 
 from estimator.effects.axes import WRENCH_CHANNELS, in_gripper_axes, in_tissue_axes
-from estimator.effects.effect import Amplitude, Effect, Readings, Values
+from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 
 
 class ForceAxisGain(Effect):
@@ -15,6 +15,7 @@ class ForceAxisGain(Effect):
     label = "force_axis_gain"
     group = "force"
     words = "One axis of the force sensor reads too much or too little in proportion to its load."
+    inexactness = HARDLY_INEXACT
     amplitudes = (Amplitude("gain", "1", scale=0.08, smallest=0.01, lower=-1.0),)
 
     def __init__(self, channel: str) -> None:

@@ -5,7 +5,7 @@ from typing import Literal
 import numpy as np
 
 from estimator.effects.axes import WRENCH_CHANNELS, in_tissue_axes
-from estimator.effects.effect import Amplitude, Effect, Readings, Values
+from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 
 Frame = Literal["sensor", "tissue"]
 
@@ -29,6 +29,7 @@ class ForceBias(Effect):
     label = "force_bias"
     group = "force"
     words = "The force sensor reads a constant amount too much, because its zero is off."
+    inexactness = HARDLY_INEXACT
 
     def __init__(self, frame: Frame, channel: str = "") -> None:
         self.form = f"{frame}_frame_{channel}" if channel else f"{frame}_frame"

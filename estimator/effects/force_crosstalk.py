@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.axes import WRENCH_CHANNELS, in_gripper_axes, in_tissue_axes
-from estimator.effects.effect import Amplitude, Constant, Effect, Readings, Values
+from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Constant, Effect, Readings, Values
 from estimator.effects.misfit import wrench_misfit
 from estimator.experiment import Experiment
 
@@ -31,6 +31,7 @@ class ForceCrosstalk(Effect):
     label = "force_crosstalk"
     group = "force"
     words = "Load along one axis of the force sensor shows on another."
+    inexactness = HARDLY_INEXACT
     form = "all_axes"
     amplitudes: tuple[Amplitude, ...] = tuple(
         Amplitude(f"{WRENCH_CHANNELS[j]}_into_{WRENCH_CHANNELS[i]}", "1", _LEAK_SCALE, _LEAK_SMALLEST)

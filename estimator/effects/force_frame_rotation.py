@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from estimator.effects.axes import AXES, in_gripper_axes, in_tissue_axes, turned
-from estimator.effects.effect import Amplitude, Effect, Readings, Values
+from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 
 
 class ForceFrameRotation(Effect):
@@ -16,6 +16,7 @@ class ForceFrameRotation(Effect):
     label = "force_frame_rotation"
     group = "force"
     words = "The force sensor is mounted rotated against the gripper."
+    inexactness = HARDLY_INEXACT
     amplitudes = tuple(
         Amplitude(f"rotation_{axis}", "rad", scale=0.06, smallest=0.005, lower=-1.0, upper=1.0)
         for axis in AXES

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from estimator.effects.axes import AXES
-from estimator.effects.effect import Amplitude, Effect, Motion, Values
+from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Motion, Values
 
 
 class MotionDirection(Effect):
@@ -16,6 +16,7 @@ class MotionDirection(Effect):
     label = "motion_direction"
     group = "robot"
     words = "The gripper's direction of motion is turned against the tissue frame."
+    inexactness = HARDLY_INEXACT
     form = "translation"
     amplitudes = tuple(
         Amplitude(f"rotation_{axis}", "rad", scale=0.04, smallest=3e-3, lower=-1.0, upper=1.0)

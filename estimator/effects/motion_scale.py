@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from estimator.effects.effect import Amplitude, Effect, Motion, Values
+from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Motion, Values
 
 
 class MotionScale(Effect):
@@ -12,6 +12,7 @@ class MotionScale(Effect):
     label = "motion_scale"
     group = "robot"
     words = "The gripper moves a little more or less than reported."
+    inexactness = HARDLY_INEXACT
     form = "translation"
     amplitudes = (Amplitude("scale_error", "1", scale=0.03, smallest=2e-3, lower=-0.5),)
 

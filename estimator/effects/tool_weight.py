@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.axes import AXES, in_tissue_axes
-from estimator.effects.effect import Amplitude, Effect, Readings, Values
+from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 
 FloatArray = NDArray[np.float64]
 
@@ -20,6 +20,7 @@ class ToolWeight(Effect):
     label = "tool_weight"
     group = "force"
     words = "The mass beyond the force sensor is not the stated one, which shows when the gripper turns."
+    inexactness = HARDLY_INEXACT
     form = "mass"
     amplitudes: tuple[Amplitude, ...] = (Amplitude("mass_error", "kg", scale=0.1, smallest=0.005),)
 

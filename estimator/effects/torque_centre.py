@@ -5,7 +5,7 @@ from typing import Literal
 import numpy as np
 
 from estimator.effects.axes import AXES
-from estimator.effects.effect import Amplitude, Effect, Readings, Values
+from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 
 Frame = Literal["gripper", "tissue"]
 
@@ -24,6 +24,7 @@ class TorqueCentre(Effect):
     label = "torque_centre"
     group = "force"
     words = "Torques are about another point than the stated origin of the gripper frame."
+    inexactness = HARDLY_INEXACT
     amplitudes = tuple(Amplitude(f"centre_{axis}", "m", scale=4e-3, smallest=5e-4) for axis in AXES)
 
     def __init__(self, frame: Frame) -> None:

@@ -3,12 +3,15 @@
 import typing
 
 import numpy as np
+import pytest
 
 from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.contest import Contender, best_of_labels
+from estimator.diagnosis.discrepancy import ModelError
+from estimator.diagnosis.field import Field
 from estimator.diagnosis.finer_forms import mistaken_for
 from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.pair_search import without_vanished
+from estimator.diagnosis.pair_search import beside_others, without_vanished
 from estimator.effects.catalogue import CATALOGUE
 from estimator.fem.problem import RetractionProblem
 
@@ -52,3 +55,32 @@ def test_what_a_vanished_effect_has_led_on_stands_alone() -> None:
 def test_a_pair_of_which_neither_vanished_stays_a_pair() -> None:
     loose = beside(MATERIAL, "anchor_debonding:throughout", 0.25)
     assert not without_vanished(beside(loose, "inhomogeneity:sphere", 0.3))
+
+
+def test_the_second_cause_of_a_pair_that_leaves_something_is_tried_beside_what_ties_with_its_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    grip = beside(MATERIAL, "gripper_compliance:translation", 1e-4)
+    reach = beside(MATERIAL, "motion_scale:translation", 0.01)
+    scale = beside(MATERIAL, "camera_scale:of_the_motion", 0.01)
+    turned = beside(MATERIAL, "camera_rotation", 0.01)
+    evidences = {90.0: grip, 88.0: reach, 85.0: scale, 40.0: turned}
+    field = Field(
+        Case((), typing.cast(RetractionProblem, None), (), (), ()),
+        0,
+        contender(MATERIAL, 0.0).fit,
+        ModelError((), ((0.1, 0.1),), (0.1, 0.1)),
+        (),
+        tuple(contender(one, evidence) for evidence, one in evidences.items()),
+        none=0.0,
+        unknown=-5.0,
+    )
+    pairs = [contender(beside(one, "gravity_sag:beads_hanging", 0.01), 150.0) for one in (grip, reach)]
+    for leaves_nothing, expected in (
+        (False, [beside(scale, "gravity_sag:beads_hanging", 0.01)]),
+        (True, []),
+    ):
+        monkeypatch.setattr(
+            "estimator.diagnosis.pair_search.adequate", lambda case, pair, told=leaves_nothing: told
+        )
+        assert beside_others(field, pairs) == expected

@@ -11,7 +11,7 @@ from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.contest import Contender
 from estimator.diagnosis.finer_forms import at_the_place_of, past_kinks
 from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.race import Round, finalists, may_win
+from estimator.diagnosis.race import Round, finalists, may_win, worth_a_second_point
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect
 from estimator.fem.block_mesh import Grading
@@ -85,6 +85,17 @@ def test_one_next_to_the_best_goes_on_and_so_does_one_that_has_not_been_refitted
 
 def test_the_best_itself_does_not_go_on_where_it_will_not_reach_the_bar() -> None:
     assert not goes_on(lacks=0.0, fell=4.0, bar=110.0)
+
+
+def test_far_behind_after_a_point_only_what_is_not_linear_has_a_second_one() -> None:
+    first = [
+        contender("inhomogeneity:sphere", 1000.0),
+        contender("force_bias", 900.0),
+        contender("anchor_debonding:throughout", 700.0),
+        contender("camera_scale:uniform", 650.0),
+        contender("anchor_debonding:throughout", 500.0),
+    ]
+    assert [one.log_evidence for one in worth_a_second_point(first, 0.0)] == [1000.0, 900.0, 700.0]
 
 
 SYMMETRIC, TENSION_ONLY = "anisotropy", "anisotropy:tension_only"

@@ -173,6 +173,13 @@ def test_beside_two_beads_that_are_exchanged_nothing_is_their_inexactness() -> N
     assert not found_beside(explained=1e6, left=1.0, first=exchange)
 
 
+def test_a_constant_linear_change_of_readings_leaves_less_for_a_second_cause_than_a_law_of_the_tissue() -> (
+    None
+):
+    assert found_beside(explained=2e4, left=25.0, first="force_axis_gain:fx")
+    assert not found_beside(explained=2e4, left=25.0, first="strain_stiffening:gent")
+
+
 def test_beside_what_is_recognised_outside_the_catalogue_a_cause_must_add_a_share_of_what_that_does() -> None:
     swelling = "unknown:shrinkage"
     assert not found_beside(explained=2000.0, left=60.0, first=swelling)
@@ -232,10 +239,13 @@ def verdict_of(
     pairs: Sequence[Contender],
     monkeypatch: pytest.MonkeyPatch,
     mistaken: Sequence[Contender] = (),
+    unknown: float = -5.0,
+    beyond_noise: float = 0.0,
 ) -> tuple[Verdict, Mapping[str, float]]:
     """The verdict on refitted single causes and pairs, and the evidence of the single ones.
 
-    ``mistaken`` is what proves to be mistaken for one of a pair's causes.
+    ``mistaken`` is what proves to be mistaken for one of a pair's causes, ``unknown`` the log evidence of something
+    unknown, and ``beyond_noise`` what every pair leaves.
     """
     field = replace(
         tried("unknown:cut", "log_softness", 0.9, 643.0),
@@ -243,6 +253,7 @@ def verdict_of(
         baseline=refitted(MATERIAL, 0.0).fit,
         trials=(),
         contenders=tuple(alone),
+        unknown=unknown,
     )
     monkeypatch.setattr(
         "estimator.diagnosis.verdict.search_pairs", lambda field, best, *rest: Found(best, tuple(pairs))
@@ -251,7 +262,8 @@ def verdict_of(
         "estimator.diagnosis.verdict.with_what_it_is_mistaken_for",
         lambda field, *rest: replace(field, contenders=(*mistaken, *field.contenders)),
     )
-    monkeypatch.setattr("estimator.diagnosis.verdict.adequate", lambda case, pair: True)
+    monkeypatch.setattr("estimator.diagnosis.verdict.adequate", lambda case, pair: not beyond_noise)
+    monkeypatch.setattr("estimator.diagnosis.verdict.beyond_noise", lambda case, pair: beyond_noise)
     monkeypatch.setattr("estimator.diagnosis.verdict.evidence_of_unknown", lambda *of_fit: -np.inf)
     evidence = weigh(field)
     with ThreadPoolExecutor(1) as executor:
@@ -338,3 +350,15 @@ def test_what_two_causes_are_mistaken_for_takes_their_place_where_it_explains_as
     one, _ = verdict_of(alone, [pair], monkeypatch, mistaken=[cut])
     assert one.labels == ("unknown",)
     assert one.winner is cut
+
+
+def test_two_causes_where_the_unknown_leads_leave_less_beyond_noise_than_they_explain_beyond_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    alone, pair = [refitted(present(LOST_GRIP), 646.0)], refitted(present(LOST_GRIP, REGION), 900.0)
+
+    def labels(beyond_noise: float) -> tuple[str, ...]:
+        return verdict_of(alone, [pair], monkeypatch, unknown=700.0, beyond_noise=beyond_noise)[0].labels
+
+    assert labels(beyond_noise=380.0) == ("gripper_compliance", "inhomogeneity")
+    assert labels(beyond_noise=420.0) == ("unknown",)
