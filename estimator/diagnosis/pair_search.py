@@ -46,22 +46,22 @@ def search_pairs(field: Field, best: Contender, executor: Executor, tell: Tell) 
     alone = _led_on(field, best, pairs, executor, tell)
     if alone is not best:
         pairs = _refitted(field, best_of_labels([alone, *leaders])[:_LEADERS], alone, executor, tell)
-    starts = beside_others(field, pairs)
-    if starts:
-        pairs = _joined(
-            pairs,
-            race(field.case, field.baseline, field.error, starts, pairs[0].log_evidence, executor, tell),
-        )
-    # Where the best pair falls short of the unknown, or adds little, other forms of its causes will not do either.
-    bar = max(field.unknown, alone.log_evidence + _ADDS_LITTLE)
-    starts = _finer_forms(field, pairs, executor, tell) if pairs and pairs[0].log_evidence > bar else []
-    if starts:
-        finer = race(field.case, field.baseline, field.error, starts, pairs[0].log_evidence, executor, tell)
-        pairs = _joined(pairs, finer)
+    # Where the best pair adds little, or falls short of the unknown, other forms of its causes will not do either.
+    least = alone.log_evidence + _ADDS_LITTLE
+    if pairs and pairs[0].log_evidence > least:
+        pairs = _with_more(field, pairs, beside_others(field, pairs), executor, tell)
+    if pairs and pairs[0].log_evidence > max(field.unknown, least):
+        pairs = _with_more(field, pairs, _finer_forms(field, pairs, executor, tell), executor, tell)
     return Found(alone, tuple(pairs))
 
 
-def _joined(pairs: Sequence[Contender], more: Sequence[Contender]) -> list[Contender]:
+def _with_more(
+    field: Field, pairs: list[Contender], starts: Sequence[Hypothesis], executor: Executor, tell: Tell
+) -> list[Contender]:
+    """Return the pairs, and those that compete with the best from more starts, the most probable first."""
+    if not starts:
+        return pairs
+    more = race(field.case, field.baseline, field.error, starts, pairs[0].log_evidence, executor, tell)
     return sorted([*pairs, *more], key=lambda pair: -pair.log_evidence)
 
 
@@ -80,7 +80,7 @@ def beside_others(field: Field, pairs: Sequence[Contender]) -> list[Hypothesis]:
 
     Causes that take one another's place alone may do so no longer where the second one is beside them.
     """
-    if not pairs or adequate(field.case, pairs[0]):
+    if adequate(field.case, pairs[0]):
         return []
     best, *others = best_of_labels(field.contenders)
     least = best.log_evidence - ALIKE * (best.log_evidence - field.none)
