@@ -61,7 +61,8 @@ BLOCK_OF_GROUP: Mapping[Group, str] = {
 }
 
 
-# Inexactness of a constant linear change of readings or poses, which has hardly another form.
+# Inexactness of a constant linear change of readings or poses, which has hardly another form: beside eleven such causes
+# of 113 to 327 σ, which raised it by 1700 to 19000, others seemed to raise the log evidence by 3.7 at the most.
 HARDLY_INEXACT = 5e-4
 
 
