@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass, replace
 
@@ -79,6 +79,11 @@ class Contender:
     def labels(self) -> tuple[str, ...]:
         """Labels of its effects."""
         return tuple(effect.label for effect in self.fit.hypothesis.effects)
+
+
+def most_probable_first(contenders: Iterable[Contender]) -> list[Contender]:
+    """Return contenders by their log evidence, the highest first."""
+    return sorted(contenders, key=lambda one: -one.log_evidence)
 
 
 def best_of_labels(contenders: Sequence[Contender]) -> list[Contender]:

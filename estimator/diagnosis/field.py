@@ -16,6 +16,7 @@ from estimator.diagnosis.contest import (
     error_borne_out,
     evidence_of_unknown,
     first_order_evidence,
+    most_probable_first,
     screen,
     trials_of,
 )
@@ -153,7 +154,7 @@ def _finer(field: Field, executor: Executor, tell: Tell) -> Field:
         beyond = past_kinks(case, stopped)
         found += race(case, baseline, error, beyond, stopped.log_evidence, executor, tell)
     # One that falls short of the leader may still be its rival: its evidence is to be that of a refit in full.
-    weighed = sorted([*field.contenders, *found], key=lambda one: -one.log_evidence)
+    weighed = most_probable_first([*field.contenders, *found])
     contenders = to_the_end(case, baseline, error, weighed, field.none, executor, tell)
     return replace(field, trials=(*field.trials, *finer), contenders=tuple(contenders))
 

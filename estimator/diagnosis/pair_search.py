@@ -6,7 +6,14 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
-from estimator.diagnosis.contest import Contender, Tell, best_of_labels, best_starts, screen
+from estimator.diagnosis.contest import (
+    Contender,
+    Tell,
+    best_of_labels,
+    best_starts,
+    most_probable_first,
+    screen,
+)
 from estimator.diagnosis.field import ALIKE, Field
 from estimator.diagnosis.finer_forms import elaborations, mistaken_for
 from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
@@ -18,7 +25,7 @@ _LEADERS = 2
 # Pairs this close to the best are its rivals; one more of them is looked at in finer forms, and so many forms in all.
 _CLOSE = 10.0
 _RIVALS, _FINER = 2, 4
-# Beside so many more leaders the second cause of a pair that leaves something is refitted.
+# Beside so many more labels the second cause of a pair that leaves something is refitted.
 _MORE = 2
 _ADDS_LITTLE = 8.0
 # An effect has vanished where it is this share of the smallest that anybody would care for.
@@ -49,7 +56,7 @@ def search_pairs(field: Field, best: Contender, executor: Executor, tell: Tell) 
     # Where the best pair adds little, or falls short of the unknown, other forms of its causes will not do either.
     least = alone.log_evidence + _ADDS_LITTLE
     if pairs and pairs[0].log_evidence > least:
-        pairs = _with_more(field, pairs, beside_others(field, pairs), executor, tell)
+        pairs = _with_more(field, pairs, beside_what_ties(field, pairs), executor, tell)
     if pairs and pairs[0].log_evidence > max(field.unknown, least):
         pairs = _with_more(field, pairs, _finer_forms(field, pairs, executor, tell), executor, tell)
     return Found(alone, tuple(pairs))
@@ -62,7 +69,7 @@ def _with_more(
     if not starts:
         return pairs
     more = race(field.case, field.baseline, field.error, starts, pairs[0].log_evidence, executor, tell)
-    return sorted([*pairs, *more], key=lambda pair: -pair.log_evidence)
+    return most_probable_first([*pairs, *more])
 
 
 def _refitted(
@@ -75,10 +82,14 @@ def _refitted(
     return race(field.case, field.baseline, field.error, begun, bar, executor, tell)
 
 
-def beside_others(field: Field, pairs: Sequence[Contender]) -> list[Hypothesis]:
-    """Return the second cause of the best pair beside all other leaders, where that pair leaves something.
+def beside_what_ties(field: Field, pairs: Sequence[Contender]) -> list[Hypothesis]:
+    """Return starts of the best pair's second cause beside what ties with its first, where that pair leaves something.
 
     Causes that take one another's place alone may do so no longer where the second one is beside them.
+
+    Parameters
+    ----------
+    pairs : refitted, one at least, the most probable first; what is among them is not begun again
     """
     if adequate(field.case, pairs[0]):
         return []
@@ -86,10 +97,10 @@ def beside_others(field: Field, pairs: Sequence[Contender]) -> list[Hypothesis]:
     least = best.log_evidence - ALIKE * (best.log_evidence - field.none)
     alike = [one for one in others if one.log_evidence > least]
     tried = {frozenset(pair.labels) for pair in pairs}
-    second = pairs[0].fit.hypothesis
+    both = pairs[0].fit.hypothesis
     return [
         one.fit.hypothesis.with_effect(effect, values)
-        for effect, values in zip(second.effects, second.values, strict=True)
+        for effect, values in zip(both.effects, both.values, strict=True)
         if effect.label not in {one.labels[0] for one in (best, *alike)}
         for one in alike
         if frozenset((*one.labels, effect.label)) not in tried
@@ -107,7 +118,7 @@ def with_what_it_is_mistaken_for(field: Field, pair: Contender, executor: Execut
     # They begin where a pair has its best place, as beside a single cause, and fall short of it by more at first.
     bar = pair.log_evidence - ALIKE * (pair.log_evidence - field.none)
     found = race(field.case, field.baseline, field.error, starts, bar, executor, tell)
-    contenders = sorted([*field.contenders, *found], key=lambda one: -one.log_evidence)
+    contenders = most_probable_first([*field.contenders, *found])
     return replace(field, trials=(*field.trials, *trials), contenders=tuple(contenders))
 
 

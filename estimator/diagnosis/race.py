@@ -9,7 +9,7 @@ from concurrent.futures import Executor, Future, as_completed
 from dataclasses import dataclass, replace
 
 from estimator.diagnosis.case import Case, Linearisation
-from estimator.diagnosis.contest import Contender, Tell, contender_of
+from estimator.diagnosis.contest import Contender, Tell, contender_of, most_probable_first
 from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.judgement import power_at
@@ -84,7 +84,7 @@ def race_on(
     tell: Tell,
 ) -> list[Contender]:
     """Weigh fits as :func:`race` does its own, refit the finalists among them, and return all."""
-    weighed = _sorted([contender_of(case, base, error, fit) for fit in fits])
+    weighed = most_probable_first([contender_of(case, base, error, fit) for fit in fits])
     return to_the_end(case, base, error, weighed, bar, executor, tell)
 
 
@@ -97,7 +97,11 @@ def to_the_end(
     executor: Executor,
     tell: Tell,
 ) -> list[Contender]:
-    """Return the contenders, the finalists of each round refitted further, in the end until they converge."""
+    """Return contenders, the finalists of each round refitted further, in the end until they converge.
+
+    They come and go the most probable first, weighed in this case with this error. One that gained little in its last
+    refit, and lacks more, is not refitted again.
+    """
     found = list(contenders)
     for each in _ROUNDS:
         chosen = [one for one in finalists(found, bar, each) if may_win(one, found[0], bar)]
@@ -171,7 +175,7 @@ def _further(
         }
         further = _contenders(case, base, error, jobs, tell)
     rest = [one for one in contenders if one not in chosen]
-    return _sorted([*further, *rest])
+    return most_probable_first([*further, *rest])
 
 
 def _worthwhile(base: Linearisation, fit: Linearisation) -> float:
@@ -202,11 +206,7 @@ def _contenders(
             fell = jobs[job] - objective(fit)
             found.append(replace(contender_of(case, base, error, fit), fell=fell))
         tell("refitting the leaders", done, len(jobs))
-    return _sorted(found)
-
-
-def _sorted(contenders: Sequence[Contender]) -> list[Contender]:
-    return sorted(contenders, key=lambda contender: -contender.log_evidence)
+    return most_probable_first(found)
 
 
 def _first_point(case: Case, start: Hypothesis, near: Linearisation, solve: Solve) -> Linearisation | None:

@@ -11,7 +11,7 @@ from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.field import Field
 from estimator.diagnosis.finer_forms import mistaken_for
 from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.pair_search import beside_others, without_vanished
+from estimator.diagnosis.pair_search import beside_what_ties, without_vanished
 from estimator.effects.catalogue import CATALOGUE
 from estimator.fem.problem import RetractionProblem
 
@@ -83,4 +83,4 @@ def test_the_second_cause_of_a_pair_that_leaves_something_is_tried_beside_what_t
         monkeypatch.setattr(
             "estimator.diagnosis.pair_search.adequate", lambda case, pair, told=leaves_nothing: told
         )
-        assert beside_others(field, pairs) == expected
+        assert beside_what_ties(field, pairs) == expected
