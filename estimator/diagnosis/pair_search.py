@@ -19,15 +19,18 @@ from estimator.diagnosis.finer_forms import elaborations, mistaken_for
 from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
 from estimator.diagnosis.pairs import likeliest_pairs
 from estimator.diagnosis.race import race
-from estimator.diagnosis.second_cause import adequate, least_gain, starts_of_pairs
+from estimator.diagnosis.second_cause import adequate, least_gain, promising_seconds, starts_of_pairs
 
 _LEADERS = 2
 # Pairs this close to the best are its rivals; one more of them is looked at in finer forms, and so many forms in all.
 _CLOSE = 10.0
 _RIVALS, _FINER = 2, 4
-# Beside so many more labels the second cause of a pair that leaves something is refitted.
+# Beside so many more labels the second cause of a pair that leaves something is refitted, and so many more of these
+# beside its first one.
 _MORE = 2
 _ADDS_LITTLE = 8.0
+# A second cause that promises this share of what the best pair adds to its first one may be that after its refit.
+_PASSED_OVER = 0.5
 # An effect has vanished where it is this share of the smallest that anybody would care for.
 _NEXT_TO_NOTHING = 0.1
 
@@ -56,19 +59,29 @@ def search_pairs(field: Field, best: Contender, executor: Executor, tell: Tell) 
     # Where the best pair adds little, or falls short of the unknown, other forms of its causes will not do either.
     least = alone.log_evidence + _ADDS_LITTLE
     if pairs and pairs[0].log_evidence > least:
-        pairs = _with_more(field, pairs, beside_what_ties(field, pairs), executor, tell)
+        pairs = _with_more(
+            field, pairs, beside_what_ties(field, pairs), pairs[0].log_evidence, executor, tell
+        )
+        promised = alone.log_evidence + _PASSED_OVER * (pairs[0].log_evidence - alone.log_evidence)
+        pairs = _with_more(field, pairs, passed_over(field, pairs, promised), promised, executor, tell)
     if pairs and pairs[0].log_evidence > max(field.unknown, least):
-        pairs = _with_more(field, pairs, _finer_forms(field, pairs, executor, tell), executor, tell)
+        finer = _finer_forms(field, pairs, executor, tell)
+        pairs = _with_more(field, pairs, finer, pairs[0].log_evidence, executor, tell)
     return Found(alone, tuple(pairs))
 
 
 def _with_more(
-    field: Field, pairs: list[Contender], starts: Sequence[Hypothesis], executor: Executor, tell: Tell
+    field: Field,
+    pairs: list[Contender],
+    starts: Sequence[Hypothesis],
+    bar: float,
+    executor: Executor,
+    tell: Tell,
 ) -> list[Contender]:
-    """Return the pairs, and those that compete with the best from more starts, the most probable first."""
+    """Return the pairs, and those that a race from more starts over a bar has found, the most probable first."""
     if not starts:
         return pairs
-    more = race(field.case, field.baseline, field.error, starts, pairs[0].log_evidence, executor, tell)
+    more = race(field.case, field.baseline, field.error, starts, bar, executor, tell)
     return most_probable_first([*pairs, *more])
 
 
@@ -104,6 +117,27 @@ def beside_what_ties(field: Field, pairs: Sequence[Contender]) -> list[Hypothesi
         if effect.label not in {one.labels[0] for one in (best, *alike)}
         for one in alike
         if frozenset((*one.labels, effect.label)) not in tried
+    ][:_MORE]
+
+
+def passed_over(field: Field, pairs: Sequence[Contender], least: float) -> list[Hypothesis]:
+    """Return starts of second causes beside the best pair's first one that promised less than its second.
+
+    First order promises too little of what is far from linear, as of fibres that bear in tension alone.
+
+    Parameters
+    ----------
+    pairs : refitted, one at least, the most probable first; what is among them is not begun again
+    least : log evidence that they promise at least
+    """
+    first = next((one for one in field.contenders if one.labels[0] in pairs[0].labels), None)
+    if first is None:
+        return []
+    tried = {frozenset(pair.labels) for pair in pairs}
+    return [
+        start.hypothesis
+        for start in promising_seconds(field.case, first, field.trials, field.error, field.none)
+        if start.labels not in tried and start.log_evidence > least
     ][:_MORE]
 
 

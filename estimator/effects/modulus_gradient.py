@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.effect import Amplitude, Effect, Group, Values
+from estimator.fem.mesh import Mesh
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.quadrature import quadrature_points
 
@@ -43,7 +44,31 @@ class ModulusGradient(Effect):
         slopes = np.array([values[amplitude.name] for amplitude in self.amplitudes])
         if not slopes.any():
             return None
-        return np.asarray(quadrature_points(problem.body.mesh)[..., self._axes] @ slopes)
+        return self._log_profile(problem.body.mesh, slopes)
+
+    def _log_profile(self, mesh: Mesh, slopes: FloatArray) -> FloatArray:
+        """Return the same for slopes (a,) along the axes, 1/m."""
+        return np.asarray(quadrature_points(mesh)[..., self._axes] @ slopes)
 
 
-MODULUS_GRADIENT = (ModulusGradient("in_plane", "xy"), ModulusGradient("through_thickness", "z"))
+class LinearModulusGradient(ModulusGradient):
+    """The modulus itself is linear along each axis.
+
+    Its amplitude is the logarithm of the ratio of the moduli at opposite sides, by their distance: they stay positive,
+    and a small one does the same as that of a linear logarithm.
+    """
+
+    def _log_profile(self, mesh: Mesh, slopes: FloatArray) -> FloatArray:
+        nodes = mesh.points[:, self._axes]
+        middle, half = (nodes.max(axis=0) + nodes.min(axis=0)) / 2, np.ptp(nodes, axis=0) / 2
+        steepness = np.tanh(slopes * half) / half
+        along = quadrature_points(mesh)[..., self._axes] - middle
+        return np.asarray(np.sum(np.log((1 + steepness * along) / (1 - steepness * middle)), axis=-1))
+
+
+MODULUS_GRADIENT = (
+    ModulusGradient("in_plane", "xy"),
+    ModulusGradient("through_thickness", "z"),
+    LinearModulusGradient("linear_in_plane", "xy"),
+    LinearModulusGradient("linear_through_thickness", "z"),
+)

@@ -11,7 +11,8 @@ from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.field import Field
 from estimator.diagnosis.finer_forms import mistaken_for
 from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.pair_search import beside_what_ties, without_vanished
+from estimator.diagnosis.pair_search import beside_what_ties, passed_over, without_vanished
+from estimator.diagnosis.pairs import Start
 from estimator.effects.catalogue import CATALOGUE
 from estimator.fem.problem import RetractionProblem
 
@@ -57,15 +58,8 @@ def test_a_pair_of_which_neither_vanished_stays_a_pair() -> None:
     assert not without_vanished(beside(loose, "inhomogeneity:sphere", 0.3))
 
 
-def test_the_second_cause_of_a_pair_that_leaves_something_is_tried_beside_what_ties_with_its_first(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    grip = beside(MATERIAL, "gripper_compliance:translation", 1e-4)
-    reach = beside(MATERIAL, "motion_scale:translation", 0.01)
-    scale = beside(MATERIAL, "camera_scale:of_the_motion", 0.01)
-    turned = beside(MATERIAL, "camera_rotation", 0.01)
-    evidences = {90.0: grip, 88.0: reach, 85.0: scale, 40.0: turned}
-    field = Field(
+def field_of(evidences: dict[float, Hypothesis]) -> Field:
+    return Field(
         Case((), typing.cast(RetractionProblem, None), (), (), ()),
         0,
         contender(MATERIAL, 0.0).fit,
@@ -75,6 +69,17 @@ def test_the_second_cause_of_a_pair_that_leaves_something_is_tried_beside_what_t
         none=0.0,
         unknown=-5.0,
     )
+
+
+def test_the_second_cause_of_a_pair_that_leaves_something_is_tried_beside_what_ties_with_its_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    grip = beside(MATERIAL, "gripper_compliance:translation", 1e-4)
+    reach = beside(MATERIAL, "motion_scale:translation", 0.01)
+    scale = beside(MATERIAL, "camera_scale:of_the_motion", 0.01)
+    turned = beside(MATERIAL, "camera_rotation", 0.01)
+    evidences = {90.0: grip, 88.0: reach, 85.0: scale, 40.0: turned}
+    field = field_of(evidences)
     pairs = [contender(beside(one, "gravity_sag:beads_hanging", 0.01), 150.0) for one in (grip, reach)]
     for leaves_nothing, expected in (
         (False, [beside(scale, "gravity_sag:beads_hanging", 0.01)]),
@@ -84,3 +89,20 @@ def test_the_second_cause_of_a_pair_that_leaves_something_is_tried_beside_what_t
             "estimator.diagnosis.pair_search.adequate", lambda case, pair, told=leaves_nothing: told
         )
         assert beside_what_ties(field, pairs) == expected
+
+
+def test_a_second_cause_that_promised_half_of_what_the_best_one_adds_is_tried_too(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    turned = beside(MATERIAL, "camera_rotation", 0.01)
+    stiffening, fibres, aside = (
+        beside(turned, name, 0.01)
+        for name in ("strain_stiffening:yeoh2", "anisotropy:tension_only", "grasp_misplacement:jaws")
+    )
+    promised = {100.0 + 90.0: stiffening, 100.0 + 60.0: fibres, 100.0 + 20.0: aside}
+    monkeypatch.setattr(
+        "estimator.diagnosis.pair_search.promising_seconds",
+        lambda *field: [Start(evidence, one) for evidence, one in promised.items()],
+    )
+    pairs = [contender(stiffening, 100.0 + 88.0)]
+    assert passed_over(field_of({100.0: turned}), pairs, least=100.0 + 44.0) == [fibres]
