@@ -67,6 +67,7 @@ def search_pairs(field: Field, best: Contender, executor: Executor, tell: Tell) 
     if pairs and pairs[0].log_evidence > max(field.unknown, least):
         finer = _finer_forms(field, pairs, executor, tell)
         pairs = _with_more(field, pairs, finer, pairs[0].log_evidence, executor, tell)
+        alone = _in_the_same_form(field, alone, pairs[0], executor, tell)
     return Found(alone, tuple(pairs))
 
 
@@ -173,6 +174,26 @@ def _led_on(
         return best
     again = race(field.case, field.baseline, field.error, starts, best.log_evidence, executor, tell)
     return max([best, *again], key=lambda one: one.log_evidence)
+
+
+def _in_the_same_form(
+    field: Field, alone: Contender, pair: Contender, executor: Executor, tell: Tell
+) -> Contender:
+    """Return the best single cause once those of a pair are refitted alone, in forms in which none of them was yet.
+
+    What a finer form of one cause explains is not evidence of a second one.
+    """
+    tried = {one.fit.hypothesis.effects[0].name for one in field.contenders}
+    both = pair.fit.hypothesis
+    starts = [
+        replace(both, effects=(effect,), values=(values,))
+        for effect, values in zip(both.effects, both.values, strict=True)
+        if effect.name not in tried and effect.label in alone.labels
+    ]
+    if not starts:
+        return alone
+    found = race(field.case, field.baseline, field.error, starts, alone.log_evidence, executor, tell)
+    return max([alone, *found], key=lambda one: one.log_evidence)
 
 
 def without_vanished(pair: Hypothesis) -> list[Hypothesis]:

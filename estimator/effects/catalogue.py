@@ -61,7 +61,7 @@ from estimator.effects.zero_jump import ZeroJump
 
 _TISSUE: tuple[Effect, ...] = (
     *STRAIN_STIFFENING,
-    SECOND_INVARIANT,
+    *SECOND_INVARIANT,
     *VISCOELASTICITY,
     *STRESS_SOFTENING,
     PERMANENT_SET,

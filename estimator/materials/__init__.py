@@ -7,7 +7,7 @@ from estimator.errors import InputError
 from estimator.materials.arruda_boyce import ArrudaBoyce
 from estimator.materials.gent import Gent
 from estimator.materials.law import Law
-from estimator.materials.mooney_rivlin import MooneyRivlin
+from estimator.materials.mooney_rivlin import IsochoricMooneyRivlin, MooneyRivlin
 from estimator.materials.neo_hookean import NeoHookean
 from estimator.materials.ogden import Ogden1, Ogden2
 from estimator.materials.st_venant_kirchhoff import StVenantKirchhoff
@@ -18,6 +18,7 @@ __all__ = [
     "LAWS",
     "ArrudaBoyce",
     "Gent",
+    "IsochoricMooneyRivlin",
     "Law",
     "MooneyRivlin",
     "NeoHookean",

@@ -6,12 +6,21 @@ import numpy as np
 import pytest
 
 from estimator.errors import InputError, SolverError
-from estimator.materials import LAWS, Gent, MooneyRivlin, NeoHookean, VerondaWestmann, law_named
+from estimator.materials import (
+    LAWS,
+    Gent,
+    IsochoricMooneyRivlin,
+    MooneyRivlin,
+    NeoHookean,
+    VerondaWestmann,
+    law_named,
+)
 from estimator.materials.law import EnergyDerivatives, FloatArray, Law
 
 TYPICAL_SHAPE = {
     "neo_hookean": [],
     "mooney_rivlin": [0.3],
+    "isochoric_mooney_rivlin": [0.3],
     "yeoh2": [0.2],
     "yeoh3": [-0.1, 0.05],
     "gent": [0.3],
@@ -21,9 +30,10 @@ TYPICAL_SHAPE = {
     "ogden2": [2.5, -1.5, 0.3],
     "st_venant_kirchhoff": [],
 }
-ALL_LAWS = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS.keys())
+EVERY_LAW = (*LAWS.values(), IsochoricMooneyRivlin())
+ALL_LAWS = pytest.mark.parametrize("law", EVERY_LAW, ids=lambda law: law.name)
 # All but St. Venant's and Kirchhoff's contain the Neo-Hookean law.
-DEPARTURES = [law for law in LAWS.values() if law.name != "st_venant_kirchhoff"]
+DEPARTURES = [law for law in EVERY_LAW if law.name != "st_venant_kirchhoff"]
 
 
 def typical_shape(law: Law) -> FloatArray:
@@ -176,6 +186,20 @@ def test_laws_are_the_classical_ones_without_volume_change(
     np.testing.assert_allclose(energy, classical(i1 - 3, i2 - 3), rtol=1e-12, atol=1e-14)
 
 
+def test_the_isochoric_mooney_rivlin_law_does_not_feel_a_change_of_volume() -> None:
+    F, shape = deformations(30, 0.3), np.array([0.4])
+    law, plain = IsochoricMooneyRivlin(), NeoHookean()
+
+    def departure(F: FloatArray) -> FloatArray:
+        point = invariants(F)
+        return law.derivatives(*point, shape).value - plain.derivatives(*point, np.empty(0)).value
+
+    np.testing.assert_allclose(departure(1.2 * F), departure(F), rtol=1e-10, atol=1e-14)
+    isochoric = F / np.cbrt(np.linalg.det(F))[:, None, None]
+    modified = MooneyRivlin().derivatives(*invariants(isochoric), shape).value
+    np.testing.assert_allclose(law.derivatives(*invariants(isochoric), shape).value, modified, rtol=1e-12)
+
+
 def test_arruda_boyce_follows_the_inverse_langevin_function() -> None:
     """Its stress goes as L⁻¹(λ/λm)/λ, λ² = I1/3; the series holds to 0.2 % up to half the locking stretch."""
 
@@ -208,7 +232,7 @@ def test_veronda_westmann_refuses_an_energy_that_overflows() -> None:
 
 @pytest.mark.parametrize("j", [0.0, -0.5, np.nan])
 def test_every_law_refuses_material_turned_inside_out(j: float) -> None:
-    for law in LAWS.values():
+    for law in EVERY_LAW:
         with pytest.raises(SolverError, match="inside out"):
             law.derivatives(np.array([3.0]), np.array([3.0]), np.array([j]), null_shape(law))
 
