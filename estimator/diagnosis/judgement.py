@@ -14,8 +14,8 @@ _PRIOR_NONE, _PRIOR_UNKNOWN = 0.4, 0.11
 # Of a label's prior this share is for an effect too small to show. With these, some 80 % are left to none where
 # nothing stands out: of 18 sealed cases of two seeds that were called "none" with 67 to 74 %, 16 had none.
 _TOO_SMALL = 0.05
-# A second cause has this prior.
-LOG_PRIOR_OF_A_PAIR = float(np.log(0.05))
+# A second cause has this prior: as often a set of sealed cases with a cause holds two.
+LOG_PRIOR_OF_A_PAIR = float(np.log(0.16))
 _CREDIBLE = 0.9
 # Share of what the best explanation gains by which evidences may be wrong, down to a least power: on cases whose
 # answers were known these ranked the most right, and where thousands were gained a lead of thirty was right.

@@ -16,10 +16,11 @@ from estimator.diagnosis.contest import (
 )
 from estimator.diagnosis.field import ALIKE, Field
 from estimator.diagnosis.finer_forms import elaborations, mistaken_for
-from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
+from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.pairs import likeliest_pairs
 from estimator.diagnosis.race import race
 from estimator.diagnosis.second_cause import adequate, least_gain, promising_seconds, starts_of_pairs
+from estimator.effects.effect import Effect, Values
 
 _LEADERS = 2
 # Pairs this close to the best are its rivals; one more of them is looked at in finer forms, and so many forms in all.
@@ -31,8 +32,8 @@ _MORE = 2
 _ADDS_LITTLE = 8.0
 # A second cause that promises this share of what the best pair adds to its first one may be that after its refit.
 _PASSED_OVER = 0.5
-# An effect has vanished where it is this share of the smallest that anybody would care for.
-_NEXT_TO_NOTHING = 0.1
+# Sizes of an effect that differ by no more than this share, and places within this share of their range, are one.
+_NEAR = 0.25
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,8 @@ def search_pairs(field: Field, best: Contender, executor: Executor, tell: Tell) 
     """Look for a second cause beside the leaders of a field, of which ``best`` is what a pair has to beat."""
     leaders = best_of_labels(field.contenders)[:_LEADERS]
     pairs = _refitted(field, leaders, best, executor, tell)
-    alone = _led_on(field, best, pairs, executor, tell)
+    found = _led_on(field, best, pairs, executor, tell)
+    alone = most_probable_first([best, *found])[0]
     if alone is not best:
         pairs = _refitted(field, best_of_labels([alone, *leaders])[:_LEADERS], alone, executor, tell)
     # Where the best pair adds little, or falls short of the unknown, other forms of its causes will not do either.
@@ -67,7 +69,8 @@ def search_pairs(field: Field, best: Contender, executor: Executor, tell: Tell) 
     if pairs and pairs[0].log_evidence > max(field.unknown, least):
         finer = _finer_forms(field, pairs, executor, tell)
         pairs = _with_more(field, pairs, finer, pairs[0].log_evidence, executor, tell)
-        alone = _in_the_same_form(field, alone, pairs[0], executor, tell)
+        refitted = replace(field, contenders=tuple(most_probable_first([*field.contenders, *found])))
+        alone = most_probable_first([alone, *_led_on(refitted, alone, pairs, executor, tell)])[0]
     return Found(alone, tuple(pairs))
 
 
@@ -159,50 +162,37 @@ def with_what_it_is_mistaken_for(field: Field, pair: Contender, executor: Execut
 
 def _led_on(
     field: Field, best: Contender, pairs: Sequence[Contender], executor: Executor, tell: Tell
-) -> Contender:
-    """Return the best single cause once those are refitted that a pair, whose other cause vanished, has led on.
+) -> list[Contender]:
+    """Return single causes refitted from where the best pair has led them, if that explains more than the best alone.
 
-    Where tissue comes off node by node a refit alone stops at a kink that one with a second effect passes.
+    What another form or another place of one cause explains is no evidence of a second one. A refit of one cause alone
+    may stop where one with a second effect goes on: at a kink, where tissue comes off node by node, or far from a large
+    pretension, which changes the tissue's shape.
     """
-    starts = [
-        left
-        for pair in pairs
-        if pair.log_evidence > best.log_evidence
-        for left in without_vanished(pair.fit.hypothesis)
-    ]
-    if not starts:
-        return best
-    again = race(field.case, field.baseline, field.error, starts, best.log_evidence, executor, tell)
-    return max([best, *again], key=lambda one: one.log_evidence)
-
-
-def _in_the_same_form(
-    field: Field, alone: Contender, pair: Contender, executor: Executor, tell: Tell
-) -> Contender:
-    """Return the best single cause once those of a pair are refitted alone, in forms in which none of them was yet.
-
-    What a finer form of one cause explains is not evidence of a second one.
-    """
-    tried = {one.fit.hypothesis.effects[0].name for one in field.contenders}
-    both = pair.fit.hypothesis
-    starts = [
-        replace(both, effects=(effect,), values=(values,))
-        for effect, values in zip(both.effects, both.values, strict=True)
-        if effect.name not in tried and effect.label in alone.labels
-    ]
-    if not starts:
-        return alone
-    found = race(field.case, field.baseline, field.error, starts, alone.log_evidence, executor, tell)
-    return max([alone, *found], key=lambda one: one.log_evidence)
-
-
-def without_vanished(pair: Hypothesis) -> list[Hypothesis]:
-    """Return a pair without the one of its effects that is next to nothing, if there is one."""
-    vanished = negligible_effects(pair, _NEXT_TO_NOTHING)
-    kept = [n for n, effect in enumerate(pair.effects) if effect not in vanished]
-    if len(kept) != 1:
+    if not pairs or pairs[0].log_evidence <= best.log_evidence:
         return []
-    return [replace(pair, effects=(pair.effects[kept[0]],), values=(pair.values[kept[0]],))]
+    starts = led_on_by(pairs[0].fit.hypothesis, field.contenders)
+    return race(field.case, field.baseline, field.error, starts, best.log_evidence, executor, tell)
+
+
+def led_on_by(pair: Hypothesis, contenders: Sequence[Contender]) -> list[Hypothesis]:
+    """Return each cause of a pair alone, with its values there, where no refit of its form alone has come near them."""
+    singles = [one.fit.hypothesis for one in contenders if len(one.labels) == 1]
+    return [
+        replace(pair, effects=(effect,), values=(values,))
+        for effect, values in zip(pair.effects, pair.values, strict=True)
+        if not any(
+            one.effects[0].name == effect.name and _is_near(effect, one.values[0], values) for one in singles
+        )
+    ]
+
+
+def _is_near(effect: Effect, one: Values, other: Values) -> bool:
+    """Tell whether an effect is nearly as large, and in nearly the same place, with both values."""
+    return all(
+        abs(one[a.name] - other[a.name]) <= _NEAR * max(abs(one[a.name]), abs(other[a.name]), a.smallest)
+        for a in effect.amplitudes
+    ) and all(abs(one[c.name] - other[c.name]) <= _NEAR * (c.upper - c.lower) for c in effect.constants)
 
 
 def _finer_forms(

@@ -179,7 +179,7 @@ class Effect:
     keeps_pattern : whether :meth:`problem` leaves free and held nodes as they are
     rest_seen : whether the cameras read the beads' stated rest positions once the tissue was mounted
     inexactness : share of what it raises the log evidence by that another cause seems to explain where its form is only
-        nearly right: friction of another form left 0.0017 to a stray fibre, stiffening 0.0008 to a grasp aside
+        nearly right: stiffening of another form left 0.0008 to a grasp aside
     """
 
     label: ClassVar[str]
@@ -187,7 +187,7 @@ class Effect:
     words: ClassVar[str]
     rate_dependent: ClassVar[bool] = False
     keeps_pattern: ClassVar[bool] = True
-    inexactness: ClassVar[float] = 2e-3
+    inexactness: ClassVar[float] = 1e-3
     rest_seen: bool = False
     elaborates: str = ""
     accident: ClassVar[bool] = False

@@ -38,6 +38,8 @@ class SupportFriction(Effect):
     """
 
     label: ClassVar[str] = "support_friction"
+    # Friction of another form left 0.0017 to a stray fibre, 0.0020 to a soft region.
+    inexactness: ClassVar[float] = 2e-3
     group: ClassVar[Group] = "environment"
     words: ClassVar[str] = "The tissue rubs on the table below it."
     law: ClassVar[type[LyingOnTable]] = LaidDownAnew

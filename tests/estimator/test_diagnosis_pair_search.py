@@ -11,9 +11,9 @@ from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.field import Field
 from estimator.diagnosis.finer_forms import mistaken_for
 from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.pair_search import beside_what_ties, passed_over, without_vanished
+from estimator.diagnosis.pair_search import beside_what_ties, led_on_by, passed_over
 from estimator.diagnosis.pairs import Start
-from estimator.effects.catalogue import CATALOGUE
+from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.fem.problem import RetractionProblem
 
 MATERIAL = Hypothesis(15e3, 0.45)
@@ -21,7 +21,7 @@ MATERIAL = Hypothesis(15e3, 0.45)
 
 def beside(present: Hypothesis, name: str, size: float) -> Hypothesis:
     """A hypothesis with one effect more, of some size for each amplitude."""
-    effect = next(one for one in CATALOGUE if one.name == name)
+    effect = next(one for one in (*CATALOGUE, *OUTSIDERS) if one.name == name)
     constants = {constant.name: constant.lower for constant in effect.constants}
     return present.with_effect(effect, {**constants, **{one.name: size for one in effect.amplitudes}})
 
@@ -47,15 +47,20 @@ def test_what_either_cause_of_a_pair_may_be_mistaken_for_is_looked_at() -> None:
     assert [one.name for one in mistaken_for(case, [contender(pair, 90.0)])] == ["unknown:air_pocket"]
 
 
-def test_what_a_vanished_effect_has_led_on_stands_alone() -> None:
-    loose = beside(MATERIAL, "anchor_debonding:throughout", 0.25)
-    (alone,) = without_vanished(beside(loose, "inhomogeneity:sphere", 1e-5))
-    assert alone == loose
+def test_a_cause_that_a_pair_has_led_elsewhere_is_refitted_alone_from_there() -> None:
+    drawn = beside(MATERIAL, "prestretch:beads_known_after", 1.7e-3)
+    lens = beside(MATERIAL, "unknown:lens_distortion_rest_true", 3.0)
+    further = beside(MATERIAL, "prestretch:beads_known_after", 3.7e-3)
+    pair = beside(further, "unknown:lens_distortion_rest_true", 2.9)
+    assert led_on_by(pair, [contender(drawn, 90.0), contender(lens, 80.0)]) == [further]
 
 
-def test_a_pair_of_which_neither_vanished_stays_a_pair() -> None:
+def test_a_cause_in_another_form_than_it_was_refitted_in_is_refitted_alone() -> None:
+    even = beside(MATERIAL, "anchor_compliance:isotropic", 3e-3)
+    uneven = beside(MATERIAL, "anchor_compliance:uneven", 3e-3)
     loose = beside(MATERIAL, "anchor_debonding:throughout", 0.25)
-    assert not without_vanished(beside(loose, "inhomogeneity:sphere", 0.3))
+    pair = beside(uneven, "anchor_debonding:throughout", 0.25)
+    assert led_on_by(pair, [contender(even, 90.0), contender(loose, 80.0)]) == [uneven]
 
 
 def field_of(evidences: dict[float, Hypothesis]) -> Field:

@@ -40,7 +40,7 @@ def test_two_causes_are_found_whose_place_a_third_one_takes() -> None:
         signature("camera_scale:uniform", one),
         signature("gripper_compliance:translation", other),
         signature("motion_scale:translation", (one + other) / np.sqrt(2.0)),
-        signature("second_invariant", DIRECTIONS[:, 4]),
+        signature("second_invariant:modified", DIRECTIONS[:, 4]),
     ]
     misfit = 20.0 * one + 12.0 * other
     base = Linearisation(MATERIAL, coordinates(MATERIAL), (), (misfit,), (DIRECTIONS[:, :2],), (), ())
