@@ -26,8 +26,7 @@ _LEADERS = 2
 # Pairs this close to the best are its rivals; one more of them is looked at in finer forms, and so many forms in all.
 _CLOSE = 10.0
 _RIVALS, _FINER = 2, 4
-# Beside so many more labels the second cause of a pair that leaves something is refitted, and so many more of these
-# beside its first one.
+# So many more labels are tried beside the best pair's second cause, and so many more beside its first one.
 _MORE = 2
 _ADDS_LITTLE = 8.0
 # A second cause that promises this share of what the best pair adds to its first one may be that after its refit.

@@ -20,8 +20,8 @@ from estimator.effects.catalogue import LABELS
 # Refits of 36 pairs on 9 cases raised it by 0.4 more than first order promises at the most, often by less.
 _PROMISED = 1.0
 # A pair must raise it by this more where one of its causes is so small that nobody would care: errors of the mesh have
-# feigned such. Beside 27 single causes of 17 to 370 σ in their right form the likeliest of them promised 2.8 at the
-# most, one that was not small 4.9.
+# feigned such. Beside 27 single causes of 17 to 370 σ in their right form a small one that is not there promised to
+# raise it by 2.8 at the most, one of a size to care for by 4.9.
 _FEIGNED = 2.0
 # Something unknown beside the causes must raise the log evidence by this, and by this share of what they do: any form
 # that is nearly right leaves a little of a large gap.

@@ -6,7 +6,7 @@ At J = 1 this is W = C10 (I1 − 3) + C01 (I2 − 3) with μ = 2 (C10 + C01) and
 Source: M. Mooney, J. Appl. Phys. 11 (1940) 582; R. S. Rivlin, Phil. Trans. R. Soc. A 241 (1948) 379.
 A negative m softens in tension and is unstable in other modes from some stretch on.
 
-Carried over to J ≠ 1 by isochoric invariants, as many solvers do, the share that moves to the second one is
+Carried over to J ≠ 1 by isochoric invariants (G. A. Holzapfel, Nonlinear Solid Mechanics, 2000, section 6.5) it is
 
     w = x/2 + m/2 (J^(−4/3) I2 − J^(−2/3) I1)
 
