@@ -33,7 +33,7 @@ from estimator.diagnosis.glitches import number_left_out
 from estimator.diagnosis.preparation import corrected_at_best, prepare
 from estimator.diagnosis.race import finalists, race, race_on, to_the_end
 from estimator.diagnosis.result import AT_MOST
-from estimator.diagnosis.second_cause import adequate, promising_seconds
+from estimator.diagnosis.second_cause import adequate, asks_for_a_finer_form, promising_seconds
 from estimator.diagnosis.sharpening import (
     CaseLeaving,
     in_another_case,
@@ -218,9 +218,9 @@ def _unknown_leads(field: Field, best: Contender) -> bool:
 def _doubtful(field: Field, best_few: Sequence[Contender]) -> list[Contender]:
     """Return the contenders of which a finer form could win, the most probable first.
 
-    They are rivals close to the best, or what leaves a misfit; or the best alone, where a second cause seems to be
-    beside it: a finer form of one cause is likelier. Where something unknown is more probable than all, the best of
-    every label: another cause may have taken the place of one in a form too plain.
+    They are rivals close to the best, or what leaves a misfit; or the best alone, where another of its own kind or a
+    second cause seems to be beside it: a finer form of one cause is likelier. Where something unknown is more probable
+    than all, the best of every label: another cause may have taken the place of one in a form too plain.
     """
     if not best_few:
         return []
@@ -230,6 +230,8 @@ def _doubtful(field: Field, best_few: Sequence[Contender]) -> list[Contender]:
     rivals = [one for one in best_few if one.log_evidence > best.log_evidence - _CLOSE]
     if len({one.labels[0] for one in rivals}) > 1:
         return rivals
-    if not adequate(field.case, best):
+    if not adequate(field.case, best, field.error):
         return list(best_few[:2])
+    if asks_for_a_finer_form(field.case, best, field.trials, field.error):
+        return [best]
     return [best] if promising_seconds(field.case, best, field.trials, field.error, field.none) else []

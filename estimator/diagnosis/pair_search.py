@@ -107,7 +107,7 @@ def beside_what_ties(field: Field, pairs: Sequence[Contender]) -> list[Hypothesi
     ----------
     pairs : refitted, one at least, the most probable first; what is among them is not begun again
     """
-    if adequate(field.case, pairs[0]):
+    if adequate(field.case, pairs[0], field.error):
         return []
     best, *others = best_of_labels(field.contenders)
     least = best.log_evidence - ALIKE * (best.log_evidence - field.none)
@@ -201,7 +201,7 @@ def _finer_forms(
     best = pairs[0]
     close = [pair for pair in pairs if pair.log_evidence > best.log_evidence - _CLOSE]
     rivals = list(dict.fromkeys(frozenset(pair.labels) for pair in close))[:_RIVALS]
-    if len(rivals) == 1 and adequate(field.case, best):
+    if len(rivals) == 1 and adequate(field.case, best, field.error):
         return []
     labels = frozenset().union(*rivals)
     known = {trial.signature.effect.name for trial in field.trials}

@@ -178,7 +178,7 @@ def _stands(field: Field, pair: Contender, leading: str) -> bool:
     """
     ahead = pair.log_evidence - field.unknown
     left = 0.5 * beyond_noise(field.case, pair)
-    return ahead > _STANDS and (leading != UNKNOWN or adequate(field.case, pair) or left < ahead)
+    return ahead > _STANDS and (leading != UNKNOWN or left < ahead or adequate(field.case, pair, field.error))
 
 
 def _first_of(field: Field, label: str) -> Contender | None:

@@ -7,7 +7,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from estimator.effects.effect import Amplitude, Effect, Group, Values
+from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Group, Values
 from estimator.fem.morph import with_points
 from estimator.fem.problem import RetractionProblem
 
@@ -24,6 +24,7 @@ class ThicknessError(Effect):
     label: ClassVar[str] = "thickness_error"
     group: ClassVar[Group] = "geometry"
     words: ClassVar[str] = "The phantom is thicker or thinner than stated."
+    inexactness: ClassVar[float] = HARDLY_INEXACT
     amplitudes = (_EXCESS,)
 
     def __init__(

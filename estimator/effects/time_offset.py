@@ -3,7 +3,7 @@
 from typing import Literal
 
 from estimator.effects.axes import in_gripper_axes, in_tissue_axes
-from estimator.effects.effect import Amplitude, Effect, Readings, Values
+from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 from estimator.effects.instants import at_other_times
 
 
@@ -18,6 +18,7 @@ class TimeOffset(Effect):
     label = "time_offset"
     group = "timing"
     words = "The force stream is shifted in time against the pose stream."
+    inexactness = HARDLY_INEXACT
 
     def __init__(self, form: Literal["lag", "lead"]) -> None:
         self.form = form

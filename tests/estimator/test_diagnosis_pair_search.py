@@ -91,7 +91,7 @@ def test_the_second_cause_of_a_pair_that_leaves_something_is_tried_beside_what_t
         (True, []),
     ):
         monkeypatch.setattr(
-            "estimator.diagnosis.pair_search.adequate", lambda case, pair, told=leaves_nothing: told
+            "estimator.diagnosis.pair_search.adequate", lambda case, pair, error, told=leaves_nothing: told
         )
         assert beside_what_ties(field, pairs) == expected
 
