@@ -22,7 +22,7 @@ from estimator.diagnosis.judgement import of_labels, probabilities, shared_with_
 from estimator.diagnosis.pair_search import search_pairs, with_what_it_is_mistaken_for
 from estimator.diagnosis.result import NONE, UNKNOWN, Doubted
 from estimator.diagnosis.roughness import rough_gap, rough_remainder
-from estimator.diagnosis.second_cause import adequate, asked_of, beyond_noise, least_remainder
+from estimator.diagnosis.second_cause import adequate, beyond_noise, least_gain, least_remainder
 from estimator.effects.catalogue import LABELS
 
 # An effect of negligible size is believed in full where it raises the log evidence by this: the baseline is not exact,
@@ -93,7 +93,7 @@ def _doubted(field: Field, best: Contender, pairs: Sequence[Contender]) -> tuple
     doubted: dict[str, Doubted] = {}
     for pair in pairs:
         others = set(pair.labels) - {best.labels[0], UNKNOWN}
-        adds, asked = pair.log_evidence - best.log_evidence, asked_of(pair, best, field.none)
+        adds, asked = pair.log_evidence - best.log_evidence, least_gain(best, pair.labels, field.none)
         if best.labels[0] in pair.labels and others and _WORTH_TELLING <= adds < asked:
             label = others.pop()
             doubted.setdefault(label, Doubted(label, adds, asked))
@@ -216,5 +216,5 @@ def _with_remainder(
 
 def _worth_two(field: Field, best: Contender, pair: Contender) -> bool:
     """Tell whether two causes explain enough more than the best one."""
-    enough = pair.log_evidence - best.log_evidence >= asked_of(pair, best, field.none)
+    enough = pair.log_evidence - best.log_evidence >= least_gain(best, pair.labels, field.none)
     return enough and not lost_on_held_out(pair.fit, field.baseline)

@@ -22,7 +22,6 @@ from estimator.diagnosis.roughness import rough_gap, rough_remainder
 from estimator.diagnosis.screening import Signature
 from estimator.diagnosis.second_cause import (
     adequate,
-    asked_of,
     asks_for_a_finer_form,
     promising_seconds,
     starts_of_pairs,
@@ -164,22 +163,6 @@ def test_what_a_nearly_right_form_leaves_of_a_large_gap_is_no_second_cause() -> 
     assert not found_beside(explained=1e6, left=50.0)
     assert found_beside(explained=1e6, left=3000.0)
     assert not found_beside(explained=100.0, left=1.0)
-
-
-def test_a_second_cause_that_nobody_would_care_for_is_asked_for_more() -> None:
-    def contender(hypothesis: Hypothesis) -> Contender:
-        return Contender(Linearisation(hypothesis, (), (), (), (), (), ()), 0.0, np.zeros(0))
-
-    stiffening, aside = (
-        next(one for one in CATALOGUE if one.name == name)
-        for name in ("strain_stiffening:gent", "grasp_misplacement:jaws")
-    )
-    first = MATERIAL.with_effect(stiffening, {"inverse_limit": 0.5})
-    slight, large = (
-        contender(first.with_effect(aside, {"shift_x": shift, "shift_y": 0.0})) for shift in (9e-5, 9e-4)
-    )
-    alone = contender(first)
-    assert asked_of(slight, alone, none=0.0) > asked_of(large, alone, none=0.0)
 
 
 def test_what_two_causes_would_not_be_believed_for_is_not_refitted() -> None:
