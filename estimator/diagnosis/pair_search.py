@@ -18,7 +18,7 @@ from estimator.diagnosis.field import ALIKE, Field
 from estimator.diagnosis.finer_forms import elaborations, mistaken_for
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.pairs import likeliest_pairs
-from estimator.diagnosis.race import race
+from estimator.diagnosis.race import is_linear, race
 from estimator.diagnosis.second_cause import adequate, least_gain, promising_seconds, starts_of_pairs
 from estimator.effects.effect import Effect, Values
 
@@ -126,7 +126,8 @@ def beside_what_ties(field: Field, pairs: Sequence[Contender]) -> list[Hypothesi
 def passed_over(field: Field, pairs: Sequence[Contender], least: float) -> list[Hypothesis]:
     """Return starts of second causes beside the best pair's first one that promised less than its second.
 
-    First order promises too little of what is far from linear, as of fibres that bear in tension alone.
+    First order promises too little of what is far from linear, as of fibres that bear in tension alone; of what is
+    linear it promises what a refit keeps.
 
     Parameters
     ----------
@@ -140,7 +141,9 @@ def passed_over(field: Field, pairs: Sequence[Contender], least: float) -> list[
     return [
         start.hypothesis
         for start in promising_seconds(field.case, first, field.trials, field.error, field.none)
-        if start.labels not in tried and start.log_evidence > least
+        if start.labels not in tried
+        and start.log_evidence > least
+        and not is_linear(start.hypothesis.effects[-1])
     ][:_MORE]
 
 

@@ -136,11 +136,11 @@ def worth_a_second_point(contenders: Sequence[Contender], bar: float) -> list[Co
     return [
         one
         for one in _in_reach(contenders, bar, _IN_REACH)
-        if one in near or not all(_is_linear(effect) for effect in one.fit.hypothesis.effects)
+        if one in near or not all(is_linear(effect) for effect in one.fit.hypothesis.effects)
     ]
 
 
-def _is_linear(effect: Effect) -> bool:
+def is_linear(effect: Effect) -> bool:
     """Tell whether an effect is a linear change of what the sensors make of the tissue."""
     return not acts_on_tissue(effect) and all(constant.fixed for constant in effect.constants)
 

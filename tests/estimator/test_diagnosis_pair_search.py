@@ -96,15 +96,20 @@ def test_the_second_cause_of_a_pair_that_leaves_something_is_tried_beside_what_t
         assert beside_what_ties(field, pairs) == expected
 
 
-def test_a_second_cause_that_promised_half_of_what_the_best_one_adds_is_tried_too(
+def test_a_second_cause_that_promised_half_of_what_the_best_one_adds_is_tried_too_unless_it_is_linear(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     turned = beside(MATERIAL, "camera_rotation", 0.01)
-    stiffening, fibres, aside = (
+    stiffening, gain, fibres, aside = (
         beside(turned, name, 0.01)
-        for name in ("strain_stiffening:yeoh2", "anisotropy:tension_only", "grasp_misplacement:jaws")
+        for name in (
+            "strain_stiffening:yeoh2",
+            "force_axis_gain:tx",
+            "anisotropy:tension_only",
+            "grasp_misplacement:jaws",
+        )
     )
-    promised = {100.0 + 90.0: stiffening, 100.0 + 60.0: fibres, 100.0 + 20.0: aside}
+    promised = {100.0 + 90.0: stiffening, 100.0 + 80.0: gain, 100.0 + 60.0: fibres, 100.0 + 20.0: aside}
     monkeypatch.setattr(
         "estimator.diagnosis.pair_search.promising_seconds",
         lambda *field: [Start(evidence, one) for evidence, one in promised.items()],
