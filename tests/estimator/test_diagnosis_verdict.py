@@ -361,6 +361,24 @@ def test_the_best_second_cause_beside_the_first_leader_is_refitted_whatever_a_le
     assert starts == [surest.hypothesis, boldest.hypothesis]
 
 
+@pytest.mark.parametrize("leaves_noise_alone", [True, False])
+def test_beside_a_leader_that_leaves_noise_alone_and_promises_nothing_no_pair_is_refitted(
+    leaves_noise_alone: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first, behind = refitted(present(LOST_GRIP), 700.0), refitted(present(REGION), 300.0)
+    boldest = Start(900.0, present(REGION, CAMERA))
+    promised = {LOST_GRIP.label: [], REGION.label: [boldest]}
+    for name, told in (
+        ("promising_seconds", lambda case, leader, *rest: promised[leader.labels[0]]),
+        ("likeliest_pairs", lambda *of_trials: []),
+        ("adequate", lambda *of_leader: leaves_noise_alone),
+    ):
+        monkeypatch.setattr(f"estimator.diagnosis.second_cause.{name}", told)
+    field = tried("unknown:cut", "log_softness", 0.9, 643.0)
+    starts = starts_of_pairs(field.case, first.fit, [first, behind], field.trials, field.error, none=0.0)
+    assert starts == ([] if leaves_noise_alone else [boldest.hypothesis])
+
+
 def test_what_two_causes_are_mistaken_for_takes_their_place_where_it_explains_as_much_alone(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
