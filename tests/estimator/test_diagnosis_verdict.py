@@ -20,12 +20,7 @@ from estimator.diagnosis.pair_search import Found
 from estimator.diagnosis.pairs import Start
 from estimator.diagnosis.roughness import rough_gap, rough_remainder
 from estimator.diagnosis.screening import Signature
-from estimator.diagnosis.second_cause import (
-    adequate,
-    asks_for_a_finer_form,
-    promising_seconds,
-    starts_of_pairs,
-)
+from estimator.diagnosis.second_cause import adequate, starts_of_pairs
 from estimator.diagnosis.verdict import Verdict, reach_verdict, weigh
 from estimator.diagnosis.whitening import Whitening
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
@@ -117,85 +112,6 @@ def test_understated_noise_is_no_gap_and_one_experiment_that_stands_aside_is() -
     beads = np.arange(3000) % 48 < 12
     aside = [*noise[:2], np.where(beads, noise[2] + 1.8 * rng.normal(size=3000), noise[2])]
     assert rough_gap(aside, 1.0) == rough_remainder(aside, 1.0) > 0.0
-
-
-class Beside(typing.NamedTuple):
-    """A refitted first cause, and a second one that would raise the log evidence beside it."""
-
-    case: Case
-    leader: Contender
-    trial: Trial
-    error: ModelError
-
-
-def leaves(left: float, first: str, second: str, explained: float = 100.0) -> Beside:
-    """A first cause that explains so much, and what it leaves for a second one of one amplitude."""
-    leader, other = (
-        next(one for one in (*CATALOGUE, *OUTSIDERS) if one.name == name) for name in (first, second)
-    )
-    null = MATERIAL.with_effect(other, {amplitude.name: 0.0 for amplitude in other.amplitudes})
-    free = coordinates(null)
-    columns = np.linalg.qr(np.random.default_rng(3).normal(size=(400, 3)))[0]
-    scale = free[2].scale
-    assert scale is not None
-    # The usual size of the second cause is a hundred times what the measurements resolve: that alone would cost 4.6.
-    along = columns[:, 2] * 100.0 / scale
-    residual = np.sqrt(2.0 * (left + np.log(100.0))) * columns[:, 2]
-    nothing = np.zeros((400, 1))
-    error = ModelError(
-        (Discrepancy((nothing, nothing), (np.zeros(1), np.zeros(1))),), ((0.0, 0.0),), (0.0, 0.0)
-    )
-    leading = MATERIAL.with_effect(leader, {amplitude.name: 1e-4 for amplitude in leader.amplitudes})
-    fit = Linearisation(leading, free[:2], (), (residual,), (columns[:, :2],), (), ())
-    trial = Trial(Signature(other, {}, free[2:], (along[:, None],)), 0.0, null)
-    case = Case((REFERENCE_BLOCK,), typing.cast(RetractionProblem, None), (), (), ())
-    return Beside(case, Contender(fit, explained, np.zeros(2)), trial, error)
-
-
-def found_beside(explained: float, left: float, first: str = "gripper_compliance:translation") -> bool:
-    """Whether a second cause is looked for that would raise the log evidence by about ``left`` beside a first one."""
-    case, leader, trial, error = leaves(left, first, "camera_scale:uniform", explained)
-    return bool(promising_seconds(case, leader, [trial], error, none=0.0))
-
-
-def test_what_a_nearly_right_form_leaves_of_a_large_gap_is_no_second_cause() -> None:
-    assert found_beside(explained=100.0, left=50.0)
-    assert not found_beside(explained=1e6, left=50.0)
-    assert found_beside(explained=1e6, left=3000.0)
-    assert not found_beside(explained=100.0, left=1.0)
-
-
-def test_what_two_causes_would_not_be_believed_for_is_not_refitted() -> None:
-    assert not found_beside(explained=100.0, left=1.2)
-    assert found_beside(explained=100.0, left=5.0)
-
-
-def test_beside_two_beads_that_are_exchanged_nothing_is_their_inexactness() -> None:
-    exchange = "fiducial_mislabel:to_the_last_experiment"
-    assert found_beside(explained=1e6, left=50.0, first=exchange)
-    assert not found_beside(explained=1e6, left=1.0, first=exchange)
-
-
-def test_a_constant_linear_change_of_readings_leaves_less_for_a_second_cause_than_a_law_of_the_tissue() -> (
-    None
-):
-    assert found_beside(explained=2e4, left=18.0, first="force_axis_gain:fx")
-    assert not found_beside(explained=2e4, left=18.0, first="strain_stiffening:gent")
-
-
-def test_what_another_effect_of_its_own_kind_would_explain_asks_for_a_finer_form_of_the_leader() -> None:
-    for left, expected in ((1.0, False), (30.0, True)):
-        case, leader, trial, error = leaves(left, "camera_scale:uniform", "camera_scale:of_the_motion")
-        assert asks_for_a_finer_form(case, leader, [trial], error) == expected
-    case, leader, trial, error = leaves(30.0, "gripper_compliance:translation", "camera_scale:of_the_motion")
-    assert not asks_for_a_finer_form(case, leader, [trial], error)
-
-
-def test_beside_what_is_recognised_outside_the_catalogue_a_cause_must_add_a_share_of_what_that_does() -> None:
-    swelling = "unknown:shrinkage"
-    assert not found_beside(explained=2000.0, left=60.0, first=swelling)
-    assert found_beside(explained=2000.0, left=60.0)
-    assert found_beside(explained=2000.0, left=200.0, first=swelling)
 
 
 VALUES = 1200
