@@ -76,7 +76,7 @@ def adequate(case: Case, contender: Contender, error: ModelError) -> bool:
     """Tell whether a contender leaves no more than noise: something unknown beside it is no more probable than nothing.
 
     That is sharper than its sum of squares, of which the errors that rows share are a part as well: in right forms the
-    log evidence differed by -2.4 to 0.5 on 15 cases, in others by 22 and more.
+    log evidence differed by -2.4 to 0.5 on 15 cases, in others by 30 and more.
     """
     return evidence_of_unknown(case, contender.fit, error) - contender.log_evidence < _LEAVES
 
@@ -109,7 +109,7 @@ def asks_for_a_finer_form(case: Case, leader: Contender, trials: Sequence[Trial]
 
     A stress that relaxes at two rates, fitted with one, leaves what one more of another rate would take away: 30 in log
     evidence where nothing else told, on a case whose E was off by 4 %. Beside a leader in the right form such promised
-    1 at the most on 25 cases, and 11 beside a gripper that slipped by much.
+    1 at the most on 23 cases, and 11 beside a gripper that slipped by much.
     """
     own = [trial.signature for trial in trials if trial.signature.effect.label in leader.labels]
     promised = max((trial.log_evidence for trial in trials_of(case, leader.fit, error, own)), default=-np.inf)

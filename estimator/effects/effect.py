@@ -61,7 +61,7 @@ BLOCK_OF_GROUP: Mapping[Group, str] = {
 }
 
 
-# Inexactness of what has hardly another form, as a constant linear change of readings or poses: beside thirteen such
+# Inexactness of what has hardly another form, as a constant linear change of readings or poses: beside fifteen such
 # causes of 113 to 327 σ, which raised it by 1700 to 19000, others seemed to raise the log evidence by 4.9 at the most,
 # and by no more where more was explained.
 HARDLY_INEXACT = 2e-4
