@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
-from estimator.diagnosis.case import Case, Linearisation
+from estimator.diagnosis.case import Case, Linearisation, linearise
 from estimator.diagnosis.contest import (
     Contender,
     Tell,
@@ -30,6 +30,7 @@ from estimator.diagnosis.finer_forms import (
     siblings,
 )
 from estimator.diagnosis.glitches import number_left_out
+from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.preparation import corrected_at_best, prepare
 from estimator.diagnosis.race import finalists, race, race_on, to_the_end
 from estimator.diagnosis.result import AT_MOST
@@ -132,7 +133,7 @@ def _finer(field: Field, executor: Executor, tell: Tell) -> Field:
         return field
     case, baseline, error = field.case, field.baseline, field.error
     effects = [*elaborate, *mistaken]
-    finer = screen(case, baseline, error, effects, executor, tell) if effects else []
+    finer = screen(case, _with_material_of(field), error, effects, executor, tell) if effects else []
     begun = best_starts(finer)
     forms = [start for one in doubtful[:1] for start in at_the_place_of(one, field.contenders)]
     led = {start.effects[0].name for start in forms}
@@ -157,6 +158,15 @@ def _finer(field: Field, executor: Executor, tell: Tell) -> Field:
     weighed = most_probable_first([*field.contenders, *found])
     contenders = to_the_end(case, baseline, error, weighed, field.none, executor, tell)
     return replace(field, trials=(*field.trials, *finer), contenders=tuple(contenders))
+
+
+def _with_material_of(field: Field) -> Linearisation:
+    """Return the baseline with E and ν of the best contender, where a form much like it is nearer to linear.
+
+    A stress that relaxes by half leaves half of E: from the fitted E, the shares of two terms begin far off.
+    """
+    there = field.contenders[0].fit.hypothesis
+    return linearise(field.case, Hypothesis(there.youngs_modulus, there.poisson_ratio), field.baseline)
 
 
 def _best_with_kinks(case: Case, contenders: Sequence[Contender]) -> Contender | None:

@@ -56,8 +56,8 @@ def at_the_place_of(leader: Contender, contenders: Sequence[Contender]) -> list[
     """Return the other forms of a leader's label with its values, where no refit of theirs has come there.
 
     A search from a grid may stop far from the place that another form has found. A constant that a form has beside what
-    the leader has begins at either end of its grid, an amplitude at its null. Refinements of the leader's own form come
-    first.
+    the leader has begins at either end of its grid, an amplitude at its null: but not one of more terms that are alike,
+    of which none is where the single one is. Refinements of the leader's own form come first.
     """
     hypothesis = leader.fit.hypothesis
     effect, values = hypothesis.effects[0], hypothesis.values[0]
@@ -71,7 +71,7 @@ def at_the_place_of(leader: Contender, contenders: Sequence[Contender]) -> list[
         kept = {name: value for name, value in values.items() if name in names}
         null = {amplitude.name: 0.0 for amplitude in other.amplitudes}
         new = [constant for constant in other.constants if constant.name not in kept]
-        if not all(constant.grid for constant in new):
+        if not all(constant.grid for constant in new) or (new and other.terms_alike):
             continue  # the measurements tell where such a one begins, in starts of its own
         for end in (0, -1):
             begun = {**null, **kept, **{constant.name: constant.grid[end] for constant in new}}

@@ -177,6 +177,7 @@ class Effect:
     accident : whether it happens at one instant: then it is looked at as well where something unknown leads, for what
         is right only until then or from then on looks like nothing known
     mistaken_for : labels of the catalogue in whose place one without a label is looked at; none for one that always is
+    terms_alike : whether it is a sum of terms that may change places: none of several is where a single one fits best
     keeps_pattern : whether :meth:`problem` leaves free and held nodes as they are
     rest_seen : whether the cameras read the beads' stated rest positions once the tissue was mounted
     inexactness : share of what it raises the log evidence by that another cause seems to explain where its form is only
@@ -188,6 +189,7 @@ class Effect:
     words: ClassVar[str]
     rate_dependent: ClassVar[bool] = False
     keeps_pattern: ClassVar[bool] = True
+    terms_alike: ClassVar[bool] = False
     inexactness: ClassVar[float] = 1e-3
     rest_seen: bool = False
     elaborates: str = ""

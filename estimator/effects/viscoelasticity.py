@@ -16,6 +16,8 @@ from estimator.fem.terms import Term
 from estimator.materials.material import Material
 
 _TIMES_S = (2.0, 8.0, 30.0)
+# Of several terms the slowest may be slower than any one that fits alone.
+_TIMES_OF_SEVERAL_S = (*_TIMES_S, 120.0)
 
 
 class Viscoelasticity(Effect):
@@ -37,6 +39,7 @@ class Viscoelasticity(Effect):
         "The stress relaxes while the gripper holds and lags on the way back; E is that of the stress that stays."
     )
     rate_dependent: ClassVar[bool] = True
+    terms_alike: ClassVar[bool] = True
 
     def __init__(self, form: str, terms: int, part: RelaxingPart, elaborates: str = "") -> None:
         self.form = form
@@ -47,14 +50,15 @@ class Viscoelasticity(Effect):
             Amplitude(f"relaxing_share_{n}", "1", scale=0.4 / terms, smallest=0.02, lower=0.0, upper=5.0)
             for n in numbers
         )
+        self._times_s = _TIMES_S if terms == 1 else _TIMES_OF_SEVERAL_S
         self.constants = tuple(
-            Constant(f"relaxation_time_{n}", "s", _TIMES_S, lower=0.1, upper=1000.0) for n in numbers
+            Constant(f"relaxation_time_{n}", "s", self._times_s, lower=0.1, upper=1000.0) for n in numbers
         )
 
     def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
         """Return every ascending choice of times from the grid: the order of the terms means nothing."""
         names = [constant.name for constant in self.constants]
-        chosen = itertools.combinations(_TIMES_S, len(names))
+        chosen = itertools.combinations(self._times_s, len(names))
         return [dict(zip(names, times, strict=True)) for times in chosen]
 
     def terms(

@@ -117,20 +117,18 @@ def test_a_form_that_has_been_at_the_leaders_place_does_not_begin_there_again() 
     assert at_the_place_of(leader, [leader, there]) == []
 
 
-def test_a_second_relaxation_time_begins_beside_the_first_at_either_end_of_what_may_be() -> None:
-    leader = contender("viscoelasticity:one_term", 90.0, relaxation_time_1=13.0, relaxing_share_1=0.4)
-    of_two = [
-        one.values[0] for one in at_the_place_of(leader, [leader]) if one.effects[0].form == "two_terms"
-    ]
-    assert [one["relaxation_time_2"] for one in of_two] == [2.0, 30.0]
-    assert all((one["relaxation_time_1"], one["relaxing_share_1"]) == (13.0, 0.4) for one in of_two)
-    assert all(one["relaxing_share_2"] == 0.0 for one in of_two)
+def test_a_constant_that_the_leader_lacks_begins_at_either_end_of_its_grid() -> None:
+    leader = contender("gripper_slip:gradual", 90.0, threshold=3.0, slip_per_force=2e-4)
+    creeping = [one for one in at_the_place_of(leader, [leader]) if one.effects[0].form == "creeping"]
+    assert [one.values[0]["time_constant"] for one in creeping] == [1.0, 5.0]
+    assert all(
+        (one.values[0]["threshold"], one.values[0]["slip_per_force"]) == (3.0, 2e-4) for one in creeping
+    )
 
 
-def test_refinements_of_the_leaders_own_form_begin_first() -> None:
+def test_of_two_terms_none_begins_where_a_single_one_fits_best() -> None:
     leader = contender("viscoelasticity:whole_stress", 90.0, relaxation_time_1=13.0, relaxing_share_1=0.4)
-    forms = [one.effects[0].form for one in at_the_place_of(leader, [leader])]
-    assert forms == [*2 * ["whole_stress_two_terms"], "one_term", *2 * ["two_terms"]]
+    assert [one.effects[0].form for one in at_the_place_of(leader, [leader])] == ["one_term"]
 
 
 @pytest.mark.parametrize("effect", CATALOGUE, ids=lambda effect: effect.name)
