@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.chain import TermChain
 from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.passage import Mechanics, Passage
+from estimator.diagnosis.passage import Mechanics, Passage, displacement_at_rest
 from estimator.diagnosis.perturbation import MechanicalChange, Perturbation, no_change, overrides
 from estimator.experiment import Experiment
 from estimator.fem.body import nodal_forces, respond
@@ -163,8 +163,9 @@ def _along_passages(
             loads = np.column_stack([load.ravel() for _, load in moved])
             if without_beads:
                 motions = linear_motion(passage.problem, state, loads[:, without_beads]).T
+                at_rest = displacement_at_rest(passage)
                 for k, motion in zip(without_beads, motions, strict=True):
-                    loadings[k].put_beads(state.displacement + motion.reshape(-1, 3))
+                    loadings[k].put_beads(at_rest + motion.reshape(-1, 3))
                 without_beads = []
             wrenches, fiducials = linear_answers(passage.problem, state, loads)
             for column, (k, (displacement, _)) in enumerate(zip(asked, moved, strict=True)):

@@ -16,7 +16,7 @@ from estimator.effects.effect import Motion
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
 from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings
-from estimator.fem.equilibrium_state import EquilibriumState
+from estimator.fem.equilibrium_state import EquilibriumState, linear_change
 from estimator.fem.motion import GripperPose
 from estimator.fem.observation import Observation, observe
 from estimator.fem.problem import RetractionProblem
@@ -196,8 +196,17 @@ def solve_case(
             if progress is not None:
                 progress(done, total)
         passages.append(Passage(visits, loads[number].unit_wrench, motion, changed, problem, tuple(states)))
-    seen = hypothesis.with_beads(changed, passages[0].states[0].displacement)
+    seen = hypothesis.with_beads(changed, displacement_at_rest(passages[0]))
     return [replace(passage, problem=seen) for passage in passages]
+
+
+def displacement_at_rest(passage: Passage) -> FloatArray:
+    """Return how the nodes are displaced (n, 3), m, with the gripper exactly at its stated rest pose.
+
+    By the noise of the first pose beads would seem to sit elsewhere on the tissue, whatever little displaces them.
+    """
+    first = passage.states[0]
+    return first.displacement - linear_change(passage.problem, first, passage.visits.off_rest)
 
 
 def reported_motion(visits: Visits, hypothesis: Hypothesis, unit_wrench: FloatArray) -> Motion:

@@ -58,13 +58,8 @@ def predicted_readings(
 
 
 def _at_rest(mechanics: Mechanics) -> tuple[FloatArray, FloatArray]:
-    """Return wrench (6,) and fiducials (m, 3) with the gripper exactly at its stated rest pose.
-
-    The first visit's reported pose is at rest but for its noise.
-    """
-    first, visits = mechanics.observations[0], mechanics.passage.visits
-    shift = visits.position[0] - np.asarray(visits.experiment.grasp.centre)
-    off = np.concatenate([shift, visits.rotation[0].as_rotvec()])
+    """Return wrench (6,) and fiducials (m, 3) with the gripper exactly at its stated rest pose."""
+    first, off = mechanics.observations[0], mechanics.passage.visits.off_rest
     return first.wrench - first.wrench_by_pose @ off, first.fiducials - first.fiducials_by_pose @ off
 
 

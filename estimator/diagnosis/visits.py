@@ -42,6 +42,12 @@ class Visits:
     def __len__(self) -> int:
         return len(self.time)
 
+    @property
+    def off_rest(self) -> FloatArray:
+        """By what the first reported pose, at rest but for its noise, is off the stated rest pose, (6,) m and rad."""
+        shift = self.position[0] - np.asarray(self.experiment.grasp.centre)
+        return np.concatenate([shift, self.rotation[0].as_rotvec()])
+
 
 def visits_of(experiment: Experiment, felt: FloatArray) -> Visits:
     """Group consecutive rows that share a pose; ``felt`` (n, 6) is the wrench of the tissue on the gripper."""

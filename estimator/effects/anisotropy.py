@@ -23,9 +23,10 @@ _ANGLE = Constant(
     "fibre_angle", "rad", tuple(float(n * np.pi / 12) for n in range(12)), lower=-np.pi, upper=2 * np.pi
 )
 
-
-# Of the square of the fibres' own I4 − 1 in the exponent.
-_RATE = Constant("fibre_stiffening", "1", (0.5,), lower=0.02, upper=5.0)
+# Of the square of the fibres' own I4 − 1 in the exponent. From much more a search must not begin: in a few elements at
+# the edges of the grasp, which without fibres are drawn to more than twice their length, the stress of the first ones
+# would be a thousand times that anywhere else.
+_RATE = Constant("fibre_stiffening", "1", (0.1,), lower=0.02, upper=5.0)
 
 
 class Anisotropy(Effect):
