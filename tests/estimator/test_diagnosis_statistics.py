@@ -213,8 +213,8 @@ def test_rivals_that_explain_much_need_to_differ_by_more() -> None:
 
 def test_an_effect_too_small_to_show_may_always_be_there() -> None:
     nothing = probabilities({"none": 0.0, "unknown": -5.0, **dict.fromkeys(LABELS, -30.0)})
-    hidden, unknown = 0.05 * (1 - 0.4 - 0.11), 0.11 * np.exp(-5.0)
-    assert nothing["none"] == pytest.approx(0.4 / (0.4 + hidden + unknown))
+    hidden, unknown = 0.05 * (1 - 0.5 - 0.11), 0.11 * np.exp(-5.0)
+    assert nothing["none"] == pytest.approx(0.5 / (0.5 + hidden + unknown))
     assert all(nothing[label] > 0.001 for label in LABELS)
 
 
