@@ -16,7 +16,7 @@ from scipy.sparse import csr_array
 from estimator.diagnosis.answers import changes_by_loads, linear_answers
 from estimator.diagnosis.freeing import changes_by_freeing
 from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.passage import Mechanics, Passage, reported_motion
+from estimator.diagnosis.passage import Mechanics, Passage, motion_by_row
 from estimator.diagnosis.perturbation import MechanicalChange, Perturbation, no_change, overrides
 from estimator.effects.effect import Effect
 from estimator.fem.body import stress_of
@@ -172,12 +172,14 @@ def _by_material(one: Mechanics, hypothesis: Hypothesis, to: Hypothesis) -> Mech
 def _moved(one: Mechanics, to: Hypothesis, change: MechanicalChange) -> MechanicalChange:
     """Add what a changed motion of the gripper does."""
     passage = one.passage
-    motion = to.motion(reported_motion(passage.visits, to, passage.unit_wrench))
-    turn = (motion.rotation * passage.motion.rotation.inv()).as_rotvec()
-    shift = np.hstack([motion.position - passage.motion.position, turn])
     rows = passage.visits.of_row
-    wrench = np.array([o.wrench_by_pose @ s for o, s in zip(one.observations, shift, strict=True)])
-    fiducials = np.array([o.fiducials_by_pose @ s for o, s in zip(one.observations, shift, strict=True)])
+    motion = to.motion(motion_by_row(passage, to))
+    turn = (motion.rotation * passage.motion.rotation[rows].inv()).as_rotvec()
+    shift = np.hstack([motion.position - passage.motion.position[rows], turn])
+    wrench = np.array([o.wrench_by_pose for o in one.observations])
+    fiducials = np.array([o.fiducials_by_pose for o in one.observations])
     return MechanicalChange(
-        change.wrench + wrench[rows], change.fiducials + fiducials[rows], change.motion + shift[rows]
+        change.wrench + np.einsum("nij,nj->ni", wrench[rows], shift),
+        change.fiducials + np.einsum("nmij,nj->nmi", fiducials[rows], shift),
+        change.motion + shift,
     )

@@ -219,6 +219,20 @@ def reported_motion(visits: Visits, hypothesis: Hypothesis, unit_wrench: FloatAr
     return Motion(visits.experiment, visits.position, visits.rotation, visits.load, trial, visits.time)
 
 
+def motion_by_row(passage: Passage, hypothesis: Hypothesis) -> Motion:
+    """Return the reported motion of a solved experiment row by row: what goes on in a hold is not seen by visits."""
+    visits = passage.visits
+    rows, trial = visits.of_row, hypothesis.youngs_modulus * passage.unit_wrench
+    return Motion(
+        visits.experiment,
+        visits.position[rows],
+        visits.rotation[rows],
+        visits.load[rows],
+        trial,
+        visits.experiment.time,
+    )
+
+
 def _expected(
     known: Sequence[KnownField], visits: Visits, visit: int, last: EquilibriumState | None
 ) -> KnownField:
