@@ -17,7 +17,7 @@ from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.passage import Mechanics, Passage, displacement_at_rest
 from estimator.diagnosis.perturbation import MechanicalChange, Perturbation, no_change, overrides
 from estimator.experiment import Experiment
-from estimator.fem.body import nodal_forces, respond
+from estimator.fem.body import Response, nodal_forces, respond
 from estimator.fem.equilibrium_state import EquilibriumState, rigid_modes
 from estimator.fem.observation import interpolate
 from estimator.fem.problem import RetractionProblem
@@ -80,10 +80,16 @@ class _Loading:
         """Whether the load at a state that is met again is what it was."""
         return self._terms.steady
 
+    def pass_by(self, displacement: FloatArray, response: Response | None) -> None:
+        """Advance what remembers past a station with its displacement (n, 3), and its response where that is known."""
+        if self.terms_matter:
+            known = response or respond(self.problem.body, self._material, displacement)
+            self._terms.pass_by(displacement, known)
+
     def at(
         self, station: Station, unperturbed: FloatArray, of_terms: FloatArray | None
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return the displacements (n, 3) with the grip of the changed problem, and how the nodal forces change.
+    ) -> tuple[FloatArray, Response, FloatArray]:
+        """Return the displacements (n, 3) with the grip of the changed problem, the response, and the forces' change.
 
         Parameters
         ----------
@@ -103,7 +109,7 @@ class _Loading:
             load += nodal_forces(self.problem.body, response, response.slope) - unperturbed
         if self.terms_matter and of_terms is not None:
             load += self._terms.forces(station.elapsed_s, displacement, response) - of_terms
-        return displacement, load
+        return displacement, response, load
 
 
 def changes_by_loads(
@@ -136,6 +142,8 @@ def _along_passages(
             own_terms.begin(passage.problem, passage.visits.experiment)
         for loading in loadings:
             loading.begin(passage.visits.experiment)
+        # What nothing remembers yet a small change does not make remember anything else.
+        remembers = own_terms is not None and own_terms.remembers
         everything = list(range(len(loadings)))
         own_terms_steady = own_terms is None or own_terms.steady
         unsteady = [k for k in everything if not (own_terms_steady and loadings[k].steady)]
@@ -154,21 +162,25 @@ def _along_passages(
             if not asked:
                 continue
             unperturbed = nodal_forces(passage.problem.body, state.response, state.response.slope)
-            of_terms = (
-                None
-                if own_terms is None
-                else own_terms.forces(station.elapsed_s, state.displacement, state.response)
-            )
+            of_terms = None
+            if own_terms is not None:
+                of_terms = own_terms.forces(station.elapsed_s, state.displacement, state.response)
+                own_terms.pass_by(state.displacement, state.response)
             moved = [loadings[k].at(station, unperturbed, of_terms) for k in asked]
-            loads = np.column_stack([load.ravel() for _, load in moved])
+            loads = np.column_stack([load.ravel() for _, _, load in moved])
+            motion = linear_motion(passage.problem, state, loads)
+            motions = motion.T.reshape(len(asked), -1, 3)
             if without_beads:
-                motions = linear_motion(passage.problem, state, loads[:, without_beads]).T
                 at_rest = displacement_at_rest(passage)
-                for k, motion in zip(without_beads, motions, strict=True):
-                    loadings[k].put_beads(at_rest + motion.reshape(-1, 3))
+                for k in without_beads:
+                    loadings[k].put_beads(at_rest + motions[k])
                 without_beads = []
-            wrenches, fiducials = linear_answers(passage.problem, state, loads)
-            for column, (k, (displacement, _)) in enumerate(zip(asked, moved, strict=True)):
+            wrenches, fiducials = answers_of(passage.problem, state, loads, motion)
+            for column, (k, (displacement, response, _)) in enumerate(zip(asked, moved, strict=True)):
+                if remembers:
+                    loadings[k].pass_by(displacement + motions[column], None)
+                else:
+                    loadings[k].pass_by(displacement, response)
                 by_wrench, by_beads = _of_the_grip(passage.problem, loadings[k].problem, state, displacement)
                 changes[k].wrench[station.rows] = wrenches[:, column] + by_wrench
                 changes[k].fiducials[station.rows] = fiducials[:, :, column] + by_beads
@@ -196,8 +208,14 @@ def linear_answers(
     problem: RetractionProblem, state: EquilibriumState, loads: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the changes of wrench (6, k) and fiducials (m, 3, k) by changes of the nodal forces (3n, k)."""
+    return answers_of(problem, state, loads, linear_motion(problem, state, loads))
+
+
+def answers_of(
+    problem: RetractionProblem, state: EquilibriumState, loads: FloatArray, motion: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the same where the changes of the nodal displacements (3n, k) are known already."""
     gripped = problem.gripped
-    motion = linear_motion(problem, state, loads)
     held = loads.reshape(-1, 3, loads.shape[1])[gripped].reshape(-1, loads.shape[1])
     held = held + state.tangent.gripped_free @ motion[problem.pattern.free]
     return -rigid_modes(problem, state.pose).T @ held, interpolate(problem, motion)

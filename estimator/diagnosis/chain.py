@@ -49,9 +49,8 @@ class TermChain:
         self._terms = tuple(term.after(displacement, response) for term in self._terms or ())
 
     def forces(self, elapsed_s: float, displacement: FloatArray, response: Response) -> FloatArray:
-        """Return the nodal forces (n, 3) at the next station, and advance past it."""
+        """Return the nodal forces (n, 3) at the next station, to be passed by then."""
         total = np.zeros_like(displacement)
         for term in self.at(elapsed_s):
             total += term.forces(displacement, response)
-        self.pass_by(displacement, response)
         return total
