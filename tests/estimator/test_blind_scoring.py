@@ -200,6 +200,14 @@ def test_an_interval_that_misses_the_truth_counts_against_the_diagnosis(tmp_path
     assert found["one cause or none: ν in its 95 % interval"].value == 1.0
 
 
+def test_the_usual_time_of_a_diagnosis_is_told_and_the_longest(tmp_path: Path) -> None:
+    told = answer((), {"none": 1.0})
+    cases = {str(n): (key([], ""), {**told, "seconds": n}) for n in (20.0, 30.0, 110.0)}
+    found = values(scored(tmp_path, cases))
+    assert found["time of a diagnosis, median"].value == pytest.approx(30.0)
+    assert found["time of a diagnosis, the slowest"].value == pytest.approx(110.0)
+
+
 def test_single_causes_are_also_scored_by_level(mixed: Score) -> None:
     top = {level: found[0].figure for level, found in mixed.by_level.items()}
     assert {level: (figure.value, figure.count) for level, figure in top.items()} == {
