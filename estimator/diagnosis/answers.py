@@ -80,11 +80,14 @@ class _Loading:
         """Whether the load at a state that is met again is what it was."""
         return self._terms.steady
 
-    def pass_by(self, displacement: FloatArray, response: Response | None) -> None:
-        """Advance what remembers past a station with its displacement (n, 3), and its response where that is known."""
+    def pass_by(self, displacement: FloatArray, response: Response) -> None:
+        """Advance what remembers past a station with its displacement (n, 3)."""
         if self.terms_matter:
-            known = response or respond(self.problem.body, self._material, displacement)
-            self._terms.pass_by(displacement, known)
+            self._terms.pass_by(displacement, response)
+
+    def response_to(self, displacement: FloatArray) -> Response:
+        """Return how the changed tissue responds to displacements (n, 3)."""
+        return respond(self.problem.body, self._material, displacement)
 
     def at(
         self, station: Station, unperturbed: FloatArray, of_terms: FloatArray | None
@@ -105,7 +108,7 @@ class _Loading:
                 self.problem.gripped_positions(station.state.pose) - self.problem.body.mesh.points[gripped]
             )
         if self._new_response:
-            response = respond(self.problem.body, self._material, displacement)
+            response = self.response_to(displacement)
             load += nodal_forces(self.problem.body, response, response.slope) - unperturbed
         if self.terms_matter and of_terms is not None:
             load += self._terms.forces(station.elapsed_s, displacement, response) - of_terms
@@ -177,11 +180,13 @@ def _along_passages(
                 without_beads = []
             wrenches, fiducials = answers_of(passage.problem, state, loads, motion)
             for column, (k, (displacement, response, _)) in enumerate(zip(asked, moved, strict=True)):
+                loading = loadings[k]
                 if remembers:
-                    loadings[k].pass_by(displacement + motions[column], None)
+                    become = displacement + motions[column]
+                    loading.pass_by(become, loading.response_to(become))
                 else:
-                    loadings[k].pass_by(displacement, response)
-                by_wrench, by_beads = _of_the_grip(passage.problem, loadings[k].problem, state, displacement)
+                    loading.pass_by(displacement, response)
+                by_wrench, by_beads = _of_the_grip(passage.problem, loading.problem, state, displacement)
                 changes[k].wrench[station.rows] = wrenches[:, column] + by_wrench
                 changes[k].fiducials[station.rows] = fiducials[:, :, column] + by_beads
         for one, change in zip(found, changes, strict=True):
