@@ -131,6 +131,14 @@ def test_of_two_terms_none_begins_where_a_single_one_fits_best() -> None:
     assert [one.effects[0].form for one in at_the_place_of(leader, [leader])] == ["one_term"]
 
 
+def test_refinements_of_the_leaders_own_form_begin_first() -> None:
+    leader = contender("stress_softening:absolute_width", 90.0, depth=0.2, width_over_modulus=0.3)
+    begun = [one.effects[0] for one in at_the_place_of(leader, [leader])]
+    refining = [one.elaborates == "absolute_width" for one in begun]
+    assert any(refining)
+    assert refining == sorted(refining, reverse=True)
+
+
 @pytest.mark.parametrize("effect", CATALOGUE, ids=lambda effect: effect.name)
 def test_any_form_may_lead(effect: Effect) -> None:
     values = {constant.name: constant.lower for constant in effect.constants}
