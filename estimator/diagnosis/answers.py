@@ -145,7 +145,7 @@ def _along_passages(
             own_terms.begin(passage.problem, passage.visits.experiment)
         for loading in loadings:
             loading.begin(passage.visits.experiment)
-        # What nothing remembers yet a small change does not make remember anything else.
+        # Where nothing remembers yet, how the fields change counts to second order alone.
         remembers = own_terms is not None and own_terms.remembers
         everything = list(range(len(loadings)))
         own_terms_steady = own_terms is None or own_terms.steady
@@ -182,8 +182,8 @@ def _along_passages(
             for column, (k, (displacement, response, _)) in enumerate(zip(asked, moved, strict=True)):
                 loading = loadings[k]
                 if remembers:
-                    become = displacement + motions[column]
-                    loading.pass_by(become, loading.response_to(become))
+                    changed = displacement + motions[column]
+                    loading.pass_by(changed, loading.response_to(changed))
                 else:
                     loading.pass_by(displacement, response)
                 by_wrench, by_beads = _of_the_grip(passage.problem, loading.problem, state, displacement)

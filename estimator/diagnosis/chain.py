@@ -49,7 +49,7 @@ class TermChain:
         self._terms = tuple(term.after(displacement, response) for term in self._terms or ())
 
     def forces(self, elapsed_s: float, displacement: FloatArray, response: Response) -> FloatArray:
-        """Return the nodal forces (n, 3) at the next station, to be passed by then."""
+        """Return the nodal forces (n, 3) at the next station; :meth:`pass_by` advances past it."""
         total = np.zeros_like(displacement)
         for term in self.at(elapsed_s):
             total += term.forces(displacement, response)

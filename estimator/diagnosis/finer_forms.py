@@ -56,8 +56,8 @@ def at_the_place_of(leader: Contender, contenders: Sequence[Contender]) -> list[
     """Return the other forms of a leader's label with its values, where no refit of theirs has come there.
 
     A search from a grid may stop far from the place that another form has found. A constant that a form has beside what
-    the leader has begins at either end of its grid, an amplitude at its null: but not one of more terms that are alike,
-    of which none is where the single one is. Refinements of the leader's own form come first.
+    the leader has begins at either end of its grid, an amplitude at its null. A form of several terms that are alike is
+    left out: none of them is where a single one fits best. Refinements of the leader's own form come first.
     """
     hypothesis = leader.fit.hypothesis
     effect, values = hypothesis.effects[0], hypothesis.values[0]

@@ -80,7 +80,7 @@ def read(mechanics: Sequence[Mechanics], hypothesis: Hypothesis) -> FloatArray:
     """All channels in units of the sensors' noise."""
     rows = [
         channels(predicted_readings(one, hypothesis, zero))
-        for one, zero in zip(mechanics, ZEROS, strict=False)
+        for one, zero in zip(mechanics, ZEROS[: len(mechanics)], strict=True)
     ]
     return np.concatenate(rows) / DEVIATION
 
