@@ -13,7 +13,7 @@ from daq.versions import package_versions
 from estimator.diagnosis.as_json import as_json
 from estimator.diagnosis.considering import what_if
 from estimator.diagnosis.diagnose import diagnose
-from estimator.diagnosis.result import Consideration, Diagnosis, LeftByMeshes
+from estimator.diagnosis.result import Consideration, Diagnosis, ErrorsLeft
 from estimator.errors import InputError
 from estimator.fit.estimate import estimate
 from estimator.fit.result import Estimate
@@ -36,10 +36,10 @@ def diagnose_sources(report: Reporter, sources: Sequence[Path]) -> Diagnosis:
 
 
 def try_cause(
-    report: Reporter, sources: Sequence[Path], label: str, floor: float, left_by_meshes: LeftByMeshes
+    report: Reporter, sources: Sequence[Path], label: str, floor: float, errors_left: ErrorsLeft
 ) -> Consideration:
     """Fit the model with one cause in it, with the noise of the diagnosis that it is to stand in."""
-    return what_if(experiments_of(sources, report), label, floor, left_by_meshes, report)
+    return what_if(experiments_of(sources, report), label, floor, errors_left, report)
 
 
 def write_estimate_page(report: Reporter, found: Estimate, page: Path) -> Path:

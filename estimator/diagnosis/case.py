@@ -14,7 +14,7 @@ from estimator.diagnosis.loads import acts_on_tissue
 from estimator.diagnosis.passage import KnownFields, Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.perturbation import Perturbation
 from estimator.diagnosis.prediction import channels, derivatives, predicted_readings
-from estimator.diagnosis.result import AT_MOST, DeformedMesh, LeftByMeshes
+from estimator.diagnosis.result import AT_MOST, DeformedMesh, ErrorsLeft
 from estimator.diagnosis.whitening import Whitening
 from estimator.experiment import Experiment
 from estimator.fem.problem import RetractionProblem
@@ -38,7 +38,7 @@ class Case:
     corrections : for each experiment (n, 6 + 3m), what a finer mesh changes
     whitenings : of each experiment
     loads : of each, what pulls at the gripper
-    left_by_meshes : what meshes may leave of their errors that the whitenings take for noise
+    errors_left : how much of the errors that rows may share the whitenings take for noise
     """
 
     experiments: tuple[Experiment, ...]
@@ -46,7 +46,7 @@ class Case:
     corrections: tuple[FloatArray, ...]
     whitenings: tuple[Whitening, ...]
     loads: tuple[GripLoad, ...]
-    left_by_meshes: LeftByMeshes = AT_MOST
+    errors_left: ErrorsLeft = AT_MOST
 
 
 @dataclass(frozen=True, eq=False)

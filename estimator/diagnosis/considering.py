@@ -27,7 +27,7 @@ from estimator.diagnosis.held_out import held_out_residuals
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.preparation import corrected_at_best, prepare
 from estimator.diagnosis.race import race, race_on
-from estimator.diagnosis.result import AT_MOST, Consideration, LeftByMeshes, Material, Outcome, Place
+from estimator.diagnosis.result import AT_MOST, Consideration, ErrorsLeft, Material, Outcome, Place
 from estimator.diagnosis.sharpening import in_another_case, refitted_anew, signatures_anew
 from estimator.effects.catalogue import CATALOGUE, LABELS
 from estimator.errors import InputError
@@ -68,7 +68,7 @@ def what_if(
     experiments: Sequence[Experiment],
     label: str,
     floor: float,
-    left_by_meshes: LeftByMeshes,
+    errors_left: ErrorsLeft,
     progress: Tell | None = None,
 ) -> Consideration:
     """Fit a model with one cause to experiments of one phantom in one mounting, however improbable it is.
@@ -78,7 +78,7 @@ def what_if(
     experiments : as for :func:`estimator.diagnosis.diagnose.diagnose`
     label : of the catalogue
     floor : root mean square of the noise alone, as the diagnosis of these experiments has it (``gap.floor``)
-    left_by_meshes : what meshes may leave of their errors that it took for noise, likewise
+    errors_left : how much of the errors that rows may share it took for noise, likewise
     progress : told what is being done, and how much of it is done
 
     Raises
@@ -96,7 +96,7 @@ def what_if(
     with worker_pool() as executor:
         tell("fitting the baseline", 0, 1)
         preparation, baseline = prepare(experiments, executor)
-        case = preparation.cases(left_by_meshes)
+        case = preparation.cases(errors_left)
         baseline = refitted_anew(baseline, preparation.cases(AT_MOST), case)
         error = error_borne_out(case, baseline)
         forms = [effect for effect in CATALOGUE if effect.label == label and not effect.elaborates]
@@ -106,7 +106,7 @@ def what_if(
         none = first_order_evidence(case, baseline, error)
         corrected = corrected_at_best(preparation, case, contenders, none, executor)
         if corrected is not preparation:
-            before, case = case, corrected.cases(left_by_meshes)
+            before, case = case, corrected.cases(errors_left)
             baseline = refitted_anew(baseline, before, case)
             error = error_borne_out(case, baseline)
             signatures = signatures_anew([trial.signature for trial in trials], before, case)

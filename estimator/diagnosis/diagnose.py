@@ -136,7 +136,7 @@ def _diagnosis(
             case, baseline, best_trials(field.trials_of_labels), verdict.probability, executor, tell
         ),
         glitches=field.glitches,
-        left_by_meshes=case.left_by_meshes,
+        errors_left=case.errors_left,
         traces=tuple(
             Trace(experiment, one, two, whitening.deviation, deformed_mesh(case, baseline, number))
             for number, (experiment, one, two, whitening) in enumerate(

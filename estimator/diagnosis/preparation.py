@@ -20,7 +20,7 @@ from estimator.diagnosis.hypothesis import LARGEST_POISSON_RATIO, Hypothesis
 from estimator.diagnosis.noise import Noise, noise_of, with_offsets_of
 from estimator.diagnosis.passage import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.refit import refit
-from estimator.diagnosis.result import AT_MOST, LeftByMeshes
+from estimator.diagnosis.result import AT_MOST, ErrorsLeft
 from estimator.diagnosis.shared_errors import SharedErrors, edge_deviation, left_at_grasp, shared_errors_of
 from estimator.diagnosis.sharpening import CaseLeaving, in_another_case
 from estimator.diagnosis.side_by_side import solved_by
@@ -52,16 +52,16 @@ _SURE, _NEARLY = 10.0, 1.2
 
 @dataclass(frozen=True, eq=False)
 class Preparation:
-    """A case before it is said what meshes leave in it.
+    """A case before it is said what is left of the errors that rows share.
 
     Attributes
     ----------
-    case : with the discretisation's corrections, and the noise where meshes leave the most
+    case : with the discretisation's corrections, and the noise where the most is left
     mechanics : of the baseline, without its states
     noise : what the files do not state of it
     at_grasp : of each experiment (n, c, k), what meshes make of the edges of the grasp, by one deviation
     corrected_at : where the corrections are those of
-    cases : the case by what meshes leave
+    cases : the case by what is left
     """
 
     case: Case
@@ -73,7 +73,7 @@ class Preparation:
 
 
 def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[Preparation, Linearisation]:
-    """Fit the baseline to a case; return the case prepared, and the fit where meshes leave the most.
+    """Fit the baseline to a case; return the case prepared, and the fit where the most is left.
 
     Raises
     ------
@@ -194,9 +194,9 @@ def _cases(case: Case, shared: Sequence[SharedErrors]) -> CaseLeaving:
     return cache(lambda left: _leaving(case, shared, left))
 
 
-def _leaving(case: Case, shared: Sequence[SharedErrors], left: LeftByMeshes) -> Case:
-    """Return a case with the noise that goes with what meshes leave."""
-    return replace(case, left_by_meshes=left, whitenings=tuple(one.whitening(left) for one in shared))
+def _leaving(case: Case, shared: Sequence[SharedErrors], left: ErrorsLeft) -> Case:
+    """Return a case with the noise that goes with what is left of the errors that rows share."""
+    return replace(case, errors_left=left, whitenings=tuple(one.whitening(left) for one in shared))
 
 
 def _misfits(case: Case, predicted: Sequence[FloatArray]) -> list[FloatArray]:

@@ -31,14 +31,22 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class LeftByMeshes:
-    """Shares of what meshes may leave of their errors at most: anywhere, and more beside the rim of the grasp."""
+class ErrorsLeft:
+    """Shares of the errors that rows may have in common at most.
+
+    Attributes
+    ----------
+    elsewhere : of what meshes leave anywhere
+    beside_rim : of what they leave beyond that beside the rim of the grasp
+    at_rest : of the deviation of the beads' stated rest positions
+    """
 
     elsewhere: float
     beside_rim: float
+    at_rest: float
 
 
-AT_MOST = LeftByMeshes(1.0, 1.0)
+AT_MOST = ErrorsLeft(1.0, 1.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -235,7 +243,7 @@ class Diagnosis:
     cannot_tell : sentences: what these data do not say
     next_experiment : Advice, the best first
     glitches : how many single readings of a bead were left out as wild
-    left_by_meshes : what meshes may leave of their errors that was taken for noise
+    errors_left : how much of the errors that rows may share was taken for noise
     traces : one an experiment
     rivals : what the effects of the catalogue would do to these measurements, and how alike
     considered : by label, what each cause alone would do
@@ -256,7 +264,7 @@ class Diagnosis:
     cannot_tell: tuple[str, ...]
     next_experiment: tuple[Advice, ...]
     glitches: int
-    left_by_meshes: LeftByMeshes
+    errors_left: ErrorsLeft
     traces: tuple[Trace, ...]
     rivals: Rivals
     considered: Mapping[str, Consideration]

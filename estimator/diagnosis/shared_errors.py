@@ -1,8 +1,9 @@
 """Errors that many rows of one experiment share, with everything that nobody calls an effect.
 
 They are the zero of the wrench, the beads' stated rest positions, the reported pose of each visit, and what is left of
-the discretisation error. How much of the last there is the measurements tell; beside the rim of the grasp apart from
-anywhere else, for there meshes differ most and by what has nothing to do with the rest of the tissue.
+the discretisation error. How much there is of the last the measurements tell, beside the rim of the grasp apart from
+anywhere else, for there meshes differ most and by what has nothing to do with the rest of the tissue; and how much of
+what seem to be errors of the rest positions, for a misfit that meshes leave of single beads looks alike.
 """
 
 from collections.abc import Sequence
@@ -16,7 +17,7 @@ from estimator.diagnosis.noise import Noise
 from estimator.diagnosis.passage import Mechanics
 from estimator.diagnosis.perturbation import Perturbation
 from estimator.diagnosis.prediction import derivatives, derivatives_by_position
-from estimator.diagnosis.result import AT_MOST, LeftByMeshes
+from estimator.diagnosis.result import AT_MOST, ErrorsLeft
 from estimator.diagnosis.whitening import Whitening, inverse_root, uncorrelated
 from estimator.effects.grasp_misplacement import GRASP_MISPLACEMENT
 from estimator.experiment import Experiment
@@ -54,7 +55,8 @@ class SharedErrors:
     seen : (n, c) bool, what was measured
     deviation : (c,) standard deviation of one value
     correlation : (c,) of one value's noise with that of the row before
-    always : (r, k) whatever meshes leave
+    always : (r, k) whatever is left of the others
+    at_rest : (r, 3m) the most that the beads' stated rest positions may be off
     elsewhere : (r, k) the most that meshes may leave of any channel
     beside_rim : (r, k) the most that they may leave beyond that of the beads beside the rim of the grasp
     """
@@ -63,13 +65,19 @@ class SharedErrors:
     deviation: FloatArray
     correlation: FloatArray
     always: FloatArray
+    at_rest: FloatArray
     elsewhere: FloatArray
     beside_rim: FloatArray
 
-    def whitening(self, left: LeftByMeshes = AT_MOST) -> Whitening:
-        """Return the whitening where meshes leave these shares of what they may leave at most."""
+    def whitening(self, left: ErrorsLeft = AT_MOST) -> Whitening:
+        """Return the whitening where these shares are left of what may be left at most."""
         directions = np.hstack(
-            [self.always, left.elsewhere * self.elsewhere, left.beside_rim * self.beside_rim]
+            [
+                self.always,
+                left.at_rest * self.at_rest,
+                left.elsewhere * self.elsewhere,
+                left.beside_rim * self.beside_rim,
+            ]
         )
         return Whitening(self.seen, self.deviation, self.correlation, *inverse_root(directions))
 
@@ -95,7 +103,8 @@ def shared_errors_of(
     correlation = np.where(of_wrench, noise.wrench_correlation, noise.fiducial_correlation)
 
     def in_all_rows(offsets: FloatArray) -> FloatArray:
-        return np.broadcast_to(np.diag(offsets), (rows, count, count))
+        of_channels = np.diag(offsets)[:, np.flatnonzero(offsets)]
+        return np.broadcast_to(of_channels, (rows, *of_channels.shape))
 
     def among_values(*directions: FloatArray) -> FloatArray:
         return uncorrelated(np.concatenate(directions, axis=2) / deviation[:, None], seen, correlation)
@@ -104,7 +113,7 @@ def shared_errors_of(
     of_visits = np.zeros((rows, count, len(visits), 3))
     of_visits[np.arange(rows), :, visits.of_row] = by_position[visits.of_row]
     always = [
-        in_all_rows(np.where(of_wrench, noise.zero_deviation, noise.rest_deviation) * deviation),
+        in_all_rows(np.where(of_wrench, noise.zero_deviation * deviation, 0.0)),
         of_visits.reshape(rows, count, -1),
     ]
     if at_grasp is not None:
@@ -113,17 +122,18 @@ def shared_errors_of(
     # where it is on every mesh, but its stated place may be off by what is usual for the beads.
     aside = np.where(of_wrench, 0.0, _LEFT_APART * np.sqrt(np.mean(correction**2, axis=0)))
     usual = float(np.median(aside[6:])) if count > 6 else 0.0
-    at_rest = np.where(of_wrench, 0.0, np.minimum(aside, usual))
+    from_rest = np.where(of_wrench, 0.0, np.minimum(aside, usual))
     under_way = np.minimum(share_of_way(experiment) / _FROM_REST, 1.0)
     together = np.stack([np.where(of_wrench, correction, 0.0), np.where(of_wrench, 0.0, correction)], axis=-1)
     elsewhere = among_values(
-        in_all_rows(at_rest),
-        under_way[:, None, None] * np.diag(np.sqrt(aside**2 - at_rest**2)),
+        in_all_rows(from_rest),
+        under_way[:, None, None] * np.diag(np.sqrt(aside**2 - from_rest**2)),
         _LEFT_APART * correction[:, :, None] * np.eye(count),
         _LEFT_TOGETHER * together,
     )
+    at_rest = among_values(in_all_rows(np.where(of_wrench, 0.0, noise.rest_deviation * deviation)))
     beside_rim = among_values(left_beside_rim(experiment, correction))
-    return SharedErrors(seen, deviation, correlation, among_values(*always), elsewhere, beside_rim)
+    return SharedErrors(seen, deviation, correlation, among_values(*always), at_rest, elsewhere, beside_rim)
 
 
 def share_of_way(experiment: Experiment) -> FloatArray:

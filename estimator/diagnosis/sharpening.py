@@ -1,6 +1,6 @@
-"""How little meshes have left of their errors, as far as the measurements bear it out at the best fit there is.
+"""How little is left of the errors that rows share, as far as the measurements bear it out at the best fit there is.
 
-What they may leave at most hides much. The noise is chosen by the baseline, and anew once a cause is found: before
+What may be left at most hides much: of what meshes leave, and of rest positions that seem to be off where a mesh is. The noise is chosen by the baseline, and anew once a cause is found: before
 that, its own misfit seems to be what meshes left. Whatever was linearised stays as it is but for the discretisation's
 corrections, and is whitened anew.
 """
@@ -14,13 +14,13 @@ import numpy as np
 from estimator.diagnosis.case import Case, Linearisation, predictions, residuals
 from estimator.diagnosis.contest import error_borne_out, first_order_evidence
 from estimator.diagnosis.refit import refit
-from estimator.diagnosis.result import LeftByMeshes
+from estimator.diagnosis.result import ErrorsLeft
 from estimator.diagnosis.screening import Signature
 
-# A case as it is where meshes leave so much; the same object at every call with the same.
-CaseLeaving: TypeAlias = Callable[[LeftByMeshes], Case]
+# A case as it is where so much is left; the same object at every call with the same.
+CaseLeaving: TypeAlias = Callable[[ErrorsLeft], Case]
 
-# Of what meshes may leave at most, beside the rim of the grasp and elsewhere. Eight clean cases of another simulator
+# Of what may be left at most. Of what meshes leave eight clean cases of another simulator
 # are as probable, within a nat or so, with a tenth to a quarter elsewhere as with any share, and most probable with a
 # tenth to all beside the rim; what they make of the grasp's edges stays: it is no bound but the most probable, and a
 # false thickness without it.
@@ -30,17 +30,20 @@ _POINTS = 3
 
 
 def sharpest(cases: CaseLeaving, case: Case, fit: Linearisation) -> Case:
-    """Return that of cases, which differ in what meshes may leave, in which the misfit of a fit is the most probable.
+    """Return that of cases, which differ in what may be left, in which the misfit of a fit is the most probable.
 
-    Beside the rim first, with what is usual elsewhere: with more of it there, that would stand in for the rim.
-    ``case`` is the one of them in which the fit was made.
+    One after the other, with what is usual of those to come: more of meshes elsewhere would stand in for the rim, and
+    more of either for the rest positions; these are therefore looked at again in the end. ``case`` is the one of them
+    in which the fit was made.
     """
 
-    def log_density(left: LeftByMeshes) -> float:
+    def log_density(left: ErrorsLeft) -> float:
         return _log_density(cases(left), in_another_case(fit, case, cases(left)))
 
-    likely = max((LeftByMeshes(_USUAL, share) for share in _SHARES), key=log_density)
-    return cases(max((replace(likely, elsewhere=share) for share in _SHARES), key=log_density))
+    likely = ErrorsLeft(_USUAL, _USUAL, _USUAL)
+    for error in ("at_rest", "beside_rim", "elsewhere", "at_rest"):
+        likely = max((replace(likely, **{error: share}) for share in _SHARES), key=log_density)
+    return cases(likely)
 
 
 def _log_density(case: Case, fit: Linearisation) -> float:

@@ -105,7 +105,7 @@ class DiagnosePage(QWidget):
         if shown is None or not self.strip.idle:
             return
         title, diagnosis = f"Adding {answer_words(cause)} to the model", shown.diagnosis
-        noise = diagnosis.gap.floor, diagnosis.left_by_meshes
+        noise = diagnosis.gap.floor, diagnosis.errors_left
         job = self._context.jobs.start(title, try_cause, shown.sources, cause, *noise)
         self.strip.watch(job, "The cause was not added")
         job.finished.connect(lambda found: self._consider(shown, cause, found))

@@ -99,7 +99,7 @@ def test_its_signature_foretells_what_it_does_to_the_gap(diagnosis: Diagnosis) -
 
 
 def test_a_cause_tried_on_its_own_does_what_it_did_in_the_diagnosis(diagnosis: Diagnosis) -> None:
-    tried = what_if(turned_sensor(), "force_frame_rotation", diagnosis.gap.floor, diagnosis.left_by_meshes)
+    tried = what_if(turned_sensor(), "force_frame_rotation", diagnosis.gap.floor, diagnosis.errors_left)
     known = diagnosis.considered["force_frame_rotation"]
     assert tried.achieved is not None and known.achieved is not None
     assert tried.achieved.gap.before == pytest.approx(known.achieved.gap.before, rel=1e-3)

@@ -1,4 +1,4 @@
-"""How much of what meshes may leave is taken for noise: as much as the measurements bear out."""
+"""How much of what rows may share is taken for noise: as much as the measurements bear out."""
 
 import typing
 from functools import cache
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.hypothesis import Hypothesis, coordinates
-from estimator.diagnosis.result import AT_MOST, LeftByMeshes
+from estimator.diagnosis.result import AT_MOST, ErrorsLeft
 from estimator.diagnosis.screening import Signature
 from estimator.diagnosis.shared_errors import SharedErrors
 from estimator.diagnosis.sharpening import in_another_case, noise_cost, sharpest, signatures_anew
@@ -23,26 +23,27 @@ EXPERIMENT = there_and_back().experiment
 SHAPE = (len(EXPERIMENT.time), 6 + 3 * len(EXPERIMENT.fiducials_rest))
 MATERIAL = Hypothesis(15e3, 0.45)
 AT_REST = np.tile(np.concatenate([np.zeros(6), EXPERIMENT.fiducials_rest.ravel()]), (SHAPE[0], 1))
-LEAST = LeftByMeshes(0.1, 0.1)
+LEAST = ErrorsLeft(0.1, 0.1, 0.1)
 
 
-def left_by_meshes() -> SharedErrors:
-    """Thirty errors that rows share elsewhere and thirty at the rim, each five times the noise wherever it shows."""
-    elsewhere, beside_rim = 5.0 * np.random.default_rng(1).normal(size=(2, SHAPE[0] * SHAPE[1], 30))
+def shared_errors() -> SharedErrors:
+    """Thirty errors of each kind that rows may share, each five times the noise wherever it shows."""
+    of_each = 5.0 * np.random.default_rng(1).normal(size=(3, SHAPE[0] * SHAPE[1], 30))
     seen, none = np.ones(SHAPE, dtype=bool), np.zeros((SHAPE[0] * SHAPE[1], 0))
-    return SharedErrors(seen, np.ones(SHAPE[1]), np.zeros(SHAPE[1]), none, elsewhere, beside_rim)
+    return SharedErrors(seen, np.ones(SHAPE[1]), np.zeros(SHAPE[1]), none, *of_each)
 
 
 @cache
-def case_leaving(left: LeftByMeshes) -> Case:
+def case_leaving(left: ErrorsLeft) -> Case:
     problem = typing.cast(RetractionProblem, None)
-    return Case((EXPERIMENT,), problem, (), (left_by_meshes().whitening(left),), (), left)
+    return Case((EXPERIMENT,), problem, (), (shared_errors().whitening(left),), (), left)
 
 
-def fit_in(case: Case, left: LeftByMeshes) -> Linearisation:
-    """A fit whose misfit is noise and those shares of what meshes may leave."""
-    rng, errors = np.random.default_rng(2), left_by_meshes()
+def fit_in(case: Case, left: ErrorsLeft) -> Linearisation:
+    """A fit whose misfit is noise and those shares of what may be left."""
+    rng, errors = np.random.default_rng(2), shared_errors()
     misfit = rng.normal(size=SHAPE[0] * SHAPE[1])
+    misfit += left.at_rest * errors.at_rest @ rng.normal(size=30)
     misfit += left.elsewhere * errors.elsewhere @ rng.normal(size=30)
     misfit += left.beside_rim * errors.beside_rim @ rng.normal(size=30)
     columns = np.column_stack([misfit, rng.normal(size=(len(misfit), 2))]).reshape(*SHAPE, 3)
@@ -51,17 +52,22 @@ def fit_in(case: Case, left: LeftByMeshes) -> Linearisation:
     return Linearisation(MATERIAL, free, (AT_REST,), (whitened[:, 0],), (whitened[:, 1:],), (), ())
 
 
-@pytest.mark.parametrize(("elsewhere", "beside_rim"), [(1.0, 0.1), (0.1, 1.0), (0.25, 0.5), (0.1, 0.1)])
-def test_what_meshes_left_beside_the_rim_and_elsewhere_is_told_from_the_misfit(
-    elsewhere: float, beside_rim: float
-) -> None:
-    left = LeftByMeshes(elsewhere, beside_rim)
+@pytest.mark.parametrize(
+    "left",
+    [
+        ErrorsLeft(1.0, 0.1, 0.1),
+        ErrorsLeft(0.1, 1.0, 0.25),
+        ErrorsLeft(0.25, 0.5, 1.0),
+        ErrorsLeft(0.1, 0.1, 0.1),
+    ],
+)
+def test_how_much_is_left_of_each_error_is_told_from_the_misfit(left: ErrorsLeft) -> None:
     for case in (case_leaving(AT_MOST), case_leaving(LEAST)):
-        assert sharpest(case_leaving, case, fit_in(case, left)).left_by_meshes == left
+        assert sharpest(case_leaving, case, fit_in(case, left)).errors_left == left
 
 
 def test_a_fit_is_the_same_in_every_noise_but_for_its_whitening() -> None:
-    most, least, left = case_leaving(AT_MOST), case_leaving(LEAST), LeftByMeshes(0.5, 0.25)
+    most, least, left = case_leaving(AT_MOST), case_leaving(LEAST), ErrorsLeft(0.5, 0.25, 0.25)
     anew, direct = in_another_case(fit_in(most, left), most, least), fit_in(least, left)
     np.testing.assert_allclose(anew.residual[0], direct.residual[0], atol=1e-9)
     np.testing.assert_allclose(anew.by_coordinate[0], direct.by_coordinate[0], atol=1e-9)
@@ -92,12 +98,12 @@ def test_signatures_go_over_to_another_noise_as_if_they_had_been_whitened_by_it(
 
 
 def test_all_that_meshes_may_leave_beside_the_rim_leaves_the_rest_as_sharp() -> None:
-    rng, errors = np.random.default_rng(3), left_by_meshes()
+    rng, errors = np.random.default_rng(3), shared_errors()
 
-    def size(left: LeftByMeshes, directions: FloatArray) -> float:
+    def size(left: ErrorsLeft, directions: FloatArray) -> float:
         misfit = (directions @ rng.normal(size=30)).reshape(*SHAPE, 1)
         return float(np.linalg.norm(errors.whitening(left).apply(misfit)) / np.linalg.norm(misfit))
 
-    sharp, open_at_rim = LeftByMeshes(0.1, 0.1), LeftByMeshes(0.1, 1.0)
+    sharp, open_at_rim = ErrorsLeft(0.1, 0.1, 0.1), ErrorsLeft(0.1, 1.0, 0.1)
     assert size(open_at_rim, errors.elsewhere) == pytest.approx(size(sharp, errors.elsewhere), rel=0.05)
     assert size(open_at_rim, errors.beside_rim) < 0.2 * size(sharp, errors.beside_rim)

@@ -123,7 +123,7 @@ def test_a_cause_can_be_added_to_the_model(jobs_and_page: tuple[StandInJobs, Dia
     page.result.ranking.choose("modulus_gradient")
     page.result.details.add.click()
     asked = [(job.task, job.arguments) for job in jobs.asked]
-    assert asked == [(try_cause, (SOURCES, "modulus_gradient", found.gap.floor, found.left_by_meshes))]
+    assert asked == [(try_cause, (SOURCES, "modulus_gradient", found.gap.floor, found.errors_left))]
     expected = found.considered["modulus_gradient"].expected
     jobs.asked[0].finish(Consideration(expected, outcome(found.traces, 0.41)))
     shown = page.result.shown
