@@ -1,8 +1,8 @@
 """How little is left of the errors that rows share, as far as the measurements bear it out at the best fit there is.
 
-What may be left at most hides much: of what meshes leave, and of rest positions that seem to be off where a mesh is. The noise is chosen by the baseline, and anew once a cause is found: before
-that, its own misfit seems to be what meshes left. Whatever was linearised stays as it is but for the discretisation's
-corrections, and is whitened anew.
+What may be left at most hides much: of what meshes leave, and of errors of the rest positions, which a mesh feigns. The
+noise is chosen by the baseline, and anew once a cause is found: before that, its own misfit seems to be what is left.
+Whatever was linearised stays as it is but for the discretisation's corrections, and is whitened anew.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,10 +20,11 @@ from estimator.diagnosis.screening import Signature
 # A case as it is where so much is left; the same object at every call with the same.
 CaseLeaving: TypeAlias = Callable[[ErrorsLeft], Case]
 
-# Of what may be left at most. Of what meshes leave eight clean cases of another simulator
-# are as probable, within a nat or so, with a tenth to a quarter elsewhere as with any share, and most probable with a
-# tenth to all beside the rim; what they make of the grasp's edges stays: it is no bound but the most probable, and a
-# false thickness without it.
+# Of what may be left at most. With a tenth to a quarter of what meshes leave elsewhere eight clean cases of another
+# simulator are as probable, within a nat or so, as with any share, and most probable with a tenth to all beside the
+# rim; nine whose rest positions are exact are as probable with a quarter of their seeming deviation, or more so, by up
+# to 22 nats. What meshes make of the grasp's edges stays: it is no bound but the most probable, and a false thickness
+# without it.
 _SHARES = (1.0, 0.5, 0.25, 0.1)
 _USUAL = 0.25
 _POINTS = 3
