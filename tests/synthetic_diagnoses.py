@@ -149,7 +149,7 @@ def diagnosis(
         cannot_tell=(),
         next_experiment=(),
         glitches=0,
-        errors_left=ErrorsLeft(0.1, 0.5, 0.25),
+        errors_left=ErrorsLeft(0.1, (0.5,) * 16, 0.25),
         traces=(trace("pull", 1), trace("twist", 2)),
         rivals=Rivals(("gripper_slip", "force_bias"), (1, 2), np.eye(3)),
         considered={},

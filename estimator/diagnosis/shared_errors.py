@@ -1,12 +1,12 @@
 """Errors that many rows of one experiment share, with everything that nobody calls an effect.
 
 They are the zero of the wrench, the beads' stated rest positions, the reported pose of each visit, and what is left of
-the discretisation error. How much there is of the last the measurements tell, beside the rim of the grasp apart from
-anywhere else, for there meshes differ most and by what has nothing to do with the rest of the tissue; and how much of
-what seem to be errors of the rest positions, for a misfit that meshes leave of single beads looks alike.
+the discretisation error. How much there is of the last the measurements tell, of each bead beside the rim of the grasp
+apart from anywhere else, for there meshes differ most and by what has nothing to do with the rest of the tissue; and
+how much of what seem to be errors of the rest positions, for a misfit that meshes leave of single beads looks alike.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,7 +58,7 @@ class SharedErrors:
     always : (r, k) whatever is left of the others
     at_rest : (r, 3m) the most that the beads' stated rest positions may be off
     elsewhere : (r, k) the most that meshes may leave of any channel
-    beside_rim : (r, k) the most that they may leave beyond that of the beads beside the rim of the grasp
+    beside_rim : (r, k) the most that they may leave beyond that of each bead beside the rim of the grasp, by its number
     """
 
     seen: NDArray[np.bool_]
@@ -67,17 +67,16 @@ class SharedErrors:
     always: FloatArray
     at_rest: FloatArray
     elsewhere: FloatArray
-    beside_rim: FloatArray
+    beside_rim: Mapping[int, FloatArray]
 
     def whitening(self, left: ErrorsLeft = AT_MOST) -> Whitening:
         """Return the whitening where these shares are left of what may be left at most."""
+        beside_rim = [
+            (left.beside_rim[bead] if left.beside_rim else 1.0) * block
+            for bead, block in self.beside_rim.items()
+        ]
         directions = np.hstack(
-            [
-                self.always,
-                left.at_rest * self.at_rest,
-                left.elsewhere * self.elsewhere,
-                left.beside_rim * self.beside_rim,
-            ]
+            [self.always, left.at_rest * self.at_rest, left.elsewhere * self.elsewhere, *beside_rim]
         )
         return Whitening(self.seen, self.deviation, self.correlation, *inverse_root(directions))
 
@@ -132,7 +131,9 @@ def shared_errors_of(
         _LEFT_TOGETHER * together,
     )
     at_rest = among_values(in_all_rows(np.where(of_wrench, 0.0, noise.rest_deviation * deviation)))
-    beside_rim = among_values(left_beside_rim(experiment, correction))
+    beside_rim = {
+        bead: among_values(directions) for bead, directions in left_beside_rim(experiment, correction).items()
+    }
     return SharedErrors(seen, deviation, correlation, among_values(*always), at_rest, elsewhere, beside_rim)
 
 
@@ -143,23 +144,29 @@ def share_of_way(experiment: Experiment) -> FloatArray:
     return np.asarray(way / max(float(way.max()), np.finfo(float).tiny))
 
 
-def left_beside_rim(experiment: Experiment, correction: FloatArray) -> FloatArray:
-    """Return directions (n, c, k), m, of what meshes make of the beads beside the grasp's rim, along the gripper's way.
+def beads_beside_rim(experiment: Experiment) -> list[int]:
+    """Return the numbers of the beads that are so close to the grasp that its rim tells on them."""
+    distance = experiment.grasp.box.distance(experiment.fiducials_rest)
+    return [int(bead) for bead in np.flatnonzero(distance < _BESIDE_RIM_M)]
+
+
+def left_beside_rim(experiment: Experiment, correction: FloatArray) -> dict[int, FloatArray]:
+    """Return directions (n, c, k), m, of what meshes make of each bead beside the grasp's rim, along the gripper's way.
 
     It depends on where the gripper is, not on how it came there. ``correction`` (n, c) is that of the discretisation.
     """
-    beside = np.flatnonzero(experiment.grasp.box.distance(experiment.fiducials_rest) < _BESIDE_RIM_M)
     share = share_of_way(experiment)
     waves = share[:, None] * np.cos(np.pi * np.outer(share, np.arange(_WAVES_BESIDE_RIM)))
     waves /= np.sqrt(_WAVES_BESIDE_RIM)
     rows, count = correction.shape
-    found = np.zeros((rows, count, len(beside), 3, _WAVES_BESIDE_RIM))
-    of_beads = correction[:, 6:].reshape(rows, -1, 3)
-    for number, bead in enumerate(beside):
-        size = _LEFT_BESIDE_RIM * np.linalg.norm(of_beads[:, bead], axis=1).max()
-        for axis in range(3):
-            found[:, 6 + 3 * bead + axis, number, axis] = size * waves
-    return found.reshape(rows, count, -1)
+    found = {}
+    for bead in beads_beside_rim(experiment):
+        own = slice(6 + 3 * bead, 9 + 3 * bead)
+        size = _LEFT_BESIDE_RIM * np.linalg.norm(correction[:, own], axis=1).max()
+        directions = np.zeros((rows, count, 3, _WAVES_BESIDE_RIM))
+        directions[:, own] = size * np.eye(3)[None, :, :, None] * waves[:, None, None, :]
+        found[bead] = directions.reshape(rows, count, -1)
+    return found
 
 
 def left_at_grasp(

@@ -16,6 +16,7 @@ from estimator.diagnosis.contest import error_borne_out, first_order_evidence
 from estimator.diagnosis.refit import refit
 from estimator.diagnosis.result import ErrorsLeft
 from estimator.diagnosis.screening import Signature
+from estimator.diagnosis.shared_errors import beads_beside_rim
 
 # A case as it is where so much is left; the same object at every call with the same.
 CaseLeaving: TypeAlias = Callable[[ErrorsLeft], Case]
@@ -33,18 +34,26 @@ _POINTS = 3
 def sharpest(cases: CaseLeaving, case: Case, fit: Linearisation) -> Case:
     """Return that of cases, which differ in what may be left, in which the misfit of a fit is the most probable.
 
-    One after the other, with what is usual of those to come: more of meshes elsewhere would stand in for the rim, and
-    more of either for the rest positions; these are therefore looked at again in the end. ``case`` is the one of them
-    in which the fit was made.
+    One after the other, each bead beside the rim apart, with what is usual of those to come: more of meshes elsewhere
+    would stand in for the rim, and more of either for the rest positions; these are therefore looked at again in the
+    end. ``case`` is the one of them in which the fit was made.
     """
 
     def log_density(left: ErrorsLeft) -> float:
         return _log_density(cases(left), in_another_case(fit, case, cases(left)))
 
-    likely = ErrorsLeft(_USUAL, _USUAL, _USUAL)
-    for error in ("at_rest", "beside_rim", "elsewhere", "at_rest"):
-        likely = max((replace(likely, **{error: share}) for share in _SHARES), key=log_density)
-    return cases(likely)
+    def at_rest(left: ErrorsLeft) -> ErrorsLeft:
+        return max((replace(left, at_rest=share) for share in _SHARES), key=log_density)
+
+    beads = len(case.experiments[0].fiducials_rest)
+    likely = at_rest(ErrorsLeft(_USUAL, (_USUAL,) * beads, _USUAL))
+    for bead in sorted(set().union(*map(beads_beside_rim, case.experiments))):
+        before, after = likely.beside_rim[:bead], likely.beside_rim[bead + 1 :]
+        likely = max(
+            (replace(likely, beside_rim=(*before, share, *after)) for share in _SHARES), key=log_density
+        )
+    likely = max((replace(likely, elsewhere=share) for share in _SHARES), key=log_density)
+    return cases(at_rest(likely))
 
 
 def _log_density(case: Case, fit: Linearisation) -> float:
