@@ -7,6 +7,7 @@ Whatever was linearised stays as it is but for the discretisation's corrections,
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import TypeAlias
 
 import numpy as np
@@ -39,6 +40,7 @@ def sharpest(cases: CaseLeaving, case: Case, fit: Linearisation) -> Case:
     end. ``case`` is the one of them in which the fit was made.
     """
 
+    @cache
     def log_density(left: ErrorsLeft) -> float:
         return _log_density(cases(left), in_another_case(fit, case, cases(left)))
 
