@@ -13,7 +13,7 @@ from scipy.special import softmax
 
 from estimator.diagnosis.advice import advise
 from estimator.diagnosis.averaging import over_answers, with_cause_left_open, with_form_left_open
-from estimator.diagnosis.case import Linearisation, deformed_mesh
+from estimator.diagnosis.case import Case, Linearisation, deformed_mesh
 from estimator.diagnosis.closure import gap_of, gaps_by_kind, noise_floor
 from estimator.diagnosis.considering import consider
 from estimator.diagnosis.contest import Contender, Tell, parameter_deviations
@@ -28,6 +28,7 @@ from estimator.diagnosis.held_out import held_out_in_full, held_out_residuals
 from estimator.diagnosis.judgement import credible_set, temper
 from estimator.diagnosis.multiplicity import Multiplicity, multiplicity_of, rivals_of
 from estimator.diagnosis.race import polished
+from estimator.diagnosis.resolving import resolved
 from estimator.diagnosis.result import (
     NONE,
     UNKNOWN,
@@ -70,28 +71,33 @@ def diagnose(experiments: Sequence[Experiment], progress: Tell | None = None) ->
         field = hold_contest(experiments, executor, tell)
         evidence = weigh(field)
         verdict = reach_verdict(field, evidence, executor, tell)
-        winner = verdict.winner
+        winner, case = verdict.winner, field.case
         if winner is not None:
-            best = polished(field.case, field.baseline, field.error, winner, executor)
+            tell("refitting the cause", 0, 1)
+            best = polished(case, field.baseline, field.error, winner, executor)
+            case, best = resolved(case, field.baseline, field.error, best, executor)
+            tell("refitting the cause", 1, 1)
             field = replace(
                 field, contenders=tuple(best if one is winner else one for one in field.contenders)
             )
             verdict = replace(verdict, winner=best)
-        return _diagnosis(field, evidence, verdict, started, executor, tell)
+        return _diagnosis(field, evidence, verdict, case, started, executor, tell)
 
 
 def _diagnosis(
     field: Field,
     evidence: Mapping[str, float],
     verdict: Verdict,
+    of_winner: Case,
     started: float,
     executor: Executor,
     tell: Tell,
 ) -> Diagnosis:
+    """Tell of a contest; ``of_winner`` is the case in which the winner was refitted."""
     case, baseline, winner = field.case, field.baseline, verdict.winner
     chosen = winner.fit if winner is not None else baseline
     before = held_out_residuals(baseline)
-    after = before if winner is None else held_out_in_full(case, chosen, executor)
+    after = before if winner is None else held_out_in_full(of_winner, chosen, executor)
     floor = noise_floor(
         case, (winner or field.contenders[0]).fit if field.contenders else baseline, field.error
     )

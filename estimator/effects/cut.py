@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from estimator.effects.effect import OUTSIDE, Amplitude, Constant, Effect, Readings, Values
 from estimator.effects.places import CENTRE, belonging, places_of
 from estimator.fem.problem import RetractionProblem
-from estimator.fem.quadrature import quadrature_points
+from estimator.fem.quadrature import points_of_parts
 
 FloatArray = NDArray[np.float64]
 
@@ -33,6 +33,7 @@ class Cut(Effect):
     label = OUTSIDE
     group = "inhomogeneity"
     words = "The tissue is cut, torn or missing at a place."
+    within_elements = True
     form = "cut"
     mistaken_for = ("inhomogeneity", "fiducial_misread")
     amplitudes = (_LOG_SOFTNESS,)
@@ -58,16 +59,17 @@ class Cut(Effect):
         return np.array([values["centre_x"], values["centre_y"], 0.0]), values[_HALF_LENGTH.name]
 
     def log_modulus(self, problem: RetractionProblem, values: Values) -> FloatArray | None:
-        """Return the logarithm of the share of the stiffness that is left, (e, q), where a point lies in the cut."""
+        """Return the logarithm of the stiffness left, (e, q), by how much of a point's part lies in the cut."""
         log_softness = values[_LOG_SOFTNESS.name]
         if not log_softness:
             return None
-        arms = quadrature_points(problem.body.mesh)[..., :2] - [values["centre_x"], values["centre_y"]]
+        points = points_of_parts(problem.body.mesh)
+        arms = points[..., :2] - [values["centre_x"], values["centre_y"]]
         cos, sin = np.cos(values[_NORMAL.name]), np.sin(values[_NORMAL.name])
-        spacing_m = np.cbrt(problem.body.volume)
+        spacing_m = np.cbrt(problem.body.volume)[..., None]
         across = _between(arms @ [cos, sin], _HALF_WIDTH_M, spacing_m)
         along = _between(arms @ [-sin, cos], values[_HALF_LENGTH.name], spacing_m)
-        return -log_softness * across * along
+        return np.asarray(-log_softness * (across * along).mean(axis=2))
 
 
 def _between(position_m: FloatArray, half_m: float, spacing_m: FloatArray) -> FloatArray:

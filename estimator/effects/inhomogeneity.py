@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from estimator.effects.effect import Amplitude, Constant, Effect, Group, Readings, Values
 from estimator.effects.places import CENTRE, belonging, places_of
 from estimator.fem.problem import RetractionProblem
-from estimator.fem.quadrature import quadrature_points
+from estimator.fem.quadrature import points_of_parts
 
 FloatArray = NDArray[np.float64]
 RegionShape = Literal["cylinder", "sphere"]
@@ -43,6 +43,7 @@ class Inhomogeneity(Effect):
     label: ClassVar[str] = "inhomogeneity"
     group: ClassVar[Group] = "inhomogeneity"
     words: ClassVar[str] = "A region of the tissue is stiffer or softer than the rest."
+    within_elements: ClassVar[bool] = True
     amplitudes = (_LOG_RATIO,)
     constants = (*CENTRE, _RADIUS)
 
@@ -60,14 +61,15 @@ class Inhomogeneity(Effect):
         return np.array([values["centre_x"], values["centre_y"], 0.0]), values[_RADIUS.name]
 
     def log_modulus(self, problem: RetractionProblem, values: Values) -> FloatArray | None:
-        """Return the logarithm of the stiffness ratio, (e, q), where a point lies in the region."""
+        """Return the logarithm of the stiffness ratio, (e, q), by how much of a point's part lies in it."""
         log_ratio = values[_LOG_RATIO.name]
         if not log_ratio:
             return None
         centre = np.array([values["centre_x"], values["centre_y"], 0.0])
         region = _Region(self._shape, centre, values[_RADIUS.name])
-        spacing_m = np.cbrt(problem.body.volume)
-        return log_ratio * region.inside(quadrature_points(problem.body.mesh), spacing_m)
+        points = points_of_parts(problem.body.mesh)
+        spacing_m = np.cbrt(problem.body.volume)[..., None]
+        return np.asarray(log_ratio * region.inside(points, spacing_m).mean(axis=2))
 
 
 INHOMOGENEITY = (Inhomogeneity("cylinder"), Inhomogeneity("sphere"))

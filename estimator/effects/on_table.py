@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,8 @@ FloatArray = NDArray[np.float64]
 
 class OnTable(Effect):
     """An effect whose constants ``centre_x``, ``centre_y`` and ``radius``, m, are those of a circle on the table."""
+
+    within_elements: ClassVar[bool] = True
 
     def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
         """Return the grid, spread over the phantom's edges, without the places inside the grasp."""
