@@ -1,5 +1,6 @@
 """Effects of the tissue that change its law or the field of its modulus."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -111,6 +112,16 @@ def test_the_region_lies_where_it_is_said_to() -> None:
     distance = np.linalg.norm(quadrature_points(PROBLEM.body.mesh)[..., :2] - [-0.02, 0.01], axis=-1)
     assert field[distance < 0.006] == pytest.approx(0.7, rel=0.05)
     assert np.abs(field[distance > 0.022]).max() < 0.01
+
+
+@pytest.mark.parametrize("radius", [0.007, 0.011, 0.015])
+def test_a_region_weighs_the_same_wherever_it_ends_within_the_elements(radius: float) -> None:
+    weights = []
+    for x, y in itertools.product(np.linspace(-0.025, -0.01, 4), repeat=2):
+        field = CYLINDER.log_modulus(PROBLEM, inclusion(1.0, x, y, radius))
+        assert field is not None
+        weights.append(np.sum(PROBLEM.body.volume * field))
+    assert np.ptp(weights) < 0.06 * np.mean(weights)
 
 
 def test_a_sphere_leaves_the_surface_above_its_rim_alone() -> None:

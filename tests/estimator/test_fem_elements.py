@@ -14,6 +14,7 @@ from estimator.fem.block_mesh import structured_mesh
 from estimator.fem.body import Body, build_body, nodal_forces, respond, stiffness
 from estimator.fem.elements import ElementKind, evaluate, reference_element
 from estimator.fem.mesh import Mesh, interpolation_rows
+from estimator.fem.quadrature import points_of_parts
 from estimator.materials import LAWS, NeoHookean
 from estimator.materials.law import Law
 from estimator.materials.material import Material
@@ -120,6 +121,17 @@ def test_the_stress_of_a_patch_is_that_of_the_law(kind: ElementKind) -> None:
     stress = mu * (F - inverse) + lame * (J - 1) * J * inverse
     np.testing.assert_allclose(found.T @ body.mesh.points, stress * body.volume.sum(), atol=1e-13)
     np.testing.assert_allclose(found.sum(axis=0), 0.0, atol=1e-13)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_the_integration_points_stand_for_makes_up_the_body(kind: ElementKind) -> None:
+    """The share of a part that lies below a plane weighs as much as the cube does there."""
+    body = build_body(cube_mesh(kind, 2, distortion=0.0))
+    points = points_of_parts(body.mesh)
+    assert np.einsum("eq,eqx->x", body.volume, points.mean(axis=2)) == pytest.approx(np.full(3, 0.5))
+    for height in (0.1, 0.3, 0.6):
+        below = (points[..., 2] < height).mean(axis=2)
+        assert np.sum(body.volume * below) == pytest.approx(height, abs=0.04)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -1,0 +1,95 @@
+"""A named region is told on a mesh that follows it."""
+
+from collections.abc import Iterator
+from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import replace
+from typing import TypeAlias
+
+import numpy as np
+import pytest
+from retraction_cases import REFERENCE_BLOCK, follow, from_rest, recorded, straight_pull
+
+from estimator.diagnosis.case import Case, Linearisation, linearise
+from estimator.diagnosis.contest import Contender, contender_of, error_borne_out
+from estimator.diagnosis.discrepancy import ModelError
+from estimator.diagnosis.hypothesis import Hypothesis
+from estimator.diagnosis.preparation import prepare
+from estimator.diagnosis.refit import refit
+from estimator.diagnosis.resolving import resolved
+from estimator.diagnosis.result import AT_MOST
+from estimator.effects.catalogue import CATALOGUE
+from estimator.effects.effect import Effect
+from estimator.experiment import Experiment, SensorNoise
+from estimator.fem.block_mesh import Grading
+from estimator.fem.observation import observe
+from estimator.forward.meshing import mesh_experiment
+
+QUIET = replace(
+    REFERENCE_BLOCK,
+    sensor=SensorNoise(force_std=4e-3, torque_std=1e-4, fiducial_std=1e-5, position_std=6e-6),
+)
+Fitted: TypeAlias = tuple[Case, Linearisation, ModelError]
+PLAIN = Hypothesis(20e3, 0.42)
+REGION = {"centre_x": -0.012, "centre_y": 0.008, "radius": 0.011, "log_stiffness_ratio": -0.9}
+
+
+def effect(name: str) -> Effect:
+    return next(one for one in CATALOGUE if one.name == name)
+
+
+def pulled() -> Experiment:
+    truth = PLAIN.with_effect(effect("inhomogeneity:cylinder"), REGION)
+    fine = mesh_experiment(QUIET, Grading(1e-3, 3e-3, 4e-3, 2.0, 1))
+    problem, poses = truth.problem(fine), from_rest(QUIET, straight_pull(QUIET, 0.015, 4))
+    states = follow(problem, truth.material(), poses)
+    return recorded(QUIET, poses, [observe(problem, one) for one in states], np.random.default_rng(5))
+
+
+def pulls(contender: Contender) -> dict[str, float]:
+    """By how many of its deviations each parameter of the region is off."""
+    fit = contender.fit
+    return {
+        c.parameter: (c.get(fit.hypothesis) - c.internal_of(REGION[c.parameter])) / deviation
+        for c, deviation in zip(fit.coordinates, contender.deviations, strict=True)
+        if c.parameter in REGION
+    }
+
+
+@pytest.fixture(scope="module")
+def workers() -> Iterator[Executor]:
+    with ThreadPoolExecutor(2) as executor:
+        yield executor
+
+
+@pytest.fixture(scope="module")
+def fitted(workers: Executor) -> Fitted:
+    preparation, baseline = prepare([pulled()], workers)
+    case = preparation.cases(AT_MOST)
+    return case, baseline, error_borne_out(case, baseline)
+
+
+def test_a_region_is_as_large_and_as_strong_as_it_is_said_to_be(fitted: Fitted, workers: Executor) -> None:
+    case, baseline, error = fitted
+    start = baseline.hypothesis.with_effect(effect("inhomogeneity:cylinder"), REGION)
+    found = contender_of(case, baseline, error, refit(case, start, baseline, evaluations=8))
+    finer, followed = resolved(case, baseline, error, found, workers)
+    assert len(finer.problem.body.mesh.cells) > 2 * len(case.problem.body.mesh.cells)
+    assert max(map(abs, pulls(found).values())) > 4.0
+    assert max(map(abs, pulls(followed).values())) < 2.0
+    assert max(followed.deviations[2:] / found.deviations[2:]) < 4.0
+
+
+def test_both_meshes_leave_the_same_of_the_baseline(fitted: Fitted, workers: Executor) -> None:
+    case, baseline, error = fitted
+    there = baseline.hypothesis.with_effect(effect("inhomogeneity:cylinder"), REGION)
+    winner = contender_of(case, baseline, error, linearise(case, there, baseline))
+    finer, _ = resolved(case, baseline, error, winner, workers)
+    again = linearise(finer, baseline.hypothesis)
+    np.testing.assert_allclose(again.residual[0], baseline.residual[0], atol=1e-3)
+
+
+def test_what_does_not_end_within_elements_stays_as_it_is(fitted: Fitted, workers: Executor) -> None:
+    case, baseline, error = fitted
+    yielding = baseline.hypothesis.with_effect(effect("gripper_compliance:translation"), {"compliance": 1e-5})
+    winner = contender_of(case, baseline, error, linearise(case, yielding, baseline))
+    assert resolved(case, baseline, error, winner, workers) == (case, winner)
