@@ -27,6 +27,7 @@ from estimator.diagnosis.held_out import held_out_residuals
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.preparation import corrected_at_best, prepare
 from estimator.diagnosis.race import race, race_on
+from estimator.diagnosis.resolving import resolved
 from estimator.diagnosis.result import AT_MOST, Consideration, ErrorsLeft, Material, Outcome, Place
 from estimator.diagnosis.sharpening import in_another_case, refitted_anew, signatures_anew
 from estimator.effects.catalogue import CATALOGUE, LABELS
@@ -113,7 +114,8 @@ def what_if(
             trials = trials_of(case, baseline, error, signatures)
             fits = [in_another_case(one.fit, before, case) for one in contenders]
             contenders = race_on(case, baseline, error, fits, -np.inf, executor, tell)
-        return consider(case, baseline, error, trials, contenders, floor)[label]
+        best = [resolved(case, baseline, error, one, executor)[1] for one in contenders[:1]]
+        return consider(case, baseline, error, trials, [*best, *contenders[1:]], floor)[label]
 
 
 def _expected(case: Case, baseline: Linearisation, error: ModelError, trial: Trial, floor: float) -> Outcome:

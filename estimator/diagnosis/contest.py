@@ -24,7 +24,7 @@ from estimator.diagnosis.evidence import (
 from estimator.diagnosis.hypothesis import Coordinate, Hypothesis
 from estimator.diagnosis.loads import acts_on_tissue
 from estimator.diagnosis.passage import mechanics_of, solve_case
-from estimator.diagnosis.refit import LONGEST_OF_A_RANGE, moved, step_of_gram
+from estimator.diagnosis.refit import LONGEST_OF_A_RANGE, moved, newton_step, step_of_gram
 from estimator.diagnosis.screening import Signature, signatures_of
 from estimator.diagnosis.unsteady import evidence_of_unsteadiness
 from estimator.effects.effect import Effect
@@ -102,7 +102,7 @@ def error_borne_out(case: Case, fit: Linearisation) -> ModelError:
 
 def evidence_of_unknown(case: Case, fit: Linearisation, error: ModelError) -> float:
     """Weigh something outside the catalogue beside a fit: what is smooth, or rows that are off by themselves."""
-    model = _model(fit, error)
+    model = _model_within_reach(fit, error)
     by_rows = evidence_of_unsteadiness(fit.residual, case.whitenings, fit.predicted)
     found = max(unknown_evidence(*model, error), over_floors(*model, error) + by_rows)
     return found - price_of_choice(case, fit.hypothesis)
@@ -252,6 +252,19 @@ def _model(fit: Linearisation, error: ModelError) -> tuple[Moments, Priors]:
     return moments_of(error, stacked), _priors_within_a_step(fit.hypothesis, fit.coordinates)
 
 
+def _model_within_reach(fit: Linearisation, error: ModelError) -> tuple[Moments, Priors]:
+    """Return the same of a refitted hypothesis: nothing goes farther than where a step from there may still fit better.
+
+    At a kink the derivatives promise what no step keeps.
+    """
+    moments, priors = _model(fit, error)
+    if fit.next_share == 1.0:
+        return moments, priors
+    reach = fit.next_share * np.abs(newton_step(fit)[0])
+    within = replace(priors, lower=np.maximum(priors.lower, -reach), upper=np.minimum(priors.upper, reach))
+    return moments, within
+
+
 def _priors_within_a_step(hypothesis: Hypothesis, free: Sequence[Coordinate]) -> Priors:
     """Return the priors with constants bound to where the next step of a refit may take them.
 
@@ -277,7 +290,8 @@ def priors_of(hypothesis: Hypothesis, free: Sequence[Coordinate]) -> Priors:
 
 def contender_of(case: Case, base: Linearisation, error: ModelError, fit: Linearisation) -> Contender:
     """Weigh a refitted hypothesis."""
-    value, inexactness = marginal_evidence(*_model(fit, error), error, explained(case, base, fit))
+    model = _model_within_reach(fit, error)
+    value, inexactness = marginal_evidence(*model, error, explained(case, base, fit))
     value -= price_of_choice(case, fit.hypothesis)
     return Contender(fit, value, parameter_deviations(fit, error, inexactness))
 

@@ -3,11 +3,12 @@
 import typing
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 from retraction_cases import REFERENCE_BLOCK
 
 from estimator.diagnosis.case import Case, Linearisation
-from estimator.diagnosis.contest import evidence_of_unknown, first_order_evidence
+from estimator.diagnosis.contest import contender_of, evidence_of_unknown, first_order_evidence
 from estimator.diagnosis.discrepancy import Discrepancy, ModelError
 from estimator.diagnosis.hypothesis import Hypothesis, coordinates
 from estimator.diagnosis.whitening import Whitening
@@ -44,6 +45,32 @@ def test_what_a_constant_would_explain_far_away_does_not_count() -> None:
 
 def test_what_it_would_explain_nearby_does() -> None:
     assert evidence_of_drift(4.0, 40.0) > evidence_of_drift(4.0, 1e-9) + 2.0
+
+
+def evidence_where_steps_are_refused(next_share: float) -> float:
+    """Log evidence of a refitted bias whose derivatives promise 8 nats, of which a share of a step may be kept."""
+    rows, channels = 8, 54
+    seen, nothing = np.ones((rows, channels), dtype=bool), np.zeros((rows * channels, 1))
+    plain = Whitening(seen, np.ones(channels), np.zeros(channels), nothing, np.zeros(1))
+    case = Case((REFERENCE_BLOCK,), typing.cast(RetractionProblem, None), (), (plain,), ())
+    error = ModelError(
+        (Discrepancy((nothing, nothing), (np.zeros(1), np.zeros(1))),), ((0.0, 0.0),), (0.0, 0.0)
+    )
+    bias = next(one for one in CATALOGUE if one.name == "force_bias:sensor_frame_fx")
+    hypothesis = Hypothesis(15e3, 0.45).with_effect(bias, {"bias_fx": 0.01})
+    free = coordinates(hypothesis)
+    columns = np.linalg.qr(np.random.default_rng(5).normal(size=(rows * channels, len(free))))[0]
+    residual = 4.0 * columns[:, -1]
+    columns[:, -1] *= 1e3
+    predicted = (np.zeros((rows, channels)),)
+    fit = Linearisation(hypothesis, free, predicted, (residual,), (columns,), (), (), next_share=next_share)
+    return contender_of(case, fit, error, fit).log_evidence
+
+
+def test_what_derivatives_promise_counts_as_far_as_a_step_may_still_fit_better() -> None:
+    whole, third, nothing = map(evidence_where_steps_are_refused, (1.0, 1 / 3, 0.0))
+    assert whole - nothing == pytest.approx(8.0, abs=0.5)
+    assert third - nothing == pytest.approx(8.0 * (1 - (2 / 3) ** 2), abs=0.5)
 
 
 def gained_by_unknown(misfit: NDArray[np.float64]) -> float:
