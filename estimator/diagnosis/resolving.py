@@ -18,8 +18,7 @@ from estimator.errors import SolverError
 from estimator.forward.meshing import mesh_experiment
 
 _RESOLVING = replace(GRADING, largest_m=6.5e-3)
-# Stiffness that jumps within an element leaves an error that falls with its edge, or faster: where that was halved, all
-# that changed is left at the most, half of it most likely.
+# Of what changed from elements of 15 mm an error that falls with their edge leaves 0.76 here, one with its square 0.23.
 _LEFT = 0.5
 _POINTS = 4
 

@@ -179,7 +179,7 @@ class Effect:
     mistaken_for : labels of the catalogue in whose place one without a label is looked at; none for one that always is
     terms_alike : whether it is a sum of terms that may change places: none of several is where a single one fits best
     keeps_pattern : whether :meth:`problem` leaves free and held nodes as they are
-    within_elements : whether it ends within elements, and is told as exactly as they are small
+    within_elements : whether it ends within elements, so that its size is known only as well as they follow it
     rest_seen : whether the cameras read the beads' stated rest positions once the tissue was mounted
     inexactness : share of what it raises the log evidence by that another cause seems to explain where its form is only
         nearly right: stiffening of another form left 0.0008 to a grasp aside

@@ -47,15 +47,21 @@ def test_what_it_would_explain_nearby_does() -> None:
     assert evidence_of_drift(4.0, 40.0) > evidence_of_drift(4.0, 1e-9) + 2.0
 
 
-def evidence_where_steps_are_refused(next_share: float) -> float:
-    """Log evidence of a refitted bias whose derivatives promise 8 nats, of which a share of a step may be kept."""
-    rows, channels = 8, 54
+def in_plain_noise(rows: int, channels: int) -> tuple[Case, ModelError]:
+    """A case whose noise is white and of unit size, and of which no model misses anything."""
     seen, nothing = np.ones((rows, channels), dtype=bool), np.zeros((rows * channels, 1))
     plain = Whitening(seen, np.ones(channels), np.zeros(channels), nothing, np.zeros(1))
     case = Case((REFERENCE_BLOCK,), typing.cast(RetractionProblem, None), (), (plain,), ())
     error = ModelError(
         (Discrepancy((nothing, nothing), (np.zeros(1), np.zeros(1))),), ((0.0, 0.0),), (0.0, 0.0)
     )
+    return case, error
+
+
+def evidence_where_steps_are_refused(next_share: float) -> float:
+    """Log evidence of a refitted bias whose derivatives promise 8 nats, of which a share of a step may be kept."""
+    rows, channels = 8, 54
+    case, error = in_plain_noise(rows, channels)
     bias = next(one for one in CATALOGUE if one.name == "force_bias:sensor_frame_fx")
     hypothesis = Hypothesis(15e3, 0.45).with_effect(bias, {"bias_fx": 0.01})
     free = coordinates(hypothesis)
@@ -76,12 +82,7 @@ def test_what_derivatives_promise_counts_as_far_as_a_step_may_still_fit_better()
 def gained_by_unknown(misfit: NDArray[np.float64]) -> float:
     """What something unknown adds to a fit's log evidence, in a misfit (n, 6 + 3m) of which no part is smooth."""
     rows, channels = misfit.shape
-    seen, nothing = np.ones(misfit.shape, dtype=bool), np.zeros((misfit.size, 1))
-    plain = Whitening(seen, np.ones(channels), np.zeros(channels), nothing, np.zeros(1))
-    case = Case((REFERENCE_BLOCK,), typing.cast(RetractionProblem, None), (), (plain,), ())
-    error = ModelError(
-        (Discrepancy((nothing, nothing), (np.zeros(1), np.zeros(1))),), ((0.0, 0.0),), (0.0, 0.0)
-    )
+    case, error = in_plain_noise(rows, channels)
     hypothesis = Hypothesis(15e3, 0.45)
     columns = np.random.default_rng(8).normal(size=(misfit.size, 2))
     free = coordinates(hypothesis)
