@@ -123,6 +123,18 @@ class Hypothesis:
         """Whether the tissue changes while the gripper stands."""
         return any(effect.rate_dependent for effect in self.effects)
 
+    @property
+    def without_small_regions(self) -> Hypothesis:
+        """The hypothesis without the effects that end within elements."""
+        kept = [
+            (effect, values)
+            for effect, values in zip(self.effects, self.values, strict=True)
+            if not effect.within_elements
+        ]
+        return replace(
+            self, effects=tuple(effect for effect, _ in kept), values=tuple(values for _, values in kept)
+        )
+
     def with_effect(self, effect: Effect, values: Mapping[str, float]) -> Hypothesis:
         """Return the hypothesis with one effect more."""
         return replace(self, effects=(*self.effects, effect), values=(*self.values, dict(values)))

@@ -19,7 +19,13 @@ from estimator.diagnosis.finer_forms import elaborations, mistaken_for
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.pairs import likeliest_pairs
 from estimator.diagnosis.race import is_linear, race
-from estimator.diagnosis.second_cause import adequate, least_gain, promising_seconds, starts_of_pairs
+from estimator.diagnosis.second_cause import (
+    adequate,
+    least_gain,
+    least_of_two,
+    promising_seconds,
+    starts_of_pairs,
+)
 from estimator.effects.effect import Effect, Values
 
 _LEADERS = 2
@@ -31,9 +37,6 @@ _MORE = 2
 _ADDS_LITTLE = 8.0
 # A second cause that promises this share of what the best pair adds to its first one may be that after its refit.
 _PASSED_OVER = 0.5
-# A finer form that promises less than the best single cause by more than this share of what that explains begins in
-# another hollow of the misfit: beside glue that failed under way, four of them ended 20 000 in log evidence below.
-_ANOTHER_HOLLOW = 0.2
 # Sizes of an effect that differ by no more than this share, and places within this share of their range, are one.
 _NEAR = 0.25
 
@@ -217,8 +220,7 @@ def _finer_forms(
         trials += screen(field.case, field.baseline, field.error, new, executor, tell)
     tried = {_names(pair.fit.hypothesis) for pair in pairs}
     likeliest = likeliest_pairs(field.case, field.baseline, field.error, trials)
-    alone = field.contenders[0].log_evidence
-    least = alone - _ANOTHER_HOLLOW * max(alone - field.none, 0.0)
+    least = least_of_two(field.contenders[0].log_evidence, field.none)
     finer = [
         one
         for one in likeliest

@@ -40,7 +40,7 @@ def predicted_readings(
         wrench, fiducials = wrench + change.wrench, fiducials + change.fiducials
         position = position + change.motion[:, :3]
         rotation = Rotation.from_rotvec(change.motion[:, 3:]) * rotation
-    rest_wrench, rest_fiducials = _at_rest(mechanics)
+    rest_wrench, rest_fiducials = _at_rest(mechanics, correction[0])
     if change is not None:
         rest_wrench, rest_fiducials = rest_wrench + change.wrench[0], rest_fiducials + change.fiducials[0]
     return hypothesis.readings(
@@ -57,10 +57,15 @@ def predicted_readings(
     )
 
 
-def _at_rest(mechanics: Mechanics) -> tuple[FloatArray, FloatArray]:
-    """Return wrench (6,) and fiducials (m, 3) with the gripper exactly at its stated rest pose."""
+def _at_rest(mechanics: Mechanics, correction: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return wrench (6,) and fiducials (m, 3) with the gripper exactly at its stated rest pose.
+
+    ``correction`` (6 + 3m,) is that of the first row.
+    """
     first, off = mechanics.observations[0], mechanics.passage.visits.off_rest
-    return first.wrench - first.wrench_by_pose @ off, first.fiducials - first.fiducials_by_pose @ off
+    wrench = first.wrench - first.wrench_by_pose @ off + correction[:6]
+    fiducials = first.fiducials - first.fiducials_by_pose @ off
+    return wrench, fiducials + correction[6:].reshape(fiducials.shape)
 
 
 def channels(readings: Readings) -> FloatArray:

@@ -35,7 +35,7 @@ _LEFT_APART, _LEFT_TOGETHER = 0.2, 0.3
 # fine meshes differ in what a bead there does, and not along the correction's course alone, which may pass through zero
 # where the difference is large. Most probable are 0.2 to 0.3 of the correction's largest length, 0.5 where tissue rubs.
 _LEFT_BESIDE_RIM = 0.5
-_BESIDE_RIM_M = 6e-3
+BESIDE_RIM_M = 6e-3
 _WAVES_BESIDE_RIM = 4
 # Strains are singular along the edges of the grasp, the more so the less the tissue can be compressed, and a mesh acts
 # as if these lay aside by this over 1 - 2 nu. The measurements of 21 clean cases of two other simulators are most
@@ -147,23 +147,25 @@ def share_of_way(experiment: Experiment) -> FloatArray:
 def beads_beside_rim(experiment: Experiment) -> list[int]:
     """Return the numbers of the beads that are so close to the grasp that its rim tells on them."""
     distance = experiment.grasp.box.distance(experiment.fiducials_rest)
-    return [int(bead) for bead in np.flatnonzero(distance < _BESIDE_RIM_M)]
+    return [int(bead) for bead in np.flatnonzero(distance < BESIDE_RIM_M)]
 
 
 def left_beside_rim(experiment: Experiment, correction: FloatArray) -> dict[int, FloatArray]:
     """Return directions (n, c, k), m, of what meshes make of each bead beside the grasp's rim, along the gripper's way.
 
-    It depends on where the gripper is, not on how it came there. ``correction`` (n, c) is that of the discretisation.
+    It depends on where the gripper is, and in tissue that remembers on how far it came back. ``correction`` (n, c) is
+    that of the discretisation.
     """
     share = share_of_way(experiment)
     waves = share[:, None] * np.cos(np.pi * np.outer(share, np.arange(_WAVES_BESIDE_RIM)))
-    waves /= np.sqrt(_WAVES_BESIDE_RIM)
+    back = np.maximum.accumulate(share) - share
+    waves = np.column_stack([waves / np.sqrt(_WAVES_BESIDE_RIM), back])
     rows, count = correction.shape
     found = {}
     for bead in beads_beside_rim(experiment):
         own = slice(6 + 3 * bead, 9 + 3 * bead)
         size = _LEFT_BESIDE_RIM * np.linalg.norm(correction[:, own], axis=1).max()
-        directions = np.zeros((rows, count, 3, _WAVES_BESIDE_RIM))
+        directions = np.zeros((rows, count, 3, waves.shape[1]))
         directions[:, own] = size * np.eye(3)[None, :, :, None] * waves[:, None, None, :]
         found[bead] = directions.reshape(rows, count, -1)
     return found

@@ -84,6 +84,15 @@ def grasp_box(problem: RetractionProblem) -> FloatArray:
     return np.stack([gripped.min(axis=0), gripped.max(axis=0)])
 
 
+def beads_from_grasp(problem: RetractionProblem) -> FloatArray:
+    """Return how far the tissue that each bead sits on is from the grasp, (m,), m; 0 for gripped tissue."""
+    points = problem.body.mesh.points[problem.fiducial_nodes]
+    places = np.einsum("mk,mkx->mx", problem.fiducial_weights, points)
+    lower, upper = grasp_box(problem)
+    beyond = np.maximum(np.maximum(lower - places, places - upper), 0.0)
+    return np.where(problem.fiducials_gripped, 0.0, np.linalg.norm(beyond, axis=1))
+
+
 def tapers(problem: RetractionProblem) -> tuple[Taper, Taper]:
     """Return the tapers along x and y."""
     points, box = problem.body.mesh.points, grasp_box(problem)

@@ -295,6 +295,23 @@ def test_beside_a_leader_that_leaves_noise_alone_and_promises_nothing_no_pair_is
     assert starts == ([] if leaves_noise_alone else [boldest.hypothesis])
 
 
+@pytest.mark.parametrize(("promised", "is_begun"), [(690.0, True), (500.0, False)])
+def test_two_causes_that_promise_far_less_than_the_best_single_one_are_not_refitted(
+    promised: float, is_begun: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    leader = refitted(present(LOST_GRIP), 700.0)
+    together = Start(promised, present(REGION, CAMERA))
+    for name, told in (
+        ("promising_seconds", lambda *of_leader: []),
+        ("likeliest_pairs", lambda *of_trials: [together]),
+        ("adequate", lambda *of_leader: False),
+    ):
+        monkeypatch.setattr(f"estimator.diagnosis.second_cause.{name}", told)
+    field = tried("unknown:cut", "log_softness", 0.9, 643.0)
+    starts = starts_of_pairs(field.case, leader.fit, [leader], field.trials, field.error, none=0.0)
+    assert starts == ([together.hypothesis] if is_begun else [])
+
+
 def test_what_two_causes_are_mistaken_for_takes_their_place_where_it_explains_as_much_alone(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
