@@ -56,14 +56,15 @@ class _Loading:
     def __init__(self, hypothesis: Hypothesis, perturbation: Perturbation, passage: Passage) -> None:
         effect, to = perturbation.effect, perturbation.to
         new_problem = effect is not None and overrides(effect, "problem")
-        self._new_response = effect is None or overrides(effect, "material") or new_problem
-        self._new_problem = new_problem
         self.places_beads = any(overrides(present, "beads") for present in to.effects)
-        self.terms_matter = bool(hypothesis.effects) or (effect is not None and overrides(effect, "terms"))
-        self.matters = self._new_response or self.terms_matter
-        self.rate_dependent = to.rate_dependent
         anew = new_problem or self.places_beads or (effect is not None and to.rest_misread_by(effect))
         self.problem = to.problem(passage.baseline) if anew else passage.problem
+        # Of a problem whose body and grip are the same, anchors alone hold otherwise: the tissue's own stress stays.
+        self._new_shape = new_problem and not _is_gripped_alike(self.problem, passage.problem)
+        self._new_response = effect is None or overrides(effect, "material") or self._new_shape
+        self.terms_matter = bool(hypothesis.effects) or (effect is not None and overrides(effect, "terms"))
+        self.matters = new_problem or self._new_response or self.terms_matter
+        self.rate_dependent = to.rate_dependent
         self._to = to
         self._material = to.material()
         self._terms = TermChain(to)
@@ -101,7 +102,7 @@ class _Loading:
         """
         displacement, response = station.state.displacement, station.state.response
         load = np.zeros_like(displacement)
-        if self._new_problem:
+        if self._new_shape:
             gripped = self.problem.gripped
             displacement = displacement.copy()
             displacement[gripped] = (
@@ -113,6 +114,10 @@ class _Loading:
         if self.terms_matter and of_terms is not None:
             load += self._terms.forces(station.elapsed_s, displacement, response) - of_terms
         return displacement, response, load
+
+
+def _is_gripped_alike(one: RetractionProblem, other: RetractionProblem) -> bool:
+    return one.body is other.body and np.array_equal(one.grasp_centre, other.grasp_centre)
 
 
 def changes_by_loads(

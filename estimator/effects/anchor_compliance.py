@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from estimator.effects.effect import Amplitude, Constant, Effect, Group, Readings, Values
 from estimator.errors import InputError
 from estimator.experiment import Experiment
-from estimator.fem.anchorage import anchored_areas, set_free, share_of_rim
+from estimator.fem.anchorage import anchored_areas, rim_of, set_free
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.steady import NodalSprings
 from estimator.fem.terms import Term
@@ -84,7 +84,7 @@ class UnevenAnchorCompliance(AnchorCompliance):
     constants: tuple[Constant, ...] = (_unevenness("unevenness"),)
 
     def _evenness(self, problem: RetractionProblem, experiment: Experiment, values: Values) -> FloatArray:
-        return _falling(values["unevenness"], share_of_rim(problem))
+        return _falling(values["unevenness"], rim_of(problem).place)
 
 
 class EachAnchorUneven(UnevenAnchorCompliance):
@@ -109,7 +109,7 @@ class EachAnchorUneven(UnevenAnchorCompliance):
                 f"{self.name}: is for two anchors and the phantom has {len(experiment.anchors)}; take "
                 f"{self.label}:uneven"
             )
-        place = share_of_rim(problem)
+        place = rim_of(problem).place
         away = np.array([anchor.distance(problem.body.mesh.points) for anchor in experiment.anchors])
         nearest = problem.anchored & (away < away.min(axis=0) + _SAME_DISTANCE_M)
         factor = np.ones(nearest.shape)

@@ -14,8 +14,7 @@ from estimator.effects.misfit import fiducial_misfit
 from estimator.experiment import Experiment
 from estimator.fem.anchorage import (
     anchored_areas,
-    attached,
-    columns_of_rim,
+    rim_of,
     set_free,
     springs_of_partly_attached,
 )
@@ -57,8 +56,8 @@ class AnchorDebonding(Effect):
 
     def place(self, problem: RetractionProblem, values: Values) -> tuple[FloatArray, float] | None:
         """Return the middle of the stretch and half its length."""
-        area, _ = anchored_areas(problem)
-        weight = area * (1.0 - attached(problem, values["share"], values["place"]))
+        rim = rim_of(problem)
+        weight = rim.area * (1.0 - rim.attached(values["share"], values["place"]))
         if not weight.any():
             return None
         points = problem.body.mesh.points
@@ -72,8 +71,8 @@ class AnchorDebonding(Effect):
 
         Where a column comes off altogether the derivatives jump, so that the misfit may have a minimum there.
         """
-        _, begin, end = columns_of_rim(problem)
-        column = float(np.median(end - begin))
+        rim = rim_of(problem)
+        column = float(np.median(rim.end - rim.start))
         first = values["place"] * (1.0 - values["share"])
         last = first + values["share"]
         ends = [
@@ -93,7 +92,7 @@ class AnchorDebonding(Effect):
         """Set the nodes of the stretch free."""
         if not values["share"]:
             return problem
-        attachment = problem.attachment * attached(problem, values["share"], values["place"])
+        attachment = problem.attachment * rim_of(problem).attached(values["share"], values["place"])
         return set_free(problem, attachment < problem.attachment, attachment)
 
     def terms(
@@ -105,7 +104,8 @@ class AnchorDebonding(Effect):
         rigid = (problem.anchored & problem.fixed).any()
         if not (values["share"] and partly.any() and rigid):
             return ()
-        return (NodalSprings(springs_of_partly_attached(problem, share, material.youngs_modulus)),)
+        area, _ = anchored_areas(problem)
+        return (NodalSprings(springs_of_partly_attached(area, share, material.youngs_modulus)),)
 
 
 class AnchorPeeling(AnchorDebonding):
@@ -161,7 +161,7 @@ class AnchorPeeling(AnchorDebonding):
         waits_s, modulus = _seconds_until(experiment, values), material.youngs_modulus
         return (
             PeelingAnchor(
-                problem, freed, modulus, values["share"], values["place"], waits_s, values["duration"]
+                rim_of(problem), freed, modulus, values["share"], values["place"], waits_s, values["duration"]
             ),
         )
 

@@ -1,6 +1,6 @@
 """Anchors that yield: the anchored surface, and the problem with some of its nodes set free."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,24 +47,58 @@ def set_free(
     )
 
 
-def columns_of_rim(problem: RetractionProblem) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Return the column (m,) of each anchored node along the rim, and where each column (c,) starts and ends.
+@dataclass(frozen=True, eq=False)
+class Rim:
+    """The anchored nodes in columns along the rim, whose places go by anchored area from 0 to 1.
 
-    Places along the rim go by anchored area from 0 to 1, anticlockwise about z from its widest gap on.
+    The rim begins at its widest gap and goes anticlockwise about z.
+
+    Attributes
+    ----------
+    anchored : (n,) bool, the nodes
+    area : (n,) anchored area of each, m²
+    column : (m,) of each anchored node
+    start, end : (c,) of each column
     """
-    nodes = np.flatnonzero(problem.anchored)
+
+    anchored: BoolArray
+    area: FloatArray
+    column: IntArray
+    start: FloatArray
+    end: FloatArray
+
+    @property
+    def place(self) -> FloatArray:
+        """The place (n,) of each anchored node, from 0 to 1; 0 elsewhere."""
+        place: FloatArray = np.zeros(len(self.anchored))
+        place[self.anchored] = ((self.start + self.end) / 2)[self.column]
+        return place
+
+    def attached(self, share: float, place: float) -> FloatArray:
+        """Return how much (n,) of each node's anchored area stays attached once a share of the rim has come off.
+
+        The place of the stretch that is off is 0 at one end of the rim and 1 at the other.
+        """
+        attached: FloatArray = np.ones(len(self.anchored))
+        start, end = self.start, self.end
+        first = place * (1.0 - share)
+        lost = np.clip(np.minimum(end, first + share) - np.maximum(start, first), 0.0, None)
+        middle = (start + end) / 2
+        inside = (middle > first) & (middle < first + share)
+        width = end - start
+        lost = np.where(width > 1e-9, lost / np.maximum(width, 1e-9), inside)
+        kept = np.where(lost < 1e-9, 1.0, np.clip(1.0 - lost, 0.0, 1.0))
+        attached[self.anchored] = kept[self.column]
+        return attached
+
+
+def rim_of(problem: RetractionProblem) -> Rim:
+    """Return the rim of a problem's anchors."""
     area, _ = anchored_areas(problem)
-    column = _columns(problem.body.mesh.points[nodes, :2])
-    end = np.cumsum(np.bincount(column, area[nodes]))
-    return column, np.concatenate([[0.0], end[:-1]]) / end[-1], end / end[-1]
-
-
-def share_of_rim(problem: RetractionProblem) -> FloatArray:
-    """Return the place (n,) of each anchored node along the rim, from 0 to 1; 0 elsewhere."""
-    column, start, end = columns_of_rim(problem)
-    place: FloatArray = np.zeros(len(problem.anchored))
-    place[problem.anchored] = ((start + end) / 2)[column]
-    return place
+    column = _columns(problem.body.mesh.points[problem.anchored, :2])
+    end = np.cumsum(np.bincount(column, area[problem.anchored]))
+    start = np.concatenate([[0.0], end[:-1]])
+    return Rim(problem.anchored, area, column, start / end[-1], end / end[-1])
 
 
 def _columns(points: FloatArray) -> IntArray:
@@ -77,31 +111,13 @@ def _columns(points: FloatArray) -> IntArray:
     return np.unique(along, return_inverse=True)[1]
 
 
-def attached(problem: RetractionProblem, share: float, place: float) -> FloatArray:
-    """Return how much (n,) of each node's anchored area stays attached once a share of the rim has come off.
-
-    The place of the stretch that is off is 0 at one end of the rim and 1 at the other.
-    """
-    attached: FloatArray = np.ones(len(problem.attachment))
-    nodes = np.flatnonzero(problem.anchored)
-    column, start, end = columns_of_rim(problem)
-    first = place * (1.0 - share)
-    lost = np.clip(np.minimum(end, first + share) - np.maximum(start, first), 0.0, None)
-    middle = (start + end) / 2
-    inside = (middle > first) & (middle < first + share)
-    width = end - start
-    lost = np.where(width > 1e-9, lost / np.maximum(width, 1e-9), inside)
-    attached[nodes] = np.where(lost[column] < 1e-9, 1.0, np.clip(1.0 - lost[column], 0.0, 1.0))
-    return attached
-
-
-def springs_of_partly_attached(problem: RetractionProblem, share: FloatArray, modulus: float) -> FloatArray:
+def springs_of_partly_attached(area: FloatArray, share: FloatArray, modulus: float) -> FloatArray:
     """Return springs (n, 3, 3), N/m, that hold the nodes of which a share (n,) is attached in tissue of a modulus, Pa.
 
     They are rigid once all of a node is attached; none where nothing is, and where the whole is it needs none.
+    ``area`` (n,) is the anchored one, m².
     """
     partly = (share > 0.0) & (share < 1.0)
-    area, _ = anchored_areas(problem)
     stiffness = np.zeros(len(share))
     stiffness[partly] = _HALF_ATTACHED * modulus * np.sqrt(area[partly])
     stiffness[partly] *= share[partly] / (1.0 - share[partly])

@@ -9,9 +9,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.anchorage import attached, springs_of_partly_attached
+from estimator.fem.anchorage import Rim, springs_of_partly_attached
 from estimator.fem.body import Response
-from estimator.fem.problem import RetractionProblem
 from estimator.fem.steady import NodalSprings
 from estimator.fem.terms import Memoryless, TermStiffness
 
@@ -28,17 +27,17 @@ class PeelingAnchor(Memoryless):
 
     Attributes
     ----------
-    problem : in which the nodes of the whole stretch are free
-    freed : (n,) those nodes
+    rim : of the anchors
+    freed : (n,) bool, nodes of the whole stretch, which the problem leaves free
     modulus : of the tissue, Pa
-    share, place : what is off in the end, as in :func:`estimator.fem.anchorage.attached`
+    share, place : what is off in the end, as in :meth:`estimator.fem.anchorage.Rim.attached`
     waits_s : until it begins to come off; negative where it has begun, infinite where it does not in this experiment
     lasts_s : until all of it is off
     """
 
     timed: ClassVar[bool] = True
 
-    problem: RetractionProblem
+    rim: Rim
     freed: BoolArray
     modulus: float
     share: float
@@ -63,6 +62,6 @@ class PeelingAnchor(Memoryless):
     def _holding(self) -> NodalSprings:
         """What holds the stretch at this time."""
         done = float(np.clip(-self.waits_s / self.lasts_s, 0.0, 1.0))
-        held = np.minimum(attached(self.problem, done * self.share, self.place), 1.0 - _ALL_BUT)
+        held = np.minimum(self.rim.attached(done * self.share, self.place), 1.0 - _ALL_BUT)
         share = np.where(self.freed, held, 1.0)
-        return NodalSprings(springs_of_partly_attached(self.problem, share, self.modulus))
+        return NodalSprings(springs_of_partly_attached(self.rim.area, share, self.modulus))

@@ -18,7 +18,7 @@ from estimator.effects.prestretch import PRESTRETCH
 from estimator.effects.support_friction import SUPPORT_FRICTION
 from estimator.effects.thickness_error import THICKNESS_ERROR
 from estimator.experiment import Box, Experiment, Grasp
-from estimator.fem.anchorage import columns_of_rim
+from estimator.fem.anchorage import rim_of
 from estimator.fem.block_mesh import Grading
 from estimator.fem.motion import GripperPose
 from estimator.fem.observation import Observation, observe
@@ -316,8 +316,8 @@ def test_past_kinks_either_end_of_a_stretch_that_came_off_lies_one_column_of_nod
 
     values = {"share": 0.3, "place": 0.4}
     moved = [ends(other) - ends(values) for other in ANCHOR_DEBONDING.past_kinks(BLOCK, values)]
-    _, begin, end = columns_of_rim(BLOCK)
-    column = np.median(end - begin)
+    rim = rim_of(BLOCK)
+    column = np.median(rim.end - rim.start)
     assert np.array(moved) == pytest.approx(column * np.array([[-1, 0], [1, 0], [0, -1], [0, 1]]), abs=1e-12)
 
 

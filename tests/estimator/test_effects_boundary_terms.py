@@ -16,7 +16,7 @@ from estimator.effects.gravity_sag import GRAVITY_SAG
 from estimator.effects.support_friction import SUPPORT_FRICTION, area_on_table
 from estimator.errors import InputError
 from estimator.experiment import Box
-from estimator.fem.anchorage import anchored_areas, attached
+from estimator.fem.anchorage import anchored_areas, rim_of
 from estimator.fem.block_mesh import Grading, structured_mesh
 from estimator.fem.body import respond
 from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings
@@ -201,7 +201,7 @@ def test_a_debonded_share_of_the_rim_is_lost_at_its_place() -> None:
     area, _ = anchored_areas(BLOCK)
     y = BLOCK.body.mesh.points[:, 1]
     for place, lost_middle in ((0.0, 0.04), (0.5, 0.0), (1.0, -0.04)):
-        stays = attached(BLOCK, 0.2, place)
+        stays = rim_of(BLOCK).attached(0.2, place)
         lost = area * (1.0 - stays)
         assert lost.sum() == pytest.approx(0.2 * area.sum())
         assert (lost @ y) / lost.sum() == pytest.approx(lost_middle, abs=4e-3)
@@ -211,7 +211,7 @@ def test_a_debonded_share_of_the_rim_is_lost_at_its_place() -> None:
 def test_debonding_runs_round_the_corner_of_two_sides() -> None:
     problem = mesh_experiment(TWO_SIDES, TINY)
     area, _ = anchored_areas(problem)
-    lost = area * (1.0 - attached(problem, 0.3, 0.5))
+    lost = area * (1.0 - rim_of(problem).attached(0.3, 0.5))
     middle = (lost @ problem.body.mesh.points) / lost.sum()
     np.testing.assert_allclose(middle[:2], [-0.05, 0.05], atol=0.015)
 
