@@ -23,14 +23,30 @@ def deformation_gradient(displacement: FloatArray, cells: IntArray, gradient: Fl
     """Return F (e, q, 3, 3) from nodal displacements (n, 3) and material shape gradients (e, q, k, 3)."""
     count, rule, nodes, _ = gradient.shape
     out = np.empty((count, rule, 3, 3))
+    u = np.empty((nodes, 3))
     for e in range(count):
-        for q in range(rule):
+        for a in range(nodes):
             for i in range(3):
-                for j in range(3):
-                    total = 1.0 if i == j else 0.0
-                    for a in range(nodes):
-                        total += displacement[cells[e, a], i] * gradient[e, q, a, j]
-                    out[e, q, i, j] = total
+                u[a, i] = displacement[cells[e, a], i]
+        for q in range(rule):
+            f00 = f11 = f22 = 1.0
+            f01 = f02 = f10 = f12 = f20 = f21 = 0.0
+            for a in range(nodes):
+                g0, g1, g2 = gradient[e, q, a, 0], gradient[e, q, a, 1], gradient[e, q, a, 2]
+                u0, u1, u2 = u[a, 0], u[a, 1], u[a, 2]
+                f00 += u0 * g0
+                f01 += u0 * g1
+                f02 += u0 * g2
+                f10 += u1 * g0
+                f11 += u1 * g1
+                f12 += u1 * g2
+                f20 += u2 * g0
+                f21 += u2 * g1
+                f22 += u2 * g2
+            F = out[e, q]
+            F[0, 0], F[0, 1], F[0, 2] = f00, f01, f02
+            F[1, 0], F[1, 1], F[1, 2] = f10, f11, f12
+            F[2, 0], F[2, 1], F[2, 2] = f20, f21, f22
     return out
 
 
@@ -123,20 +139,24 @@ def element_forces(F: FloatArray, gradient: FloatArray, volume: FloatArray, slop
     """
     count, rule, nodes, _ = gradient.shape
     out = np.zeros((count, nodes, 3))
-    G, p = np.empty((3, 3, 3)), np.empty(3)
+    G, P = np.empty((3, 3, 3)), np.empty((3, 3))
     for e in range(count):
+        force = out[e]
         for q in range(rule):
             _invariant_gradients(F[e, q], G)
+            dv = volume[e, q]
+            w0, w1, w2 = dv * slope[0, e, q], dv * slope[1, e, q], dv * slope[2, e, q]
             for i in range(3):
                 for j in range(3):
-                    p[j] = volume[e, q] * (
-                        slope[0, e, q] * G[0, i, j]
-                        + slope[1, e, q] * G[1, i, j]
-                        + slope[2, e, q] * G[2, i, j]
-                    )
-                for a in range(nodes):
-                    g = gradient[e, q, a]
-                    out[e, a, i] += p[0] * g[0] + p[1] * g[1] + p[2] * g[2]
+                    P[i, j] = w0 * G[0, i, j] + w1 * G[1, i, j] + w2 * G[2, i, j]
+            p00, p01, p02 = P[0, 0], P[0, 1], P[0, 2]
+            p10, p11, p12 = P[1, 0], P[1, 1], P[1, 2]
+            p20, p21, p22 = P[2, 0], P[2, 1], P[2, 2]
+            for a in range(nodes):
+                g0, g1, g2 = gradient[e, q, a, 0], gradient[e, q, a, 1], gradient[e, q, a, 2]
+                force[a, 0] += p00 * g0 + p01 * g1 + p02 * g2
+                force[a, 1] += p10 * g0 + p11 * g1 + p12 * g2
+                force[a, 2] += p20 * g0 + p21 * g1 + p22 * g2
     return out
 
 
