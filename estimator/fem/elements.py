@@ -70,19 +70,18 @@ def reference_element(kind: ElementKind) -> ReferenceElement:
     return ReferenceElement(kind, nodes, points, weights, shape, gradient, basis)
 
 
+@cache
+def _lagrange_coefficients(order: int) -> FloatArray:
+    """Return the coefficients (order + 1, order + 1) of each Lagrange polynomial, by power and node."""
+    nodes = np.linspace(-1.0, 1.0, order + 1)
+    return np.asarray(np.linalg.inv(np.vander(nodes, increasing=True)))
+
+
 def _lagrange(order: int, x: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the Lagrange polynomials on equidistant nodes of [−1, 1] and their derivatives, each (n, order + 1)."""
-    nodes = np.linspace(-1.0, 1.0, order + 1)
-    values = np.ones((len(x), order + 1))
-    slopes = np.zeros((len(x), order + 1))
-    for a in range(order + 1):
-        others = [b for b in range(order + 1) if b != a]
-        scale = np.prod([nodes[a] - nodes[b] for b in others])
-        values[:, a] = np.prod([x - nodes[b] for b in others], axis=0) / scale
-        for skipped in others:
-            factors = [x - nodes[b] for b in others if b != skipped]
-            slopes[:, a] += (np.prod(factors, axis=0) if factors else 1.0) / scale
-    return values, slopes
+    coefficients = _lagrange_coefficients(order)
+    powers = np.vander(x, order + 1, increasing=True)
+    return powers @ coefficients, powers[:, :-1] @ (np.arange(1.0, order + 1)[:, None] * coefficients[1:])
 
 
 def _evaluate_hexahedron(order: int, points: FloatArray) -> tuple[FloatArray, FloatArray]:

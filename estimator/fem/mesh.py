@@ -12,6 +12,11 @@ from estimator.fem.elements import ElementKind, evaluate, reference_element
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+# A point is looked for in so many elements, those whose centres are nearest; a reference coordinate is found once it
+# moves by less.
+_CANDIDATES = 32
+_SETTLED = 1e-14
+
 
 @dataclass(frozen=True)
 class Mesh:
@@ -56,40 +61,44 @@ def interpolation_rows(mesh: Mesh, positions: FloatArray, tolerance_m: float) ->
         A point lies farther than ``tolerance_m`` from the mesh; the message names it.
     """
     centres = mesh.points[mesh.cells].mean(axis=1)
-    candidates = min(32, len(mesh.cells))
+    candidates = min(_CANDIDATES, len(mesh.cells))
     _, nearest = cKDTree(centres).query(positions, k=candidates)
-    nearest = np.reshape(nearest, (len(positions), candidates))
-    nodes = np.empty((len(positions), mesh.cells.shape[1]), dtype=np.int64)
-    weights = np.empty((len(positions), mesh.cells.shape[1]))
+    cells = np.reshape(nearest, -1)
+    wanted = np.repeat(positions, candidates, axis=0)
+    shape, _ = evaluate(mesh.kind, _to_reference(mesh, cells, wanted))
+    off = _combined(shape, mesh.points[mesh.cells[cells]]) - wanted
+    distance = np.linalg.norm(off, axis=1).reshape(len(positions), candidates)
+    best = np.argmin(distance, axis=1)
     for row, position in enumerate(positions):
-        cells = nearest[row]
-        reference = _to_reference(mesh, cells, position)
-        shape, _ = evaluate(mesh.kind, reference)
-        distance = np.linalg.norm(
-            np.einsum("ck,ckx->cx", shape, mesh.points[mesh.cells[cells]]) - position, axis=1
-        )
-        best = int(np.argmin(distance))
-        if distance[best] > tolerance_m:
+        if distance[row, best[row]] > tolerance_m:
             raise InputError(
                 f"fiducial {row} at {np.round(position * 1e3, 2).tolist()} mm lies "
-                f"{distance[best] * 1e3:.2f} mm outside the meshed tissue; correct its rest position"
+                f"{distance[row, best[row]] * 1e3:.2f} mm outside the meshed tissue; correct its rest position"
             )
-        nodes[row], weights[row] = mesh.cells[cells[best]], shape[best]
-    return nodes, weights
+    chosen = np.arange(len(positions)) * candidates + best
+    return mesh.cells[cells[chosen]], shape[chosen]
 
 
-def _to_reference(mesh: Mesh, cells: IntArray, position: FloatArray) -> FloatArray:
-    """Return the reference coordinates of ``position`` in each of ``cells``, confined to the element, (c, 3)."""
+def _to_reference(mesh: Mesh, cells: IntArray, positions: FloatArray) -> FloatArray:
+    """Return the reference coordinates (c, 3) of positions (c, 3), each confined to its one of ``cells`` (c,)."""
     corners = mesh.points[mesh.cells[cells]]
-    element = reference_element(mesh.kind)
-    reference = np.tile(element.nodes.mean(axis=0), (len(cells), 1))
+    reference = np.tile(reference_element(mesh.kind).nodes.mean(axis=0), (len(cells), 1))
+    moving = np.arange(len(cells))
     for _ in range(12):
-        shape, gradient = evaluate(mesh.kind, reference)
-        residual = position - np.einsum("ck,ckx->cx", shape, corners)
-        jacobian = np.einsum("ckx,ckr->cxr", corners, gradient)
+        shape, gradient = evaluate(mesh.kind, reference[moving])
+        residual = positions[moving] - _combined(shape, corners[moving])
+        jacobian = corners[moving].swapaxes(1, 2) @ gradient
         step = np.linalg.solve(jacobian, residual[:, :, None])[:, :, 0]
-        reference = _confine(mesh.kind, reference + step)
+        found = _confine(mesh.kind, reference[moving] + step)
+        change = np.abs(found - reference[moving]).max(axis=1)
+        reference[moving] = found
+        moving = moving[change > _SETTLED]
     return reference
+
+
+def _combined(shape: FloatArray, corners: FloatArray) -> FloatArray:
+    """Return the points (c, 3) at shape functions (c, k) of elements with nodes (c, k, 3)."""
+    return np.asarray((shape[:, None, :] @ corners)[:, 0])
 
 
 def _confine(kind: ElementKind, reference: FloatArray) -> FloatArray:
