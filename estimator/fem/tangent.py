@@ -156,9 +156,9 @@ class TangentAssembler:
         symbolic = self._analysis()
         try:
             cholmod.numeric(self._matrix, symbolic)
-            # A supernodal factorisation that failed says so only when it is used.
-            cholmod.solve(symbolic, matrix(0.0, (free, 1)))
-        except ArithmeticError:
+            # A supernodal factorisation that failed says so only when it is used or looked at.
+            cholmod.diag(symbolic)
+        except (ArithmeticError, ValueError):
             self._spare.append(symbolic)
             whole = _symmetric(values[self._in_free], *self._free_entries, free)
             return Tangent(IndefiniteFactor(whole), mixed, corner)
