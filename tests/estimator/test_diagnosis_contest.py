@@ -97,6 +97,6 @@ def test_beads_that_shake_in_single_rows_speak_for_something_unknown_and_noise_d
     noise = rng.normal(size=(150, 54))
     shaken = noise.copy()
     shaken[:, 6:] += np.tile(0.2 * rng.normal(size=(150, 3)), 16)
-    # Of two kinds that are as likely beforehand one does as well as nothing here, the other worse: their mean is between.
+    # Of two kinds as likely beforehand one does as well as nothing here, the other worse: their mean is between.
     assert -np.log(2.0) < gained_by_unknown(noise) < -0.1
     assert gained_by_unknown(shaken) > 5.0
