@@ -194,6 +194,13 @@ def test_an_answer_that_another_one_nearly_equals_is_told_with_that() -> None:
     assert first.endswith("(probability 45 %; camera scale (35 %) is next).")
 
 
+def test_a_cause_that_is_likelier_than_none_and_yet_not_named_is_told_of() -> None:
+    doubtful = {"camera_scale": 0.6, "none": 0.3, "unknown": 0.1}
+    assert summary_text(replace(no_gap(), probabilities=doubtful)).startswith(
+        "Nothing is sure: camera scale (60 %) may cause a gap, or there is no gap beyond the noise (30 %).\n"
+    )
+
+
 def test_two_causes_and_a_remainder_are_one_sentence() -> None:
     lines = summary_text(two_causes()).splitlines()
     assert lines[0] == (

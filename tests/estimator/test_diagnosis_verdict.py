@@ -261,6 +261,22 @@ def test_a_second_cause_that_adds_too_little_to_be_named_is_doubted(monkeypatch:
     assert not verdict_beside(20.0).doubted
 
 
+@pytest.mark.parametrize(("gain", "named"), [(4.5, ()), (9.0, ("gripper_compliance",))])
+def test_a_cause_more_probable_than_none_is_not_named_where_none_remains_likely(
+    gain: float, named: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    verdict, _ = verdict_of([refitted(present(LOST_GRIP), gain)], [], monkeypatch)
+    assert verdict.labels == named
+    assert (verdict.winner is None) == (not named)
+    assert verdict.probability["gripper_compliance"] > verdict.probability["none"]
+
+
+def test_two_causes_are_named_though_neither_alone_would_be(monkeypatch: pytest.MonkeyPatch) -> None:
+    alone = [refitted(present(LOST_GRIP), 4.5), refitted(present(CAMERA), 1.0)]
+    verdict, _ = verdict_of(alone, [refitted(present(LOST_GRIP, CAMERA), 30.0)], monkeypatch)
+    assert verdict.labels == ("gripper_compliance", "camera_scale")
+
+
 def test_the_best_second_cause_beside_the_first_leader_is_refitted_whatever_a_leader_far_behind_promises(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -29,6 +29,14 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     """Return the answer in one sentence."""
     causes = [label for label in diagnosis.verdict if label != UNKNOWN]
     rival = _rival(diagnosis)
+    if (
+        not diagnosis.verdict
+        and rival is not None
+        and _probability(diagnosis, rival) > _probability(diagnosis, NONE)
+    ):
+        return _sentence(
+            f"Nothing is sure: {_told(diagnosis, rival)} may cause a gap, or there is {_told(diagnosis, NONE)}."
+        )
     if not diagnosis.verdict:
         otherwise = "else one is too small to show" if rival is None else f"{_told(diagnosis, rival)} is next"
         return (
