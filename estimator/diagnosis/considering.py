@@ -15,8 +15,6 @@ from estimator.diagnosis.contest import (
     Trial,
     beside,
     best_starts,
-    error_borne_out,
-    first_order_evidence,
     parameter_deviations,
     screen,
     trials_of,
@@ -30,6 +28,7 @@ from estimator.diagnosis.race import race, race_on
 from estimator.diagnosis.resolving import resolved
 from estimator.diagnosis.result import AT_MOST, Consideration, ErrorsLeft, Material, Outcome, Place
 from estimator.diagnosis.sharpening import in_another_case, refitted_anew, signatures_anew
+from estimator.diagnosis.weighing import error_borne_out, first_order_evidence
 from estimator.effects.catalogue import CATALOGUE, LABELS
 from estimator.errors import InputError
 from estimator.experiment import Experiment

@@ -12,22 +12,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.case import Case, Linearisation
-from estimator.diagnosis.discrepancy import ModelError, Moments, forgiven, model_error_of, moments_of
+from estimator.diagnosis.discrepancy import ModelError, Moments, forgiven, moments_of
 from estimator.diagnosis.evidence import (
-    Priors,
     log_evidence,
-    log_mean,
     marginal_evidence,
     over_floors,
-    unknown_evidence,
-    with_floor_borne_out,
 )
 from estimator.diagnosis.hypothesis import Coordinate, Hypothesis
 from estimator.diagnosis.loads import acts_on_tissue
 from estimator.diagnosis.passage import mechanics_of, solve_case
-from estimator.diagnosis.refit import LONGEST_OF_A_RANGE, moved, newton_step, step_of_gram
+from estimator.diagnosis.refit import moved, step_of_gram
 from estimator.diagnosis.screening import Signature, signatures_of
-from estimator.diagnosis.unsteady import evidence_of_unsteadiness
+from estimator.diagnosis.weighing import (
+    linear_model,
+    linear_model_within_reach,
+    price_of_choice,
+    priors_within_a_step,
+)
 from estimator.effects.effect import Effect
 
 FloatArray = NDArray[np.float64]
@@ -93,24 +94,6 @@ def best_of_labels(contenders: Sequence[Contender]) -> list[Contender]:
     for one in contenders:
         found.setdefault(one.labels[0], one)
     return list(found.values())
-
-
-def error_borne_out(case: Case, fit: Linearisation) -> ModelError:
-    """Return what any model misses of a case, by the size of a fit's channels and of its misfit."""
-    error = model_error_of(case.experiments, case.whitenings, fit.predicted)
-    return with_floor_borne_out(error, *_model(fit, error))
-
-
-def evidence_of_unknown(case: Case, fit: Linearisation, error: ModelError) -> float:
-    """Weigh something outside the catalogue beside a fit: what is smooth, or rows that are off by themselves.
-
-    One is as likely as the other beforehand. The larger of both would make something unknown of two clean cases in
-    70, whose rows seem to be off by 1.8 in log evidence.
-    """
-    model = _model_within_reach(fit, error)
-    by_rows = evidence_of_unsteadiness(fit.residual, case.whitenings, fit.predicted)
-    found = log_mean([unknown_evidence(*model, error), over_floors(*model, error) + by_rows])
-    return found - price_of_choice(case, fit.hypothesis)
 
 
 def screen(
@@ -192,7 +175,9 @@ def trials_of(
 
     The most probable floor is enough for those far from the best, or from the ``gain`` in log evidence that is asked.
     """
-    alone = log_evidence(*_model(base, error), error, error.floor) - price_of_choice(case, base.hypothesis)
+    alone = log_evidence(*linear_model(base, error), error, error.floor) - price_of_choice(
+        case, base.hypothesis
+    )
     moments = moments_beside(base, error, signatures)
     own, at = list(range(1 + len(base.coordinates))), 1 + len(base.coordinates)
     known = []
@@ -200,7 +185,7 @@ def trials_of(
         chosen = [*own, *range(at, at + len(signature.coordinates))]
         at += len(signature.coordinates)
         hypothesis, free = null_beside(base, signature)
-        weighed = moments.among(chosen), _priors_within_a_step(hypothesis, free)
+        weighed = moments.among(chosen), priors_within_a_step(hypothesis, free)
         price = price_of_choice(case, hypothesis)
         known.append((log_evidence(*weighed, error, error.floor) - price, price, hypothesis, free, weighed))
     best = max((roughly for roughly, *_ in known), default=0.0)
@@ -222,16 +207,6 @@ def moments_beside(base: Linearisation, error: ModelError, signatures: Sequence[
     )
 
 
-def first_order_evidence(case: Case, fit: Linearisation, error: ModelError) -> float:
-    """Weigh a linearised hypothesis, over all floors of what every model misses."""
-    return over_floors(*_model(fit, error), error) - price_of_choice(case, fit.hypothesis)
-
-
-def price_of_choice(case: Case, hypothesis: Hypothesis) -> float:
-    """Return what choosing the fixed constants costs: the log of among how many, equally likely beforehand."""
-    return float(sum(np.log(effect.choices(case.experiments)) for effect in hypothesis.effects))
-
-
 def beside(base: Linearisation, signature: Signature) -> Linearisation:
     """Return the linearisation of a solved hypothesis with one effect more, at that effect's null."""
     columns = [np.column_stack(pair) for pair in zip(base.by_coordinate, signature.columns, strict=True)]
@@ -251,51 +226,9 @@ def null_beside(base: Linearisation, signature: Signature) -> tuple[Hypothesis, 
     return null, free
 
 
-def _model(fit: Linearisation, error: ModelError) -> tuple[Moments, Priors]:
-    """Return a linearisation's moments, of its residual first, and the priors of what is free in it."""
-    stacked = [np.column_stack(pair) for pair in zip(fit.residual, fit.by_coordinate, strict=True)]
-    return moments_of(error, stacked), _priors_within_a_step(fit.hypothesis, fit.coordinates)
-
-
-def _model_within_reach(fit: Linearisation, error: ModelError) -> tuple[Moments, Priors]:
-    """Return the same of a refitted hypothesis: nothing goes farther than where a step from there may still fit better.
-
-    At a kink the derivatives promise what no step keeps.
-    """
-    moments, priors = _model(fit, error)
-    if fit.next_share == 1.0:
-        return moments, priors
-    reach = fit.next_share * np.abs(newton_step(fit)[0])
-    within = replace(priors, lower=np.maximum(priors.lower, -reach), upper=np.minimum(priors.upper, reach))
-    return moments, within
-
-
-def _priors_within_a_step(hypothesis: Hypothesis, free: Sequence[Coordinate]) -> Priors:
-    """Return the priors with constants bound to where the next step of a refit may take them.
-
-    What derivatives promise of a constant far away, where the effect is small, is mostly not there, and would raise the
-    evidence beyond that at the best constant.
-    """
-    priors = priors_of(hypothesis, free)
-    constants = [c.scale is not None and not c.has_null for c in free]
-    reach = np.where(constants, LONGEST_OF_A_RANGE * priors.scale, np.inf)
-    return replace(priors, lower=np.maximum(priors.lower, -reach), upper=np.minimum(priors.upper, reach))
-
-
-def priors_of(hypothesis: Hypothesis, free: Sequence[Coordinate]) -> Priors:
-    """Return the priors of what is free at a hypothesis, and its bounds as seen from there."""
-    values = np.array([c.get(hypothesis) for c in free])
-    scale = np.array([np.inf if c.scale is None else c.scale for c in free])
-    centre = np.array([c.prior_offset(hypothesis) for c in free])
-    lower = np.array([c.internal_of(c.lower) if np.isfinite(c.lower) else -np.inf for c in free])
-    upper = np.array([c.internal_of(c.upper) if np.isfinite(c.upper) else np.inf for c in free])
-    amplitude_of = np.array([c.effect if c.has_null and c.effect is not None else -1 for c in free])
-    return Priors(centre, scale, lower - values, upper - values, amplitude_of)
-
-
 def contender_of(case: Case, base: Linearisation, error: ModelError, fit: Linearisation) -> Contender:
     """Weigh a refitted hypothesis."""
-    model = _model_within_reach(fit, error)
+    model = linear_model_within_reach(fit, error)
     value, inexactness = marginal_evidence(*model, error, explained(case, base, fit))
     value -= price_of_choice(case, fit.hypothesis)
     return Contender(fit, value, parameter_deviations(fit, error, inexactness))

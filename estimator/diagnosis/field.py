@@ -13,9 +13,6 @@ from estimator.diagnosis.contest import (
     Trial,
     best_of_labels,
     best_starts,
-    error_borne_out,
-    evidence_of_unknown,
-    first_order_evidence,
     most_probable_first,
     screen,
     trials_of,
@@ -43,6 +40,7 @@ from estimator.diagnosis.sharpening import (
     sharpest,
     signatures_anew,
 )
+from estimator.diagnosis.weighing import error_borne_out, evidence_of_unknown, first_order_evidence
 from estimator.effects.catalogue import CATALOGUE, LABELS, OUTSIDERS
 from estimator.experiment import Experiment
 

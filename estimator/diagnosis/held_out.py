@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.case import Case, Linearisation, residuals_near
-from estimator.diagnosis.contest import priors_of
 from estimator.diagnosis.evidence import Priors, bounded_minimum
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.refit import moved
+from estimator.diagnosis.weighing import priors_of
 from estimator.errors import SolverError
 
 FloatArray = NDArray[np.float64]

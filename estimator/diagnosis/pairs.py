@@ -16,12 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.case import Case, Linearisation
-from estimator.diagnosis.contest import Trial, moments_beside, null_beside, price_of_choice, priors_of
+from estimator.diagnosis.contest import Trial, moments_beside, null_beside
 from estimator.diagnosis.discrepancy import ModelError, Moments, forgiven
 from estimator.diagnosis.evidence import over_floors
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.refit import moved, step_of_gram
 from estimator.diagnosis.screening import Signature
+from estimator.diagnosis.weighing import price_of_choice, priors_of
 
 FloatArray = NDArray[np.float64]
 

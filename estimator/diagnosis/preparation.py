@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 from estimator.diagnosis.case import Case, Linearisation, linearisation_of, predictions
 from estimator.diagnosis.closure import white_floor
 from estimator.diagnosis.contest import Contender
+from estimator.diagnosis.discretisation import (
+    channels_at,
+    channels_met,
+    correction_along,
+    few_poses,
+    poses_at_rest_and_few,
+)
 from estimator.diagnosis.glitches import without_glitches
 from estimator.diagnosis.grip_load import GripLoad, without_noise
 from estimator.diagnosis.hypothesis import LARGEST_POISSON_RATIO, Hypothesis
@@ -33,25 +39,19 @@ from estimator.diagnosis.side_by_side import solved_by
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
 from estimator.fem.block_mesh import Grading
-from estimator.fem.equilibrium import EquilibriumSolver
 from estimator.fem.morph import beads_from_grasp
-from estimator.fem.motion import GripperPose
-from estimator.fem.observation import observe
-from estimator.fem.terms import Memoryless
 from estimator.fit.estimate import fit_few_states
 from estimator.fit.linearisation import silent
 from estimator.fit.parameters import POISSON_RATIO
-from estimator.fit.residuals import measured_rows, predicted_channels, state_means
+from estimator.fit.residuals import measured_rows, state_means
 from estimator.forward.meshing import FINE_GRADING, mesh_experiment
 from estimator.forward.model import ForwardModel
-from estimator.forward.schedule import schedule_poses, spread_states, travel
 
 FloatArray = NDArray[np.float64]
 
 # A third of the default's cost; what it misses is corrected for at the fitted baseline.
 GRADING = Grading(grasp_m=2e-3, anchor_m=6e-3, largest_m=15e-3, growth=2.5, layers=1)
 _FIRST_GRADING = Grading(grasp_m=3e-3, anchor_m=8e-3, largest_m=25e-3, growth=3.0, layers=1)
-_CORRECTED_STATES = 3
 # A hypothesis is far from where the corrections are known where its −ln(1 − 2ν) differs by this, or where a bead beside
 # the rim of the grasp sits nearer to it or farther from it by this, m: tissue 0.4 mm from the rim that had been taken
 # for gripped left 0.2 mm, and a bead misread.
@@ -97,14 +97,14 @@ def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[Prep
     ordered = tuple(sorted(experiments, key=lambda experiment: experiment.order))
     rough = _rough_fit(ordered)
     finer = [
-        executor.submit(_few_states, experiment, rough, FINE_GRADING, _few_poses(experiment))
+        executor.submit(channels_at, experiment, rough, FINE_GRADING, few_poses(experiment))
         for experiment in ordered
     ]
     uncorrected, mechanics = _uncorrected(ordered, GRADING, rough)
     corrections = []
     for one, future in zip(mechanics, finer, strict=True):
         fine = future.result()
-        corrections.append(_correction(one.passage.visits.experiment, _states_of(one, fine), fine))
+        corrections.append(correction_along(one.passage.visits.experiment, channels_met(one, fine), fine))
     corrected = replace(uncorrected, corrections=tuple(corrections))
     predicted = predictions(corrected, mechanics, rough)
     cleaned = without_glitches(ordered, _misfits(corrected, predicted))
@@ -143,7 +143,7 @@ def corrected_at(preparation: Preparation, fit: Linearisation, executor: Executo
     case = preparation.case
     jobs = [
         [
-            executor.submit(_few_states, experiment, hypothesis, grading, _poses_at_rest_and_few(mechanics))
+            executor.submit(channels_at, experiment, hypothesis, grading, poses_at_rest_and_few(mechanics))
             for grading in (GRADING, FINE_GRADING)
         ]
         for experiment, mechanics in zip(case.experiments, fit.mechanics, strict=True)
@@ -153,7 +153,8 @@ def corrected_at(preparation: Preparation, fit: Linearisation, executor: Executo
     except SolverError:
         return preparation
     corrections = tuple(
-        _correction(one, coarse, fine) for one, (coarse, fine) in zip(case.experiments, solved, strict=True)
+        correction_along(one, coarse, fine)
+        for one, (coarse, fine) in zip(case.experiments, solved, strict=True)
     )
     grown = edge_deviation(hypothesis) / edge_deviation(preparation.corrected_at)
     at_grasp = tuple(grown * one for one in preparation.at_grasp)
@@ -253,70 +254,6 @@ def _rough_fit(experiments: tuple[Experiment, ...]) -> Hypothesis:
     model = ForwardModel(mesh_experiment(experiments[0], _FIRST_GRADING), experiments)
     values = fit_few_states(model, state_means(experiments, model.schedules), silent)[-1].values
     return Hypothesis(values["youngs_modulus"], min(values["poisson_ratio"], LARGEST_POISSON_RATIO))
-
-
-def _few_poses(experiment: Experiment) -> dict[int, GripperPose]:
-    """Return the reported poses of a few states, spread over the motion."""
-    schedule = schedule_poses(experiment)
-    return {state: schedule.poses[state] for state in spread_states(schedule, _CORRECTED_STATES)}
-
-
-def _poses_at_rest_and_few(mechanics: Mechanics) -> dict[int, GripperPose]:
-    """Return the true poses of a few states of a solved experiment, that of its first row before all."""
-    passage = mechanics.passage
-    schedule = schedule_poses(passage.visits.experiment)
-    visits = {
-        state: passage.visits.of_row[int(np.argmax(schedule.state_of_row == state))]
-        for state in (0, *spread_states(schedule, _CORRECTED_STATES))
-    }
-    motion = passage.motion
-    return {
-        state: GripperPose(motion.position[visit], motion.rotation[visit]) for state, visit in visits.items()
-    }
-
-
-def _few_states(
-    experiment: Experiment, hypothesis: Hypothesis, grading: Grading, poses: Mapping[int, GripperPose]
-) -> dict[int, FloatArray]:
-    """Return the channels of states at their poses on a mesh, under all that does not remember."""
-    problem, material = hypothesis.problem(mesh_experiment(experiment, grading)), hypothesis.material()
-    terms = tuple(term for term in hypothesis.terms(problem, experiment) if isinstance(term, Memoryless))
-    solver = EquilibriumSolver(problem)
-    found, state = {}, solver.rest(material)
-    for number, pose in poses.items():
-        state = solver.solve(pose, material, state, terms)
-        if number == 0:
-            problem = hypothesis.with_beads(problem, state.displacement)
-        found[number] = predicted_channels(observe(problem, state))
-    return found
-
-
-def _states_of(mechanics: Mechanics, states: Iterable[int]) -> dict[int, FloatArray]:
-    """Return the channels of states of a solved experiment."""
-    visits = mechanics.passage.visits
-    state_of_row = schedule_poses(visits.experiment).state_of_row
-    return {
-        state: predicted_channels(
-            mechanics.observations[visits.of_row[int(np.argmax(state_of_row == state))]]
-        )
-        for state in states
-    }
-
-
-def _correction(
-    experiment: Experiment, coarse: Mapping[int, FloatArray], fine: Mapping[int, FloatArray]
-) -> FloatArray:
-    """Return the change (n, c) from the coarse mesh to the fine one, interpolated along the gripper's travel.
-
-    Tissue whose first state is not among those that are known is at rest in it, on every mesh.
-    """
-    schedule = schedule_poses(experiment)
-    way = travel(schedule)
-    change = {0: np.zeros(6 + 3 * len(experiment.fiducials_rest))}
-    change |= {state: fine[state] - coarse[state] for state in fine}
-    known = sorted(change, key=lambda state: way[state])
-    spline = PchipInterpolator(way[known], np.array([change[state] for state in known]))
-    return np.asarray(spline(np.minimum(way, way[known[-1]]))[schedule.state_of_row])
 
 
 def _uncorrected(

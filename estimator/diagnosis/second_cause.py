@@ -8,19 +8,14 @@ import numpy as np
 
 from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.closure import white_floor
-from estimator.diagnosis.contest import (
-    Contender,
-    Trial,
-    evidence_of_unknown,
-    first_order_evidence,
-    trials_of,
-)
+from estimator.diagnosis.contest import Contender, Trial, trials_of
 from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.findings import best_trials
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.judgement import LOG_PRIOR_OF_A_PAIR
 from estimator.diagnosis.pairs import Start, likeliest_pairs
 from estimator.diagnosis.result import UNKNOWN
+from estimator.diagnosis.weighing import evidence_of_unknown, first_order_evidence
 from estimator.effects.catalogue import LABELS
 
 # Refits of 36 pairs on 9 cases raised it by 0.4 more than first order promises at the most, often by less.

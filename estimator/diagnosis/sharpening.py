@@ -13,11 +13,11 @@ from typing import TypeAlias
 import numpy as np
 
 from estimator.diagnosis.case import Case, Linearisation, predictions, residuals
-from estimator.diagnosis.contest import error_borne_out, first_order_evidence
 from estimator.diagnosis.refit import refit
 from estimator.diagnosis.result import ErrorsLeft
 from estimator.diagnosis.screening import Signature
 from estimator.diagnosis.shared_errors import beads_beside_rim
+from estimator.diagnosis.weighing import error_borne_out, first_order_evidence
 
 # A case as it is where so much is left; the same object at every call with the same.
 CaseLeaving: TypeAlias = Callable[[ErrorsLeft], Case]

@@ -9,12 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from estimator.diagnosis.closure import white_floor
-from estimator.diagnosis.contest import (
-    Contender,
-    Tell,
-    best_starts,
-    evidence_of_unknown,
-)
+from estimator.diagnosis.contest import Contender, Tell, best_starts
 from estimator.diagnosis.field import Field
 from estimator.diagnosis.held_out import lost_on_held_out
 from estimator.diagnosis.hypothesis import Hypothesis, negligible_effects
@@ -23,6 +18,7 @@ from estimator.diagnosis.pair_search import search_pairs, with_what_it_is_mistak
 from estimator.diagnosis.result import NONE, UNKNOWN, Doubted
 from estimator.diagnosis.roughness import rough_gap, rough_remainder
 from estimator.diagnosis.second_cause import adequate, beyond_noise, least_gain, least_remainder
+from estimator.diagnosis.weighing import evidence_of_unknown
 from estimator.effects.catalogue import LABELS
 
 # An effect of negligible size is believed in full where it raises the log evidence by this: the baseline is not exact,

@@ -10,13 +10,14 @@ import pytest
 from retraction_cases import REFERENCE_BLOCK, follow, from_rest, recorded, straight_pull
 
 from estimator.diagnosis.case import Case, Linearisation, linearise
-from estimator.diagnosis.contest import Contender, contender_of, error_borne_out
+from estimator.diagnosis.contest import Contender, contender_of
 from estimator.diagnosis.discrepancy import ModelError
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.preparation import prepare
 from estimator.diagnosis.refit import refit
 from estimator.diagnosis.resolving import resolved
 from estimator.diagnosis.result import AT_MOST
+from estimator.diagnosis.weighing import error_borne_out
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect
 from estimator.experiment import Experiment, SensorNoise

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from retraction_cases import REFERENCE_BLOCK
 
 from estimator.diagnosis.case import Case, Linearisation
-from estimator.diagnosis.contest import Contender, Trial, first_order_evidence
+from estimator.diagnosis.contest import Contender, Trial
 from estimator.diagnosis.discrepancy import Discrepancy, ModelError
 from estimator.diagnosis.field import Field
 from estimator.diagnosis.hypothesis import Hypothesis, coordinates
@@ -22,6 +22,7 @@ from estimator.diagnosis.roughness import rough_gap, rough_remainder
 from estimator.diagnosis.screening import Signature
 from estimator.diagnosis.second_cause import adequate, starts_of_pairs
 from estimator.diagnosis.verdict import Verdict, reach_verdict, weigh
+from estimator.diagnosis.weighing import first_order_evidence
 from estimator.diagnosis.whitening import Whitening
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.effects.effect import Effect
