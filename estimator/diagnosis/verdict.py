@@ -83,8 +83,8 @@ def _likeliest(field: Field, evidence: Mapping[str, float], executor: Executor, 
         leading = next(iter(probability))
         best = found.alone if leading in (found.alone.labels[0], UNKNOWN) else best
     worthy = [pair for pair in found.pairs if _worth_two(field, best, pair)]
-    if worthy and _stands(field, worthy[0], leading):
-        standing = [pair for pair in worthy if _stands(field, pair, leading)]
+    if worthy and _stands(field, best, worthy[0]):
+        standing = [pair for pair in worthy if _stands(field, best, pair)]
         field = with_what_it_is_mistaken_for(field, standing[0], executor, tell)
         evidence = {**evidence, UNKNOWN: weigh(field)[UNKNOWN]}
         return _of_two(field, standing, evidence, probability)
@@ -176,15 +176,16 @@ def _believed(hypothesis: Hypothesis, gain: float) -> float:
     return gain * gain / _BELIEVED
 
 
-def _stands(field: Field, pair: Contender, leading: str) -> bool:
+def _stands(field: Field, best: Contender, pair: Contender) -> bool:
     """Tell whether two causes stand against something unknown.
 
-    Any two explain a part of what no effect alone does: where the unknown leads, they must leave no more than noise, or
-    less beyond it than they explain beyond the unknown.
+    Any two explain a part of what no effect alone does: they must leave no more than noise, or less beyond it than they
+    explain beyond the unknown, and than they explain beyond the best cause alone.
     """
     ahead = pair.log_evidence - field.unknown
+    explained = min(ahead, pair.log_evidence - best.log_evidence)
     left = 0.5 * beyond_noise(field.case, pair)
-    return ahead > _STANDS and (leading != UNKNOWN or left < ahead or adequate(field.case, pair, field.error))
+    return ahead > _STANDS and (left < explained or adequate(field.case, pair, field.error))
 
 
 def _first_of(field: Field, label: str) -> Contender | None:
