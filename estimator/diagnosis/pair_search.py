@@ -97,9 +97,7 @@ def _with_more(
 def _refitted(
     field: Field, leaders: Sequence[Contender], best: Contender, executor: Executor, tell: Tell
 ) -> list[Contender]:
-    begun = starts_of_pairs(
-        field.case, field.baseline, leaders, field.trials, field.error, field.none, field.unknown
-    )
+    begun = starts_of_pairs(field.case, field.baseline, leaders, field.trials, field.error, field.none)
     if not begun:
         return []
     bar = best.log_evidence + least_gain(best, best.labels, field.none)

@@ -17,7 +17,7 @@ from estimator.diagnosis.judgement import of_labels, probabilities, shared_with_
 from estimator.diagnosis.pair_search import search_pairs, with_what_it_is_mistaken_for
 from estimator.diagnosis.result import NONE, UNKNOWN, Doubted
 from estimator.diagnosis.roughness import rough_gap, rough_remainder
-from estimator.diagnosis.second_cause import adequate, beyond_noise, least_gain, least_remainder
+from estimator.diagnosis.second_cause import adequate, beyond_noise, least_gain, least_remainder, leaves_less
 from estimator.diagnosis.weighing import evidence_of_unknown
 from estimator.effects.catalogue import LABELS
 
@@ -83,8 +83,8 @@ def _likeliest(field: Field, evidence: Mapping[str, float], executor: Executor, 
         leading = next(iter(probability))
         best = found.alone if leading in (found.alone.labels[0], UNKNOWN) else best
     worthy = [pair for pair in found.pairs if _worth_two(field, best, pair)]
-    if worthy and _stands(field, best, worthy[0]):
-        standing = [pair for pair in worthy if _stands(field, best, pair)]
+    if worthy and _stands(field, best, worthy[0], leading):
+        standing = [pair for pair in worthy if _stands(field, best, pair, leading)]
         field = with_what_it_is_mistaken_for(field, standing[0], executor, tell)
         evidence = {**evidence, UNKNOWN: weigh(field)[UNKNOWN]}
         return _of_two(field, standing, evidence, probability)
@@ -176,16 +176,16 @@ def _believed(hypothesis: Hypothesis, gain: float) -> float:
     return gain * gain / _BELIEVED
 
 
-def _stands(field: Field, best: Contender, pair: Contender) -> bool:
+def _stands(field: Field, best: Contender, pair: Contender, leading: str) -> bool:
     """Tell whether two causes stand against something unknown.
 
-    Any two explain a part of what no effect alone does: they must leave no more than noise, or less beyond it than they
-    explain beyond the unknown, and than they explain beyond the best cause alone.
+    Any two explain a part of what no effect alone does: they must leave no more than noise, or less beyond it than the
+    second one explains, and where the unknown leads, less than they explain beyond that.
     """
-    ahead = pair.log_evidence - field.unknown
-    explained = min(ahead, pair.log_evidence - best.log_evidence)
+    ahead, gain = pair.log_evidence - field.unknown, pair.log_evidence - best.log_evidence
     left = 0.5 * beyond_noise(field.case, pair)
-    return ahead > _STANDS and (left < explained or adequate(field.case, pair, field.error))
+    little = leaves_less(left, gain) and (leading != UNKNOWN or left < ahead)
+    return ahead > _STANDS and (little or adequate(field.case, pair, field.error))
 
 
 def _first_of(field: Field, label: str) -> Contender | None:

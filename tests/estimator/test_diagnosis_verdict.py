@@ -291,9 +291,7 @@ def test_the_best_second_cause_beside_the_first_leader_is_refitted_whatever_a_le
     monkeypatch.setattr("estimator.diagnosis.second_cause.likeliest_pairs", lambda *of_trials: [])
     monkeypatch.setattr("estimator.diagnosis.second_cause.beyond_noise", lambda *of_leader: 500.0)
     field = tried("unknown:cut", "log_softness", 0.9, 643.0)
-    starts = starts_of_pairs(
-        field.case, first.fit, [first, behind], field.trials, field.error, none=0.0, unknown=-5.0
-    )
+    starts = starts_of_pairs(field.case, first.fit, [first, behind], field.trials, field.error, none=0.0)
     assert starts == [surest.hypothesis, boldest.hypothesis]
 
 
@@ -312,9 +310,7 @@ def test_beside_a_leader_that_leaves_noise_alone_and_promises_nothing_no_pair_is
     ):
         monkeypatch.setattr(f"estimator.diagnosis.second_cause.{name}", told)
     field = tried("unknown:cut", "log_softness", 0.9, 643.0)
-    starts = starts_of_pairs(
-        field.case, first.fit, [first, behind], field.trials, field.error, none=0.0, unknown=-5.0
-    )
+    starts = starts_of_pairs(field.case, first.fit, [first, behind], field.trials, field.error, none=0.0)
     assert starts == ([] if leaves_noise_alone else [boldest.hypothesis])
 
 
@@ -332,9 +328,7 @@ def test_two_causes_that_promise_far_less_than_the_best_single_one_are_not_refit
     ):
         monkeypatch.setattr(f"estimator.diagnosis.second_cause.{name}", told)
     field = tried("unknown:cut", "log_softness", 0.9, 643.0)
-    starts = starts_of_pairs(
-        field.case, leader.fit, [leader], field.trials, field.error, none=0.0, unknown=-5.0
-    )
+    starts = starts_of_pairs(field.case, leader.fit, [leader], field.trials, field.error, none=0.0)
     assert starts == ([together.hypothesis] if is_begun else [])
 
 
@@ -350,25 +344,35 @@ def test_what_two_causes_are_mistaken_for_takes_their_place_where_it_explains_as
     assert one.winner is cut
 
 
-@pytest.mark.parametrize(("unknown", "otherwise"), [(700.0, "unknown"), (500.0, "gripper_compliance")])
-def test_two_causes_leave_less_beyond_noise_than_they_explain_beyond_the_unknown_and_the_best_alone(
-    unknown: float, otherwise: str, monkeypatch: pytest.MonkeyPatch
+def test_two_causes_where_the_unknown_leads_leave_less_beyond_noise_than_they_explain_beyond_it(
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     alone, pair = [refitted(present(LOST_GRIP), 646.0)], refitted(present(LOST_GRIP, REGION), 900.0)
-    explained = 900.0 - max(unknown, 646.0)
 
     def labels(beyond_noise: float) -> tuple[str, ...]:
-        return verdict_of(alone, [pair], monkeypatch, unknown=unknown, beyond_noise=beyond_noise)[0].labels
+        return verdict_of(alone, [pair], monkeypatch, unknown=700.0, beyond_noise=beyond_noise)[0].labels
 
-    assert labels(beyond_noise=1.9 * explained) == ("gripper_compliance", "inhomogeneity")
-    assert labels(beyond_noise=2.1 * explained) == (otherwise,)
+    assert labels(beyond_noise=380.0) == ("gripper_compliance", "inhomogeneity")
+    assert labels(beyond_noise=420.0) == ("unknown",)
+
+
+def test_a_second_cause_that_leaves_more_than_it_explains_and_than_rows_share_is_not_named(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    alone, pair = [refitted(present(LOST_GRIP), 646.0)], refitted(present(LOST_GRIP, REGION), 900.0)
+
+    def labels(beyond_noise: float) -> tuple[str, ...]:
+        return verdict_of(alone, [pair], monkeypatch, beyond_noise=beyond_noise)[0].labels
+
+    assert labels(beyond_noise=2 * (254.0 + 900.0)) == ("gripper_compliance", "inhomogeneity")
+    assert labels(beyond_noise=2 * (254.0 + 1100.0)) == ("gripper_compliance",)
 
 
 @pytest.mark.parametrize(("promised", "is_begun"), [(3_500.0, True), (3_000.0, False)])
-def test_two_causes_that_would_leave_more_than_they_explain_beyond_the_unknown_are_not_refitted(
+def test_a_second_cause_that_would_leave_more_than_it_explains_is_not_refitted(
     promised: float, is_begun: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # Beside a leader 500 ahead of the unknown, which leaves 10 000 in log density; a refit may double what is promised.
+    # Beside a leader that leaves 10 000 in log density; a refit may double what is promised.
     leader, second = refitted(present(LOST_GRIP), 1_000.0), Start(promised, present(LOST_GRIP, REGION))
     for name, told in (
         ("promising_seconds", lambda *of_leader: [second]),
@@ -378,7 +382,5 @@ def test_two_causes_that_would_leave_more_than_they_explain_beyond_the_unknown_a
     ):
         monkeypatch.setattr(f"estimator.diagnosis.second_cause.{name}", told)
     field = tried("unknown:cut", "log_softness", 0.9, 643.0)
-    starts = starts_of_pairs(
-        field.case, leader.fit, [leader], field.trials, field.error, none=0.0, unknown=500.0
-    )
+    starts = starts_of_pairs(field.case, leader.fit, [leader], field.trials, field.error, none=0.0)
     assert starts == ([second.hypothesis] if is_begun else [])
