@@ -91,7 +91,7 @@ def adequate(case: Case, contender: Contender, error: ModelError) -> bool:
 
 
 def leaves_less(left: float, gain: float) -> bool:
-    """Tell whether what is left beyond noise is less than a second cause explains, or what rows share explains it.
+    """Tell whether two causes leave less beyond noise than the second explains, but for errors that rows share.
 
     Any two effects explain a part of what no effect alone does. Both are in log density.
     """
@@ -150,8 +150,8 @@ def starts_of_pairs(
     """Return where refits with two causes should begin: a second one beside each leader, and pairs weighed together.
 
     Nowhere, where the first leader leaves nothing and nothing is promised beside it: what first order promises beside
-    one that falls short would have to explain more than all of the misfit. Nor where the second
-    one would leave more than it explains.
+    one that falls short would have to explain more than all of the misfit. Nor where the second one would leave more
+    than it explains.
 
     Parameters
     ----------
