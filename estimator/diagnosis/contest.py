@@ -13,11 +13,7 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.discrepancy import ModelError, Moments, forgiven, moments_of
-from estimator.diagnosis.evidence import (
-    log_evidence,
-    marginal_evidence,
-    over_floors,
-)
+from estimator.diagnosis.evidence import log_evidence, marginal_evidence, over_floors
 from estimator.diagnosis.hypothesis import Coordinate, Hypothesis
 from estimator.diagnosis.loads import acts_on_tissue
 from estimator.diagnosis.passage import mechanics_of, solve_case

@@ -26,13 +26,13 @@ _CORRECTED_STATES = 3
 
 
 def few_poses(experiment: Experiment) -> dict[int, GripperPose]:
-    """Return the reported poses of a few states, spread over the motion."""
+    """Return the reported poses of a few states, spread over the motion, by the numbers of the states."""
     schedule = schedule_poses(experiment)
     return {state: schedule.poses[state] for state in spread_states(schedule, _CORRECTED_STATES)}
 
 
 def poses_at_rest_and_few(mechanics: Mechanics) -> dict[int, GripperPose]:
-    """Return the true poses of a few states of a solved experiment, that of its first row before all."""
+    """Return the true poses of a few states of a solved experiment by their numbers, that of its first row first."""
     passage = mechanics.passage
     schedule = schedule_poses(passage.visits.experiment)
     visits = {
@@ -48,7 +48,18 @@ def poses_at_rest_and_few(mechanics: Mechanics) -> dict[int, GripperPose]:
 def channels_at(
     experiment: Experiment, hypothesis: Hypothesis, grading: Grading, poses: Mapping[int, GripperPose]
 ) -> dict[int, FloatArray]:
-    """Return the channels of states at their poses on a mesh, under all that does not remember."""
+    """Return the channels (c,), N, N·m and m, of states at their poses on a mesh, under all that does not remember.
+
+    Parameters
+    ----------
+    grading : of the mesh
+    poses : by the numbers of the states, in the order in which they are solved
+
+    Raises
+    ------
+    SolverError
+        A pose has no equilibrium.
+    """
     problem, material = hypothesis.problem(mesh_experiment(experiment, grading)), hypothesis.material()
     terms = tuple(term for term in hypothesis.terms(problem, experiment) if isinstance(term, Memoryless))
     solver = EquilibriumSolver(problem)
@@ -62,7 +73,7 @@ def channels_at(
 
 
 def channels_met(mechanics: Mechanics, states: Iterable[int]) -> dict[int, FloatArray]:
-    """Return the channels of states of a solved experiment."""
+    """Return the channels (c,) of states of a solved experiment, as :func:`channels_at` does."""
     visits = mechanics.passage.visits
     state_of_row = schedule_poses(visits.experiment).state_of_row
     return {
@@ -78,7 +89,8 @@ def correction_along(
 ) -> FloatArray:
     """Return the change (n, c) from the coarse mesh to the fine one, interpolated along the gripper's travel.
 
-    Tissue whose first state is not among those that are known is at rest in it, on every mesh.
+    Tissue whose first state is not among those that are known is at rest in it, on every mesh. ``coarse`` and ``fine``
+    are channels (c,) by the numbers of the states.
     """
     schedule = schedule_poses(experiment)
     way = travel(schedule)

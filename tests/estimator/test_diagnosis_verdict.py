@@ -278,20 +278,37 @@ def test_two_causes_are_named_though_neither_alone_would_be(monkeypatch: pytest.
     assert verdict.labels == ("gripper_compliance", "camera_scale")
 
 
+def begun_pairs(
+    leaders: Sequence[Contender],
+    monkeypatch: pytest.MonkeyPatch,
+    beside: Mapping[str, Sequence[Start]],
+    together: Sequence[Start] = (),
+    leaves_noise_alone: bool = False,
+    beyond_noise: float = 500.0,
+) -> list[Hypothesis]:
+    """The pairs whose refits begin beside single causes, the most probable first, which explain 0 without any.
+
+    ``beside`` is what first order promises beside each label, ``together`` of pairs weighed together; the last two tell
+    what the leaders leave.
+    """
+    for name, told in (
+        ("promising_seconds", lambda case, leader, *rest: list(beside[leader.labels[0]])),
+        ("likeliest_pairs", lambda *of_trials: list(together)),
+        ("adequate", lambda *of_leader: leaves_noise_alone),
+        ("beyond_noise", lambda *of_leader: beyond_noise),
+    ):
+        monkeypatch.setattr(f"estimator.diagnosis.second_cause.{name}", told)
+    field = tried("unknown:cut", "log_softness", 0.9, 643.0)
+    return starts_of_pairs(field.case, leaders[0].fit, leaders, field.trials, field.error, none=field.none)
+
+
 def test_the_best_second_cause_beside_the_first_leader_is_refitted_whatever_a_leader_far_behind_promises(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     first, behind = refitted(present(LOST_GRIP), 700.0), refitted(present(REGION), 300.0)
     surest, boldest = Start(720.0, present(LOST_GRIP, CAMERA)), Start(900.0, present(REGION, LOST_GRIP))
     promised = {LOST_GRIP.label: [surest], REGION.label: [boldest]}
-    monkeypatch.setattr(
-        "estimator.diagnosis.second_cause.promising_seconds",
-        lambda case, leader, *rest: promised[leader.labels[0]],
-    )
-    monkeypatch.setattr("estimator.diagnosis.second_cause.likeliest_pairs", lambda *of_trials: [])
-    monkeypatch.setattr("estimator.diagnosis.second_cause.beyond_noise", lambda *of_leader: 500.0)
-    field = tried("unknown:cut", "log_softness", 0.9, 643.0)
-    starts = starts_of_pairs(field.case, first.fit, [first, behind], field.trials, field.error, none=0.0)
+    starts = begun_pairs([first, behind], monkeypatch, promised)
     assert starts == [surest.hypothesis, boldest.hypothesis]
 
 
@@ -301,16 +318,8 @@ def test_beside_a_leader_that_leaves_noise_alone_and_promises_nothing_no_pair_is
 ) -> None:
     first, behind = refitted(present(LOST_GRIP), 700.0), refitted(present(REGION), 300.0)
     boldest = Start(900.0, present(REGION, CAMERA))
-    promised = {LOST_GRIP.label: [], REGION.label: [boldest]}
-    for name, told in (
-        ("promising_seconds", lambda case, leader, *rest: promised[leader.labels[0]]),
-        ("likeliest_pairs", lambda *of_trials: []),
-        ("adequate", lambda *of_leader: leaves_noise_alone),
-        ("beyond_noise", lambda *of_leader: 500.0),
-    ):
-        monkeypatch.setattr(f"estimator.diagnosis.second_cause.{name}", told)
-    field = tried("unknown:cut", "log_softness", 0.9, 643.0)
-    starts = starts_of_pairs(field.case, first.fit, [first, behind], field.trials, field.error, none=0.0)
+    promised: dict[str, list[Start]] = {LOST_GRIP.label: [], REGION.label: [boldest]}
+    starts = begun_pairs([first, behind], monkeypatch, promised, leaves_noise_alone=leaves_noise_alone)
     assert starts == ([] if leaves_noise_alone else [boldest.hypothesis])
 
 
@@ -319,17 +328,19 @@ def test_two_causes_that_promise_far_less_than_the_best_single_one_are_not_refit
     promised: float, is_begun: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     leader = refitted(present(LOST_GRIP), 700.0)
-    together = Start(promised, present(REGION, CAMERA))
-    for name, told in (
-        ("promising_seconds", lambda *of_leader: []),
-        ("likeliest_pairs", lambda *of_trials: [together]),
-        ("adequate", lambda *of_leader: False),
-        ("beyond_noise", lambda *of_leader: 500.0),
-    ):
-        monkeypatch.setattr(f"estimator.diagnosis.second_cause.{name}", told)
-    field = tried("unknown:cut", "log_softness", 0.9, 643.0)
-    starts = starts_of_pairs(field.case, leader.fit, [leader], field.trials, field.error, none=0.0)
-    assert starts == ([together.hypothesis] if is_begun else [])
+    both = Start(promised, present(REGION, CAMERA))
+    starts = begun_pairs([leader], monkeypatch, {LOST_GRIP.label: []}, together=[both])
+    assert starts == ([both.hypothesis] if is_begun else [])
+
+
+@pytest.mark.parametrize(("promised", "is_begun"), [(3_500.0, True), (3_000.0, False)])
+def test_a_second_cause_that_would_leave_more_than_it_explains_is_not_refitted(
+    promised: float, is_begun: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Beside a leader that leaves 10 000 in log density; a refit may double what is promised.
+    leader, second = refitted(present(LOST_GRIP), 1_000.0), Start(promised, present(LOST_GRIP, REGION))
+    starts = begun_pairs([leader], monkeypatch, {LOST_GRIP.label: [second]}, beyond_noise=20_000.0)
+    assert starts == ([second.hypothesis] if is_begun else [])
 
 
 def test_what_two_causes_are_mistaken_for_takes_their_place_where_it_explains_as_much_alone(
@@ -366,21 +377,3 @@ def test_a_second_cause_that_leaves_more_than_it_explains_and_than_rows_share_is
 
     assert labels(beyond_noise=2 * (254.0 + 900.0)) == ("gripper_compliance", "inhomogeneity")
     assert labels(beyond_noise=2 * (254.0 + 1100.0)) == ("gripper_compliance",)
-
-
-@pytest.mark.parametrize(("promised", "is_begun"), [(3_500.0, True), (3_000.0, False)])
-def test_a_second_cause_that_would_leave_more_than_it_explains_is_not_refitted(
-    promised: float, is_begun: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # Beside a leader that leaves 10 000 in log density; a refit may double what is promised.
-    leader, second = refitted(present(LOST_GRIP), 1_000.0), Start(promised, present(LOST_GRIP, REGION))
-    for name, told in (
-        ("promising_seconds", lambda *of_leader: [second]),
-        ("likeliest_pairs", lambda *of_trials: []),
-        ("adequate", lambda *of_leader: False),
-        ("beyond_noise", lambda *of_leader: 20_000.0),
-    ):
-        monkeypatch.setattr(f"estimator.diagnosis.second_cause.{name}", told)
-    field = tried("unknown:cut", "log_softness", 0.9, 643.0)
-    starts = starts_of_pairs(field.case, leader.fit, [leader], field.trials, field.error, none=0.0)
-    assert starts == ([second.hypothesis] if is_begun else [])

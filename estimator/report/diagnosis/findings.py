@@ -29,20 +29,8 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     """Return the answer in one sentence."""
     causes = [label for label in diagnosis.verdict if label != UNKNOWN]
     rival = _rival(diagnosis)
-    if (
-        not diagnosis.verdict
-        and rival is not None
-        and _probability(diagnosis, rival) > _probability(diagnosis, NONE)
-    ):
-        return _sentence(
-            f"Nothing is sure: {_told(diagnosis, rival)} may cause a gap, or there is {_told(diagnosis, NONE)}."
-        )
     if not diagnosis.verdict:
-        otherwise = "else one is too small to show" if rival is None else f"{_told(diagnosis, rival)} is next"
-        return (
-            "No gap: the baseline explains the data within the sensors' noise "
-            f"(probability {percent(_probability(diagnosis, NONE))}; {otherwise})."
-        )
+        return _nothing_named(diagnosis, rival)
     chance = percent(_probability(diagnosis, UNKNOWN))
     recognised = diagnosis.effects.get(UNKNOWN)
     if not causes:
@@ -65,6 +53,20 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     if recognised is None:
         return _sentence(f"{named} causes the gap, but something more remains unexplained.")
     return f"{_sentence(f'{named} causes the gap, with something outside the catalogue.')} {recognised.words}"
+
+
+def _nothing_named(diagnosis: Diagnosis, rival: str | None) -> str:
+    """Return the answer where no cause is named; ``rival`` is the most probable one, unless it is far behind none."""
+    none = _probability(diagnosis, NONE)
+    if rival is not None and _probability(diagnosis, rival) > none:
+        return _sentence(
+            f"Nothing is sure: {_told(diagnosis, rival)} may cause a gap, or there is {_told(diagnosis, NONE)}."
+        )
+    otherwise = "else one is too small to show" if rival is None else f"{_told(diagnosis, rival)} is next"
+    return (
+        "No gap: the baseline explains the data within the sensors' noise "
+        f"(probability {percent(none)}; {otherwise})."
+    )
 
 
 def gap_sentence(gap: Gap) -> str:
