@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 
 from daq.plans import Trial
-from estimator.diagnosis.advice import MANOEUVRES, Manoeuvre
+from estimator.diagnosis.conclusions.design_of_experiments import MANOEUVRES, Manoeuvre
 
 _STEPS = 4
 _SETTLE_S, _MEASURE_S, _HOLD_S = 0.5, 0.8, 30.0

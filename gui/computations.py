@@ -10,8 +10,8 @@ from daq.recording.reader import Recording
 from daq.session_report import SessionReport, write_report
 from daq.table_formats import FORMATS
 from daq.versions import package_versions
-from estimator.diagnosis.as_json import as_json
-from estimator.diagnosis.considering import what_if
+from estimator.diagnosis.conclusions.as_json import as_json
+from estimator.diagnosis.conclusions.what_if import what_if
 from estimator.diagnosis.diagnose import diagnose
 from estimator.diagnosis.result import Consideration, Diagnosis, ErrorsLeft
 from estimator.errors import InputError

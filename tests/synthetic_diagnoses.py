@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from estimator.diagnosis.evidence.rivals import Rivals
 from estimator.diagnosis.result import (
     Advice,
     Consideration,
@@ -20,7 +21,6 @@ from estimator.diagnosis.result import (
     Trace,
     Where,
 )
-from estimator.diagnosis.rivals import Rivals
 from estimator.experiment import Box, Environment, Experiment, Grasp, Phantom, SensorNoise
 from estimator.fem.block_mesh import structured_mesh
 

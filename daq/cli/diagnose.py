@@ -6,7 +6,7 @@ from pathlib import Path
 
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.versions import package_versions
-from estimator.diagnosis.as_json import as_json
+from estimator.diagnosis.conclusions.as_json import as_json
 from estimator.diagnosis.diagnose import diagnose
 from estimator.experiment import read_case
 from estimator.report.diagnosis.findings import summary_text

@@ -11,24 +11,26 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import softmax
 
-from estimator.diagnosis.advice import advise
-from estimator.diagnosis.averaging import over_answers, with_cause_left_open, with_form_left_open
-from estimator.diagnosis.case import Case, Linearisation, deformed_mesh
-from estimator.diagnosis.closure import gap_of, gaps_by_kind, noise_floor
-from estimator.diagnosis.considering import consider
-from estimator.diagnosis.contest import Contender, Tell, parameter_deviations
-from estimator.diagnosis.field import Field, hold_contest
-from estimator.diagnosis.findings import (
+from estimator.diagnosis.conclusions.design_of_experiments import advise
+from estimator.diagnosis.conclusions.findings import (
     absent_finding,
     best_trials,
     material_quantities,
     present_finding,
 )
-from estimator.diagnosis.held_out import held_out_in_full, held_out_residuals
-from estimator.diagnosis.judgement import credible_set, temper
-from estimator.diagnosis.multiplicity import Multiplicity, multiplicity_of, rivals_of
-from estimator.diagnosis.race import polished
-from estimator.diagnosis.resolving import resolved
+from estimator.diagnosis.conclusions.localisation import where_of
+from estimator.diagnosis.conclusions.model_averaging import (
+    over_answers,
+    with_cause_left_open,
+    with_form_left_open,
+)
+from estimator.diagnosis.conclusions.multiple_testing import Multiplicity, multiplicity_of, rivals_of
+from estimator.diagnosis.conclusions.open_questions import what_cannot_be_told
+from estimator.diagnosis.conclusions.what_if import consider
+from estimator.diagnosis.evidence.cross_validation import held_out_in_full, held_out_residuals
+from estimator.diagnosis.evidence.gap import gap_of, gaps_by_kind, noise_floor
+from estimator.diagnosis.evidence.posterior import credible_set, temper
+from estimator.diagnosis.fitting.case import Case, Linearisation, deformed_mesh
 from estimator.diagnosis.result import (
     NONE,
     UNKNOWN,
@@ -38,9 +40,11 @@ from estimator.diagnosis.result import (
     Material,
     Trace,
 )
-from estimator.diagnosis.sentences import what_cannot_be_told
-from estimator.diagnosis.verdict import Verdict, reach_verdict, weigh
-from estimator.diagnosis.where import where_of
+from estimator.diagnosis.search.comparison import Field, hold_contest
+from estimator.diagnosis.search.decision import Verdict, reach_verdict, weigh
+from estimator.diagnosis.search.local_resolution import resolved
+from estimator.diagnosis.search.racing import polished
+from estimator.diagnosis.search.screening import Contender, Tell, parameter_deviations
 from estimator.effects.catalogue import LABELS
 from estimator.experiment import Experiment
 from estimator.workers import worker_pool

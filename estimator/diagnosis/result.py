@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.rivals import Rivals
+from estimator.diagnosis.evidence.rivals import Rivals
 from estimator.effects.effect import OUTSIDE
 from estimator.experiment import Experiment
 from estimator.fem.mesh import Mesh

@@ -7,8 +7,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.grip_load import GripLoad
-from estimator.diagnosis.passage import KnownField, Passage, reported_motion, solve_case
+from estimator.diagnosis.model.grip_load import GripLoad
+from estimator.diagnosis.model.solution import KnownField, Passage, reported_motion, solve_case
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
 from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from estimator.diagnosis.passage import Passage, mechanics_of
-from estimator.diagnosis.prediction import predicted_readings
+from estimator.diagnosis.model.solution import Passage, mechanics_of
+from estimator.diagnosis.sensitivity.readings import predicted_readings
 from estimator.effects.effect import Readings
 from estimator.effects.instants import bead_constant
 from estimator.errors import InputError

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from estimator.diagnosis.hypothesis import Hypothesis
+from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.effects.catalogue import CATALOGUE
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material

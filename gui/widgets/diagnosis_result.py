@@ -7,7 +7,7 @@ from pathlib import Path
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QTabWidget, QVBoxLayout, QWidget
 
-from estimator.diagnosis.advice import MANOEUVRES
+from estimator.diagnosis.conclusions.design_of_experiments import MANOEUVRES
 from estimator.diagnosis.result import Advice, Diagnosis
 from estimator.report.diagnosis.findings import (
     advice_text,

@@ -7,7 +7,7 @@ import pytest
 
 from daq.advised import advised_trial
 from daq.frames import rotation
-from estimator.diagnosis.advice import MANOEUVRES, Manoeuvre
+from estimator.diagnosis.conclusions.design_of_experiments import MANOEUVRES, Manoeuvre
 
 
 @pytest.mark.parametrize("manoeuvre", MANOEUVRES, ids=lambda one: one.words.split(",")[0])

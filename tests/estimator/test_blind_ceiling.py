@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import norm
 
 from estimator.blind.scoring.ceiling import Ceiling, ceiling_of, ceilings
-from estimator.diagnosis.rivals import Rivals, projected
+from estimator.diagnosis.evidence.rivals import Rivals, projected
 
 
 def test_alike_causes_are_named_by_chance_and_unlike_ones_always_once_they_stand_out() -> None:

@@ -15,7 +15,7 @@ from estimator.blind.scoring.keys import open_keys
 from estimator.blind.scoring.running import answer_cases
 from estimator.blind.scoring.score import Score, score_answers
 from estimator.blind.scoring.telling import score_text, write_score
-from estimator.diagnosis.as_json import as_json
+from estimator.diagnosis.conclusions.as_json import as_json
 from estimator.diagnosis.result import Diagnosis, Material, Quantity
 from estimator.errors import FitError, InputError
 from estimator.experiment import Experiment, write_experiment

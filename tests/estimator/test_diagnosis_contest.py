@@ -7,12 +7,12 @@ import pytest
 from numpy.typing import NDArray
 from retraction_cases import REFERENCE_BLOCK
 
-from estimator.diagnosis.case import Case, Linearisation
-from estimator.diagnosis.contest import contender_of
-from estimator.diagnosis.discrepancy import Discrepancy, ModelError
-from estimator.diagnosis.hypothesis import Hypothesis, coordinates
-from estimator.diagnosis.weighing import evidence_of_unknown, first_order_evidence
-from estimator.diagnosis.whitening import Whitening
+from estimator.diagnosis.evidence.discrepancy import Discrepancy, ModelError
+from estimator.diagnosis.evidence.marginal_likelihood import evidence_of_unknown, first_order_evidence
+from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.model.hypothesis import Hypothesis, coordinates
+from estimator.diagnosis.noise.whitening import Whitening
+from estimator.diagnosis.search.screening import contender_of
 from estimator.effects.catalogue import CATALOGUE
 from estimator.fem.problem import RetractionProblem
 

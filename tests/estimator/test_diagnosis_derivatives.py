@@ -10,11 +10,11 @@ from retraction_cases import REFERENCE_BLOCK, straight_pull, turning_pull, with_
 from scipy.spatial.transform import Rotation
 
 from estimator.diagnosis import passage
-from estimator.diagnosis.grip_load import GripLoad
-from estimator.diagnosis.hypothesis import Hypothesis, coordinates
-from estimator.diagnosis.passage import Mechanics, mechanics_of, solve_case
-from estimator.diagnosis.perturbation import Perturbation
-from estimator.diagnosis.prediction import channels, derivatives, predicted_readings
+from estimator.diagnosis.model.grip_load import GripLoad
+from estimator.diagnosis.model.hypothesis import Hypothesis, coordinates
+from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
+from estimator.diagnosis.sensitivity.perturbation import Perturbation
+from estimator.diagnosis.sensitivity.readings import channels, derivatives, predicted_readings
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.effects.effect import Effect
 from estimator.experiment import Experiment

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from estimator.diagnosis.case import Linearisation
-from estimator.diagnosis.contest import Trial
-from estimator.diagnosis.findings import sizes_beside
-from estimator.diagnosis.hypothesis import Hypothesis, coordinates
-from estimator.diagnosis.screening import Signature
-from estimator.diagnosis.where import shares_of_blocks
+from estimator.diagnosis.conclusions.findings import sizes_beside
+from estimator.diagnosis.conclusions.localisation import shares_of_blocks
+from estimator.diagnosis.evidence.signatures import Signature
+from estimator.diagnosis.fitting.case import Linearisation
+from estimator.diagnosis.model.hypothesis import Hypothesis, coordinates
+from estimator.diagnosis.search.screening import Trial
 from estimator.effects.catalogue import CATALOGUE
 
 MATERIAL = Hypothesis(15e3, 0.45)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from retraction_cases import SMALL_BLOCK
 
-from estimator.diagnosis.glitches import number_left_out, without_glitches
+from estimator.diagnosis.noise.outliers import number_left_out, without_glitches
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]

@@ -7,9 +7,9 @@ import pytest
 from numpy.typing import NDArray
 from retraction_cases import SMALL_BLOCK, follow, from_rest, recorded, straight_pull
 
-from estimator.diagnosis.grip_load import without_noise
-from estimator.diagnosis.preparation import prepare
+from estimator.diagnosis.model.grip_load import without_noise
 from estimator.diagnosis.result import AT_MOST
+from estimator.diagnosis.search.baseline import prepare
 from estimator.fem.observation import observe
 from estimator.forward.meshing import mesh_experiment
 from estimator.materials import NeoHookean

@@ -7,17 +7,21 @@ import pytest
 from effect_cases import there_and_back
 from numpy.typing import NDArray
 
-from estimator.diagnosis.case import Case, Linearisation, linearise, residuals_near
-from estimator.diagnosis.closure import gap_of
-from estimator.diagnosis.grip_load import GripLoad
-from estimator.diagnosis.held_out import held_out_in_full, held_out_residuals, lost_on_held_out
-from estimator.diagnosis.hypothesis import Hypothesis, coordinates
-from estimator.diagnosis.noise import Noise
-from estimator.diagnosis.passage import Mechanics, mechanics_of, solve_case
-from estimator.diagnosis.prediction import channels, predicted_readings
+from estimator.diagnosis.evidence.cross_validation import (
+    held_out_in_full,
+    held_out_residuals,
+    lost_on_held_out,
+)
+from estimator.diagnosis.evidence.gap import gap_of
+from estimator.diagnosis.fitting.case import Case, Linearisation, linearise, residuals_near
+from estimator.diagnosis.model.grip_load import GripLoad
+from estimator.diagnosis.model.hypothesis import Hypothesis, coordinates
+from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
+from estimator.diagnosis.noise.correlated_errors import left_at_grasp, shared_errors_of
+from estimator.diagnosis.noise.estimation import Noise
+from estimator.diagnosis.noise.whitening import Whitening
 from estimator.diagnosis.result import Gap
-from estimator.diagnosis.shared_errors import left_at_grasp, shared_errors_of
-from estimator.diagnosis.whitening import Whitening
+from estimator.diagnosis.sensitivity.readings import channels, predicted_readings
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.torque_centre import TorqueCentre
 from estimator.fem.block_mesh import Grading

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from retraction_cases import SMALL_BLOCK
 
-from estimator.diagnosis.noise import noise_of, with_offsets_of
+from estimator.diagnosis.noise.estimation import noise_of, with_offsets_of
 
 FloatArray = NDArray[np.float64]
 

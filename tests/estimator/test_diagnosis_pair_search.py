@@ -5,14 +5,14 @@ import typing
 import numpy as np
 import pytest
 
-from estimator.diagnosis.case import Case, Linearisation
-from estimator.diagnosis.contest import Contender, best_of_labels
-from estimator.diagnosis.discrepancy import ModelError
-from estimator.diagnosis.field import Field
-from estimator.diagnosis.finer_forms import mistaken_for
-from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.pair_search import beside_what_ties, led_on_by, passed_over
-from estimator.diagnosis.pairs import Start
+from estimator.diagnosis.evidence.discrepancy import ModelError
+from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.search.comparison import Field
+from estimator.diagnosis.search.pair_screening import Start
+from estimator.diagnosis.search.pair_search import beside_what_ties, led_on_by, passed_over
+from estimator.diagnosis.search.refinements import mistaken_for
+from estimator.diagnosis.search.screening import Contender, best_of_labels
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.fem.problem import RetractionProblem
 
@@ -91,7 +91,8 @@ def test_the_second_cause_of_a_pair_that_leaves_something_is_tried_beside_what_t
         (True, []),
     ):
         monkeypatch.setattr(
-            "estimator.diagnosis.pair_search.adequate", lambda case, pair, error, told=leaves_nothing: told
+            "estimator.diagnosis.search.pair_search.adequate",
+            lambda case, pair, error, told=leaves_nothing: told,
         )
         assert beside_what_ties(field, pairs) == expected
 
@@ -111,7 +112,7 @@ def test_a_second_cause_that_promised_half_of_what_the_best_one_adds_is_tried_to
     )
     promised = {100.0 + 90.0: stiffening, 100.0 + 80.0: gain, 100.0 + 60.0: fibres, 100.0 + 20.0: aside}
     monkeypatch.setattr(
-        "estimator.diagnosis.pair_search.promising_seconds",
+        "estimator.diagnosis.search.pair_search.promising_seconds",
         lambda *field: [Start(evidence, one) for evidence, one in promised.items()],
     )
     pairs = [contender(stiffening, 100.0 + 88.0)]

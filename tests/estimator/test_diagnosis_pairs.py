@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from estimator.diagnosis.case import Case, Linearisation
-from estimator.diagnosis.contest import Trial, trials_of
-from estimator.diagnosis.discrepancy import Discrepancy, ModelError
-from estimator.diagnosis.hypothesis import Hypothesis, coordinates
-from estimator.diagnosis.pairs import likeliest_pairs
-from estimator.diagnosis.screening import Signature
+from estimator.diagnosis.evidence.discrepancy import Discrepancy, ModelError
+from estimator.diagnosis.evidence.signatures import Signature
+from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.model.hypothesis import Hypothesis, coordinates
+from estimator.diagnosis.search.pair_screening import likeliest_pairs
+from estimator.diagnosis.search.screening import Trial, trials_of
 from estimator.effects.catalogue import CATALOGUE
 from estimator.fem.problem import RetractionProblem
 

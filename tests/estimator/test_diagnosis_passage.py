@@ -5,10 +5,10 @@ import pytest
 from effect_cases import there_and_back
 from numpy.typing import NDArray
 
-from estimator.diagnosis.grip_load import GripLoad
-from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.passage import mechanics_of, solve_case
-from estimator.diagnosis.prediction import channels, predicted_readings
+from estimator.diagnosis.model.grip_load import GripLoad
+from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.model.solution import mechanics_of, solve_case
+from estimator.diagnosis.sensitivity.readings import channels, predicted_readings
 from estimator.effects.effect import Effect, Values
 from estimator.effects.permanent_set import PERMANENT_SET
 from estimator.effects.support_friction import SUPPORT_FRICTION

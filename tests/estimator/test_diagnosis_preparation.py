@@ -8,12 +8,12 @@ import pytest
 from numpy.typing import NDArray
 from retraction_cases import SMALL_BLOCK, follow, from_rest, recorded, straight_pull
 
-from estimator.diagnosis.case import Linearisation, linearisation_of, linearise, predictions
-from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.passage import mechanics_of, solve_case
-from estimator.diagnosis.preparation import Preparation, corrected_at, prepare
+from estimator.diagnosis.evidence.noise_selection import in_another_case
+from estimator.diagnosis.fitting.case import Linearisation, linearisation_of, linearise, predictions
+from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.model.solution import mechanics_of, solve_case
 from estimator.diagnosis.result import AT_MOST
-from estimator.diagnosis.sharpening import in_another_case
+from estimator.diagnosis.search.baseline import Preparation, corrected_at, prepare
 from estimator.effects.catalogue import CATALOGUE
 from estimator.experiment import Experiment
 from estimator.fem.observation import observe

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from retraction_cases import REFERENCE_BLOCK
 
-from estimator.diagnosis.case import Case, Linearisation
-from estimator.diagnosis.contest import Contender
-from estimator.diagnosis.finer_forms import at_the_place_of, past_kinks
-from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.race import Round, finalists, may_win, worth_a_second_point
+from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.search.racing import Round, finalists, may_win, worth_a_second_point
+from estimator.diagnosis.search.refinements import at_the_place_of, past_kinks
+from estimator.diagnosis.search.screening import Contender
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect
 from estimator.fem.block_mesh import Grading

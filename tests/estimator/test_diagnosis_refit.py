@@ -5,9 +5,9 @@ import typing
 import numpy as np
 import pytest
 
-from estimator.diagnosis.case import Case, Linearisation
-from estimator.diagnosis.hypothesis import Hypothesis, coordinates
-from estimator.diagnosis.refit import refit
+from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.fitting.gauss_newton import refit
+from estimator.diagnosis.model.hypothesis import Hypothesis, coordinates
 
 START = Hypothesis(15e3, 0.45)
 NO_CASE = typing.cast(Case, None)

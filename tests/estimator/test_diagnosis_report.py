@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from synthetic_diagnoses import DEVIATION, inclusion, no_gap, trace, two_causes, unexplained
 
-from estimator.diagnosis.as_json import as_json
+from estimator.diagnosis.conclusions.as_json import as_json
 from estimator.diagnosis.result import Diagnosis, Gap, Quantity
 from estimator.report.channels import CHANNELS
 from estimator.report.diagnosis.findings import gap_sentence, summary_text

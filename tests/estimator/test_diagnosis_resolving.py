@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from retraction_cases import REFERENCE_BLOCK, follow, from_rest, recorded, straight_pull
 
-from estimator.diagnosis.case import Case, Linearisation, linearise
-from estimator.diagnosis.contest import Contender, contender_of
-from estimator.diagnosis.discrepancy import ModelError
-from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.preparation import prepare
-from estimator.diagnosis.refit import refit
-from estimator.diagnosis.resolving import resolved
+from estimator.diagnosis.evidence.discrepancy import ModelError
+from estimator.diagnosis.evidence.marginal_likelihood import error_borne_out
+from estimator.diagnosis.fitting.case import Case, Linearisation, linearise
+from estimator.diagnosis.fitting.gauss_newton import refit
+from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.result import AT_MOST
-from estimator.diagnosis.weighing import error_borne_out
+from estimator.diagnosis.search.baseline import prepare
+from estimator.diagnosis.search.local_resolution import resolved
+from estimator.diagnosis.search.screening import Contender, contender_of
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect
 from estimator.experiment import Experiment, SensorNoise

@@ -5,12 +5,12 @@ import typing
 import numpy as np
 from retraction_cases import REFERENCE_BLOCK
 
-from estimator.diagnosis.case import Case, Linearisation
-from estimator.diagnosis.contest import Contender, Trial
-from estimator.diagnosis.discrepancy import Discrepancy, ModelError
-from estimator.diagnosis.hypothesis import Hypothesis, coordinates
-from estimator.diagnosis.screening import Signature
-from estimator.diagnosis.second_cause import asks_for_a_finer_form, promising_seconds
+from estimator.diagnosis.evidence.discrepancy import Discrepancy, ModelError
+from estimator.diagnosis.evidence.signatures import Signature
+from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.model.hypothesis import Hypothesis, coordinates
+from estimator.diagnosis.search.screening import Contender, Trial
+from estimator.diagnosis.search.second_cause import asks_for_a_finer_form, promising_seconds
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.fem.problem import RetractionProblem
 

@@ -2,8 +2,8 @@
 
 from synthetic_diagnoses import finding
 
+from estimator.diagnosis.conclusions.open_questions import what_cannot_be_told
 from estimator.diagnosis.result import Doubted, Quantity
-from estimator.diagnosis.sentences import what_cannot_be_told
 
 
 def sentence(**sizes: Quantity) -> str:

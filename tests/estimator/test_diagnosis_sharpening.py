@@ -8,12 +8,17 @@ import pytest
 from effect_cases import there_and_back
 from numpy.typing import NDArray
 
-from estimator.diagnosis.case import Case, Linearisation
-from estimator.diagnosis.hypothesis import Hypothesis, coordinates
+from estimator.diagnosis.evidence.noise_selection import (
+    in_another_case,
+    noise_cost,
+    sharpest,
+    signatures_anew,
+)
+from estimator.diagnosis.evidence.signatures import Signature
+from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.model.hypothesis import Hypothesis, coordinates
+from estimator.diagnosis.noise.correlated_errors import SharedErrors
 from estimator.diagnosis.result import AT_MOST, ErrorsLeft
-from estimator.diagnosis.screening import Signature
-from estimator.diagnosis.shared_errors import SharedErrors
-from estimator.diagnosis.sharpening import in_another_case, noise_cost, sharpest, signatures_anew
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect
 from estimator.fem.problem import RetractionProblem

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from effect_cases import there_and_back
 
-from estimator.diagnosis.case import Case, linearise
-from estimator.diagnosis.grip_load import GripLoad
-from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.noise import Noise
-from estimator.diagnosis.passage import mechanics_of, solve_case
-from estimator.diagnosis.shared_errors import shared_errors_of
-from estimator.diagnosis.side_by_side import solved_by
+from estimator.diagnosis.fitting.case import Case, linearise
+from estimator.diagnosis.fitting.parallel import solved_by
+from estimator.diagnosis.model.grip_load import GripLoad
+from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.model.solution import mechanics_of, solve_case
+from estimator.diagnosis.noise.correlated_errors import shared_errors_of
+from estimator.diagnosis.noise.estimation import Noise
 from estimator.effects.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect, Values

@@ -8,10 +8,14 @@ from scipy.optimize import lsq_linear
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
-from estimator.diagnosis.averaging import over_answers, with_cause_left_open, with_form_left_open
-from estimator.diagnosis.contest import Trial, best_starts
-from estimator.diagnosis.discrepancy import Discrepancy, ModelError, Moments, forgiven, moments_of
-from estimator.diagnosis.evidence import (
+from estimator.diagnosis.conclusions.model_averaging import (
+    over_answers,
+    with_cause_left_open,
+    with_form_left_open,
+)
+from estimator.diagnosis.conclusions.multiple_testing import multiplicity_of
+from estimator.diagnosis.evidence.discrepancy import Discrepancy, ModelError, Moments, forgiven, moments_of
+from estimator.diagnosis.evidence.laplace import (
     Priors,
     bounded_minimum,
     log_evidence,
@@ -19,20 +23,20 @@ from estimator.diagnosis.evidence import (
     unknown_evidence,
     with_floor_borne_out,
 )
-from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.judgement import (
+from estimator.diagnosis.evidence.posterior import (
     credible_set,
     log_priors,
     of_labels,
     probabilities,
     shared_with_unknown,
 )
-from estimator.diagnosis.multiplicity import multiplicity_of
+from estimator.diagnosis.evidence.rivals import projected
+from estimator.diagnosis.evidence.signatures import Signature
+from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.noise.correlated_errors import left_beside_rim
+from estimator.diagnosis.noise.whitening import Whitening, inverse_root, shrunk, uncorrelated
 from estimator.diagnosis.result import Material, Quantity
-from estimator.diagnosis.rivals import projected
-from estimator.diagnosis.screening import Signature
-from estimator.diagnosis.shared_errors import left_beside_rim
-from estimator.diagnosis.whitening import Whitening, inverse_root, shrunk, uncorrelated
+from estimator.diagnosis.search.screening import Trial, best_starts
 from estimator.effects.catalogue import CATALOGUE, LABELS
 
 FloatArray = NDArray[np.float64]

@@ -7,9 +7,9 @@ from scipy.fft import idct
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
-from estimator.diagnosis.noise import robust_deviation
-from estimator.diagnosis.unsteady import evidence_of_unsteadiness
-from estimator.diagnosis.whitening import Whitening
+from estimator.diagnosis.evidence.row_errors import evidence_of_unsteadiness
+from estimator.diagnosis.noise.estimation import robust_deviation
+from estimator.diagnosis.noise.whitening import Whitening
 
 FloatArray = NDArray[np.float64]
 

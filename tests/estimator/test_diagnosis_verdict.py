@@ -10,20 +10,20 @@ import pytest
 from numpy.typing import NDArray
 from retraction_cases import REFERENCE_BLOCK
 
-from estimator.diagnosis.case import Case, Linearisation
-from estimator.diagnosis.contest import Contender, Trial
-from estimator.diagnosis.discrepancy import Discrepancy, ModelError
-from estimator.diagnosis.field import Field
-from estimator.diagnosis.hypothesis import Hypothesis, coordinates
-from estimator.diagnosis.judgement import probabilities
-from estimator.diagnosis.pair_search import Found
-from estimator.diagnosis.pairs import Start
-from estimator.diagnosis.roughness import rough_gap, rough_remainder
-from estimator.diagnosis.screening import Signature
-from estimator.diagnosis.second_cause import adequate, starts_of_pairs
-from estimator.diagnosis.verdict import Verdict, reach_verdict, weigh
-from estimator.diagnosis.weighing import first_order_evidence
-from estimator.diagnosis.whitening import Whitening
+from estimator.diagnosis.evidence.discrepancy import Discrepancy, ModelError
+from estimator.diagnosis.evidence.lack_of_fit import rough_gap, rough_remainder
+from estimator.diagnosis.evidence.marginal_likelihood import first_order_evidence
+from estimator.diagnosis.evidence.posterior import probabilities
+from estimator.diagnosis.evidence.signatures import Signature
+from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.model.hypothesis import Hypothesis, coordinates
+from estimator.diagnosis.noise.whitening import Whitening
+from estimator.diagnosis.search.comparison import Field
+from estimator.diagnosis.search.decision import Verdict, reach_verdict, weigh
+from estimator.diagnosis.search.pair_screening import Start
+from estimator.diagnosis.search.pair_search import Found
+from estimator.diagnosis.search.screening import Contender, Trial
+from estimator.diagnosis.search.second_cause import adequate, starts_of_pairs
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.effects.effect import Effect
 from estimator.fem.problem import RetractionProblem
@@ -194,15 +194,18 @@ def verdict_of(
         unknown=unknown,
     )
     monkeypatch.setattr(
-        "estimator.diagnosis.verdict.search_pairs", lambda field, best, *rest: Found(best, tuple(pairs))
+        "estimator.diagnosis.search.decision.search_pairs",
+        lambda field, best, *rest: Found(best, tuple(pairs)),
     )
     monkeypatch.setattr(
-        "estimator.diagnosis.verdict.with_what_it_is_mistaken_for",
+        "estimator.diagnosis.search.decision.with_what_it_is_mistaken_for",
         lambda field, *rest: replace(field, contenders=(*mistaken, *field.contenders)),
     )
-    monkeypatch.setattr("estimator.diagnosis.verdict.adequate", lambda case, pair, error: not beyond_noise)
-    monkeypatch.setattr("estimator.diagnosis.verdict.beyond_noise", lambda case, pair: beyond_noise)
-    monkeypatch.setattr("estimator.diagnosis.verdict.evidence_of_unknown", lambda *of_fit: -np.inf)
+    monkeypatch.setattr(
+        "estimator.diagnosis.search.decision.adequate", lambda case, pair, error: not beyond_noise
+    )
+    monkeypatch.setattr("estimator.diagnosis.search.decision.beyond_noise", lambda case, pair: beyond_noise)
+    monkeypatch.setattr("estimator.diagnosis.search.decision.evidence_of_unknown", lambda *of_fit: -np.inf)
     evidence = weigh(field)
     with ThreadPoolExecutor(1) as executor:
         return reach_verdict(field, evidence, executor, lambda stage, done, total: None), evidence
@@ -297,7 +300,7 @@ def begun_pairs(
         ("adequate", lambda *of_leader: leaves_noise_alone),
         ("beyond_noise", lambda *of_leader: beyond_noise),
     ):
-        monkeypatch.setattr(f"estimator.diagnosis.second_cause.{name}", told)
+        monkeypatch.setattr(f"estimator.diagnosis.search.second_cause.{name}", told)
     field = tried("unknown:cut", "log_softness", 0.9, 643.0)
     return starts_of_pairs(field.case, leaders[0].fit, leaders, field.trials, field.error, none=field.none)
 

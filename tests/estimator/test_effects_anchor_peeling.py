@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from retraction_cases import REFERENCE_BLOCK, straight_pull, with_rows
 from scipy.spatial.transform import Rotation
 
-from estimator.diagnosis.finer_forms import accidents
-from estimator.diagnosis.grip_load import GripLoad
-from estimator.diagnosis.hypothesis import Hypothesis
-from estimator.diagnosis.passage import mechanics_of, solve_case
-from estimator.diagnosis.prediction import predicted_readings
+from estimator.diagnosis.model.grip_load import GripLoad
+from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.model.solution import mechanics_of, solve_case
+from estimator.diagnosis.search.refinements import accidents
+from estimator.diagnosis.sensitivity.readings import predicted_readings
 from estimator.effects.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
 from estimator.effects.effect import Effect, Readings, Values
 from estimator.fem.block_mesh import Grading

@@ -7,9 +7,9 @@ import pytest
 from numpy.typing import NDArray
 from retraction_cases import SMALL_BLOCK, turning_pull, with_rows
 
-from estimator.diagnosis.grip_load import GripLoad
-from estimator.diagnosis.passage import mechanics_of, solve_case
-from estimator.diagnosis.prediction import channels, predicted_readings
+from estimator.diagnosis.model.grip_load import GripLoad
+from estimator.diagnosis.model.solution import mechanics_of, solve_case
+from estimator.diagnosis.sensitivity.readings import channels, predicted_readings
 from estimator.effects.catalogue import CATALOGUE, LABELS
 from estimator.errors import InputError
 from estimator.experiment import Experiment, check_experiment

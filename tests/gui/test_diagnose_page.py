@@ -12,7 +12,7 @@ from stand_in_jobs import StandInJobs, without_processes
 from synthetic_diagnoses import inclusion, no_gap, outcome, two_causes, unexplained
 
 from daq.plans import Trial
-from estimator.diagnosis.advice import MANOEUVRES
+from estimator.diagnosis.conclusions.design_of_experiments import MANOEUVRES
 from estimator.diagnosis.result import Advice, Consideration, Diagnosis
 from gui.comparison import comparison_rows
 from gui.computations import diagnose_sources, try_cause

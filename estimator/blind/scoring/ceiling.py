@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.rivals import Rivals
+from estimator.diagnosis.evidence.rivals import Rivals
 
 FloatArray = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from estimator.blind.scoring.ceiling import as_json as ceilings_as_json
 from estimator.blind.scoring.ceiling import ceilings
-from estimator.diagnosis.as_json import as_json
+from estimator.diagnosis.conclusions.as_json import as_json
 from estimator.diagnosis.result import Diagnosis
 from estimator.errors import EstimatorError, InputError
 from estimator.experiment import Experiment, read_case

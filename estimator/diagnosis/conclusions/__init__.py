@@ -1,0 +1,1 @@
+"""What is said of a comparison: findings, places, next experiments, open questions."""

@@ -1,0 +1,218 @@
+"""Which manoeuvre would tell apart the causes that remain.
+
+The distance of two causes is the length, in standard deviations, of what is left of one's signature once the other and
+the nuisances have taken all they can of it (Box & Hill 1967 for the choice of the next experiment). It
+is computed for the data at hand and with the rows that a manoeuvre would add.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from estimator.diagnosis.conclusions.open_questions import MEASUREMENTS
+from estimator.diagnosis.evidence.signatures import Signature, signatures_at
+from estimator.diagnosis.fitting.case import Case, Linearisation, linearisation_of
+from estimator.diagnosis.model.grip_load import GripLoad
+from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
+from estimator.diagnosis.noise.correlated_errors import shared_errors_of
+from estimator.diagnosis.noise.estimation import Noise
+from estimator.diagnosis.result import Advice
+from estimator.diagnosis.search.screening import Tell, Trial
+from estimator.effects.effect import Effect
+from estimator.errors import SolverError
+from estimator.experiment import Experiment
+
+FloatArray = NDArray[np.float64]
+
+_CAUSES = 3
+_STEPS = 4
+_STEP_S, _HOLD_S = 2.0, 30.0
+# Causes this far apart need no further experiment.
+_APART = 12.0
+
+
+@dataclass(frozen=True)
+class Manoeuvre:
+    """A motion out and back: the farthest offset from the grasp (m), a turn (rad, about tissue axes), words."""
+
+    words: str
+    offset_m: tuple[float, float, float]
+    turn_rad: tuple[float, float, float]
+
+
+MANOEUVRES: tuple[Manoeuvre, ...] = (
+    Manoeuvre("lift the gripper by 12 mm, hold 30 s and return", (0.0, 0.0, 0.012), (0.0, 0.0, 0.0)),
+    Manoeuvre("pull sideways by 12 mm, hold 30 s and return", (0.0, 0.012, 0.0), (0.0, 0.0, 0.0)),
+    Manoeuvre(
+        "turn the gripper by 20° in the plane, hold 30 s and return", (0.0, 0.0, 0.0), (0.0, 0.0, 0.35)
+    ),
+)
+
+
+def advise(
+    case: Case,
+    baseline: Linearisation,
+    trials: Mapping[str, Trial],
+    probability: Mapping[str, float],
+    executor: Executor,
+    tell: Tell,
+) -> tuple[Advice, ...]:
+    """Return for each pair of leading causes the manoeuvre that would separate them best."""
+    leading = [label for label in probability if label in trials][:_CAUSES]
+    pairs = [
+        (one, other, _distance(baseline, trials[one].signature, trials[other].signature, []))
+        for one, other in combinations(leading, 2)
+    ]
+    close = [pair for pair in pairs if pair[2] < _APART]
+    if not close:
+        return ()
+    needed = {label for one, other, _ in close for label in (one, other)}
+    plans = [(trials[label].signature.effect, trials[label].signature.constants) for label in needed]
+    jobs = [
+        executor.submit(_signatures_of_manoeuvre, case, baseline.hypothesis, manoeuvre, plans)
+        for manoeuvre in MANOEUVRES
+    ]
+    rehearsed = [job.result() for job in jobs]
+    tell("choosing the next experiment", 1, 1)
+    found = []
+    for one, other, now in close:
+        options = [
+            Advice(
+                manoeuvre.words,
+                (one, other),
+                now,
+                _with_manoeuvre(baseline, trials, needed, one, other, rehearsal),
+            )
+            for manoeuvre, rehearsal in zip(MANOEUVRES, rehearsed, strict=True)
+            if rehearsal is not None
+        ]
+        best = max(options, key=_gain, default=None)
+        if best is None or _gain(best) < now:
+            # No motion of the gripper helps much. What a measurement beside the rig would add is not rehearsed.
+            words = [MEASUREMENTS[label] for label in (one, other) if label in MEASUREMENTS]
+            best = Advice(words[0], (one, other), now, float("nan")) if words else best
+        if best is not None:
+            found.append(best)
+    return tuple(sorted(found, key=lambda advice: -np.nan_to_num(_gain(advice))))
+
+
+def _gain(advice: Advice) -> float:
+    return advice.sigma_then - advice.sigma_now
+
+
+@dataclass(frozen=True)
+class _Rehearsal:
+    by_material: FloatArray
+    signatures: tuple[Signature, ...]
+
+
+def _with_manoeuvre(
+    baseline: Linearisation,
+    trials: Mapping[str, Trial],
+    needed: set[str],
+    one: str,
+    other: str,
+    rehearsal: _Rehearsal,
+) -> float:
+    of_label = dict(zip(needed, rehearsal.signatures, strict=True))
+    more = [(rehearsal.by_material, of_label[one].columns[0], of_label[other].columns[0])]
+    return _distance(baseline, trials[one].signature, trials[other].signature, more)
+
+
+def _distance(
+    baseline: Linearisation,
+    one: Signature,
+    other: Signature,
+    more: Sequence[tuple[FloatArray, FloatArray, FloatArray]],
+) -> float:
+    """Return the distance between one cause at its fitted size and anything the other can do."""
+    blocks = [
+        *zip(baseline.by_coordinate, one.columns, other.columns, strict=True),
+        *more,
+    ]
+    size = _fitted(baseline, one)
+    target = np.concatenate([columns @ size for _, columns, _ in blocks])
+    nuisance = np.concatenate([np.column_stack([material, rival]) for material, _, rival in blocks])
+    scale = np.linalg.norm(nuisance, axis=0)
+    nuisance = nuisance / np.where(scale > 0, scale, 1.0)
+    left = target - nuisance @ np.linalg.lstsq(nuisance, target, rcond=1e-8)[0]
+    return float(np.linalg.norm(left))
+
+
+def _fitted(baseline: Linearisation, signature: Signature) -> FloatArray:
+    columns = np.concatenate(
+        [np.column_stack(pair) for pair in zip(baseline.by_coordinate, signature.columns, strict=True)]
+    )
+    scale = np.linalg.norm(columns, axis=0)
+    scale = np.where(scale > 0, scale, 1.0)
+    solution = np.linalg.lstsq(columns / scale, np.concatenate(baseline.residual), rcond=1e-8)[0]
+    return np.asarray((solution / scale)[baseline.by_coordinate[0].shape[1] :])
+
+
+def _signatures_of_manoeuvre(
+    case: Case,
+    hypothesis: Hypothesis,
+    manoeuvre: Manoeuvre,
+    plans: Sequence[tuple[Effect, Mapping[str, float]]],
+) -> _Rehearsal | None:
+    """Rehearse a manoeuvre with the baseline; None where the tissue has no equilibrium in it."""
+    try:
+        planned, load, mechanics = _rehearsed(case, hypothesis, manoeuvre)
+    except SolverError:
+        return None
+    zero = np.zeros((len(planned.time), 6 + 3 * len(planned.fiducials_rest)))
+    mini = Case(
+        (planned,),
+        case.problem,
+        (zero,),
+        (shared_errors_of(mechanics, zero, Noise()).whitening(),),
+        (load,),
+    )
+    linear = linearisation_of(mini, hypothesis, [mechanics])
+    return _Rehearsal(linear.by_coordinate[0], tuple(signatures_at(mini, [mechanics], hypothesis, plans)))
+
+
+def _rehearsed(
+    case: Case, hypothesis: Hypothesis, manoeuvre: Manoeuvre
+) -> tuple[Experiment, GripLoad, Mechanics]:
+    planned = _planned(case.experiments[-1], manoeuvre)
+    passage = solve_case(case.problem, [planned], hypothesis, [GripLoad.none(len(planned.time))])[0]
+    first = mechanics_of(passage)
+    rows = passage.visits.of_row
+    felt = replace(planned, wrench=first.wrench[rows], fiducials=first.fiducials[rows])
+    load = GripLoad(felt.wrench, felt.wrench / hypothesis.youngs_modulus)
+    again = solve_case(case.problem, [felt], hypothesis, [load], [passage.known_fields()])[0]
+    return felt, load, mechanics_of(again)
+
+
+def _planned(last: Experiment, manoeuvre: Manoeuvre) -> Experiment:
+    """Return the manoeuvre as an experiment that follows the last one."""
+    out = np.arange(_STEPS + 1) / _STEPS
+    share = np.concatenate([out, [1.0], out[-2::-1]])
+    seconds = np.full(len(share), _STEP_S)
+    seconds[0], seconds[_STEPS + 1] = 0.0, _HOLD_S
+    phase = ("hold", *["ramp"] * _STEPS, "hold", *["return"] * _STEPS)
+    turn = Rotation.from_rotvec(np.outer(share, manoeuvre.turn_rad))
+    position = np.asarray(last.grasp.centre) + np.outer(share, manoeuvre.offset_m)
+    return replace(
+        last,
+        name=manoeuvre.words,
+        order=last.order + 1,
+        trajectory_kind="other",
+        time=np.cumsum(seconds),
+        phase=phase,
+        step=np.arange(len(share)),
+        position=position,
+        quaternion_wxyz=turn.as_quat(scalar_first=True),
+        wrench=np.zeros((len(share), 6)),
+        fiducials=np.broadcast_to(last.fiducials_rest, (len(share), *last.fiducials_rest.shape)).copy(),
+        path=None,
+    )

@@ -1,0 +1,76 @@
+"""How strong a cause noise alone would feign, given how many causes are looked for.
+
+Of many tests the strongest is strong by chance. Noise is drawn many times, each draw is held against every signature
+with the nuisances projected out, and the smallest of its tail probabilities is kept: their distribution tells how
+small one must be to mean anything (a parametric bootstrap of the linearised fit; Westfall & Young, Resampling-Based
+Multiple Testing, 1993). Signatures that resemble each other count as few, which Bonferroni's bound does not know.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from estimator.diagnosis.evidence.discrepancy import ModelError, forgiven
+from estimator.diagnosis.evidence.rivals import Rivals, projected
+from estimator.diagnosis.fitting.case import Linearisation
+from estimator.diagnosis.search.screening import Trial, moments_beside
+
+FloatArray = NDArray[np.float64]
+
+_DRAWS = 400
+_FALSE_ALARMS = 0.05
+
+
+@dataclass(frozen=True)
+class Multiplicity:
+    """What is significant among so many tests.
+
+    Attributes
+    ----------
+    level : a single effect's tail probability below which fewer than one in twenty noises has one
+    chance : share of noises that feign a cause at least as strong as the strongest in the measurements
+    """
+
+    level: float
+    chance: float
+
+    def significant(self, chi2_drop: float, amplitudes: int) -> bool:
+        """Tell whether a drop of the misfit by so many amplitudes is more than chance among all the tests."""
+        return bool(chi2.sf(chi2_drop, amplitudes) < self.level)
+
+
+def rivals_of(fit: Linearisation, trials: Sequence[Trial], error: ModelError) -> tuple[Rivals, FloatArray]:
+    """Return the effects of trials as rivals, and the inner products (k,) of a fit's misfit with them.
+
+    Parameters
+    ----------
+    fit : whose free parameters are projected out
+    trials : of the effects looked for
+    error : whose floor, what even the right model misses, counts as noise
+    """
+    moments = moments_beside(fit, error, [trial.signature for trial in trials])
+    gram, _ = forgiven(error, moments, error.floor)
+    labels = [trial.signature.effect.label for trial in trials]
+    sizes = [len(trial.signature.coordinates) for trial in trials]
+    return projected(gram, len(fit.coordinates), labels, sizes)
+
+
+def multiplicity_of(rivals: Rivals, seen: FloatArray, seed: int = 0) -> Multiplicity:
+    """Hold noise against signatures.
+
+    Parameters
+    ----------
+    rivals : the effects looked for
+    seen : (k,) inner products of the misfit with their signatures
+    """
+    inner = np.column_stack([seen, rivals.noise(_DRAWS, seed)])
+    tails = np.ones(1 + _DRAWS)
+    for own in rivals.slices():
+        directions = rivals.directions(own)
+        if directions.size:
+            drops = np.sum((directions.T @ inner[own]) ** 2, axis=0)
+            tails = np.minimum(tails, chi2.sf(drops, directions.shape[1]))
+    return Multiplicity(float(np.quantile(tails[1:], _FALSE_ALARMS)), float(np.mean(tails[1:] <= tails[0])))

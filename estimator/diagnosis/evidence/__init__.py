@@ -1,0 +1,1 @@
+"""How probable the measurements are under a hypothesis, and from evidences to probabilities."""

@@ -1,0 +1,99 @@
+"""How far a gap shrinks, by channel and by experiment, how sure that is, and what of it is noise alone.
+
+A misfit is no row's own: what a model misses lasts. So the uncertainty of a closure comes from drawing whole stretches
+of the experiments again, with replacement (a block bootstrap; Künsch, Ann. Statist. 17, 1989, 1217–1241).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.diagnosis.evidence.discrepancy import ModelError
+from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.result import Gap
+
+FloatArray = NDArray[np.float64]
+
+# Channels by the kind that a reader asks for.
+KINDS: Mapping[str, slice] = {"force": slice(0, 3), "torque": slice(3, 6), "fiducials": slice(6, None)}
+# A gap this small, in units of the noise's own root mean square, cannot be said to close.
+_WITHIN_NOISE = 0.01
+# Into so many stretches an experiment is divided, of which so many draws are made.
+_STRETCHES, _DRAWS = 10, 400
+# Of normal values, so much lies on each side within one standard deviation.
+_ONE_SIGMA = (15.87, 84.13)
+
+
+def gap_of(before: Sequence[FloatArray], after: Sequence[FloatArray], floor: float) -> Gap:
+    """Return the gap over whitened residuals, one (r,) an experiment; NaN where nothing was measured.
+
+    ``floor`` is the root mean square of the noise alone.
+    """
+    sums = np.array(
+        [
+            (one @ one, two @ two, len(one))
+            for r, s in zip(before, after, strict=True)
+            for one, two in zip(_stretches(r), _stretches(s), strict=True)
+        ]
+    )
+    one, two = _root_mean_squares(sums.sum(axis=0))
+    if not one - floor > _WITHIN_NOISE:
+        return Gap(float(one), float(two), floor, float("nan"))
+    drawn = np.random.default_rng(0).integers(len(sums), size=(_DRAWS, len(sums)))
+    some, others = _root_mean_squares(sums[drawn].sum(axis=1))
+    closures = (some - others) / np.maximum(some - floor, _WITHIN_NOISE)
+    low, high = np.percentile(closures, _ONE_SIGMA)
+    return Gap(float(one), float(two), floor, float((one - two) / (one - floor)), float(high - low) / 2.0)
+
+
+def _stretches(residual: FloatArray) -> list[FloatArray]:
+    return np.array_split(residual, _STRETCHES)
+
+
+def _root_mean_squares(sums: FloatArray) -> FloatArray:
+    """Return those (2, ...) of sums of squares before and after, and of how many values (..., 3); NaN of none."""
+    count = np.where(sums[..., 2] > 0, sums[..., 2], np.nan)
+    return np.array([np.sqrt(sums[..., 0] / count), np.sqrt(sums[..., 1] / count)])
+
+
+def noise_floor(case: Case, fit: Linearisation, error: ModelError) -> float:
+    """Return the root mean square of the noise over all experiments, as the misfit of the best fit shows it.
+
+    What a model misses is smooth along the experiment and over the plane; the rest of the misfit is noise, together
+    with the errors that rows share (tare, rest positions, reported poses) as large as they really were. It lies between
+    the white noise alone and all that is stated.
+    """
+    squares, count = 0.0, 0
+    for residual, process in zip(fit.residual, error.processes, strict=True):
+        smooth, _ = np.linalg.qr(np.hstack(process.vectors))
+        rough = residual - smooth @ (smooth.T @ residual)
+        squares += float(rough @ rough)
+        count += len(rough) - smooth.shape[1]
+    return float(np.clip(np.sqrt(squares / count), white_floor(case), 1.0))
+
+
+def white_floor(case: Case) -> float:
+    """Return the root mean square over all experiments of the white noise alone."""
+    squares = [w.floor**2 for w in case.whitenings]
+    return float(np.sqrt(np.average(squares, weights=[len(w.vectors) for w in case.whitenings])))
+
+
+def gaps_by_kind(
+    case: Case, before: Sequence[FloatArray], after: Sequence[FloatArray], floor: float
+) -> dict[str, Gap]:
+    """Return the gaps of force, torque and fiducials."""
+    found = {}
+    for kind, chosen in KINDS.items():
+        picked = []
+        for residuals in (before, after):
+            parts = []
+            for r, whitening in zip(residuals, case.whitenings, strict=True):
+                channel = np.nonzero(whitening.seen)[1][-len(r) :]
+                numbers = np.arange(whitening.seen.shape[1])[chosen]
+                parts.append(r[np.isin(channel, numbers)])
+            picked.append(parts)
+        found[kind] = gap_of(picked[0], picked[1], floor)
+    return found

@@ -1,0 +1,209 @@
+"""How probable the measurements are under a hypothesis whose parameters are free: Laplace's approximation.
+
+With residual r and derivatives Z at parameters θ̂, both whitened, and Gaussian priors on the amplitudes,
+
+    ln p(y | j) = −½ min_δ (‖r − Z δ‖² + prior) − ½ ln det(I + T Zᵀ M Z T) − ½ ln det S,
+
+M projecting E and ν out (their prior is flat and common to all hypotheses), T the prior deviations, and S the
+covariance of a discrepancy that forgives the signature its inexactness. Its amplitude is integrated over a grid.
+
+How large an effect is spans decades, and its amplitudes are large or small together: their prior is a mixture of
+normals from the usual size down. With the usual size alone an effect of three components that is a thirtieth of it
+would pay ln 30 for each of them. What would be too small to show counts as no effect at all: of each size the share
+d² / (d² + 2²) is believed, d being by how many deviations of the noise, less what E and ν can imitate, it stands out.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+from scipy.optimize import lsq_linear
+
+from estimator.diagnosis.evidence.discrepancy import ModelError, Moments, forgiven
+
+FloatArray = NDArray[np.float64]
+
+# Amplitudes of an unexplained misfit beyond the floor, in units of one value's noise.
+UNKNOWN = tuple(
+    (w, f)
+    for w in (0.05, 0.3, 1.0, 3.0, 10.0, 30.0)
+    for f in (0.05, 0.3, 1.0, 3.0, 10.0, 30.0)
+    if max(w, f) > 0.1
+)
+# Inexactness of a signature, as a share of what the effect explains.
+_INEXACT = (0.0, 0.02, 0.05, 0.1)
+# Sizes of an effect as shares of its usual one, equally likely.
+_SIZES = (1.0, 0.3, 0.1, 0.03)
+# What stands out by so many deviations of the noise shows as often as not.
+_SHOWS = 2.0
+
+
+@dataclass(frozen=True)
+class Priors:
+    """What is known of a hypothesis' parameters beforehand: E and ν first, then k others.
+
+    Attributes
+    ----------
+    centre : (2 + k,) where the parameters stand in units of their priors; 0 for E and ν
+    scale : (2 + k,) prior deviations; infinite for E and ν
+    lower, upper : (2 + k,) how far each parameter may go from here
+    amplitude_of : (2 + k,) the number of the effect whose amplitude it is; -1 for what is no amplitude
+    """
+
+    centre: FloatArray
+    scale: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    amplitude_of: NDArray[np.int64]
+
+    @cached_property
+    def sizes(self) -> FloatArray:
+        """Sizes (s, 2 + k) that the effects may have, as shares of the usual one; 1 for what has no size."""
+        effects = self._effects
+        shares = np.array(list(itertools.product(_SIZES, repeat=len(effects))))
+        found = np.ones((len(shares), len(self.scale)))
+        for own, share in zip(effects, shares.T, strict=True):
+            found[:, own] = share[:, None]
+        return found
+
+    def believed(self, information: FloatArray) -> FloatArray:
+        """Return the log of the share (s,) of each size that is believed.
+
+        ``information`` (2 + k)² is the Gram matrix of the derivatives.
+        """
+        squared = self._standing_out(information) * self.sizes**2
+        standing = np.array([squared[:, own].sum(axis=1) for own in self._effects])
+        return np.asarray(np.sum(np.log(np.maximum(standing, 1e-300) / (standing + _SHOWS**2)), axis=0))
+
+    @cached_property
+    def _effects(self) -> list[NDArray[np.bool_]]:
+        """For each effect which parameters (2 + k,) are its amplitudes."""
+        return [
+            self.amplitude_of == effect for effect in np.unique(self.amplitude_of[self.amplitude_of >= 0])
+        ]
+
+    def _standing_out(self, information: FloatArray) -> FloatArray:
+        """Return the square (2 + k,) by which one prior deviation of each amplitude stands out of noise, E and ν."""
+        free, rest = np.isinf(self.scale), self.amplitude_of >= 0
+        found = np.zeros(len(self.scale))
+        cross = information[np.ix_(rest, free)]
+        imitated = np.einsum("rf,rf->r", cross, np.linalg.solve(information[np.ix_(free, free)], cross.T).T)
+        found[rest] = np.maximum(np.diag(information)[rest] - imitated, 0.0) * self.scale[rest] ** 2
+        return found
+
+    @property
+    def inverse_scale(self) -> FloatArray:
+        """Inverse of the prior deviations (2 + k,); 0 for E and ν."""
+        return np.where(np.isinf(self.scale), 0.0, 1.0 / self.scale)
+
+
+def log_evidence(
+    moments: Moments, priors: Priors, error: ModelError, amplitude: tuple[float, float]
+) -> float:
+    """Return ln p(y | hypothesis) up to a constant, with a discrepancy of given amplitude.
+
+    ``moments`` are those of the residual and, after it, of the derivatives by the parameters.
+    """
+    gram, log_determinant = forgiven(error, moments, amplitude)
+    return evidence_of_gram(gram, priors) - 0.5 * log_determinant
+
+
+def over_floors(moments: Moments, priors: Priors, error: ModelError) -> float:
+    """Return ln p(y | hypothesis) up to a constant, over all floors of what every model misses."""
+    return log_mean([log_evidence(moments, priors, error, floor) for floor in error.floors])
+
+
+def log_mean(log_values: Sequence[float] | FloatArray) -> float:
+    """Return the logarithm of the mean of values whose logarithms are given: each is as likely as the others."""
+    return float(np.logaddexp.reduce(np.asarray(log_values)) - np.log(len(log_values)))
+
+
+def evidence_of_gram(gram: FloatArray, priors: Priors) -> float:
+    """Return ln p(y | hypothesis) from the Gram matrix (1 + 2 + k)² of residual and derivatives, over all sizes."""
+    information, sizes, free = gram[1:, 1:], priors.sizes, np.isinf(priors.scale)
+    centre, inverse = priors.centre / sizes, priors.inverse_scale / sizes
+    posterior = information + inverse[:, :, None] ** 2 * np.eye(len(information))
+    unit = np.sqrt(np.diagonal(posterior, axis1=1, axis2=2))
+    scaled = posterior / (unit[:, :, None] * unit[:, None, :])
+    step = np.linalg.solve(scaled, ((gram[1:, 0] - inverse * centre) / unit)[:, :, None])[:, :, 0] / unit
+    for number in np.flatnonzero(np.any((step < priors.lower) | (step > priors.upper), axis=1)):
+        pull = gram[1:, 0] - inverse[number] * centre[number]
+        step[number] = bounded_minimum(posterior[number], pull, priors.lower, priors.upper)
+    misfit = gram[0, 0] - 2 * step @ gram[1:, 0] + np.einsum("si,ij,sj->s", step, information, step)
+    prior = np.sum((centre + inverse * step) ** 2, axis=1)
+    # det of the Schur complement of what is free in the posterior, times that of the priors
+    _, occam = np.linalg.slogdet(posterior)
+    occam -= np.linalg.slogdet(information[np.ix_(free, free)])[1]
+    occam -= 2 * np.sum(np.log(inverse[:, ~free]), axis=1)
+    # A one-sided amplitude has a half-normal prior, twice as dense.
+    one_sided = np.isfinite(priors.lower[~free]) ^ np.isfinite(priors.upper[~free])
+    values = -0.5 * (misfit + prior + occam) + np.log(2.0) * one_sided.sum()
+    return log_mean(values + priors.believed(information))
+
+
+def bounded_minimum(A: FloatArray, b: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
+    """Return the minimiser x of ½ xᵀAx − bᵀx with lower ≤ x ≤ upper, for A positive definite.
+
+    Where the free minimum lies beyond a bound it is that of the bounded least squares of A's root.
+    """
+    scale = np.sqrt(np.maximum(np.diag(A), 1e-300))
+    root = np.linalg.cholesky(A / np.outer(scale, scale) + 1e-10 * np.eye(len(A)))
+    target = solve_triangular(root, b / scale, lower=True)
+    free = solve_triangular(root, target, lower=True, trans="T") / scale
+    if np.all((lower <= free) & (free <= upper)):
+        return np.asarray(free)
+    beyond = np.flatnonzero((free < lower) | (free > upper))
+    if len(beyond) == 1:
+        # Where one bound alone is passed the minimum lies on it, unless another is passed then.
+        on = np.clip(free, lower, upper)
+        rest = np.flatnonzero(np.arange(len(b)) != beyond[0])
+        on[rest] = np.linalg.solve(A[np.ix_(rest, rest)], b[rest] - A[rest, beyond[0]] * on[beyond[0]])
+        if np.all((lower <= on) & (on <= upper)):
+            return np.asarray(on)
+    lo, hi = np.minimum(lower * scale, 0.0), np.maximum(upper * scale, 0.0)
+    stuck = hi - lo <= 0.0
+    hi = np.where(stuck, lo + 1e-300, hi)
+    return np.asarray(lsq_linear(root.T, target, (lo, hi), method="bvls").x / scale)
+
+
+def marginal_evidence(
+    moments: Moments, priors: Priors, error: ModelError, explained: FloatArray
+) -> tuple[float, tuple[float, float]]:
+    """Integrate the evidence of a named hypothesis over the floor and over the inexactness of its signature.
+
+    Parameters
+    ----------
+    explained : (2,) root mean square of what the effect explains in wrench and fiducials, units of one value's noise
+
+    Returns
+    -------
+    log_evidence : float
+    inexactness : the most probable amplitude of what it misses, in wrench and fiducials
+    """
+    found = {}
+    for share, floor in itertools.product(_INEXACT, error.floors):
+        wrench, fiducials = (float(np.hypot(f, share * e)) for f, e in zip(floor, explained, strict=True))
+        found[wrench, fiducials] = log_evidence(moments, priors, error, (wrench, fiducials))
+    return log_mean(list(found.values())), max(found, key=lambda key: found[key])
+
+
+def with_floor_borne_out(error: ModelError, moments: Moments, priors: Priors) -> ModelError:
+    """Return a model error whose floor is the one of all floors that a misfit makes most probable."""
+    return replace(
+        error, floor=max(error.floors, key=lambda floor: log_evidence(moments, priors, error, floor))
+    )
+
+
+def unknown_evidence(moments: Moments, priors: Priors, error: ModelError) -> float:
+    """Return the evidence of a smooth misfit of any size beyond the floor, over all floors."""
+    found = [
+        log_evidence(moments, priors, error, (float(np.hypot(wrench, w)), float(np.hypot(fiducials, f))))
+        for (wrench, fiducials), (w, f) in itertools.product(error.floors, UNKNOWN)
+    ]
+    return log_mean(found)

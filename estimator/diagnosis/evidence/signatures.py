@@ -1,0 +1,77 @@
+"""Every effect of the catalogue at once, to first order, from the fitted baseline.
+
+One linearisation a start: the derivative of all channels by the amplitudes at their null. A start is what the effect's
+constants begin from, a relaxation time or a place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.diagnosis.fitting.case import Case, whitened_derivatives
+from estimator.diagnosis.model.hypothesis import Coordinate, Hypothesis, coordinates
+from estimator.diagnosis.model.solution import Mechanics
+from estimator.diagnosis.sensitivity.perturbation import Perturbation
+from estimator.diagnosis.sensitivity.readings import predicted_readings
+from estimator.effects.effect import Effect
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Signature:
+    """What an effect would do, to first order.
+
+    Attributes
+    ----------
+    effect : Effect
+    constants : its constants
+    coordinates : of its amplitudes
+    columns : for each experiment (r, k), whitened derivative by each amplitude
+    """
+
+    effect: Effect
+    constants: Mapping[str, float]
+    coordinates: tuple[Coordinate, ...]
+    columns: tuple[FloatArray, ...]
+
+
+def signatures_of(
+    case: Case, mechanics: Sequence[Mechanics], hypothesis: Hypothesis, effects: Sequence[Effect]
+) -> list[Signature]:
+    """Return the signatures of every start of the given effects beside a solved hypothesis."""
+    readings = [
+        predicted_readings(one, hypothesis, correction)
+        for one, correction in zip(mechanics, case.corrections, strict=True)
+    ]
+    plans = [(effect, constants) for effect in effects for constants in effect.starts(readings)]
+    return signatures_at(case, mechanics, hypothesis, plans)
+
+
+def signatures_at(
+    case: Case,
+    mechanics: Sequence[Mechanics],
+    hypothesis: Hypothesis,
+    plans: Sequence[tuple[Effect, Mapping[str, float]]],
+) -> list[Signature]:
+    """Return the signatures of effects at given constants."""
+    number = len(hypothesis.effects)
+    amplitudes: list[tuple[Coordinate, ...]] = []
+    perturbations: list[Perturbation] = []
+    for effect, constants in plans:
+        absent = {amplitude.name: 0.0 for amplitude in effect.amplitudes}
+        null = hypothesis.with_effect(effect, {**constants, **absent})
+        free = tuple(c for c in coordinates(null) if c.effect == number and c.parameter in absent)
+        amplitudes.append(free)
+        perturbations += [Perturbation(c.name, c.put(null, c.step), effect, c.step) for c in free]
+    columns = whitened_derivatives(case, mechanics, hypothesis, perturbations)
+    found, at = [], 0
+    for (effect, constants), free in zip(plans, amplitudes, strict=True):
+        share = slice(at, at + len(free))
+        found.append(Signature(effect, constants, free, tuple(block[:, share] for block in columns)))
+        at += len(free)
+    return found

@@ -1,0 +1,1 @@
+"""A hypothesis compared with the measurements, and its best parameters."""

@@ -1,0 +1,190 @@
+"""A case ready for diagnosis: its experiments, its mesh, and its noise; and what a hypothesis predicts for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.diagnosis.model.grip_load import GripLoad
+from estimator.diagnosis.model.hypothesis import Coordinate, Hypothesis, coordinates
+from estimator.diagnosis.model.solution import KnownFields, Mechanics, mechanics_of, solve_case
+from estimator.diagnosis.noise.whitening import Whitening
+from estimator.diagnosis.result import AT_MOST, DeformedMesh, ErrorsLeft
+from estimator.diagnosis.sensitivity.mechanical_changes import acts_on_tissue
+from estimator.diagnosis.sensitivity.perturbation import Perturbation
+from estimator.diagnosis.sensitivity.readings import channels, derivatives, predicted_readings
+from estimator.experiment import Experiment
+from estimator.fem.problem import RetractionProblem
+from estimator.fit.parameters import POISSON_RATIO
+
+FloatArray = NDArray[np.float64]
+Progress = Callable[[int, int], None]
+
+# A change of −ln(1 − 2ν) up to this is linear within a hundredth of itself.
+_NEAR = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """Experiments of one phantom in one mounting, in their order.
+
+    Attributes
+    ----------
+    experiments : Sequence[Experiment]
+    problem : the baseline's boundary value problem
+    corrections : for each experiment (n, 6 + 3m), what a finer mesh changes
+    whitenings : of each experiment
+    loads : of each, what pulls at the gripper
+    errors_left : how much of the errors that rows may share the whitenings take for noise
+    """
+
+    experiments: tuple[Experiment, ...]
+    problem: RetractionProblem
+    corrections: tuple[FloatArray, ...]
+    whitenings: tuple[Whitening, ...]
+    loads: tuple[GripLoad, ...]
+    errors_left: ErrorsLeft = AT_MOST
+
+
+@dataclass(frozen=True, eq=False)
+class Linearisation:
+    """A hypothesis compared with the measurements, and its derivatives; all whitened, by experiment.
+
+    Attributes
+    ----------
+    hypothesis, coordinates : the point, and what is free there
+    predicted : for each experiment (n, 6 + 3m), channels
+    residual : for each (r,), measured minus predicted
+    by_coordinate : for each (r, p)
+    known : fields, from which a neighbouring hypothesis starts
+    mechanics : for each experiment, without its states
+    next_share : of the Newton step from here, which a refit tries next; what was longer did not fit better
+    """
+
+    hypothesis: Hypothesis
+    coordinates: tuple[Coordinate, ...]
+    predicted: tuple[FloatArray, ...]
+    residual: tuple[FloatArray, ...]
+    by_coordinate: tuple[FloatArray, ...]
+    known: KnownFields
+    mechanics: tuple[Mechanics, ...]
+    next_share: float = 1.0
+
+    @property
+    def chi2(self) -> float:
+        """Sum of the squared whitened residuals."""
+        return float(sum(r @ r for r in self.residual))
+
+
+def deformed_mesh(case: Case, fit: Linearisation, number: int) -> DeformedMesh:
+    """Return the body through an experiment: at the fit, or, where its mechanics are extrapolated, at its neighbour."""
+    of_row = fit.mechanics[number].passage.visits.of_row
+    _, first = np.unique(of_row, return_index=True)
+    displacements = np.array([fit.known[number][row].displacement for row in first])
+    return DeformedMesh(case.problem.body.mesh, displacements, of_row)
+
+
+def linearise(
+    case: Case, hypothesis: Hypothesis, near: Linearisation | None = None, progress: Progress | None = None
+) -> Linearisation:
+    """Solve a case under a hypothesis and compare it with the measurements.
+
+    ``near`` is a solved neighbour. Where neither has an effect on the tissue and ν is close, its mechanics are
+    extrapolated instead of solved anew.
+
+    Raises
+    ------
+    SolverError
+        A visit has no equilibrium under the hypothesis.
+    """
+    mechanics, known = _mechanics_near(case, hypothesis, near, progress)
+    return linearisation_of(case, hypothesis, mechanics, known)
+
+
+def residuals_near(case: Case, hypothesis: Hypothesis, near: Linearisation) -> list[FloatArray]:
+    """Return the whitened misfit (r,) of each experiment under a hypothesis, without derivatives.
+
+    Raises
+    ------
+    SolverError
+        A visit has no equilibrium under the hypothesis.
+    """
+    mechanics, _ = _mechanics_near(case, hypothesis, near, None)
+    return residuals(case, mechanics, hypothesis)
+
+
+def _mechanics_near(
+    case: Case, hypothesis: Hypothesis, near: Linearisation | None, progress: Progress | None
+) -> tuple[list[Mechanics], KnownFields | None]:
+    """Return the mechanics of every experiment, and the fields they go by where they are a neighbour's."""
+    if near is not None and same_mechanics(near.hypothesis, hypothesis):
+        return [one.at(near.hypothesis, hypothesis) for one in near.mechanics], near.known
+    known = near.known if near is not None else None
+    passages = solve_case(case.problem, case.experiments, hypothesis, case.loads, known, progress)
+    return [mechanics_of(passage) for passage in passages], None
+
+
+def linearisation_of(
+    case: Case, hypothesis: Hypothesis, mechanics: Sequence[Mechanics], known: KnownFields | None = None
+) -> Linearisation:
+    """Compare solved mechanics with the measurements; fields are those of the mechanics unless they are given."""
+    free = coordinates(hypothesis)
+    perturbations = [perturbed(hypothesis, coordinate) for coordinate in free]
+    return Linearisation(
+        hypothesis,
+        free,
+        tuple(predictions(case, mechanics, hypothesis)),
+        tuple(residuals(case, mechanics, hypothesis)),
+        tuple(whitened_derivatives(case, mechanics, hypothesis, perturbations)),
+        known or [one.passage.known_fields() for one in mechanics],
+        tuple(one.without_states() for one in mechanics),
+    )
+
+
+def same_mechanics(one: Hypothesis, other: Hypothesis) -> bool:
+    """Tell whether the tissue behaves as the baseline's under both, at nearly the same ν."""
+    if any(acts_on_tissue(effect) for effect in (*one.effects, *other.effects)):
+        return False
+    here, there = (POISSON_RATIO.to_internal(each.poisson_ratio) for each in (one, other))
+    return abs(here - there) < _NEAR
+
+
+def perturbed(hypothesis: Hypothesis, coordinate: Coordinate) -> Perturbation:
+    """Return the hypothesis a small step along a coordinate, away from a bound on which it stands."""
+    here = coordinate.get(hypothesis)
+    step = coordinate.step
+    if coordinate.value_of(here + step) > coordinate.upper:
+        step = -step
+    effect = None if coordinate.effect is None else hypothesis.effects[coordinate.effect]
+    return Perturbation(coordinate.name, coordinate.put(hypothesis, here + step), effect, step)
+
+
+def predictions(case: Case, mechanics: Sequence[Mechanics], hypothesis: Hypothesis) -> list[FloatArray]:
+    """Return the predicted channels (n, 6 + 3m) of each experiment."""
+    return [
+        channels(predicted_readings(one, hypothesis, correction))
+        for one, correction in zip(mechanics, case.corrections, strict=True)
+    ]
+
+
+def residuals(case: Case, mechanics: Sequence[Mechanics], hypothesis: Hypothesis) -> list[FloatArray]:
+    """Return the whitened misfit (r,) of each experiment."""
+    predicted = predictions(case, mechanics, hypothesis)
+    return [
+        whitening.residual(experiment, p)
+        for whitening, experiment, p in zip(case.whitenings, case.experiments, predicted, strict=True)
+    ]
+
+
+def whitened_derivatives(
+    case: Case,
+    mechanics: Sequence[Mechanics],
+    hypothesis: Hypothesis,
+    perturbations: Sequence[Perturbation],
+) -> list[FloatArray]:
+    """Return the whitened derivative (r, k) of each experiment by each perturbation."""
+    found = derivatives(mechanics, hypothesis, perturbations, case.corrections)
+    return [whitening.apply(columns) for whitening, columns in zip(case.whitenings, found, strict=True)]

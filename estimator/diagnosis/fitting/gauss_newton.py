@@ -1,0 +1,130 @@
+"""The best parameters of a hypothesis: Gauss–Newton with priors and bounds, every point solved in full."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.diagnosis.evidence.laplace import bounded_minimum
+from estimator.diagnosis.fitting.case import Case, Linearisation, linearise
+from estimator.diagnosis.fitting.parallel import Solve
+from estimator.diagnosis.model.hypothesis import Coordinate, Hypothesis
+from estimator.errors import SolverError
+
+FloatArray = NDArray[np.float64]
+
+# The iteration ends where the linearisation promises to lower the objective by less than this, or a step did: the place
+# of an inclusion that is hardly seen would be followed for ever, step by short step.
+WORTHWHILE = 0.3
+# No step changes ln E or −ln(1 − 2ν) by more than this, an amplitude by more than so many prior deviations, or a
+# constant by more than this share of its range.
+_LONGEST_STEP = 1.0
+_LONGEST_IN_SCALES = 3.0
+LONGEST_OF_A_RANGE = 0.06
+# No smaller share of a step is tried.
+_SHORTEST = 0.1
+
+
+def refit(
+    case: Case,
+    start: Hypothesis,
+    near: Linearisation | None = None,
+    evaluations: int = 6,
+    solve: Solve = linearise,
+    worthwhile: float = WORTHWHILE,
+) -> Linearisation:
+    """Return the linearisation at the best parameters found.
+
+    Parameters
+    ----------
+    case : Case
+    start : where to begin
+    near : a solved neighbour of the start
+    evaluations : how many points may be solved
+    solve : what solves a point
+    worthwhile : the iteration ends where the objective would fall by less
+
+    Raises
+    ------
+    SolverError
+        The starting point has no equilibrium.
+    """
+    best = near if near is not None and near.hypothesis is start else solve(case, start, near)
+    evaluations -= 1
+    while evaluations > 0:
+        step, gain = newton_step(best)
+        if gain < worthwhile:
+            break
+        accepted, share = None, best.next_share
+        while evaluations > 0 and accepted is None and _worthwhile(share, gain, worthwhile):
+            evaluations -= 1
+            try:
+                trial = solve(case, moved(best.hypothesis, best.coordinates, share * step), best)
+                if objective(trial) < objective(best) - 0.05 * share * gain:
+                    accepted = trial
+            except SolverError:
+                pass  # as if it fitted worse: a shorter step may have an equilibrium
+            share /= 3.0
+        if accepted is None:
+            return replace(best, next_share=share)
+        fall = objective(best) - objective(accepted)
+        best = accepted
+        if fall < WORTHWHILE:
+            best = replace(accepted, next_share=0.0)
+        if fall < worthwhile:
+            break
+    return best
+
+
+def _worthwhile(share: float, gain: float, least: float) -> bool:
+    """Tell whether a share of a step that promises a gain is to be tried: all of it, a third, a ninth."""
+    return share == 1.0 or (share > _SHORTEST and share * (2.0 - share) * gain >= least)
+
+
+def objective(linearisation: Linearisation) -> float:
+    """Return half of χ² plus the priors' share: the negative log posterior up to a constant."""
+    offsets = [c.prior_offset(linearisation.hypothesis) for c in linearisation.coordinates]
+    return 0.5 * linearisation.chi2 + 0.5 * float(np.sum(np.square(offsets)))
+
+
+def newton_step(linearisation: Linearisation) -> tuple[FloatArray, float]:
+    """Return the step (p,) to the minimum of the linearised objective within the bounds, and the fall it promises."""
+    stacked = [
+        np.column_stack(pair)
+        for pair in zip(linearisation.residual, linearisation.by_coordinate, strict=True)
+    ]
+    gram = np.sum([block.T @ block for block in stacked], axis=0)
+    return step_of_gram(gram, linearisation.hypothesis, linearisation.coordinates)
+
+
+def step_of_gram(
+    gram: FloatArray, hypothesis: Hypothesis, free: Sequence[Coordinate]
+) -> tuple[FloatArray, float]:
+    """Return the same from the Gram matrix (1 + p)² of residual and derivatives at a hypothesis."""
+    precision = np.array([c.prior_precision for c in free])
+    information = gram[1:, 1:] + np.diag(precision**2)
+    gradient = gram[1:, 0] - precision * [c.prior_offset(hypothesis) for c in free]
+    lower, upper = np.array([_limits(c, hypothesis) for c in free]).T
+    step = bounded_minimum(information, gradient, lower, upper)
+    return step, float(gradient @ step - 0.5 * step @ information @ step)
+
+
+def moved(hypothesis: Hypothesis, free: Sequence[Coordinate], step: FloatArray) -> Hypothesis:
+    """Return a hypothesis after a step (p,) of its internal variables."""
+    for coordinate, change in zip(free, step, strict=True):
+        hypothesis = coordinate.put(hypothesis, coordinate.get(hypothesis) + float(change))
+    return hypothesis
+
+
+def _limits(coordinate: Coordinate, hypothesis: Hypothesis) -> tuple[float, float]:
+    here = coordinate.get(hypothesis)
+    longest = _LONGEST_STEP
+    if coordinate.scale is not None:
+        share = _LONGEST_IN_SCALES if coordinate.has_null else LONGEST_OF_A_RANGE
+        longest = share * coordinate.scale
+    low = coordinate.internal_of(coordinate.lower) if np.isfinite(coordinate.lower) else -np.inf
+    high = coordinate.internal_of(coordinate.upper) if np.isfinite(coordinate.upper) else np.inf
+    return max(low - here, -longest), min(high - here, longest)

@@ -1,0 +1,1 @@
+"""A hypothesis and its solved load steps."""

@@ -1,0 +1,56 @@
+"""The terms of a hypothesis as they advance along an experiment and from one experiment to the next."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.experiment import Experiment
+from estimator.fem.body import Response
+from estimator.fem.problem import RetractionProblem
+from estimator.fem.terms import Memoryless, Term
+
+FloatArray = NDArray[np.float64]
+
+
+class TermChain:
+    """What the tissue and its surroundings remember: :meth:`begin`, then :meth:`at` and :meth:`pass_by` in turn."""
+
+    def __init__(self, hypothesis: Hypothesis) -> None:
+        self._hypothesis = hypothesis
+        self._terms: tuple[Term, ...] | None = None
+
+    def begin(self, problem: RetractionProblem, experiment: Experiment) -> None:
+        """Start an experiment: from the second on, what remembers goes on after a rest, and the others begin anew."""
+        fresh = self._hypothesis.terms(problem, experiment)
+        if self._terms is not None:
+            pairs = zip(fresh, self._terms, strict=True)
+            fresh = tuple(new if isinstance(new, Memoryless) else last.rested() for new, last in pairs)
+        self._terms = fresh
+
+    @property
+    def remembers(self) -> bool:
+        """Whether any term depends on what went before."""
+        return not all(isinstance(term, Memoryless) for term in self._terms or ())
+
+    @property
+    def steady(self) -> bool:
+        """Whether a pose that is met again is answered as before: no term remembers, none is timed."""
+        return all(isinstance(term, Memoryless) and not term.timed for term in self._terms or ())
+
+    def at(self, elapsed_s: float) -> tuple[Term, ...]:
+        """Return the terms as they stand so long after the last station."""
+        self._terms = tuple(term.starting_after(elapsed_s) for term in self._terms or ())
+        return self._terms
+
+    def pass_by(self, displacement: FloatArray, response: Response) -> None:
+        """Advance past a station with its displacement (n, 3)."""
+        self._terms = tuple(term.after(displacement, response) for term in self._terms or ())
+
+    def forces(self, elapsed_s: float, displacement: FloatArray, response: Response) -> FloatArray:
+        """Return the nodal forces (n, 3) at the next station; :meth:`pass_by` advances past it."""
+        total = np.zeros_like(displacement)
+        for term in self.at(elapsed_s):
+            total += term.forces(displacement, response)
+        return total

@@ -1,0 +1,1 @@
+"""What the measurements do not state of their noise, and the covariance that it makes."""

@@ -1,0 +1,101 @@
+"""The discretisation error: what a finer mesh changes of a few states, carried along the gripper's travel."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+
+from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.model.solution import Mechanics
+from estimator.experiment import Experiment
+from estimator.fem.block_mesh import Grading
+from estimator.fem.equilibrium import EquilibriumSolver
+from estimator.fem.motion import GripperPose
+from estimator.fem.observation import observe
+from estimator.fem.terms import Memoryless
+from estimator.fit.residuals import predicted_channels
+from estimator.forward.meshing import mesh_experiment
+from estimator.forward.schedule import schedule_poses, spread_states, travel
+
+FloatArray = NDArray[np.float64]
+
+_CORRECTED_STATES = 3
+
+
+def few_poses(experiment: Experiment) -> dict[int, GripperPose]:
+    """Return the reported poses of a few states, spread over the motion, by the numbers of the states."""
+    schedule = schedule_poses(experiment)
+    return {state: schedule.poses[state] for state in spread_states(schedule, _CORRECTED_STATES)}
+
+
+def poses_at_rest_and_few(mechanics: Mechanics) -> dict[int, GripperPose]:
+    """Return the true poses of a few states of a solved experiment by their numbers, that of its first row first."""
+    passage = mechanics.passage
+    schedule = schedule_poses(passage.visits.experiment)
+    visits = {
+        state: passage.visits.of_row[int(np.argmax(schedule.state_of_row == state))]
+        for state in (0, *spread_states(schedule, _CORRECTED_STATES))
+    }
+    motion = passage.motion
+    return {
+        state: GripperPose(motion.position[visit], motion.rotation[visit]) for state, visit in visits.items()
+    }
+
+
+def channels_at(
+    experiment: Experiment, hypothesis: Hypothesis, grading: Grading, poses: Mapping[int, GripperPose]
+) -> dict[int, FloatArray]:
+    """Return the channels (c,), N, N·m and m, of states at their poses on a mesh, under all that does not remember.
+
+    Parameters
+    ----------
+    grading : of the mesh
+    poses : by the numbers of the states, in the order in which they are solved
+
+    Raises
+    ------
+    SolverError
+        A pose has no equilibrium.
+    """
+    problem, material = hypothesis.problem(mesh_experiment(experiment, grading)), hypothesis.material()
+    terms = tuple(term for term in hypothesis.terms(problem, experiment) if isinstance(term, Memoryless))
+    solver = EquilibriumSolver(problem)
+    found, state = {}, solver.rest(material)
+    for number, pose in poses.items():
+        state = solver.solve(pose, material, state, terms)
+        if number == 0:
+            problem = hypothesis.with_beads(problem, state.displacement)
+        found[number] = predicted_channels(observe(problem, state))
+    return found
+
+
+def channels_met(mechanics: Mechanics, states: Iterable[int]) -> dict[int, FloatArray]:
+    """Return the channels (c,) of states of a solved experiment, as :func:`channels_at` does."""
+    visits = mechanics.passage.visits
+    state_of_row = schedule_poses(visits.experiment).state_of_row
+    return {
+        state: predicted_channels(
+            mechanics.observations[visits.of_row[int(np.argmax(state_of_row == state))]]
+        )
+        for state in states
+    }
+
+
+def correction_along(
+    experiment: Experiment, coarse: Mapping[int, FloatArray], fine: Mapping[int, FloatArray]
+) -> FloatArray:
+    """Return the change (n, c) from the coarse mesh to the fine one, interpolated along the gripper's travel.
+
+    Tissue whose first state is not among those that are known is at rest in it, on every mesh. ``coarse`` and ``fine``
+    are channels (c,) by the numbers of the states.
+    """
+    schedule = schedule_poses(experiment)
+    way = travel(schedule)
+    change = {0: np.zeros(6 + 3 * len(experiment.fiducials_rest))}
+    change |= {state: fine[state] - coarse[state] for state in fine}
+    known = sorted(change, key=lambda state: way[state])
+    spline = PchipInterpolator(way[known], np.array([change[state] for state in known]))
+    return np.asarray(spline(np.minimum(way, way[known[-1]]))[schedule.state_of_row])

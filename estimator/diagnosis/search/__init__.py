@@ -1,0 +1,1 @@
+"""The comparison of hypotheses: screening, racing, second causes, the decision."""

@@ -1,0 +1,1 @@
+"""How a small change of a hypothesis changes what is measured, to first order."""

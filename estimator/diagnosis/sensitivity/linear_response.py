@@ -1,0 +1,239 @@
+"""What a change of the nodal forces does to a solved passage: the changed loads, and the answers to them.
+
+Many perturbations go along a passage together. What does not depend on them, the forces of the hypothesis' own terms
+and the back-substitution's start, is done once for all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.model.solution import Mechanics, Passage, displacement_at_rest
+from estimator.diagnosis.model.term_history import TermChain
+from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, Perturbation, no_change, overrides
+from estimator.experiment import Experiment
+from estimator.fem.body import Response, nodal_forces, respond
+from estimator.fem.equilibrium_state import EquilibriumState, rigid_modes
+from estimator.fem.observation import interpolate
+from estimator.fem.problem import RetractionProblem
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Station:
+    """A time at which the terms are evaluated: a visit, or a row of it where the tissue changes at rest."""
+
+    state: EquilibriumState
+    elapsed_s: float
+    rows: slice
+
+
+def stations(passage: Passage, rate_dependent: bool) -> list[Station]:
+    """Return every row of a passage where the tissue changes at rest, else every visit."""
+    visits = passage.visits
+    if rate_dependent:
+        times = visits.experiment.time
+        starts = np.arange(len(times))
+    else:
+        times, starts = visits.time, np.searchsorted(visits.of_row, np.arange(len(visits)))
+    ends = [*starts[1:], len(visits.of_row)]
+    elapsed = np.diff(times, prepend=times[0])
+    return [
+        Station(passage.states[visits.of_row[start]], float(seconds), slice(start, end))
+        for start, end, seconds in zip(starts, ends, elapsed, strict=True)
+    ]
+
+
+class _Loading:
+    """A perturbation on its way along the passages."""
+
+    def __init__(self, hypothesis: Hypothesis, perturbation: Perturbation, passage: Passage) -> None:
+        effect, to = perturbation.effect, perturbation.to
+        new_problem = effect is not None and overrides(effect, "problem")
+        self.places_beads = any(overrides(present, "beads") for present in to.effects)
+        anew = new_problem or self.places_beads or (effect is not None and to.rest_misread_by(effect))
+        self.problem = to.problem(passage.baseline) if anew else passage.problem
+        # Of a problem whose body and grip are the same, anchors alone hold otherwise: the tissue's own stress stays.
+        self._new_shape = new_problem and not _is_gripped_alike(self.problem, passage.problem)
+        self._new_response = effect is None or overrides(effect, "material") or self._new_shape
+        self.terms_matter = bool(hypothesis.effects) or (effect is not None and overrides(effect, "terms"))
+        self.matters = new_problem or self._new_response or self.terms_matter
+        self.rate_dependent = to.rate_dependent
+        self._to = to
+        self._material = to.material()
+        self._terms = TermChain(to)
+
+    def begin(self, experiment: Experiment) -> None:
+        self._terms.begin(self.problem, experiment)
+
+    def put_beads(self, at_rest: FloatArray) -> None:
+        """Put the beads where they sit on tissue of which the nodes (n, 3) are displaced, m, at rest."""
+        self.problem = self._to.with_beads(self.problem, at_rest)
+
+    @property
+    def steady(self) -> bool:
+        """Whether the load at a state that is met again is what it was."""
+        return self._terms.steady
+
+    def pass_by(self, displacement: FloatArray, response: Response) -> None:
+        """Advance what remembers past a station with its displacement (n, 3)."""
+        if self.terms_matter:
+            self._terms.pass_by(displacement, response)
+
+    def response_to(self, displacement: FloatArray) -> Response:
+        """Return how the changed tissue responds to displacements (n, 3)."""
+        return respond(self.problem.body, self._material, displacement)
+
+    def at(
+        self, station: Station, unperturbed: FloatArray, of_terms: FloatArray | None
+    ) -> tuple[FloatArray, Response, FloatArray]:
+        """Return the displacements (n, 3) with the grip of the changed problem, the response, and the forces' change.
+
+        Parameters
+        ----------
+        unperturbed : (n, 3) nodal forces of the tissue's own stress
+        of_terms : (n, 3) those of the hypothesis' terms; None where no perturbation asks for them
+        """
+        displacement, response = station.state.displacement, station.state.response
+        load = np.zeros_like(displacement)
+        if self._new_shape:
+            gripped = self.problem.gripped
+            displacement = displacement.copy()
+            displacement[gripped] = (
+                self.problem.gripped_positions(station.state.pose) - self.problem.body.mesh.points[gripped]
+            )
+        if self._new_response:
+            response = self.response_to(displacement)
+            load += nodal_forces(self.problem.body, response, response.slope) - unperturbed
+        if self.terms_matter and of_terms is not None:
+            load += self._terms.forces(station.elapsed_s, displacement, response) - of_terms
+        return displacement, response, load
+
+
+def _is_gripped_alike(one: RetractionProblem, other: RetractionProblem) -> bool:
+    return one.body is other.body and np.array_equal(one.grasp_centre, other.grasp_centre)
+
+
+def changes_by_loads(
+    mechanics: Sequence[Mechanics], hypothesis: Hypothesis, perturbations: Sequence[Perturbation]
+) -> list[list[MechanicalChange]]:
+    """Return for each perturbation the change of every experiment by the change of its nodal forces."""
+    first = mechanics[0].passage
+    loadings = [_Loading(hypothesis, perturbation, first) for perturbation in perturbations]
+    found: list[list[MechanicalChange]] = [[no_change(m.passage) for m in mechanics] for _ in loadings]
+    for rate_dependent in (False, True):
+        chosen = [n for n, one in enumerate(loadings) if one.matters and one.rate_dependent == rate_dependent]
+        if chosen:
+            changes = _along_passages(
+                [one.passage for one in mechanics], hypothesis, [loadings[n] for n in chosen], rate_dependent
+            )
+            for n, change in zip(chosen, changes, strict=True):
+                found[n] = change
+    return found
+
+
+def _along_passages(
+    passages: Sequence[Passage], hypothesis: Hypothesis, loadings: Sequence[_Loading], rate_dependent: bool
+) -> list[list[MechanicalChange]]:
+    own_terms = TermChain(hypothesis) if any(one.terms_matter for one in loadings) else None
+    found: list[list[MechanicalChange]] = [[] for _ in loadings]
+    without_beads = [k for k, loading in enumerate(loadings) if loading.places_beads]
+    for passage in passages:
+        changes = [no_change(passage) for _ in loadings]
+        if own_terms is not None:
+            own_terms.begin(passage.problem, passage.visits.experiment)
+        for loading in loadings:
+            loading.begin(passage.visits.experiment)
+        # Where nothing remembers yet, how the fields change counts to second order alone.
+        remembers = own_terms is not None and own_terms.remembers
+        everything = list(range(len(loadings)))
+        own_terms_steady = own_terms is None or own_terms.steady
+        unsteady = [k for k in everything if not (own_terms_steady and loadings[k].steady)]
+        answered: dict[int, int] = {}
+        for station in stations(passage, rate_dependent):
+            state = station.state
+            met_at = answered.get(id(state))
+            if met_at is None:
+                answered[id(state)] = station.rows.start
+                asked = everything
+            else:
+                asked = unsteady
+                for change in changes:
+                    change.wrench[station.rows] = change.wrench[met_at]
+                    change.fiducials[station.rows] = change.fiducials[met_at]
+            if not asked:
+                continue
+            unperturbed = nodal_forces(passage.problem.body, state.response, state.response.slope)
+            of_terms = None
+            if own_terms is not None:
+                of_terms = own_terms.forces(station.elapsed_s, state.displacement, state.response)
+                own_terms.pass_by(state.displacement, state.response)
+            moved = [loadings[k].at(station, unperturbed, of_terms) for k in asked]
+            loads = np.column_stack([load.ravel() for _, _, load in moved])
+            motion = linear_motion(passage.problem, state, loads)
+            motions = motion.T.reshape(len(asked), -1, 3)
+            if without_beads:
+                at_rest = displacement_at_rest(passage)
+                for k in without_beads:
+                    loadings[k].put_beads(at_rest + motions[k])
+                without_beads = []
+            wrenches, fiducials = answers_of(passage.problem, state, loads, motion)
+            for column, (k, (displacement, response, _)) in enumerate(zip(asked, moved, strict=True)):
+                loading = loadings[k]
+                if remembers:
+                    changed = displacement + motions[column]
+                    loading.pass_by(changed, loading.response_to(changed))
+                else:
+                    loading.pass_by(displacement, response)
+                by_wrench, by_beads = _of_the_grip(passage.problem, loading.problem, state, displacement)
+                changes[k].wrench[station.rows] = wrenches[:, column] + by_wrench
+                changes[k].fiducials[station.rows] = fiducials[:, :, column] + by_beads
+        for one, change in zip(found, changes, strict=True):
+            one.append(change)
+    return found
+
+
+def _of_the_grip(
+    problem: RetractionProblem,
+    changed: RetractionProblem,
+    state: EquilibriumState,
+    displacement: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Return what a changed problem does to wrench (6,) and fiducials (m, 3) at the same nodal forces."""
+    if changed is problem:
+        return np.zeros(6), np.zeros((len(problem.fiducials_rest), 3))
+    reaction = state.forces[problem.gripped].reshape(-1)
+    wrench = -(rigid_modes(changed, state.pose) - rigid_modes(problem, state.pose)).T @ reaction
+    before = problem.fiducial_positions(state.displacement, state.pose)
+    return wrench, changed.fiducial_positions(displacement, state.pose) - before
+
+
+def linear_answers(
+    problem: RetractionProblem, state: EquilibriumState, loads: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the changes of wrench (6, k) and fiducials (m, 3, k) by changes of the nodal forces (3n, k)."""
+    return answers_of(problem, state, loads, linear_motion(problem, state, loads))
+
+
+def answers_of(
+    problem: RetractionProblem, state: EquilibriumState, loads: FloatArray, motion: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the same where the changes of the nodal displacements (3n, k) are known already."""
+    gripped = problem.gripped
+    held = loads.reshape(-1, 3, loads.shape[1])[gripped].reshape(-1, loads.shape[1])
+    held = held + state.tangent.gripped_free @ motion[problem.pattern.free]
+    return -rigid_modes(problem, state.pose).T @ held, interpolate(problem, motion)
+
+
+def linear_motion(problem: RetractionProblem, state: EquilibriumState, loads: FloatArray) -> FloatArray:
+    """Return the changes of the nodal displacements (3n, k) by changes of the nodal forces (3n, k)."""
+    free = problem.pattern.free
+    motion = np.zeros(loads.shape)
+    motion[free] = -state.tangent.free.solve(loads[free])
+    return motion

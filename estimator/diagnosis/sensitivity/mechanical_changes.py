@@ -1,0 +1,185 @@
+"""How a perturbation of the hypothesis changes the solved mechanics, to first order.
+
+At equilibrium the free nodal forces f(u, a) vanish. A perturbation that changes the nodal forces by δf at a fixed field
+moves the field by −K⁻¹ δf: one back-substitution with the factor at hand, whatever the effect.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.model.solution import Mechanics, Passage, motion_by_row
+from estimator.diagnosis.sensitivity.constraint_release import changes_by_freeing
+from estimator.diagnosis.sensitivity.linear_response import changes_by_loads, linear_answers
+from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, Perturbation, no_change, overrides
+from estimator.effects.effect import Effect
+from estimator.fem.body import stress_of
+
+FloatArray = NDArray[np.float64]
+
+
+def all_mechanical_changes(
+    mechanics: Sequence[Mechanics], hypothesis: Hypothesis, perturbations: Sequence[Perturbation]
+) -> list[list[MechanicalChange] | None]:
+    """Return the change of every experiment's mechanics under each perturbation; None where only sensors change."""
+    fields = [
+        k for k, p in enumerate(perturbations) if p.effect is not None and overrides(p.effect, "log_modulus")
+    ]
+    rest = [k for k in range(len(perturbations)) if k not in fields]
+    found: list[list[MechanicalChange] | None] = [None] * len(perturbations)
+    changes = _mechanical_changes(mechanics, hypothesis, [perturbations[k] for k in rest])
+    for k, change in zip(rest, changes, strict=True):
+        found[k] = change
+    if fields:
+        log_factors = np.array(
+            [_change_of_log_modulus(mechanics, hypothesis, perturbations[k]) for k in fields]
+        )
+        by_fields = modulus_changes(mechanics, log_factors)
+        for at, k in enumerate(fields):
+            found[k] = [
+                replace(no_change(one.passage), wrench=wrench[at], fiducials=fiducials[at])
+                for one, (wrench, fiducials) in zip(mechanics, by_fields, strict=True)
+            ]
+    return found
+
+
+def _mechanical_changes(
+    mechanics: Sequence[Mechanics], hypothesis: Hypothesis, perturbations: Sequence[Perturbation]
+) -> list[list[MechanicalChange] | None]:
+    found: list[list[MechanicalChange] | None] = [None] * len(perturbations)
+    by_loads: list[int] = []
+    freeing: dict[bool, list[int]] = {False: [], True: []}
+    for k, perturbation in enumerate(perturbations):
+        effect = perturbation.effect
+        if effect is not None and not (acts_on_tissue(effect) or perturbation.to.rest_misread_by(effect)):
+            continue
+        if effect is None and not any(acts_on_tissue(present) for present in hypothesis.effects):
+            found[k] = [_by_material(one, hypothesis, perturbation.to) for one in mechanics]
+        elif effect is not None and _frees_nodes(effect, mechanics[0].passage, perturbation.to):
+            freeing[perturbation.to.rate_dependent].append(k)
+        else:
+            by_loads.append(k)
+    for freed in filter(None, freeing.values()):
+        passages, to = [one.passage for one in mechanics], [perturbations[k].to for k in freed]
+        for k, change in zip(freed, changes_by_freeing(passages, hypothesis, to), strict=True):
+            found[k] = change
+    changes = changes_by_loads(mechanics, hypothesis, [perturbations[k] for k in by_loads])
+    for k, change in zip(by_loads, changes, strict=True):
+        found[k] = change
+    return [
+        _with_motion(mechanics, hypothesis, perturbation, change)
+        for perturbation, change in zip(perturbations, found, strict=True)
+    ]
+
+
+def _frees_nodes(effect: Effect, passage: Passage, to: Hypothesis) -> bool:
+    """Tell whether a perturbation sets nodes free that the solved problem holds: its factor has no rows for them."""
+    if effect.keeps_pattern:
+        return False
+    return not np.array_equal(to.problem(passage.baseline).fixed, passage.problem.fixed)
+
+
+def _with_motion(
+    mechanics: Sequence[Mechanics],
+    hypothesis: Hypothesis,
+    perturbation: Perturbation,
+    changes: list[MechanicalChange] | None,
+) -> list[MechanicalChange] | None:
+    effect = perturbation.effect
+    acting = (
+        overrides(effect, "motion") if effect is not None else any(map(acts_on_tissue, hypothesis.effects))
+    )
+    if changes is None or not acting:
+        return changes
+    return [_moved(one, perturbation.to, c) for one, c in zip(mechanics, changes, strict=True)]
+
+
+def acts_on_tissue(effect: Effect) -> bool:
+    """Tell whether an effect changes the mechanics, not only what the sensors make of them."""
+    return any(overrides(effect, hook) for hook in ("material", "problem", "log_modulus", "terms", "motion"))
+
+
+def modulus_changes(
+    mechanics: Sequence[Mechanics], log_factors: FloatArray
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Return what many small fields of stiffness would change, all at once.
+
+    Parameters
+    ----------
+    mechanics : of each experiment
+    log_factors : (p, e, q) change of the modulus' logarithm at the integration points
+
+    Returns
+    -------
+    changes : for each experiment the change of the wrench (p, n, 6) and of the fiducials (p, n, m, 3)
+    """
+    result = []
+    for one in mechanics:
+        passage = one.passage
+        problem = passage.problem
+        body = problem.body
+        nodes = body.mesh.cells.ravel()
+        count = len(body.mesh.points)
+        gather = csr_array((np.ones(len(nodes)), (nodes, np.arange(len(nodes)))), shape=(count, len(nodes)))
+        answers = {}
+        for state in passage.distinct_states:
+            stress = stress_of(state.response.F, state.response.slope) * body.volume[:, :, None, None]
+            shares = np.einsum("eqij,eqkj->eqki", stress, body.gradient, optimize=True)
+            shares = shares.reshape(*shares.shape[:2], -1)
+            of_elements = np.einsum("peq,eqx->epx", log_factors, shares, optimize=True)
+            blocks = of_elements.reshape(*of_elements.shape[:2], -1, 3).transpose(0, 2, 1, 3)
+            loads = (gather @ blocks.reshape(len(nodes), -1)).reshape(count, -1, 3).transpose(0, 2, 1)
+            answers[id(state)] = linear_answers(problem, state, loads.reshape(3 * count, -1))
+        wrenches, fiducials = zip(*(answers[id(state)] for state in passage.states), strict=True)
+        rows = passage.visits.of_row
+        result.append(
+            (np.moveaxis(np.array(wrenches), 2, 0)[:, rows], np.moveaxis(np.array(fiducials), 3, 0)[:, rows])
+        )
+    return result
+
+
+def _change_of_log_modulus(
+    mechanics: Sequence[Mechanics], hypothesis: Hypothesis, perturbation: Perturbation
+) -> FloatArray:
+    """Return the change (e, q) of the field that an effect lays over the tissue."""
+    problem, effect = mechanics[0].passage.problem, perturbation.effect
+    zero = np.zeros(problem.body.volume.shape)
+    fields = [zero, zero]
+    for n, one in enumerate((hypothesis, perturbation.to)):
+        if effect in one.effects:
+            field = effect.log_modulus(problem, one.values[one.effects.index(effect)])
+            fields[n] = zero if field is None else field
+    return fields[1] - fields[0]
+
+
+def _by_material(one: Mechanics, hypothesis: Hypothesis, to: Hypothesis) -> MechanicalChange:
+    """Return what a change of E and ν does to the baseline's tissue."""
+    rows = one.passage.visits.of_row
+    wrench, fiducials = np.zeros_like(one.wrench), np.zeros_like(one.fiducials)
+    for name in ("youngs_modulus", "poisson_ratio"):
+        change = getattr(to, name) - getattr(hypothesis, name)
+        wrench += change * np.array([o.wrench_by[name] for o in one.observations])
+        fiducials += change * np.array([o.fiducials_by[name] for o in one.observations])
+    return replace(no_change(one.passage), wrench=wrench[rows], fiducials=fiducials[rows])
+
+
+def _moved(one: Mechanics, to: Hypothesis, change: MechanicalChange) -> MechanicalChange:
+    """Add what a changed motion of the gripper does."""
+    passage = one.passage
+    rows = passage.visits.of_row
+    motion = to.motion(motion_by_row(passage, to))
+    turn = (motion.rotation * passage.motion.rotation[rows].inv()).as_rotvec()
+    shift = np.hstack([motion.position - passage.motion.position[rows], turn])
+    wrench = np.array([o.wrench_by_pose for o in one.observations])
+    fiducials = np.array([o.fiducials_by_pose for o in one.observations])
+    return MechanicalChange(
+        change.wrench + np.einsum("nij,nj->ni", wrench[rows], shift),
+        change.fiducials + np.einsum("nmij,nj->nmi", fiducials[rows], shift),
+        change.motion + shift,
+    )

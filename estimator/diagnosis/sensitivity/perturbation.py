@@ -1,0 +1,59 @@
+"""A small step of a hypothesis, and how it changes the mechanics of an experiment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.model.solution import Passage
+from estimator.effects.effect import Effect
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Perturbation:
+    """A hypothesis a small step away from another.
+
+    Attributes
+    ----------
+    name : what is perturbed
+    to : the perturbed hypothesis
+    effect : the effect whose parameter it is; None for E and ν
+    step : size of the perturbation, internal units
+    """
+
+    name: str
+    to: Hypothesis
+    effect: Effect | None
+    step: float
+
+
+@dataclass(frozen=True)
+class MechanicalChange:
+    """The change of one experiment's mechanics, row by row.
+
+    Attributes
+    ----------
+    wrench : (n, 6) N, N·m
+    fiducials : (n, m, 3) m
+    motion : (n, 6) translation (m) and rotation vector (rad) of the gripper
+    """
+
+    wrench: FloatArray
+    fiducials: FloatArray
+    motion: FloatArray
+
+
+def no_change(passage: Passage) -> MechanicalChange:
+    """Return a change of nothing yet."""
+    rows, beads = len(passage.visits.of_row), len(passage.problem.fiducials_rest)
+    return MechanicalChange(np.zeros((rows, 6)), np.zeros((rows, beads, 3)), np.zeros((rows, 6)))
+
+
+def overrides(effect: Effect, hook: str) -> bool:
+    """Tell whether an effect acts in one of the places where effects may act."""
+    return getattr(type(effect), hook) is not getattr(Effect, hook)

@@ -1,0 +1,104 @@
+"""What the sensors read of a solved case, row by row, and its derivative by any perturbation of the hypothesis."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.model.solution import Mechanics
+from estimator.diagnosis.sensitivity.mechanical_changes import all_mechanical_changes
+from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, Perturbation
+from estimator.effects.effect import Readings
+
+FloatArray = NDArray[np.float64]
+
+
+def predicted_readings(
+    mechanics: Mechanics,
+    hypothesis: Hypothesis,
+    correction: FloatArray,
+    change: MechanicalChange | None = None,
+) -> Readings:
+    """Return what the sensors of an experiment read in every row.
+
+    Parameters
+    ----------
+    mechanics : of the experiment
+    hypothesis : whose sensors read it
+    correction : (n, 6 + 3m) of the discretisation, added to the mechanics
+    change : of the mechanics, added as well
+    """
+    passage = mechanics.passage
+    rows = passage.visits.of_row
+    wrench = mechanics.wrench[rows] + correction[:, :6]
+    fiducials = mechanics.fiducials[rows]
+    fiducials = fiducials + correction[:, 6:].reshape(fiducials.shape)
+    position, rotation = passage.motion.position[rows], passage.motion.rotation[rows]
+    if change is not None:
+        wrench, fiducials = wrench + change.wrench, fiducials + change.fiducials
+        position = position + change.motion[:, :3]
+        rotation = Rotation.from_rotvec(change.motion[:, 3:]) * rotation
+    rest_wrench, rest_fiducials = _at_rest(mechanics, correction[0])
+    if change is not None:
+        rest_wrench, rest_fiducials = rest_wrench + change.wrench[0], rest_fiducials + change.fiducials[0]
+    return hypothesis.readings(
+        Readings(
+            passage.visits.experiment,
+            position,
+            rotation,
+            passage.visits.position[rows],
+            wrench,
+            fiducials,
+            rest_wrench,
+            rest_fiducials,
+        )
+    )
+
+
+def _at_rest(mechanics: Mechanics, correction: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return wrench (6,) and fiducials (m, 3) with the gripper exactly at its stated rest pose.
+
+    ``correction`` (6 + 3m,) is that of the first row.
+    """
+    first, off = mechanics.observations[0], mechanics.passage.visits.off_rest
+    wrench = first.wrench - first.wrench_by_pose @ off + correction[:6]
+    fiducials = first.fiducials - first.fiducials_by_pose @ off
+    return wrench, fiducials + correction[6:].reshape(fiducials.shape)
+
+
+def channels(readings: Readings) -> FloatArray:
+    """Return wrench and fiducials side by side, (n, 6 + 3m)."""
+    return np.hstack([readings.wrench, readings.fiducials.reshape(len(readings.wrench), -1)])
+
+
+def derivatives(
+    mechanics: Sequence[Mechanics],
+    hypothesis: Hypothesis,
+    perturbations: Sequence[Perturbation],
+    corrections: Sequence[FloatArray],
+) -> list[FloatArray]:
+    """Return for each experiment the derivative (n, 6 + 3m, k) of all channels by each perturbation."""
+    base = [
+        channels(predicted_readings(one, hypothesis, correction))
+        for one, correction in zip(mechanics, corrections, strict=True)
+    ]
+    found = [np.empty((*b.shape, len(perturbations))) for b in base]
+    all_changes = all_mechanical_changes(mechanics, hypothesis, perturbations)
+    for k, (perturbation, changes) in enumerate(zip(perturbations, all_changes, strict=True)):
+        for number, (one, correction) in enumerate(zip(mechanics, corrections, strict=True)):
+            change = changes[number] if changes is not None else None
+            moved = predicted_readings(one, perturbation.to, correction, change)
+            found[number][:, :, k] = (channels(moved) - base[number]) / perturbation.step
+    return found
+
+
+def derivatives_by_position(mechanics: Mechanics) -> FloatArray:
+    """Return the derivative (v, 6 + 3m, 3) of the mechanics by the gripper's position at each visit."""
+    return np.array(
+        [
+            np.concatenate([o.wrench_by_pose[:, :3], o.fiducials_by_pose.reshape(-1, 6)[:, :3]])
+            for o in mechanics.observations
+        ]
+    )
