@@ -148,7 +148,7 @@ def diagnosis(
         after=Material(Quantity(26_050.0, 180.0, "Pa"), Quantity(0.482, 0.003, "1")),
         cannot_tell=(),
         next_experiment=(),
-        glitches=0,
+        outliers=0,
         errors_left=ErrorsLeft(0.1, (0.5,) * 16, 0.25),
         traces=(trace("pull", 1), trace("twist", 2)),
         rivals=Rivals(("gripper_slip", "force_bias"), (1, 2), np.eye(3)),

@@ -40,11 +40,11 @@ from estimator.diagnosis.result import (
     Material,
     Trace,
 )
-from estimator.diagnosis.search.comparison import Field, hold_contest
+from estimator.diagnosis.search.comparison import Comparison, compare
 from estimator.diagnosis.search.decision import Verdict, reach_verdict, weigh
 from estimator.diagnosis.search.local_resolution import resolved
 from estimator.diagnosis.search.racing import polished
-from estimator.diagnosis.search.screening import Contender, Tell, parameter_deviations
+from estimator.diagnosis.search.screening import Candidate, Tell, parameter_deviations
 from estimator.effects.catalogue import LABELS
 from estimator.experiment import Experiment
 from estimator.workers import worker_pool
@@ -72,24 +72,24 @@ def diagnose(experiments: Sequence[Experiment], progress: Tell | None = None) ->
     started = time.perf_counter()
     tell = progress or (lambda stage, done, total: None)
     with worker_pool() as executor:
-        field = hold_contest(experiments, executor, tell)
-        evidence = weigh(field)
-        verdict = reach_verdict(field, evidence, executor, tell)
-        winner, case = verdict.winner, field.case
+        comparison = compare(experiments, executor, tell)
+        evidence = weigh(comparison)
+        verdict = reach_verdict(comparison, evidence, executor, tell)
+        winner, case = verdict.winner, comparison.case
         if winner is not None:
             tell("refitting the cause", 0, 1)
-            best = polished(case, field.baseline, field.error, winner, executor)
-            case, best = resolved(case, field.baseline, field.error, best, executor)
+            best = polished(case, comparison.baseline, comparison.error, winner, executor)
+            case, best = resolved(case, comparison.baseline, comparison.error, best, executor)
             tell("refitting the cause", 1, 1)
-            field = replace(
-                field, contenders=tuple(best if one is winner else one for one in field.contenders)
+            comparison = replace(
+                comparison, candidates=tuple(best if one is winner else one for one in comparison.candidates)
             )
             verdict = replace(verdict, winner=best)
-        return _diagnosis(field, evidence, verdict, case, started, executor, tell)
+        return _diagnosis(comparison, evidence, verdict, case, started, executor, tell)
 
 
 def _diagnosis(
-    field: Field,
+    comparison: Comparison,
     evidence: Mapping[str, float],
     verdict: Verdict,
     of_winner: Case,
@@ -98,24 +98,28 @@ def _diagnosis(
     tell: Tell,
 ) -> Diagnosis:
     """Tell of a contest; ``of_winner`` is the case in which the winner was refitted."""
-    case, baseline, winner = field.case, field.baseline, verdict.winner
+    case, baseline, winner = comparison.case, comparison.baseline, verdict.winner
     chosen = winner.fit if winner is not None else baseline
     before = held_out_residuals(baseline)
     after = before if winner is None else held_out_in_full(of_winner, chosen, executor)
     floor = noise_floor(
-        case, (winner or field.contenders[0]).fit if field.contenders else baseline, field.error
+        case,
+        (winner or comparison.candidates[0]).fit if comparison.candidates else baseline,
+        comparison.error,
     )
     gap = gap_of(before, after, floor)
-    rivals, seen = rivals_of(baseline, field.trials, field.error)
+    rivals, seen = rivals_of(baseline, comparison.trials, comparison.error)
     multiplicity = multiplicity_of(rivals, seen)
-    effects = _findings(field, verdict, after, floor, multiplicity)
+    effects = _findings(comparison, verdict, after, floor, multiplicity)
     shares = softmax(temper(evidence) * np.array([evidence[label] for label in LABELS]))
     where = where_of(
         case, baseline, verdict.probability, dict(zip(LABELS, shares, strict=True)), LABELS, winner
     )
-    alone = parameter_deviations(baseline, field.error, field.error.floor)
+    alone = parameter_deviations(baseline, comparison.error, comparison.error.floor)
     credible = credible_set(verdict.probability)
-    considered = consider(case, baseline, field.error, field.trials_of_labels, field.contenders, floor)
+    considered = consider(
+        case, baseline, comparison.error, comparison.trials_of_labels, comparison.candidates, floor
+    )
     without = _material(baseline, alone)
     if winner is not None:
         chosen_material = with_form_left_open(_material(chosen, winner.deviations), without)
@@ -143,9 +147,9 @@ def _diagnosis(
         ),
         cannot_tell=what_cannot_be_told(effects, credible, verdict.doubted),
         next_experiment=advise(
-            case, baseline, best_trials(field.trials_of_labels), verdict.probability, executor, tell
+            case, baseline, best_trials(comparison.trials_of_labels), verdict.probability, executor, tell
         ),
-        glitches=field.glitches,
+        outliers=comparison.outliers,
         errors_left=case.errors_left,
         traces=tuple(
             Trace(experiment, one, two, whitening.deviation, deformed_mesh(case, baseline, number))
@@ -160,7 +164,7 @@ def _diagnosis(
 
 
 def _material(fit: Linearisation, deviations: FloatArray) -> Material:
-    return Material(**material_quantities(fit.hypothesis, fit.coordinates, deviations))
+    return Material(**material_quantities(fit.hypothesis, fit.free_parameters, deviations))
 
 
 def _of_others(
@@ -176,20 +180,20 @@ def _of_others(
 
 
 def _findings(
-    field: Field,
+    comparison: Comparison,
     verdict: Verdict,
     held_out: Sequence[FloatArray],
     floor: float,
     multiplicity: Multiplicity,
 ) -> dict[str, EffectFinding]:
     winner, probability = verdict.winner, verdict.probability
-    fit = winner.fit if winner is not None else field.baseline
+    fit = winner.fit if winner is not None else comparison.baseline
     found = {}
-    for label, trial in best_trials(field.trials).items():
+    for label, trial in best_trials(comparison.trials).items():
         if label == UNKNOWN and (winner is None or UNKNOWN not in winner.labels):
             continue  # what has no label is told of where it was recognised
         if winner is not None and label in winner.labels:
-            without = _without(field, winner, label)
+            without = _without(comparison, winner, label)
             closure = gap_of(held_out_residuals(without), held_out, floor).closure_held_out
             found[label] = present_finding(
                 winner,
@@ -203,8 +207,8 @@ def _findings(
     return found
 
 
-def _without(field: Field, winner: Contender, label: str) -> Linearisation:
+def _without(comparison: Comparison, winner: Candidate, label: str) -> Linearisation:
     """Return the fit with the other causes of the verdict alone, the baseline where there is none."""
     others = tuple(other for other in winner.labels if other != label)
-    alone = (one.fit for one in field.contenders if one.labels == others)
-    return next(alone, field.baseline)
+    alone = (one.fit for one in comparison.candidates if one.labels == others)
+    return next(alone, comparison.baseline)

@@ -243,7 +243,7 @@ class Diagnosis:
     before, after : material without causes, and with them and with the uncertainty of naming them
     cannot_tell : sentences: what these data do not say
     next_experiment : Advice, the best first
-    glitches : how many single readings of a bead were left out as wild
+    outliers : how many single readings of a bead were left out as wild
     errors_left : how much of the errors that rows may share was taken for noise
     traces : one an experiment
     rivals : what the effects of the catalogue would do to these measurements, and how alike
@@ -264,7 +264,7 @@ class Diagnosis:
     after: Material
     cannot_tell: tuple[str, ...]
     next_experiment: tuple[Advice, ...]
-    glitches: int
+    outliers: int
     errors_left: ErrorsLeft
     traces: tuple[Trace, ...]
     rivals: Rivals

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.model.grip_load import GripLoad
-from estimator.diagnosis.model.solution import KnownField, Passage, reported_motion, solve_case
+from estimator.diagnosis.model.solution import KnownField, Solution, reported_motion, solve_case
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
 from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings
@@ -34,7 +34,7 @@ def solve_truth(
     planned: Sequence[Experiment],
     truth: Truth,
     progress: Progress | None = None,
-) -> list[Passage]:
+) -> list[Solution]:
     """Solve a case until load and motion agree: a gripper that yields moves by the load that its motion makes.
 
     The loads are relaxed by Aitken's factor (Küttler & Wall 2008, Comput. Mech. 43, section 3.2.2).
@@ -48,55 +48,55 @@ def solve_truth(
     felt = [np.zeros((len(experiment.time), 6)) for experiment in planned]
     unloaded = partial(solve, loads=[GripLoad(each, each) for each in felt])
     try:
-        passages = unloaded()
+        solutions = unloaded()
     except SolverError:
         at_rest = _field_at_rest(problem, planned[0], truth)
-        passages = unloaded(known=[[at_rest] * len(experiment.time) for experiment in planned])
+        solutions = unloaded(known=[[at_rest] * len(experiment.time) for experiment in planned])
     # What acts where nothing gives way: without load, no effect yields.
-    unit_wrenches = [_wrench(passage) / truth.youngs_modulus for passage in passages]
+    unit_wrenches = [_wrench(solution) / truth.youngs_modulus for solution in solutions]
     last, share = np.zeros(0), 1.0
     for _ in range(_ROUNDS):
-        wrenches = [_wrench(passage) for passage in passages]
-        if _motion_change(passages, wrenches, truth, unit_wrenches) < _SETTLED:
-            return passages
+        wrenches = [_wrench(solution) for solution in solutions]
+        if _motion_change(solutions, wrenches, truth, unit_wrenches) < _SETTLED:
+            return solutions
         off = np.concatenate(wrenches) - np.concatenate(felt)
         if len(last):
             turn = off - last
             share = float(np.clip(-share * np.sum(last * turn) / np.sum(turn**2), *_RELAXATION))
         felt = [load + share * (wrench - load) for load, wrench in zip(felt, wrenches, strict=True)]
-        known = [passage.known_fields() for passage in passages]
+        known = [solution.known_fields() for solution in solutions]
         loads = [GripLoad(*each) for each in zip(felt, unit_wrenches, strict=True)]
-        passages = solve(loads=loads, known=known)
+        solutions = solve(loads=loads, known=known)
         last = off
     raise SolverError(
         "the gripper's motion does not settle under the load that it makes; give slip or compliance a smaller value"
     )
 
 
-def _wrench(passage: Passage) -> FloatArray:
+def _wrench(solution: Solution) -> FloatArray:
     """Return the wrench (n, 6) of the tissue on the gripper by row, N and N·m."""
-    problem = passage.problem
+    problem = solution.problem
     by_visit = [
         -rigid_modes(problem, state.pose).T @ state.forces[problem.gripped].reshape(-1)
-        for state in passage.states
+        for state in solution.states
     ]
-    return np.array(by_visit)[passage.visits.of_row]
+    return np.array(by_visit)[solution.load_steps.of_row]
 
 
 def _motion_change(
-    passages: Sequence[Passage],
+    solutions: Sequence[Solution],
     wrenches: Sequence[FloatArray],
     truth: Truth,
     unit_wrenches: Sequence[FloatArray],
 ) -> float:
     """Return by how much the true motion would change under the loads that it has made, m or rad."""
     change = 0.0
-    for passage, wrench, unit_wrench in zip(passages, wrenches, unit_wrenches, strict=True):
-        first = np.searchsorted(passage.visits.of_row, np.arange(len(passage.visits)))
-        visits = replace(passage.visits, load=wrench[first] - wrench[0])
-        motion = truth.motion(reported_motion(visits, truth, unit_wrench))
-        turn = (motion.rotation * passage.motion.rotation.inv()).magnitude()
-        shift = np.abs(motion.position - passage.motion.position)
+    for solution, wrench, unit_wrench in zip(solutions, wrenches, unit_wrenches, strict=True):
+        first = np.searchsorted(solution.load_steps.of_row, np.arange(len(solution.load_steps)))
+        load_steps = replace(solution.load_steps, load=wrench[first] - wrench[0])
+        motion = truth.motion(reported_motion(load_steps, truth, unit_wrench))
+        turn = (motion.rotation * solution.motion.rotation.inv()).magnitude()
+        shift = np.abs(motion.position - solution.motion.position)
         change = max(change, float(np.max(shift)), float(np.max(turn)))
     return change
 

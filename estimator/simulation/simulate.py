@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from estimator.diagnosis.model.solution import Passage, mechanics_of
+from estimator.diagnosis.model.solution import Solution, mechanics_of
 from estimator.diagnosis.sensitivity.readings import predicted_readings
 from estimator.effects.effect import Readings
 from estimator.effects.instants import bead_constant
@@ -57,7 +57,7 @@ def simulate_case(
     material : of the whole phantom
     seed : of the noise
     acting : effects on that phantom
-    progress : called with (visits solved, visits in all)
+    progress : called with (load steps solved, load steps in all)
     resolution : of the simulated phantom
 
     Raises
@@ -70,17 +70,17 @@ def simulate_case(
     _check_beads(planned, acting)
     problem = mesh_experiment(planned[0], resolution.grading, resolution.kind)
     truth = truth_of(material, acting)
-    passages = solve_truth(problem, planned, truth, progress)
+    solutions = solve_truth(problem, planned, truth, progress)
     return [
-        _recorded(experiment, _readings(passage, truth), np.random.default_rng([seed, number]))
-        for number, (experiment, passage) in enumerate(zip(planned, passages, strict=True))
+        _recorded(experiment, _readings(solution, truth), np.random.default_rng([seed, number]))
+        for number, (experiment, solution) in enumerate(zip(planned, solutions, strict=True))
     ]
 
 
-def _readings(passage: Passage, truth: Truth) -> Readings:
-    experiment = passage.visits.experiment
+def _readings(solution: Solution, truth: Truth) -> Readings:
+    experiment = solution.load_steps.experiment
     exact = np.zeros((len(experiment.time), 6 + experiment.fiducials[0].size))
-    return predicted_readings(mechanics_of(passage), truth, exact)
+    return predicted_readings(mechanics_of(solution), truth, exact)
 
 
 def _recorded(planned: Experiment, seen: Readings, random: np.random.Generator) -> Experiment:

@@ -10,9 +10,9 @@ from retraction_cases import REFERENCE_BLOCK
 from estimator.diagnosis.evidence.discrepancy import Discrepancy, ModelError
 from estimator.diagnosis.evidence.marginal_likelihood import evidence_of_unknown, first_order_evidence
 from estimator.diagnosis.fitting.case import Case, Linearisation
-from estimator.diagnosis.model.hypothesis import Hypothesis, coordinates
+from estimator.diagnosis.model.hypothesis import Hypothesis, free_parameters
 from estimator.diagnosis.noise.whitening import Whitening
-from estimator.diagnosis.search.screening import contender_of
+from estimator.diagnosis.search.screening import candidate_of
 from estimator.effects.catalogue import CATALOGUE
 from estimator.fem.problem import RetractionProblem
 
@@ -31,7 +31,7 @@ def evidence_of_drift(misfit: float, by_time_constant: float) -> float:
     drift = next(one for one in CATALOGUE if one.name == "force_drift:saturating_sensor_frame")
     values = {amplitude.name: amplitude.smallest for amplitude in drift.amplitudes}
     hypothesis = Hypothesis(15e3, 0.45).with_effect(drift, {**values, "time_constant": 60.0})
-    free = coordinates(hypothesis)
+    free = free_parameters(hypothesis)
     columns = np.linalg.qr(np.random.default_rng(5).normal(size=(400, len(free))))[0]
     residual = misfit * columns[:, -1]
     columns[:, -1] *= by_time_constant
@@ -65,13 +65,13 @@ def evidence_where_steps_are_refused(next_share: float) -> float:
     case, error = in_plain_noise(rows, channels)
     bias = next(one for one in CATALOGUE if one.name == "force_bias:sensor_frame_fx")
     hypothesis = Hypothesis(15e3, 0.45).with_effect(bias, {"bias_fx": 0.01})
-    free = coordinates(hypothesis)
+    free = free_parameters(hypothesis)
     columns = np.linalg.qr(np.random.default_rng(5).normal(size=(rows * channels, len(free))))[0]
     residual = 4.0 * columns[:, -1]
     columns[:, -1] *= 1e3
     predicted = (np.zeros((rows, channels)),)
     fit = Linearisation(hypothesis, free, predicted, (residual,), (columns,), (), (), next_share=next_share)
-    return contender_of(case, fit, error, fit).log_evidence
+    return candidate_of(case, fit, error, fit).log_evidence
 
 
 def test_what_derivatives_promise_counts_as_far_as_a_step_may_still_fit_better() -> None:
@@ -86,7 +86,7 @@ def gained_by_unknown(misfit: NDArray[np.float64]) -> float:
     case, error = in_plain_noise(rows, channels)
     hypothesis = Hypothesis(15e3, 0.45)
     columns = np.random.default_rng(8).normal(size=(misfit.size, 2))
-    free = coordinates(hypothesis)
+    free = free_parameters(hypothesis)
     fit = Linearisation(
         hypothesis, free, (np.zeros((rows, channels)),), (misfit.ravel(),), (columns,), (), ()
     )

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from retraction_cases import REFERENCE_BLOCK, straight_pull, turning_pull, with_rows
 from scipy.spatial.transform import Rotation
 
-from estimator.diagnosis import passage
+from estimator.diagnosis import solution
 from estimator.diagnosis.model.grip_load import GripLoad
-from estimator.diagnosis.model.hypothesis import Hypothesis, coordinates
+from estimator.diagnosis.model.hypothesis import Hypothesis, free_parameters
 from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.sensitivity.perturbation import Perturbation
 from estimator.diagnosis.sensitivity.readings import channels, derivatives, predicted_readings
@@ -57,7 +57,7 @@ def _planned() -> list[Experiment]:
 def _seen(planned: Experiment) -> Experiment:
     problem = mesh_experiment(planned, TINY)
     one = mechanics_of(solve_case(problem, [planned], BASE, [GripLoad.none(len(planned.time))])[0])
-    rows = one.passage.visits.of_row
+    rows = one.solution.load_steps.of_row
     return replace(planned, wrench=one.wrench[rows], fiducials=one.fiducials[rows])
 
 
@@ -70,10 +70,10 @@ ZEROS = [np.zeros((len(e.time), 6 + 48)) for e in EXPERIMENTS]
 def solved(hypothesis: Hypothesis) -> list[Mechanics]:
     """With the tangents of the equilibria themselves: a diagnosis makes do with those from shortly before them."""
     with pytest.MonkeyPatch.context() as patch:
-        exact = replace(passage._FROM_REST, tangent_reuse=0.0)
-        patch.setattr(passage, "_FROM_REST", exact)
-        passages = solve_case(PROBLEM, EXPERIMENTS, hypothesis, LOADS)
-    return [mechanics_of(one) for one in passages]
+        exact = replace(solution._FROM_REST, tangent_reuse=0.0)
+        patch.setattr(solution, "_FROM_REST", exact)
+        solutions = solve_case(PROBLEM, EXPERIMENTS, hypothesis, LOADS)
+    return [mechanics_of(one) for one in solutions]
 
 
 def read(mechanics: Sequence[Mechanics], hypothesis: Hypothesis) -> FloatArray:
@@ -112,7 +112,7 @@ def error_at_null(effect: Effect, constants: dict[str, float]) -> float:
     """By how much the derivative by the last amplitude, with these constants, is off, as a share of it."""
     null = present(effect, constants)
     names = {amplitude.name for amplitude in effect.amplitudes}
-    free = [c for c in coordinates(null) if c.effect == 0 and c.parameter in names]
+    free = [c for c in free_parameters(null) if c.effect == 0 and c.parameter in names]
     # The last: turning about the pull, the first of a direction's angles, changes nothing.
     coordinate = free[-1]
     perturbation = Perturbation(
@@ -154,7 +154,7 @@ def test_next_to_nothing_of_an_effect_changes_next_to_nothing_wherever_the_first
     experiments = [replace(EXPERIMENTS[0], position=rest)]
     readings = [predicted_readings(one, BASE, zero) for one, zero in zip(BASELINE, ZEROS, strict=True)]
     null = present(effect, effect.starts(readings)[0])
-    free = next(c for c in coordinates(null) if c.effect == 0 and c.has_null)
+    free = next(c for c in free_parameters(null) if c.effect == 0 and c.has_null)
     little = free.put(null, 1e-4 * (free.scale or 0.0))
     without, with_it = (
         read([mechanics_of(solve_case(PROBLEM, experiments, one, LOADS[:1])[0])], one)
@@ -194,7 +194,7 @@ def test_what_tissue_remembers_is_carried_along_the_fields_as_they_become(name: 
 
 def error_where_present(here: Hypothesis, parameter: str, size: float) -> float:
     """By how much the derivative by a parameter is off, as a share of it; ``size`` of a step in internal units."""
-    coordinate = next(c for c in coordinates(here) if c.parameter == parameter)
+    coordinate = next(c for c in free_parameters(here) if c.parameter == parameter)
     at = coordinate.get(here)
     effect = None if coordinate.effect is None else here.effects[coordinate.effect]
     perturbation = Perturbation(
@@ -248,7 +248,7 @@ def test_cameras_of_a_wrong_scale_have_read_the_rest_positions_of_mounted_tissue
     seen = read(solved(here), here).reshape(-1, 54)[:, 6:] * DEVIATION[6:]
     stated = np.ravel(EXPERIMENTS[0].fiducials_rest)
     assert np.abs(seen[0] - stated).max() < 2e-6
-    coordinate = coordinates(here)[-1]
+    coordinate = free_parameters(here)[-1]
     step = Perturbation(
         coordinate.name, coordinate.put(here, 0.02 + coordinate.step), here.effects[1], coordinate.step
     )

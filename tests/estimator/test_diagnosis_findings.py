@@ -7,7 +7,7 @@ from estimator.diagnosis.conclusions.findings import sizes_beside
 from estimator.diagnosis.conclusions.localisation import shares_of_blocks
 from estimator.diagnosis.evidence.signatures import Signature
 from estimator.diagnosis.fitting.case import Linearisation
-from estimator.diagnosis.model.hypothesis import Hypothesis, coordinates
+from estimator.diagnosis.model.hypothesis import Hypothesis, free_parameters
 from estimator.diagnosis.search.screening import Trial
 from estimator.effects.catalogue import CATALOGUE
 
@@ -20,14 +20,14 @@ def yielding() -> Trial:
     """A gripper that yields, which it cannot do backwards, seen along one direction of the measurements."""
     effect = next(one for one in CATALOGUE if one.name == "gripper_compliance:translation")
     null = MATERIAL.with_effect(effect, {"compliance": 0.0})
-    free = tuple(c for c in coordinates(null) if c.effect == 0)
+    free = tuple(c for c in free_parameters(null) if c.effect == 0)
     return Trial(Signature(effect, {}, free, (PER_METRE * DIRECTIONS[:, 2:],)), 0.0, null)
 
 
 @pytest.mark.parametrize(("seen", "expected"), [(12.0, 12.0 / PER_METRE), (-12.0, 0.0)])
 def test_a_size_that_an_effect_cannot_have_is_not_told(seen: float, expected: float) -> None:
     misfit = seen * DIRECTIONS[:, 2]
-    fit = Linearisation(MATERIAL, coordinates(MATERIAL), (), (misfit,), (DIRECTIONS[:, :2],), (), ())
+    fit = Linearisation(MATERIAL, free_parameters(MATERIAL), (), (misfit,), (DIRECTIONS[:, :2],), (), ())
     sizes = sizes_beside(fit, yielding())
     assert sizes.names == ("compliance",)
     assert sizes.value[0] == pytest.approx(expected, rel=1e-2)

@@ -15,9 +15,9 @@ from estimator.diagnosis.evidence.cross_validation import (
 from estimator.diagnosis.evidence.gap import gap_of
 from estimator.diagnosis.fitting.case import Case, Linearisation, linearise, residuals_near
 from estimator.diagnosis.model.grip_load import GripLoad
-from estimator.diagnosis.model.hypothesis import Hypothesis, coordinates
+from estimator.diagnosis.model.hypothesis import Hypothesis, free_parameters
 from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
-from estimator.diagnosis.noise.correlated_errors import left_at_grasp, shared_errors_of
+from estimator.diagnosis.noise.correlated_errors import correlated_errors_of, left_at_grasp
 from estimator.diagnosis.noise.estimation import Noise
 from estimator.diagnosis.noise.whitening import Whitening
 from estimator.diagnosis.result import Gap
@@ -37,7 +37,7 @@ def fitted(*sizes: float) -> Linearisation:
     found = [np.linalg.qr(rng.normal(size=(30, 3)))[0] for _ in sizes]
     residual = tuple(size * block[:, 2] for size, block in zip(sizes, found, strict=True))
     columns = tuple(block[:, :2] for block in found)
-    return Linearisation(MATERIAL, coordinates(MATERIAL), (), residual, columns, (), ())
+    return Linearisation(MATERIAL, free_parameters(MATERIAL), (), residual, columns, (), ())
 
 
 def test_what_a_cause_makes_worse_there_is_lost_by_half_its_square() -> None:
@@ -57,7 +57,7 @@ def test_a_parameter_that_only_one_experiment_sees_is_not_held_against_it() -> N
     rng = np.random.default_rng(8)
     effect = TorqueCentre("gripper")
     hypothesis = MATERIAL.with_effect(effect, {a.name: 0.0 for a in effect.amplitudes})
-    free = coordinates(hypothesis)
+    free = free_parameters(hypothesis)
     sees = [np.linalg.qr(rng.normal(size=(60, len(free))))[0] for _ in range(2)]
     for block, strength in zip(sees, (1e5, 1e3), strict=True):
         block[:, 2:] *= strength
@@ -81,13 +81,17 @@ def stiffer_than_measured() -> tuple[Case, Linearisation]:
     problem = mesh_experiment(planned[0], grading)
     zeros = tuple(np.zeros((len(one.time), 6 + 3 * len(one.fiducials_rest))) for one in planned)
     loads = tuple(GripLoad(one.wrench, one.wrench / 1e4) for one in planned)
-    plain = [mechanics_of(passage) for passage in solve_case(problem, planned, MATERIAL, loads)]
+    plain = [mechanics_of(solution) for solution in solve_case(problem, planned, MATERIAL, loads)]
     seen = [
-        replace(one, wrench=m.wrench[m.passage.visits.of_row], fiducials=m.fiducials[m.passage.visits.of_row])
+        replace(
+            one,
+            wrench=m.wrench[m.solution.load_steps.of_row],
+            fiducials=m.fiducials[m.solution.load_steps.of_row],
+        )
         for one, m in zip(planned, plain, strict=True)
     ]
     whitenings = tuple(
-        shared_errors_of(m, zero, Noise()).whitening() for m, zero in zip(plain, zeros, strict=True)
+        correlated_errors_of(m, zero, Noise()).whitening() for m, zero in zip(plain, zeros, strict=True)
     )
     case = Case(tuple(seen), problem, zeros, whitenings, loads)
     gent = next(one for one in CATALOGUE if one.name == "strain_stiffening:gent")
@@ -99,12 +103,12 @@ def test_what_meshes_make_of_the_edges_of_the_grasp_is_forgiven_and_nothing_else
     problem = mesh_experiment(
         motion, Grading(grasp_m=6e-3, anchor_m=10e-3, largest_m=30e-3, growth=3.0, layers=1)
     )
-    passage = solve_case(problem, [motion], MATERIAL, (GripLoad.none(len(motion.time)),))[0]
+    solution = solve_case(problem, [motion], MATERIAL, (GripLoad.none(len(motion.time)),))[0]
     zero = np.zeros((len(motion.time), 6 + 3 * len(motion.fiducials_rest)))
     forgiven, other = 1e-4 * np.random.default_rng(6).normal(size=(2, *zero.shape))
-    mechanics = mechanics_of(passage)
-    strict = shared_errors_of(mechanics, zero, Noise()).whitening()
-    lenient = shared_errors_of(mechanics, zero, Noise(), forgiven[:, :, None]).whitening()
+    mechanics = mechanics_of(solution)
+    strict = correlated_errors_of(mechanics, zero, Noise()).whitening()
+    lenient = correlated_errors_of(mechanics, zero, Noise(), forgiven[:, :, None]).whitening()
 
     def size(whitening: Whitening, misfit: NDArray[np.float64]) -> float:
         return float(np.linalg.norm(whitening.apply(misfit[:, :, None])))
@@ -155,7 +159,7 @@ def test_what_the_others_would_move_by_much_is_solved_in_full() -> None:
 def test_where_no_step_fits_the_others_better_they_agree_with_the_fit_to_all() -> None:
     case, fit = stiffer_than_measured()
     # The first retraction says that nothing is amiss with the fit, and derivatives that lie send it far away.
-    lying = replace(fit, by_coordinate=tuple(-columns for columns in fit.by_coordinate))
+    lying = replace(fit, jacobian=tuple(-columns for columns in fit.jacobian))
     with worker_pool(1) as executor:
         in_full = held_out_in_full(case, lying, executor)
     assert in_full[0] == pytest.approx(fit.residual[0])
@@ -172,7 +176,7 @@ def only_the_second_sees() -> Linearisation:
     rng = np.random.default_rng(4)
     effect = TorqueCentre("gripper")
     hypothesis = MATERIAL.with_effect(effect, {a.name: 2e-3 for a in effect.amplitudes})
-    free = coordinates(hypothesis)
+    free = free_parameters(hypothesis)
     columns = [1e-2 * rng.normal(size=(400, len(free))) for _ in range(2)]
     columns[0][:, 2:] = 0.0
     columns[1][:, 2:] *= 1e6

@@ -8,11 +8,11 @@ import pytest
 from estimator.diagnosis.evidence.discrepancy import ModelError
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.search.comparison import Field
+from estimator.diagnosis.search.comparison import Comparison
 from estimator.diagnosis.search.pair_screening import Start
 from estimator.diagnosis.search.pair_search import beside_what_ties, led_on_by, passed_over
 from estimator.diagnosis.search.refinements import mistaken_for
-from estimator.diagnosis.search.screening import Contender, best_of_labels
+from estimator.diagnosis.search.screening import Candidate, best_of_labels
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.fem.problem import RetractionProblem
 
@@ -26,25 +26,25 @@ def beside(present: Hypothesis, name: str, size: float) -> Hypothesis:
     return present.with_effect(effect, {**constants, **{one.name: size for one in effect.amplitudes}})
 
 
-def contender(hypothesis: Hypothesis, evidence: float) -> Contender:
+def candidate(hypothesis: Hypothesis, evidence: float) -> Candidate:
     fit = Linearisation(hypothesis, (), (), (), (), typing.cast(typing.Any, None), ())
-    return Contender(fit, evidence, np.zeros(0))
+    return Candidate(fit, evidence, np.zeros(0))
 
 
 def test_another_form_of_the_leading_cause_is_no_second_leader() -> None:
     sphere = beside(MATERIAL, "inhomogeneity:sphere", 0.2)
     cylinder = beside(MATERIAL, "inhomogeneity:cylinder", 0.2)
     loose = beside(MATERIAL, "anchor_debonding:throughout", 0.25)
-    field = [contender(sphere, 90.0), contender(cylinder, 89.0), contender(loose, 80.0)]
-    assert [one.log_evidence for one in best_of_labels(field)] == [90.0, 80.0]
+    comparison = [candidate(sphere, 90.0), candidate(cylinder, 89.0), candidate(loose, 80.0)]
+    assert [one.log_evidence for one in best_of_labels(comparison)] == [90.0, 80.0]
 
 
 def test_what_either_cause_of_a_pair_may_be_mistaken_for_is_looked_at() -> None:
     case = Case((), typing.cast(RetractionProblem, None), (), (), ())
     turned = beside(MATERIAL, "camera_rotation", 0.01)
-    assert not mistaken_for(case, [contender(turned, 90.0)])
+    assert not mistaken_for(case, [candidate(turned, 90.0)])
     pair = beside(turned, "thickness_error:about_middle", 0.1)
-    assert [one.name for one in mistaken_for(case, [contender(pair, 90.0)])] == ["unknown:air_pocket"]
+    assert [one.name for one in mistaken_for(case, [candidate(pair, 90.0)])] == ["unknown:air_pocket"]
 
 
 def test_a_cause_that_a_pair_has_led_elsewhere_is_refitted_alone_from_there() -> None:
@@ -52,7 +52,7 @@ def test_a_cause_that_a_pair_has_led_elsewhere_is_refitted_alone_from_there() ->
     lens = beside(MATERIAL, "unknown:lens_distortion_rest_true", 3.0)
     further = beside(MATERIAL, "prestretch:beads_known_after", 3.7e-3)
     pair = beside(further, "unknown:lens_distortion_rest_true", 2.9)
-    assert led_on_by(pair, [contender(drawn, 90.0), contender(lens, 80.0)]) == [further]
+    assert led_on_by(pair, [candidate(drawn, 90.0), candidate(lens, 80.0)]) == [further]
 
 
 def test_a_cause_in_another_form_than_it_was_refitted_in_is_refitted_alone() -> None:
@@ -60,17 +60,17 @@ def test_a_cause_in_another_form_than_it_was_refitted_in_is_refitted_alone() -> 
     uneven = beside(MATERIAL, "anchor_compliance:uneven", 3e-3)
     loose = beside(MATERIAL, "anchor_debonding:throughout", 0.25)
     pair = beside(uneven, "anchor_debonding:throughout", 0.25)
-    assert led_on_by(pair, [contender(even, 90.0), contender(loose, 80.0)]) == [uneven]
+    assert led_on_by(pair, [candidate(even, 90.0), candidate(loose, 80.0)]) == [uneven]
 
 
-def field_of(evidences: dict[float, Hypothesis]) -> Field:
-    return Field(
+def field_of(evidences: dict[float, Hypothesis]) -> Comparison:
+    return Comparison(
         Case((), typing.cast(RetractionProblem, None), (), (), ()),
         0,
-        contender(MATERIAL, 0.0).fit,
+        candidate(MATERIAL, 0.0).fit,
         ModelError((), ((0.1, 0.1),), (0.1, 0.1)),
         (),
-        tuple(contender(one, evidence) for evidence, one in evidences.items()),
+        tuple(candidate(one, evidence) for evidence, one in evidences.items()),
         none=0.0,
         unknown=-5.0,
     )
@@ -84,8 +84,8 @@ def test_the_second_cause_of_a_pair_that_leaves_something_is_tried_beside_what_t
     scale = beside(MATERIAL, "camera_scale:of_the_motion", 0.01)
     turned = beside(MATERIAL, "camera_rotation", 0.01)
     evidences = {90.0: grip, 88.0: reach, 85.0: scale, 40.0: turned}
-    field = field_of(evidences)
-    pairs = [contender(beside(one, "gravity_sag:beads_hanging", 0.01), 150.0) for one in (grip, reach)]
+    comparison = field_of(evidences)
+    pairs = [candidate(beside(one, "gravity_sag:beads_hanging", 0.01), 150.0) for one in (grip, reach)]
     for leaves_nothing, expected in (
         (False, [beside(scale, "gravity_sag:beads_hanging", 0.01)]),
         (True, []),
@@ -94,7 +94,7 @@ def test_the_second_cause_of_a_pair_that_leaves_something_is_tried_beside_what_t
             "estimator.diagnosis.search.pair_search.adequate",
             lambda case, pair, error, told=leaves_nothing: told,
         )
-        assert beside_what_ties(field, pairs) == expected
+        assert beside_what_ties(comparison, pairs) == expected
 
 
 def test_a_second_cause_that_promised_half_of_what_the_best_one_adds_is_tried_too_unless_it_is_linear(
@@ -113,7 +113,7 @@ def test_a_second_cause_that_promised_half_of_what_the_best_one_adds_is_tried_to
     promised = {100.0 + 90.0: stiffening, 100.0 + 80.0: gain, 100.0 + 60.0: fibres, 100.0 + 20.0: aside}
     monkeypatch.setattr(
         "estimator.diagnosis.search.pair_search.promising_seconds",
-        lambda *field: [Start(evidence, one) for evidence, one in promised.items()],
+        lambda *comparison: [Start(evidence, one) for evidence, one in promised.items()],
     )
-    pairs = [contender(stiffening, 100.0 + 88.0)]
+    pairs = [candidate(stiffening, 100.0 + 88.0)]
     assert passed_over(field_of({100.0: turned}), pairs, least=100.0 + 44.0) == [fibres]

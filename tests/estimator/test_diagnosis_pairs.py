@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from estimator.diagnosis.evidence.discrepancy import Discrepancy, ModelError
 from estimator.diagnosis.evidence.signatures import Signature
 from estimator.diagnosis.fitting.case import Case, Linearisation
-from estimator.diagnosis.model.hypothesis import Hypothesis, coordinates
+from estimator.diagnosis.model.hypothesis import Hypothesis, free_parameters
 from estimator.diagnosis.search.pair_screening import likeliest_pairs
 from estimator.diagnosis.search.screening import Trial, trials_of
 from estimator.effects.catalogue import CATALOGUE
@@ -29,7 +29,7 @@ def signature(name: str, direction: NDArray[np.float64]) -> Signature:
     """One that points along a direction."""
     effect = next(one for one in CATALOGUE if one.name == name)
     null = MATERIAL.with_effect(effect, {amplitude.name: 0.0 for amplitude in effect.amplitudes})
-    free = [c for c in coordinates(null) if c.effect == 0]
+    free = [c for c in free_parameters(null) if c.effect == 0]
     assert free[0].scale is not None
     return Signature(effect, {}, tuple(free), (USUAL * direction[:, None] / free[0].scale,))
 
@@ -43,7 +43,7 @@ def test_two_causes_are_found_whose_place_a_third_one_takes() -> None:
         signature("second_invariant:modified", DIRECTIONS[:, 4]),
     ]
     misfit = 20.0 * one + 12.0 * other
-    base = Linearisation(MATERIAL, coordinates(MATERIAL), (), (misfit,), (DIRECTIONS[:, :2],), (), ())
+    base = Linearisation(MATERIAL, free_parameters(MATERIAL), (), (misfit,), (DIRECTIONS[:, :2],), (), ())
     alone = sorted(trials_of(CASE, base, ERROR, signatures), key=lambda trial: -trial.log_evidence)
     assert alone[0].signature.effect.label == "motion_scale"
     pairs = likeliest_pairs(CASE, base, ERROR, [Trial(s, 0.0, MATERIAL) for s in signatures])
@@ -52,7 +52,7 @@ def test_two_causes_are_found_whose_place_a_third_one_takes() -> None:
     assert all("second_invariant" not in pair.labels for pair in pairs[:3])
     both = next(pair for pair in pairs if pair.labels == {"camera_scale", "gripper_compliance"})
     assert both.log_evidence > alone[0].log_evidence + 10.0
-    scale, compliance = (s.coordinates[0].scale or 0.0 for s in signatures[:2])
+    scale, compliance = (s.free_parameters[0].scale or 0.0 for s in signatures[:2])
     values = {name: value for each in both.hypothesis.values for name, value in each.items()}
     assert values["scale_error"] == pytest.approx(20.0 / USUAL * scale, rel=0.02)
     assert values["compliance"] == pytest.approx(12.0 / USUAL * compliance, rel=0.02)
@@ -64,7 +64,7 @@ def test_two_forms_of_one_cause_are_no_pair() -> None:
         signature("force_axis_gain:fy", DIRECTIONS[:, 3]),
     ]
     misfit = 20.0 * DIRECTIONS[:, 2] + 12.0 * DIRECTIONS[:, 3]
-    base = Linearisation(MATERIAL, coordinates(MATERIAL), (), (misfit,), (DIRECTIONS[:, :2],), (), ())
+    base = Linearisation(MATERIAL, free_parameters(MATERIAL), (), (misfit,), (DIRECTIONS[:, :2],), (), ())
     assert not likeliest_pairs(CASE, base, ERROR, [Trial(s, 0.0, MATERIAL) for s in signatures])
 
 
@@ -74,7 +74,7 @@ def test_what_falls_far_short_of_what_is_asked_is_weighed_with_one_floor_and_the
     error = ModelError((process,), ((1.0, 0.0), (0.0, 0.0)), (1.0, 0.0))
     strong, weak = (signature("camera_scale:uniform", d) for d in (DIRECTIONS[:, 2], DIRECTIONS[:, 4]))
     misfit = 10.0 * DIRECTIONS[:, 2]
-    base = Linearisation(MATERIAL, coordinates(MATERIAL), (), (misfit,), (DIRECTIONS[:, :2],), (), ())
+    base = Linearisation(MATERIAL, free_parameters(MATERIAL), (), (misfit,), (DIRECTIONS[:, :2],), (), ())
 
     def weighed(gain: float) -> list[float]:
         # Each by itself: beside a better one it would be far from the best.

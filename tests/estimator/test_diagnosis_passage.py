@@ -24,10 +24,10 @@ def twice_the_same(effect: Effect, values: Values) -> list[NDArray[np.float64]]:
     experiments = [there_and_back(order=order).experiment for order in (1, 2)]
     hypothesis = Hypothesis(1e4, 0.45).with_effect(effect, values)
     nothing = [GripLoad.none(len(one.time)) for one in experiments]
-    passages = solve_case(mesh_experiment(experiments[0], COARSE), experiments, hypothesis, nothing)
+    solutions = solve_case(mesh_experiment(experiments[0], COARSE), experiments, hypothesis, nothing)
     return [
-        channels(predicted_readings(mechanics_of(passage), hypothesis, np.zeros((46, 6 + 48))))
-        for passage in passages
+        channels(predicted_readings(mechanics_of(solution), hypothesis, np.zeros((46, 6 + 48))))
+        for solution in solutions
     ]
 
 

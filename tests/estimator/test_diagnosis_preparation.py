@@ -75,10 +75,10 @@ def test_a_fit_goes_over_to_other_corrections_as_if_it_had_been_made_with_them()
         far = corrected_at(preparation, fitted(preparation, hypothesis), executor)
     before, after = preparation.cases(AT_MOST), far.cases(AT_MOST)
     moved = in_another_case(linearise(before, hypothesis), before, after)
-    passages = solve_case(after.problem, after.experiments, hypothesis, after.loads)
-    anew = linearisation_of(after, hypothesis, [mechanics_of(one) for one in passages])
+    solutions = solve_case(after.problem, after.experiments, hypothesis, after.loads)
+    anew = linearisation_of(after, hypothesis, [mechanics_of(one) for one in solutions])
     np.testing.assert_allclose(moved.residual[0], anew.residual[0], atol=1e-6)
-    np.testing.assert_allclose(moved.by_coordinate[0], anew.by_coordinate[0], rtol=1e-2, atol=1e-2)
+    np.testing.assert_allclose(moved.jacobian[0], anew.jacobian[0], rtol=1e-2, atol=1e-2)
 
 
 @pytest.mark.parametrize(
@@ -104,8 +104,8 @@ def test_a_bead_that_a_cause_puts_elsewhere_beside_the_rim_of_the_grasp_is_corre
         problem=mesh_experiment(case.experiments[0], FINE_GRADING),
         corrections=(np.zeros_like(case.corrections[0]),),
     )
-    passages = solve_case(fine.problem, fine.experiments, hypothesis, fine.loads)
-    (expected,) = predictions(fine, [mechanics_of(one) for one in passages], hypothesis)
+    solutions = solve_case(fine.problem, fine.experiments, hypothesis, fine.loads)
+    (expected,) = predictions(fine, [mechanics_of(one) for one in solutions], hypothesis)
     left, missed = (
         size_of_beads(predictions(one.case, fit.mechanics, hypothesis)[0] - expected)
         for one in (corrected, preparation)

@@ -11,7 +11,7 @@ from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.search.racing import Round, finalists, may_win, worth_a_second_point
 from estimator.diagnosis.search.refinements import at_the_place_of, past_kinks
-from estimator.diagnosis.search.screening import Contender
+from estimator.diagnosis.search.screening import Candidate
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect
 from estimator.fem.block_mesh import Grading
@@ -21,16 +21,16 @@ MATERIAL = Hypothesis(15e3, 0.45)
 OF_FOUR_LABELS = ("camera_rotation", "motion_direction", "torque_centre", "camera_scale")
 
 
-def contender(name: str, evidence: float, **values: float) -> Contender:
+def candidate(name: str, evidence: float, **values: float) -> Candidate:
     effect = next(one for one in CATALOGUE if one.name.startswith(name))
     fit = Linearisation(
         MATERIAL.with_effect(effect, values), (), (), (), (), typing.cast(typing.Any, None), ()
     )
-    return Contender(fit, evidence, np.zeros(0))
+    return Candidate(fit, evidence, np.zeros(0))
 
 
 def reached(*evidence: float, bar: float = 0.0, within: float = 0.15) -> list[float]:
-    field = [contender(name, value) for name, value in zip(OF_FOUR_LABELS, evidence, strict=False)]
+    field = [candidate(name, value) for name, value in zip(OF_FOUR_LABELS, evidence, strict=False)]
     return [one.log_evidence for one in finalists(field, bar, Round(2, within, 2))]
 
 
@@ -56,21 +56,21 @@ def test_nobody_goes_on_who_remains_far_below_the_bar() -> None:
 
 
 def test_starts_of_one_label_leave_a_place_to_its_rivals() -> None:
-    field = [contender("inhomogeneity", value) for value in (40.0, 39.0, 38.0)]
-    chosen = finalists([*field, contender("camera_rotation", 37.0)], 0.0)
+    field = [candidate("inhomogeneity", value) for value in (40.0, 39.0, 38.0)]
+    chosen = finalists([*field, candidate("camera_rotation", 37.0)], 0.0)
     assert [one.log_evidence for one in chosen] == [40.0, 39.0, 37.0]
 
 
 def test_in_the_end_one_form_of_a_label_is_enough() -> None:
-    field = [contender("inhomogeneity", 40.0), contender("inhomogeneity", 39.0)]
-    field.append(contender("camera_rotation", 38.0))
+    field = [candidate("inhomogeneity", 40.0), candidate("inhomogeneity", 39.0)]
+    field.append(candidate("camera_rotation", 38.0))
     chosen = finalists(field, 0.0, Round(points=5, within=0.05, of_a_label=1))
     assert [one.log_evidence for one in chosen] == [40.0, 38.0]
 
 
 def goes_on(lacks: float, fell: float, bar: float = 0.0) -> bool:
-    best = contender("camera_rotation", 100.0)
-    return may_win(replace(contender("camera_scale", 100.0 - lacks), fell=fell), best, bar)
+    best = candidate("camera_rotation", 100.0)
+    return may_win(replace(candidate("camera_scale", 100.0 - lacks), fell=fell), best, bar)
 
 
 def test_one_that_lacks_more_than_it_still_gains_does_not_go_on() -> None:
@@ -89,11 +89,11 @@ def test_the_best_itself_does_not_go_on_where_it_will_not_reach_the_bar() -> Non
 
 def test_far_behind_after_a_point_only_what_is_not_linear_has_a_second_one() -> None:
     first = [
-        contender("inhomogeneity:sphere", 1000.0),
-        contender("force_bias", 900.0),
-        contender("anchor_debonding:throughout", 700.0),
-        contender("camera_scale:uniform", 650.0),
-        contender("anchor_debonding:throughout", 500.0),
+        candidate("inhomogeneity:sphere", 1000.0),
+        candidate("force_bias", 900.0),
+        candidate("anchor_debonding:throughout", 700.0),
+        candidate("camera_scale:uniform", 650.0),
+        candidate("anchor_debonding:throughout", 500.0),
     ]
     assert [one.log_evidence for one in worth_a_second_point(first, 0.0)] == [1000.0, 900.0, 700.0]
 
@@ -101,8 +101,8 @@ def test_far_behind_after_a_point_only_what_is_not_linear_has_a_second_one() -> 
 SYMMETRIC, TENSION_ONLY = "anisotropy", "anisotropy:tension_only"
 
 
-def fibres(form: str, angle: float, **more: float) -> Contender:
-    return contender(form, 90.0, fibre_angle=angle, fibre_modulus_over_modulus=0.03, **more)
+def fibres(form: str, angle: float, **more: float) -> Candidate:
+    return candidate(form, 90.0, fibre_angle=angle, fibre_modulus_over_modulus=0.03, **more)
 
 
 def test_another_form_begins_at_the_place_that_the_leader_has_found() -> None:
@@ -118,7 +118,7 @@ def test_a_form_that_has_been_at_the_leaders_place_does_not_begin_there_again() 
 
 
 def test_a_constant_that_the_leader_lacks_begins_at_either_end_of_its_grid() -> None:
-    leader = contender("gripper_slip:gradual", 90.0, threshold=3.0, slip_per_force=2e-4)
+    leader = candidate("gripper_slip:gradual", 90.0, threshold=3.0, slip_per_force=2e-4)
     creeping = [one for one in at_the_place_of(leader, [leader]) if one.effects[0].form == "creeping"]
     assert [one.values[0]["time_constant"] for one in creeping] == [1.0, 5.0]
     assert all(
@@ -127,12 +127,12 @@ def test_a_constant_that_the_leader_lacks_begins_at_either_end_of_its_grid() -> 
 
 
 def test_of_two_terms_none_begins_where_a_single_one_fits_best() -> None:
-    leader = contender("viscoelasticity:whole_stress", 90.0, relaxation_time_1=13.0, relaxing_share_1=0.4)
+    leader = candidate("viscoelasticity:whole_stress", 90.0, relaxation_time_1=13.0, relaxing_share_1=0.4)
     assert [one.effects[0].form for one in at_the_place_of(leader, [leader])] == ["one_term"]
 
 
 def test_refinements_of_the_leaders_own_form_begin_first() -> None:
-    leader = contender("stress_softening:absolute_width", 90.0, depth=0.2, width_over_modulus=0.3)
+    leader = candidate("stress_softening:absolute_width", 90.0, depth=0.2, width_over_modulus=0.3)
     begun = [one.effects[0] for one in at_the_place_of(leader, [leader])]
     refining = [one.elaborates == "absolute_width" for one in begun]
     assert any(refining)
@@ -143,27 +143,27 @@ def test_refinements_of_the_leaders_own_form_begin_first() -> None:
 def test_any_form_may_lead(effect: Effect) -> None:
     values = {constant.name: constant.lower for constant in effect.constants}
     amplitudes = {amplitude.name: amplitude.smallest for amplitude in effect.amplitudes}
-    leader = contender(effect.name, 90.0, **values, **amplitudes)
+    leader = candidate(effect.name, 90.0, **values, **amplitudes)
     others = {start.effects[0] for start in at_the_place_of(leader, [leader])}
     assert all(other.label == effect.label and other is not effect for other in others)
 
 
 def test_a_form_with_an_instant_of_its_own_does_not_begin_at_the_leaders_place() -> None:
-    leader = contender("anchor_debonding:throughout", 90.0, share=0.3, place=0.4)
+    leader = candidate("anchor_debonding:throughout", 90.0, share=0.3, place=0.4)
     assert at_the_place_of(leader, [leader]) == []
 
 
 def test_forms_whose_amplitudes_mean_something_else_do_not_begin_there() -> None:
-    leader = contender("robot_backlash:translation_anywhere", 90.0, start=0.3, width=1e-4)
+    leader = candidate("robot_backlash:translation_anywhere", 90.0, start=0.3, width=1e-4)
     assert at_the_place_of(leader, [leader]) == []
 
 
 def test_a_rim_that_came_off_begins_anew_past_its_kinks_with_the_material_that_it_has_found() -> None:
     block = mesh_experiment(REFERENCE_BLOCK, Grading(3e-3, 8e-3, 25e-3, 3, 1))
     case = Case((REFERENCE_BLOCK,), block, (), (), ())
-    loose = contender("anchor_debonding", 40.0, share=0.3, place=0.4)
+    loose = candidate("anchor_debonding", 40.0, share=0.3, place=0.4)
     again = past_kinks(case, loose)
     assert len(again) == 4
     assert all(one.youngs_modulus == MATERIAL.youngs_modulus for one in again)
     assert all(one.values != loose.fit.hypothesis.values for one in again)
-    assert not past_kinks(case, contender("camera_scale", 40.0, scale_error=0.1))
+    assert not past_kinks(case, candidate("camera_scale", 40.0, scale_error=0.1))

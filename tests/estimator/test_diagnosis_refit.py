@@ -7,7 +7,7 @@ import pytest
 
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.fitting.gauss_newton import refit
-from estimator.diagnosis.model.hypothesis import Hypothesis, coordinates
+from estimator.diagnosis.model.hypothesis import Hypothesis, free_parameters
 
 START = Hypothesis(15e3, 0.45)
 NO_CASE = typing.cast(Case, None)
@@ -21,7 +21,7 @@ class Problem:
         self.gone: list[float] = []
 
     def solve(self, case: Case, at: Hypothesis, near: Linearisation | None) -> Linearisation:
-        free = coordinates(at)
+        free = free_parameters(at)
         gone = free[0].get(at) - free[0].get(START)
         self.gone.append(gone)
         residual = np.array([self.misfit - self.share * gone * self.misfit, 0.0])

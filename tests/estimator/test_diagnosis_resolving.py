@@ -17,7 +17,7 @@ from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.result import AT_MOST
 from estimator.diagnosis.search.baseline import prepare
 from estimator.diagnosis.search.local_resolution import resolved
-from estimator.diagnosis.search.screening import Contender, contender_of
+from estimator.diagnosis.search.screening import Candidate, candidate_of
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect
 from estimator.experiment import Experiment, SensorNoise
@@ -46,12 +46,12 @@ def pulled() -> Experiment:
     return recorded(QUIET, poses, [observe(problem, one) for one in states], np.random.default_rng(5))
 
 
-def pulls(contender: Contender) -> dict[str, float]:
+def pulls(candidate: Candidate) -> dict[str, float]:
     """By how many of its deviations each parameter of the region is off."""
-    fit = contender.fit
+    fit = candidate.fit
     return {
         c.parameter: (c.get(fit.hypothesis) - c.internal_of(REGION[c.parameter])) / deviation
-        for c, deviation in zip(fit.coordinates, contender.deviations, strict=True)
+        for c, deviation in zip(fit.free_parameters, candidate.deviations, strict=True)
         if c.parameter in REGION
     }
 
@@ -72,7 +72,7 @@ def fitted(workers: Executor) -> Fitted:
 def test_a_region_is_as_large_and_as_strong_as_it_is_said_to_be(fitted: Fitted, workers: Executor) -> None:
     case, baseline, error = fitted
     start = baseline.hypothesis.with_effect(effect("inhomogeneity:cylinder"), REGION)
-    found = contender_of(case, baseline, error, refit(case, start, baseline, evaluations=8))
+    found = candidate_of(case, baseline, error, refit(case, start, baseline, evaluations=8))
     finer, followed = resolved(case, baseline, error, found, workers)
     assert len(finer.problem.body.mesh.cells) > 2 * len(case.problem.body.mesh.cells)
     assert max(map(abs, pulls(found).values())) > 4.0
@@ -83,7 +83,7 @@ def test_a_region_is_as_large_and_as_strong_as_it_is_said_to_be(fitted: Fitted, 
 def test_both_meshes_leave_the_same_of_the_baseline(fitted: Fitted, workers: Executor) -> None:
     case, baseline, error = fitted
     there = baseline.hypothesis.with_effect(effect("inhomogeneity:cylinder"), REGION)
-    winner = contender_of(case, baseline, error, linearise(case, there, baseline))
+    winner = candidate_of(case, baseline, error, linearise(case, there, baseline))
     finer, _ = resolved(case, baseline, error, winner, workers)
     again = linearise(finer, baseline.hypothesis)
     np.testing.assert_allclose(again.residual[0], baseline.residual[0], atol=1e-3)
@@ -92,5 +92,5 @@ def test_both_meshes_leave_the_same_of_the_baseline(fitted: Fitted, workers: Exe
 def test_what_does_not_end_within_elements_stays_as_it_is(fitted: Fitted, workers: Executor) -> None:
     case, baseline, error = fitted
     yielding = baseline.hypothesis.with_effect(effect("gripper_compliance:translation"), {"compliance": 1e-5})
-    winner = contender_of(case, baseline, error, linearise(case, yielding, baseline))
+    winner = candidate_of(case, baseline, error, linearise(case, yielding, baseline))
     assert resolved(case, baseline, error, winner, workers) == (case, winner)

@@ -8,8 +8,8 @@ from retraction_cases import REFERENCE_BLOCK
 from estimator.diagnosis.evidence.discrepancy import Discrepancy, ModelError
 from estimator.diagnosis.evidence.signatures import Signature
 from estimator.diagnosis.fitting.case import Case, Linearisation
-from estimator.diagnosis.model.hypothesis import Hypothesis, coordinates
-from estimator.diagnosis.search.screening import Contender, Trial
+from estimator.diagnosis.model.hypothesis import Hypothesis, free_parameters
+from estimator.diagnosis.search.screening import Candidate, Trial
 from estimator.diagnosis.search.second_cause import asks_for_a_finer_form, promising_seconds
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.fem.problem import RetractionProblem
@@ -21,7 +21,7 @@ class Beside(typing.NamedTuple):
     """A refitted first cause, and a second one that would raise the log evidence beside it."""
 
     case: Case
-    leader: Contender
+    leader: Candidate
     trial: Trial
     error: ModelError
 
@@ -32,7 +32,7 @@ def leaves(left: float, first: str, second: str, explained: float = 100.0) -> Be
         next(one for one in (*CATALOGUE, *OUTSIDERS) if one.name == name) for name in (first, second)
     )
     null = MATERIAL.with_effect(other, {amplitude.name: 0.0 for amplitude in other.amplitudes})
-    free = coordinates(null)
+    free = free_parameters(null)
     columns = np.linalg.qr(np.random.default_rng(3).normal(size=(400, 3)))[0]
     scale = free[2].scale
     assert scale is not None
@@ -47,7 +47,7 @@ def leaves(left: float, first: str, second: str, explained: float = 100.0) -> Be
     fit = Linearisation(leading, free[:2], (), (residual,), (columns[:, :2],), (), ())
     trial = Trial(Signature(other, {}, free[2:], (along[:, None],)), 0.0, null)
     case = Case((REFERENCE_BLOCK,), typing.cast(RetractionProblem, None), (), (), ())
-    return Beside(case, Contender(fit, explained, np.zeros(2)), trial, error)
+    return Beside(case, Candidate(fit, explained, np.zeros(2)), trial, error)
 
 
 def found_beside(explained: float, left: float, first: str = "gripper_compliance:translation") -> bool:

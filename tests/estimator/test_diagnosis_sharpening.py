@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.evidence.noise_selection import (
     in_another_case,
+    most_probable_noise,
     noise_cost,
-    sharpest,
     signatures_anew,
 )
 from estimator.diagnosis.evidence.signatures import Signature
 from estimator.diagnosis.fitting.case import Case, Linearisation
-from estimator.diagnosis.model.hypothesis import Hypothesis, coordinates
-from estimator.diagnosis.noise.correlated_errors import SharedErrors
+from estimator.diagnosis.model.hypothesis import Hypothesis, free_parameters
+from estimator.diagnosis.noise.correlated_errors import CorrelatedErrors
 from estimator.diagnosis.result import AT_MOST, ErrorsLeft
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect
@@ -43,12 +43,12 @@ def errors_left(elsewhere: float, at_rim: tuple[float, float], at_rest: float) -
 LEAST = errors_left(0.1, (0.1, 0.1), 0.1)
 
 
-def shared_errors() -> SharedErrors:
+def shared_errors() -> CorrelatedErrors:
     """Thirty errors of each kind that rows may share, each five times the noise wherever it shows."""
     of_each = 5.0 * np.random.default_rng(1).normal(size=(4, SHAPE[0] * SHAPE[1], 30))
     at_rest, elsewhere, *at_rim = of_each
     seen, none = np.ones(SHAPE, dtype=bool), np.zeros((SHAPE[0] * SHAPE[1], 0))
-    return SharedErrors(
+    return CorrelatedErrors(
         seen,
         np.ones(SHAPE[1]),
         np.zeros(SHAPE[1]),
@@ -75,7 +75,7 @@ def fit_in(case: Case, left: ErrorsLeft) -> Linearisation:
         misfit += (left.beside_rim[bead] if left.beside_rim else 1.0) * directions @ rng.normal(size=30)
     columns = np.column_stack([misfit, rng.normal(size=(len(misfit), 2))]).reshape(*SHAPE, 3)
     whitened = case.whitenings[0].apply(columns)
-    free = coordinates(MATERIAL)
+    free = free_parameters(MATERIAL)
     return Linearisation(MATERIAL, free, (AT_REST,), (whitened[:, 0],), (whitened[:, 1:],), (), ())
 
 
@@ -91,14 +91,14 @@ def fit_in(case: Case, left: ErrorsLeft) -> Linearisation:
 )
 def test_how_much_is_left_of_each_error_is_told_from_the_misfit(left: ErrorsLeft) -> None:
     for case in (case_leaving(AT_MOST), case_leaving(LEAST)):
-        assert sharpest(case_leaving, case, fit_in(case, left)).errors_left == left
+        assert most_probable_noise(case_leaving, case, fit_in(case, left)).errors_left == left
 
 
 def test_a_fit_is_the_same_in_every_noise_but_for_its_whitening() -> None:
     most, least, left = case_leaving(AT_MOST), case_leaving(LEAST), errors_left(0.5, (0.25, 0.5), 0.25)
     anew, direct = in_another_case(fit_in(most, left), most, least), fit_in(least, left)
     np.testing.assert_allclose(anew.residual[0], direct.residual[0], atol=1e-9)
-    np.testing.assert_allclose(anew.by_coordinate[0], direct.by_coordinate[0], atol=1e-9)
+    np.testing.assert_allclose(anew.jacobian[0], direct.jacobian[0], atol=1e-9)
     assert noise_cost(least) < noise_cost(most)
 
 
@@ -112,7 +112,7 @@ def test_signatures_go_over_to_another_noise_as_if_they_had_been_whitened_by_it(
         columns = case.whitenings[0].apply(channels)
         parts = (columns[:, :1], columns[:, 1:])
         return [
-            Signature(effect, {}, coordinates(MATERIAL.with_effect(effect, nothing(effect)))[2:], (part,))
+            Signature(effect, {}, free_parameters(MATERIAL.with_effect(effect, nothing(effect)))[2:], (part,))
             for effect, part in zip(effects, parts, strict=True)
         ]
 

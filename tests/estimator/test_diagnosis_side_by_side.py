@@ -13,7 +13,7 @@ from estimator.diagnosis.fitting.parallel import solved_by
 from estimator.diagnosis.model.grip_load import GripLoad
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import mechanics_of, solve_case
-from estimator.diagnosis.noise.correlated_errors import shared_errors_of
+from estimator.diagnosis.noise.correlated_errors import correlated_errors_of
 from estimator.diagnosis.noise.estimation import Noise
 from estimator.effects.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
 from estimator.effects.catalogue import CATALOGUE
@@ -45,7 +45,7 @@ def two_experiments() -> Case:
     loads = tuple(GripLoad.none(len(one.time)) for one in experiments)
     mechanics = [mechanics_of(one) for one in solve_case(problem, experiments, MATERIAL, loads)]
     zeros = tuple(np.zeros((len(one.time), 6 + 3 * len(one.fiducials_rest))) for one in experiments)
-    shared = [shared_errors_of(one, zero, Noise()) for one, zero in zip(mechanics, zeros, strict=True)]
+    shared = [correlated_errors_of(one, zero, Noise()) for one, zero in zip(mechanics, zeros, strict=True)]
     return Case(experiments, problem, zeros, tuple(one.whitening() for one in shared), loads)
 
 
@@ -58,7 +58,7 @@ def solved(effect: Effect, values: Values, material: Hypothesis = MATERIAL) -> i
     alone = linearise(case, hypothesis, near)
     for one, other in zip(found.residual, alone.residual, strict=True):
         assert one == pytest.approx(other, abs=1e-9)
-    for one, other in zip(found.by_coordinate, alone.by_coordinate, strict=True):
+    for one, other in zip(found.jacobian, alone.jacobian, strict=True):
         assert one == pytest.approx(other, rel=1e-9, abs=1e-9)
     assert len(found.known) == len(found.mechanics) == 2
     return workers.given

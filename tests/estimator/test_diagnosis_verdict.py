@@ -16,13 +16,13 @@ from estimator.diagnosis.evidence.marginal_likelihood import first_order_evidenc
 from estimator.diagnosis.evidence.posterior import probabilities
 from estimator.diagnosis.evidence.signatures import Signature
 from estimator.diagnosis.fitting.case import Case, Linearisation
-from estimator.diagnosis.model.hypothesis import Hypothesis, coordinates
+from estimator.diagnosis.model.hypothesis import Hypothesis, free_parameters
 from estimator.diagnosis.noise.whitening import Whitening
-from estimator.diagnosis.search.comparison import Field
+from estimator.diagnosis.search.comparison import Comparison
 from estimator.diagnosis.search.decision import Verdict, reach_verdict, weigh
 from estimator.diagnosis.search.pair_screening import Start
 from estimator.diagnosis.search.pair_search import Found
-from estimator.diagnosis.search.screening import Contender, Trial
+from estimator.diagnosis.search.screening import Candidate, Trial
 from estimator.diagnosis.search.second_cause import adequate, starts_of_pairs
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.effects.effect import Effect
@@ -31,15 +31,15 @@ from estimator.fem.problem import RetractionProblem
 MATERIAL = Hypothesis(1e4, 0.45)
 
 
-def tried(name: str, amplitude: str, size: float, gain: float) -> Field:
-    """A field in which one effect of some size raises the log evidence over the baseline's, which is zero."""
+def tried(name: str, amplitude: str, size: float, gain: float) -> Comparison:
+    """A comparison in which one effect of some size raises the log evidence over the baseline's, which is zero."""
     effect = next(one for one in (*CATALOGUE, *OUTSIDERS) if one.name == name)
     constants = {constant.name: constant.lower for constant in effect.constants}
     values = {**constants, **{one.name: 0.0 for one in effect.amplitudes}, amplitude: size}
     trial = Trial(Signature(effect, {}, (), ()), gain, MATERIAL.with_effect(effect, values))
-    # Without contenders nothing is asked of the measurements.
+    # Without candidates nothing is asked of the measurements.
     nothing = typing.cast(tuple[Case, Linearisation], (None, None))
-    return Field(
+    return Comparison(
         nothing[0],
         0,
         nothing[1],
@@ -75,7 +75,9 @@ def test_a_grasp_well_aside_keeps_all_of_it() -> None:
 def test_the_more_a_slight_effect_stands_out_the_more_of_its_evidence_it_keeps() -> None:
     gains = [1.0, 3.0, 4.0, 5.0]
     fields = [tried("grasp_misplacement:gripper", "shift_x", 5e-5, gain) for gain in gains]
-    kept = [weigh(field)["grasp_misplacement"] / gain for field, gain in zip(fields, gains, strict=True)]
+    kept = [
+        weigh(comparison)["grasp_misplacement"] / gain for comparison, gain in zip(fields, gains, strict=True)
+    ]
     assert kept[0] < kept[1] < kept[2] < kept[3] == 1.0
 
 
@@ -137,9 +139,9 @@ def test_causes_that_leave_what_is_smooth_are_not_the_whole_story_however_little
 
     def leaves_noise_alone(residual: NDArray[np.float64]) -> bool:
         fit = Linearisation(
-            MATERIAL, coordinates(MATERIAL), (nothing_moves,), (residual,), (by_modulus,), (), ()
+            MATERIAL, free_parameters(MATERIAL), (nothing_moves,), (residual,), (by_modulus,), (), ()
         )
-        return adequate(case, Contender(fit, first_order_evidence(case, fit, error), np.zeros(2)), error)
+        return adequate(case, Candidate(fit, first_order_evidence(case, fit, error), np.zeros(2)), error)
 
     # The sum of squares cannot tell: within 3 of its deviations that of noise alone differs by 150.
     assert leaves_noise_alone(noise)
@@ -167,16 +169,16 @@ def present(*effects: Effect) -> Hypothesis:
     return found
 
 
-def refitted(hypothesis: Hypothesis, evidence: float) -> Contender:
+def refitted(hypothesis: Hypothesis, evidence: float) -> Candidate:
     fit = Linearisation(hypothesis, (), (), (np.zeros(30),), (np.zeros((30, 0)),), (), ())
-    return Contender(fit, evidence, np.zeros(0))
+    return Candidate(fit, evidence, np.zeros(0))
 
 
 def verdict_of(
-    alone: Sequence[Contender],
-    pairs: Sequence[Contender],
+    alone: Sequence[Candidate],
+    pairs: Sequence[Candidate],
     monkeypatch: pytest.MonkeyPatch,
-    mistaken: Sequence[Contender] = (),
+    mistaken: Sequence[Candidate] = (),
     unknown: float = -5.0,
     beyond_noise: float = 0.0,
 ) -> tuple[Verdict, Mapping[str, float]]:
@@ -185,30 +187,30 @@ def verdict_of(
     ``mistaken`` is what proves to be mistaken for one of a pair's causes, ``unknown`` the log evidence of something
     unknown, and ``beyond_noise`` what every pair leaves.
     """
-    field = replace(
+    comparison = replace(
         tried("unknown:cut", "log_softness", 0.9, 643.0),
         case=WITH_WHITE_NOISE,
         baseline=refitted(MATERIAL, 0.0).fit,
         trials=(),
-        contenders=tuple(alone),
+        candidates=tuple(alone),
         unknown=unknown,
     )
     monkeypatch.setattr(
         "estimator.diagnosis.search.decision.search_pairs",
-        lambda field, best, *rest: Found(best, tuple(pairs)),
+        lambda comparison, best, *rest: Found(best, tuple(pairs)),
     )
     monkeypatch.setattr(
         "estimator.diagnosis.search.decision.with_what_it_is_mistaken_for",
-        lambda field, *rest: replace(field, contenders=(*mistaken, *field.contenders)),
+        lambda comparison, *rest: replace(comparison, candidates=(*mistaken, *comparison.candidates)),
     )
     monkeypatch.setattr(
         "estimator.diagnosis.search.decision.adequate", lambda case, pair, error: not beyond_noise
     )
     monkeypatch.setattr("estimator.diagnosis.search.decision.beyond_noise", lambda case, pair: beyond_noise)
     monkeypatch.setattr("estimator.diagnosis.search.decision.evidence_of_unknown", lambda *of_fit: -np.inf)
-    evidence = weigh(field)
+    evidence = weigh(comparison)
     with ThreadPoolExecutor(1) as executor:
-        return reach_verdict(field, evidence, executor, lambda stage, done, total: None), evidence
+        return reach_verdict(comparison, evidence, executor, lambda stage, done, total: None), evidence
 
 
 def test_of_two_causes_the_more_probable_leads_though_another_has_more_evidence(
@@ -282,7 +284,7 @@ def test_two_causes_are_named_though_neither_alone_would_be(monkeypatch: pytest.
 
 
 def begun_pairs(
-    leaders: Sequence[Contender],
+    leaders: Sequence[Candidate],
     monkeypatch: pytest.MonkeyPatch,
     beside: Mapping[str, Sequence[Start]],
     together: Sequence[Start] = (),
@@ -301,8 +303,10 @@ def begun_pairs(
         ("beyond_noise", lambda *of_leader: beyond_noise),
     ):
         monkeypatch.setattr(f"estimator.diagnosis.search.second_cause.{name}", told)
-    field = tried("unknown:cut", "log_softness", 0.9, 643.0)
-    return starts_of_pairs(field.case, leaders[0].fit, leaders, field.trials, field.error, none=field.none)
+    comparison = tried("unknown:cut", "log_softness", 0.9, 643.0)
+    return starts_of_pairs(
+        comparison.case, leaders[0].fit, leaders, comparison.trials, comparison.error, none=comparison.none
+    )
 
 
 def test_the_best_second_cause_beside_the_first_leader_is_refitted_whatever_a_leader_far_behind_promises(

@@ -41,9 +41,9 @@ SUDDENLY = {**STRETCH, "order": 2.0, "begins": 4.4 / (ROWS - 1), "duration": 0.1
 def readings_under(effect: Effect, values: Values) -> list[Readings]:
     hypothesis = BASE.with_effect(effect, values)
     loads = [GripLoad.none(ROWS)] * len(EXPERIMENTS)
-    passages = solve_case(PROBLEM, EXPERIMENTS, hypothesis, loads)
+    solutions = solve_case(PROBLEM, EXPERIMENTS, hypothesis, loads)
     none = np.zeros((ROWS, 6 + 48))
-    return [predicted_readings(mechanics_of(one), hypothesis, none) for one in passages]
+    return [predicted_readings(mechanics_of(one), hypothesis, none) for one in solutions]
 
 
 def pull(effect: Effect, values: Values) -> FloatArray:

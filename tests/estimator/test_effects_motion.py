@@ -212,7 +212,7 @@ def test_slip_against_a_drag_is_that_of_a_spring_a_slider_and_a_dashpot():
     pull = np.abs(motion.trial[:, 0])
 
     def speed(time_s, slip):
-        # A station's load acts from the moment that the gripper leaves the one before.
+        # A time_point's load acts from the moment that the gripper leaves the one before.
         acting = pull[np.searchsorted(motion.time, time_s)]
         return np.maximum(acting - CREEPING["threshold"] - stiffness_and_hardening * slip, 0.0) / drag
 

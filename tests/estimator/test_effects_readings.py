@@ -303,7 +303,7 @@ def test_an_unseen_bead_does_not_hide_the_misread_one():
 
 def test_effects_stand_in_the_order_in_which_they_act_on_the_wrench():
     order = list(dict.fromkeys(effect.label for effect in CATALOGUE if effect.label in SENSOR_LABELS))
-    chain = [
+    history = [
         "tool_weight",
         "torque_centre",
         "force_frame_rotation",
@@ -313,7 +313,7 @@ def test_effects_stand_in_the_order_in_which_they_act_on_the_wrench():
         "force_drift",
         "time_offset",
     ]
-    assert [label for label in order if label in chain] == chain
+    assert [label for label in order if label in history] == history
 
 
 def test_a_gain_after_a_turned_mounting_is_not_that_mounting_after_the_gain():

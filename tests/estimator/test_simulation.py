@@ -111,8 +111,8 @@ def test_the_diagnosis_explains_a_simulated_effect_by_that_effect_and_not_withou
 
     def misfit(truth_acting: list[ActingEffect]) -> float:
         truth = truth_of(TISSUE, truth_acting)
-        (passage,) = solve_case(problem, [experiment], truth, [GripLoad.none(4)])
-        predicted = channels(predicted_readings(mechanics_of(passage), truth, np.zeros(measured.shape)))
+        (solution,) = solve_case(problem, [experiment], truth, [GripLoad.none(4)])
+        predicted = channels(predicted_readings(mechanics_of(solution), truth, np.zeros(measured.shape)))
         return float(np.mean(((measured - predicted) / noise) ** 2))
 
     assert 0.6 < misfit(acting) < 1.5

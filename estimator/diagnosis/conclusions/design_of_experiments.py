@@ -22,7 +22,7 @@ from estimator.diagnosis.fitting.case import Case, Linearisation, linearisation_
 from estimator.diagnosis.model.grip_load import GripLoad
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
-from estimator.diagnosis.noise.correlated_errors import shared_errors_of
+from estimator.diagnosis.noise.correlated_errors import correlated_errors_of
 from estimator.diagnosis.noise.estimation import Noise
 from estimator.diagnosis.result import Advice
 from estimator.diagnosis.search.screening import Tell, Trial
@@ -135,7 +135,7 @@ def _distance(
 ) -> float:
     """Return the distance between one cause at its fitted size and anything the other can do."""
     blocks = [
-        *zip(baseline.by_coordinate, one.columns, other.columns, strict=True),
+        *zip(baseline.jacobian, one.columns, other.columns, strict=True),
         *more,
     ]
     size = _fitted(baseline, one)
@@ -149,12 +149,12 @@ def _distance(
 
 def _fitted(baseline: Linearisation, signature: Signature) -> FloatArray:
     columns = np.concatenate(
-        [np.column_stack(pair) for pair in zip(baseline.by_coordinate, signature.columns, strict=True)]
+        [np.column_stack(pair) for pair in zip(baseline.jacobian, signature.columns, strict=True)]
     )
     scale = np.linalg.norm(columns, axis=0)
     scale = np.where(scale > 0, scale, 1.0)
     solution = np.linalg.lstsq(columns / scale, np.concatenate(baseline.residual), rcond=1e-8)[0]
-    return np.asarray((solution / scale)[baseline.by_coordinate[0].shape[1] :])
+    return np.asarray((solution / scale)[baseline.jacobian[0].shape[1] :])
 
 
 def _signatures_of_manoeuvre(
@@ -173,23 +173,23 @@ def _signatures_of_manoeuvre(
         (planned,),
         case.problem,
         (zero,),
-        (shared_errors_of(mechanics, zero, Noise()).whitening(),),
+        (correlated_errors_of(mechanics, zero, Noise()).whitening(),),
         (load,),
     )
     linear = linearisation_of(mini, hypothesis, [mechanics])
-    return _Rehearsal(linear.by_coordinate[0], tuple(signatures_at(mini, [mechanics], hypothesis, plans)))
+    return _Rehearsal(linear.jacobian[0], tuple(signatures_at(mini, [mechanics], hypothesis, plans)))
 
 
 def _rehearsed(
     case: Case, hypothesis: Hypothesis, manoeuvre: Manoeuvre
 ) -> tuple[Experiment, GripLoad, Mechanics]:
     planned = _planned(case.experiments[-1], manoeuvre)
-    passage = solve_case(case.problem, [planned], hypothesis, [GripLoad.none(len(planned.time))])[0]
-    first = mechanics_of(passage)
-    rows = passage.visits.of_row
+    solution = solve_case(case.problem, [planned], hypothesis, [GripLoad.none(len(planned.time))])[0]
+    first = mechanics_of(solution)
+    rows = solution.load_steps.of_row
     felt = replace(planned, wrench=first.wrench[rows], fiducials=first.fiducials[rows])
     load = GripLoad(felt.wrench, felt.wrench / hypothesis.youngs_modulus)
-    again = solve_case(case.problem, [felt], hypothesis, [load], [passage.known_fields()])[0]
+    again = solve_case(case.problem, [felt], hypothesis, [load], [solution.known_fields()])[0]
     return felt, load, mechanics_of(again)
 
 

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from estimator.diagnosis.conclusions.multiple_testing import Multiplicity
 from estimator.diagnosis.evidence.laplace import bounded_minimum
 from estimator.diagnosis.fitting.case import Linearisation
-from estimator.diagnosis.model.hypothesis import Coordinate, Hypothesis
+from estimator.diagnosis.model.hypothesis import FreeParameter, Hypothesis
 from estimator.diagnosis.result import EffectFinding, Quantity, State
-from estimator.diagnosis.search.screening import Contender, Trial
+from estimator.diagnosis.search.screening import Candidate, Trial
 
 FloatArray = NDArray[np.float64]
 
@@ -33,14 +33,14 @@ class Sizes:
 
 def sizes_beside(fit: Linearisation, trial: Trial) -> Sizes:
     """Return a further effect's amplitudes beside a fit, within their bounds, by its signature at the baseline."""
-    free = trial.signature.coordinates
+    free = trial.signature.free_parameters
     blocks = [
         np.column_stack([r, c, z])
-        for r, c, z in zip(fit.residual, fit.by_coordinate, trial.signature.columns, strict=True)
+        for r, c, z in zip(fit.residual, fit.jacobian, trial.signature.columns, strict=True)
     ]
     gram = np.asarray(sum(b.T @ b for b in blocks))
-    inner = 1 + fit.by_coordinate[0].shape[1]
-    precision = [c.prior_precision**2 for c in fit.coordinates]
+    inner = 1 + fit.jacobian[0].shape[1]
+    precision = [c.prior_precision**2 for c in fit.free_parameters]
     nuisance = gram[1:inner, 1:inner] + np.diag(precision)
     cross = gram[inner:, 1:inner]
     schur = gram[inner:, inner:] - cross @ np.linalg.solve(nuisance, cross.T)
@@ -86,12 +86,12 @@ def absent_finding(
 
 
 def present_finding(
-    contender: Contender, number: int, probability: float, chi2_drop: float, closure: float | None
+    candidate: Candidate, number: int, probability: float, chi2_drop: float, closure: float | None
 ) -> EffectFinding:
     """Return the finding of a named cause, the ``number``-th effect of a fit."""
-    fit = contender.fit
+    fit = candidate.fit
     effect = fit.hypothesis.effects[number]
-    parameters = effect_quantities(fit.hypothesis, fit.coordinates, contender.deviations, number)
+    parameters = effect_quantities(fit.hypothesis, fit.free_parameters, candidate.deviations, number)
     amplitudes = {amplitude.name: amplitude for amplitude in effect.amplitudes}
     small = all(abs(parameters[name].value) < a.smallest for name, a in amplitudes.items())
     return EffectFinding(
@@ -109,13 +109,13 @@ def present_finding(
 
 
 def effect_quantities(
-    hypothesis: Hypothesis, free: Sequence[Coordinate], deviations: FloatArray, number: int
+    hypothesis: Hypothesis, free: Sequence[FreeParameter], deviations: FloatArray, number: int
 ) -> dict[str, Quantity]:
     """Return the parameters of the ``number``-th effect of a hypothesis, those that stay fixed last.
 
     Parameters
     ----------
-    free : coordinates of the hypothesis
+    free : free_parameters of the hypothesis
     deviations : (p,) standard deviation of the internal variable of each
     """
     found = {
@@ -132,7 +132,7 @@ def effect_quantities(
 
 
 def material_quantities(
-    hypothesis: Hypothesis, free: Sequence[Coordinate], deviations: FloatArray
+    hypothesis: Hypothesis, free: Sequence[FreeParameter], deviations: FloatArray
 ) -> dict[str, Quantity]:
     """Return E and ν of a hypothesis; the rest as for :func:`effect_quantities`."""
     return {
@@ -142,7 +142,7 @@ def material_quantities(
     }
 
 
-def _std_of_value(coordinate: Coordinate, hypothesis: Hypothesis, deviation: float) -> float:
+def _std_of_value(coordinate: FreeParameter, hypothesis: Hypothesis, deviation: float) -> float:
     here, small = coordinate.get(hypothesis), 1e-6 * (deviation or 1.0)
     slope = (coordinate.value_of(here + small) - coordinate.value_of(here - small)) / (2 * small)
     return abs(slope) * deviation

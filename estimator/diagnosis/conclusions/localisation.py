@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.result import NONE, UNKNOWN, Where
-from estimator.diagnosis.search.screening import Contender
+from estimator.diagnosis.search.screening import Candidate
 from estimator.effects.effect import BLOCK_OF_GROUP, Group
 
 FloatArray = NDArray[np.float64]
@@ -23,7 +23,7 @@ def where_of(
     probabilities: Mapping[str, float],
     leading: Mapping[str, float],
     groups: Mapping[str, Group],
-    chosen: Contender | None,
+    chosen: Candidate | None,
 ) -> Where:
     """Return where the gap lies.
 
@@ -67,7 +67,7 @@ def shares_of_blocks(
     return blocks
 
 
-def _group_of_unknown(chosen: Contender | None) -> Group | None:
+def _group_of_unknown(chosen: Candidate | None) -> Group | None:
     """Return the group of the effect without a label in a hypothesis; None where there is none."""
     effects = chosen.fit.hypothesis.effects if chosen is not None else ()
     return next((effect.group for effect in effects if effect.label == UNKNOWN), None)
@@ -95,12 +95,12 @@ def _shares(excess: Mapping[str, float]) -> dict[str, float]:
 
 
 def _place(
-    case: Case, chosen: Contender | None
+    case: Case, chosen: Candidate | None
 ) -> tuple[tuple[float, float, float] | None, tuple[float, float, float] | None, float | None]:
     """Return centre, its standard deviation and radius of a cause that has a place in the plane."""
     if chosen is None:
         return None, None, None
-    deviation = dict(zip((c.name for c in chosen.fit.coordinates), chosen.deviations, strict=True))
+    deviation = dict(zip((c.name for c in chosen.fit.free_parameters), chosen.deviations, strict=True))
     for effect, values in zip(chosen.fit.hypothesis.effects, chosen.fit.hypothesis.values, strict=True):
         found = effect.place(case.problem, values)
         if found is not None:

@@ -54,8 +54,8 @@ def rivals_of(fit: Linearisation, trials: Sequence[Trial], error: ModelError) ->
     moments = moments_beside(fit, error, [trial.signature for trial in trials])
     gram, _ = forgiven(error, moments, error.floor)
     labels = [trial.signature.effect.label for trial in trials]
-    sizes = [len(trial.signature.coordinates) for trial in trials]
-    return projected(gram, len(fit.coordinates), labels, sizes)
+    sizes = [len(trial.signature.free_parameters) for trial in trials]
+    return projected(gram, len(fit.free_parameters), labels, sizes)
 
 
 def multiplicity_of(rivals: Rivals, seen: FloatArray, seed: int = 0) -> Multiplicity:

@@ -20,7 +20,7 @@ from estimator.diagnosis.search.baseline import corrected_at_best, prepare
 from estimator.diagnosis.search.local_resolution import resolved
 from estimator.diagnosis.search.racing import race, race_on
 from estimator.diagnosis.search.screening import (
-    Contender,
+    Candidate,
     Tell,
     Trial,
     beside,
@@ -44,17 +44,17 @@ def consider(
     baseline: Linearisation,
     error: ModelError,
     trials: Sequence[Trial],
-    contenders: Sequence[Contender],
+    candidates: Sequence[Candidate],
     floor: float,
 ) -> dict[str, Consideration]:
     """Return for every label of the trials what its best form would do alone beside the baseline.
 
     ``floor`` is the root mean square of the noise in the whitened misfit.
     """
-    refitted: dict[str, Contender] = {}
-    for contender in contenders:
-        if len(contender.labels) == 1:
-            refitted.setdefault(contender.labels[0], contender)
+    refitted: dict[str, Candidate] = {}
+    for candidate in candidates:
+        if len(candidate.labels) == 1:
+            refitted.setdefault(candidate.labels[0], candidate)
     return {
         label: Consideration(
             _expected(case, baseline, error, trial, floor),
@@ -102,36 +102,36 @@ def what_if(
         forms = [effect for effect in CATALOGUE if effect.label == label and not effect.elaborates]
         trials = screen(case, baseline, error, forms, executor, tell)
         starts = [trial.start for trial in best_starts(trials)[:_STARTS]]
-        contenders = race(case, baseline, error, starts, -np.inf, executor, tell)
+        candidates = race(case, baseline, error, starts, -np.inf, executor, tell)
         none = first_order_evidence(case, baseline, error)
-        corrected = corrected_at_best(preparation, case, contenders, none, executor)
+        corrected = corrected_at_best(preparation, case, candidates, none, executor)
         if corrected is not preparation:
             before, case = case, corrected.cases(errors_left)
             baseline = refitted_anew(baseline, before, case)
             error = error_borne_out(case, baseline)
             signatures = signatures_anew([trial.signature for trial in trials], before, case)
             trials = trials_of(case, baseline, error, signatures)
-            fits = [in_another_case(one.fit, before, case) for one in contenders]
-            contenders = race_on(case, baseline, error, fits, -np.inf, executor, tell)
-        best = [resolved(case, baseline, error, one, executor)[1] for one in contenders[:1]]
-        return consider(case, baseline, error, trials, [*best, *contenders[1:]], floor)[label]
+            fits = [in_another_case(one.fit, before, case) for one in candidates]
+            candidates = race_on(case, baseline, error, fits, -np.inf, executor, tell)
+        best = [resolved(case, baseline, error, one, executor)[1] for one in candidates[:1]]
+        return consider(case, baseline, error, trials, [*best, *candidates[1:]], floor)[label]
 
 
 def _expected(case: Case, baseline: Linearisation, error: ModelError, trial: Trial, floor: float) -> Outcome:
     joint = beside(baseline, trial.signature)
-    step = np.array([c.get(trial.start) - c.get(joint.hypothesis) for c in joint.coordinates])
+    step = np.array([c.get(trial.start) - c.get(joint.hypothesis) for c in joint.free_parameters])
     change = [
         whitening.undo(columns @ step)
-        for whitening, columns in zip(case.whitenings, joint.by_coordinate, strict=True)
+        for whitening, columns in zip(case.whitenings, joint.jacobian, strict=True)
     ]
     channels = tuple(p + c for p, c in zip(baseline.predicted, change, strict=True))
     deviations = parameter_deviations(joint, error, error.floor)
     return _outcome(case, baseline, joint, trial.start, deviations, channels, floor)
 
 
-def _achieved(case: Case, baseline: Linearisation, contender: Contender, floor: float) -> Outcome:
-    fit = contender.fit
-    return _outcome(case, baseline, fit, fit.hypothesis, contender.deviations, fit.predicted, floor)
+def _achieved(case: Case, baseline: Linearisation, candidate: Candidate, floor: float) -> Outcome:
+    fit = candidate.fit
+    return _outcome(case, baseline, fit, fit.hypothesis, candidate.deviations, fit.predicted, floor)
 
 
 def _outcome(
@@ -144,8 +144,8 @@ def _outcome(
     floor: float,
 ) -> Outcome:
     return Outcome(
-        parameters=effect_quantities(reached, fit.coordinates, deviations, 0),
-        material=Material(**material_quantities(reached, fit.coordinates, deviations)),
+        parameters=effect_quantities(reached, fit.free_parameters, deviations, 0),
+        material=Material(**material_quantities(reached, fit.free_parameters, deviations)),
         gap=gap_of(held_out_residuals(baseline), held_out_residuals(fit), floor),
         place=_place(case, reached),
         channels=channels,

@@ -37,12 +37,12 @@ def held_out_residuals(fit: Linearisation) -> list[FloatArray]:
     experiment, its last third of rows.
     """
     if len(fit.residual) == 1:
-        return [_last_third(fit, priors_of(fit.hypothesis, fit.coordinates))]
+        return [_last_third(fit, priors_of(fit.hypothesis, fit.free_parameters))]
     left_open = _left_open(fit)
     return [
         _by_stretches(fit, number) if number in left_open else r - columns @ step
         for number, (r, columns, step) in enumerate(
-            zip(fit.residual, fit.by_coordinate, _steps_without_each(fit), strict=True)
+            zip(fit.residual, fit.jacobian, _steps_without_each(fit), strict=True)
         )
     ]
 
@@ -60,8 +60,7 @@ def held_out_in_full(case: Case, fit: Linearisation, executor: Executor) -> list
     jobs = {
         number: executor.submit(_left_out, case, fit, step, number)
         for number, step in enumerate(_steps_without_each(fit))
-        if number not in left_open
-        and np.sqrt(np.mean((fit.by_coordinate[number] @ step) ** 2)) > _MOVED_BY_MUCH
+        if number not in left_open and np.sqrt(np.mean((fit.jacobian[number] @ step) ** 2)) > _MOVED_BY_MUCH
     }
     return [
         jobs[number].result() if number in jobs else residual for number, residual in enumerate(extrapolated)
@@ -72,7 +71,7 @@ def _left_out(case: Case, fit: Linearisation, step: FloatArray, number: int) -> 
     """Return the misfit of one experiment after a step that fits the others better; at the fit to all if none does."""
     before = _misfit_of_others(fit, fit.hypothesis, fit.residual, number)
     for _ in range(_SHORTENINGS):
-        hypothesis = moved(fit.hypothesis, fit.coordinates, step)
+        hypothesis = moved(fit.hypothesis, fit.free_parameters, step)
         step = step / 3
         try:
             found = residuals_near(case, hypothesis, fit)
@@ -86,21 +85,21 @@ def _left_out(case: Case, fit: Linearisation, step: FloatArray, number: int) -> 
 def _misfit_of_others(
     fit: Linearisation, hypothesis: Hypothesis, residual: Sequence[FloatArray], number: int
 ) -> float:
-    offsets = [c.prior_offset(hypothesis) for c in fit.coordinates]
+    offsets = [c.prior_offset(hypothesis) for c in fit.free_parameters]
     others = sum(float(r @ r) for n, r in enumerate(residual) if n != number)
     return others + float(np.sum(np.square(offsets)))
 
 
 def _steps_without_each(fit: Linearisation) -> list[FloatArray]:
     """Return for each experiment the step (p,) to the fit to all others."""
-    priors, grams = priors_of(fit.hypothesis, fit.coordinates), _grams(fit)
+    priors, grams = priors_of(fit.hypothesis, fit.free_parameters), _grams(fit)
     total = np.sum(grams, axis=0)
     return [_step(total - gram, priors) for gram in grams]
 
 
 def _left_open(fit: Linearisation) -> set[int]:
     """Return the experiments whose prediction the others leave open by as much as would move it by much."""
-    priors, grams = priors_of(fit.hypothesis, fit.coordinates), _grams(fit)
+    priors, grams = priors_of(fit.hypothesis, fit.free_parameters), _grams(fit)
     total = np.sum(grams, axis=0)
     prior = np.diag(priors.inverse_scale**2)
     return {
@@ -113,9 +112,9 @@ def _left_open(fit: Linearisation) -> set[int]:
 
 def _by_stretches(fit: Linearisation, number: int) -> FloatArray:
     """Return the residual (r,) of an experiment whose alternate stretches are left out of the fit in turn."""
-    priors, grams = priors_of(fit.hypothesis, fit.coordinates), _grams(fit)
+    priors, grams = priors_of(fit.hypothesis, fit.free_parameters), _grams(fit)
     others = np.sum([gram for n, gram in enumerate(grams) if n != number], axis=0)
-    r, columns = fit.residual[number], fit.by_coordinate[number]
+    r, columns = fit.residual[number], fit.jacobian[number]
     odd = np.arange(len(r)) * _STRETCHES // len(r) % 2 == 1
     found = np.empty_like(r)
     for left_out in (odd, ~odd):
@@ -127,7 +126,7 @@ def _by_stretches(fit: Linearisation, number: int) -> FloatArray:
 
 def _grams(fit: Linearisation) -> list[FloatArray]:
     """Return for each experiment the Gram matrix (1 + p)² of residual and derivatives."""
-    stacked = [np.column_stack(pair) for pair in zip(fit.residual, fit.by_coordinate, strict=True)]
+    stacked = [np.column_stack(pair) for pair in zip(fit.residual, fit.jacobian, strict=True)]
     return [block.T @ block for block in stacked]
 
 
@@ -148,9 +147,9 @@ def _log_density_of_left_out(fit: Linearisation) -> float:
     What the others leave open of the parameters counts as a further variance of the prediction, Z A⁻¹ Zᵀ with A the
     information of the others: a parameter that only one experiment sees is not held against it.
     """
-    priors, grams = priors_of(fit.hypothesis, fit.coordinates), _grams(fit)
+    priors, grams = priors_of(fit.hypothesis, fit.free_parameters), _grams(fit)
     total, density = np.sum(grams, axis=0), 0.0
-    for r, columns, gram in zip(fit.residual, fit.by_coordinate, grams, strict=True):
+    for r, columns, gram in zip(fit.residual, fit.jacobian, grams, strict=True):
         others = (total - gram)[1:, 1:] + np.diag(priors.inverse_scale**2)
         left = r - columns @ _step(total - gram, priors)
         joint, along = others + gram[1:, 1:], columns.T @ left
@@ -160,7 +159,7 @@ def _log_density_of_left_out(fit: Linearisation) -> float:
 
 
 def _last_third(fit: Linearisation, priors: Priors) -> FloatArray:
-    r, columns = fit.residual[0], fit.by_coordinate[0]
+    r, columns = fit.residual[0], fit.jacobian[0]
     kept = 2 * len(r) // 3
     stacked = np.column_stack([r, columns])[:kept]
     return np.asarray((r - columns @ _step(stacked.T @ stacked, priors))[kept:])

@@ -19,7 +19,7 @@ from estimator.diagnosis.evidence.laplace import (
 from estimator.diagnosis.evidence.row_errors import evidence_of_unsteadiness
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.fitting.gauss_newton import LONGEST_OF_A_RANGE, newton_step
-from estimator.diagnosis.model.hypothesis import Coordinate, Hypothesis
+from estimator.diagnosis.model.hypothesis import FreeParameter, Hypothesis
 
 FloatArray = NDArray[np.float64]
 
@@ -54,8 +54,8 @@ def price_of_choice(case: Case, hypothesis: Hypothesis) -> float:
 
 def linear_model(fit: Linearisation, error: ModelError) -> tuple[Moments, Priors]:
     """Return a linearisation's moments, of its residual first, and the priors of what is free in it."""
-    stacked = [np.column_stack(pair) for pair in zip(fit.residual, fit.by_coordinate, strict=True)]
-    return moments_of(error, stacked), priors_within_a_step(fit.hypothesis, fit.coordinates)
+    stacked = [np.column_stack(pair) for pair in zip(fit.residual, fit.jacobian, strict=True)]
+    return moments_of(error, stacked), priors_within_a_step(fit.hypothesis, fit.free_parameters)
 
 
 def linear_model_within_reach(fit: Linearisation, error: ModelError) -> tuple[Moments, Priors]:
@@ -71,7 +71,7 @@ def linear_model_within_reach(fit: Linearisation, error: ModelError) -> tuple[Mo
     return moments, within
 
 
-def priors_within_a_step(hypothesis: Hypothesis, free: Sequence[Coordinate]) -> Priors:
+def priors_within_a_step(hypothesis: Hypothesis, free: Sequence[FreeParameter]) -> Priors:
     """Return the priors with constants bound to where the next step of a refit may take them.
 
     What derivatives promise of a constant far away, where the effect is small, is mostly not there, and would raise the
@@ -83,7 +83,7 @@ def priors_within_a_step(hypothesis: Hypothesis, free: Sequence[Coordinate]) -> 
     return replace(priors, lower=np.maximum(priors.lower, -reach), upper=np.minimum(priors.upper, reach))
 
 
-def priors_of(hypothesis: Hypothesis, free: Sequence[Coordinate]) -> Priors:
+def priors_of(hypothesis: Hypothesis, free: Sequence[FreeParameter]) -> Priors:
     """Return the priors of what is free at a hypothesis, and its bounds as seen from there."""
     values = np.array([c.get(hypothesis) for c in free])
     scale = np.array([np.inf if c.scale is None else c.scale for c in free])

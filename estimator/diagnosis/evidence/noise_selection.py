@@ -32,7 +32,7 @@ _USUAL = 0.25
 _POINTS = 3
 
 
-def sharpest(cases: CaseLeaving, case: Case, fit: Linearisation) -> Case:
+def most_probable_noise(cases: CaseLeaving, case: Case, fit: Linearisation) -> Case:
     """Return that of cases, which differ in what may be left, in which the misfit of a fit is the most probable.
 
     One after the other, each bead beside the rim apart, with what is usual of those to come: more of meshes elsewhere
@@ -86,7 +86,7 @@ def in_another_case(fit: Linearisation, before: Case, after: Case) -> Linearisat
         residual=tuple(
             new.anew(r[:, None], old)[:, 0] for (new, old), r in zip(pairs, fit.residual, strict=True)
         ),
-        by_coordinate=tuple(new.anew(c, old) for (new, old), c in zip(pairs, fit.by_coordinate, strict=True)),
+        jacobian=tuple(new.anew(c, old) for (new, old), c in zip(pairs, fit.jacobian, strict=True)),
         next_share=1.0,
     )
 
@@ -97,14 +97,14 @@ def refitted_anew(baseline: Linearisation, before: Case, after: Case) -> Lineari
     Raises
     ------
     SolverError
-        A visit has no equilibrium.
+        A load step has no equilibrium.
     """
     return refit(after, baseline.hypothesis, in_another_case(baseline, before, after), _POINTS)
 
 
 def signatures_anew(signatures: Sequence[Signature], before: Case, after: Case) -> list[Signature]:
     """Return signatures in one case as they are in another, which differs from it in the noise alone."""
-    ends = np.cumsum([len(signature.coordinates) for signature in signatures])[:-1]
+    ends = np.cumsum([len(signature.free_parameters) for signature in signatures])[:-1]
     pairs = enumerate(zip(after.whitenings, before.whitenings, strict=True))
     # All at once: a product of large matrices takes a fraction of the time of hundreds of thin ones.
     blocks = [

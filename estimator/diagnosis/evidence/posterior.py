@@ -101,7 +101,7 @@ def of_labels(forms: Sequence[tuple[str, str, float]], none: float) -> dict[str,
     """Return the log evidence of each label: the mean of its forms, each of which is as likely beforehand.
 
     Forms that explain alike support one another, and one that alone explains is charged for the choice among them.
-    Evidences are tempered before the mean is taken, and it is freed of that again: the charge is one of priors.
+    Evidences are tempered before the mean is taken, and it is released of that again: the charge is one of priors.
 
     Parameters
     ----------

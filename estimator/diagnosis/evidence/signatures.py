@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.fitting.case import Case, whitened_derivatives
-from estimator.diagnosis.model.hypothesis import Coordinate, Hypothesis, coordinates
+from estimator.diagnosis.model.hypothesis import FreeParameter, Hypothesis, free_parameters
 from estimator.diagnosis.model.solution import Mechanics
 from estimator.diagnosis.sensitivity.perturbation import Perturbation
 from estimator.diagnosis.sensitivity.readings import predicted_readings
@@ -30,13 +30,13 @@ class Signature:
     ----------
     effect : Effect
     constants : its constants
-    coordinates : of its amplitudes
+    free_parameters : of its amplitudes
     columns : for each experiment (r, k), whitened derivative by each amplitude
     """
 
     effect: Effect
     constants: Mapping[str, float]
-    coordinates: tuple[Coordinate, ...]
+    free_parameters: tuple[FreeParameter, ...]
     columns: tuple[FloatArray, ...]
 
 
@@ -60,12 +60,12 @@ def signatures_at(
 ) -> list[Signature]:
     """Return the signatures of effects at given constants."""
     number = len(hypothesis.effects)
-    amplitudes: list[tuple[Coordinate, ...]] = []
+    amplitudes: list[tuple[FreeParameter, ...]] = []
     perturbations: list[Perturbation] = []
     for effect, constants in plans:
         absent = {amplitude.name: 0.0 for amplitude in effect.amplitudes}
         null = hypothesis.with_effect(effect, {**constants, **absent})
-        free = tuple(c for c in coordinates(null) if c.effect == number and c.parameter in absent)
+        free = tuple(c for c in free_parameters(null) if c.effect == number and c.parameter in absent)
         amplitudes.append(free)
         perturbations += [Perturbation(c.name, c.put(null, c.step), effect, c.step) for c in free]
     columns = whitened_derivatives(case, mechanics, hypothesis, perturbations)

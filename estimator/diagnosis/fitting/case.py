@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.model.grip_load import GripLoad
-from estimator.diagnosis.model.hypothesis import Coordinate, Hypothesis, coordinates
+from estimator.diagnosis.model.hypothesis import FreeParameter, Hypothesis, free_parameters
 from estimator.diagnosis.model.solution import KnownFields, Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.noise.whitening import Whitening
 from estimator.diagnosis.result import AT_MOST, DeformedMesh, ErrorsLeft
@@ -55,20 +55,20 @@ class Linearisation:
 
     Attributes
     ----------
-    hypothesis, coordinates : the point, and what is free there
+    hypothesis, free_parameters : the point, and what is free there
     predicted : for each experiment (n, 6 + 3m), channels
     residual : for each (r,), measured minus predicted
-    by_coordinate : for each (r, p)
+    jacobian : for each (r, p)
     known : fields, from which a neighbouring hypothesis starts
     mechanics : for each experiment, without its states
     next_share : of the Newton step from here, which a refit tries next; what was longer did not fit better
     """
 
     hypothesis: Hypothesis
-    coordinates: tuple[Coordinate, ...]
+    free_parameters: tuple[FreeParameter, ...]
     predicted: tuple[FloatArray, ...]
     residual: tuple[FloatArray, ...]
-    by_coordinate: tuple[FloatArray, ...]
+    jacobian: tuple[FloatArray, ...]
     known: KnownFields
     mechanics: tuple[Mechanics, ...]
     next_share: float = 1.0
@@ -81,7 +81,7 @@ class Linearisation:
 
 def deformed_mesh(case: Case, fit: Linearisation, number: int) -> DeformedMesh:
     """Return the body through an experiment: at the fit, or, where its mechanics are extrapolated, at its neighbour."""
-    of_row = fit.mechanics[number].passage.visits.of_row
+    of_row = fit.mechanics[number].solution.load_steps.of_row
     _, first = np.unique(of_row, return_index=True)
     displacements = np.array([fit.known[number][row].displacement for row in first])
     return DeformedMesh(case.problem.body.mesh, displacements, of_row)
@@ -98,7 +98,7 @@ def linearise(
     Raises
     ------
     SolverError
-        A visit has no equilibrium under the hypothesis.
+        A load step has no equilibrium under the hypothesis.
     """
     mechanics, known = _mechanics_near(case, hypothesis, near, progress)
     return linearisation_of(case, hypothesis, mechanics, known)
@@ -110,7 +110,7 @@ def residuals_near(case: Case, hypothesis: Hypothesis, near: Linearisation) -> l
     Raises
     ------
     SolverError
-        A visit has no equilibrium under the hypothesis.
+        A load step has no equilibrium under the hypothesis.
     """
     mechanics, _ = _mechanics_near(case, hypothesis, near, None)
     return residuals(case, mechanics, hypothesis)
@@ -123,15 +123,15 @@ def _mechanics_near(
     if near is not None and same_mechanics(near.hypothesis, hypothesis):
         return [one.at(near.hypothesis, hypothesis) for one in near.mechanics], near.known
     known = near.known if near is not None else None
-    passages = solve_case(case.problem, case.experiments, hypothesis, case.loads, known, progress)
-    return [mechanics_of(passage) for passage in passages], None
+    solutions = solve_case(case.problem, case.experiments, hypothesis, case.loads, known, progress)
+    return [mechanics_of(solution) for solution in solutions], None
 
 
 def linearisation_of(
     case: Case, hypothesis: Hypothesis, mechanics: Sequence[Mechanics], known: KnownFields | None = None
 ) -> Linearisation:
     """Compare solved mechanics with the measurements; fields are those of the mechanics unless they are given."""
-    free = coordinates(hypothesis)
+    free = free_parameters(hypothesis)
     perturbations = [perturbed(hypothesis, coordinate) for coordinate in free]
     return Linearisation(
         hypothesis,
@@ -139,7 +139,7 @@ def linearisation_of(
         tuple(predictions(case, mechanics, hypothesis)),
         tuple(residuals(case, mechanics, hypothesis)),
         tuple(whitened_derivatives(case, mechanics, hypothesis, perturbations)),
-        known or [one.passage.known_fields() for one in mechanics],
+        known or [one.solution.known_fields() for one in mechanics],
         tuple(one.without_states() for one in mechanics),
     )
 
@@ -152,7 +152,7 @@ def same_mechanics(one: Hypothesis, other: Hypothesis) -> bool:
     return abs(here - there) < _NEAR
 
 
-def perturbed(hypothesis: Hypothesis, coordinate: Coordinate) -> Perturbation:
+def perturbed(hypothesis: Hypothesis, coordinate: FreeParameter) -> Perturbation:
     """Return the hypothesis a small step along a coordinate, away from a bound on which it stands."""
     here = coordinate.get(hypothesis)
     step = coordinate.step

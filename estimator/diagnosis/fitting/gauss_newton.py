@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from estimator.diagnosis.evidence.laplace import bounded_minimum
 from estimator.diagnosis.fitting.case import Case, Linearisation, linearise
 from estimator.diagnosis.fitting.parallel import Solve
-from estimator.diagnosis.model.hypothesis import Coordinate, Hypothesis
+from estimator.diagnosis.model.hypothesis import FreeParameter, Hypothesis
 from estimator.errors import SolverError
 
 FloatArray = NDArray[np.float64]
@@ -62,7 +62,7 @@ def refit(
         while evaluations > 0 and accepted is None and _worthwhile(share, gain, worthwhile):
             evaluations -= 1
             try:
-                trial = solve(case, moved(best.hypothesis, best.coordinates, share * step), best)
+                trial = solve(case, moved(best.hypothesis, best.free_parameters, share * step), best)
                 if objective(trial) < objective(best) - 0.05 * share * gain:
                     accepted = trial
             except SolverError:
@@ -86,22 +86,21 @@ def _worthwhile(share: float, gain: float, least: float) -> bool:
 
 def objective(linearisation: Linearisation) -> float:
     """Return half of χ² plus the priors' share: the negative log posterior up to a constant."""
-    offsets = [c.prior_offset(linearisation.hypothesis) for c in linearisation.coordinates]
+    offsets = [c.prior_offset(linearisation.hypothesis) for c in linearisation.free_parameters]
     return 0.5 * linearisation.chi2 + 0.5 * float(np.sum(np.square(offsets)))
 
 
 def newton_step(linearisation: Linearisation) -> tuple[FloatArray, float]:
     """Return the step (p,) to the minimum of the linearised objective within the bounds, and the fall it promises."""
     stacked = [
-        np.column_stack(pair)
-        for pair in zip(linearisation.residual, linearisation.by_coordinate, strict=True)
+        np.column_stack(pair) for pair in zip(linearisation.residual, linearisation.jacobian, strict=True)
     ]
     gram = np.sum([block.T @ block for block in stacked], axis=0)
-    return step_of_gram(gram, linearisation.hypothesis, linearisation.coordinates)
+    return step_of_gram(gram, linearisation.hypothesis, linearisation.free_parameters)
 
 
 def step_of_gram(
-    gram: FloatArray, hypothesis: Hypothesis, free: Sequence[Coordinate]
+    gram: FloatArray, hypothesis: Hypothesis, free: Sequence[FreeParameter]
 ) -> tuple[FloatArray, float]:
     """Return the same from the Gram matrix (1 + p)² of residual and derivatives at a hypothesis."""
     precision = np.array([c.prior_precision for c in free])
@@ -112,14 +111,14 @@ def step_of_gram(
     return step, float(gradient @ step - 0.5 * step @ information @ step)
 
 
-def moved(hypothesis: Hypothesis, free: Sequence[Coordinate], step: FloatArray) -> Hypothesis:
+def moved(hypothesis: Hypothesis, free: Sequence[FreeParameter], step: FloatArray) -> Hypothesis:
     """Return a hypothesis after a step (p,) of its internal variables."""
     for coordinate, change in zip(free, step, strict=True):
         hypothesis = coordinate.put(hypothesis, coordinate.get(hypothesis) + float(change))
     return hypothesis
 
 
-def _limits(coordinate: Coordinate, hypothesis: Hypothesis) -> tuple[float, float]:
+def _limits(coordinate: FreeParameter, hypothesis: Hypothesis) -> tuple[float, float]:
     here = coordinate.get(hypothesis)
     longest = _LONGEST_STEP
     if coordinate.scale is not None:

@@ -14,7 +14,7 @@ from typing import TypeAlias
 
 from estimator.diagnosis.fitting.case import Case, Linearisation, linearise, same_mechanics
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.model.term_history import TermChain
+from estimator.diagnosis.model.term_history import TermHistory
 
 # Returns the linearisation of a case at a hypothesis, from that of a solved neighbour if there is one.
 Solve: TypeAlias = Callable[[Case, Hypothesis, Linearisation | None], Linearisation]
@@ -57,9 +57,9 @@ def _each_by_itself(case: Case, hypothesis: Hypothesis, near: Linearisation | No
     """
     if near is not None and same_mechanics(near.hypothesis, hypothesis):
         return False
-    chain = TermChain(hypothesis)
-    chain.begin(hypothesis.problem(case.problem), case.experiments[0])
-    return not chain.remembers
+    history = TermHistory(hypothesis)
+    history.begin(hypothesis.problem(case.problem), case.experiments[0])
+    return not history.remembers
 
 
 def _parts(case: Case) -> list[Case]:
@@ -75,7 +75,7 @@ def _of_experiment(fit: Linearisation, number: int) -> Linearisation:
         fit,
         predicted=(fit.predicted[number],),
         residual=(fit.residual[number],),
-        by_coordinate=(fit.by_coordinate[number],),
+        jacobian=(fit.jacobian[number],),
         known=(fit.known[number],),
         mechanics=(fit.mechanics[number],),
     )
@@ -91,15 +91,15 @@ def _all_results(jobs: Sequence[Future[Linearisation]]) -> list[Linearisation]:
 
 def _joined(case: Case, parts: Sequence[Linearisation]) -> Linearisation:
     """Return the linearisation of all experiments, with one boundary value problem in common."""
-    problem = parts[0].mechanics[0].passage.problem
+    problem = parts[0].mechanics[0].solution.problem
     return replace(
         parts[0],
         predicted=tuple(part.predicted[0] for part in parts),
         residual=tuple(part.residual[0] for part in parts),
-        by_coordinate=tuple(part.by_coordinate[0] for part in parts),
+        jacobian=tuple(part.jacobian[0] for part in parts),
         known=tuple(part.known[0] for part in parts),
         mechanics=tuple(
-            replace(one, passage=replace(one.passage, problem=problem, baseline=case.problem))
+            replace(one, solution=replace(one.solution, problem=problem, baseline=case.problem))
             for part in parts
             for one in part.mechanics
         ),

@@ -1,4 +1,4 @@
-"""The tissue's pull on the gripper, which effects of the grip answer to: freed of the noise of its measurement."""
+"""The tissue's pull on the gripper, which effects of the grip answer to: released of the noise of its measurement."""
 
 from __future__ import annotations
 

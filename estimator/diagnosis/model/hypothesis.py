@@ -150,7 +150,7 @@ def negligible_effects(hypothesis: Hypothesis, share: float = 1.0) -> tuple[Effe
 
 
 @dataclass(frozen=True)
-class Coordinate:
+class FreeParameter:
     """One free parameter of a hypothesis on the scale on which a fit moves it.
 
     Attributes
@@ -203,7 +203,7 @@ class Coordinate:
         return replace(hypothesis, values=tuple(changed))
 
 
-def coordinates(hypothesis: Hypothesis) -> tuple[Coordinate, ...]:
+def free_parameters(hypothesis: Hypothesis) -> tuple[FreeParameter, ...]:
     """Return the free parameters: E and ν first, then amplitudes and constants of each effect."""
     found = [_of_material(parameter) for parameter in MATERIAL]
     for number, effect in enumerate(hypothesis.effects):
@@ -212,9 +212,9 @@ def coordinates(hypothesis: Hypothesis) -> tuple[Coordinate, ...]:
     return tuple(found)
 
 
-def _of_material(parameter: FitParameter) -> Coordinate:
+def _of_material(parameter: FitParameter) -> FreeParameter:
     unit = "Pa" if parameter is YOUNGS_MODULUS else "1"
-    return Coordinate(
+    return FreeParameter(
         parameter.name,
         unit,
         None,
@@ -229,8 +229,8 @@ def _of_material(parameter: FitParameter) -> Coordinate:
     )
 
 
-def _of_amplitude(number: int, effect: Effect, amplitude: Amplitude) -> Coordinate:
-    return Coordinate(
+def _of_amplitude(number: int, effect: Effect, amplitude: Amplitude) -> FreeParameter:
+    return FreeParameter(
         f"{effect.name}.{amplitude.name}",
         amplitude.unit,
         number,
@@ -245,12 +245,12 @@ def _of_amplitude(number: int, effect: Effect, amplitude: Amplitude) -> Coordina
     )
 
 
-def _of_constant(number: int, effect: Effect, constant: Constant) -> Coordinate:
+def _of_constant(number: int, effect: Effect, constant: Constant) -> FreeParameter:
     """A positive constant that spans decades is treated by its logarithm; the prior covers its range."""
     decades = constant.lower > 0 and constant.upper / constant.lower > 5
     value_of, internal_of = (math.exp, math.log) if decades else (_same, _same)
     width = internal_of(constant.upper) - internal_of(constant.lower)
-    return Coordinate(
+    return FreeParameter(
         f"{effect.name}.{constant.name}",
         constant.unit,
         number,

@@ -1,4 +1,4 @@
-"""The stations of a retraction in time: stays of the gripper at one pose, and the rows that see each."""
+"""The time_points of a retraction in time: stays of the gripper at one pose, and the rows that see each."""
 
 from dataclasses import dataclass
 
@@ -14,10 +14,10 @@ IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Visits:
-    """The stations of one experiment, in time.
+class LoadSteps:
+    """The time_points of one experiment, in time.
 
-    Unlike the states of a :class:`PoseSchedule`, a pose to which the gripper returns is another visit: tissue that
+    Unlike the states of a :class:`PoseSchedule`, a pose to which the gripper returns is another load step: tissue that
     remembers answers differently then.
 
     Attributes
@@ -27,8 +27,8 @@ class Visits:
     rotation : v rotations
     position_variance : (v,) of each coordinate of that mean, m²
     time : (v,) of the first row, s
-    of_row : (n,) visit of each row
-    load : (v, 6) wrench of the tissue on the gripper, mean over the rows of the visit, relative to the first visit
+    of_row : (n,) load step of each row
+    load : (v, 6) wrench of the tissue on the gripper, mean over its rows, relative to the first one
     """
 
     experiment: Experiment
@@ -49,26 +49,28 @@ class Visits:
         return np.concatenate([shift, self.rotation[0].as_rotvec()])
 
 
-def visits_of(experiment: Experiment, felt: FloatArray) -> Visits:
+def load_steps_of(experiment: Experiment, felt: FloatArray) -> LoadSteps:
     """Group consecutive rows that share a pose; ``felt`` (n, 6) is the wrench of the tissue on the gripper."""
     schedule = schedule_poses(experiment)
     new = np.diff(schedule.state_of_row, prepend=-1) != 0
-    return _visits(experiment, felt, schedule, np.cumsum(new) - 1)
+    return _load_steps(experiment, felt, schedule, np.cumsum(new) - 1)
 
 
-def rows_as_visits(experiment: Experiment, felt: FloatArray) -> Visits:
-    """Take every row as a visit of its own, for tissue that changes while the gripper stands."""
-    return _visits(experiment, felt, schedule_poses(experiment), np.arange(len(experiment.time)))
+def rows_as_load_steps(experiment: Experiment, felt: FloatArray) -> LoadSteps:
+    """Take every row as a load step of its own, for tissue that changes while the gripper stands."""
+    return _load_steps(experiment, felt, schedule_poses(experiment), np.arange(len(experiment.time)))
 
 
-def _visits(experiment: Experiment, felt: FloatArray, schedule: PoseSchedule, of_row: IntArray) -> Visits:
+def _load_steps(
+    experiment: Experiment, felt: FloatArray, schedule: PoseSchedule, of_row: IntArray
+) -> LoadSteps:
     _, first = np.unique(of_row, return_index=True)
     state = schedule.state_of_row[first]
     rotations = Rotation.concatenate([pose.rotation for pose in schedule.poses])
     load = np.zeros((len(first), 6))
     np.add.at(load, of_row, felt)
     load /= np.bincount(of_row)[:, None]
-    return Visits(
+    return LoadSteps(
         experiment,
         np.array([schedule.poses[s].position for s in state]),
         rotations[state],

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.model.grip_load import GripLoad
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.model.load_steps import Visits, rows_as_visits, visits_of
-from estimator.diagnosis.model.term_history import TermChain
+from estimator.diagnosis.model.load_steps import LoadSteps, load_steps_of, rows_as_load_steps
+from estimator.diagnosis.model.term_history import TermHistory
 from estimator.effects.effect import Motion
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
@@ -34,7 +34,7 @@ _FROM_A_NEIGHBOUR = replace(_FROM_REST, iterations=12)
 # A step of a refit that is as hard to follow as this is rather shortened: to find that there is no equilibrium costs
 # more than several points.
 _AFTER_STRAYS = replace(_FROM_REST, smallest_fraction=1 / 4)
-# Once so many visits lie too far from the neighbour's, its fields are left and the motion is followed instead.
+# Once so many load steps lie too far from the neighbour's, its fields are left and the motion is followed instead.
 _STRAYS = 3
 
 
@@ -46,24 +46,24 @@ class KnownField:
     pressure: FloatArray
 
 
-# For each experiment, by row, the field of the visit that the row belongs to.
+# For each experiment, by row, the field of the load step that the row belongs to.
 KnownFields = Sequence[Sequence[KnownField]]
 
 
 @dataclass(frozen=True)
-class Passage:
+class Solution:
     """One experiment solved under a hypothesis.
 
     Attributes
     ----------
-    visits : Visits
+    load_steps : LoadSteps
     unit_wrench : (n, 6) of the baseline by row, per unit of Young's modulus
-    motion : true motion of the gripper at the visits
+    motion : true motion of the gripper at the load steps
     problem, baseline : the boundary value problem that was solved, and the one without any effect
-    states : of every visit
+    states : of every load step
     """
 
-    visits: Visits
+    load_steps: LoadSteps
     unit_wrench: FloatArray
     motion: Motion
     problem: RetractionProblem
@@ -78,30 +78,30 @@ class Passage:
     def known_fields(self) -> list[KnownField]:
         """Return the fields by row."""
         fields = [KnownField(state.displacement, state.response.pressure) for state in self.states]
-        return [fields[visit] for visit in self.visits.of_row]
+        return [fields[load_step] for load_step in self.load_steps.of_row]
 
 
 @dataclass(frozen=True)
 class Mechanics:
-    """The observables of one solved experiment before any sensor, with their derivatives, visit by visit."""
+    """The observables of one solved experiment before any sensor, with their derivatives, load step by load step."""
 
-    passage: Passage
+    solution: Solution
     observations: tuple[Observation, ...]
 
     @property
     def wrench(self) -> FloatArray:
-        """Return the wrench at every visit, (v, 6)."""
+        """Return the wrench at every load step, (v, 6)."""
         return np.array([o.wrench for o in self.observations])
 
     @property
     def fiducials(self) -> FloatArray:
-        """Return the fiducials at every visit, (v, m, 3)."""
+        """Return the fiducials at every load step, (v, m, 3)."""
         return np.array([o.fiducials for o in self.observations])
 
     def without_states(self) -> Mechanics:
         """Return the observables alone, which is less to keep and can go to another process."""
         light = tuple(replace(observation, field_by={}) for observation in self.observations)
-        return Mechanics(replace(self.passage, states=()), light)
+        return Mechanics(replace(self.solution, states=()), light)
 
     def at(self, before: Hypothesis, after: Hypothesis) -> Mechanics:
         """Extrapolate the observables of the baseline to another E and ν nearby.
@@ -114,14 +114,14 @@ class Mechanics:
         change = POISSON_RATIO.slope(old) * along
         modulus = after.youngs_modulus
         return Mechanics(
-            self.passage, tuple(_extrapolated(o, ratio, change, modulus) for o in self.observations)
+            self.solution, tuple(_extrapolated(o, ratio, change, modulus) for o in self.observations)
         )
 
 
-def mechanics_of(passage: Passage) -> Mechanics:
-    """Evaluate the observables of every visit."""
-    of_state = {id(state): observe(passage.problem, state) for state in passage.distinct_states}
-    return Mechanics(passage, tuple(of_state[id(state)] for state in passage.states))
+def mechanics_of(solution: Solution) -> Mechanics:
+    """Evaluate the observables of every load step."""
+    of_state = {id(state): observe(solution.problem, state) for state in solution.distinct_states}
+    return Mechanics(solution, tuple(of_state[id(state)] for state in solution.states))
 
 
 def _extrapolated(observation: Observation, ratio: float, change: float, modulus: float) -> Observation:
@@ -144,7 +144,7 @@ def solve_case(
     loads: Sequence[GripLoad],
     known: KnownFields | None = None,
     progress: Progress | None = None,
-) -> list[Passage]:
+) -> list[Solution]:
     """Solve every experiment of a case in their order, what the tissue remembers carried from one to the next.
 
     Parameters
@@ -154,93 +154,104 @@ def solve_case(
     hypothesis : Hypothesis
     loads : of each experiment
     known : fields of a hypothesis near this one
-    progress : called with (visits solved, visits in all)
+    progress : called with (load steps solved, load steps in all)
 
     Raises
     ------
     SolverError
-        A visit has no equilibrium.
+        A load step has no equilibrium.
     """
-    group = rows_as_visits if hypothesis.rate_dependent else visits_of
-    all_visits = [group(experiment, load.felt) for experiment, load in zip(experiments, loads, strict=True)]
-    total, done = sum(len(visits) for visits in all_visits), 0
+    group = rows_as_load_steps if hypothesis.rate_dependent else load_steps_of
+    all_load_steps = [
+        group(experiment, load.felt) for experiment, load in zip(experiments, loads, strict=True)
+    ]
+    total, done = sum(len(load_steps) for load_steps in all_load_steps), 0
     changed = hypothesis.problem(problem)
     following = EquilibriumSolver(changed, _FROM_REST if known is None else _AFTER_STRAYS)
     nearby = following.with_settings(_FROM_A_NEIGHBOUR)
     material, strays = hypothesis.material(), 0
-    passages = []
-    chain = TermChain(hypothesis)
-    for number, visits in enumerate(all_visits):
-        motion = hypothesis.motion(reported_motion(visits, hypothesis, loads[number].unit_wrench))
-        chain.begin(changed, visits.experiment)
+    solutions = []
+    history = TermHistory(hypothesis)
+    for number, load_steps in enumerate(all_load_steps):
+        motion = hypothesis.motion(reported_motion(load_steps, hypothesis, loads[number].unit_wrench))
+        history.begin(changed, load_steps.experiment)
         states: list[EquilibriumState] = []
         been: dict[bytes, EquilibriumState] = {}
-        for visit in range(len(visits)):
-            elapsed = float(visits.time[visit] - visits.time[visit - 1]) if visit else 0.0
-            terms = chain.at(elapsed)
-            pose = GripperPose(motion.position[visit], motion.rotation[visit])
+        for load_step in range(len(load_steps)):
+            elapsed = float(load_steps.time[load_step] - load_steps.time[load_step - 1]) if load_step else 0.0
+            terms = history.at(elapsed)
+            pose = GripperPose(motion.position[load_step], motion.rotation[load_step])
             last = states[-1] if states else None
-            field = _expected(known[number], visits, visit, last) if known is not None else None
+            field = _expected(known[number], load_steps, load_step, last) if known is not None else None
             # Tissue on which nothing acts that remembers or waits is as it was where the gripper has been before.
-            state = been.get(_place(pose)) if chain.steady else None
+            state = been.get(_place(pose)) if history.steady else None
             state = state or _near(nearby, material, pose, terms, field, last)
             if state is None:
                 strays += known is not None
                 if strays > _STRAYS:
                     known = None
                 state = following.solve(pose, material, last or following.rest(material), terms)
-            chain.pass_by(state.displacement, state.response)
+            history.pass_by(state.displacement, state.response)
             states.append(state)
             been[_place(pose)] = state
             done += 1
             if progress is not None:
                 progress(done, total)
-        passages.append(Passage(visits, loads[number].unit_wrench, motion, changed, problem, tuple(states)))
-    seen = hypothesis.with_beads(changed, displacement_at_rest(passages[0]))
-    return [replace(passage, problem=seen) for passage in passages]
+        solutions.append(
+            Solution(load_steps, loads[number].unit_wrench, motion, changed, problem, tuple(states))
+        )
+    seen = hypothesis.with_beads(changed, displacement_at_rest(solutions[0]))
+    return [replace(solution, problem=seen) for solution in solutions]
 
 
-def displacement_at_rest(passage: Passage) -> FloatArray:
+def displacement_at_rest(solution: Solution) -> FloatArray:
     """Return how the nodes are displaced (n, 3), m, with the gripper exactly at its stated rest pose.
 
     By the noise of the first pose beads would seem to sit elsewhere on the tissue, whatever little displaces them.
     """
-    first = passage.states[0]
-    return first.displacement - linear_change(passage.problem, first, passage.visits.off_rest)
+    first = solution.states[0]
+    return first.displacement - linear_change(solution.problem, first, solution.load_steps.off_rest)
 
 
-def reported_motion(visits: Visits, hypothesis: Hypothesis, unit_wrench: FloatArray) -> Motion:
+def reported_motion(load_steps: LoadSteps, hypothesis: Hypothesis, unit_wrench: FloatArray) -> Motion:
     """Return the motion of the gripper as it was reported.
 
     ``unit_wrench`` (n, 6) is the baseline's wrench per unit of Young's modulus, by row.
     """
-    _, first = np.unique(visits.of_row, return_index=True)
+    _, first = np.unique(load_steps.of_row, return_index=True)
     trial = hypothesis.youngs_modulus * unit_wrench[first]
-    return Motion(visits.experiment, visits.position, visits.rotation, visits.load, trial, visits.time)
-
-
-def motion_by_row(passage: Passage, hypothesis: Hypothesis) -> Motion:
-    """Return the reported motion of a solved experiment row by row: what goes on in a hold is not seen by visits."""
-    visits = passage.visits
-    rows, trial = visits.of_row, hypothesis.youngs_modulus * passage.unit_wrench
     return Motion(
-        visits.experiment,
-        visits.position[rows],
-        visits.rotation[rows],
-        visits.load[rows],
+        load_steps.experiment,
+        load_steps.position,
+        load_steps.rotation,
+        load_steps.load,
         trial,
-        visits.experiment.time,
+        load_steps.time,
+    )
+
+
+def motion_by_row(solution: Solution, hypothesis: Hypothesis) -> Motion:
+    """Return the reported motion of a solved experiment row by row: load steps do not see what a hold does."""
+    load_steps = solution.load_steps
+    rows, trial = load_steps.of_row, hypothesis.youngs_modulus * solution.unit_wrench
+    return Motion(
+        load_steps.experiment,
+        load_steps.position[rows],
+        load_steps.rotation[rows],
+        load_steps.load[rows],
+        trial,
+        load_steps.experiment.time,
     )
 
 
 def _expected(
-    known: Sequence[KnownField], visits: Visits, visit: int, last: EquilibriumState | None
+    known: Sequence[KnownField], load_steps: LoadSteps, load_step: int, last: EquilibriumState | None
 ) -> KnownField:
-    """Return the neighbour's field at a visit, as far from it as the last state was from its field then."""
-    here = known[_first_row(visits, visit)]
+    """Return the neighbour's field at a load step, as far from it as the last state was from its field then."""
+    here = known[_first_row(load_steps, load_step)]
     if last is None:
         return here
-    before = known[_first_row(visits, visit - 1)]
+    before = known[_first_row(load_steps, load_step - 1)]
     return KnownField(
         here.displacement + last.displacement - before.displacement,
         here.pressure + last.response.pressure - before.pressure,
@@ -277,5 +288,5 @@ def _place(pose: GripperPose) -> bytes:
     return pose.position.tobytes() + pose.rotation.as_quat(canonical=True).tobytes()
 
 
-def _first_row(visits: Visits, visit: int) -> int:
-    return int(np.searchsorted(visits.of_row, visit))
+def _first_row(load_steps: LoadSteps, load_step: int) -> int:
+    return int(np.searchsorted(load_steps.of_row, load_step))

@@ -14,7 +14,7 @@ from estimator.fem.terms import Memoryless, Term
 FloatArray = NDArray[np.float64]
 
 
-class TermChain:
+class TermHistory:
     """What the tissue and its surroundings remember: :meth:`begin`, then :meth:`at` and :meth:`pass_by` in turn."""
 
     def __init__(self, hypothesis: Hypothesis) -> None:
@@ -40,16 +40,16 @@ class TermChain:
         return all(isinstance(term, Memoryless) and not term.timed for term in self._terms or ())
 
     def at(self, elapsed_s: float) -> tuple[Term, ...]:
-        """Return the terms as they stand so long after the last station."""
+        """Return the terms as they stand so long after the last time_point."""
         self._terms = tuple(term.starting_after(elapsed_s) for term in self._terms or ())
         return self._terms
 
     def pass_by(self, displacement: FloatArray, response: Response) -> None:
-        """Advance past a station with its displacement (n, 3)."""
+        """Advance past a time_point with its displacement (n, 3)."""
         self._terms = tuple(term.after(displacement, response) for term in self._terms or ())
 
     def forces(self, elapsed_s: float, displacement: FloatArray, response: Response) -> FloatArray:
-        """Return the nodal forces (n, 3) at the next station; :meth:`pass_by` advances past it."""
+        """Return the nodal forces (n, 3) at the next time_point; :meth:`pass_by` advances past it."""
         total = np.zeros_like(displacement)
         for term in self.at(elapsed_s):
             total += term.forces(displacement, response)

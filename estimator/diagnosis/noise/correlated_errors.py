@@ -1,7 +1,7 @@
 """Errors that many rows of one experiment share, with everything that nobody calls an effect.
 
-They are the zero of the wrench, the beads' stated rest positions, the reported pose of each visit, and what is left of
-the discretisation error. How much there is of the last the measurements tell, of each bead beside the rim of the grasp
+They are the zero of the wrench, the beads' stated rest positions, the reported pose of each load step, and what is left
+of the discretisation error. How much there is of the last the measurements tell, of each bead beside the rim of the grasp
 apart from anywhere else, for there meshes differ most and by what has nothing to do with the rest of the tissue; and
 how much of what seem to be errors of the rest positions, for a misfit that meshes leave of single beads looks alike.
 """
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.model.hypothesis import Hypothesis, coordinates
+from estimator.diagnosis.model.hypothesis import Hypothesis, free_parameters
 from estimator.diagnosis.model.solution import Mechanics
 from estimator.diagnosis.noise.estimation import Noise
 from estimator.diagnosis.noise.whitening import Whitening, inverse_root, uncorrelated
@@ -50,7 +50,7 @@ _FROM_REST = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class SharedErrors:
+class CorrelatedErrors:
     """Directions of what the rows of one experiment have in common, each by one deviation in units of a value's noise.
 
     Attributes
@@ -84,9 +84,9 @@ class SharedErrors:
         return Whitening(self.seen, self.deviation, self.correlation, *inverse_root(directions))
 
 
-def shared_errors_of(
+def correlated_errors_of(
     mechanics: Mechanics, correction: FloatArray, noise: Noise, at_grasp: FloatArray | None = None
-) -> SharedErrors:
+) -> CorrelatedErrors:
     """Return what the rows of an experiment have in common.
 
     Parameters
@@ -96,8 +96,8 @@ def shared_errors_of(
     noise : what the file does not state of it
     at_grasp : (n, c, k) what meshes make of the edges of the grasp, by one deviation; none where left out
     """
-    visits = mechanics.passage.visits
-    experiment = visits.experiment
+    load_steps = mechanics.solution.load_steps
+    experiment = load_steps.experiment
     seen = np.isfinite(measured_rows(experiment))
     deviation = np.sqrt(channel_variance(experiment))
     rows, count = seen.shape
@@ -111,12 +111,12 @@ def shared_errors_of(
     def among_values(*directions: FloatArray) -> FloatArray:
         return uncorrelated(np.concatenate(directions, axis=2) / deviation[:, None], seen, correlation)
 
-    by_position = derivatives_by_position(mechanics) * np.sqrt(visits.position_variance)[:, None, None]
-    of_visits = np.zeros((rows, count, len(visits), 3))
-    of_visits[np.arange(rows), :, visits.of_row] = by_position[visits.of_row]
+    by_position = derivatives_by_position(mechanics) * np.sqrt(load_steps.position_variance)[:, None, None]
+    of_load_steps = np.zeros((rows, count, len(load_steps), 3))
+    of_load_steps[np.arange(rows), :, load_steps.of_row] = by_position[load_steps.of_row]
     always = [
         in_all_rows(np.where(of_wrench, noise.zero_deviation * deviation, 0.0)),
-        of_visits.reshape(rows, count, -1),
+        of_load_steps.reshape(rows, count, -1),
     ]
     if at_grasp is not None:
         always.append(at_grasp)
@@ -137,7 +137,9 @@ def shared_errors_of(
     beside_rim = {
         bead: among_values(directions) for bead, directions in left_beside_rim(experiment, correction).items()
     }
-    return SharedErrors(seen, deviation, correlation, among_values(*always), at_rest, elsewhere, beside_rim)
+    return CorrelatedErrors(
+        seen, deviation, correlation, among_values(*always), at_rest, elsewhere, beside_rim
+    )
 
 
 def share_of_way(experiment: Experiment) -> FloatArray:
@@ -188,7 +190,7 @@ def left_at_grasp(
     steps, deviations = [], []
     for form in (effect for effect in GRASP_MISPLACEMENT if effect.form in ("jaws", "turned")):
         null = hypothesis.with_effect(form, {amplitude.name: 0.0 for amplitude in form.amplitudes})
-        free = [c for c in coordinates(null) if c.effect is not None]
+        free = [c for c in free_parameters(null) if c.effect is not None]
         steps += [Perturbation(c.name, c.put(null, c.step), form, c.step) for c in free]
         deviations += [deviation[c.unit] for c in free]
     return [np.array(deviations) * slope for slope in derivatives(mechanics, hypothesis, steps, corrections)]

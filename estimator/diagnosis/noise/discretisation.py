@@ -33,15 +33,16 @@ def few_poses(experiment: Experiment) -> dict[int, GripperPose]:
 
 def poses_at_rest_and_few(mechanics: Mechanics) -> dict[int, GripperPose]:
     """Return the true poses of a few states of a solved experiment by their numbers, that of its first row first."""
-    passage = mechanics.passage
-    schedule = schedule_poses(passage.visits.experiment)
-    visits = {
-        state: passage.visits.of_row[int(np.argmax(schedule.state_of_row == state))]
+    solution = mechanics.solution
+    schedule = schedule_poses(solution.load_steps.experiment)
+    load_steps = {
+        state: solution.load_steps.of_row[int(np.argmax(schedule.state_of_row == state))]
         for state in (0, *spread_states(schedule, _CORRECTED_STATES))
     }
-    motion = passage.motion
+    motion = solution.motion
     return {
-        state: GripperPose(motion.position[visit], motion.rotation[visit]) for state, visit in visits.items()
+        state: GripperPose(motion.position[load_step], motion.rotation[load_step])
+        for state, load_step in load_steps.items()
     }
 
 
@@ -74,11 +75,11 @@ def channels_at(
 
 def channels_met(mechanics: Mechanics, states: Iterable[int]) -> dict[int, FloatArray]:
     """Return the channels (c,) of states of a solved experiment, as :func:`channels_at` does."""
-    visits = mechanics.passage.visits
-    state_of_row = schedule_poses(visits.experiment).state_of_row
+    load_steps = mechanics.solution.load_steps
+    state_of_row = schedule_poses(load_steps.experiment).state_of_row
     return {
         state: predicted_channels(
-            mechanics.observations[visits.of_row[int(np.argmax(state_of_row == state))]]
+            mechanics.observations[load_steps.of_row[int(np.argmax(state_of_row == state))]]
         )
         for state in states
     }

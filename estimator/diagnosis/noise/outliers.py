@@ -27,7 +27,7 @@ _SHARE = 0.7
 _TO_DEVIATION = 1.4826
 
 
-def without_glitches(
+def without_outliers(
     experiments: Sequence[Experiment], misfits: Sequence[FloatArray]
 ) -> tuple[Experiment, ...]:
     """Return the experiments with NaN for the readings of beads that are wild.
@@ -37,7 +37,7 @@ def without_glitches(
     misfits : for each experiment (n, 6 + 3m), measured less predicted in units of the noise, NaN where not measured
     """
     return tuple(
-        replace(e, fiducials=np.where(_glitches(misfit[:, 6:])[:, :, None], np.nan, e.fiducials))
+        replace(e, fiducials=np.where(_outliers(misfit[:, 6:])[:, :, None], np.nan, e.fiducials))
         for e, misfit in zip(experiments, misfits, strict=True)
     )
 
@@ -51,7 +51,7 @@ def _readings(experiments: Sequence[Experiment]) -> int:
     return sum(int(np.isfinite(each.fiducials).all(axis=2).sum()) for each in experiments)
 
 
-def _glitches(misfit: FloatArray) -> NDArray[np.bool_]:
+def _outliers(misfit: FloatArray) -> NDArray[np.bool_]:
     """Tell which bead is wild in which row (n, m), of a misfit (n, 3m)."""
     beads = misfit.reshape(len(misfit), -1, 3)
     if len(beads) < 3:

@@ -20,10 +20,10 @@ from estimator.diagnosis.model.hypothesis import LARGEST_POISSON_RATIO, Hypothes
 from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.noise.correlated_errors import (
     BESIDE_RIM_M,
-    SharedErrors,
+    CorrelatedErrors,
+    correlated_errors_of,
     edge_deviation,
     left_at_grasp,
-    shared_errors_of,
 )
 from estimator.diagnosis.noise.discretisation import (
     channels_at,
@@ -33,9 +33,9 @@ from estimator.diagnosis.noise.discretisation import (
     poses_at_rest_and_few,
 )
 from estimator.diagnosis.noise.estimation import Noise, noise_of, with_offsets_of
-from estimator.diagnosis.noise.outliers import without_glitches
+from estimator.diagnosis.noise.outliers import without_outliers
 from estimator.diagnosis.result import AT_MOST, ErrorsLeft
-from estimator.diagnosis.search.screening import Contender
+from estimator.diagnosis.search.screening import Candidate
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
 from estimator.fem.block_mesh import Grading
@@ -56,7 +56,7 @@ _FIRST_GRADING = Grading(grasp_m=3e-3, anchor_m=8e-3, largest_m=25e-3, growth=3.
 # the rim of the grasp sits nearer to it or farther from it by this, m: tissue 0.4 mm from the rim that had been taken
 # for gripped left 0.2 mm, and a bead misread.
 _FAR, _FAR_AT_RIM_M = 0.2, 1e-4
-# A contender surely beats "none" by this, and leaves little beyond noise below this share of noise's sum of squares.
+# A candidate surely beats "none" by this, and leaves little beyond noise below this share of noise's sum of squares.
 _SURE, _NEARLY = 10.0, 1.2
 
 
@@ -92,7 +92,7 @@ def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[Prep
     FitError
         The measured forces do not oppose the motion.
     SolverError
-        A visit has no equilibrium.
+        A load step has no equilibrium.
     """
     ordered = tuple(sorted(experiments, key=lambda experiment: experiment.order))
     rough = _rough_fit(ordered)
@@ -104,10 +104,12 @@ def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[Prep
     corrections = []
     for one, future in zip(mechanics, finer, strict=True):
         fine = future.result()
-        corrections.append(correction_along(one.passage.visits.experiment, channels_met(one, fine), fine))
+        corrections.append(
+            correction_along(one.solution.load_steps.experiment, channels_met(one, fine), fine)
+        )
     corrected = replace(uncorrected, corrections=tuple(corrections))
     predicted = predictions(corrected, mechanics, rough)
-    cleaned = without_glitches(ordered, _misfits(corrected, predicted))
+    cleaned = without_outliers(ordered, _misfits(corrected, predicted))
     corrected = replace(corrected, experiments=cleaned)
     mechanics = [_measured_as(one, experiment) for one, experiment in zip(mechanics, cleaned, strict=True)]
     noise = noise_of(cleaned, _misfits(corrected, predicted))
@@ -172,23 +174,23 @@ def corrected_at(preparation: Preparation, fit: Linearisation, executor: Executo
 def corrected_at_best(
     preparation: Preparation,
     case: Case,
-    contenders: Sequence[Contender],
+    candidates: Sequence[Candidate],
     none: float,
     executor: Executor,
 ) -> Preparation:
-    """Return the preparation with the discretisation error of the best contender, where that is nearly the truth.
+    """Return the preparation with the discretisation error of the best candidate, where that is nearly the truth.
 
     It surely beats "none", and leaves little beyond noise: another cause beside it would lead elsewhere.
 
     Parameters
     ----------
-    case : in which the contenders were refitted
-    contenders : the most probable first
+    case : in which the candidates were refitted
+    candidates : the most probable first
     none : log evidence of the baseline
     """
-    if not contenders or contenders[0].log_evidence < none + _SURE:
+    if not candidates or candidates[0].log_evidence < none + _SURE:
         return preparation
-    fit = contenders[0].fit
+    fit = candidates[0].fit
     values = sum(len(residual) for residual in fit.residual)
     if fit.chi2 > _NEARLY * values * white_floor(case) ** 2:
         return preparation
@@ -211,18 +213,18 @@ def _shared(
     corrections: Sequence[FloatArray],
     noise: Noise,
     at_grasp: Sequence[FloatArray],
-) -> list[SharedErrors]:
+) -> list[CorrelatedErrors]:
     return [
-        shared_errors_of(one, correction, noise, left)
+        correlated_errors_of(one, correction, noise, left)
         for one, correction, left in zip(mechanics, corrections, at_grasp, strict=True)
     ]
 
 
-def _cases(case: Case, shared: Sequence[SharedErrors]) -> CaseLeaving:
+def _cases(case: Case, shared: Sequence[CorrelatedErrors]) -> CaseLeaving:
     return cache(lambda left: _leaving(case, shared, left))
 
 
-def _leaving(case: Case, shared: Sequence[SharedErrors], left: ErrorsLeft) -> Case:
+def _leaving(case: Case, shared: Sequence[CorrelatedErrors], left: ErrorsLeft) -> Case:
     """Return a case with the noise that goes with what is left of the errors that rows share."""
     return replace(case, errors_left=left, whitenings=tuple(one.whitening(left) for one in shared))
 
@@ -237,13 +239,13 @@ def _misfits(case: Case, predicted: Sequence[FloatArray]) -> list[FloatArray]:
 
 def _measured_as(mechanics: Mechanics, experiment: Experiment) -> Mechanics:
     """Return the same mechanics of an experiment of which less was measured."""
-    passage = mechanics.passage
-    visits, motion = passage.visits, passage.motion
+    solution = mechanics.solution
+    load_steps, motion = solution.load_steps, solution.motion
     return replace(
         mechanics,
-        passage=replace(
-            passage,
-            visits=replace(visits, experiment=experiment),
+        solution=replace(
+            solution,
+            load_steps=replace(load_steps, experiment=experiment),
             motion=replace(motion, experiment=experiment),
         ),
     )
@@ -263,9 +265,10 @@ def _uncorrected(
     problem = mesh_experiment(experiments[0], grading)
     zeros = tuple(np.zeros((len(e.time), 6 + 3 * len(e.fiducials_rest))) for e in experiments)
     loads = tuple(GripLoad.none(len(e.time)) for e in experiments)
-    passages = solve_case(problem, experiments, hypothesis, loads)
-    mechanics = [mechanics_of(passage) for passage in passages]
+    solutions = solve_case(problem, experiments, hypothesis, loads)
+    mechanics = [mechanics_of(solution) for solution in solutions]
     whitenings = tuple(
-        shared_errors_of(one, zero, Noise()).whitening() for one, zero in zip(mechanics, zeros, strict=True)
+        correlated_errors_of(one, zero, Noise()).whitening()
+        for one, zero in zip(mechanics, zeros, strict=True)
     )
     return Case(experiments, problem, zeros, whitenings, loads), mechanics

@@ -1,4 +1,4 @@
-"""The field of hypotheses: all of the catalogue are screened, the leaders refitted, the best of them polished."""
+"""The comparison of hypotheses: all of the catalogue are screened, the leaders refitted, the best of them polished."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from estimator.diagnosis.evidence.marginal_likelihood import (
 from estimator.diagnosis.evidence.noise_selection import (
     CaseLeaving,
     in_another_case,
+    most_probable_noise,
     noise_cost,
     refitted_anew,
-    sharpest,
     signatures_anew,
 )
 from estimator.diagnosis.fitting.case import Case, Linearisation, linearise
@@ -35,7 +35,7 @@ from estimator.diagnosis.search.refinements import (
     siblings,
 )
 from estimator.diagnosis.search.screening import (
-    Contender,
+    Candidate,
     Tell,
     Trial,
     best_of_labels,
@@ -48,7 +48,7 @@ from estimator.diagnosis.search.second_cause import adequate, asks_for_a_finer_f
 from estimator.effects.catalogue import CATALOGUE, LABELS, OUTSIDERS
 from estimator.experiment import Experiment
 
-_CONTENDERS = 7
+_CANDIDATES = 7
 _FORMS_OF_A_LABEL = 3
 # A hypothesis whose first-order evidence is this much below the best is not refitted, unless few are left.
 _HOPELESS = 0.35
@@ -61,26 +61,26 @@ ALIKE = 0.15
 
 
 @dataclass(frozen=True)
-class Field:
+class Comparison:
     """What was tried on a case.
 
     Attributes
     ----------
     case : Case
-    glitches : how many single readings of a bead were left out as wild
+    outliers : how many single readings of a bead were left out as wild
     baseline : fitted
     error : what any model misses
     trials : every effect at every start, to first order, the most probable first
-    contenders : refitted, the most probable first
+    candidates : refitted, the most probable first
     none, unknown : log evidence of the baseline, and of something outside the catalogue beside it
     """
 
     case: Case
-    glitches: int
+    outliers: int
     baseline: Linearisation
     error: ModelError
     trials: tuple[Trial, ...]
-    contenders: tuple[Contender, ...]
+    candidates: tuple[Candidate, ...]
     none: float
     unknown: float
 
@@ -90,7 +90,7 @@ class Field:
         return [trial for trial in self.trials if trial.signature.effect.label in LABELS]
 
 
-def hold_contest(experiments: Sequence[Experiment], executor: Executor, tell: Tell) -> Field:
+def compare(experiments: Sequence[Experiment], executor: Executor, tell: Tell) -> Comparison:
     """Fit the baseline, then let every effect of the catalogue explain what it leaves.
 
     Raises
@@ -102,7 +102,7 @@ def hold_contest(experiments: Sequence[Experiment], executor: Executor, tell: Te
     preparation, baseline = prepare(experiments, executor)
     tell("fitting the baseline", 1, 1)
     lenient = preparation.cases(AT_MOST)
-    case = sharpest(preparation.cases, lenient, baseline)
+    case = most_probable_noise(preparation.cases, lenient, baseline)
     baseline = refitted_anew(baseline, lenient, case)
     error = error_borne_out(case, baseline)
     none, unknown = first_order_evidence(case, baseline, error), evidence_of_unknown(case, baseline, error)
@@ -110,45 +110,47 @@ def hold_contest(experiments: Sequence[Experiment], executor: Executor, tell: Te
     plain = [effect for effect in everything if not (effect.elaborates or effect.mistaken_for)]
     trials = screen(case, baseline, error, plain, executor, tell)
     starts = [trial.start for trial in _leaders(best_starts(trials), none)]
-    contenders = race(case, baseline, error, starts, none, executor, tell)
+    candidates = race(case, baseline, error, starts, none, executor, tell)
     left_out = number_left_out(experiments, case.experiments)
-    field = Field(case, left_out, baseline, error, tuple(trials), tuple(contenders), none, unknown)
-    preparation = corrected_at_best(preparation, case, contenders, none, executor)
-    field = _sharpened(field, preparation.cases, executor, tell)
-    finer = _finer(field, executor, tell)
-    if finer is field:
-        return field
-    preparation = corrected_at_best(preparation, finer.case, finer.contenders, finer.none, executor)
-    return _sharpened(finer, preparation.cases, executor, tell)
+    comparison = Comparison(case, left_out, baseline, error, tuple(trials), tuple(candidates), none, unknown)
+    preparation = corrected_at_best(preparation, case, candidates, none, executor)
+    comparison = _with_most_probable_noise(comparison, preparation.cases, executor, tell)
+    finer = _finer(comparison, executor, tell)
+    if finer is comparison:
+        return comparison
+    preparation = corrected_at_best(preparation, finer.case, finer.candidates, finer.none, executor)
+    return _with_most_probable_noise(finer, preparation.cases, executor, tell)
 
 
-def _finer(field: Field, executor: Executor, tell: Tell) -> Field:
-    """Return the field with finer forms of the leaders refitted, and with what may be mistaken for them."""
-    best_few = finalists(field.contenders, field.none)
-    doubtful = _doubtful(field, best_few)
+def _finer(comparison: Comparison, executor: Executor, tell: Tell) -> Comparison:
+    """Return the comparison with finer forms of the leaders refitted, and with what may be mistaken for them."""
+    best_few = finalists(comparison.candidates, comparison.none)
+    doubtful = _doubtful(comparison, best_few)
     elaborate = elaborations({one.labels[0] for one in doubtful})
-    if best_few and _unknown_leads(field, best_few[0]):
+    if best_few and _unknown_leads(comparison, best_few[0]):
         elaborate += [effect for effect in accidents() if effect not in elaborate]
-    mistaken = mistaken_for(field.case, best_few)
-    stopped = _best_with_kinks(field.case, best_few)
+    mistaken = mistaken_for(comparison.case, best_few)
+    stopped = _best_with_kinks(comparison.case, best_few)
     if not (doubtful or mistaken or stopped):
-        return field
-    case, baseline, error = field.case, field.baseline, field.error
+        return comparison
+    case, baseline, error = comparison.case, comparison.baseline, comparison.error
     effects = [*elaborate, *mistaken]
-    finer = screen(case, _with_material_of(field), error, effects, executor, tell) if effects else []
+    finer = screen(case, _with_material_of(comparison), error, effects, executor, tell) if effects else []
     begun = best_starts(finer)
-    forms = [start for one in doubtful[:1] for start in at_the_place_of(one, field.contenders)]
+    forms = [start for one in doubtful[:1] for start in at_the_place_of(one, comparison.candidates)]
     led = {start.effects[0].name for start in forms}
     forms += [
         one.start
         for one in begun
         if one.signature.effect.label in LABELS and one.signature.effect.name not in led
     ]
-    forms += [one.start for one in siblings(best_starts(field.trials), doubtful[:1], field.contenders)]
+    forms += [
+        one.start for one in siblings(best_starts(comparison.trials), doubtful[:1], comparison.candidates)
+    ]
     others = [trial.start for trial in begun if trial.signature.effect.label not in LABELS]
-    leader = field.contenders[0].log_evidence
+    leader = comparison.candidates[0].log_evidence
     # What is mistaken for the leader begins where that has its best place: it falls short by more until it has its own.
-    behind = leader - ALIKE * (leader - field.none)
+    behind = leader - ALIKE * (leader - comparison.none)
     found = [
         *race(case, baseline, error, forms[:_FINER], leader, executor, tell),
         *race(case, baseline, error, others[:_FINER], behind, executor, tell),
@@ -157,49 +159,53 @@ def _finer(field: Field, executor: Executor, tell: Tell) -> Field:
         beyond = past_kinks(case, stopped)
         found += race(case, baseline, error, beyond, stopped.log_evidence, executor, tell)
     # One that falls short of the leader may still be its rival: its evidence is to be that of a refit in full.
-    weighed = most_probable_first([*field.contenders, *found])
-    contenders = to_the_end(case, baseline, error, weighed, field.none, executor, tell)
-    return replace(field, trials=(*field.trials, *finer), contenders=tuple(contenders))
+    weighed = most_probable_first([*comparison.candidates, *found])
+    candidates = to_the_end(case, baseline, error, weighed, comparison.none, executor, tell)
+    return replace(comparison, trials=(*comparison.trials, *finer), candidates=tuple(candidates))
 
 
-def _with_material_of(field: Field) -> Linearisation:
-    """Return the baseline with E and ν of the best contender, where a form much like it is nearer to linear.
+def _with_material_of(comparison: Comparison) -> Linearisation:
+    """Return the baseline with E and ν of the best candidate, where a form much like it is nearer to linear.
 
     A stress that relaxes by half leaves half of E: from the fitted E, the shares of two terms begin far off.
     """
-    there = field.contenders[0].fit.hypothesis
-    return linearise(field.case, Hypothesis(there.youngs_modulus, there.poisson_ratio), field.baseline)
+    there = comparison.candidates[0].fit.hypothesis
+    return linearise(
+        comparison.case, Hypothesis(there.youngs_modulus, there.poisson_ratio), comparison.baseline
+    )
 
 
-def _best_with_kinks(case: Case, contenders: Sequence[Contender]) -> Contender | None:
-    """Return the first contender whose refit may have stopped at a kink."""
-    return next((one for one in contenders if past_kinks(case, one)), None)
+def _best_with_kinks(case: Case, candidates: Sequence[Candidate]) -> Candidate | None:
+    """Return the first candidate whose refit may have stopped at a kink."""
+    return next((one for one in candidates if past_kinks(case, one)), None)
 
 
-def _sharpened(field: Field, cases: CaseLeaving, executor: Executor, tell: Tell) -> Field:
-    """Return the field with the noise, and with the corrections, that the best contender bears out.
+def _with_most_probable_noise(
+    comparison: Comparison, cases: CaseLeaving, executor: Executor, tell: Tell
+) -> Comparison:
+    """Return the comparison with the noise, and with the corrections, that the best candidate bears out.
 
     Neither "none" nor "unknown" is less probable for a noise that was chosen to suit another answer.
     """
-    if not field.contenders:
-        return field
-    case = sharpest(cases, field.case, field.contenders[0].fit)
-    if case is field.case:
-        return field
-    baseline = refitted_anew(field.baseline, field.case, case)
-    fits = [in_another_case(one.fit, field.case, case) for one in field.contenders]
+    if not comparison.candidates:
+        return comparison
+    case = most_probable_noise(cases, comparison.case, comparison.candidates[0].fit)
+    if case is comparison.case:
+        return comparison
+    baseline = refitted_anew(comparison.baseline, comparison.case, case)
+    fits = [in_another_case(one.fit, comparison.case, case) for one in comparison.candidates]
     error = error_borne_out(case, fits[0])
-    gained = noise_cost(case) - noise_cost(field.case)
-    none = max(first_order_evidence(case, baseline, error), field.none + gained)
-    unknown = max(evidence_of_unknown(case, baseline, error), field.unknown + gained)
-    signatures = signatures_anew([trial.signature for trial in field.trials], field.case, case)
+    gained = noise_cost(case) - noise_cost(comparison.case)
+    none = max(first_order_evidence(case, baseline, error), comparison.none + gained)
+    unknown = max(evidence_of_unknown(case, baseline, error), comparison.unknown + gained)
+    signatures = signatures_anew([trial.signature for trial in comparison.trials], comparison.case, case)
     return replace(
-        field,
+        comparison,
         case=case,
         baseline=baseline,
         error=error,
         trials=tuple(sorted(trials_of(case, baseline, error, signatures), key=lambda one: -one.log_evidence)),
-        contenders=tuple(race_on(case, baseline, error, fits, none, executor, tell)),
+        candidates=tuple(race_on(case, baseline, error, fits, none, executor, tell)),
         none=none,
         unknown=unknown,
     )
@@ -217,18 +223,18 @@ def _leaders(trials: Sequence[Trial], none: float) -> list[Trial]:
             break
         if forms < _FORMS_OF_A_LABEL:
             chosen.append(trial)
-        if len(chosen) == _CONTENDERS:
+        if len(chosen) == _CANDIDATES:
             break
     return chosen
 
 
-def _unknown_leads(field: Field, best: Contender) -> bool:
-    """Tell whether something unknown is more probable than the best contender."""
-    return field.unknown > best.log_evidence
+def _unknown_leads(comparison: Comparison, best: Candidate) -> bool:
+    """Tell whether something unknown is more probable than the best candidate."""
+    return comparison.unknown > best.log_evidence
 
 
-def _doubtful(field: Field, best_few: Sequence[Contender]) -> list[Contender]:
-    """Return the contenders of which a finer form could win, the most probable first.
+def _doubtful(comparison: Comparison, best_few: Sequence[Candidate]) -> list[Candidate]:
+    """Return the candidates of which a finer form could win, the most probable first.
 
     They are rivals close to the best, or what leaves a misfit; or the best alone, where another of its own kind or a
     second cause seems to be beside it: a finer form of one cause is likelier. Where something unknown is more probable
@@ -237,13 +243,17 @@ def _doubtful(field: Field, best_few: Sequence[Contender]) -> list[Contender]:
     if not best_few:
         return []
     best = best_few[0]
-    if _unknown_leads(field, best):
-        return best_of_labels(field.contenders)
+    if _unknown_leads(comparison, best):
+        return best_of_labels(comparison.candidates)
     rivals = [one for one in best_few if one.log_evidence > best.log_evidence - _CLOSE]
     if len({one.labels[0] for one in rivals}) > 1:
         return rivals
-    if not adequate(field.case, best, field.error):
+    if not adequate(comparison.case, best, comparison.error):
         return list(best_few[:2])
-    if asks_for_a_finer_form(field.case, best, field.trials, field.error):
+    if asks_for_a_finer_form(comparison.case, best, comparison.trials, comparison.error):
         return [best]
-    return [best] if promising_seconds(field.case, best, field.trials, field.error, field.none) else []
+    return (
+        [best]
+        if promising_seconds(comparison.case, best, comparison.trials, comparison.error, comparison.none)
+        else []
+    )

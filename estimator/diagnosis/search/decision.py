@@ -1,4 +1,4 @@
-"""The verdict on a field of hypotheses: which cause, or which two, whether none or something unknown beside them."""
+"""The verdict on a comparison: which cause, or which two, whether none, or something unknown beside them."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from estimator.diagnosis.evidence.marginal_likelihood import evidence_of_unknown
 from estimator.diagnosis.evidence.posterior import of_labels, probabilities, shared_with_unknown
 from estimator.diagnosis.model.hypothesis import Hypothesis, negligible_effects
 from estimator.diagnosis.result import NONE, UNKNOWN, Doubted
-from estimator.diagnosis.search.comparison import Field
+from estimator.diagnosis.search.comparison import Comparison
 from estimator.diagnosis.search.pair_search import search_pairs, with_what_it_is_mistaken_for
-from estimator.diagnosis.search.screening import Contender, Tell, best_starts
+from estimator.diagnosis.search.screening import Candidate, Tell, best_starts
 from estimator.diagnosis.search.second_cause import (
     adequate,
     beyond_noise,
@@ -56,56 +56,60 @@ class Verdict:
     """
 
     labels: tuple[str, ...]
-    winner: Contender | None
+    winner: Candidate | None
     probability: Mapping[str, float]
     doubted: tuple[Doubted, ...] = ()
 
 
-def reach_verdict(field: Field, evidence: Mapping[str, float], executor: Executor, tell: Tell) -> Verdict:
+def reach_verdict(
+    comparison: Comparison, evidence: Mapping[str, float], executor: Executor, tell: Tell
+) -> Verdict:
     """Conclude from the log evidence of every answer; look for a second cause, and for what the causes leave."""
-    verdict = _likeliest(field, evidence, executor, tell)
+    verdict = _likeliest(comparison, evidence, executor, tell)
     return Verdict((), None, verdict.probability) if verdict.probability[NONE] > _IN_DOUBT else verdict
 
 
-def _likeliest(field: Field, evidence: Mapping[str, float], executor: Executor, tell: Tell) -> Verdict:
+def _likeliest(
+    comparison: Comparison, evidence: Mapping[str, float], executor: Executor, tell: Tell
+) -> Verdict:
     """Return the verdict that is the most probable, however doubtful."""
     probability = probabilities(evidence)
     leading = next(iter(probability))
     if leading == NONE:
-        beyond = rough_gap(field.baseline.residual, white_floor(field.case))
+        beyond = rough_gap(comparison.baseline.residual, white_floor(comparison.case))
         if not beyond:
             return Verdict((), None, probability)
         return Verdict((UNKNOWN,), None, shared_with_unknown(probability, NONE, 0.0, beyond))
-    outsider = _first_of(field, UNKNOWN) if evidence[UNKNOWN] > field.unknown else None
+    outsider = _first_of(comparison, UNKNOWN) if evidence[UNKNOWN] > comparison.unknown else None
     recognised = outsider if leading == UNKNOWN else None
-    best = recognised or _first_of(field, next(label for label in probability if label in LABELS))
+    best = recognised or _first_of(comparison, next(label for label in probability if label in LABELS))
     if best is None:
         return Verdict((UNKNOWN,), None, probability)
-    found = search_pairs(field, best, executor, tell)
+    found = search_pairs(comparison, best, executor, tell)
     if found.alone is not best:
-        field = replace(field, contenders=(*field.contenders, found.alone))
-        evidence = weigh(field)
+        comparison = replace(comparison, candidates=(*comparison.candidates, found.alone))
+        evidence = weigh(comparison)
         probability = probabilities(evidence)
         leading = next(iter(probability))
         best = found.alone if leading in (found.alone.labels[0], UNKNOWN) else best
-    worthy = [pair for pair in found.pairs if _worth_two(field, best, pair)]
-    if worthy and _stands(field, best, worthy[0], leading):
-        standing = [pair for pair in worthy if _stands(field, best, pair, leading)]
-        field = with_what_it_is_mistaken_for(field, standing[0], executor, tell)
-        evidence = {**evidence, UNKNOWN: weigh(field)[UNKNOWN]}
-        return _of_two(field, standing, evidence, probability)
+    worthy = [pair for pair in found.pairs if _worth_two(comparison, best, pair)]
+    if worthy and _stands(comparison, best, worthy[0], leading):
+        standing = [pair for pair in worthy if _stands(comparison, best, pair, leading)]
+        comparison = with_what_it_is_mistaken_for(comparison, standing[0], executor, tell)
+        evidence = {**evidence, UNKNOWN: weigh(comparison)[UNKNOWN]}
+        return _of_two(comparison, standing, evidence, probability)
     if leading == UNKNOWN:
         return Verdict((UNKNOWN,), recognised, probability)
-    verdict = _with_remainder(field, best, leading, probability)
-    return replace(verdict, doubted=_doubted(field, best, found.pairs))
+    verdict = _with_remainder(comparison, best, leading, probability)
+    return replace(verdict, doubted=_doubted(comparison, best, found.pairs))
 
 
-def _doubted(field: Field, best: Contender, pairs: Sequence[Contender]) -> tuple[Doubted, ...]:
+def _doubted(comparison: Comparison, best: Candidate, pairs: Sequence[Candidate]) -> tuple[Doubted, ...]:
     """Return the second causes beside the best one that were refitted and explain more, each in its best form."""
     doubted: dict[str, Doubted] = {}
     for pair in pairs:
         others = set(pair.labels) - {best.labels[0], UNKNOWN}
-        adds, asked = pair.log_evidence - best.log_evidence, least_gain(best, pair.labels, field.none)
+        adds, asked = pair.log_evidence - best.log_evidence, least_gain(best, pair.labels, comparison.none)
         if best.labels[0] in pair.labels and others and _WORTH_TELLING <= adds < asked:
             label = others.pop()
             doubted.setdefault(label, Doubted(label, adds, asked))
@@ -113,66 +117,69 @@ def _doubted(field: Field, best: Contender, pairs: Sequence[Contender]) -> tuple
 
 
 def _of_two(
-    field: Field, pairs: Sequence[Contender], evidence: Mapping[str, float], probability: Mapping[str, float]
+    comparison: Comparison,
+    pairs: Sequence[Candidate],
+    evidence: Mapping[str, float],
+    probability: Mapping[str, float],
 ) -> Verdict:
     """Return the verdict for two causes, of pairs that are believed, the most probable first.
 
     The stronger cause of each pair has the evidence of the pair, less what the choice among its forms costs: a rival is
     weighed with its own second cause too.
     """
-    of_stronger: dict[str, Contender] = {}
+    of_stronger: dict[str, Candidate] = {}
     for pair in pairs:
         of_stronger.setdefault(max(pair.labels, key=lambda label: probability[label]), pair)
-    cost = _cost_of_form(field)
+    cost = _cost_of_form(comparison)
     raised = {
         label: max(evidence[label], pair.log_evidence - cost[label]) for label, pair in of_stronger.items()
     }
     shared = probabilities({**evidence, **raised})
     stronger = max(of_stronger, key=lambda label: shared[label])
     if next(iter(shared)) == UNKNOWN and UNKNOWN not in of_stronger:
-        return Verdict((UNKNOWN,), _first_of(field, UNKNOWN), shared)
+        return Verdict((UNKNOWN,), _first_of(comparison, UNKNOWN), shared)
     pair = of_stronger[stronger]
     surplus = max(pair.log_evidence - evidence[stronger], 0.0) if UNKNOWN in pair.labels else 0.0
-    return _with_remainder(field, pair, stronger, shared, surplus)
+    return _with_remainder(comparison, pair, stronger, shared, surplus)
 
 
-def weigh(field: Field) -> dict[str, float]:
+def weigh(comparison: Comparison) -> dict[str, float]:
     """Return the log evidence of every answer.
 
     An effect smaller than anybody would care for keeps the less of its evidence the less that is: a slight error of the
     baseline could feign it. An effect that makes the prediction of left-out experiments worse loses by as much. What is
     unknown is an effect without a label, one as likely as the other, or anything: whichever is more probable.
     """
-    forms = of_labels(_forms_weighed(field), field.none)
+    forms = of_labels(_forms_weighed(comparison), comparison.none)
     found = {label: forms.get(label, -np.inf) for label in LABELS}
-    found[NONE] = field.none
-    found[UNKNOWN] = max(field.unknown, forms.get(UNKNOWN, -np.inf))
+    found[NONE] = comparison.none
+    found[UNKNOWN] = max(comparison.unknown, forms.get(UNKNOWN, -np.inf))
     return found
 
 
-def _forms_weighed(field: Field) -> list[tuple[str, str, float]]:
+def _forms_weighed(comparison: Comparison) -> list[tuple[str, str, float]]:
     """Return label, name and log evidence of every form of every effect, refitted where it was."""
-    refitted = {one.fit.hypothesis.effects[0].name for one in field.contenders}
+    refitted = {one.fit.hypothesis.effects[0].name for one in comparison.candidates}
     points = [
-        (one.fit.hypothesis, one.log_evidence - lost_on_held_out(one.fit, field.baseline))
-        for one in field.contenders
+        (one.fit.hypothesis, one.log_evidence - lost_on_held_out(one.fit, comparison.baseline))
+        for one in comparison.candidates
     ]
     points += [
         (trial.start, trial.log_evidence)
-        for trial in best_starts(field.trials)
+        for trial in best_starts(comparison.trials)
         if trial.signature.effect.name not in refitted
     ]
     return [
-        (one.effects[0].label, one.effects[0].name, field.none + _believed(one, value - field.none))
+        (one.effects[0].label, one.effects[0].name, comparison.none + _believed(one, value - comparison.none))
         for one, value in points
     ]
 
 
-def _cost_of_form(field: Field) -> dict[str, float]:
+def _cost_of_form(comparison: Comparison) -> dict[str, float]:
     """Return by how much the log evidence of each label falls short of that of its best form."""
-    forms = _forms_weighed(field)
+    forms = _forms_weighed(comparison)
     best = {label: max(value for other, _, value in forms if other == label) for label, _, _ in forms}
-    return {label: best[label] - value for label, value in of_labels(forms, field.none).items()}
+    return {label: best[label] - value for label, value in of_labels(forms, comparison.none).items()}
 
 
 def _believed(hypothesis: Hypothesis, gain: float) -> float:
@@ -182,26 +189,26 @@ def _believed(hypothesis: Hypothesis, gain: float) -> float:
     return gain * gain / _BELIEVED
 
 
-def _stands(field: Field, best: Contender, pair: Contender, leading: str) -> bool:
+def _stands(comparison: Comparison, best: Candidate, pair: Candidate, leading: str) -> bool:
     """Tell whether two causes stand against something unknown.
 
     Any two explain a part of what no effect alone does: they must leave no more than noise, or less beyond it than the
     second one explains, and where the unknown leads, less than they explain beyond that.
     """
-    ahead, gain = pair.log_evidence - field.unknown, pair.log_evidence - best.log_evidence
-    left = 0.5 * beyond_noise(field.case, pair)
+    ahead, gain = pair.log_evidence - comparison.unknown, pair.log_evidence - best.log_evidence
+    left = 0.5 * beyond_noise(comparison.case, pair)
     little = leaves_less(left, gain) and (leading != UNKNOWN or left < ahead)
-    return ahead > _STANDS and (little or adequate(field.case, pair, field.error))
+    return ahead > _STANDS and (little or adequate(comparison.case, pair, comparison.error))
 
 
-def _first_of(field: Field, label: str) -> Contender | None:
-    """Return the best contender with a label."""
-    return next((one for one in field.contenders if one.labels[0] == label), None)
+def _first_of(comparison: Comparison, label: str) -> Candidate | None:
+    """Return the best candidate with a label."""
+    return next((one for one in comparison.candidates if one.labels[0] == label), None)
 
 
 def _with_remainder(
-    field: Field,
-    winner: Contender,
+    comparison: Comparison,
+    winner: Candidate,
     leading: str,
     probability: Mapping[str, float],
     by_outsider: float = 0.0,
@@ -213,9 +220,9 @@ def _with_remainder(
     labels = (leading, *(label for label in winner.labels if label != leading))
     if leading == UNKNOWN:
         return Verdict(labels, winner, probability)
-    more = evidence_of_unknown(field.case, winner.fit, field.error) - winner.log_evidence
-    remainder = max(more, rough_remainder(winner.fit.residual, white_floor(field.case)))
-    explained = winner.log_evidence - field.none - by_outsider
+    more = evidence_of_unknown(comparison.case, winner.fit, comparison.error) - winner.log_evidence
+    remainder = max(more, rough_remainder(winner.fit.residual, white_floor(comparison.case)))
+    explained = winner.log_evidence - comparison.none - by_outsider
     recognised = UNKNOWN in labels
     if not recognised and remainder < least_remainder(explained):
         return Verdict(labels, winner, probability)
@@ -227,7 +234,7 @@ def _with_remainder(
     return Verdict((*labels, UNKNOWN), winner, shared)
 
 
-def _worth_two(field: Field, best: Contender, pair: Contender) -> bool:
+def _worth_two(comparison: Comparison, best: Candidate, pair: Candidate) -> bool:
     """Tell whether two causes explain enough more than the best one."""
-    enough = pair.log_evidence - best.log_evidence >= least_gain(best, pair.labels, field.none)
-    return enough and not lost_on_held_out(pair.fit, field.baseline)
+    enough = pair.log_evidence - best.log_evidence >= least_gain(best, pair.labels, comparison.none)
+    return enough and not lost_on_held_out(pair.fit, comparison.baseline)

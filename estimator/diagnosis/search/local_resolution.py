@@ -13,7 +13,7 @@ from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.fitting.gauss_newton import refit
 from estimator.diagnosis.fitting.parallel import solved_by
 from estimator.diagnosis.search.baseline import GRADING
-from estimator.diagnosis.search.screening import Contender, contender_of
+from estimator.diagnosis.search.screening import Candidate, candidate_of
 from estimator.errors import SolverError
 from estimator.forward.meshing import mesh_experiment
 
@@ -24,8 +24,8 @@ _POINTS = 4
 
 
 def resolved(
-    case: Case, baseline: Linearisation, error: ModelError, winner: Contender, executor: Executor
-) -> tuple[Case, Contender]:
+    case: Case, baseline: Linearisation, error: ModelError, winner: Candidate, executor: Executor
+) -> tuple[Case, Candidate]:
     """Return the winner refitted on a mesh that follows it, and the case with that mesh.
 
     Both meshes leave the same of the baseline. The deviations include what this one may leave of the cause. One that
@@ -48,6 +48,6 @@ def resolved(
         fit = refit(finer, hypothesis, evaluations=_POINTS, solve=solve)
     except SolverError:
         return case, winner
-    found = contender_of(finer, baseline, error, fit)
-    changed = [c.get(fit.hypothesis) - c.get(hypothesis) for c in fit.coordinates]
+    found = candidate_of(finer, baseline, error, fit)
+    changed = [c.get(fit.hypothesis) - c.get(hypothesis) for c in fit.free_parameters]
     return finer, replace(found, deviations=np.hypot(found.deviations, _LEFT * np.array(changed)))

@@ -56,9 +56,11 @@ def likeliest_pairs(
     """Return the best pair of every two forms beside a solved hypothesis, the most probable first."""
     signatures = [trial.signature for trial in trials]
     moments = moments_beside(base, error, signatures)
-    own = 1 + len(base.coordinates)
-    ends = own + np.cumsum([len(one.coordinates) for one in signatures])
-    columns = [list(range(end - len(s.coordinates), end)) for s, end in zip(signatures, ends, strict=True)]
+    own = 1 + len(base.free_parameters)
+    ends = own + np.cumsum([len(one.free_parameters) for one in signatures])
+    columns = [
+        list(range(end - len(s.free_parameters), end)) for s, end in zip(signatures, ends, strict=True)
+    ]
     prices = [price_of_choice(case, null_beside(base, one)[0]) for one in signatures]
     roughly = _roughly_weighed(_projected(moments, error, signatures, own), signatures, columns, prices)
     best: dict[tuple[str, str], Start] = {}
@@ -78,7 +80,7 @@ def _projected(moments: Moments, error: ModelError, signatures: Sequence[Signatu
     free = slice(1, own)
     left = gram - gram[:, free] @ np.linalg.solve(gram[free, free], gram[free])
     scale = np.ones(len(gram))
-    scale[own:] = [_SIZE * (c.scale or 0.0) for one in signatures for c in one.coordinates]
+    scale[own:] = [_SIZE * (c.scale or 0.0) for one in signatures for c in one.free_parameters]
     return np.asarray(left * np.outer(scale, scale))
 
 
@@ -120,7 +122,7 @@ def _weighed(
     base: Linearisation, error: ModelError, moments: Moments, both: tuple[Signature, Signature], price: float
 ) -> Start:
     hypothesis, free = null_beside(base, both[0])
-    hypothesis, free = null_beside(replace(base, hypothesis=hypothesis, coordinates=free), both[1])
+    hypothesis, free = null_beside(replace(base, hypothesis=hypothesis, free_parameters=free), both[1])
     value = over_floors(moments, priors_of(hypothesis, free), error) - price
     step, _ = step_of_gram(moments.gram, hypothesis, free)
     return Start(value, moved(hypothesis, free, step))

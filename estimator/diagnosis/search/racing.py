@@ -14,7 +14,7 @@ from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.fitting.gauss_newton import WORTHWHILE, objective, refit
 from estimator.diagnosis.fitting.parallel import Solve, refits_at_a_time, solved_by
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.search.screening import Contender, Tell, contender_of, most_probable_first
+from estimator.diagnosis.search.screening import Candidate, Tell, candidate_of, most_probable_first
 from estimator.diagnosis.sensitivity.mechanical_changes import acts_on_tissue
 from estimator.effects.effect import Effect
 from estimator.errors import SolverError
@@ -56,7 +56,7 @@ def race(
     bar: float,
     executor: Executor,
     tell: Tell,
-) -> list[Contender]:
+) -> list[Candidate]:
     """Refit hypotheses from their starts, and return them with the most probable first.
 
     Parameters
@@ -69,7 +69,7 @@ def race(
     solve = solved_by(executor)
     with refits_at_a_time(len(starts)) as threads:
         jobs = [threads.submit(_first_point, case, start, base, solve) for start in starts]
-        first = _contenders(case, base, error, dict.fromkeys(jobs, math.inf), tell)
+        first = _candidates(case, base, error, dict.fromkeys(jobs, math.inf), tell)
     second = _further(case, base, error, first, worth_a_second_point(first, bar), 1, executor, tell)
     return to_the_end(case, base, error, second, bar, executor, tell)
 
@@ -82,9 +82,9 @@ def race_on(
     bar: float,
     executor: Executor,
     tell: Tell,
-) -> list[Contender]:
+) -> list[Candidate]:
     """Weigh fits as :func:`race` does its own, refit the finalists among them, and return all."""
-    weighed = most_probable_first([contender_of(case, base, error, fit) for fit in fits])
+    weighed = most_probable_first([candidate_of(case, base, error, fit) for fit in fits])
     return to_the_end(case, base, error, weighed, bar, executor, tell)
 
 
@@ -92,50 +92,50 @@ def to_the_end(
     case: Case,
     base: Linearisation,
     error: ModelError,
-    contenders: Sequence[Contender],
+    candidates: Sequence[Candidate],
     bar: float,
     executor: Executor,
     tell: Tell,
-) -> list[Contender]:
-    """Return contenders, the finalists of each round refitted further, in the end until they converge.
+) -> list[Candidate]:
+    """Return candidates, the finalists of each round refitted further, in the end until they converge.
 
     They come and go the most probable first, weighed in this case with this error. One that gained little in its last
     refit, and lacks more, is not refitted again.
     """
-    found = list(contenders)
+    found = list(candidates)
     for each in _ROUNDS:
         chosen = [one for one in finalists(found, bar, each) if may_win(one, found[0], bar)]
         found = _further(case, base, error, found, chosen, each.points, executor, tell)
     return found
 
 
-def may_win(one: Contender, best: Contender, bar: float) -> bool:
-    """Tell whether a contender lacks no more than what it could still gain: of what fell last, some more."""
+def may_win(one: Candidate, best: Candidate, bar: float) -> bool:
+    """Tell whether a candidate lacks no more than what it could still gain: of what fell last, some more."""
     lacks = max(best.log_evidence, bar) - one.log_evidence
     return lacks <= max(_NEXT_TO_IT, _MORE_TO_COME * one.fell)
 
 
-def finalists(contenders: Sequence[Contender], bar: float, of: Round = _FINAL) -> list[Contender]:
+def finalists(candidates: Sequence[Candidate], bar: float, of: Round = _FINAL) -> list[Candidate]:
     """Return the few, the most probable first, that a better fit could still bring to the front.
 
     Those are within a share of what the best has gained on the bar. Many starts of one label often end in the same
     place, and its forms compete with its rivals more than with each other: they leave places to these.
     """
-    chosen: list[Contender] = []
+    chosen: list[Candidate] = []
     taken: Counter[tuple[str, ...]] = Counter()
-    for one in _in_reach(contenders, bar, of.within):
+    for one in _in_reach(candidates, bar, of.within):
         if taken[one.labels] < of.of_a_label:
             chosen.append(one)
             taken[one.labels] += 1
     return chosen[:_FINALISTS]
 
 
-def worth_a_second_point(contenders: Sequence[Contender], bar: float) -> list[Contender]:
+def worth_a_second_point(candidates: Sequence[Candidate], bar: float) -> list[Candidate]:
     """Return those that a second point could bring among the finalists; where all is linear, the first foretold it."""
-    near = _in_reach(contenders, bar, _FINAL.within)
+    near = _in_reach(candidates, bar, _FINAL.within)
     return [
         one
-        for one in _in_reach(contenders, bar, _IN_REACH)
+        for one in _in_reach(candidates, bar, _IN_REACH)
         if one in near or not all(is_linear(effect) for effect in one.fit.hypothesis.effects)
     ]
 
@@ -145,26 +145,26 @@ def is_linear(effect: Effect) -> bool:
     return not acts_on_tissue(effect) and all(constant.fixed for constant in effect.constants)
 
 
-def _in_reach(contenders: Sequence[Contender], bar: float, share: float) -> list[Contender]:
+def _in_reach(candidates: Sequence[Candidate], bar: float, share: float) -> list[Candidate]:
     """Return those within a share of what the best has gained on the bar."""
-    if not contenders:
+    if not candidates:
         return []
-    best = contenders[0].log_evidence
+    best = candidates[0].log_evidence
     least = max(best - max(_CLOSE, share * (best - bar)), bar - _CLOSE)
-    return [one for one in contenders if one.log_evidence > least]
+    return [one for one in candidates if one.log_evidence > least]
 
 
 def _further(
     case: Case,
     base: Linearisation,
     error: ModelError,
-    contenders: Sequence[Contender],
-    chosen: Sequence[Contender],
+    candidates: Sequence[Candidate],
+    chosen: Sequence[Candidate],
     points: int,
     executor: Executor,
     tell: Tell,
-) -> list[Contender]:
-    """Return the contenders, the chosen ones refitted over so many points more at the most."""
+) -> list[Candidate]:
+    """Return the candidates, the chosen ones refitted over so many points more at the most."""
     solve = solved_by(executor)
     with refits_at_a_time(len(chosen)) as threads:
         jobs: dict[Future[Linearisation | None], float] = {
@@ -173,8 +173,8 @@ def _further(
             ): objective(one.fit)
             for one in chosen
         }
-        further = _contenders(case, base, error, jobs, tell)
-    rest = [one for one in contenders if one not in chosen]
+        further = _candidates(case, base, error, jobs, tell)
+    rest = [one for one in candidates if one not in chosen]
     return most_probable_first([*further, *rest])
 
 
@@ -184,27 +184,27 @@ def _worthwhile(base: Linearisation, fit: Linearisation) -> float:
 
 
 def polished(
-    case: Case, base: Linearisation, error: ModelError, winner: Contender, executor: Executor
-) -> Contender:
+    case: Case, base: Linearisation, error: ModelError, winner: Candidate, executor: Executor
+) -> Candidate:
     """Return the winner of a race at its best parameters: to win, a place near them was enough."""
     fit = refit(case, winner.fit.hypothesis, winner.fit, 1 + _POLISH, solved_by(executor))
-    return winner if fit is winner.fit else contender_of(case, base, error, fit)
+    return winner if fit is winner.fit else candidate_of(case, base, error, fit)
 
 
-def _contenders(
+def _candidates(
     case: Case,
     base: Linearisation,
     error: ModelError,
     jobs: Mapping[Future[Linearisation | None], float],
     tell: Tell,
-) -> list[Contender]:
+) -> list[Candidate]:
     """Return what refits have found, weighed; ``jobs`` gives the objective at which each began."""
     found = []
     for done, job in enumerate(as_completed(jobs), start=1):
         fit = job.result()
         if fit is not None:
             fell = jobs[job] - objective(fit)
-            found.append(replace(contender_of(case, base, error, fit), fell=fell))
+            found.append(replace(candidate_of(case, base, error, fit), fell=fell))
         tell("refitting the leaders", done, len(jobs))
     return most_probable_first(found)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from estimator.diagnosis.fitting.case import Case
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.search.screening import Contender, Trial
+from estimator.diagnosis.search.screening import Candidate, Trial
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.effects.effect import Constant, Effect, Values
 
@@ -25,9 +25,9 @@ def accidents() -> list[Effect]:
     return [effect for effect in CATALOGUE if effect.elaborates and effect.accident]
 
 
-def mistaken_for(case: Case, contenders: Sequence[Contender]) -> list[Effect]:
+def mistaken_for(case: Case, candidates: Sequence[Candidate]) -> list[Effect]:
     """Return what has no label and may be mistaken for a leader, which would leave no misfit to tell."""
-    hypotheses = [one.fit.hypothesis for one in contenders]
+    hypotheses = [one.fit.hypothesis for one in candidates]
     causes = [cause for one in hypotheses for cause in zip(one.effects, one.values, strict=True)]
     found = []
     for effect in OUTSIDERS:
@@ -40,10 +40,10 @@ def mistaken_for(case: Case, contenders: Sequence[Contender]) -> list[Effect]:
 
 
 def siblings(
-    trials: Sequence[Trial], leading: Sequence[Contender], contenders: Sequence[Contender]
+    trials: Sequence[Trial], leading: Sequence[Candidate], candidates: Sequence[Candidate]
 ) -> list[Trial]:
     """Return the trials of the leaders' labels whose forms have not been refitted."""
-    done = {one.fit.hypothesis.effects[0].name for one in contenders}
+    done = {one.fit.hypothesis.effects[0].name for one in candidates}
     labels = {one.labels[0] for one in leading}
     return [
         trial
@@ -52,7 +52,7 @@ def siblings(
     ]
 
 
-def at_the_place_of(leader: Contender, contenders: Sequence[Contender]) -> list[Hypothesis]:
+def at_the_place_of(leader: Candidate, candidates: Sequence[Candidate]) -> list[Hypothesis]:
     """Return the other forms of a leader's label with its values, where no refit of theirs has come there.
 
     A search from a grid may stop far from the place that another form has found. A constant that a form has beside what
@@ -65,7 +65,7 @@ def at_the_place_of(leader: Contender, contenders: Sequence[Contender]) -> list[
     for other in CATALOGUE:
         shared = [constant for constant in other.constants if constant.name in values and not constant.fixed]
         alike = other.label == effect.label and _has_what(effect, other) and shared
-        if other.name == effect.name or not alike or _visited(other, shared, values, contenders):
+        if other.name == effect.name or not alike or _visited(other, shared, values, candidates):
             continue
         names = {a.name for a in other.amplitudes} | {c.name for c in other.constants}
         kept = {name: value for name, value in values.items() if name in names}
@@ -81,9 +81,9 @@ def at_the_place_of(leader: Contender, contenders: Sequence[Contender]) -> list[
     return sorted(found, key=lambda start: start.effects[0].elaborates != effect.form)
 
 
-def past_kinks(case: Case, contender: Contender) -> list[Hypothesis]:
-    """Return where a contender's refit may begin anew, should it have stopped at a kink."""
-    hypothesis = contender.fit.hypothesis
+def past_kinks(case: Case, candidate: Candidate) -> list[Hypothesis]:
+    """Return where a candidate's refit may begin anew, should it have stopped at a kink."""
+    hypothesis = candidate.fit.hypothesis
     effect, values = hypothesis.effects[0], hypothesis.values[0]
     return [replace(hypothesis, values=(other,)) for other in effect.past_kinks(case.problem, values)]
 
@@ -96,10 +96,10 @@ def _has_what(effect: Effect, other: Effect) -> bool:
 
 
 def _visited(
-    form: Effect, shared: Iterable[Constant], values: Values, contenders: Sequence[Contender]
+    form: Effect, shared: Iterable[Constant], values: Values, candidates: Sequence[Candidate]
 ) -> bool:
     """Tell whether a refit of a form has come where its constants have these values."""
-    fits = [one.fit.hypothesis for one in contenders]
+    fits = [one.fit.hypothesis for one in candidates]
     reached = [fit.values[0] for fit in fits if fit.effects[0].name == form.name]
     return any(
         all(abs(there[c.name] - values[c.name]) < _SAME_PLACE * (c.upper - c.lower) for c in shared)

@@ -22,7 +22,7 @@ from estimator.diagnosis.evidence.marginal_likelihood import (
 from estimator.diagnosis.evidence.signatures import Signature, signatures_of
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.fitting.gauss_newton import moved, step_of_gram
-from estimator.diagnosis.model.hypothesis import Coordinate, Hypothesis
+from estimator.diagnosis.model.hypothesis import FreeParameter, Hypothesis
 from estimator.diagnosis.model.solution import mechanics_of, solve_case
 from estimator.diagnosis.sensitivity.mechanical_changes import acts_on_tissue
 from estimator.effects.effect import Effect
@@ -57,7 +57,7 @@ class Trial:
 
 
 @dataclass(frozen=True, eq=False)
-class Contender:
+class Candidate:
     """A refitted hypothesis.
 
     Attributes
@@ -79,15 +79,15 @@ class Contender:
         return tuple(effect.label for effect in self.fit.hypothesis.effects)
 
 
-def most_probable_first(contenders: Iterable[Contender]) -> list[Contender]:
-    """Return contenders by their log evidence, the highest first."""
-    return sorted(contenders, key=lambda one: -one.log_evidence)
+def most_probable_first(candidates: Iterable[Candidate]) -> list[Candidate]:
+    """Return candidates by their log evidence, the highest first."""
+    return sorted(candidates, key=lambda one: -one.log_evidence)
 
 
-def best_of_labels(contenders: Sequence[Contender]) -> list[Contender]:
-    """Return the first of each label, of contenders in order: its other forms mostly leave the same."""
-    found: dict[str, Contender] = {}
-    for one in contenders:
+def best_of_labels(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return the first of each label, of candidates in order: its other forms mostly leave the same."""
+    found: dict[str, Candidate] = {}
+    for one in candidates:
         found.setdefault(one.labels[0], one)
     return list(found.values())
 
@@ -131,8 +131,8 @@ def _shares(effects: Sequence[Effect], count: int) -> list[list[Effect]]:
 
     Those that set nodes free stay together: the tissue is condensed onto these once for all.
     """
-    freeing = [effect for effect in effects if not effect.keeps_pattern]
-    groups = [[effect] for effect in effects if effect.keeps_pattern] + ([freeing] if freeing else [])
+    releasing = [effect for effect in effects if not effect.keeps_pattern]
+    groups = [[effect] for effect in effects if effect.keeps_pattern] + ([releasing] if releasing else [])
     shares: list[list[Effect]] = [[] for _ in range(count)]
     load = [0.0] * count
     for group in sorted(groups, key=_cost, reverse=True):
@@ -155,8 +155,8 @@ def _cost(group: Sequence[Effect]) -> float:
 
 
 def _signatures(case: Case, base: Linearisation, effects: Sequence[Effect]) -> list[Signature]:
-    passages = solve_case(case.problem, case.experiments, base.hypothesis, case.loads, base.known)
-    mechanics = [mechanics_of(passage) for passage in passages]
+    solutions = solve_case(case.problem, case.experiments, base.hypothesis, case.loads, base.known)
+    mechanics = [mechanics_of(solution) for solution in solutions]
     return signatures_of(case, mechanics, base.hypothesis, effects)
 
 
@@ -175,11 +175,11 @@ def trials_of(
         case, base.hypothesis
     )
     moments = moments_beside(base, error, signatures)
-    own, at = list(range(1 + len(base.coordinates))), 1 + len(base.coordinates)
+    own, at = list(range(1 + len(base.free_parameters))), 1 + len(base.free_parameters)
     known = []
     for signature in signatures:
-        chosen = [*own, *range(at, at + len(signature.coordinates))]
-        at += len(signature.coordinates)
+        chosen = [*own, *range(at, at + len(signature.free_parameters))]
+        at += len(signature.free_parameters)
         hypothesis, free = null_beside(base, signature)
         weighed = moments.among(chosen), priors_within_a_step(hypothesis, free)
         price = price_of_choice(case, hypothesis)
@@ -196,7 +196,7 @@ def trials_of(
 
 def moments_beside(base: Linearisation, error: ModelError, signatures: Sequence[Signature]) -> Moments:
     """Return the moments of a fit's residual, of its derivatives and of signatures beside it, in this order."""
-    of_experiments = zip(base.residual, base.by_coordinate, range(len(base.residual)), strict=True)
+    of_experiments = zip(base.residual, base.jacobian, range(len(base.residual)), strict=True)
     return moments_of(
         error,
         [np.column_stack([r, c, *(one.columns[n] for one in signatures)]) for r, c, n in of_experiments],
@@ -205,37 +205,35 @@ def moments_beside(base: Linearisation, error: ModelError, signatures: Sequence[
 
 def beside(base: Linearisation, signature: Signature) -> Linearisation:
     """Return the linearisation of a solved hypothesis with one effect more, at that effect's null."""
-    columns = [np.column_stack(pair) for pair in zip(base.by_coordinate, signature.columns, strict=True)]
+    columns = [np.column_stack(pair) for pair in zip(base.jacobian, signature.columns, strict=True)]
     hypothesis, free = null_beside(base, signature)
-    return replace(
-        base, hypothesis=hypothesis, coordinates=free, by_coordinate=tuple(columns), next_share=1.0
-    )
+    return replace(base, hypothesis=hypothesis, free_parameters=free, jacobian=tuple(columns), next_share=1.0)
 
 
-def null_beside(base: Linearisation, signature: Signature) -> tuple[Hypothesis, tuple[Coordinate, ...]]:
+def null_beside(base: Linearisation, signature: Signature) -> tuple[Hypothesis, tuple[FreeParameter, ...]]:
     """Return a solved hypothesis with one effect more, at its null, and what is free of it."""
     number = len(base.hypothesis.effects)
-    free = (*base.coordinates, *(replace(c, effect=number) for c in signature.coordinates))
+    free = (*base.free_parameters, *(replace(c, effect=number) for c in signature.free_parameters))
     null = base.hypothesis.with_effect(
         signature.effect, {**signature.constants, **{a.name: 0.0 for a in signature.effect.amplitudes}}
     )
     return null, free
 
 
-def contender_of(case: Case, base: Linearisation, error: ModelError, fit: Linearisation) -> Contender:
+def candidate_of(case: Case, base: Linearisation, error: ModelError, fit: Linearisation) -> Candidate:
     """Weigh a refitted hypothesis."""
     model = linear_model_within_reach(fit, error)
     value, inexactness = marginal_evidence(*model, error, explained(case, base, fit))
     value -= price_of_choice(case, fit.hypothesis)
-    return Contender(fit, value, parameter_deviations(fit, error, inexactness))
+    return Candidate(fit, value, parameter_deviations(fit, error, inexactness))
 
 
 def parameter_deviations(
     fit: Linearisation, error: ModelError, inexactness: tuple[float, float]
 ) -> FloatArray:
     """Return the standard deviation (p,) of each internal variable, priors and what the model misses included."""
-    precision = [c.prior_precision**2 for c in fit.coordinates]
-    gram, _ = forgiven(error, moments_of(error, fit.by_coordinate), inexactness)
+    precision = [c.prior_precision**2 for c in fit.free_parameters]
+    gram, _ = forgiven(error, moments_of(error, fit.jacobian), inexactness)
     information = np.diag(precision) + gram
     return np.asarray(np.sqrt(np.diag(np.linalg.inv(information))))
 

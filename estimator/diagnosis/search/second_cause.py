@@ -15,7 +15,7 @@ from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.result import UNKNOWN
 from estimator.diagnosis.search.pair_screening import Start, likeliest_pairs
-from estimator.diagnosis.search.screening import Contender, Trial, trials_of
+from estimator.diagnosis.search.screening import Candidate, Trial, trials_of
 from estimator.effects.catalogue import LABELS
 
 # Refits of 36 pairs on 9 cases raised it by 0.4 more than first order promises at the most, often by less.
@@ -43,7 +43,7 @@ _KEPT = 2.0
 _SHARED = 1000.0
 
 
-def least_gain(first: Contender, labels: Collection[str], none: float) -> float:
+def least_gain(first: Candidate, labels: Collection[str], none: float) -> float:
     """Return by how much two causes with these labels must raise the log evidence beyond a first one.
 
     That is what the prior of a second one and its choice among all labels cost, and the share of what the first one
@@ -76,18 +76,18 @@ def least_remainder(explained: float) -> float:
     return max(_LEAST_REMAINDER, _REMAINDER * explained)
 
 
-def beyond_noise(case: Case, contender: Contender) -> float:
-    """Return by how much the sum of squares that a contender leaves exceeds that of noise."""
-    return contender.fit.chi2 - _values(contender) * white_floor(case) ** 2
+def beyond_noise(case: Case, candidate: Candidate) -> float:
+    """Return by how much the sum of squares that a candidate leaves exceeds that of noise."""
+    return candidate.fit.chi2 - _values(candidate) * white_floor(case) ** 2
 
 
-def adequate(case: Case, contender: Contender, error: ModelError) -> bool:
-    """Tell whether a contender leaves no more than noise: something unknown beside it is no more probable than nothing.
+def adequate(case: Case, candidate: Candidate, error: ModelError) -> bool:
+    """Tell whether a candidate leaves no more than noise: something unknown beside it is no more probable than nothing.
 
     That is sharper than its sum of squares, of which the errors that rows share are a part as well: in right forms the
     log evidence differed by -2.4 to 0.5 on 15 cases, in others by 30 and more.
     """
-    return evidence_of_unknown(case, contender.fit, error) - contender.log_evidence < _LEAVES
+    return evidence_of_unknown(case, candidate.fit, error) - candidate.log_evidence < _LEAVES
 
 
 def leaves_less(left: float, gain: float) -> bool:
@@ -98,18 +98,18 @@ def leaves_less(left: float, gain: float) -> bool:
     return left < gain + _SHARED
 
 
-def _may_leave_less(case: Case, leader: Contender, promised: float) -> bool:
+def _may_leave_less(case: Case, leader: Candidate, promised: float) -> bool:
     """Tell whether a second cause could explain more than it leaves, by what two promise to first order."""
     gain = _KEPT * max(promised - leader.log_evidence, 0.0)
     return leaves_less(0.5 * beyond_noise(case, leader) - gain, gain)
 
 
-def _values(contender: Contender) -> int:
-    return sum(len(residual) for residual in contender.fit.residual)
+def _values(candidate: Candidate) -> int:
+    return sum(len(residual) for residual in candidate.fit.residual)
 
 
 def promising_seconds(
-    case: Case, leader: Contender, trials: Sequence[Trial], error: ModelError, none: float
+    case: Case, leader: Candidate, trials: Sequence[Trial], error: ModelError, none: float
 ) -> list[Start]:
     """Return the worthwhile second effects beside a leader, the most promising first.
 
@@ -127,7 +127,7 @@ def promising_seconds(
     return sorted(found, key=lambda start: -start.log_evidence)
 
 
-def asks_for_a_finer_form(case: Case, leader: Contender, trials: Sequence[Trial], error: ModelError) -> bool:
+def asks_for_a_finer_form(case: Case, leader: Candidate, trials: Sequence[Trial], error: ModelError) -> bool:
     """Tell whether a second effect of a leader's own label promises to explain what the leader leaves.
 
     A stress that relaxes at two rates, fitted with one, leaves what one more of another rate would take away: 30 in log
@@ -142,7 +142,7 @@ def asks_for_a_finer_form(case: Case, leader: Contender, trials: Sequence[Trial]
 def starts_of_pairs(
     case: Case,
     baseline: Linearisation,
-    leaders: Sequence[Contender],
+    leaders: Sequence[Candidate],
     trials: Sequence[Trial],
     error: ModelError,
     none: float,

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.model.solution import Passage
-from estimator.diagnosis.model.term_history import TermChain
-from estimator.diagnosis.sensitivity.linear_response import Station, linear_answers, stations
+from estimator.diagnosis.model.solution import Solution
+from estimator.diagnosis.model.term_history import TermHistory
+from estimator.diagnosis.sensitivity.linear_response import TimePoint, linear_response, time_points
 from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, no_change
 from estimator.fem.condensation import Condensed, condensed_onto
 from estimator.fem.problem import RetractionProblem
@@ -25,66 +25,66 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-def changes_by_freeing(
-    passages: Sequence[Passage], hypothesis: Hypothesis, freeing: Sequence[Hypothesis]
+def changes_by_release(
+    solutions: Sequence[Solution], hypothesis: Hypothesis, releasing: Sequence[Hypothesis]
 ) -> list[list[MechanicalChange]]:
-    """Return for each of the hypotheses ``freeing`` the change of every experiment.
+    """Return for each of the hypotheses ``releasing`` the change of every experiment.
 
     Parameters
     ----------
-    passages : of every experiment, solved under ``hypothesis``
-    freeing : each a small step away, to where nodes are free that the passages hold
+    solutions : of every experiment, solved under ``hypothesis``
+    releasing : each a small step away, to where nodes are free that the solutions hold
     """
-    solved = passages[0].problem
-    problems = [to.problem(passages[0].baseline) for to in freeing]
+    solved = solutions[0].problem
+    problems = [to.problem(solutions[0].baseline) for to in releasing]
     dofs = _dofs(solved.fixed & ~np.all([problem.fixed for problem in problems], axis=0))
-    steps = [_freed(solved, problem, dofs) for problem in problems]
-    rate_dependent = any(to.rate_dependent for to in freeing)
-    own, chains = TermChain(hypothesis), [TermChain(to) for to in freeing]
-    found: list[list[MechanicalChange]] = [[] for _ in freeing]
-    for passage in passages:
-        own.begin(solved, passage.visits.experiment)
-        for chain, problem in zip(chains, problems, strict=True):
-            chain.begin(problem, passage.visits.experiment)
-        changes = _along(passage, stations(passage, rate_dependent), own, chains, steps, dofs)
+    steps = [_release(solved, problem, dofs) for problem in problems]
+    rate_dependent = any(to.rate_dependent for to in releasing)
+    own, histories = TermHistory(hypothesis), [TermHistory(to) for to in releasing]
+    found: list[list[MechanicalChange]] = [[] for _ in releasing]
+    for solution in solutions:
+        own.begin(solved, solution.load_steps.experiment)
+        for history, problem in zip(histories, problems, strict=True):
+            history.begin(problem, solution.load_steps.experiment)
+        changes = _along(solution, time_points(solution, rate_dependent), own, histories, steps, dofs)
         for one, change in zip(found, changes, strict=True):
             one.append(change)
     return found
 
 
 def _along(
-    passage: Passage,
-    way: Sequence[Station],
-    own: TermChain,
-    chains: Sequence[TermChain],
-    steps: Sequence[_Freed],
+    solution: Solution,
+    way: Sequence[TimePoint],
+    own: TermHistory,
+    histories: Sequence[TermHistory],
+    steps: Sequence[_Release],
     dofs: IntArray,
 ) -> list[MechanicalChange]:
     """Return what each of the steps, with terms of its own, changes along one experiment."""
-    changes = [no_change(passage) for _ in steps]
-    steady = all(chain.steady for chain in (own, *chains))
+    changes = [no_change(solution) for _ in steps]
+    steady = all(history.steady for history in (own, *histories))
     met: dict[int, int] = {}
     known: dict[int, Condensed] = {}
-    for station in way:
-        rows, state = station.rows, id(station.state)
+    for time_point in way:
+        rows, state = time_point.rows, id(time_point.state)
         before = met.setdefault(state, rows.start)
         if steady and before != rows.start:
             for change in changes:
                 change.wrench[rows] = change.wrench[before]
                 change.fiducials[rows] = change.fiducials[before]
             continue
-        terms = _passing(own, station)
+        terms = _passing(own, time_point)
         if state not in known or not own.steady:
-            known[state] = condensed_onto(passage.problem, station.state, terms, dofs)
-        for change, chain, step in zip(changes, chains, steps, strict=True):
+            known[state] = condensed_onto(solution.problem, time_point.state, terms, dofs)
+        for change, history, step in zip(changes, histories, steps, strict=True):
             change.wrench[rows], change.fiducials[rows] = step.taken(
-                passage.problem, station, known[state], terms, _passing(chain, station)
+                solution.problem, time_point, known[state], terms, _passing(history, time_point)
             )
     return changes
 
 
 @dataclass(frozen=True)
-class _Freed:
+class _Release:
     """A problem that sets some of the condensed degrees of freedom free.
 
     Attributes
@@ -101,7 +101,7 @@ class _Freed:
     def taken(
         self,
         solved: RetractionProblem,
-        station: Station,
+        time_point: TimePoint,
         condensed: Condensed,
         before: tuple[Term, ...],
         after: tuple[Term, ...],
@@ -110,17 +110,17 @@ class _Freed:
 
         ``before`` and ``after`` are the terms of the solved problem and of this one.
         """
-        state = station.state
-        load = _forces(after, station) - _forces(before, station)
+        state = time_point.state
+        load = _forces(after, time_point) - _forces(before, time_point)
         load[self.fixed] = 0.0
         if load.any():
-            by_load = linear_answers(solved, state, load.reshape(-1, 1))
+            by_load = linear_response(solved, state, load.reshape(-1, 1))
             wrench, fiducials = by_load[0][:, 0], by_load[1][:, :, 0]
         else:
             wrench, fiducials = np.zeros(6), np.zeros((len(solved.fiducials_rest), 3))
         force = (state.forces + load).reshape(-1)[self.dofs]
         force += condensed.follows[:, self.which].T @ load.reshape(-1)[solved.pattern.free]
-        springs = _springs(after, station) - _springs(before, station)
+        springs = _springs(after, time_point) - _springs(before, time_point)
         own = condensed.stiffness[np.ix_(self.which, self.which)]
         own += _block_diagonal(springs[self.dofs[::3] // 3])
         motion = -np.linalg.solve(own, force)
@@ -130,32 +130,32 @@ class _Freed:
         )
 
 
-def _freed(solved: RetractionProblem, problem: RetractionProblem, condensed: IntArray) -> _Freed:
+def _release(solved: RetractionProblem, problem: RetractionProblem, condensed: IntArray) -> _Release:
     dofs = _dofs(solved.fixed & ~problem.fixed)
-    return _Freed(problem.fixed, dofs, np.searchsorted(condensed, dofs))
+    return _Release(problem.fixed, dofs, np.searchsorted(condensed, dofs))
 
 
 def _dofs(nodes: NDArray[np.bool_]) -> IntArray:
     return np.flatnonzero(np.repeat(nodes, 3))
 
 
-def _passing(chain: TermChain, station: Station) -> tuple[Term, ...]:
-    """Return the terms at a station, and advance past it."""
-    terms = chain.at(station.elapsed_s)
-    chain.pass_by(station.state.displacement, station.state.response)
+def _passing(history: TermHistory, time_point: TimePoint) -> tuple[Term, ...]:
+    """Return the terms at a time_point, and advance past it."""
+    terms = history.at(time_point.elapsed_s)
+    history.pass_by(time_point.state.displacement, time_point.state.response)
     return terms
 
 
-def _forces(terms: tuple[Term, ...], station: Station) -> FloatArray:
-    total = np.zeros_like(station.state.displacement)
+def _forces(terms: tuple[Term, ...], time_point: TimePoint) -> FloatArray:
+    total = np.zeros_like(time_point.state.displacement)
     for term in terms:
-        total += term.forces(station.state.displacement, station.state.response)
+        total += term.forces(time_point.state.displacement, time_point.state.response)
     return total
 
 
-def _springs(terms: tuple[Term, ...], station: Station) -> FloatArray:
+def _springs(terms: tuple[Term, ...], time_point: TimePoint) -> FloatArray:
     """Return the stiffness (n, 3, 3) of the terms between nodes and their rest positions."""
-    state = station.state
+    state = time_point.state
     nodes = summed_stiffness(terms, state.displacement, state.response).nodes
     return np.zeros((len(state.displacement), 3, 3)) if nodes is None else nodes
 

@@ -1,6 +1,6 @@
-"""What a change of the nodal forces does to a solved passage: the changed loads, and the answers to them.
+"""What a change of the nodal forces does to a solved solution: the changed loads, and the answers to them.
 
-Many perturbations go along a passage together. What does not depend on them, the forces of the hypothesis' own terms
+Many perturbations go along a solution together. What does not depend on them, the forces of the hypothesis' own terms
 and the back-substitution's start, is done once for all.
 """
 
@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.model.solution import Mechanics, Passage, displacement_at_rest
-from estimator.diagnosis.model.term_history import TermChain
+from estimator.diagnosis.model.solution import Mechanics, Solution, displacement_at_rest
+from estimator.diagnosis.model.term_history import TermHistory
 from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, Perturbation, no_change, overrides
 from estimator.experiment import Experiment
 from estimator.fem.body import Response, nodal_forces, respond
@@ -26,48 +26,48 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Station:
-    """A time at which the terms are evaluated: a visit, or a row of it where the tissue changes at rest."""
+class TimePoint:
+    """A time at which the terms are evaluated: a load step, or a row of it where the tissue changes at rest."""
 
     state: EquilibriumState
     elapsed_s: float
     rows: slice
 
 
-def stations(passage: Passage, rate_dependent: bool) -> list[Station]:
-    """Return every row of a passage where the tissue changes at rest, else every visit."""
-    visits = passage.visits
+def time_points(solution: Solution, rate_dependent: bool) -> list[TimePoint]:
+    """Return every row of a solution where the tissue changes at rest, else every load step."""
+    load_steps = solution.load_steps
     if rate_dependent:
-        times = visits.experiment.time
+        times = load_steps.experiment.time
         starts = np.arange(len(times))
     else:
-        times, starts = visits.time, np.searchsorted(visits.of_row, np.arange(len(visits)))
-    ends = [*starts[1:], len(visits.of_row)]
+        times, starts = load_steps.time, np.searchsorted(load_steps.of_row, np.arange(len(load_steps)))
+    ends = [*starts[1:], len(load_steps.of_row)]
     elapsed = np.diff(times, prepend=times[0])
     return [
-        Station(passage.states[visits.of_row[start]], float(seconds), slice(start, end))
+        TimePoint(solution.states[load_steps.of_row[start]], float(seconds), slice(start, end))
         for start, end, seconds in zip(starts, ends, elapsed, strict=True)
     ]
 
 
 class _Loading:
-    """A perturbation on its way along the passages."""
+    """A perturbation on its way along the solutions."""
 
-    def __init__(self, hypothesis: Hypothesis, perturbation: Perturbation, passage: Passage) -> None:
+    def __init__(self, hypothesis: Hypothesis, perturbation: Perturbation, solution: Solution) -> None:
         effect, to = perturbation.effect, perturbation.to
         new_problem = effect is not None and overrides(effect, "problem")
         self.places_beads = any(overrides(present, "beads") for present in to.effects)
         anew = new_problem or self.places_beads or (effect is not None and to.rest_misread_by(effect))
-        self.problem = to.problem(passage.baseline) if anew else passage.problem
+        self.problem = to.problem(solution.baseline) if anew else solution.problem
         # Of a problem whose body and grip are the same, anchors alone hold otherwise: the tissue's own stress stays.
-        self._new_shape = new_problem and not _is_gripped_alike(self.problem, passage.problem)
+        self._new_shape = new_problem and not _is_gripped_alike(self.problem, solution.problem)
         self._new_response = effect is None or overrides(effect, "material") or self._new_shape
         self.terms_matter = bool(hypothesis.effects) or (effect is not None and overrides(effect, "terms"))
         self.matters = new_problem or self._new_response or self.terms_matter
         self.rate_dependent = to.rate_dependent
         self._to = to
         self._material = to.material()
-        self._terms = TermChain(to)
+        self._terms = TermHistory(to)
 
     def begin(self, experiment: Experiment) -> None:
         self._terms.begin(self.problem, experiment)
@@ -82,7 +82,7 @@ class _Loading:
         return self._terms.steady
 
     def pass_by(self, displacement: FloatArray, response: Response) -> None:
-        """Advance what remembers past a station with its displacement (n, 3)."""
+        """Advance what remembers past a time_point with its displacement (n, 3)."""
         if self.terms_matter:
             self._terms.pass_by(displacement, response)
 
@@ -91,7 +91,7 @@ class _Loading:
         return respond(self.problem.body, self._material, displacement)
 
     def at(
-        self, station: Station, unperturbed: FloatArray, of_terms: FloatArray | None
+        self, time_point: TimePoint, unperturbed: FloatArray, of_terms: FloatArray | None
     ) -> tuple[FloatArray, Response, FloatArray]:
         """Return the displacements (n, 3) with the grip of the changed problem, the response, and the forces' change.
 
@@ -100,19 +100,19 @@ class _Loading:
         unperturbed : (n, 3) nodal forces of the tissue's own stress
         of_terms : (n, 3) those of the hypothesis' terms; None where no perturbation asks for them
         """
-        displacement, response = station.state.displacement, station.state.response
+        displacement, response = time_point.state.displacement, time_point.state.response
         load = np.zeros_like(displacement)
         if self._new_shape:
             gripped = self.problem.gripped
             displacement = displacement.copy()
             displacement[gripped] = (
-                self.problem.gripped_positions(station.state.pose) - self.problem.body.mesh.points[gripped]
+                self.problem.gripped_positions(time_point.state.pose) - self.problem.body.mesh.points[gripped]
             )
         if self._new_response:
             response = self.response_to(displacement)
             load += nodal_forces(self.problem.body, response, response.slope) - unperturbed
         if self.terms_matter and of_terms is not None:
-            load += self._terms.forces(station.elapsed_s, displacement, response) - of_terms
+            load += self._terms.forces(time_point.elapsed_s, displacement, response) - of_terms
         return displacement, response, load
 
 
@@ -124,66 +124,66 @@ def changes_by_loads(
     mechanics: Sequence[Mechanics], hypothesis: Hypothesis, perturbations: Sequence[Perturbation]
 ) -> list[list[MechanicalChange]]:
     """Return for each perturbation the change of every experiment by the change of its nodal forces."""
-    first = mechanics[0].passage
+    first = mechanics[0].solution
     loadings = [_Loading(hypothesis, perturbation, first) for perturbation in perturbations]
-    found: list[list[MechanicalChange]] = [[no_change(m.passage) for m in mechanics] for _ in loadings]
+    found: list[list[MechanicalChange]] = [[no_change(m.solution) for m in mechanics] for _ in loadings]
     for rate_dependent in (False, True):
         chosen = [n for n, one in enumerate(loadings) if one.matters and one.rate_dependent == rate_dependent]
         if chosen:
-            changes = _along_passages(
-                [one.passage for one in mechanics], hypothesis, [loadings[n] for n in chosen], rate_dependent
+            changes = _along_solutions(
+                [one.solution for one in mechanics], hypothesis, [loadings[n] for n in chosen], rate_dependent
             )
             for n, change in zip(chosen, changes, strict=True):
                 found[n] = change
     return found
 
 
-def _along_passages(
-    passages: Sequence[Passage], hypothesis: Hypothesis, loadings: Sequence[_Loading], rate_dependent: bool
+def _along_solutions(
+    solutions: Sequence[Solution], hypothesis: Hypothesis, loadings: Sequence[_Loading], rate_dependent: bool
 ) -> list[list[MechanicalChange]]:
-    own_terms = TermChain(hypothesis) if any(one.terms_matter for one in loadings) else None
+    own_terms = TermHistory(hypothesis) if any(one.terms_matter for one in loadings) else None
     found: list[list[MechanicalChange]] = [[] for _ in loadings]
     without_beads = [k for k, loading in enumerate(loadings) if loading.places_beads]
-    for passage in passages:
-        changes = [no_change(passage) for _ in loadings]
+    for solution in solutions:
+        changes = [no_change(solution) for _ in loadings]
         if own_terms is not None:
-            own_terms.begin(passage.problem, passage.visits.experiment)
+            own_terms.begin(solution.problem, solution.load_steps.experiment)
         for loading in loadings:
-            loading.begin(passage.visits.experiment)
+            loading.begin(solution.load_steps.experiment)
         # Where nothing remembers yet, how the fields change counts to second order alone.
         remembers = own_terms is not None and own_terms.remembers
         everything = list(range(len(loadings)))
         own_terms_steady = own_terms is None or own_terms.steady
         unsteady = [k for k in everything if not (own_terms_steady and loadings[k].steady)]
         answered: dict[int, int] = {}
-        for station in stations(passage, rate_dependent):
-            state = station.state
+        for time_point in time_points(solution, rate_dependent):
+            state = time_point.state
             met_at = answered.get(id(state))
             if met_at is None:
-                answered[id(state)] = station.rows.start
+                answered[id(state)] = time_point.rows.start
                 asked = everything
             else:
                 asked = unsteady
                 for change in changes:
-                    change.wrench[station.rows] = change.wrench[met_at]
-                    change.fiducials[station.rows] = change.fiducials[met_at]
+                    change.wrench[time_point.rows] = change.wrench[met_at]
+                    change.fiducials[time_point.rows] = change.fiducials[met_at]
             if not asked:
                 continue
-            unperturbed = nodal_forces(passage.problem.body, state.response, state.response.slope)
+            unperturbed = nodal_forces(solution.problem.body, state.response, state.response.slope)
             of_terms = None
             if own_terms is not None:
-                of_terms = own_terms.forces(station.elapsed_s, state.displacement, state.response)
+                of_terms = own_terms.forces(time_point.elapsed_s, state.displacement, state.response)
                 own_terms.pass_by(state.displacement, state.response)
-            moved = [loadings[k].at(station, unperturbed, of_terms) for k in asked]
+            moved = [loadings[k].at(time_point, unperturbed, of_terms) for k in asked]
             loads = np.column_stack([load.ravel() for _, _, load in moved])
-            motion = linear_motion(passage.problem, state, loads)
+            motion = linear_motion(solution.problem, state, loads)
             motions = motion.T.reshape(len(asked), -1, 3)
             if without_beads:
-                at_rest = displacement_at_rest(passage)
+                at_rest = displacement_at_rest(solution)
                 for k in without_beads:
                     loadings[k].put_beads(at_rest + motions[k])
                 without_beads = []
-            wrenches, fiducials = answers_of(passage.problem, state, loads, motion)
+            wrenches, fiducials = response_to(solution.problem, state, loads, motion)
             for column, (k, (displacement, response, _)) in enumerate(zip(asked, moved, strict=True)):
                 loading = loadings[k]
                 if remembers:
@@ -191,9 +191,9 @@ def _along_passages(
                     loading.pass_by(changed, loading.response_to(changed))
                 else:
                     loading.pass_by(displacement, response)
-                by_wrench, by_beads = _of_the_grip(passage.problem, loading.problem, state, displacement)
-                changes[k].wrench[station.rows] = wrenches[:, column] + by_wrench
-                changes[k].fiducials[station.rows] = fiducials[:, :, column] + by_beads
+                by_wrench, by_beads = _of_the_grip(solution.problem, loading.problem, state, displacement)
+                changes[k].wrench[time_point.rows] = wrenches[:, column] + by_wrench
+                changes[k].fiducials[time_point.rows] = fiducials[:, :, column] + by_beads
         for one, change in zip(found, changes, strict=True):
             one.append(change)
     return found
@@ -214,14 +214,14 @@ def _of_the_grip(
     return wrench, changed.fiducial_positions(displacement, state.pose) - before
 
 
-def linear_answers(
+def linear_response(
     problem: RetractionProblem, state: EquilibriumState, loads: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the changes of wrench (6, k) and fiducials (m, 3, k) by changes of the nodal forces (3n, k)."""
-    return answers_of(problem, state, loads, linear_motion(problem, state, loads))
+    return response_to(problem, state, loads, linear_motion(problem, state, loads))
 
 
-def answers_of(
+def response_to(
     problem: RetractionProblem, state: EquilibriumState, loads: FloatArray, motion: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the same where the changes of the nodal displacements (3n, k) are known already."""

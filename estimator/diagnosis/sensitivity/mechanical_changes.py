@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.model.solution import Mechanics, Passage, motion_by_row
-from estimator.diagnosis.sensitivity.constraint_release import changes_by_freeing
-from estimator.diagnosis.sensitivity.linear_response import changes_by_loads, linear_answers
+from estimator.diagnosis.model.solution import Mechanics, Solution, motion_by_row
+from estimator.diagnosis.sensitivity.constraint_release import changes_by_release
+from estimator.diagnosis.sensitivity.linear_response import changes_by_loads, linear_response
 from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, Perturbation, no_change, overrides
 from estimator.effects.effect import Effect
 from estimator.fem.body import stress_of
@@ -43,7 +43,7 @@ def all_mechanical_changes(
         by_fields = modulus_changes(mechanics, log_factors)
         for at, k in enumerate(fields):
             found[k] = [
-                replace(no_change(one.passage), wrench=wrench[at], fiducials=fiducials[at])
+                replace(no_change(one.solution), wrench=wrench[at], fiducials=fiducials[at])
                 for one, (wrench, fiducials) in zip(mechanics, by_fields, strict=True)
             ]
     return found
@@ -54,20 +54,20 @@ def _mechanical_changes(
 ) -> list[list[MechanicalChange] | None]:
     found: list[list[MechanicalChange] | None] = [None] * len(perturbations)
     by_loads: list[int] = []
-    freeing: dict[bool, list[int]] = {False: [], True: []}
+    releasing: dict[bool, list[int]] = {False: [], True: []}
     for k, perturbation in enumerate(perturbations):
         effect = perturbation.effect
         if effect is not None and not (acts_on_tissue(effect) or perturbation.to.rest_misread_by(effect)):
             continue
         if effect is None and not any(acts_on_tissue(present) for present in hypothesis.effects):
             found[k] = [_by_material(one, hypothesis, perturbation.to) for one in mechanics]
-        elif effect is not None and _frees_nodes(effect, mechanics[0].passage, perturbation.to):
-            freeing[perturbation.to.rate_dependent].append(k)
+        elif effect is not None and _releases_nodes(effect, mechanics[0].solution, perturbation.to):
+            releasing[perturbation.to.rate_dependent].append(k)
         else:
             by_loads.append(k)
-    for freed in filter(None, freeing.values()):
-        passages, to = [one.passage for one in mechanics], [perturbations[k].to for k in freed]
-        for k, change in zip(freed, changes_by_freeing(passages, hypothesis, to), strict=True):
+    for released in filter(None, releasing.values()):
+        solutions, to = [one.solution for one in mechanics], [perturbations[k].to for k in released]
+        for k, change in zip(released, changes_by_release(solutions, hypothesis, to), strict=True):
             found[k] = change
     changes = changes_by_loads(mechanics, hypothesis, [perturbations[k] for k in by_loads])
     for k, change in zip(by_loads, changes, strict=True):
@@ -78,11 +78,11 @@ def _mechanical_changes(
     ]
 
 
-def _frees_nodes(effect: Effect, passage: Passage, to: Hypothesis) -> bool:
+def _releases_nodes(effect: Effect, solution: Solution, to: Hypothesis) -> bool:
     """Tell whether a perturbation sets nodes free that the solved problem holds: its factor has no rows for them."""
     if effect.keeps_pattern:
         return False
-    return not np.array_equal(to.problem(passage.baseline).fixed, passage.problem.fixed)
+    return not np.array_equal(to.problem(solution.baseline).fixed, solution.problem.fixed)
 
 
 def _with_motion(
@@ -121,23 +121,23 @@ def modulus_changes(
     """
     result = []
     for one in mechanics:
-        passage = one.passage
-        problem = passage.problem
+        solution = one.solution
+        problem = solution.problem
         body = problem.body
         nodes = body.mesh.cells.ravel()
         count = len(body.mesh.points)
         gather = csr_array((np.ones(len(nodes)), (nodes, np.arange(len(nodes)))), shape=(count, len(nodes)))
         answers = {}
-        for state in passage.distinct_states:
+        for state in solution.distinct_states:
             stress = stress_of(state.response.F, state.response.slope) * body.volume[:, :, None, None]
             shares = np.einsum("eqij,eqkj->eqki", stress, body.gradient, optimize=True)
             shares = shares.reshape(*shares.shape[:2], -1)
             of_elements = np.einsum("peq,eqx->epx", log_factors, shares, optimize=True)
             blocks = of_elements.reshape(*of_elements.shape[:2], -1, 3).transpose(0, 2, 1, 3)
             loads = (gather @ blocks.reshape(len(nodes), -1)).reshape(count, -1, 3).transpose(0, 2, 1)
-            answers[id(state)] = linear_answers(problem, state, loads.reshape(3 * count, -1))
-        wrenches, fiducials = zip(*(answers[id(state)] for state in passage.states), strict=True)
-        rows = passage.visits.of_row
+            answers[id(state)] = linear_response(problem, state, loads.reshape(3 * count, -1))
+        wrenches, fiducials = zip(*(answers[id(state)] for state in solution.states), strict=True)
+        rows = solution.load_steps.of_row
         result.append(
             (np.moveaxis(np.array(wrenches), 2, 0)[:, rows], np.moveaxis(np.array(fiducials), 3, 0)[:, rows])
         )
@@ -148,7 +148,7 @@ def _change_of_log_modulus(
     mechanics: Sequence[Mechanics], hypothesis: Hypothesis, perturbation: Perturbation
 ) -> FloatArray:
     """Return the change (e, q) of the field that an effect lays over the tissue."""
-    problem, effect = mechanics[0].passage.problem, perturbation.effect
+    problem, effect = mechanics[0].solution.problem, perturbation.effect
     zero = np.zeros(problem.body.volume.shape)
     fields = [zero, zero]
     for n, one in enumerate((hypothesis, perturbation.to)):
@@ -160,22 +160,22 @@ def _change_of_log_modulus(
 
 def _by_material(one: Mechanics, hypothesis: Hypothesis, to: Hypothesis) -> MechanicalChange:
     """Return what a change of E and ν does to the baseline's tissue."""
-    rows = one.passage.visits.of_row
+    rows = one.solution.load_steps.of_row
     wrench, fiducials = np.zeros_like(one.wrench), np.zeros_like(one.fiducials)
     for name in ("youngs_modulus", "poisson_ratio"):
         change = getattr(to, name) - getattr(hypothesis, name)
         wrench += change * np.array([o.wrench_by[name] for o in one.observations])
         fiducials += change * np.array([o.fiducials_by[name] for o in one.observations])
-    return replace(no_change(one.passage), wrench=wrench[rows], fiducials=fiducials[rows])
+    return replace(no_change(one.solution), wrench=wrench[rows], fiducials=fiducials[rows])
 
 
 def _moved(one: Mechanics, to: Hypothesis, change: MechanicalChange) -> MechanicalChange:
     """Add what a changed motion of the gripper does."""
-    passage = one.passage
-    rows = passage.visits.of_row
-    motion = to.motion(motion_by_row(passage, to))
-    turn = (motion.rotation * passage.motion.rotation[rows].inv()).as_rotvec()
-    shift = np.hstack([motion.position - passage.motion.position[rows], turn])
+    solution = one.solution
+    rows = solution.load_steps.of_row
+    motion = to.motion(motion_by_row(solution, to))
+    turn = (motion.rotation * solution.motion.rotation[rows].inv()).as_rotvec()
+    shift = np.hstack([motion.position - solution.motion.position[rows], turn])
     wrench = np.array([o.wrench_by_pose for o in one.observations])
     fiducials = np.array([o.fiducials_by_pose for o in one.observations])
     return MechanicalChange(

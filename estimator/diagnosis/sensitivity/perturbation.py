@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.model.solution import Passage
+from estimator.diagnosis.model.solution import Solution
 from estimator.effects.effect import Effect
 
 FloatArray = NDArray[np.float64]
@@ -48,9 +48,9 @@ class MechanicalChange:
     motion: FloatArray
 
 
-def no_change(passage: Passage) -> MechanicalChange:
+def no_change(solution: Solution) -> MechanicalChange:
     """Return a change of nothing yet."""
-    rows, beads = len(passage.visits.of_row), len(passage.problem.fiducials_rest)
+    rows, beads = len(solution.load_steps.of_row), len(solution.problem.fiducials_rest)
     return MechanicalChange(np.zeros((rows, 6)), np.zeros((rows, beads, 3)), np.zeros((rows, 6)))
 
 

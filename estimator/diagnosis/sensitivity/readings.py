@@ -30,12 +30,12 @@ def predicted_readings(
     correction : (n, 6 + 3m) of the discretisation, added to the mechanics
     change : of the mechanics, added as well
     """
-    passage = mechanics.passage
-    rows = passage.visits.of_row
+    solution = mechanics.solution
+    rows = solution.load_steps.of_row
     wrench = mechanics.wrench[rows] + correction[:, :6]
     fiducials = mechanics.fiducials[rows]
     fiducials = fiducials + correction[:, 6:].reshape(fiducials.shape)
-    position, rotation = passage.motion.position[rows], passage.motion.rotation[rows]
+    position, rotation = solution.motion.position[rows], solution.motion.rotation[rows]
     if change is not None:
         wrench, fiducials = wrench + change.wrench, fiducials + change.fiducials
         position = position + change.motion[:, :3]
@@ -45,10 +45,10 @@ def predicted_readings(
         rest_wrench, rest_fiducials = rest_wrench + change.wrench[0], rest_fiducials + change.fiducials[0]
     return hypothesis.readings(
         Readings(
-            passage.visits.experiment,
+            solution.load_steps.experiment,
             position,
             rotation,
-            passage.visits.position[rows],
+            solution.load_steps.position[rows],
             wrench,
             fiducials,
             rest_wrench,
@@ -62,7 +62,7 @@ def _at_rest(mechanics: Mechanics, correction: FloatArray) -> tuple[FloatArray, 
 
     ``correction`` (6 + 3m,) is that of the first row.
     """
-    first, off = mechanics.observations[0], mechanics.passage.visits.off_rest
+    first, off = mechanics.observations[0], mechanics.solution.load_steps.off_rest
     wrench = first.wrench - first.wrench_by_pose @ off + correction[:6]
     fiducials = first.fiducials - first.fiducials_by_pose @ off
     return wrench, fiducials + correction[6:].reshape(fiducials.shape)
@@ -95,7 +95,7 @@ def derivatives(
 
 
 def derivatives_by_position(mechanics: Mechanics) -> FloatArray:
-    """Return the derivative (v, 6 + 3m, 3) of the mechanics by the gripper's position at each visit."""
+    """Return the derivative (v, 6 + 3m, 3) of the mechanics by the gripper's position at each load step."""
     return np.array(
         [
             np.concatenate([o.wrench_by_pose[:, :3], o.fiducials_by_pose.reshape(-1, 6)[:, :3]])

@@ -93,9 +93,9 @@ def chance_sentence(diagnosis: Diagnosis) -> str:
     return f"{text} But that one is so slight that a small error of the model could feign it too."
 
 
-def glitches_sentence(diagnosis: Diagnosis) -> str:
+def outliers_sentence(diagnosis: Diagnosis) -> str:
     """Tell how many readings were left out."""
-    count = diagnosis.glitches
+    count = diagnosis.outliers
     readings = "1 reading of a bead was" if count == 1 else f"{count} readings of beads were"
     return f"{readings} left out as wild, unlike those before and after."
 
@@ -193,8 +193,8 @@ def summary_text(diagnosis: Diagnosis) -> str:
         ]
     if diagnosis.next_experiment:
         lines += ["What to do next:", *(f"  {advice_text(advice)}" for advice in diagnosis.next_experiment)]
-    if diagnosis.glitches:
-        lines.append(glitches_sentence(diagnosis))
+    if diagnosis.outliers:
+        lines.append(outliers_sentence(diagnosis))
     lines.append(f"{diagnosis.seconds:.0f} s")
     return "\n".join(lines)
 

@@ -16,9 +16,9 @@ from estimator.report.diagnosis.findings import (
     explanations,
     gap_rows,
     gap_sentence,
-    glitches_sentence,
     material_sentence,
     open_questions,
+    outliers_sentence,
     verdict_sentence,
 )
 from estimator.report.diagnosis.gap_plot import draw_gap
@@ -57,7 +57,7 @@ def write_report(diagnosis: Diagnosis, path: Path, *, title: str, provenance: Ma
             "show at three standard deviations."
         ),
         page.note(chance_sentence(diagnosis)),
-        *([page.note(glitches_sentence(diagnosis))] if diagnosis.glitches else []),
+        *([page.note(outliers_sentence(diagnosis))] if diagnosis.outliers else []),
         page.beside([gap_table(diagnosis), page.facts("Provenance", provenance)]),
     ]
     path.parent.mkdir(parents=True, exist_ok=True)
