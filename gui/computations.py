@@ -13,7 +13,8 @@ from daq.versions import package_versions
 from estimator.diagnosis.conclusions.as_json import as_json
 from estimator.diagnosis.conclusions.what_if import what_if
 from estimator.diagnosis.diagnose import diagnose
-from estimator.diagnosis.result import Consideration, Diagnosis, ErrorsLeft
+from estimator.diagnosis.noise.errors_left import ErrorsLeft
+from estimator.diagnosis.result import Consideration, Diagnosis
 from estimator.errors import InputError
 from estimator.fit.estimate import estimate
 from estimator.fit.result import Estimate

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 
 from estimator.diagnosis.evidence.rivals import Rivals
+from estimator.diagnosis.noise.errors_left import ErrorsLeft
 from estimator.diagnosis.result import (
     Advice,
     Consideration,
     DeformedMesh,
     Diagnosis,
     EffectFinding,
-    ErrorsLeft,
     Gap,
     Material,
     Outcome,

@@ -138,3 +138,46 @@ def test_no_file_names_a_machine_or_an_unfinished_thing(pattern: re.Pattern[str]
         if pattern.search(line)
     ]
     assert found == []
+
+
+# From the bottom to the top; nothing is imported from a layer above.
+LAYERS_OF_THE_DIAGNOSIS = (
+    "model",
+    "sensitivity",
+    "noise",
+    "fitting",
+    "evidence",
+    "search",
+    "result",
+    "conclusions",
+    "diagnose",
+)
+
+
+def test_the_layers_of_the_diagnosis_import_downwards_only() -> None:
+    upwards = {
+        (module, name)
+        for module in modules_within("estimator.diagnosis")
+        for name in imported_by(module)
+        if name.startswith("estimator.diagnosis.") and layer_of(name) > layer_of(module)
+    }
+    assert upwards == set()
+
+
+def modules_within(package: str) -> list[str]:
+    return [module for module in MODULES if module.startswith(f"{package}.")]
+
+
+def layer_of(module: str) -> int:
+    return LAYERS_OF_THE_DIAGNOSIS.index(module.split(".")[2])
+
+
+def test_what_every_inference_shares_knows_none_of_them() -> None:
+    below = ("estimator.fit", "estimator.diagnosis", "estimator.studies", "estimator.report")
+    found = {
+        (module, name)
+        for module in modules_within("estimator.inference")
+        for name in imported_by(module)
+        if name.startswith(below)
+    }
+    assert found == set()

@@ -11,13 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import softmax
 
+from estimator.diagnosis.conclusions.deformation import deformed_mesh
 from estimator.diagnosis.conclusions.design_of_experiments import advise
-from estimator.diagnosis.conclusions.findings import (
-    absent_finding,
-    best_trials,
-    material_quantities,
-    present_finding,
-)
+from estimator.diagnosis.conclusions.findings import absent_finding, material_quantities, present_finding
+from estimator.diagnosis.conclusions.gap import gap_of, gaps_by_kind
 from estimator.diagnosis.conclusions.localisation import where_of
 from estimator.diagnosis.conclusions.model_averaging import (
     over_answers,
@@ -28,23 +25,17 @@ from estimator.diagnosis.conclusions.multiple_testing import Multiplicity, multi
 from estimator.diagnosis.conclusions.open_questions import what_cannot_be_told
 from estimator.diagnosis.conclusions.what_if import consider
 from estimator.diagnosis.evidence.cross_validation import held_out_in_full, held_out_residuals
-from estimator.diagnosis.evidence.gap import gap_of, gaps_by_kind, noise_floor
+from estimator.diagnosis.evidence.noise_floor import noise_floor
 from estimator.diagnosis.evidence.posterior import credible_set, temper
-from estimator.diagnosis.fitting.case import Case, Linearisation, deformed_mesh
-from estimator.diagnosis.result import (
-    NONE,
-    UNKNOWN,
-    Consideration,
-    Diagnosis,
-    EffectFinding,
-    Material,
-    Trace,
-)
+from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.model.labels import NONE, UNKNOWN
+from estimator.diagnosis.result import Consideration, Diagnosis, EffectFinding, Material, Trace
+from estimator.diagnosis.search.candidate import Candidate, parameter_deviations
 from estimator.diagnosis.search.comparison import Comparison, compare
 from estimator.diagnosis.search.decision import Verdict, reach_verdict, weigh
 from estimator.diagnosis.search.local_resolution import resolved
 from estimator.diagnosis.search.racing import polished
-from estimator.diagnosis.search.screening import Candidate, Tell, parameter_deviations
+from estimator.diagnosis.search.screening import Tell, best_trials
 from estimator.effects.catalogue import LABELS
 from estimator.experiment import Experiment
 from estimator.workers import worker_pool

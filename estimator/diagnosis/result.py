@@ -10,15 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.evidence.rivals import Rivals
-from estimator.effects.effect import OUTSIDE
+from estimator.diagnosis.noise.errors_left import ErrorsLeft
 from estimator.experiment import Experiment
 from estimator.fem.mesh import Mesh
 
 FloatArray = NDArray[np.float64]
 State = Literal["present", "negligible", "absent", "cannot_tell"]
-
-NONE = "none"
-UNKNOWN = OUTSIDE
 
 
 @dataclass(frozen=True)
@@ -28,26 +25,6 @@ class Quantity:
     value: float
     std: float
     unit: str
-
-
-@dataclass(frozen=True)
-class ErrorsLeft:
-    """Shares of the errors that rows may have in common at most.
-
-    Attributes
-    ----------
-    elsewhere : of what meshes leave anywhere
-    beside_rim : (m,) of what they leave beyond that of each bead, where it is beside the rim of the grasp; empty for
-        all of it
-    at_rest : of the deviation of the beads' stated rest positions
-    """
-
-    elsewhere: float
-    beside_rim: tuple[float, ...]
-    at_rest: float
-
-
-AT_MOST = ErrorsLeft(1.0, (), 1.0)
 
 
 @dataclass(frozen=True)
@@ -155,22 +132,6 @@ class Where:
     centre: tuple[float, float, float] | None
     centre_std: tuple[float, float, float] | None
     radius: float | None
-
-
-@dataclass(frozen=True)
-class Doubted:
-    """A second cause that may be there: it explains a little more beside the leading one, too little to be named.
-
-    Attributes
-    ----------
-    label : of the catalogue
-    adds : by how much it raises the log evidence
-    asked : by how much it would have to, for its prior and the choice among all labels
-    """
-
-    label: str
-    adds: float
-    asked: float
 
 
 @dataclass(frozen=True)

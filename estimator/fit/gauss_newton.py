@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
-from scipy.optimize import lsq_linear
+from scipy.linalg import cho_factor, cho_solve
 
 from estimator.errors import FitError, SolverError
 from estimator.fit.parameters import FitParameter
 from estimator.fit.residuals import WhitenedSystem
+from estimator.inference.bounded_minimum import bounded_minimum
 
 FloatArray = NDArray[np.float64]
 Values = dict[str, float]
@@ -109,12 +109,7 @@ def _step_within_bounds(
     longest = np.array([p.longest_step for p in parameters])
     lower = np.maximum([p.to_internal(p.lower) for p in parameters] - here, -longest)
     upper = np.minimum([p.to_internal(p.upper) for p in parameters] - here, longest)
-    scale = np.sqrt(np.diag(information))
-    root = np.linalg.cholesky(information / np.outer(scale, scale))
-    target = solve_triangular(root, gradient / scale, lower=True)
-    # Rounding may leave a value a hair beyond its bound.
-    limits = np.minimum(lower, 0.0) * scale, np.maximum(upper, 0.0) * scale + np.finfo(float).tiny
-    return np.asarray(lsq_linear(root.T, target, limits, method="bvls").x / scale)
+    return bounded_minimum(information, gradient, lower, upper)
 
 
 def minimise(

@@ -10,9 +10,10 @@ from retraction_cases import REFERENCE_BLOCK
 from estimator.diagnosis.evidence.discrepancy import Discrepancy, ModelError
 from estimator.diagnosis.evidence.marginal_likelihood import evidence_of_unknown, first_order_evidence
 from estimator.diagnosis.fitting.case import Case, Linearisation
-from estimator.diagnosis.model.hypothesis import Hypothesis, free_parameters
+from estimator.diagnosis.model.free_parameters import free_parameters
+from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.noise.whitening import Whitening
-from estimator.diagnosis.search.screening import candidate_of
+from estimator.diagnosis.search.candidate import candidate_of
 from estimator.effects.catalogue import CATALOGUE
 from estimator.fem.problem import RetractionProblem
 

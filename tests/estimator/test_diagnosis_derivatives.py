@@ -10,8 +10,9 @@ from retraction_cases import REFERENCE_BLOCK, straight_pull, turning_pull, with_
 from scipy.spatial.transform import Rotation
 
 from estimator.diagnosis import solution
+from estimator.diagnosis.model.free_parameters import free_parameters
 from estimator.diagnosis.model.grip_load import GripLoad
-from estimator.diagnosis.model.hypothesis import Hypothesis, free_parameters
+from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.sensitivity.perturbation import Perturbation
 from estimator.diagnosis.sensitivity.readings import channels, derivatives, predicted_readings

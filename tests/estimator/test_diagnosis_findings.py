@@ -7,7 +7,8 @@ from estimator.diagnosis.conclusions.findings import sizes_beside
 from estimator.diagnosis.conclusions.localisation import shares_of_blocks
 from estimator.diagnosis.evidence.signatures import Signature
 from estimator.diagnosis.fitting.case import Linearisation
-from estimator.diagnosis.model.hypothesis import Hypothesis, free_parameters
+from estimator.diagnosis.model.free_parameters import free_parameters
+from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.search.screening import Trial
 from estimator.effects.catalogue import CATALOGUE
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from retraction_cases import SMALL_BLOCK, follow, from_rest, recorded, straight_pull
 
 from estimator.diagnosis.model.grip_load import without_noise
-from estimator.diagnosis.result import AT_MOST
+from estimator.diagnosis.noise.errors_left import AT_MOST
 from estimator.diagnosis.search.baseline import prepare
 from estimator.fem.observation import observe
 from estimator.forward.meshing import mesh_experiment

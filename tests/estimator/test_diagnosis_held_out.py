@@ -7,15 +7,16 @@ import pytest
 from effect_cases import there_and_back
 from numpy.typing import NDArray
 
+from estimator.diagnosis.conclusions.gap import gap_of
 from estimator.diagnosis.evidence.cross_validation import (
     held_out_in_full,
     held_out_residuals,
     lost_on_held_out,
 )
-from estimator.diagnosis.evidence.gap import gap_of
 from estimator.diagnosis.fitting.case import Case, Linearisation, linearise, residuals_near
+from estimator.diagnosis.model.free_parameters import free_parameters
 from estimator.diagnosis.model.grip_load import GripLoad
-from estimator.diagnosis.model.hypothesis import Hypothesis, free_parameters
+from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.noise.correlated_errors import correlated_errors_of, left_at_grasp
 from estimator.diagnosis.noise.estimation import Noise

@@ -8,11 +8,11 @@ import pytest
 from estimator.diagnosis.evidence.discrepancy import ModelError
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.search.candidate import Candidate, best_of_labels
 from estimator.diagnosis.search.comparison import Comparison
 from estimator.diagnosis.search.pair_screening import Start
 from estimator.diagnosis.search.pair_search import beside_what_ties, led_on_by, passed_over
 from estimator.diagnosis.search.refinements import mistaken_for
-from estimator.diagnosis.search.screening import Candidate, best_of_labels
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.fem.problem import RetractionProblem
 

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from estimator.diagnosis.evidence.discrepancy import Discrepancy, ModelError
 from estimator.diagnosis.evidence.signatures import Signature
 from estimator.diagnosis.fitting.case import Case, Linearisation
-from estimator.diagnosis.model.hypothesis import Hypothesis, free_parameters
+from estimator.diagnosis.model.free_parameters import free_parameters
+from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.search.pair_screening import likeliest_pairs
 from estimator.diagnosis.search.screening import Trial, trials_of
 from estimator.effects.catalogue import CATALOGUE

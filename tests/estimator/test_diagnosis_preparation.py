@@ -12,7 +12,7 @@ from estimator.diagnosis.evidence.noise_selection import in_another_case
 from estimator.diagnosis.fitting.case import Linearisation, linearisation_of, linearise, predictions
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import mechanics_of, solve_case
-from estimator.diagnosis.result import AT_MOST
+from estimator.diagnosis.noise.errors_left import AT_MOST
 from estimator.diagnosis.search.baseline import Preparation, corrected_at, prepare
 from estimator.effects.catalogue import CATALOGUE
 from estimator.experiment import Experiment

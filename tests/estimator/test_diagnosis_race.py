@@ -9,9 +9,9 @@ from retraction_cases import REFERENCE_BLOCK
 
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.search.candidate import Candidate
 from estimator.diagnosis.search.racing import Round, finalists, may_win, worth_a_second_point
 from estimator.diagnosis.search.refinements import at_the_place_of, past_kinks
-from estimator.diagnosis.search.screening import Candidate
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect
 from estimator.fem.block_mesh import Grading

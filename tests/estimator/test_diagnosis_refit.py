@@ -7,7 +7,8 @@ import pytest
 
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.fitting.gauss_newton import refit
-from estimator.diagnosis.model.hypothesis import Hypothesis, free_parameters
+from estimator.diagnosis.model.free_parameters import free_parameters
+from estimator.diagnosis.model.hypothesis import Hypothesis
 
 START = Hypothesis(15e3, 0.45)
 NO_CASE = typing.cast(Case, None)

@@ -14,10 +14,10 @@ from estimator.diagnosis.evidence.marginal_likelihood import error_borne_out
 from estimator.diagnosis.fitting.case import Case, Linearisation, linearise
 from estimator.diagnosis.fitting.gauss_newton import refit
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.result import AT_MOST
+from estimator.diagnosis.noise.errors_left import AT_MOST
 from estimator.diagnosis.search.baseline import prepare
+from estimator.diagnosis.search.candidate import Candidate, candidate_of
 from estimator.diagnosis.search.local_resolution import resolved
-from estimator.diagnosis.search.screening import Candidate, candidate_of
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect
 from estimator.experiment import Experiment, SensorNoise

@@ -8,8 +8,10 @@ from retraction_cases import REFERENCE_BLOCK
 from estimator.diagnosis.evidence.discrepancy import Discrepancy, ModelError
 from estimator.diagnosis.evidence.signatures import Signature
 from estimator.diagnosis.fitting.case import Case, Linearisation
-from estimator.diagnosis.model.hypothesis import Hypothesis, free_parameters
-from estimator.diagnosis.search.screening import Candidate, Trial
+from estimator.diagnosis.model.free_parameters import free_parameters
+from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.search.candidate import Candidate
+from estimator.diagnosis.search.screening import Trial
 from estimator.diagnosis.search.second_cause import asks_for_a_finer_form, promising_seconds
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.fem.problem import RetractionProblem

@@ -3,7 +3,8 @@
 from synthetic_diagnoses import finding
 
 from estimator.diagnosis.conclusions.open_questions import what_cannot_be_told
-from estimator.diagnosis.result import Doubted, Quantity
+from estimator.diagnosis.result import Quantity
+from estimator.diagnosis.search.decision import Doubted
 
 
 def sentence(**sizes: Quantity) -> str:

@@ -16,9 +16,10 @@ from estimator.diagnosis.evidence.noise_selection import (
 )
 from estimator.diagnosis.evidence.signatures import Signature
 from estimator.diagnosis.fitting.case import Case, Linearisation
-from estimator.diagnosis.model.hypothesis import Hypothesis, free_parameters
+from estimator.diagnosis.model.free_parameters import free_parameters
+from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.noise.correlated_errors import CorrelatedErrors
-from estimator.diagnosis.result import AT_MOST, ErrorsLeft
+from estimator.diagnosis.noise.errors_left import AT_MOST, ErrorsLeft
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect
 from estimator.fem.problem import RetractionProblem

@@ -16,13 +16,15 @@ from estimator.diagnosis.evidence.marginal_likelihood import first_order_evidenc
 from estimator.diagnosis.evidence.posterior import probabilities
 from estimator.diagnosis.evidence.signatures import Signature
 from estimator.diagnosis.fitting.case import Case, Linearisation
-from estimator.diagnosis.model.hypothesis import Hypothesis, free_parameters
+from estimator.diagnosis.model.free_parameters import free_parameters
+from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.noise.whitening import Whitening
+from estimator.diagnosis.search.candidate import Candidate
 from estimator.diagnosis.search.comparison import Comparison
 from estimator.diagnosis.search.decision import Verdict, reach_verdict, weigh
 from estimator.diagnosis.search.pair_screening import Start
 from estimator.diagnosis.search.pair_search import Found
-from estimator.diagnosis.search.screening import Candidate, Trial
+from estimator.diagnosis.search.screening import Trial
 from estimator.diagnosis.search.second_cause import adequate, starts_of_pairs
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.effects.effect import Effect

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from estimator.blind.scoring.ceiling import Ceiling
-from estimator.diagnosis.result import NONE
+from estimator.diagnosis.model.labels import NONE
 from estimator.errors import InputError
 from estimator.input_file import is_number, parse_json, read_input_text
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 
-from estimator.diagnosis.result import NONE, UNKNOWN
+from estimator.diagnosis.model.labels import NONE, UNKNOWN
 from estimator.effects.catalogue import LABELS
 from estimator.effects.effect import BLOCK_OF_GROUP, Group
 

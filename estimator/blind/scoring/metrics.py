@@ -17,7 +17,7 @@ from estimator.blind.scoring.intervals import (
 )
 from estimator.blind.scoring.keys import Key
 from estimator.blind.scoring.labels import answers_to, block_of, group_of
-from estimator.diagnosis.result import UNKNOWN
+from estimator.diagnosis.model.labels import UNKNOWN
 from estimator.fit.result import Z95
 
 CONFIDENT = 0.9

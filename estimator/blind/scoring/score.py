@@ -15,7 +15,7 @@ from estimator.blind.scoring.keys import open_keys
 from estimator.blind.scoring.labels import GROUPS, group_of
 from estimator.blind.scoring.metrics import Cases, Metric, Scored, claims, metrics, metrics_by_level
 from estimator.blind.scoring.reliability import Claim, reliability
-from estimator.diagnosis.result import NONE, UNKNOWN
+from estimator.diagnosis.model.labels import NONE, UNKNOWN
 from estimator.errors import InputError
 
 IntArray = NDArray[np.int64]

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.conclusions.multiple_testing import Multiplicity
-from estimator.diagnosis.evidence.laplace import bounded_minimum
 from estimator.diagnosis.fitting.case import Linearisation
-from estimator.diagnosis.model.hypothesis import FreeParameter, Hypothesis
+from estimator.diagnosis.model.free_parameters import FreeParameter
+from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.result import EffectFinding, Quantity, State
-from estimator.diagnosis.search.screening import Candidate, Trial
+from estimator.diagnosis.search.candidate import Candidate
+from estimator.diagnosis.search.screening import Trial
+from estimator.inference.bounded_minimum import bounded_minimum
 
 FloatArray = NDArray[np.float64]
 
@@ -146,13 +148,3 @@ def _std_of_value(coordinate: FreeParameter, hypothesis: Hypothesis, deviation: 
     here, small = coordinate.get(hypothesis), 1e-6 * (deviation or 1.0)
     slope = (coordinate.value_of(here + small) - coordinate.value_of(here - small)) / (2 * small)
     return abs(slope) * deviation
-
-
-def best_trials(trials: Sequence[Trial]) -> Mapping[str, Trial]:
-    """Return the best trial of each label."""
-    found: dict[str, Trial] = {}
-    for trial in trials:
-        label = trial.signature.effect.label
-        if label not in found or trial.log_evidence > found[label].log_evidence:
-            found[label] = trial
-    return found

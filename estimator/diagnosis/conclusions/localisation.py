@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.fitting.case import Case, Linearisation
-from estimator.diagnosis.result import NONE, UNKNOWN, Where
-from estimator.diagnosis.search.screening import Candidate
+from estimator.diagnosis.model.labels import NONE, UNKNOWN
+from estimator.diagnosis.result import Where
+from estimator.diagnosis.search.candidate import Candidate
 from estimator.effects.effect import BLOCK_OF_GROUP, Group
 
 FloatArray = NDArray[np.float64]

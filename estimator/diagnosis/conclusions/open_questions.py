@@ -3,7 +3,8 @@
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 
-from estimator.diagnosis.result import Doubted, EffectFinding, Quantity
+from estimator.diagnosis.result import EffectFinding, Quantity
+from estimator.diagnosis.search.decision import Doubted
 
 # What tells apart what no motion of the gripper can (or hardly).
 MEASUREMENTS: Mapping[str, str] = {

@@ -7,25 +7,26 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.conclusions.findings import best_trials, effect_quantities, material_quantities
+from estimator.diagnosis.conclusions.findings import effect_quantities, material_quantities
+from estimator.diagnosis.conclusions.gap import gap_of
 from estimator.diagnosis.evidence.cross_validation import held_out_residuals
 from estimator.diagnosis.evidence.discrepancy import ModelError
-from estimator.diagnosis.evidence.gap import gap_of
 from estimator.diagnosis.evidence.marginal_likelihood import error_borne_out, first_order_evidence
 from estimator.diagnosis.evidence.noise_selection import in_another_case, refitted_anew, signatures_anew
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.result import AT_MOST, Consideration, ErrorsLeft, Material, Outcome, Place
+from estimator.diagnosis.noise.errors_left import AT_MOST, ErrorsLeft
+from estimator.diagnosis.result import Consideration, Material, Outcome, Place
 from estimator.diagnosis.search.baseline import corrected_at_best, prepare
+from estimator.diagnosis.search.candidate import Candidate, parameter_deviations
 from estimator.diagnosis.search.local_resolution import resolved
 from estimator.diagnosis.search.racing import race, race_on
 from estimator.diagnosis.search.screening import (
-    Candidate,
     Tell,
     Trial,
     beside,
     best_starts,
-    parameter_deviations,
+    best_trials,
     screen,
     trials_of,
 )

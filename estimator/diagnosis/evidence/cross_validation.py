@@ -14,12 +14,13 @@ from concurrent.futures import Executor
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.evidence.laplace import Priors, bounded_minimum
+from estimator.diagnosis.evidence.laplace import Priors
 from estimator.diagnosis.evidence.marginal_likelihood import priors_of
 from estimator.diagnosis.fitting.case import Case, Linearisation, residuals_near
 from estimator.diagnosis.fitting.gauss_newton import moved
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.errors import SolverError
+from estimator.inference.bounded_minimum import bounded_minimum
 
 FloatArray = NDArray[np.float64]
 

@@ -19,7 +19,8 @@ from estimator.diagnosis.evidence.laplace import (
 from estimator.diagnosis.evidence.row_errors import evidence_of_unsteadiness
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.fitting.gauss_newton import LONGEST_OF_A_RANGE, newton_step
-from estimator.diagnosis.model.hypothesis import FreeParameter, Hypothesis
+from estimator.diagnosis.model.free_parameters import FreeParameter
+from estimator.diagnosis.model.hypothesis import Hypothesis
 
 FloatArray = NDArray[np.float64]
 

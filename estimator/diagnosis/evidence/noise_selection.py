@@ -17,7 +17,7 @@ from estimator.diagnosis.evidence.signatures import Signature
 from estimator.diagnosis.fitting.case import Case, Linearisation, predictions, residuals
 from estimator.diagnosis.fitting.gauss_newton import refit
 from estimator.diagnosis.noise.correlated_errors import beads_beside_rim
-from estimator.diagnosis.result import ErrorsLeft
+from estimator.diagnosis.noise.errors_left import ErrorsLeft
 
 # A case as it is where so much is left; the same object at every call with the same.
 CaseLeaving: TypeAlias = Callable[[ErrorsLeft], Case]

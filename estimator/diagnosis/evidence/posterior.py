@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 from scipy.special import logsumexp
 
-from estimator.diagnosis.result import NONE, UNKNOWN
+from estimator.diagnosis.model.labels import NONE, UNKNOWN
 
 # Prior of no gap, and of a cause outside the catalogue; the labels share the rest equally.
 _PRIOR_NONE, _PRIOR_UNKNOWN = 0.5, 0.11

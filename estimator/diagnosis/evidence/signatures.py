@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.fitting.case import Case, whitened_derivatives
-from estimator.diagnosis.model.hypothesis import FreeParameter, Hypothesis, free_parameters
+from estimator.diagnosis.model.free_parameters import FreeParameter, free_parameters
+from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import Mechanics
 from estimator.diagnosis.sensitivity.perturbation import Perturbation
 from estimator.diagnosis.sensitivity.readings import predicted_readings

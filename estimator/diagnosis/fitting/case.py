@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.diagnosis.model.free_parameters import FreeParameter, free_parameters
 from estimator.diagnosis.model.grip_load import GripLoad
-from estimator.diagnosis.model.hypothesis import FreeParameter, Hypothesis, free_parameters
+from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import KnownFields, Mechanics, mechanics_of, solve_case
+from estimator.diagnosis.noise.errors_left import AT_MOST, ErrorsLeft
 from estimator.diagnosis.noise.whitening import Whitening
-from estimator.diagnosis.result import AT_MOST, DeformedMesh, ErrorsLeft
 from estimator.diagnosis.sensitivity.mechanical_changes import acts_on_tissue
 from estimator.diagnosis.sensitivity.perturbation import Perturbation
 from estimator.diagnosis.sensitivity.readings import channels, derivatives, predicted_readings
@@ -77,14 +78,6 @@ class Linearisation:
     def chi2(self) -> float:
         """Sum of the squared whitened residuals."""
         return float(sum(r @ r for r in self.residual))
-
-
-def deformed_mesh(case: Case, fit: Linearisation, number: int) -> DeformedMesh:
-    """Return the body through an experiment: at the fit, or, where its mechanics are extrapolated, at its neighbour."""
-    of_row = fit.mechanics[number].solution.load_steps.of_row
-    _, first = np.unique(of_row, return_index=True)
-    displacements = np.array([fit.known[number][row].displacement for row in first])
-    return DeformedMesh(case.problem.body.mesh, displacements, of_row)
 
 
 def linearise(

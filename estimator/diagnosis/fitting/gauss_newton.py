@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.evidence.laplace import bounded_minimum
 from estimator.diagnosis.fitting.case import Case, Linearisation, linearise
 from estimator.diagnosis.fitting.parallel import Solve
-from estimator.diagnosis.model.hypothesis import FreeParameter, Hypothesis
+from estimator.diagnosis.model.free_parameters import FreeParameter
+from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.errors import SolverError
+from estimator.inference.bounded_minimum import bounded_minimum
 
 FloatArray = NDArray[np.float64]
 

@@ -1,9 +1,10 @@
 """Errors that many rows of one experiment share, with everything that nobody calls an effect.
 
 They are the zero of the wrench, the beads' stated rest positions, the reported pose of each load step, and what is left
-of the discretisation error. How much there is of the last the measurements tell, of each bead beside the rim of the grasp
-apart from anywhere else, for there meshes differ most and by what has nothing to do with the rest of the tissue; and
-how much of what seem to be errors of the rest positions, for a misfit that meshes leave of single beads looks alike.
+of the discretisation error. How much there is of the last the measurements tell, of each bead beside the rim of the
+grasp apart from anywhere else, for there meshes differ most and by what has nothing to do with the rest of the tissue;
+and how much of what seem to be errors of the rest positions, for a misfit that meshes leave of single beads looks
+alike.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,11 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.model.hypothesis import Hypothesis, free_parameters
+from estimator.diagnosis.model.free_parameters import free_parameters
+from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import Mechanics
+from estimator.diagnosis.noise.errors_left import AT_MOST, ErrorsLeft
 from estimator.diagnosis.noise.estimation import Noise
 from estimator.diagnosis.noise.whitening import Whitening, inverse_root, uncorrelated
-from estimator.diagnosis.result import AT_MOST, ErrorsLeft
 from estimator.diagnosis.sensitivity.perturbation import Perturbation
 from estimator.diagnosis.sensitivity.readings import derivatives, derivatives_by_position
 from estimator.effects.grasp_misplacement import GRASP_MISPLACEMENT

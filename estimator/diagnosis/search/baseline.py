@@ -10,7 +10,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.evidence.gap import white_floor
+from estimator.diagnosis.evidence.noise_floor import white_floor
 from estimator.diagnosis.evidence.noise_selection import CaseLeaving, in_another_case
 from estimator.diagnosis.fitting.case import Case, Linearisation, linearisation_of, predictions
 from estimator.diagnosis.fitting.gauss_newton import refit
@@ -32,10 +32,10 @@ from estimator.diagnosis.noise.discretisation import (
     few_poses,
     poses_at_rest_and_few,
 )
+from estimator.diagnosis.noise.errors_left import AT_MOST, ErrorsLeft
 from estimator.diagnosis.noise.estimation import Noise, noise_of, with_offsets_of
 from estimator.diagnosis.noise.outliers import without_outliers
-from estimator.diagnosis.result import AT_MOST, ErrorsLeft
-from estimator.diagnosis.search.screening import Candidate
+from estimator.diagnosis.search.candidate import Candidate
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
 from estimator.fem.block_mesh import Grading

@@ -22,9 +22,10 @@ from estimator.diagnosis.evidence.noise_selection import (
 )
 from estimator.diagnosis.fitting.case import Case, Linearisation, linearise
 from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.noise.errors_left import AT_MOST
 from estimator.diagnosis.noise.outliers import number_left_out
-from estimator.diagnosis.result import AT_MOST
 from estimator.diagnosis.search.baseline import corrected_at_best, prepare
+from estimator.diagnosis.search.candidate import Candidate, best_of_labels, most_probable_first
 from estimator.diagnosis.search.racing import finalists, race, race_on, to_the_end
 from estimator.diagnosis.search.refinements import (
     accidents,
@@ -34,16 +35,7 @@ from estimator.diagnosis.search.refinements import (
     past_kinks,
     siblings,
 )
-from estimator.diagnosis.search.screening import (
-    Candidate,
-    Tell,
-    Trial,
-    best_of_labels,
-    best_starts,
-    most_probable_first,
-    screen,
-    trials_of,
-)
+from estimator.diagnosis.search.screening import Tell, Trial, best_starts, screen, trials_of
 from estimator.diagnosis.search.second_cause import adequate, asks_for_a_finer_form, promising_seconds
 from estimator.effects.catalogue import CATALOGUE, LABELS, OUTSIDERS
 from estimator.experiment import Experiment

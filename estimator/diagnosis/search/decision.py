@@ -9,15 +9,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from estimator.diagnosis.evidence.cross_validation import lost_on_held_out
-from estimator.diagnosis.evidence.gap import white_floor
 from estimator.diagnosis.evidence.lack_of_fit import rough_gap, rough_remainder
 from estimator.diagnosis.evidence.marginal_likelihood import evidence_of_unknown
+from estimator.diagnosis.evidence.noise_floor import white_floor
 from estimator.diagnosis.evidence.posterior import of_labels, probabilities, shared_with_unknown
 from estimator.diagnosis.model.hypothesis import Hypothesis, negligible_effects
-from estimator.diagnosis.result import NONE, UNKNOWN, Doubted
+from estimator.diagnosis.model.labels import NONE, UNKNOWN
+from estimator.diagnosis.search.candidate import Candidate
 from estimator.diagnosis.search.comparison import Comparison
 from estimator.diagnosis.search.pair_search import search_pairs, with_what_it_is_mistaken_for
-from estimator.diagnosis.search.screening import Candidate, Tell, best_starts
+from estimator.diagnosis.search.screening import Tell, best_starts
 from estimator.diagnosis.search.second_cause import (
     adequate,
     beyond_noise,
@@ -40,6 +41,22 @@ _STANDS = 15.0
 _IN_DOUBT = 0.2
 # Of a second cause that adds less than this nothing is said: that of a form which is nearly right adds as much.
 _WORTH_TELLING = 3.0
+
+
+@dataclass(frozen=True)
+class Doubted:
+    """A second cause that may be there: it explains a little more beside the leading one, too little to be named.
+
+    Attributes
+    ----------
+    label : of the catalogue
+    adds : by how much it raises the log evidence
+    asked : by how much it would have to, for its prior and the choice among all labels
+    """
+
+    label: str
+    adds: float
+    asked: float
 
 
 @dataclass(frozen=True)

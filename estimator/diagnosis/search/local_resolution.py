@@ -13,7 +13,7 @@ from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.fitting.gauss_newton import refit
 from estimator.diagnosis.fitting.parallel import solved_by
 from estimator.diagnosis.search.baseline import GRADING
-from estimator.diagnosis.search.screening import Candidate, candidate_of
+from estimator.diagnosis.search.candidate import Candidate, candidate_of
 from estimator.errors import SolverError
 from estimator.forward.meshing import mesh_experiment
 

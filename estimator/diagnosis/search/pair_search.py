@@ -7,18 +7,12 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.search.candidate import Candidate, best_of_labels, most_probable_first
 from estimator.diagnosis.search.comparison import ALIKE, Comparison
 from estimator.diagnosis.search.pair_screening import likeliest_pairs
 from estimator.diagnosis.search.racing import is_linear, race
 from estimator.diagnosis.search.refinements import elaborations, mistaken_for
-from estimator.diagnosis.search.screening import (
-    Candidate,
-    Tell,
-    best_of_labels,
-    best_starts,
-    most_probable_first,
-    screen,
-)
+from estimator.diagnosis.search.screening import Tell, best_starts, screen
 from estimator.diagnosis.search.second_cause import (
     adequate,
     least_gain,

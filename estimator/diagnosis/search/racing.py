@@ -14,7 +14,8 @@ from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.fitting.gauss_newton import WORTHWHILE, objective, refit
 from estimator.diagnosis.fitting.parallel import Solve, refits_at_a_time, solved_by
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.search.screening import Candidate, Tell, candidate_of, most_probable_first
+from estimator.diagnosis.search.candidate import Candidate, candidate_of, most_probable_first
+from estimator.diagnosis.search.screening import Tell
 from estimator.diagnosis.sensitivity.mechanical_changes import acts_on_tissue
 from estimator.effects.effect import Effect
 from estimator.errors import SolverError

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from estimator.diagnosis.fitting.case import Case
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.search.screening import Candidate, Trial
+from estimator.diagnosis.search.candidate import Candidate
+from estimator.diagnosis.search.screening import Trial
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.effects.effect import Constant, Effect, Values
 

@@ -1,28 +1,28 @@
-"""The contest of hypotheses: all of them screened to first order, and each that is refitted weighed by its evidence."""
+"""Effects screened to first order beside a solved hypothesis."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.evidence.discrepancy import ModelError, Moments, forgiven, moments_of
-from estimator.diagnosis.evidence.laplace import log_evidence, marginal_evidence, over_floors
+from estimator.diagnosis.evidence.discrepancy import ModelError, Moments, moments_of
+from estimator.diagnosis.evidence.laplace import log_evidence, over_floors
 from estimator.diagnosis.evidence.marginal_likelihood import (
     linear_model,
-    linear_model_within_reach,
     price_of_choice,
     priors_within_a_step,
 )
 from estimator.diagnosis.evidence.signatures import Signature, signatures_of
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.fitting.gauss_newton import moved, step_of_gram
-from estimator.diagnosis.model.hypothesis import FreeParameter, Hypothesis
+from estimator.diagnosis.model.free_parameters import FreeParameter
+from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import mechanics_of, solve_case
 from estimator.diagnosis.sensitivity.mechanical_changes import acts_on_tissue
 from estimator.effects.effect import Effect
@@ -54,42 +54,6 @@ class Trial:
     signature: Signature
     log_evidence: float
     start: Hypothesis
-
-
-@dataclass(frozen=True, eq=False)
-class Candidate:
-    """A refitted hypothesis.
-
-    Attributes
-    ----------
-    fit : at its best parameters
-    log_evidence : with the inexactness of its signatures integrated out
-    deviations : (p,) standard deviations of its internal variables
-    fell : by how much its objective fell in its last refit; infinite where that did not begin at a point of its own
-    """
-
-    fit: Linearisation
-    log_evidence: float
-    deviations: FloatArray
-    fell: float = math.inf
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """Labels of its effects."""
-        return tuple(effect.label for effect in self.fit.hypothesis.effects)
-
-
-def most_probable_first(candidates: Iterable[Candidate]) -> list[Candidate]:
-    """Return candidates by their log evidence, the highest first."""
-    return sorted(candidates, key=lambda one: -one.log_evidence)
-
-
-def best_of_labels(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Return the first of each label, of candidates in order: its other forms mostly leave the same."""
-    found: dict[str, Candidate] = {}
-    for one in candidates:
-        found.setdefault(one.labels[0], one)
-    return list(found.values())
 
 
 def screen(
@@ -220,29 +184,11 @@ def null_beside(base: Linearisation, signature: Signature) -> tuple[Hypothesis, 
     return null, free
 
 
-def candidate_of(case: Case, base: Linearisation, error: ModelError, fit: Linearisation) -> Candidate:
-    """Weigh a refitted hypothesis."""
-    model = linear_model_within_reach(fit, error)
-    value, inexactness = marginal_evidence(*model, error, explained(case, base, fit))
-    value -= price_of_choice(case, fit.hypothesis)
-    return Candidate(fit, value, parameter_deviations(fit, error, inexactness))
-
-
-def parameter_deviations(
-    fit: Linearisation, error: ModelError, inexactness: tuple[float, float]
-) -> FloatArray:
-    """Return the standard deviation (p,) of each internal variable, priors and what the model misses included."""
-    precision = [c.prior_precision**2 for c in fit.free_parameters]
-    gram, _ = forgiven(error, moments_of(error, fit.jacobian), inexactness)
-    information = np.diag(precision) + gram
-    return np.asarray(np.sqrt(np.diag(np.linalg.inv(information))))
-
-
-def explained(case: Case, base: Linearisation, fit: Linearisation) -> FloatArray:
-    """Return the root mean square (2,) of what a fit changes in wrench and fiducials, in units of the noise."""
-    squares, counts = np.zeros(2), np.zeros(2)
-    for before, after, whitening in zip(base.predicted, fit.predicted, case.whitenings, strict=True):
-        change = ((after - before) / whitening.deviation) ** 2
-        squares += [change[:, :6].sum(), change[:, 6:].sum()]
-        counts += [change[:, :6].size, change[:, 6:].size]
-    return np.asarray(np.sqrt(squares / counts))
+def best_trials(trials: Sequence[Trial]) -> Mapping[str, Trial]:
+    """Return the best trial of each label."""
+    found: dict[str, Trial] = {}
+    for trial in trials:
+        label = trial.signature.effect.label
+        if label not in found or trial.log_evidence > found[label].log_evidence:
+            found[label] = trial
+    return found

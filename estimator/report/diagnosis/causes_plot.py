@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from estimator.diagnosis.result import NONE, Diagnosis
+from estimator.diagnosis.model.labels import NONE
+from estimator.diagnosis.result import Diagnosis
 from estimator.report.diagnosis.findings import answer_words, ranking, standing
 from estimator.report.diagnosis.quantities import parameters_text
 from estimator.report.theme import INK, LINE, MEASURED, MUTED, PREDICTED, TRUTH

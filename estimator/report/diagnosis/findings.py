@@ -2,7 +2,8 @@
 
 import math
 
-from estimator.diagnosis.result import NONE, UNKNOWN, Advice, Diagnosis, Gap, Material, Quantity
+from estimator.diagnosis.model.labels import NONE, UNKNOWN
+from estimator.diagnosis.result import Advice, Diagnosis, Gap, Material, Quantity
 from estimator.report.diagnosis.quantities import (
     closure_text,
     parameters_text,

@@ -1,0 +1,81 @@
+"""A refitted hypothesis, weighed by its evidence."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.diagnosis.evidence.discrepancy import ModelError, forgiven, moments_of
+from estimator.diagnosis.evidence.laplace import marginal_evidence
+from estimator.diagnosis.evidence.marginal_likelihood import linear_model_within_reach, price_of_choice
+from estimator.diagnosis.fitting.case import Case, Linearisation
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A refitted hypothesis.
+
+    Attributes
+    ----------
+    fit : at its best parameters
+    log_evidence : with the inexactness of its signatures integrated out
+    deviations : (p,) standard deviations of its internal variables
+    fell : by how much its objective fell in its last refit; infinite where that did not begin at a point of its own
+    """
+
+    fit: Linearisation
+    log_evidence: float
+    deviations: FloatArray
+    fell: float = math.inf
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of its effects."""
+        return tuple(effect.label for effect in self.fit.hypothesis.effects)
+
+
+def most_probable_first(candidates: Iterable[Candidate]) -> list[Candidate]:
+    """Return candidates by their log evidence, the highest first."""
+    return sorted(candidates, key=lambda one: -one.log_evidence)
+
+
+def best_of_labels(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return the first of each label, of candidates in order: its other forms mostly leave the same."""
+    found: dict[str, Candidate] = {}
+    for one in candidates:
+        found.setdefault(one.labels[0], one)
+    return list(found.values())
+
+
+def candidate_of(case: Case, base: Linearisation, error: ModelError, fit: Linearisation) -> Candidate:
+    """Weigh a refitted hypothesis."""
+    model = linear_model_within_reach(fit, error)
+    value, inexactness = marginal_evidence(*model, error, explained(case, base, fit))
+    value -= price_of_choice(case, fit.hypothesis)
+    return Candidate(fit, value, parameter_deviations(fit, error, inexactness))
+
+
+def parameter_deviations(
+    fit: Linearisation, error: ModelError, inexactness: tuple[float, float]
+) -> FloatArray:
+    """Return the standard deviation (p,) of each internal variable, priors and what the model misses included."""
+    precision = [c.prior_precision**2 for c in fit.free_parameters]
+    gram, _ = forgiven(error, moments_of(error, fit.jacobian), inexactness)
+    information = np.diag(precision) + gram
+    return np.asarray(np.sqrt(np.diag(np.linalg.inv(information))))
+
+
+def explained(case: Case, base: Linearisation, fit: Linearisation) -> FloatArray:
+    """Return the root mean square (2,) of what a fit changes in wrench and fiducials, in units of the noise."""
+    squares, counts = np.zeros(2), np.zeros(2)
+    for before, after, whitening in zip(base.predicted, fit.predicted, case.whitenings, strict=True):
+        change = ((after - before) / whitening.deviation) ** 2
+        squares += [change[:, :6].sum(), change[:, 6:].sum()]
+        counts += [change[:, :6].size, change[:, 6:].size]
+    return np.asarray(np.sqrt(squares / counts))
