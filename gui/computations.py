@@ -11,7 +11,7 @@ from daq.session_report import SessionReport, write_report
 from daq.table_formats import FORMATS
 from daq.versions import package_versions
 from estimator.diagnosis.conclusions.as_json import as_json
-from estimator.diagnosis.conclusions.what_if import what_if
+from estimator.diagnosis.what_if import what_if
 from estimator.diagnosis.diagnose import diagnose
 from estimator.diagnosis.noise.errors_left import ErrorsLeft
 from estimator.diagnosis.result import Consideration, Diagnosis

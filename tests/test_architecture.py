@@ -142,6 +142,8 @@ def test_no_file_names_a_machine_or_an_unfinished_thing(pattern: re.Pattern[str]
 
 # From the bottom to the top; nothing is imported from a layer above.
 LAYERS_OF_THE_DIAGNOSIS = (
+    "declared_numbers",
+    "settings",
     "model",
     "sensitivity",
     "noise",
@@ -150,6 +152,7 @@ LAYERS_OF_THE_DIAGNOSIS = (
     "search",
     "result",
     "conclusions",
+    "what_if",
     "diagnose",
 )
 

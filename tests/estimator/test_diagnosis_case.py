@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from retraction_cases import SMALL_BLOCK, recorded, straight_pull, turning_pull
 from scipy.spatial.transform import Rotation
 
-from estimator.diagnosis.conclusions.what_if import what_if
 from estimator.diagnosis.diagnose import diagnose
 from estimator.diagnosis.result import Diagnosis
+from estimator.diagnosis.what_if import what_if
 from estimator.experiment import Experiment
 from estimator.fem.equilibrium import EquilibriumSolver
 from estimator.fem.motion import GripperPose

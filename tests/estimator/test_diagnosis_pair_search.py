@@ -4,19 +4,20 @@ import typing
 
 import numpy as np
 import pytest
+from bare_contexts import bare_case, bare_context
 
-from estimator.diagnosis.evidence.discrepancy import ModelError
-from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.fitting.case import Linearisation
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.search.candidate import Candidate, best_of_labels
 from estimator.diagnosis.search.comparison import Comparison
 from estimator.diagnosis.search.pair_screening import Start
 from estimator.diagnosis.search.pair_search import beside_what_ties, led_on_by, passed_over
 from estimator.diagnosis.search.refinements import mistaken_for
+from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
-from estimator.fem.problem import RetractionProblem
 
 MATERIAL = Hypothesis(15e3, 0.45)
+NEAR = DiagnosisSettings().search.near
 
 
 def beside(present: Hypothesis, name: str, size: float) -> Hypothesis:
@@ -40,7 +41,7 @@ def test_another_form_of_the_leading_cause_is_no_second_leader() -> None:
 
 
 def test_what_either_cause_of_a_pair_may_be_mistaken_for_is_looked_at() -> None:
-    case = Case((), typing.cast(RetractionProblem, None), (), (), ())
+    case = bare_case()
     turned = beside(MATERIAL, "camera_rotation", 0.01)
     assert not mistaken_for(case, [candidate(turned, 90.0)])
     pair = beside(turned, "thickness_error:about_middle", 0.1)
@@ -52,7 +53,7 @@ def test_a_cause_that_a_pair_has_led_elsewhere_is_refitted_alone_from_there() ->
     lens = beside(MATERIAL, "unknown:lens_distortion_rest_true", 3.0)
     further = beside(MATERIAL, "prestretch:beads_known_after", 3.7e-3)
     pair = beside(further, "unknown:lens_distortion_rest_true", 2.9)
-    assert led_on_by(pair, [candidate(drawn, 90.0), candidate(lens, 80.0)]) == [further]
+    assert led_on_by(pair, [candidate(drawn, 90.0), candidate(lens, 80.0)], NEAR) == [further]
 
 
 def test_a_cause_in_another_form_than_it_was_refitted_in_is_refitted_alone() -> None:
@@ -60,15 +61,13 @@ def test_a_cause_in_another_form_than_it_was_refitted_in_is_refitted_alone() -> 
     uneven = beside(MATERIAL, "anchor_compliance:uneven", 3e-3)
     loose = beside(MATERIAL, "anchor_debonding:throughout", 0.25)
     pair = beside(uneven, "anchor_debonding:throughout", 0.25)
-    assert led_on_by(pair, [candidate(even, 90.0), candidate(loose, 80.0)]) == [uneven]
+    assert led_on_by(pair, [candidate(even, 90.0), candidate(loose, 80.0)], NEAR) == [uneven]
 
 
-def field_of(evidences: dict[float, Hypothesis]) -> Comparison:
+def comparison_of(evidences: dict[float, Hypothesis]) -> Comparison:
     return Comparison(
-        Case((), typing.cast(RetractionProblem, None), (), (), ()),
+        bare_context(candidate(MATERIAL, 0.0).fit),
         0,
-        candidate(MATERIAL, 0.0).fit,
-        ModelError((), ((0.1, 0.1),), (0.1, 0.1)),
         (),
         tuple(candidate(one, evidence) for evidence, one in evidences.items()),
         none=0.0,
@@ -84,7 +83,7 @@ def test_the_second_cause_of_a_pair_that_leaves_something_is_tried_beside_what_t
     scale = beside(MATERIAL, "camera_scale:of_the_motion", 0.01)
     turned = beside(MATERIAL, "camera_rotation", 0.01)
     evidences = {90.0: grip, 88.0: reach, 85.0: scale, 40.0: turned}
-    comparison = field_of(evidences)
+    comparison = comparison_of(evidences)
     pairs = [candidate(beside(one, "gravity_sag:beads_hanging", 0.01), 150.0) for one in (grip, reach)]
     for leaves_nothing, expected in (
         (False, [beside(scale, "gravity_sag:beads_hanging", 0.01)]),
@@ -92,7 +91,7 @@ def test_the_second_cause_of_a_pair_that_leaves_something_is_tried_beside_what_t
     ):
         monkeypatch.setattr(
             "estimator.diagnosis.search.pair_search.adequate",
-            lambda case, pair, error, told=leaves_nothing: told,
+            lambda context, pair, told=leaves_nothing: told,
         )
         assert beside_what_ties(comparison, pairs) == expected
 
@@ -116,4 +115,4 @@ def test_a_second_cause_that_promised_half_of_what_the_best_one_adds_is_tried_to
         lambda *comparison: [Start(evidence, one) for evidence, one in promised.items()],
     )
     pairs = [candidate(stiffening, 100.0 + 88.0)]
-    assert passed_over(field_of({100.0: turned}), pairs, least=100.0 + 44.0) == [fibres]
+    assert passed_over(comparison_of({100.0: turned}), pairs, least=100.0 + 44.0) == [fibres]

@@ -3,18 +3,19 @@
 import typing
 
 import numpy as np
+from bare_contexts import bare_case, bare_context, no_error_in
 from retraction_cases import REFERENCE_BLOCK
 
-from estimator.diagnosis.evidence.discrepancy import Discrepancy, ModelError
+from estimator.diagnosis.evidence.discrepancy import Discrepancy
 from estimator.diagnosis.evidence.signatures import Signature
-from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.fitting.case import Linearisation
 from estimator.diagnosis.model.free_parameters import free_parameters
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.search.candidate import Candidate
+from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.search.screening import Trial
 from estimator.diagnosis.search.second_cause import asks_for_a_finer_form, promising_seconds
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
-from estimator.fem.problem import RetractionProblem
 
 MATERIAL = Hypothesis(1e4, 0.45)
 
@@ -22,10 +23,9 @@ MATERIAL = Hypothesis(1e4, 0.45)
 class Beside(typing.NamedTuple):
     """A refitted first cause, and a second one that would raise the log evidence beside it."""
 
-    case: Case
+    context: Context
     leader: Candidate
     trial: Trial
-    error: ModelError
 
 
 def leaves(left: float, first: str, second: str, explained: float = 100.0) -> Beside:
@@ -42,20 +42,18 @@ def leaves(left: float, first: str, second: str, explained: float = 100.0) -> Be
     along = columns[:, 2] * 100.0 / scale
     residual = np.sqrt(2.0 * (left + np.log(100.0))) * columns[:, 2]
     nothing = np.zeros((400, 1))
-    error = ModelError(
-        (Discrepancy((nothing, nothing), (np.zeros(1), np.zeros(1))),), ((0.0, 0.0),), (0.0, 0.0)
-    )
+    error = no_error_in(Discrepancy((nothing, nothing), (np.zeros(1), np.zeros(1))))
     leading = MATERIAL.with_effect(leader, {amplitude.name: 1e-4 for amplitude in leader.amplitudes})
     fit = Linearisation(leading, free[:2], (), (residual,), (columns[:, :2],), (), ())
     trial = Trial(Signature(other, {}, free[2:], (along[:, None],)), 0.0, null)
-    case = Case((REFERENCE_BLOCK,), typing.cast(RetractionProblem, None), (), (), ())
-    return Beside(case, Candidate(fit, explained, np.zeros(2)), trial, error)
+    context = bare_context(fit, bare_case((REFERENCE_BLOCK,)), error)
+    return Beside(context, Candidate(fit, explained, np.zeros(2)), trial)
 
 
 def found_beside(explained: float, left: float, first: str = "gripper_compliance:translation") -> bool:
     """Whether a second cause is looked for that would raise the log evidence by about ``left`` beside a first one."""
-    case, leader, trial, error = leaves(left, first, "camera_scale:uniform", explained)
-    return bool(promising_seconds(case, leader, [trial], error, none=0.0))
+    context, leader, trial = leaves(left, first, "camera_scale:uniform", explained)
+    return bool(promising_seconds(context, leader, [trial], none=0.0))
 
 
 def test_what_a_nearly_right_form_leaves_of_a_large_gap_is_no_second_cause() -> None:
@@ -85,10 +83,10 @@ def test_a_constant_linear_change_of_readings_leaves_less_for_a_second_cause_tha
 
 def test_what_another_effect_of_its_own_kind_would_explain_asks_for_a_finer_form_of_the_leader() -> None:
     for left, expected in ((1.0, False), (30.0, True)):
-        case, leader, trial, error = leaves(left, "camera_scale:uniform", "camera_scale:of_the_motion")
-        assert asks_for_a_finer_form(case, leader, [trial], error) == expected
-    case, leader, trial, error = leaves(30.0, "gripper_compliance:translation", "camera_scale:of_the_motion")
-    assert not asks_for_a_finer_form(case, leader, [trial], error)
+        context, leader, trial = leaves(left, "camera_scale:uniform", "camera_scale:of_the_motion")
+        assert asks_for_a_finer_form(context, leader, [trial]) == expected
+    context, leader, trial = leaves(30.0, "gripper_compliance:translation", "camera_scale:of_the_motion")
+    assert not asks_for_a_finer_form(context, leader, [trial])
 
 
 def test_beside_what_is_recognised_outside_the_catalogue_a_cause_must_add_a_share_of_what_that_does() -> None:

@@ -8,7 +8,6 @@ is computed for the data at hand and with the rows that a manoeuvre would add.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -21,22 +20,19 @@ from estimator.diagnosis.evidence.signatures import Signature, signatures_at
 from estimator.diagnosis.fitting.case import Case, Linearisation, linearisation_of
 from estimator.diagnosis.model.grip_load import GripLoad
 from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.model.setup import Setup
 from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.noise.correlated_errors import correlated_errors_of
 from estimator.diagnosis.noise.estimation import Noise
 from estimator.diagnosis.result import Advice
-from estimator.diagnosis.search.screening import Tell, Trial
+from estimator.diagnosis.search.context import Context
+from estimator.diagnosis.search.screening import Trial
+from estimator.diagnosis.settings import ConclusionSettings
 from estimator.effects.effect import Effect
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
-
-_CAUSES = 3
-_STEPS = 4
-_STEP_S, _HOLD_S = 2.0, 30.0
-# Causes this far apart need no further experiment.
-_APART = 12.0
 
 
 @dataclass(frozen=True)
@@ -58,30 +54,26 @@ MANOEUVRES: tuple[Manoeuvre, ...] = (
 
 
 def advise(
-    case: Case,
-    baseline: Linearisation,
-    trials: Mapping[str, Trial],
-    probability: Mapping[str, float],
-    executor: Executor,
-    tell: Tell,
+    context: Context, trials: Mapping[str, Trial], probability: Mapping[str, float]
 ) -> tuple[Advice, ...]:
     """Return for each pair of leading causes the manoeuvre that would separate them best."""
-    leading = [label for label in probability if label in trials][:_CAUSES]
+    case, baseline, settings = context.case, context.baseline, context.settings.conclusions
+    leading = [label for label in probability if label in trials][: settings.causes_to_part]
     pairs = [
         (one, other, _distance(baseline, trials[one].signature, trials[other].signature, []))
         for one, other in combinations(leading, 2)
     ]
-    close = [pair for pair in pairs if pair[2] < _APART]
+    close = [pair for pair in pairs if pair[2] < settings.apart]
     if not close:
         return ()
     needed = {label for one, other, _ in close for label in (one, other)}
     plans = [(trials[label].signature.effect, trials[label].signature.constants) for label in needed]
     jobs = [
-        executor.submit(_signatures_of_manoeuvre, case, baseline.hypothesis, manoeuvre, plans)
+        context.executor.submit(_signatures_of_manoeuvre, case, baseline.hypothesis, manoeuvre, plans)
         for manoeuvre in MANOEUVRES
     ]
     rehearsed = [job.result() for job in jobs]
-    tell("choosing the next experiment", 1, 1)
+    context.tell("choosing the next experiment", 1, 1)
     found = []
     for one, other, now in close:
         options = [
@@ -169,13 +161,8 @@ def _signatures_of_manoeuvre(
     except SolverError:
         return None
     zero = np.zeros((len(planned.time), 6 + 3 * len(planned.fiducials_rest)))
-    mini = Case(
-        (planned,),
-        case.problem,
-        (zero,),
-        (correlated_errors_of(mechanics, zero, Noise()).whitening(),),
-        (load,),
-    )
+    whitening = correlated_errors_of(mechanics, zero, Noise(), case.settings.noise).whitening()
+    mini = Case((planned,), case.problem, (load,), (zero,), (whitening,), settings=case.settings)
     linear = linearisation_of(mini, hypothesis, [mechanics])
     return _Rehearsal(linear.jacobian[0], tuple(signatures_at(mini, [mechanics], hypothesis, plans)))
 
@@ -183,23 +170,26 @@ def _signatures_of_manoeuvre(
 def _rehearsed(
     case: Case, hypothesis: Hypothesis, manoeuvre: Manoeuvre
 ) -> tuple[Experiment, GripLoad, Mechanics]:
-    planned = _planned(case.experiments[-1], manoeuvre)
-    solution = solve_case(case.problem, [planned], hypothesis, [GripLoad.none(len(planned.time))])[0]
+    planned = _planned(case.experiments[-1], manoeuvre, case.settings.conclusions)
+    setup = Setup([planned], case.problem, [GripLoad.none(len(planned.time))], settings=case.settings)
+    solution = solve_case(setup, hypothesis)[0]
     first = mechanics_of(solution)
     rows = solution.load_steps.of_row
     felt = replace(planned, wrench=first.wrench[rows], fiducials=first.fiducials[rows])
     load = GripLoad(felt.wrench, felt.wrench / hypothesis.youngs_modulus)
-    again = solve_case(case.problem, [felt], hypothesis, [load], [solution.known_fields()])[0]
+    setup = Setup([felt], case.problem, [load], settings=case.settings)
+    again = solve_case(setup, hypothesis, [solution.known_fields()])[0]
     return felt, load, mechanics_of(again)
 
 
-def _planned(last: Experiment, manoeuvre: Manoeuvre) -> Experiment:
+def _planned(last: Experiment, manoeuvre: Manoeuvre, settings: ConclusionSettings) -> Experiment:
     """Return the manoeuvre as an experiment that follows the last one."""
-    out = np.arange(_STEPS + 1) / _STEPS
+    steps = settings.manoeuvre_steps
+    out = np.arange(steps + 1) / steps
     share = np.concatenate([out, [1.0], out[-2::-1]])
-    seconds = np.full(len(share), _STEP_S)
-    seconds[0], seconds[_STEPS + 1] = 0.0, _HOLD_S
-    phase = ("hold", *["ramp"] * _STEPS, "hold", *["return"] * _STEPS)
+    seconds = np.full(len(share), settings.manoeuvre_step_s)
+    seconds[0], seconds[steps + 1] = 0.0, settings.manoeuvre_hold_s
+    phase = ("hold", *["ramp"] * steps, "hold", *["return"] * steps)
     turn = Rotation.from_rotvec(np.outer(share, manoeuvre.turn_rad))
     position = np.asarray(last.grasp.centre) + np.outer(share, manoeuvre.offset_m)
     return replace(

@@ -15,12 +15,10 @@ from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.result import EffectFinding, Quantity, State
 from estimator.diagnosis.search.candidate import Candidate
 from estimator.diagnosis.search.screening import Trial
+from estimator.diagnosis.settings import ConclusionSettings
 from estimator.inference.bounded_minimum import bounded_minimum
 
 FloatArray = NDArray[np.float64]
-
-# A size is seen with three standard deviations, and with eight in ten chances where it has 3 + 0.84.
-_SEEN, _SEEN_MOSTLY = 3.0, 3.84
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,11 @@ def sizes_beside(fit: Linearisation, trial: Trial) -> Sizes:
 
 
 def absent_finding(
-    trial: Trial, fit: Linearisation, probability: float, multiplicity: Multiplicity
+    trial: Trial,
+    fit: Linearisation,
+    probability: float,
+    multiplicity: Multiplicity,
+    settings: ConclusionSettings,
 ) -> EffectFinding:
     """Return the finding of an effect that the verdict does not name."""
     effect, sizes = trial.signature.effect, sizes_beside(fit, trial)
@@ -67,7 +69,7 @@ def absent_finding(
         for name, value, std in zip(sizes.names, sizes.value, sizes.std, strict=True)
     }
     relative = [q.std / amplitudes[name].smallest for name, q in parameters.items()]
-    would_be_seen = all(_SEEN_MOSTLY * r < 1.0 for r in relative)
+    would_be_seen = all(settings.mostly_seen * r < 1.0 for r in relative)
     state: State = "absent" if would_be_seen else "cannot_tell"
     if multiplicity.significant(sizes.chi2_drop, len(sizes.names)) and all(
         abs(q.value) < amplitudes[name].smallest for name, q in parameters.items()
@@ -83,12 +85,17 @@ def absent_finding(
         parameters,
         max(sizes.chi2_drop, 0.0),
         None,
-        {name: Quantity(_SEEN * q.std, 0.0, q.unit) for name, q in parameters.items()},
+        {name: Quantity(settings.seen * q.std, 0.0, q.unit) for name, q in parameters.items()},
     )
 
 
 def present_finding(
-    candidate: Candidate, number: int, probability: float, chi2_drop: float, closure: float | None
+    candidate: Candidate,
+    number: int,
+    probability: float,
+    chi2_drop: float,
+    closure: float | None,
+    settings: ConclusionSettings,
 ) -> EffectFinding:
     """Return the finding of a named cause, the ``number``-th effect of a fit."""
     fit = candidate.fit
@@ -106,7 +113,10 @@ def present_finding(
         parameters,
         chi2_drop,
         closure,
-        {name: Quantity(_SEEN * parameters[name].std, 0.0, parameters[name].unit) for name in amplitudes},
+        {
+            name: Quantity(settings.seen * parameters[name].std, 0.0, parameters[name].unit)
+            for name in amplitudes
+        },
     )
 
 

@@ -13,20 +13,22 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.fitting.case import Case
 from estimator.diagnosis.result import Gap
+from estimator.diagnosis.settings import ConclusionSettings
 
 FloatArray = NDArray[np.float64]
 
 # Channels by the kind that a reader asks for.
 KINDS: Mapping[str, slice] = {"force": slice(0, 3), "torque": slice(3, 6), "fiducials": slice(6, None)}
-# A gap this small, in units of the noise's own root mean square, cannot be said to close.
-_WITHIN_NOISE = 0.01
-# Into so many stretches an experiment is divided, of which so many draws are made.
-_STRETCHES, _DRAWS = 10, 400
 # Of normal values, so much lies on each side within one standard deviation.
 _ONE_SIGMA = (15.87, 84.13)
 
 
-def gap_of(before: Sequence[FloatArray], after: Sequence[FloatArray], floor: float) -> Gap:
+def gap_of(
+    before: Sequence[FloatArray],
+    after: Sequence[FloatArray],
+    floor: float,
+    settings: ConclusionSettings,
+) -> Gap:
     """Return the gap over whitened residuals, one (r,) an experiment; NaN where nothing was measured.
 
     ``floor`` is the root mean square of the noise alone.
@@ -35,21 +37,19 @@ def gap_of(before: Sequence[FloatArray], after: Sequence[FloatArray], floor: flo
         [
             (one @ one, two @ two, len(one))
             for r, s in zip(before, after, strict=True)
-            for one, two in zip(_stretches(r), _stretches(s), strict=True)
+            for one, two in zip(
+                np.array_split(r, settings.stretches), np.array_split(s, settings.stretches), strict=True
+            )
         ]
     )
     one, two = _root_mean_squares(sums.sum(axis=0))
-    if not one - floor > _WITHIN_NOISE:
+    if not one - floor > settings.within_noise:
         return Gap(float(one), float(two), floor, float("nan"))
-    drawn = np.random.default_rng(0).integers(len(sums), size=(_DRAWS, len(sums)))
+    drawn = np.random.default_rng(0).integers(len(sums), size=(settings.draws, len(sums)))
     some, others = _root_mean_squares(sums[drawn].sum(axis=1))
-    closures = (some - others) / np.maximum(some - floor, _WITHIN_NOISE)
+    closures = (some - others) / np.maximum(some - floor, settings.within_noise)
     low, high = np.percentile(closures, _ONE_SIGMA)
     return Gap(float(one), float(two), floor, float((one - two) / (one - floor)), float(high - low) / 2.0)
-
-
-def _stretches(residual: FloatArray) -> list[FloatArray]:
-    return np.array_split(residual, _STRETCHES)
 
 
 def _root_mean_squares(sums: FloatArray) -> FloatArray:
@@ -72,5 +72,5 @@ def gaps_by_kind(
                 numbers = np.arange(whitening.seen.shape[1])[chosen]
                 parts.append(r[np.isin(channel, numbers)])
             picked.append(parts)
-        found[kind] = gap_of(picked[0], picked[1], floor)
+        found[kind] = gap_of(picked[0], picked[1], floor, case.settings.conclusions)
     return found

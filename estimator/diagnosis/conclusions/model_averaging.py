@@ -12,21 +12,20 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.result import Material, Quantity
 
-# No form is quite that of the tissue: of what a cause changes E and ν by, this share counts as a deviation. Over 67
-# sealed cases E then was off by 1.2 of its deviations, root mean square, instead of 1.4.
-_FORM_LEFT_OPEN = 0.1
 
-
-def with_form_left_open(chosen: Material, baseline: Material) -> Material:
+def with_form_left_open(chosen: Material, baseline: Material, share: float) -> Material:
     """Return the material under causes, its deviations widened by what their forms leave open.
+
+    No form is quite that of the tissue: of what a cause changes E and ν by, a share counts as a deviation.
 
     Parameters
     ----------
     chosen, baseline : with the causes, and without any
+    share : of what they are changed by
     """
     return Material(
-        _wider(chosen.youngs_modulus, _FORM_LEFT_OPEN * _between(chosen, baseline, "youngs_modulus")),
-        _wider(chosen.poisson_ratio, _FORM_LEFT_OPEN * _between(chosen, baseline, "poisson_ratio")),
+        _wider(chosen.youngs_modulus, share * _between(chosen, baseline, "youngs_modulus")),
+        _wider(chosen.poisson_ratio, share * _between(chosen, baseline, "poisson_ratio")),
     )
 
 

@@ -13,15 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from estimator.diagnosis.evidence.discrepancy import ModelError, forgiven
+from estimator.diagnosis.evidence.discrepancy import forgiven
 from estimator.diagnosis.evidence.rivals import Rivals, projected
-from estimator.diagnosis.fitting.case import Linearisation
+from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.search.screening import Trial, moments_beside
+from estimator.diagnosis.settings import ConclusionSettings
 
 FloatArray = NDArray[np.float64]
-
-_DRAWS = 400
-_FALSE_ALARMS = 0.05
 
 
 @dataclass(frozen=True)
@@ -42,35 +40,40 @@ class Multiplicity:
         return bool(chi2.sf(chi2_drop, amplitudes) < self.level)
 
 
-def rivals_of(fit: Linearisation, trials: Sequence[Trial], error: ModelError) -> tuple[Rivals, FloatArray]:
+def rivals_of(context: Context, trials: Sequence[Trial]) -> tuple[Rivals, FloatArray]:
     """Return the effects of trials as rivals, and the inner products (k,) of a fit's misfit with them.
 
     Parameters
     ----------
-    fit : whose free parameters are projected out
+    context : the free parameters of its solved hypothesis are projected out, and the floor of its error, what even the
+        right model misses, counts as noise
     trials : of the effects looked for
-    error : whose floor, what even the right model misses, counts as noise
     """
-    moments = moments_beside(fit, error, [trial.signature for trial in trials])
-    gram, _ = forgiven(error, moments, error.floor)
+    moments = moments_beside(context, [trial.signature for trial in trials])
+    gram, _ = forgiven(context.error, moments, context.error.floor)
     labels = [trial.signature.effect.label for trial in trials]
     sizes = [len(trial.signature.free_parameters) for trial in trials]
-    return projected(gram, len(fit.free_parameters), labels, sizes)
+    return projected(gram, len(context.baseline.free_parameters), labels, sizes)
 
 
-def multiplicity_of(rivals: Rivals, seen: FloatArray, seed: int = 0) -> Multiplicity:
+def multiplicity_of(
+    rivals: Rivals, seen: FloatArray, settings: ConclusionSettings, seed: int = 0
+) -> Multiplicity:
     """Hold noise against signatures.
 
     Parameters
     ----------
     rivals : the effects looked for
     seen : (k,) inner products of the misfit with their signatures
+    settings : how many noises are drawn, and how many of them may feign a cause
     """
-    inner = np.column_stack([seen, rivals.noise(_DRAWS, seed)])
-    tails = np.ones(1 + _DRAWS)
+    inner = np.column_stack([seen, rivals.noise(settings.draws, seed)])
+    tails = np.ones(1 + settings.draws)
     for own in rivals.slices():
         directions = rivals.directions(own)
         if directions.size:
             drops = np.sum((directions.T @ inner[own]) ** 2, axis=0)
             tails = np.minimum(tails, chi2.sf(drops, directions.shape[1]))
-    return Multiplicity(float(np.quantile(tails[1:], _FALSE_ALARMS)), float(np.mean(tails[1:] <= tails[0])))
+    return Multiplicity(
+        float(np.quantile(tails[1:], settings.false_alarms)), float(np.mean(tails[1:] <= tails[0]))
+    )

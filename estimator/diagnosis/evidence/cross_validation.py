@@ -19,31 +19,26 @@ from estimator.diagnosis.evidence.marginal_likelihood import priors_of
 from estimator.diagnosis.fitting.case import Case, Linearisation, residuals_near
 from estimator.diagnosis.fitting.gauss_newton import moved
 from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.settings import EvidenceSettings
 from estimator.errors import SolverError
 from estimator.inference.bounded_minimum import bounded_minimum
 
 FloatArray = NDArray[np.float64]
 
-# Root mean square, in units of the noise, below which a derivative foretells a change well enough.
-_MOVED_BY_MUCH = 0.3
-_SHORTENINGS = 3
-# Into so many stretches an experiment is divided whose rows are left out in turn.
-_STRETCHES = 10
 
-
-def held_out_residuals(fit: Linearisation) -> list[FloatArray]:
+def held_out_residuals(fit: Linearisation, settings: EvidenceSettings) -> list[FloatArray]:
     """Return the whitened residual (r,) of each experiment under a fit to the others.
 
     Where those leave its prediction open, alternate stretches of its own rows are left out instead; where there is one
     experiment, its last third of rows.
     """
     if len(fit.residual) == 1:
-        return [_last_third(fit, priors_of(fit.hypothesis, fit.free_parameters))]
-    left_open = _left_open(fit)
+        return [_last_third(fit, _priors(fit, settings))]
+    left_open = _left_open(fit, settings)
     return [
-        _by_stretches(fit, number) if number in left_open else r - columns @ step
+        _by_stretches(fit, number, settings) if number in left_open else r - columns @ step
         for number, (r, columns, step) in enumerate(
-            zip(fit.residual, fit.jacobian, _steps_without_each(fit), strict=True)
+            zip(fit.residual, fit.jacobian, _steps_without_each(fit, settings), strict=True)
         )
     ]
 
@@ -54,14 +49,16 @@ def held_out_in_full(case: Case, fit: Linearisation, executor: Executor) -> list
     Where one experiment alone tells a parameter, the others seem to leave it far from where the fit to all has it,
     beyond what a derivative there foretells: the step is shortened until the others are fitted better by it.
     """
-    extrapolated = held_out_residuals(fit)
+    settings = case.settings.evidence
+    extrapolated = held_out_residuals(fit, settings)
     if len(fit.residual) == 1:
         return extrapolated
-    left_open = _left_open(fit)
+    left_open = _left_open(fit, settings)
     jobs = {
         number: executor.submit(_left_out, case, fit, step, number)
-        for number, step in enumerate(_steps_without_each(fit))
-        if number not in left_open and np.sqrt(np.mean((fit.jacobian[number] @ step) ** 2)) > _MOVED_BY_MUCH
+        for number, step in enumerate(_steps_without_each(fit, settings))
+        if number not in left_open
+        and np.sqrt(np.mean((fit.jacobian[number] @ step) ** 2)) > settings.moved_by_much
     }
     return [
         jobs[number].result() if number in jobs else residual for number, residual in enumerate(extrapolated)
@@ -71,7 +68,7 @@ def held_out_in_full(case: Case, fit: Linearisation, executor: Executor) -> list
 def _left_out(case: Case, fit: Linearisation, step: FloatArray, number: int) -> FloatArray:
     """Return the misfit of one experiment after a step that fits the others better; at the fit to all if none does."""
     before = _misfit_of_others(fit, fit.hypothesis, fit.residual, number)
-    for _ in range(_SHORTENINGS):
+    for _ in range(case.settings.evidence.shortenings):
         hypothesis = moved(fit.hypothesis, fit.free_parameters, step)
         step = step / 3
         try:
@@ -91,32 +88,36 @@ def _misfit_of_others(
     return others + float(np.sum(np.square(offsets)))
 
 
-def _steps_without_each(fit: Linearisation) -> list[FloatArray]:
+def _priors(fit: Linearisation, settings: EvidenceSettings) -> Priors:
+    return priors_of(fit.hypothesis, fit.free_parameters, settings)
+
+
+def _steps_without_each(fit: Linearisation, settings: EvidenceSettings) -> list[FloatArray]:
     """Return for each experiment the step (p,) to the fit to all others."""
-    priors, grams = priors_of(fit.hypothesis, fit.free_parameters), _grams(fit)
+    priors, grams = _priors(fit, settings), _grams(fit)
     total = np.sum(grams, axis=0)
     return [_step(total - gram, priors) for gram in grams]
 
 
-def _left_open(fit: Linearisation) -> set[int]:
+def _left_open(fit: Linearisation, settings: EvidenceSettings) -> set[int]:
     """Return the experiments whose prediction the others leave open by as much as would move it by much."""
-    priors, grams = priors_of(fit.hypothesis, fit.free_parameters), _grams(fit)
+    priors, grams = _priors(fit, settings), _grams(fit)
     total = np.sum(grams, axis=0)
     prior = np.diag(priors.inverse_scale**2)
     return {
         number
         for number, (gram, r) in enumerate(zip(grams, fit.residual, strict=True))
         if np.trace(np.linalg.solve((total - gram)[1:, 1:] + prior, gram[1:, 1:]))
-        > _MOVED_BY_MUCH**2 * len(r)
+        > settings.moved_by_much**2 * len(r)
     }
 
 
-def _by_stretches(fit: Linearisation, number: int) -> FloatArray:
+def _by_stretches(fit: Linearisation, number: int, settings: EvidenceSettings) -> FloatArray:
     """Return the residual (r,) of an experiment whose alternate stretches are left out of the fit in turn."""
-    priors, grams = priors_of(fit.hypothesis, fit.free_parameters), _grams(fit)
+    priors, grams = _priors(fit, settings), _grams(fit)
     others = np.sum([gram for n, gram in enumerate(grams) if n != number], axis=0)
     r, columns = fit.residual[number], fit.jacobian[number]
-    odd = np.arange(len(r)) * _STRETCHES // len(r) % 2 == 1
+    odd = np.arange(len(r)) * settings.stretches // len(r) % 2 == 1
     found = np.empty_like(r)
     for left_out in (odd, ~odd):
         kept = np.column_stack([r, columns])[~left_out]
@@ -131,7 +132,7 @@ def _grams(fit: Linearisation) -> list[FloatArray]:
     return [block.T @ block for block in stacked]
 
 
-def lost_on_held_out(fit: Linearisation, baseline: Linearisation) -> float:
+def lost_on_held_out(fit: Linearisation, baseline: Linearisation, settings: EvidenceSettings) -> float:
     """Return what the log density of experiments left out of the fit falls by under a hypothesis, against the baseline.
 
     It is 0 where that grows, or where there is one experiment. A cause that shows in one experiment alone neither gains
@@ -139,16 +140,16 @@ def lost_on_held_out(fit: Linearisation, baseline: Linearisation) -> float:
     """
     if len(fit.residual) < 2:
         return 0.0
-    return max(0.0, _log_density_of_left_out(baseline) - _log_density_of_left_out(fit))
+    return max(0.0, _log_density_of_left_out(baseline, settings) - _log_density_of_left_out(fit, settings))
 
 
-def _log_density_of_left_out(fit: Linearisation) -> float:
+def _log_density_of_left_out(fit: Linearisation, settings: EvidenceSettings) -> float:
     """Return the sum over experiments of ln p(one | the others), up to a constant.
 
     What the others leave open of the parameters counts as a further variance of the prediction, Z A⁻¹ Zᵀ with A the
     information of the others: a parameter that only one experiment sees is not held against it.
     """
-    priors, grams = priors_of(fit.hypothesis, fit.free_parameters), _grams(fit)
+    priors, grams = _priors(fit, settings), _grams(fit)
     total, density = np.sum(grams, axis=0), 0.0
     for r, columns, gram in zip(fit.residual, fit.jacobian, grams, strict=True):
         others = (total - gram)[1:, 1:] + np.diag(priors.inverse_scale**2)

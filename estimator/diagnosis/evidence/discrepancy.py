@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -19,17 +19,10 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.noise.estimation import plane_polynomials
 from estimator.diagnosis.noise.whitening import Whitening
+from estimator.diagnosis.settings import EvidenceSettings
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
-
-# What even the right model misses is up to this share of the signal, or of the noise where that is more. It is as
-# likely to be any of these shares of that: next to nothing, where the model's errors have been corrected well.
-_FLOOR_SHARE, _SMALLEST_FLOOR = 0.002, 0.05
-_FLOORS = (1.0, 0.3, 0.03)
-_WAVES = 7
-_LENGTH = 1.0 / 3.0
-_PLANE_M = 0.03
 
 
 @dataclass(frozen=True)
@@ -61,11 +54,13 @@ class ModelError:
     floors : amplitudes (wrench, fiducials) in units of the noise that even the right model may miss, each as likely
         beforehand
     floor : the one of them that is reckoned with where one is enough
+    settings : how a hypothesis is weighed beside it
     """
 
     processes: tuple[Discrepancy, ...]
     floors: tuple[tuple[float, float], ...]
     floor: tuple[float, float]
+    settings: EvidenceSettings = field(default_factory=EvidenceSettings)
 
 
 @dataclass(frozen=True)
@@ -88,13 +83,20 @@ class Moments:
 
 
 def model_error_of(
-    experiments: Sequence[Experiment], whitenings: Sequence[Whitening], predicted: Sequence[FloatArray]
+    experiments: Sequence[Experiment],
+    whitenings: Sequence[Whitening],
+    predicted: Sequence[FloatArray],
+    settings: EvidenceSettings,
 ) -> ModelError:
     """Build the model error of a case.
+
+    What even the right model misses is up to a share of the signal, or of the noise where that is more. It is as likely
+    to be any share of that on a grid: next to nothing, where the model's errors have been corrected well.
 
     Parameters
     ----------
     predicted : for each experiment (n, 6 + 3m), channels of the baseline, whose size the floor goes by
+    settings : EvidenceSettings
     """
     squares, counts = np.zeros(2), np.zeros(2)
     for experiment, whitening, channels in zip(experiments, whitenings, predicted, strict=True):
@@ -102,21 +104,23 @@ def model_error_of(
         size = ((channels - rest) / whitening.deviation) ** 2
         squares += [size[:, :3].sum(), size[:, 6:].sum()]
         counts += [size[:, :3].size, size[:, 6:].size]
-    wrench, fiducials = np.maximum(_SMALLEST_FLOOR, _FLOOR_SHARE * np.sqrt(squares / counts))
-    floors = [(float(w * wrench), float(f * fiducials)) for w, f in itertools.product(_FLOORS, repeat=2)]
-    processes = [discrepancy_of(e, w) for e, w in zip(experiments, whitenings, strict=True)]
-    return ModelError(tuple(processes), tuple(floors), floors[0])
+    wrench, fiducials = np.maximum(settings.smallest_floor, settings.floor_share * np.sqrt(squares / counts))
+    floors = [
+        (float(w * wrench), float(f * fiducials)) for w, f in itertools.product(settings.floors, repeat=2)
+    ]
+    processes = [discrepancy_of(e, w, settings) for e, w in zip(experiments, whitenings, strict=True)]
+    return ModelError(tuple(processes), tuple(floors), floors[0], settings)
 
 
-def discrepancy_of(experiment: Experiment, whitening: Whitening) -> Discrepancy:
+def discrepancy_of(experiment: Experiment, whitening: Whitening, settings: EvidenceSettings) -> Discrepancy:
     """Build the process of an experiment."""
     rows, beads = len(experiment.time), len(experiment.fiducials_rest)
-    waves = _waves(rows)
+    waves = _waves(rows, settings)
     count = 6 + 3 * beads
     wrench = np.zeros((rows, count, 6, waves.shape[1]))
     for channel in range(6):
         wrench[:, channel, channel] = waves
-    plane = _plane(experiment.fiducials_rest)
+    plane = _plane(experiment.fiducials_rest, settings.plane_m)
     vision = np.zeros((rows, count, 3, plane.shape[1], waves.shape[1]))
     for axis in range(3):
         vision[:, 6 + axis :: 3, axis] = np.einsum("mp,nw->nmpw", plane, waves)
@@ -160,18 +164,18 @@ def forgiven(error: ModelError, moments: Moments, amplitude: tuple[float, float]
     return gram, log_determinant
 
 
-def _waves(rows: int) -> FloatArray:
+def _waves(rows: int, settings: EvidenceSettings) -> FloatArray:
     """Cosines (n, w) along the rows with the spectrum of a squared exponential; unit variance in all."""
     x = (np.arange(rows) + 0.5) / rows
-    order = np.arange(_WAVES)
-    weight = np.exp(-0.5 * (np.pi * order * _LENGTH / 2) ** 2)
+    order = np.arange(settings.waves)
+    weight = np.exp(-0.5 * (np.pi * order * settings.length / 2) ** 2)
     weight /= np.sqrt(np.sum(weight**2))
     return np.cos(np.pi * np.outer(x, order)) * weight
 
 
-def _plane(rest: FloatArray) -> FloatArray:
+def _plane(rest: FloatArray, unit_m: float) -> FloatArray:
     """Polynomials (m, 6) up to the second degree over the beads' places; unit variance in all, roughly."""
-    found = plane_polynomials(rest, _PLANE_M)
+    found = plane_polynomials(rest, unit_m)
     return np.asarray(found / np.sqrt(found.shape[1]))
 
 

@@ -8,17 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.noise.estimation import robust_deviation
+from estimator.diagnosis.settings import EvidenceSettings
 
 FloatArray = NDArray[np.float64]
 
-# A remainder must exceed the scatter of chi-squared by so much: right causes leave up to 5, by outliers and by noise
-# that is not quite what was stated.
-_ROUGH_SIGMA = 8.0
-# And without any cause, so much beyond the noise that most of the residuals show.
-_TAIL_SIGMA = 4.0
 
-
-def rough_remainder(residual: Sequence[FloatArray], floor: float) -> float:
+def rough_remainder(residual: Sequence[FloatArray], floor: float, settings: EvidenceSettings) -> float:
     """Return half of what the whitened residuals' sum of squares has beyond noise, where that stands out; else 0.
 
     Parameters
@@ -28,10 +23,10 @@ def rough_remainder(residual: Sequence[FloatArray], floor: float) -> float:
     """
     values = np.concatenate(list(residual))
     excess = _deviations_beyond(values, floor)
-    return excess * floor**2 * float(np.sqrt(len(values) / 2.0)) if excess > _ROUGH_SIGMA else 0.0
+    return excess * floor**2 * float(np.sqrt(len(values) / 2.0)) if excess > settings.rough else 0.0
 
 
-def rough_gap(residual: Sequence[FloatArray], floor: float) -> float:
+def rough_gap(residual: Sequence[FloatArray], floor: float, settings: EvidenceSettings) -> float:
     """Return the rough remainder of a baseline; 0 where its noise was merely understated: most residuals show that.
 
     Parameters
@@ -40,7 +35,8 @@ def rough_gap(residual: Sequence[FloatArray], floor: float) -> float:
     """
     values = np.concatenate(list(residual))
     usual = max(floor, robust_deviation(values))
-    return rough_remainder(residual, floor) if _deviations_beyond(values, usual) > _TAIL_SIGMA else 0.0
+    stands_out = _deviations_beyond(values, usual) > settings.rough_tail
+    return rough_remainder(residual, floor, settings) if stands_out else 0.0
 
 
 def _deviations_beyond(values: FloatArray, noise: float) -> float:

@@ -28,20 +28,6 @@ from estimator.inference.bounded_minimum import bounded_minimum
 
 FloatArray = NDArray[np.float64]
 
-# Amplitudes of an unexplained misfit beyond the floor, in units of one value's noise.
-UNKNOWN = tuple(
-    (w, f)
-    for w in (0.05, 0.3, 1.0, 3.0, 10.0, 30.0)
-    for f in (0.05, 0.3, 1.0, 3.0, 10.0, 30.0)
-    if max(w, f) > 0.1
-)
-# Inexactness of a signature, as a share of what the effect explains.
-_INEXACT = (0.0, 0.02, 0.05, 0.1)
-# Sizes of an effect as shares of its usual one, equally likely.
-_SIZES = (1.0, 0.3, 0.1, 0.03)
-# What stands out by so many deviations of the noise shows as often as not.
-_SHOWS = 2.0
-
 
 @dataclass(frozen=True)
 class Priors:
@@ -53,6 +39,8 @@ class Priors:
     scale : (2 + k,) prior deviations; infinite for E and ν
     lower, upper : (2 + k,) how far each parameter may go from here
     amplitude_of : (2 + k,) the number of the effect whose amplitude it is; -1 for what is no amplitude
+    size_grid : sizes of an effect as shares of its usual one, equally likely
+    shows : by how many deviations of the noise an effect stands out that shows as often as not
     """
 
     centre: FloatArray
@@ -60,12 +48,14 @@ class Priors:
     lower: FloatArray
     upper: FloatArray
     amplitude_of: NDArray[np.int64]
+    size_grid: tuple[float, ...]
+    shows: float
 
     @cached_property
     def sizes(self) -> FloatArray:
         """Sizes (s, 2 + k) that the effects may have, as shares of the usual one; 1 for what has no size."""
         effects = self._effects
-        shares = np.array(list(itertools.product(_SIZES, repeat=len(effects))))
+        shares = np.array(list(itertools.product(self.size_grid, repeat=len(effects))))
         found = np.ones((len(shares), len(self.scale)))
         for own, share in zip(effects, shares.T, strict=True):
             found[:, own] = share[:, None]
@@ -78,7 +68,7 @@ class Priors:
         """
         squared = self._standing_out(information) * self.sizes**2
         standing = np.array([squared[:, own].sum(axis=1) for own in self._effects])
-        return np.asarray(np.sum(np.log(np.maximum(standing, 1e-300) / (standing + _SHOWS**2)), axis=0))
+        return np.asarray(np.sum(np.log(np.maximum(standing, 1e-300) / (standing + self.shows**2)), axis=0))
 
     @cached_property
     def _effects(self) -> list[NDArray[np.bool_]]:
@@ -161,7 +151,7 @@ def marginal_evidence(
     inexactness : the most probable amplitude of what it misses, in wrench and fiducials
     """
     found = {}
-    for share, floor in itertools.product(_INEXACT, error.floors):
+    for share, floor in itertools.product(error.settings.inexact, error.floors):
         wrench, fiducials = (float(np.hypot(f, share * e)) for f, e in zip(floor, explained, strict=True))
         found[wrench, fiducials] = log_evidence(moments, priors, error, (wrench, fiducials))
     return log_mean(list(found.values())), max(found, key=lambda key: found[key])
@@ -176,8 +166,12 @@ def with_floor_borne_out(error: ModelError, moments: Moments, priors: Priors) ->
 
 def unknown_evidence(moments: Moments, priors: Priors, error: ModelError) -> float:
     """Return the evidence of a smooth misfit of any size beyond the floor, over all floors."""
+    settings = error.settings
+    beyond = [
+        pair for pair in itertools.product(settings.unknown, repeat=2) if max(pair) > settings.least_unknown
+    ]
     found = [
         log_evidence(moments, priors, error, (float(np.hypot(wrench, w)), float(np.hypot(fiducials, f))))
-        for (wrench, fiducials), (w, f) in itertools.product(error.floors, UNKNOWN)
+        for (wrench, fiducials), (w, f) in itertools.product(error.floors, beyond)
     ]
     return log_mean(found)

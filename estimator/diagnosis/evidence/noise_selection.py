@@ -22,39 +22,34 @@ from estimator.diagnosis.noise.errors_left import ErrorsLeft
 # A case as it is where so much is left; the same object at every call with the same.
 CaseLeaving: TypeAlias = Callable[[ErrorsLeft], Case]
 
-# Of what may be left at most. With a tenth to a quarter of what meshes leave elsewhere eight clean cases of another
-# simulator are as probable, within a nat or so, as with any share, and most probable with a tenth to all beside the
-# rim; nine whose rest positions are exact are as probable with a quarter of their seeming deviation, or more so, by up
-# to 22 nats. What meshes make of the grasp's edges stays: it is no bound but the most probable, and a false thickness
-# without it.
-_SHARES = (1.0, 0.5, 0.25, 0.1)
-_USUAL = 0.25
-_POINTS = 3
-
 
 def most_probable_noise(cases: CaseLeaving, case: Case, fit: Linearisation) -> Case:
     """Return that of cases, which differ in what may be left, in which the misfit of a fit is the most probable.
 
     One after the other, each bead beside the rim apart, with what is usual of those to come: more of meshes elsewhere
     would stand in for the rim, and more of either for the rest positions; these are therefore looked at again in the
-    end. ``case`` is the one of them in which the fit was made.
+    end. What meshes make of the grasp's edges stays: it is no bound but the most probable. ``case`` is the one of them
+    in which the fit was made.
     """
+    settings = case.settings.noise
+    shares, usual = settings.shares_left, settings.usual_share_left
 
     @cache
     def log_density(left: ErrorsLeft) -> float:
         return _log_density(cases(left), in_another_case(fit, case, cases(left)))
 
     def at_rest(left: ErrorsLeft) -> ErrorsLeft:
-        return max((replace(left, at_rest=share) for share in _SHARES), key=log_density)
+        return max((replace(left, at_rest=share) for share in shares), key=log_density)
 
     beads = len(case.experiments[0].fiducials_rest)
-    likely = at_rest(ErrorsLeft(_USUAL, (_USUAL,) * beads, _USUAL))
-    for bead in sorted(set().union(*map(beads_beside_rim, case.experiments))):
+    likely = at_rest(ErrorsLeft(usual, (usual,) * beads, usual))
+    beside = [beads_beside_rim(experiment, settings.beside_rim_m) for experiment in case.experiments]
+    for bead in sorted(set().union(*beside)):
         before, after = likely.beside_rim[:bead], likely.beside_rim[bead + 1 :]
         likely = max(
-            (replace(likely, beside_rim=(*before, share, *after)) for share in _SHARES), key=log_density
+            (replace(likely, beside_rim=(*before, share, *after)) for share in shares), key=log_density
         )
-    likely = max((replace(likely, elsewhere=share) for share in _SHARES), key=log_density)
+    likely = max((replace(likely, elsewhere=share) for share in shares), key=log_density)
     return cases(at_rest(likely))
 
 
@@ -99,7 +94,12 @@ def refitted_anew(baseline: Linearisation, before: Case, after: Case) -> Lineari
     SolverError
         A load step has no equilibrium.
     """
-    return refit(after, baseline.hypothesis, in_another_case(baseline, before, after), _POINTS)
+    return refit(
+        after,
+        baseline.hypothesis,
+        in_another_case(baseline, before, after),
+        after.settings.noise.evaluations_of_baseline,
+    )
 
 
 def signatures_anew(signatures: Sequence[Signature], before: Case, after: Case) -> list[Signature]:

@@ -19,21 +19,18 @@ from numpy.typing import NDArray
 from estimator.diagnosis.evidence.laplace import log_mean
 from estimator.diagnosis.noise.estimation import robust_deviation
 from estimator.diagnosis.noise.whitening import Whitening
+from estimator.diagnosis.settings import EvidenceSettings
 
 FloatArray = NDArray[np.float64]
 
-# Standard deviations of what a row is off by, equally likely, in units of one bead's noise: of each bead that shakes,
-# or of the fastest that is seen too early or too late. Less does not show; what is more shows with any of these.
-_AMPLITUDES = np.array([0.1, 0.16, 0.25, 0.4])
-# The stated noise is that of the beads unless they show another by more than this, beyond chance.
-_STATED = 0.05
-# What is slower than so many rows is no unsteadiness: a model misses such, and a camera that is late throughout.
-_SLOWEST_ROWS = 16
 _WRENCH = 6
 
 
 def evidence_of_unsteadiness(
-    residual: Sequence[FloatArray], whitenings: Sequence[Whitening], predicted: Sequence[FloatArray]
+    residual: Sequence[FloatArray],
+    whitenings: Sequence[Whitening],
+    predicted: Sequence[FloatArray],
+    settings: EvidenceSettings,
 ) -> float:
     """Return by how much the log evidence of a fit rises where single rows may be off, over all amplitudes.
 
@@ -44,39 +41,41 @@ def evidence_of_unsteadiness(
     residual : (r,) of each experiment, whitened
     whitenings : by which
     predicted : (n, 6 + 3m) of each experiment, channels of the fit
+    settings : by what rows may be off, of each bead that shakes, or of the fastest that is seen too early or too late
     """
     of_beads = np.concatenate([_of_beads(r, w) for r, w in zip(residual, whitenings, strict=True)])
     if not len(of_beads):
         return 0.0
-    noise = _noise(of_beads)
+    noise = _noise(of_beads, settings.noise_as_stated)
+    amplitudes = np.array(settings.rows_off)
     found = []
     for directions_of in (_together, _along_paths):
         squares, eigenvalues = [], []
         for r, whitening, channels in zip(residual, whitenings, predicted, strict=True):
-            directions = whitening.apply(directions_of(whitening, channels))
+            directions = whitening.apply(directions_of(whitening, channels, settings.slowest_rows))
             values, vectors = np.linalg.eigh(directions.T @ directions)
             kept = values > 1e-9 * max(float(values.max(initial=0.0)), 1e-300)
             squares.append((vectors.T @ (directions.T @ r))[kept] ** 2 / values[kept] / noise**2)
             eigenvalues.append(values[kept])
-        q, grown = np.concatenate(squares), np.outer(_AMPLITUDES**2, np.concatenate(eigenvalues))
+        q, grown = np.concatenate(squares), np.outer(amplitudes**2, np.concatenate(eigenvalues))
         found.append(0.5 * np.sum(q * grown / (1.0 + grown) - np.log1p(grown), axis=1))
     return log_mean(np.concatenate(found))
 
 
-def _noise(of_beads: FloatArray) -> float:
-    """Return the noise of a bead in units of the stated one."""
+def _noise(of_beads: FloatArray, as_stated: float) -> float:
+    """Return the noise of a bead in units of the stated one, which it is unless beads show another beyond chance."""
     shown = robust_deviation(of_beads)
-    return shown if abs(shown - 1.0) > _STATED else 1.0
+    return shown if abs(shown - 1.0) > as_stated else 1.0
 
 
 def _of_beads(residual: FloatArray, whitening: Whitening) -> FloatArray:
     return residual[np.nonzero(whitening.seen)[1] >= _WRENCH]
 
 
-def _together(whitening: Whitening, predicted: FloatArray) -> FloatArray:
+def _together(whitening: Whitening, predicted: FloatArray, slowest: int) -> FloatArray:
     """Return directions (n, c, k), m, in which all beads of a row are aside by their noise along one axis."""
     rows, channels = predicted.shape
-    quick = _quick(rows)
+    quick = _quick(rows, slowest)
     found = np.zeros((rows, channels, 3, quick.shape[1]))
     for axis in range(3):
         own = np.where((np.arange(channels) - _WRENCH) % 3 == axis, whitening.deviation, 0.0)
@@ -85,16 +84,19 @@ def _together(whitening: Whitening, predicted: FloatArray) -> FloatArray:
     return found.reshape(rows, channels, -1)
 
 
-def _along_paths(whitening: Whitening, predicted: FloatArray) -> FloatArray:
+def _along_paths(whitening: Whitening, predicted: FloatArray, slowest: int) -> FloatArray:
     """Return directions (n, c, k), m, in which a row's beads are ahead on their paths, the fastest by its noise."""
     velocity = np.gradient(predicted, axis=0)
     velocity[:, :_WRENCH] = 0.0
     fastest = max(float(np.abs(velocity / whitening.deviation).max()), np.finfo(float).tiny)
-    return np.asarray((velocity / fastest)[:, :, None] * _quick(len(predicted))[:, None, :])
+    return np.asarray((velocity / fastest)[:, :, None] * _quick(len(predicted), slowest)[:, None, :])
 
 
-def _quick(rows: int) -> FloatArray:
-    """Return an orthonormal basis (n, k) of what changes faster over rows than what counts as slow."""
-    order = np.arange(2 * rows // _SLOWEST_ROWS, rows)
+def _quick(rows: int, slowest: int) -> FloatArray:
+    """Return an orthonormal basis (n, k) of what changes faster than over so many rows.
+
+    A model misses what is slower, and so does a camera that is late throughout.
+    """
+    order = np.arange(2 * rows // slowest, rows)
     waves = np.cos(np.pi * np.outer(np.arange(rows) + 0.5, order) / rows)
     return np.asarray(waves / np.linalg.norm(waves, axis=0))

@@ -3,51 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.model.free_parameters import FreeParameter, free_parameters
-from estimator.diagnosis.model.grip_load import GripLoad
 from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.model.setup import Setup
 from estimator.diagnosis.model.solution import KnownFields, Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.noise.errors_left import AT_MOST, ErrorsLeft
 from estimator.diagnosis.noise.whitening import Whitening
 from estimator.diagnosis.sensitivity.mechanical_changes import acts_on_tissue
 from estimator.diagnosis.sensitivity.perturbation import Perturbation
 from estimator.diagnosis.sensitivity.readings import channels, derivatives, predicted_readings
-from estimator.experiment import Experiment
-from estimator.fem.problem import RetractionProblem
 from estimator.fit.parameters import POISSON_RATIO
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
-# A change of −ln(1 − 2ν) up to this is linear within a hundredth of itself.
-_NEAR = 0.1
-
 
 @dataclass(frozen=True, eq=False)
-class Case:
-    """Experiments of one phantom in one mounting, in their order.
+class Case(Setup):
+    """Experiments of one phantom in one mounting, with what is known of their noise and of the mesh.
 
     Attributes
     ----------
-    experiments : Sequence[Experiment]
-    problem : the baseline's boundary value problem
     corrections : for each experiment (n, 6 + 3m), what a finer mesh changes
     whitenings : of each experiment
-    loads : of each, what pulls at the gripper
     errors_left : how much of the errors that rows may share the whitenings take for noise
     """
 
-    experiments: tuple[Experiment, ...]
-    problem: RetractionProblem
-    corrections: tuple[FloatArray, ...]
-    whitenings: tuple[Whitening, ...]
-    loads: tuple[GripLoad, ...]
-    errors_left: ErrorsLeft = AT_MOST
+    corrections: Sequence[FloatArray]
+    whitenings: Sequence[Whitening]
+    errors_left: ErrorsLeft = field(default=AT_MOST, kw_only=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,10 +102,10 @@ def _mechanics_near(
     case: Case, hypothesis: Hypothesis, near: Linearisation | None, progress: Progress | None
 ) -> tuple[list[Mechanics], KnownFields | None]:
     """Return the mechanics of every experiment, and the fields they go by where they are a neighbour's."""
-    if near is not None and same_mechanics(near.hypothesis, hypothesis):
+    if near is not None and same_mechanics(near.hypothesis, hypothesis, case.settings.solver.near):
         return [one.at(near.hypothesis, hypothesis) for one in near.mechanics], near.known
     known = near.known if near is not None else None
-    solutions = solve_case(case.problem, case.experiments, hypothesis, case.loads, known, progress)
+    solutions = solve_case(case, hypothesis, known, progress)
     return [mechanics_of(solution) for solution in solutions], None
 
 
@@ -137,12 +126,15 @@ def linearisation_of(
     )
 
 
-def same_mechanics(one: Hypothesis, other: Hypothesis) -> bool:
-    """Tell whether the tissue behaves as the baseline's under both, at nearly the same ν."""
+def same_mechanics(one: Hypothesis, other: Hypothesis, near: float) -> bool:
+    """Tell whether the tissue behaves as the baseline's under both, at nearly the same ν.
+
+    ``near`` is the change of −ln(1 − 2ν) from which on it is not.
+    """
     if any(acts_on_tissue(effect) for effect in (*one.effects, *other.effects)):
         return False
     here, there = (POISSON_RATIO.to_internal(each.poisson_ratio) for each in (one, other))
-    return abs(here - there) < _NEAR
+    return abs(here - there) < near
 
 
 def perturbed(hypothesis: Hypothesis, coordinate: FreeParameter) -> Perturbation:

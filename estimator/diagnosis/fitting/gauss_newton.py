@@ -12,21 +12,11 @@ from estimator.diagnosis.fitting.case import Case, Linearisation, linearise
 from estimator.diagnosis.fitting.parallel import Solve
 from estimator.diagnosis.model.free_parameters import FreeParameter
 from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.settings import FittingSettings
 from estimator.errors import SolverError
 from estimator.inference.bounded_minimum import bounded_minimum
 
 FloatArray = NDArray[np.float64]
-
-# The iteration ends where the linearisation promises to lower the objective by less than this, or a step did: the place
-# of an inclusion that is hardly seen would be followed for ever, step by short step.
-WORTHWHILE = 0.3
-# No step changes ln E or −ln(1 − 2ν) by more than this, an amplitude by more than so many prior deviations, or a
-# constant by more than this share of its range.
-_LONGEST_STEP = 1.0
-_LONGEST_IN_SCALES = 3.0
-LONGEST_OF_A_RANGE = 0.06
-# No smaller share of a step is tried.
-_SHORTEST = 0.1
 
 
 def refit(
@@ -35,7 +25,7 @@ def refit(
     near: Linearisation | None = None,
     evaluations: int = 6,
     solve: Solve = linearise,
-    worthwhile: float = WORTHWHILE,
+    worthwhile: float | None = None,
 ) -> Linearisation:
     """Return the linearisation at the best parameters found.
 
@@ -46,21 +36,26 @@ def refit(
     near : a solved neighbour of the start
     evaluations : how many points may be solved
     solve : what solves a point
-    worthwhile : the iteration ends where the objective would fall by less
+    worthwhile : the iteration ends where the objective would fall by less; by default as the settings say. The place of
+        an inclusion that is hardly seen would be followed for ever, step by short step
 
     Raises
     ------
     SolverError
         The starting point has no equilibrium.
     """
+    settings = case.settings.fitting
+    worthwhile = settings.worthwhile if worthwhile is None else worthwhile
     best = near if near is not None and near.hypothesis is start else solve(case, start, near)
     evaluations -= 1
     while evaluations > 0:
-        step, gain = newton_step(best)
+        step, gain = newton_step(best, settings)
         if gain < worthwhile:
             break
         accepted, share = None, best.next_share
-        while evaluations > 0 and accepted is None and _worthwhile(share, gain, worthwhile):
+        while (
+            evaluations > 0 and accepted is None and _worthwhile(share, gain, worthwhile, settings.shortest)
+        ):
             evaluations -= 1
             try:
                 trial = solve(case, moved(best.hypothesis, best.free_parameters, share * step), best)
@@ -73,16 +68,16 @@ def refit(
             return replace(best, next_share=share)
         fall = objective(best) - objective(accepted)
         best = accepted
-        if fall < WORTHWHILE:
+        if fall < settings.worthwhile:
             best = replace(accepted, next_share=0.0)
         if fall < worthwhile:
             break
     return best
 
 
-def _worthwhile(share: float, gain: float, least: float) -> bool:
+def _worthwhile(share: float, gain: float, least: float, shortest: float) -> bool:
     """Tell whether a share of a step that promises a gain is to be tried: all of it, a third, a ninth."""
-    return share == 1.0 or (share > _SHORTEST and share * (2.0 - share) * gain >= least)
+    return share == 1.0 or (share > shortest and share * (2.0 - share) * gain >= least)
 
 
 def objective(linearisation: Linearisation) -> float:
@@ -91,23 +86,23 @@ def objective(linearisation: Linearisation) -> float:
     return 0.5 * linearisation.chi2 + 0.5 * float(np.sum(np.square(offsets)))
 
 
-def newton_step(linearisation: Linearisation) -> tuple[FloatArray, float]:
+def newton_step(linearisation: Linearisation, settings: FittingSettings) -> tuple[FloatArray, float]:
     """Return the step (p,) to the minimum of the linearised objective within the bounds, and the fall it promises."""
     stacked = [
         np.column_stack(pair) for pair in zip(linearisation.residual, linearisation.jacobian, strict=True)
     ]
     gram = np.sum([block.T @ block for block in stacked], axis=0)
-    return step_of_gram(gram, linearisation.hypothesis, linearisation.free_parameters)
+    return step_of_gram(gram, linearisation.hypothesis, linearisation.free_parameters, settings)
 
 
 def step_of_gram(
-    gram: FloatArray, hypothesis: Hypothesis, free: Sequence[FreeParameter]
+    gram: FloatArray, hypothesis: Hypothesis, free: Sequence[FreeParameter], settings: FittingSettings
 ) -> tuple[FloatArray, float]:
     """Return the same from the Gram matrix (1 + p)² of residual and derivatives at a hypothesis."""
     precision = np.array([c.prior_precision for c in free])
     information = gram[1:, 1:] + np.diag(precision**2)
     gradient = gram[1:, 0] - precision * [c.prior_offset(hypothesis) for c in free]
-    lower, upper = np.array([_limits(c, hypothesis) for c in free]).T
+    lower, upper = np.array([_limits(c, hypothesis, settings) for c in free]).T
     step = bounded_minimum(information, gradient, lower, upper)
     return step, float(gradient @ step - 0.5 * step @ information @ step)
 
@@ -119,11 +114,13 @@ def moved(hypothesis: Hypothesis, free: Sequence[FreeParameter], step: FloatArra
     return hypothesis
 
 
-def _limits(coordinate: FreeParameter, hypothesis: Hypothesis) -> tuple[float, float]:
+def _limits(
+    coordinate: FreeParameter, hypothesis: Hypothesis, settings: FittingSettings
+) -> tuple[float, float]:
     here = coordinate.get(hypothesis)
-    longest = _LONGEST_STEP
+    longest = settings.longest_step
     if coordinate.scale is not None:
-        share = _LONGEST_IN_SCALES if coordinate.has_null else LONGEST_OF_A_RANGE
+        share = settings.longest_in_scales if coordinate.has_null else settings.longest_of_a_range
         longest = share * coordinate.scale
     low = coordinate.internal_of(coordinate.lower) if np.isfinite(coordinate.lower) else -np.inf
     high = coordinate.internal_of(coordinate.upper) if np.isfinite(coordinate.upper) else np.inf

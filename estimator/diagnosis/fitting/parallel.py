@@ -55,7 +55,7 @@ def _each_by_itself(case: Case, hypothesis: Hypothesis, near: Linearisation | No
 
     Where the tissue behaves as the neighbour's there is next to nothing to solve, and nothing is gained.
     """
-    if near is not None and same_mechanics(near.hypothesis, hypothesis):
+    if near is not None and same_mechanics(near.hypothesis, hypothesis, case.settings.solver.near):
         return False
     history = TermHistory(hypothesis)
     history.begin(hypothesis.problem(case.problem), case.experiments[0])

@@ -9,10 +9,8 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# More than a ramp, a hold and a return need.
-_MOST_WAVES = 12
-# A channel of fewer rows than this is taken as it is predicted.
-_FEWEST_ROWS = 2 * _MOST_WAVES
+# A channel of fewer rows than this, for each of the cosines that may smooth it, is taken as it is predicted.
+_ROWS_PER_WAVE = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +32,7 @@ class GripLoad:
         return cls(np.zeros((rows, 6)), np.zeros((rows, 6)))
 
 
-def without_noise(measured: FloatArray, predicted: FloatArray) -> FloatArray:
+def without_noise(measured: FloatArray, predicted: FloatArray, most_waves: int) -> FloatArray:
     """Return a measured wrench (n, 6), NaN where not measured, without its noise.
 
     A gripper that yields to the noise of the measurement is predicted to feel a part of it once more: the misfit grows
@@ -45,9 +43,10 @@ def without_noise(measured: FloatArray, predicted: FloatArray) -> FloatArray:
     Parameters
     ----------
     predicted : (n, 6) by a hypothesis fitted to the measurements
+    most_waves : cosines at the most
     """
     phase = (np.arange(len(measured)) + 0.5) / len(measured)
-    waves = np.cos(np.pi * np.outer(phase, np.arange(_MOST_WAVES + 1)))
+    waves = np.cos(np.pi * np.outer(phase, np.arange(most_waves + 1)))
     smooth = [_smooth(m, p, waves) for m, p in zip(measured.T, predicted.T, strict=True)]
     return np.column_stack(smooth)
 
@@ -56,7 +55,7 @@ def _smooth(measured: FloatArray, predicted: FloatArray, waves: FloatArray) -> F
     """Return one channel (n,) without its noise; ``waves`` are (n, k)."""
     seen = np.isfinite(measured)
     rows = np.count_nonzero(seen)
-    if rows < _FEWEST_ROWS:
+    if rows < _ROWS_PER_WAVE * (waves.shape[1] - 1):
         return predicted
     best, lowest = predicted, np.inf
     for count in range(1, waves.shape[1] + 1):

@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.model.grip_load import GripLoad
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.load_steps import LoadSteps, load_steps_of, rows_as_load_steps
+from estimator.diagnosis.model.setup import Setup
 from estimator.diagnosis.model.term_history import TermHistory
+from estimator.diagnosis.settings import SolverSettings
 from estimator.effects.effect import Motion
 from estimator.errors import SolverError
-from estimator.experiment import Experiment
 from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings
 from estimator.fem.equilibrium_state import EquilibriumState, linear_change
 from estimator.fem.motion import GripperPose
@@ -26,16 +26,6 @@ from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[int, int], None]
-
-# The measurements resolve a thousandth. Derivatives a few per cent off lengthen a fit by an iteration at most.
-# Where a neighbour's fields are known a state is either near or not worth a long search.
-_FROM_REST = NewtonSettings(tolerance=1e-6, chord_rate=0.3, smallest_fraction=1 / 32, tangent_reuse=0.05)
-_FROM_A_NEIGHBOUR = replace(_FROM_REST, iterations=12)
-# A step of a refit that is as hard to follow as this is rather shortened: to find that there is no equilibrium costs
-# more than several points.
-_AFTER_STRAYS = replace(_FROM_REST, smallest_fraction=1 / 4)
-# Once so many load steps lie too far from the neighbour's, its fields are left and the motion is followed instead.
-_STRAYS = 3
 
 
 @dataclass(frozen=True)
@@ -138,10 +128,8 @@ def _extrapolated(observation: Observation, ratio: float, change: float, modulus
 
 
 def solve_case(
-    problem: RetractionProblem,
-    experiments: Sequence[Experiment],
+    setup: Setup,
     hypothesis: Hypothesis,
-    loads: Sequence[GripLoad],
     known: KnownFields | None = None,
     progress: Progress | None = None,
 ) -> list[Solution]:
@@ -149,10 +137,8 @@ def solve_case(
 
     Parameters
     ----------
-    problem : of the baseline
-    experiments : in the order in which they were done
+    setup : Setup
     hypothesis : Hypothesis
-    loads : of each experiment
     known : fields of a hypothesis near this one
     progress : called with (load steps solved, load steps in all)
 
@@ -163,17 +149,22 @@ def solve_case(
     """
     group = rows_as_load_steps if hypothesis.rate_dependent else load_steps_of
     all_load_steps = [
-        group(experiment, load.felt) for experiment, load in zip(experiments, loads, strict=True)
+        group(experiment, load.felt) for experiment, load in zip(setup.experiments, setup.loads, strict=True)
     ]
     total, done = sum(len(load_steps) for load_steps in all_load_steps), 0
-    changed = hypothesis.problem(problem)
-    following = EquilibriumSolver(changed, _FROM_REST if known is None else _AFTER_STRAYS)
-    nearby = following.with_settings(_FROM_A_NEIGHBOUR)
+    changed = hypothesis.problem(setup.problem)
+    settings = setup.settings.solver
+    newton = _newton(settings)
+    # A refit's step that is hard to follow is rather shortened: to find that there is no equilibrium costs more than
+    # several points.
+    smallest = settings.smallest_step if known is None else settings.smallest_step_of_refit
+    following = EquilibriumSolver(changed, replace(newton, smallest_fraction=smallest))
+    nearby = following.with_settings(replace(newton, iterations=settings.iterations_beside_neighbour))
     material, strays = hypothesis.material(), 0
     solutions = []
     history = TermHistory(hypothesis)
     for number, load_steps in enumerate(all_load_steps):
-        motion = hypothesis.motion(reported_motion(load_steps, hypothesis, loads[number].unit_wrench))
+        motion = hypothesis.motion(reported_motion(load_steps, hypothesis, setup.loads[number].unit_wrench))
         history.begin(changed, load_steps.experiment)
         states: list[EquilibriumState] = []
         been: dict[bytes, EquilibriumState] = {}
@@ -188,7 +179,7 @@ def solve_case(
             state = state or _near(nearby, material, pose, terms, field, last)
             if state is None:
                 strays += known is not None
-                if strays > _STRAYS:
+                if strays > settings.strays:
                     known = None
                 state = following.solve(pose, material, last or following.rest(material), terms)
             history.pass_by(state.displacement, state.response)
@@ -198,10 +189,21 @@ def solve_case(
             if progress is not None:
                 progress(done, total)
         solutions.append(
-            Solution(load_steps, loads[number].unit_wrench, motion, changed, problem, tuple(states))
+            Solution(
+                load_steps, setup.loads[number].unit_wrench, motion, changed, setup.problem, tuple(states)
+            )
         )
     seen = hypothesis.with_beads(changed, displacement_at_rest(solutions[0]))
     return [replace(solution, problem=seen) for solution in solutions]
+
+
+def _newton(settings: SolverSettings) -> NewtonSettings:
+    return NewtonSettings(
+        tolerance=settings.tolerance,
+        chord_rate=settings.chord_rate,
+        smallest_fraction=settings.smallest_step,
+        tangent_reuse=settings.tangent_reuse,
+    )
 
 
 def displacement_at_rest(solution: Solution) -> FloatArray:

@@ -21,34 +21,13 @@ from estimator.diagnosis.noise.estimation import Noise
 from estimator.diagnosis.noise.whitening import Whitening, inverse_root, uncorrelated
 from estimator.diagnosis.sensitivity.perturbation import Perturbation
 from estimator.diagnosis.sensitivity.readings import derivatives, derivatives_by_position
+from estimator.diagnosis.settings import NoiseSettings
 from estimator.effects.grasp_misplacement import GRASP_MISPLACEMENT
 from estimator.experiment import Experiment
 from estimator.fit.residuals import channel_variance, measured_rows
 from estimator.forward.schedule import schedule_poses, travel
 
 FloatArray = NDArray[np.float64]
-
-# What is left of the discretisation error after its correction, as a share of the correction: for each channel apart,
-# and of all channels of a kind together, for others' meshes err along with ours. The measurements of 13 clean cases of
-# two other simulators are most probable with 0.05 apart and 0.1 together, those of a coarser mesh with 0.2 to 0.3
-# together; of ten cases of one cause, at that cause, with 0.15 to 0.3 apart.
-_LEFT_APART, _LEFT_TOGETHER = 0.2, 0.3
-# Beside the rim of the grasp, where the solution is singular, the error falls with the root of the element size: even
-# fine meshes differ in what a bead there does, and not along the correction's course alone, which may pass through zero
-# where the difference is large. Most probable are 0.2 to 0.3 of the correction's largest length, 0.5 where tissue rubs.
-_LEFT_BESIDE_RIM = 0.5
-BESIDE_RIM_M = 6e-3
-_WAVES_BESIDE_RIM = 4
-# Strains are singular along the edges of the grasp, the more so the less the tissue can be compressed, and a mesh acts
-# as if these lay aside by this over 1 - 2 nu. The measurements of 21 clean cases of two other simulators are most
-# probable with it, by 28 nats more than without: the shifts that they show grow like that, to 50 and 96 um at nu 0.475.
-# None of them is nearer to incompressible than this, and where something is amiss the baseline's nu may be far off.
-_EDGE_LEFT_M, _LARGEST_RATIO_SEEN = 2e-6, 0.48
-# And as if they were turned, by what moves them by as much at this distance from the middle: 23 clean cases of another
-# simulator are more probable by 16 nats with it than without, by 10 and 11 nats with twice and with half the distance.
-_EDGE_LEVER_M = 5e-3
-# Tissue at rest is at rest on every mesh; from this share of the way on a bead may stand aside in full.
-_FROM_REST = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +66,11 @@ class CorrelatedErrors:
 
 
 def correlated_errors_of(
-    mechanics: Mechanics, correction: FloatArray, noise: Noise, at_grasp: FloatArray | None = None
+    mechanics: Mechanics,
+    correction: FloatArray,
+    noise: Noise,
+    settings: NoiseSettings,
+    at_grasp: FloatArray | None = None,
 ) -> CorrelatedErrors:
     """Return what the rows of an experiment have in common.
 
@@ -96,6 +79,7 @@ def correlated_errors_of(
     mechanics : of the fitted baseline, for its derivative by the gripper's position
     correction : (n, c) of the discretisation
     noise : what the file does not state of it
+    settings : how much meshes may leave
     at_grasp : (n, c, k) what meshes make of the edges of the grasp, by one deviation; none where left out
     """
     load_steps = mechanics.solution.load_steps
@@ -124,20 +108,21 @@ def correlated_errors_of(
         always.append(at_grasp)
     # The correction's course is not that of what is left of it: a bead may stand aside throughout. At rest it stands
     # where it is on every mesh, but its stated place may be off by what is usual for the beads.
-    aside = np.where(of_wrench, 0.0, _LEFT_APART * np.sqrt(np.mean(correction**2, axis=0)))
+    aside = np.where(of_wrench, 0.0, settings.mesh_share_apart * np.sqrt(np.mean(correction**2, axis=0)))
     usual = float(np.median(aside[6:])) if count > 6 else 0.0
     from_rest = np.where(of_wrench, 0.0, np.minimum(aside, usual))
-    under_way = np.minimum(share_of_way(experiment) / _FROM_REST, 1.0)
+    under_way = np.minimum(share_of_way(experiment) / settings.from_rest, 1.0)
     together = np.stack([np.where(of_wrench, correction, 0.0), np.where(of_wrench, 0.0, correction)], axis=-1)
     elsewhere = among_values(
         in_all_rows(from_rest),
         under_way[:, None, None] * np.diag(np.sqrt(aside**2 - from_rest**2)),
-        _LEFT_APART * correction[:, :, None] * np.eye(count),
-        _LEFT_TOGETHER * together,
+        settings.mesh_share_apart * correction[:, :, None] * np.eye(count),
+        settings.mesh_share_together * together,
     )
     at_rest = among_values(in_all_rows(np.where(of_wrench, 0.0, noise.rest_deviation * deviation)))
     beside_rim = {
-        bead: among_values(directions) for bead, directions in left_beside_rim(experiment, correction).items()
+        bead: among_values(directions)
+        for bead, directions in left_beside_rim(experiment, correction, settings).items()
     }
     return CorrelatedErrors(
         seen, deviation, correlation, among_values(*always), at_rest, elsewhere, beside_rim
@@ -151,27 +136,30 @@ def share_of_way(experiment: Experiment) -> FloatArray:
     return np.asarray(way / max(float(way.max()), np.finfo(float).tiny))
 
 
-def beads_beside_rim(experiment: Experiment) -> list[int]:
-    """Return the numbers of the beads that are so close to the grasp that its rim tells on them."""
+def beads_beside_rim(experiment: Experiment, near_m: float) -> list[int]:
+    """Return the numbers of the beads that are nearer to the grasp than ``near_m``: its rim tells on them."""
     distance = experiment.grasp.box.distance(experiment.fiducials_rest)
-    return [int(bead) for bead in np.flatnonzero(distance < BESIDE_RIM_M)]
+    return [int(bead) for bead in np.flatnonzero(distance < near_m)]
 
 
-def left_beside_rim(experiment: Experiment, correction: FloatArray) -> dict[int, FloatArray]:
+def left_beside_rim(
+    experiment: Experiment, correction: FloatArray, settings: NoiseSettings
+) -> dict[int, FloatArray]:
     """Return directions (n, c, k), m, of what meshes make of each bead beside the grasp's rim, along the gripper's way.
 
-    It depends on where the gripper is, and in tissue that remembers on how far it came back. ``correction`` (n, c) is
-    that of the discretisation.
+    There the error falls with the root of the element size, and not along the correction's course alone, which may pass
+    through zero where the difference is large. It depends on where the gripper is, and in tissue that remembers on how
+    far it came back. ``correction`` (n, c) is that of the discretisation.
     """
     share = share_of_way(experiment)
-    waves = share[:, None] * np.cos(np.pi * np.outer(share, np.arange(_WAVES_BESIDE_RIM)))
+    waves = share[:, None] * np.cos(np.pi * np.outer(share, np.arange(settings.waves_beside_rim)))
     back = np.maximum.accumulate(share) - share
-    waves = np.column_stack([waves / np.sqrt(_WAVES_BESIDE_RIM), back])
+    waves = np.column_stack([waves / np.sqrt(settings.waves_beside_rim), back])
     rows, count = correction.shape
     found = {}
-    for bead in beads_beside_rim(experiment):
+    for bead in beads_beside_rim(experiment, settings.beside_rim_m):
         own = slice(6 + 3 * bead, 9 + 3 * bead)
-        size = _LEFT_BESIDE_RIM * np.linalg.norm(correction[:, own], axis=1).max()
+        size = settings.mesh_share_beside_rim * np.linalg.norm(correction[:, own], axis=1).max()
         directions = np.zeros((rows, count, 3, waves.shape[1]))
         directions[:, own] = size * np.eye(3)[None, :, :, None] * waves[:, None, None, :]
         found[bead] = directions.reshape(rows, count, -1)
@@ -179,7 +167,10 @@ def left_beside_rim(experiment: Experiment, correction: FloatArray) -> dict[int,
 
 
 def left_at_grasp(
-    mechanics: Sequence[Mechanics], hypothesis: Hypothesis, corrections: Sequence[FloatArray]
+    mechanics: Sequence[Mechanics],
+    hypothesis: Hypothesis,
+    corrections: Sequence[FloatArray],
+    settings: NoiseSettings,
 ) -> list[FloatArray]:
     """Return for each experiment what a mesh makes of the singular edges of the grasp (n, c, k), by one deviation.
 
@@ -188,7 +179,8 @@ def left_at_grasp(
     mechanics : of each experiment, solved under the hypothesis
     corrections : of the discretisation, (n, c) each
     """
-    deviation = {"m": edge_deviation(hypothesis), "rad": edge_deviation(hypothesis) / _EDGE_LEVER_M}
+    aside = edge_deviation(hypothesis, settings)
+    deviation = {"m": aside, "rad": aside / settings.edge_lever_m}
     steps, deviations = [], []
     for form in (effect for effect in GRASP_MISPLACEMENT if effect.form in ("jaws", "turned")):
         null = hypothesis.with_effect(form, {amplitude.name: 0.0 for amplitude in form.amplitudes})
@@ -198,6 +190,11 @@ def left_at_grasp(
     return [np.array(deviations) * slope for slope in derivatives(mechanics, hypothesis, steps, corrections)]
 
 
-def edge_deviation(hypothesis: Hypothesis) -> float:
-    """Return by how much meshes act as if the edges of the grasp lay aside, one standard deviation in m."""
-    return _EDGE_LEFT_M / (1.0 - 2.0 * min(hypothesis.poisson_ratio, _LARGEST_RATIO_SEEN))
+def edge_deviation(hypothesis: Hypothesis, settings: NoiseSettings) -> float:
+    """Return by how much meshes act as if the edges of the grasp lay aside, one standard deviation in m.
+
+    Strains are singular there, the more so the less the tissue can be compressed. Where something is amiss the
+    baseline's ν may be far off.
+    """
+    ratio = min(hypothesis.poisson_ratio, settings.largest_ratio_of_edges)
+    return settings.edge_shift_m / (1.0 - 2.0 * ratio)

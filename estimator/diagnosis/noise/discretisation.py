@@ -22,22 +22,20 @@ from estimator.forward.schedule import schedule_poses, spread_states, travel
 
 FloatArray = NDArray[np.float64]
 
-_CORRECTED_STATES = 3
 
-
-def few_poses(experiment: Experiment) -> dict[int, GripperPose]:
+def few_poses(experiment: Experiment, count: int) -> dict[int, GripperPose]:
     """Return the reported poses of a few states, spread over the motion, by the numbers of the states."""
     schedule = schedule_poses(experiment)
-    return {state: schedule.poses[state] for state in spread_states(schedule, _CORRECTED_STATES)}
+    return {state: schedule.poses[state] for state in spread_states(schedule, count)}
 
 
-def poses_at_rest_and_few(mechanics: Mechanics) -> dict[int, GripperPose]:
+def poses_at_rest_and_few(mechanics: Mechanics, count: int) -> dict[int, GripperPose]:
     """Return the true poses of a few states of a solved experiment by their numbers, that of its first row first."""
     solution = mechanics.solution
     schedule = schedule_poses(solution.load_steps.experiment)
     load_steps = {
         state: solution.load_steps.of_row[int(np.argmax(schedule.state_of_row == state))]
-        for state in (0, *spread_states(schedule, _CORRECTED_STATES))
+        for state in (0, *spread_states(schedule, count))
     }
     motion = solution.motion
     return {

@@ -13,18 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.diagnosis.settings import NoiseSettings
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
 
-# In units of one reading's noise: what is better does not show, and of who does it worse some effects hide in it.
-_BEST, _WORST = 0.05, 1.0
 _MEDIAN_OF_A_NORMAL = 0.6745
-_FEWEST_BEADS = 8
 # Of the smallest so many of normal values, the mean square is this share of the variance.
 _KEPT, _MEAN_SQUARE_OF_KEPT = 0.75, 0.3684
-# A correlation less than this cannot be told from an error of the stated noise.
-_SMALLEST_CORRELATION, _LARGEST_CORRELATION = 0.15, 0.9
 
 
 @dataclass(frozen=True)
@@ -40,11 +36,13 @@ class Noise:
 
     wrench_correlation: float = 0.0
     fiducial_correlation: float = 0.0
-    rest_deviation: float = _WORST
-    zero_deviation: float = _WORST
+    rest_deviation: float = 1.0
+    zero_deviation: float = 1.0
 
 
-def noise_of(experiments: Sequence[Experiment], misfits: Sequence[FloatArray]) -> Noise:
+def noise_of(
+    experiments: Sequence[Experiment], misfits: Sequence[FloatArray], settings: NoiseSettings
+) -> Noise:
     """Find out about the noise of a case.
 
     Parameters
@@ -52,13 +50,15 @@ def noise_of(experiments: Sequence[Experiment], misfits: Sequence[FloatArray]) -
     misfits : for each experiment (n, 6 + 3m), measured less predicted, in units of the noise; NaN where not measured
     """
     noise = Noise(
-        _correlation([misfit[:, :6] for misfit in misfits]),
-        _correlation([misfit[:, 6:] for misfit in misfits]),
+        _correlation([misfit[:, :6] for misfit in misfits], settings),
+        _correlation([misfit[:, 6:] for misfit in misfits], settings),
     )
-    return with_offsets_of(noise, experiments, misfits)
+    return with_offsets_of(noise, experiments, misfits, settings)
 
 
-def with_offsets_of(noise: Noise, experiments: Sequence[Experiment], misfits: Sequence[FloatArray]) -> Noise:
+def with_offsets_of(
+    noise: Noise, experiments: Sequence[Experiment], misfits: Sequence[FloatArray], settings: NoiseSettings
+) -> Noise:
     """Return noise of the same correlation with the errors of zero and of rest of another model's misfits.
 
     Parameters
@@ -67,19 +67,21 @@ def with_offsets_of(noise: Noise, experiments: Sequence[Experiment], misfits: Se
     """
     return replace(
         noise,
-        rest_deviation=_rest_deviation(experiments, misfits, noise.fiducial_correlation),
-        zero_deviation=_zero_deviation([misfit[:, :6] for misfit in misfits], noise.wrench_correlation),
+        rest_deviation=_rest_deviation(experiments, misfits, noise.fiducial_correlation, settings),
+        zero_deviation=_zero_deviation(
+            [misfit[:, :6] for misfit in misfits], noise.wrench_correlation, settings
+        ),
     )
 
 
-def _correlation(misfits: Sequence[FloatArray]) -> float:
+def _correlation(misfits: Sequence[FloatArray], settings: NoiseSettings) -> float:
     changes = np.concatenate([np.diff(misfit, axis=0).ravel() for misfit in misfits])
     squares = np.sort(changes[np.isfinite(changes)] ** 2)
     if len(squares) == 0:
         return 0.0
     variance = np.mean(squares[: max(1, int(_KEPT * len(squares)))]) / _MEAN_SQUARE_OF_KEPT
-    found = float(min(1.0 - variance / 2.0, _LARGEST_CORRELATION))
-    return found if found > _SMALLEST_CORRELATION else 0.0
+    found = float(min(1.0 - variance / 2.0, settings.largest_correlation))
+    return found if found > settings.least_correlation else 0.0
 
 
 def plane_polynomials(rest: FloatArray, length_m: float) -> FloatArray:
@@ -89,7 +91,10 @@ def plane_polynomials(rest: FloatArray, length_m: float) -> FloatArray:
 
 
 def _rest_deviation(
-    experiments: Sequence[Experiment], misfits: Sequence[FloatArray], correlation: float
+    experiments: Sequence[Experiment],
+    misfits: Sequence[FloatArray],
+    correlation: float,
+    settings: NoiseSettings,
 ) -> float:
     rough, white = [], []
     for experiment, misfit in zip(experiments, misfits, strict=True):
@@ -97,7 +102,7 @@ def _rest_deviation(
         beads = misfit[:, 6:].reshape(len(misfit), -1, 3)
         seen = np.isfinite(beads).all(axis=2).sum(axis=0)
         known = seen > 0
-        if known.sum() < _FEWEST_BEADS:
+        if known.sum() < settings.fewest_beads:
             continue
         mean = np.nanmean(beads[:, known], axis=0)
         basis, _ = np.linalg.qr(plane_polynomials(rest[known], 1.0))
@@ -105,20 +110,20 @@ def _rest_deviation(
         rough.append(left.ravel() / np.sqrt(1.0 - basis.shape[1] / known.sum()))
         white.append(np.mean(1.0 / seen[known]) * (1.0 + correlation) / (1.0 - correlation))
     if not rough:
-        return _WORST
-    return _beyond_white(np.concatenate(rough), float(np.mean(white)))
+        return settings.worst_offset
+    return _beyond_white(np.concatenate(rough), float(np.mean(white)), settings)
 
 
-def _zero_deviation(misfits: Sequence[FloatArray], correlation: float) -> float:
+def _zero_deviation(misfits: Sequence[FloatArray], correlation: float, settings: NoiseSettings) -> float:
     """Return it from how the mean misfits (6,) of experiments differ: a gap that all share does not hide it."""
     readings = np.array([np.isfinite(misfit).sum(axis=0) for misfit in misfits])
     known = readings.all(axis=0)
     if len(misfits) < 2 or not known.any():
-        return _WORST
+        return settings.worst_offset
     means = np.array([np.nanmean(misfit[:, known], axis=0) for misfit in misfits])
     differences = (means - means.mean(axis=0)) / np.sqrt(1.0 - 1.0 / len(means))
     white = np.mean(1.0 / readings[:, known]) * (1.0 + correlation) / (1.0 - correlation)
-    return _beyond_white(differences.ravel(), float(white))
+    return _beyond_white(differences.ravel(), float(white), settings)
 
 
 def robust_deviation(values: FloatArray) -> float:
@@ -126,11 +131,13 @@ def robust_deviation(values: FloatArray) -> float:
     return float(np.median(np.abs(values)) / _MEDIAN_OF_A_NORMAL)
 
 
-def _beyond_white(values: FloatArray, white: float) -> float:
+def _beyond_white(values: FloatArray, white: float, settings: NoiseSettings) -> float:
     """Return the deviation of values beyond a variance that white noise gives them, robustly.
 
     Of few values the robust deviation scatters widely, and the root mean square is at most raised by what goes astray:
     of the two the smaller is nearer.
     """
     deviation = min(robust_deviation(values), float(np.sqrt(np.mean(values**2))))
-    return float(np.clip(np.sqrt(max(deviation**2 - white, 0.0)), _BEST, _WORST))
+    return float(
+        np.clip(np.sqrt(max(deviation**2 - white, 0.0)), settings.best_offset, settings.worst_offset)
+    )

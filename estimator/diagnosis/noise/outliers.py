@@ -12,23 +12,18 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.diagnosis.settings import NoiseSettings
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
 
-# In standard deviations: of 10 000 readings of mere noise, of three coordinates each, 3 are lost. What agrees is the
-# mean of two readings with that of two others.
-_WILD, _AGREE = 4.0, 4.0
 # Of x_t less the median of four neighbours, whose variance is 0.298, for unit white noise.
 _SPREAD = np.sqrt(1.298)
-_NEIGHBOURS = 2
-# The scatter of a row is known from few beads: it counts where it is larger than noise by this share of it.
-_SHARE = 0.7
 _TO_DEVIATION = 1.4826
 
 
 def without_outliers(
-    experiments: Sequence[Experiment], misfits: Sequence[FloatArray]
+    experiments: Sequence[Experiment], misfits: Sequence[FloatArray], settings: NoiseSettings
 ) -> tuple[Experiment, ...]:
     """Return the experiments with NaN for the readings of beads that are wild.
 
@@ -37,7 +32,7 @@ def without_outliers(
     misfits : for each experiment (n, 6 + 3m), measured less predicted in units of the noise, NaN where not measured
     """
     return tuple(
-        replace(e, fiducials=np.where(_outliers(misfit[:, 6:])[:, :, None], np.nan, e.fiducials))
+        replace(e, fiducials=np.where(_outliers(misfit[:, 6:], settings)[:, :, None], np.nan, e.fiducials))
         for e, misfit in zip(experiments, misfits, strict=True)
     )
 
@@ -51,25 +46,26 @@ def _readings(experiments: Sequence[Experiment]) -> int:
     return sum(int(np.isfinite(each.fiducials).all(axis=2).sum()) for each in experiments)
 
 
-def _outliers(misfit: FloatArray) -> NDArray[np.bool_]:
+def _outliers(misfit: FloatArray, settings: NoiseSettings) -> NDArray[np.bool_]:
     """Tell which bead is wild in which row (n, m), of a misfit (n, 3m)."""
     beads = misfit.reshape(len(misfit), -1, 3)
     if len(beads) < 3:
         return np.zeros(beads.shape[:2], dtype=bool)
-    before, after = _neighbours(beads), _neighbours(beads[::-1])[:, ::-1]
+    count = settings.neighbours
+    before, after = _neighbours(beads, count), _neighbours(beads[::-1], count)[:, ::-1]
     off = beads - _nan_median(np.concatenate([before, after]))
     middle = _nan_median(off.swapaxes(0, 1))[:, None]
     spread = _TO_DEVIATION * _nan_median(np.abs(off - middle).swapaxes(0, 1))[:, None]
-    far = np.abs(off - middle) > _WILD * np.maximum(_SHARE * spread, _SPREAD)
+    far = np.abs(off - middle) > settings.outlier * np.maximum(settings.outlier_scatter * spread, _SPREAD)
     # Beside the first row and the last there is nothing to agree with: no cause shows in one row alone either.
-    apart = np.abs(_nan_mean(after) - _nan_mean(before)) >= _AGREE
+    apart = np.abs(_nan_mean(after) - _nan_mean(before)) >= settings.outlier
     return np.asarray((far & ~apart).any(axis=2))
 
 
-def _neighbours(beads: FloatArray) -> FloatArray:
+def _neighbours(beads: FloatArray, count: int) -> FloatArray:
     """Return the readings (k, n, m, 3) of the rows before each; NaN where there is none."""
-    padded = np.concatenate([np.full((_NEIGHBOURS, *beads.shape[1:]), np.nan), beads])
-    return np.stack([padded[back : back + len(beads)] for back in range(_NEIGHBOURS)])
+    padded = np.concatenate([np.full((count, *beads.shape[1:]), np.nan), beads])
+    return np.stack([padded[back : back + len(beads)] for back in range(count)])
 
 
 def _nan_median(values: FloatArray) -> FloatArray:

@@ -17,9 +17,9 @@ from estimator.diagnosis.fitting.gauss_newton import refit
 from estimator.diagnosis.fitting.parallel import solved_by
 from estimator.diagnosis.model.grip_load import GripLoad, without_noise
 from estimator.diagnosis.model.hypothesis import LARGEST_POISSON_RATIO, Hypothesis
+from estimator.diagnosis.model.setup import Setup
 from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.noise.correlated_errors import (
-    BESIDE_RIM_M,
     CorrelatedErrors,
     correlated_errors_of,
     edge_deviation,
@@ -36,6 +36,8 @@ from estimator.diagnosis.noise.errors_left import AT_MOST, ErrorsLeft
 from estimator.diagnosis.noise.estimation import Noise, noise_of, with_offsets_of
 from estimator.diagnosis.noise.outliers import without_outliers
 from estimator.diagnosis.search.candidate import Candidate
+from estimator.diagnosis.search.context import Context
+from estimator.diagnosis.settings import DiagnosisSettings, NoiseSettings
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
 from estimator.fem.block_mesh import Grading
@@ -52,12 +54,6 @@ FloatArray = NDArray[np.float64]
 # A third of the default's cost; what it misses is corrected for at the fitted baseline.
 GRADING = Grading(grasp_m=2e-3, anchor_m=6e-3, largest_m=15e-3, growth=2.5, layers=1)
 _FIRST_GRADING = Grading(grasp_m=3e-3, anchor_m=8e-3, largest_m=25e-3, growth=3.0, layers=1)
-# A hypothesis is far from where the corrections are known where its −ln(1 − 2ν) differs by this, or where a bead beside
-# the rim of the grasp sits nearer to it or farther from it by this, m: tissue 0.4 mm from the rim that had been taken
-# for gripped left 0.2 mm, and a bead misread.
-_FAR, _FAR_AT_RIM_M = 0.2, 1e-4
-# A candidate surely beats "none" by this, and leaves little beyond noise below this share of noise's sum of squares.
-_SURE, _NEARLY = 10.0, 1.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +78,9 @@ class Preparation:
     cases: CaseLeaving
 
 
-def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[Preparation, Linearisation]:
+def prepare(
+    experiments: Sequence[Experiment], settings: DiagnosisSettings, executor: Executor
+) -> tuple[Preparation, Linearisation]:
     """Fit the baseline to a case; return the case prepared, and the fit where the most is left.
 
     Raises
@@ -97,10 +95,16 @@ def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[Prep
     ordered = tuple(sorted(experiments, key=lambda experiment: experiment.order))
     rough = _rough_fit(ordered)
     finer = [
-        executor.submit(channels_at, experiment, rough, FINE_GRADING, few_poses(experiment))
+        executor.submit(
+            channels_at,
+            experiment,
+            rough,
+            FINE_GRADING,
+            few_poses(experiment, settings.noise.corrected_states),
+        )
         for experiment in ordered
     ]
-    uncorrected, mechanics = _uncorrected(ordered, GRADING, rough)
+    uncorrected, mechanics = _uncorrected(ordered, settings, rough)
     corrections = []
     for one, future in zip(mechanics, finer, strict=True):
         fine = future.result()
@@ -109,21 +113,21 @@ def prepare(experiments: Sequence[Experiment], executor: Executor) -> tuple[Prep
         )
     corrected = replace(uncorrected, corrections=tuple(corrections))
     predicted = predictions(corrected, mechanics, rough)
-    cleaned = without_outliers(ordered, _misfits(corrected, predicted))
+    cleaned = without_outliers(ordered, _misfits(corrected, predicted), settings.noise)
     corrected = replace(corrected, experiments=cleaned)
     mechanics = [_measured_as(one, experiment) for one, experiment in zip(mechanics, cleaned, strict=True)]
-    noise = noise_of(cleaned, _misfits(corrected, predicted))
-    at_grasp = left_at_grasp(mechanics, rough, corrections)
-    roughly = _leaving(corrected, _shared(mechanics, corrections, noise, at_grasp), AT_MOST)
+    noise = noise_of(cleaned, _misfits(corrected, predicted), settings.noise)
+    at_grasp = left_at_grasp(mechanics, rough, corrections, settings.noise)
+    roughly = _leaving(corrected, _shared(mechanics, corrections, noise, at_grasp, settings.noise), AT_MOST)
     begun = linearisation_of(roughly, rough, mechanics)
-    baseline = refit(roughly, rough, begun, evaluations=3, solve=solved_by(executor))
+    baseline = refit(roughly, rough, begun, settings.noise.evaluations_of_baseline, solved_by(executor))
     # By the rough fit's E experiments would differ more than by their zeros.
-    noise = with_offsets_of(noise, cleaned, _misfits(corrected, baseline.predicted))
-    shared = _shared(mechanics, corrections, noise, at_grasp)
+    noise = with_offsets_of(noise, cleaned, _misfits(corrected, baseline.predicted), settings.noise)
+    shared = _shared(mechanics, corrections, noise, at_grasp, settings.noise)
     baseline = in_another_case(baseline, roughly, _leaving(corrected, shared, AT_MOST))
     modulus = baseline.hypothesis.youngs_modulus
     loads = tuple(
-        GripLoad(without_noise(experiment.wrench, p[:, :6]), p[:, :6] / modulus)
+        GripLoad(without_noise(experiment.wrench, p[:, :6], settings.solver.load_waves), p[:, :6] / modulus)
         for experiment, p in zip(cleaned, baseline.predicted, strict=True)
     )
     prepared = replace(corrected, loads=loads)
@@ -142,10 +146,16 @@ def corrected_at(preparation: Preparation, fit: Linearisation, executor: Executo
     hypothesis = fit.hypothesis.without_small_regions
     if not _is_far(preparation, hypothesis):
         return preparation
-    case = preparation.case
+    case, settings = preparation.case, preparation.case.settings.noise
     jobs = [
         [
-            executor.submit(channels_at, experiment, hypothesis, grading, poses_at_rest_and_few(mechanics))
+            executor.submit(
+                channels_at,
+                experiment,
+                hypothesis,
+                grading,
+                poses_at_rest_and_few(mechanics, settings.corrected_states),
+            )
             for grading in (GRADING, FINE_GRADING)
         ]
         for experiment, mechanics in zip(case.experiments, fit.mechanics, strict=True)
@@ -158,9 +168,9 @@ def corrected_at(preparation: Preparation, fit: Linearisation, executor: Executo
         correction_along(one, coarse, fine)
         for one, (coarse, fine) in zip(case.experiments, solved, strict=True)
     )
-    grown = edge_deviation(hypothesis) / edge_deviation(preparation.corrected_at)
+    grown = edge_deviation(hypothesis, settings) / edge_deviation(preparation.corrected_at, settings)
     at_grasp = tuple(grown * one for one in preparation.at_grasp)
-    shared = _shared(preparation.mechanics, corrections, preparation.noise, at_grasp)
+    shared = _shared(preparation.mechanics, corrections, preparation.noise, at_grasp, settings)
     corrected = replace(case, corrections=corrections)
     return replace(
         preparation,
@@ -172,11 +182,7 @@ def corrected_at(preparation: Preparation, fit: Linearisation, executor: Executo
 
 
 def corrected_at_best(
-    preparation: Preparation,
-    case: Case,
-    candidates: Sequence[Candidate],
-    none: float,
-    executor: Executor,
+    preparation: Preparation, context: Context, candidates: Sequence[Candidate], none: float
 ) -> Preparation:
     """Return the preparation with the discretisation error of the best candidate, where that is nearly the truth.
 
@@ -184,28 +190,30 @@ def corrected_at_best(
 
     Parameters
     ----------
-    case : in which the candidates were refitted
+    context : in which the candidates were refitted
     candidates : the most probable first
     none : log evidence of the baseline
     """
-    if not candidates or candidates[0].log_evidence < none + _SURE:
+    case, settings = context.case, context.settings
+    if not candidates or candidates[0].log_evidence < none + settings.search.close:
         return preparation
     fit = candidates[0].fit
     values = sum(len(residual) for residual in fit.residual)
-    if fit.chi2 > _NEARLY * values * white_floor(case) ** 2:
+    if fit.chi2 > settings.noise.nearly_noise * values * white_floor(case) ** 2:
         return preparation
-    return corrected_at(preparation, fit, executor)
+    return corrected_at(preparation, fit, context.executor)
 
 
 def _is_far(preparation: Preparation, hypothesis: Hypothesis) -> bool:
-    known = preparation.corrected_at
+    known, settings = preparation.corrected_at, preparation.case.settings.noise
     before, after = (POISSON_RATIO.to_internal(one.poisson_ratio) for one in (known, hypothesis))
-    if abs(after - before) >= _FAR:
+    if abs(after - before) >= settings.far_in_ratio:
         return True
     problem = preparation.case.problem
     there, here = (beads_from_grasp(one.problem(problem)) for one in (known, hypothesis))
-    beside = np.minimum(here, there) < BESIDE_RIM_M
-    return bool(np.any(np.abs(here - there)[beside] > _FAR_AT_RIM_M))
+    beside = np.minimum(here, there) < settings.beside_rim_m
+    # Tissue 0.4 mm from the rim that had been taken for gripped left 0.2 mm, and a bead misread.
+    return bool(np.any(np.abs(here - there)[beside] > settings.far_at_rim_m))
 
 
 def _shared(
@@ -213,9 +221,10 @@ def _shared(
     corrections: Sequence[FloatArray],
     noise: Noise,
     at_grasp: Sequence[FloatArray],
+    settings: NoiseSettings,
 ) -> list[CorrelatedErrors]:
     return [
-        correlated_errors_of(one, correction, noise, left)
+        correlated_errors_of(one, correction, noise, settings, left)
         for one, correction, left in zip(mechanics, corrections, at_grasp, strict=True)
     ]
 
@@ -259,16 +268,17 @@ def _rough_fit(experiments: tuple[Experiment, ...]) -> Hypothesis:
 
 
 def _uncorrected(
-    experiments: tuple[Experiment, ...], grading: Grading, hypothesis: Hypothesis
+    experiments: tuple[Experiment, ...], settings: DiagnosisSettings, hypothesis: Hypothesis
 ) -> tuple[Case, list[Mechanics]]:
     """Set up a case whose discretisation error is not known yet, and its mechanics under a hypothesis."""
-    problem = mesh_experiment(experiments[0], grading)
+    problem = mesh_experiment(experiments[0], GRADING)
     zeros = tuple(np.zeros((len(e.time), 6 + 3 * len(e.fiducials_rest))) for e in experiments)
     loads = tuple(GripLoad.none(len(e.time)) for e in experiments)
-    solutions = solve_case(problem, experiments, hypothesis, loads)
+    setup = Setup(experiments, problem, loads, settings=settings)
+    solutions = solve_case(setup, hypothesis)
     mechanics = [mechanics_of(solution) for solution in solutions]
     whitenings = tuple(
-        correlated_errors_of(one, zero, Noise()).whitening()
+        correlated_errors_of(one, zero, Noise(), settings.noise).whitening()
         for one, zero in zip(mechanics, zeros, strict=True)
     )
-    return Case(experiments, problem, zeros, whitenings, loads), mechanics
+    return Case(experiments, problem, loads, zeros, whitenings, settings=settings), mechanics

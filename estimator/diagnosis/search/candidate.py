@@ -13,6 +13,7 @@ from estimator.diagnosis.evidence.discrepancy import ModelError, forgiven, momen
 from estimator.diagnosis.evidence.laplace import marginal_evidence
 from estimator.diagnosis.evidence.marginal_likelihood import linear_model_within_reach, price_of_choice
 from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.search.context import Context
 
 FloatArray = NDArray[np.float64]
 
@@ -53,10 +54,11 @@ def best_of_labels(candidates: Sequence[Candidate]) -> list[Candidate]:
     return list(found.values())
 
 
-def candidate_of(case: Case, base: Linearisation, error: ModelError, fit: Linearisation) -> Candidate:
+def candidate_of(context: Context, fit: Linearisation) -> Candidate:
     """Weigh a refitted hypothesis."""
-    model = linear_model_within_reach(fit, error)
-    value, inexactness = marginal_evidence(*model, error, explained(case, base, fit))
+    case, error = context.case, context.error
+    model = linear_model_within_reach(case, fit, error)
+    value, inexactness = marginal_evidence(*model, error, explained(case, context.baseline, fit))
     value -= price_of_choice(case, fit.hypothesis)
     return Candidate(fit, value, parameter_deviations(fit, error, inexactness))
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,8 +16,9 @@ from estimator.diagnosis.model.hypothesis import Hypothesis, negligible_effects
 from estimator.diagnosis.model.labels import NONE, UNKNOWN
 from estimator.diagnosis.search.candidate import Candidate
 from estimator.diagnosis.search.comparison import Comparison
+from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.search.pair_search import search_pairs, with_what_it_is_mistaken_for
-from estimator.diagnosis.search.screening import Tell, best_starts
+from estimator.diagnosis.search.screening import best_starts
 from estimator.diagnosis.search.second_cause import (
     adequate,
     beyond_noise,
@@ -27,20 +27,6 @@ from estimator.diagnosis.search.second_cause import (
     leaves_less,
 )
 from estimator.effects.catalogue import LABELS
-
-# An effect of negligible size is believed in full where it raises the log evidence by this: the baseline is not exact,
-# and to first order such effects raised it by up to 3.2 on eleven clean cases of another simulator, by 15 on a twelfth
-# (a grasp aside by 0.1 mm), and by 6.3 on one of a third simulator with a coarser mesh. That was with one share of what
-# meshes leave; with that beside the rim apart, no label has more than one in twenty on six clean cases.
-_BELIEVED = 5.0
-# Two causes must stand out by this from something unknown that explains everything.
-_STANDS = 15.0
-# Nothing is named while "none" is more probable than this: where nothing stands out it has some 0.8, and these odds are
-# to be turned round. Of 438 sealed cases eight called it 0.2 to 0.5 probable, and four of them had no cause: just those
-# in which another answer was the more probable. None whose cause was found had more than 0.17.
-_IN_DOUBT = 0.2
-# Of a second cause that adds less than this nothing is said: that of a form which is nearly right adds as much.
-_WORTH_TELLING = 3.0
 
 
 @dataclass(frozen=True)
@@ -78,22 +64,20 @@ class Verdict:
     doubted: tuple[Doubted, ...] = ()
 
 
-def reach_verdict(
-    comparison: Comparison, evidence: Mapping[str, float], executor: Executor, tell: Tell
-) -> Verdict:
+def reach_verdict(comparison: Comparison, evidence: Mapping[str, float]) -> Verdict:
     """Conclude from the log evidence of every answer; look for a second cause, and for what the causes leave."""
-    verdict = _likeliest(comparison, evidence, executor, tell)
-    return Verdict((), None, verdict.probability) if verdict.probability[NONE] > _IN_DOUBT else verdict
+    verdict = _likeliest(comparison, evidence)
+    in_doubt = verdict.probability[NONE] > comparison.settings.in_doubt
+    return Verdict((), None, verdict.probability) if in_doubt else verdict
 
 
-def _likeliest(
-    comparison: Comparison, evidence: Mapping[str, float], executor: Executor, tell: Tell
-) -> Verdict:
+def _likeliest(comparison: Comparison, evidence: Mapping[str, float]) -> Verdict:
     """Return the verdict that is the most probable, however doubtful."""
-    probability = probabilities(evidence)
+    context, settings = comparison.context, comparison.context.settings.evidence
+    probability = probabilities(evidence, settings)
     leading = next(iter(probability))
     if leading == NONE:
-        beyond = rough_gap(comparison.baseline.residual, white_floor(comparison.case))
+        beyond = rough_gap(context.baseline.residual, white_floor(context.case), settings)
         if not beyond:
             return Verdict((), None, probability)
         return Verdict((UNKNOWN,), None, shared_with_unknown(probability, NONE, 0.0, beyond))
@@ -102,17 +86,17 @@ def _likeliest(
     best = recognised or _first_of(comparison, next(label for label in probability if label in LABELS))
     if best is None:
         return Verdict((UNKNOWN,), None, probability)
-    found = search_pairs(comparison, best, executor, tell)
+    found = search_pairs(comparison, best)
     if found.alone is not best:
         comparison = replace(comparison, candidates=(*comparison.candidates, found.alone))
         evidence = weigh(comparison)
-        probability = probabilities(evidence)
+        probability = probabilities(evidence, settings)
         leading = next(iter(probability))
         best = found.alone if leading in (found.alone.labels[0], UNKNOWN) else best
     worthy = [pair for pair in found.pairs if _worth_two(comparison, best, pair)]
     if worthy and _stands(comparison, best, worthy[0], leading):
         standing = [pair for pair in worthy if _stands(comparison, best, pair, leading)]
-        comparison = with_what_it_is_mistaken_for(comparison, standing[0], executor, tell)
+        comparison = with_what_it_is_mistaken_for(comparison, standing[0])
         evidence = {**evidence, UNKNOWN: weigh(comparison)[UNKNOWN]}
         return _of_two(comparison, standing, evidence, probability)
     if leading == UNKNOWN:
@@ -126,8 +110,9 @@ def _doubted(comparison: Comparison, best: Candidate, pairs: Sequence[Candidate]
     doubted: dict[str, Doubted] = {}
     for pair in pairs:
         others = set(pair.labels) - {best.labels[0], UNKNOWN}
-        adds, asked = pair.log_evidence - best.log_evidence, least_gain(best, pair.labels, comparison.none)
-        if best.labels[0] in pair.labels and others and _WORTH_TELLING <= adds < asked:
+        adds = pair.log_evidence - best.log_evidence
+        asked = least_gain(best, pair.labels, comparison.none, comparison.context.settings)
+        if best.labels[0] in pair.labels and others and comparison.settings.strong <= adds < asked:
             label = others.pop()
             doubted.setdefault(label, Doubted(label, adds, asked))
     return tuple(doubted.values())
@@ -151,7 +136,7 @@ def _of_two(
     raised = {
         label: max(evidence[label], pair.log_evidence - cost[label]) for label, pair in of_stronger.items()
     }
-    shared = probabilities({**evidence, **raised})
+    shared = probabilities({**evidence, **raised}, comparison.context.settings.evidence)
     stronger = max(of_stronger, key=lambda label: shared[label])
     if next(iter(shared)) == UNKNOWN and UNKNOWN not in of_stronger:
         return Verdict((UNKNOWN,), _first_of(comparison, UNKNOWN), shared)
@@ -167,7 +152,7 @@ def weigh(comparison: Comparison) -> dict[str, float]:
     baseline could feign it. An effect that makes the prediction of left-out experiments worse loses by as much. What is
     unknown is an effect without a label, one as likely as the other, or anything: whichever is more probable.
     """
-    forms = of_labels(_forms_weighed(comparison), comparison.none)
+    forms = of_labels(_forms_weighed(comparison), comparison.none, comparison.context.settings.evidence)
     found = {label: forms.get(label, -np.inf) for label in LABELS}
     found[NONE] = comparison.none
     found[UNKNOWN] = max(comparison.unknown, forms.get(UNKNOWN, -np.inf))
@@ -176,34 +161,48 @@ def weigh(comparison: Comparison) -> dict[str, float]:
 
 def _forms_weighed(comparison: Comparison) -> list[tuple[str, str, float]]:
     """Return label, name and log evidence of every form of every effect, refitted where it was."""
+    context, settings = comparison.context, comparison.settings
     refitted = {one.fit.hypothesis.effects[0].name for one in comparison.candidates}
     points = [
-        (one.fit.hypothesis, one.log_evidence - lost_on_held_out(one.fit, comparison.baseline))
+        (one.fit.hypothesis, one.log_evidence - _lost_on_held_out(context, one))
         for one in comparison.candidates
     ]
     points += [
         (trial.start, trial.log_evidence)
-        for trial in best_starts(comparison.trials)
+        for trial in best_starts(comparison.trials, settings.starts)
         if trial.signature.effect.name not in refitted
     ]
     return [
-        (one.effects[0].label, one.effects[0].name, comparison.none + _believed(one, value - comparison.none))
+        (
+            one.effects[0].label,
+            one.effects[0].name,
+            comparison.none + _believed(one, value - comparison.none, settings.very_strong),
+        )
         for one, value in points
     ]
 
 
 def _cost_of_form(comparison: Comparison) -> dict[str, float]:
     """Return by how much the log evidence of each label falls short of that of its best form."""
-    forms = _forms_weighed(comparison)
+    forms, settings = _forms_weighed(comparison), comparison.context.settings.evidence
     best = {label: max(value for other, _, value in forms if other == label) for label, _, _ in forms}
-    return {label: best[label] - value for label, value in of_labels(forms, comparison.none).items()}
+    return {
+        label: best[label] - value for label, value in of_labels(forms, comparison.none, settings).items()
+    }
 
 
-def _believed(hypothesis: Hypothesis, gain: float) -> float:
-    """Return what a hypothesis keeps of its gain in log evidence: all of it, unless the effect is slight."""
-    if not 0.0 < gain < _BELIEVED or not negligible_effects(hypothesis):
+def _lost_on_held_out(context: Context, one: Candidate) -> float:
+    return lost_on_held_out(one.fit, context.baseline, context.settings.evidence)
+
+
+def _believed(hypothesis: Hypothesis, gain: float, in_full: float) -> float:
+    """Return what a hypothesis keeps of its gain in log evidence: all of it, unless the effect is slight.
+
+    The baseline is not exact; from a gain ``in_full`` on an effect of negligible size is believed as well.
+    """
+    if not 0.0 < gain < in_full or not negligible_effects(hypothesis):
         return gain
-    return gain * gain / _BELIEVED
+    return gain * gain / in_full
 
 
 def _stands(comparison: Comparison, best: Candidate, pair: Candidate, leading: str) -> bool:
@@ -213,9 +212,10 @@ def _stands(comparison: Comparison, best: Candidate, pair: Candidate, leading: s
     second one explains, and where the unknown leads, less than they explain beyond that.
     """
     ahead, gain = pair.log_evidence - comparison.unknown, pair.log_evidence - best.log_evidence
-    left = 0.5 * beyond_noise(comparison.case, pair)
-    little = leaves_less(left, gain) and (leading != UNKNOWN or left < ahead)
-    return ahead > _STANDS and (little or adequate(comparison.case, pair, comparison.error))
+    settings = comparison.settings
+    left = 0.5 * beyond_noise(comparison.context.case, pair)
+    little = leaves_less(left, gain, settings.shared) and (leading != UNKNOWN or left < ahead)
+    return ahead > settings.decisive and (little or adequate(comparison.context, pair))
 
 
 def _first_of(comparison: Comparison, label: str) -> Candidate | None:
@@ -237,11 +237,13 @@ def _with_remainder(
     labels = (leading, *(label for label in winner.labels if label != leading))
     if leading == UNKNOWN:
         return Verdict(labels, winner, probability)
-    more = evidence_of_unknown(comparison.case, winner.fit, comparison.error) - winner.log_evidence
-    remainder = max(more, rough_remainder(winner.fit.residual, white_floor(comparison.case)))
+    context = comparison.context
+    more = evidence_of_unknown(context.case, winner.fit, context.error) - winner.log_evidence
+    floor = white_floor(context.case)
+    remainder = max(more, rough_remainder(winner.fit.residual, floor, context.settings.evidence))
     explained = winner.log_evidence - comparison.none - by_outsider
     recognised = UNKNOWN in labels
-    if not recognised and remainder < least_remainder(explained):
+    if not recognised and remainder < least_remainder(explained, comparison.settings):
         return Verdict(labels, winner, probability)
     shared = shared_with_unknown(probability, leading, explained, by_outsider + max(remainder, 0.0))
     if recognised:
@@ -253,5 +255,6 @@ def _with_remainder(
 
 def _worth_two(comparison: Comparison, best: Candidate, pair: Candidate) -> bool:
     """Tell whether two causes explain enough more than the best one."""
-    enough = pair.log_evidence - best.log_evidence >= least_gain(best, pair.labels, comparison.none)
-    return enough and not lost_on_held_out(pair.fit, comparison.baseline)
+    context = comparison.context
+    asked = least_gain(best, pair.labels, comparison.none, context.settings)
+    return pair.log_evidence - best.log_evidence >= asked and not _lost_on_held_out(context, pair)

@@ -3,29 +3,21 @@
 It was found on elements as wide as itself, where a region seems too small and its contrast too strong.
 """
 
-from concurrent.futures import Executor
 from dataclasses import replace
 
 import numpy as np
 
-from estimator.diagnosis.evidence.discrepancy import ModelError
-from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.fitting.case import Case
 from estimator.diagnosis.fitting.gauss_newton import refit
 from estimator.diagnosis.fitting.parallel import solved_by
 from estimator.diagnosis.search.baseline import GRADING
 from estimator.diagnosis.search.candidate import Candidate, candidate_of
+from estimator.diagnosis.search.context import Context
 from estimator.errors import SolverError
 from estimator.forward.meshing import mesh_experiment
 
-_RESOLVING = replace(GRADING, largest_m=6.5e-3)
-# Of what changed from elements of 15 mm an error that falls with their edge leaves 0.76 here, one with its square 0.23.
-_LEFT = 0.5
-_POINTS = 4
 
-
-def resolved(
-    case: Case, baseline: Linearisation, error: ModelError, winner: Candidate, executor: Executor
-) -> tuple[Case, Candidate]:
+def resolved(context: Context, winner: Candidate) -> tuple[Case, Candidate]:
     """Return the winner refitted on a mesh that follows it, and the case with that mesh.
 
     Both meshes leave the same of the baseline. The deviations include what this one may leave of the cause. One that
@@ -33,21 +25,25 @@ def resolved(
 
     Parameters
     ----------
-    case, baseline, error : in which the winner was refitted
+    context : in which the winner was refitted
     winner : at its best parameters
     """
-    hypothesis = winner.fit.hypothesis
+    case, hypothesis, settings = context.case, winner.fit.hypothesis, context.settings.search
     if not any(effect.within_elements for effect in hypothesis.effects):
         return case, winner
-    solve = solved_by(executor)
-    finer = replace(case, problem=mesh_experiment(case.experiments[0], _RESOLVING))
+    solve = solved_by(context.executor)
+    grading = replace(GRADING, largest_m=settings.resolving_m)
+    finer = replace(case, problem=mesh_experiment(case.experiments[0], grading))
     try:
-        plain = solve(finer, baseline.hypothesis, None)
-        changes = zip(case.corrections, baseline.predicted, plain.predicted, strict=True)
+        plain = solve(finer, context.baseline.hypothesis, None)
+        changes = zip(case.corrections, context.baseline.predicted, plain.predicted, strict=True)
         finer = replace(finer, corrections=tuple(known + (one - two) for known, one, two in changes))
-        fit = refit(finer, hypothesis, evaluations=_POINTS, solve=solve)
+        fit = refit(finer, hypothesis, evaluations=settings.resolving_points, solve=solve)
     except SolverError:
         return case, winner
-    found = candidate_of(finer, baseline, error, fit)
+    found = candidate_of(replace(context, case=finer), fit)
+    # Of what changed from elements of 15 mm an error that falls with their edge leaves 0.76, one with its square 0.23.
     changed = [c.get(fit.hypothesis) - c.get(hypothesis) for c in fit.free_parameters]
-    return finer, replace(found, deviations=np.hypot(found.deviations, _LEFT * np.array(changed)))
+    return finer, replace(
+        found, deviations=np.hypot(found.deviations, settings.resolving_left * np.array(changed))
+    )

@@ -15,20 +15,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.evidence.discrepancy import ModelError, Moments, forgiven
+from estimator.diagnosis.evidence.discrepancy import Moments, forgiven
 from estimator.diagnosis.evidence.laplace import over_floors
 from estimator.diagnosis.evidence.marginal_likelihood import price_of_choice, priors_of
 from estimator.diagnosis.evidence.signatures import Signature
-from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.fitting.gauss_newton import moved, step_of_gram
 from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.search.screening import Trial, moments_beside, null_beside
 
 FloatArray = NDArray[np.float64]
-
-# Size of all effects, as a share of their usual one, when every pair is weighed; and how many are weighed in full.
-_SIZE = 0.3
-_WEIGHED_IN_FULL = 60
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,37 +46,40 @@ class Start:
         return frozenset(effect.label for effect in self.hypothesis.effects)
 
 
-def likeliest_pairs(
-    case: Case, base: Linearisation, error: ModelError, trials: Sequence[Trial]
-) -> list[Start]:
+def likeliest_pairs(context: Context, trials: Sequence[Trial]) -> list[Start]:
     """Return the best pair of every two forms beside a solved hypothesis, the most probable first."""
+    case, base, settings = context.case, context.baseline, context.settings.search
     signatures = [trial.signature for trial in trials]
-    moments = moments_beside(base, error, signatures)
+    moments = moments_beside(context, signatures)
     own = 1 + len(base.free_parameters)
     ends = own + np.cumsum([len(one.free_parameters) for one in signatures])
     columns = [
         list(range(end - len(s.free_parameters), end)) for s, end in zip(signatures, ends, strict=True)
     ]
     prices = [price_of_choice(case, null_beside(base, one)[0]) for one in signatures]
-    roughly = _roughly_weighed(_projected(moments, error, signatures, own), signatures, columns, prices)
+    roughly = _roughly_weighed(_projected(moments, context, signatures, own), signatures, columns, prices)
     best: dict[tuple[str, str], Start] = {}
-    for first, second in roughly[:_WEIGHED_IN_FULL]:
+    for first, second in roughly[: settings.pairs_in_full]:
         both = (signatures[first], signatures[second])
         chosen = [*range(own), *columns[first], *columns[second]]
-        pair = _weighed(base, error, moments.among(chosen), both, prices[first] + prices[second])
+        pair = _weighed(context, moments.among(chosen), both, prices[first] + prices[second])
         forms = (signatures[first].effect.name, signatures[second].effect.name)
         if forms not in best or pair.log_evidence > best[forms].log_evidence:
             best[forms] = pair
     return sorted(best.values(), key=lambda pair: -pair.log_evidence)
 
 
-def _projected(moments: Moments, error: ModelError, signatures: Sequence[Signature], own: int) -> FloatArray:
+def _projected(moments: Moments, context: Context, signatures: Sequence[Signature], own: int) -> FloatArray:
     """Return the Gram matrix of residual and signatures, these in prior deviations, all else projected out."""
-    gram, _ = forgiven(error, moments, error.floor)
+    gram, _ = forgiven(context.error, moments, context.error.floor)
     free = slice(1, own)
     left = gram - gram[:, free] @ np.linalg.solve(gram[free, free], gram[free])
     scale = np.ones(len(gram))
-    scale[own:] = [_SIZE * (c.scale or 0.0) for one in signatures for c in one.free_parameters]
+    scale[own:] = [
+        context.settings.search.size_of_pairs * (c.scale or 0.0)
+        for one in signatures
+        for c in one.free_parameters
+    ]
     return np.asarray(left * np.outer(scale, scale))
 
 
@@ -118,11 +117,10 @@ def _gain(gram: FloatArray, block: list[int]) -> float:
     return float(0.5 * along @ np.linalg.solve(posterior, along) - 0.5 * np.linalg.slogdet(posterior)[1])
 
 
-def _weighed(
-    base: Linearisation, error: ModelError, moments: Moments, both: tuple[Signature, Signature], price: float
-) -> Start:
+def _weighed(context: Context, moments: Moments, both: tuple[Signature, Signature], price: float) -> Start:
+    base, settings = context.baseline, context.settings
     hypothesis, free = null_beside(base, both[0])
     hypothesis, free = null_beside(replace(base, hypothesis=hypothesis, free_parameters=free), both[1])
-    value = over_floors(moments, priors_of(hypothesis, free), error) - price
-    step, _ = step_of_gram(moments.gram, hypothesis, free)
+    value = over_floors(moments, priors_of(hypothesis, free, settings.evidence), context.error) - price
+    step, _ = step_of_gram(moments.gram, hypothesis, free, settings.fitting)
     return Start(value, moved(hypothesis, free, step))

@@ -5,18 +5,18 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Executor, Future, as_completed
+from concurrent.futures import Future, as_completed
 from dataclasses import dataclass, replace
 
-from estimator.diagnosis.evidence.discrepancy import ModelError
 from estimator.diagnosis.evidence.posterior import power_at
 from estimator.diagnosis.fitting.case import Case, Linearisation
-from estimator.diagnosis.fitting.gauss_newton import WORTHWHILE, objective, refit
+from estimator.diagnosis.fitting.gauss_newton import objective, refit
 from estimator.diagnosis.fitting.parallel import Solve, refits_at_a_time, solved_by
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.search.candidate import Candidate, candidate_of, most_probable_first
-from estimator.diagnosis.search.screening import Tell
+from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.sensitivity.mechanical_changes import acts_on_tissue
+from estimator.diagnosis.settings import SearchSettings
 from estimator.effects.effect import Effect
 from estimator.errors import SolverError
 
@@ -37,106 +37,90 @@ class Round:
     of_a_label: int
 
 
-# After one point, those within this share of the leader's gain (or this close to it) go on to a second one. After that
-# those go on that are within less of it, and of many the first. The evidence after a point is that at the end of the
-# next Newton step, which a form that is far from linear meets only roughly at first.
-_IN_REACH, _CLOSE = 0.4, 10.0
-_FINAL = Round(points=2, within=0.15, of_a_label=2)
-_ROUNDS = (_FINAL, Round(points=5, within=0.05, of_a_label=1))
-_FINALISTS = 3
-# One that lacks more than this goes on only where its last few points gained some share of what it lacks.
-_NEXT_TO_IT, _MORE_TO_COME = 1.0, 2.0
-_POLISH = 3
+def rounds_of(settings: SearchSettings) -> list[Round]:
+    """Return the rounds of a race."""
+    return [
+        Round(*each)
+        for each in zip(settings.round_points, settings.round_shares, settings.round_forms, strict=True)
+    ]
 
 
-def race(
-    case: Case,
-    base: Linearisation,
-    error: ModelError,
-    starts: Sequence[Hypothesis],
-    bar: float,
-    executor: Executor,
-    tell: Tell,
-) -> list[Candidate]:
+def race(context: Context, starts: Sequence[Hypothesis], bar: float) -> list[Candidate]:
     """Refit hypotheses from their starts, and return them with the most probable first.
+
+    After one point, those within a share of the leader's gain go on to a second one. After that those go on that are
+    within less of it, and of many the first. The evidence after a point is that at the end of the next Newton step,
+    which a form that is far from linear meets only roughly at first.
 
     Parameters
     ----------
-    case, base, error : with the fitted baseline, whose fields the refits start from
+    context : with the fitted baseline, whose fields the refits start from
     starts : one without equilibrium near its start drops out
     bar : log evidence that they compete to exceed; what remains much below it goes no further
-    executor, tell : workers, and who is told of the progress
     """
-    solve = solved_by(executor)
+    solve = solved_by(context.executor)
     with refits_at_a_time(len(starts)) as threads:
-        jobs = [threads.submit(_first_point, case, start, base, solve) for start in starts]
-        first = _candidates(case, base, error, dict.fromkeys(jobs, math.inf), tell)
-    second = _further(case, base, error, first, worth_a_second_point(first, bar), 1, executor, tell)
-    return to_the_end(case, base, error, second, bar, executor, tell)
+        jobs = [
+            threads.submit(_first_point, context.case, start, context.baseline, solve) for start in starts
+        ]
+        first = _candidates(context, dict.fromkeys(jobs, math.inf))
+    chosen = worth_a_second_point(first, bar, context.settings.search)
+    return to_the_end(context, _further(context, first, chosen, 1), bar)
 
 
-def race_on(
-    case: Case,
-    base: Linearisation,
-    error: ModelError,
-    fits: Sequence[Linearisation],
-    bar: float,
-    executor: Executor,
-    tell: Tell,
-) -> list[Candidate]:
+def race_on(context: Context, fits: Sequence[Linearisation], bar: float) -> list[Candidate]:
     """Weigh fits as :func:`race` does its own, refit the finalists among them, and return all."""
-    weighed = most_probable_first([candidate_of(case, base, error, fit) for fit in fits])
-    return to_the_end(case, base, error, weighed, bar, executor, tell)
+    return to_the_end(context, most_probable_first([candidate_of(context, fit) for fit in fits]), bar)
 
 
-def to_the_end(
-    case: Case,
-    base: Linearisation,
-    error: ModelError,
-    candidates: Sequence[Candidate],
-    bar: float,
-    executor: Executor,
-    tell: Tell,
-) -> list[Candidate]:
+def to_the_end(context: Context, candidates: Sequence[Candidate], bar: float) -> list[Candidate]:
     """Return candidates, the finalists of each round refitted further, in the end until they converge.
 
-    They come and go the most probable first, weighed in this case with this error. One that gained little in its last
+    They come and go the most probable first, weighed in this context. One that gained little in its last
     refit, and lacks more, is not refitted again.
     """
-    found = list(candidates)
-    for each in _ROUNDS:
-        chosen = [one for one in finalists(found, bar, each) if may_win(one, found[0], bar)]
-        found = _further(case, base, error, found, chosen, each.points, executor, tell)
+    settings, found = context.settings.search, list(candidates)
+    for each in rounds_of(settings):
+        chosen = [
+            one for one in finalists(found, bar, settings, each) if may_win(one, found[0], bar, settings)
+        ]
+        found = _further(context, found, chosen, each.points)
     return found
 
 
-def may_win(one: Candidate, best: Candidate, bar: float) -> bool:
+def may_win(one: Candidate, best: Candidate, bar: float, settings: SearchSettings) -> bool:
     """Tell whether a candidate lacks no more than what it could still gain: of what fell last, some more."""
     lacks = max(best.log_evidence, bar) - one.log_evidence
-    return lacks <= max(_NEXT_TO_IT, _MORE_TO_COME * one.fell)
+    return lacks <= max(settings.mention, settings.more_to_come * one.fell)
 
 
-def finalists(candidates: Sequence[Candidate], bar: float, of: Round = _FINAL) -> list[Candidate]:
+def finalists(
+    candidates: Sequence[Candidate], bar: float, settings: SearchSettings, of: Round | None = None
+) -> list[Candidate]:
     """Return the few, the most probable first, that a better fit could still bring to the front.
 
     Those are within a share of what the best has gained on the bar. Many starts of one label often end in the same
-    place, and its forms compete with its rivals more than with each other: they leave places to these.
+    place, and its forms compete with its rivals more than with each other: they leave places to these. They are those
+    of the first round, where none is named.
     """
+    of = of or rounds_of(settings)[0]
     chosen: list[Candidate] = []
     taken: Counter[tuple[str, ...]] = Counter()
-    for one in _in_reach(candidates, bar, of.within):
+    for one in _in_reach(candidates, bar, of.within, settings.close):
         if taken[one.labels] < of.of_a_label:
             chosen.append(one)
             taken[one.labels] += 1
-    return chosen[:_FINALISTS]
+    return chosen[: settings.finalists]
 
 
-def worth_a_second_point(candidates: Sequence[Candidate], bar: float) -> list[Candidate]:
+def worth_a_second_point(
+    candidates: Sequence[Candidate], bar: float, settings: SearchSettings
+) -> list[Candidate]:
     """Return those that a second point could bring among the finalists; where all is linear, the first foretold it."""
-    near = _in_reach(candidates, bar, _FINAL.within)
+    near = _in_reach(candidates, bar, rounds_of(settings)[0].within, settings.close)
     return [
         one
-        for one in _in_reach(candidates, bar, _IN_REACH)
+        for one in _in_reach(candidates, bar, settings.in_reach, settings.close)
         if one in near or not all(is_linear(effect) for effect in one.fit.hypothesis.effects)
     ]
 
@@ -146,67 +130,54 @@ def is_linear(effect: Effect) -> bool:
     return not acts_on_tissue(effect) and all(constant.fixed for constant in effect.constants)
 
 
-def _in_reach(candidates: Sequence[Candidate], bar: float, share: float) -> list[Candidate]:
-    """Return those within a share of what the best has gained on the bar."""
+def _in_reach(candidates: Sequence[Candidate], bar: float, share: float, close: float) -> list[Candidate]:
+    """Return those within a share of what the best has gained on the bar, or close to it."""
     if not candidates:
         return []
     best = candidates[0].log_evidence
-    least = max(best - max(_CLOSE, share * (best - bar)), bar - _CLOSE)
+    least = max(best - max(close, share * (best - bar)), bar - close)
     return [one for one in candidates if one.log_evidence > least]
 
 
 def _further(
-    case: Case,
-    base: Linearisation,
-    error: ModelError,
-    candidates: Sequence[Candidate],
-    chosen: Sequence[Candidate],
-    points: int,
-    executor: Executor,
-    tell: Tell,
+    context: Context, candidates: Sequence[Candidate], chosen: Sequence[Candidate], points: int
 ) -> list[Candidate]:
     """Return the candidates, the chosen ones refitted over so many points more at the most."""
-    solve = solved_by(executor)
+    case, solve = context.case, solved_by(context.executor)
     with refits_at_a_time(len(chosen)) as threads:
         jobs: dict[Future[Linearisation | None], float] = {
             threads.submit(
-                refit, case, one.fit.hypothesis, one.fit, 1 + points, solve, _worthwhile(base, one.fit)
+                refit, case, one.fit.hypothesis, one.fit, 1 + points, solve, _worthwhile(context, one.fit)
             ): objective(one.fit)
             for one in chosen
         }
-        further = _candidates(case, base, error, jobs, tell)
+        further = _candidates(context, jobs)
     rest = [one for one in candidates if one not in chosen]
     return most_probable_first([*further, *rest])
 
 
-def _worthwhile(base: Linearisation, fit: Linearisation) -> float:
+def _worthwhile(context: Context, fit: Linearisation) -> float:
     """Return by how much an objective must fall to matter: tempered as evidences are, by what is gained."""
-    return WORTHWHILE / power_at(objective(base) - objective(fit))
+    gained = objective(context.baseline) - objective(fit)
+    return context.settings.fitting.worthwhile / power_at(gained, context.settings.evidence)
 
 
-def polished(
-    case: Case, base: Linearisation, error: ModelError, winner: Candidate, executor: Executor
-) -> Candidate:
+def polished(context: Context, winner: Candidate) -> Candidate:
     """Return the winner of a race at its best parameters: to win, a place near them was enough."""
-    fit = refit(case, winner.fit.hypothesis, winner.fit, 1 + _POLISH, solved_by(executor))
-    return winner if fit is winner.fit else candidate_of(case, base, error, fit)
+    points = 1 + context.settings.search.polish
+    fit = refit(context.case, winner.fit.hypothesis, winner.fit, points, solved_by(context.executor))
+    return winner if fit is winner.fit else candidate_of(context, fit)
 
 
-def _candidates(
-    case: Case,
-    base: Linearisation,
-    error: ModelError,
-    jobs: Mapping[Future[Linearisation | None], float],
-    tell: Tell,
-) -> list[Candidate]:
+def _candidates(context: Context, jobs: Mapping[Future[Linearisation | None], float]) -> list[Candidate]:
     """Return what refits have found, weighed; ``jobs`` gives the objective at which each began."""
     found = []
     for done, job in enumerate(as_completed(jobs), start=1):
         fit = job.result()
         if fit is not None:
             fell = jobs[job] - objective(fit)
-            found.append(replace(candidate_of(case, base, error, fit), fell=fell))
-        tell("refitting the leaders", done, len(jobs))
+            found.append(replace(candidate_of(context, fit), fell=fell))
+        context.tell("refitting the leaders", done, len(jobs))
     return most_probable_first(found)
 
 

@@ -12,9 +12,6 @@ from estimator.diagnosis.search.screening import Trial
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.effects.effect import Constant, Effect, Values
 
-# Two places are the same where no constant differs by more than this share of its range.
-_SAME_PLACE = 0.02
-
 
 def elaborations(labels: Collection[str]) -> list[Effect]:
     """Return the finer forms of labels, which are looked at only where these lead."""
@@ -53,12 +50,15 @@ def siblings(
     ]
 
 
-def at_the_place_of(leader: Candidate, candidates: Sequence[Candidate]) -> list[Hypothesis]:
+def at_the_place_of(
+    leader: Candidate, candidates: Sequence[Candidate], same_place: float
+) -> list[Hypothesis]:
     """Return the other forms of a leader's label with its values, where no refit of theirs has come there.
 
     A search from a grid may stop far from the place that another form has found. A constant that a form has beside what
     the leader has begins at either end of its grid, an amplitude at its null. A form of several terms that are alike is
-    left out: none of them is where a single one fits best. Refinements of the leader's own form come first.
+    left out: none of them is where a single one fits best. Refinements of the leader's own form come first. Two places
+    are the same where no constant differs by more than the share ``same_place`` of its range.
     """
     hypothesis = leader.fit.hypothesis
     effect, values = hypothesis.effects[0], hypothesis.values[0]
@@ -66,7 +66,7 @@ def at_the_place_of(leader: Candidate, candidates: Sequence[Candidate]) -> list[
     for other in CATALOGUE:
         shared = [constant for constant in other.constants if constant.name in values and not constant.fixed]
         alike = other.label == effect.label and _has_what(effect, other) and shared
-        if other.name == effect.name or not alike or _visited(other, shared, values, candidates):
+        if other.name == effect.name or not alike or _visited(other, shared, values, candidates, same_place):
             continue
         names = {a.name for a in other.amplitudes} | {c.name for c in other.constants}
         kept = {name: value for name, value in values.items() if name in names}
@@ -97,12 +97,16 @@ def _has_what(effect: Effect, other: Effect) -> bool:
 
 
 def _visited(
-    form: Effect, shared: Iterable[Constant], values: Values, candidates: Sequence[Candidate]
+    form: Effect,
+    shared: Iterable[Constant],
+    values: Values,
+    candidates: Sequence[Candidate],
+    same_place: float,
 ) -> bool:
     """Tell whether a refit of a form has come where its constants have these values."""
     fits = [one.fit.hypothesis for one in candidates]
     reached = [fit.values[0] for fit in fits if fit.effects[0].name == form.name]
     return any(
-        all(abs(there[c.name] - values[c.name]) < _SAME_PLACE * (c.upper - c.lower) for c in shared)
+        all(abs(there[c.name] - values[c.name]) < same_place * (c.upper - c.lower) for c in shared)
         for there in reached
     )

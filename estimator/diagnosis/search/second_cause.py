@@ -2,48 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from estimator.diagnosis.evidence.discrepancy import ModelError
 from estimator.diagnosis.evidence.marginal_likelihood import evidence_of_unknown, first_order_evidence
 from estimator.diagnosis.evidence.noise_floor import white_floor
-from estimator.diagnosis.evidence.posterior import LOG_PRIOR_OF_A_PAIR
-from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.fitting.case import Case
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.labels import UNKNOWN
 from estimator.diagnosis.search.candidate import Candidate
+from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.search.pair_screening import Start, likeliest_pairs
 from estimator.diagnosis.search.screening import Trial, best_trials, trials_of
+from estimator.diagnosis.settings import DiagnosisSettings, SearchSettings
 from estimator.effects.catalogue import LABELS
 
-# Refits of 36 pairs on 9 cases raised it by 0.4 more than first order promises at the most, often by less.
-_PROMISED = 1.0
-# Something unknown beside the causes must raise the log evidence by this, and by this share of what they do: any form
-# that is nearly right leaves a little of a large gap.
-_LEAST_REMAINDER, _REMAINDER = 15.0, 0.05
-# Where something unknown beside a cause raises the log evidence by less than this, the cause leaves no more than noise.
-_LEAVES = 3.0
-# A second effect of a leader's own label that promises to raise it by this asks for a finer form of the leader.
-_FINER_FORM = 4.0
-# How many second causes are refitted beside each leader, how many pairs that were weighed together, and how many of
-# both: as many as two workers do in two turns.
-_PARTNERS, _PAIRS, _STARTS = 3, 2, 4
-# One that promises less than the best by more than this, and by this share of what that adds to one cause, is left out.
-_BEHIND, _BEHIND_SHARE = 10.0, 0.2
-# Two causes that promise less than the best single one by more than this share of what that explains begin in another
-# hollow of the misfit: beside glue that failed under way, six such pairs ended 20 000 in log evidence below. Of pairs
-# that were there none promised less by more than .05 of it, on 34 cases.
-_ANOTHER_HOLLOW = 0.2
-# A refit keeps at most so many times what first order promises: of eight pairs that were there, 1.4 times.
-_KEPT = 2.0
-# Beside two causes that are there the errors that rows share leave up to 350 in log density. Of second causes that were
-# not there one explained 1056 and left 2629, another 8300 and left 108 000, both beside glue that failed under way.
-_SHARED = 1000.0
 
-
-def least_gain(first: Candidate, labels: Collection[str], none: float) -> float:
+def least_gain(first: Candidate, labels: Collection[str], none: float, settings: DiagnosisSettings) -> float:
     """Return by how much two causes with these labels must raise the log evidence beyond a first one.
 
     That is what the prior of a second one and its choice among all labels cost, and the share of what the first one
@@ -55,25 +32,25 @@ def least_gain(first: Candidate, labels: Collection[str], none: float) -> float:
     explained = max(first.log_evidence - none, 0.0)
     inexact = max(effect.inexactness for effect in first.fit.hypothesis.effects)
     choice = float(np.log(len(LABELS)))
-    least = choice - LOG_PRIOR_OF_A_PAIR + inexact * explained
+    least = choice - math.log(settings.evidence.prior_of_a_pair) + inexact * explained
     if first.labels[0] not in labels:
         least += choice  # both of its causes are chosen anew
     if UNKNOWN in labels:
-        least = max(least, least_remainder(explained))
+        least = max(least, least_remainder(explained, settings.search))
     return least
 
 
-def least_of_two(alone: float, none: float) -> float:
+def least_of_two(alone: float, none: float, settings: SearchSettings) -> float:
     """Return the log evidence that two causes must promise where the best one alone has a log evidence."""
-    return alone - _ANOTHER_HOLLOW * max(alone - none, 0.0)
+    return alone - settings.another_hollow * max(alone - none, 0.0)
 
 
-def least_remainder(explained: float) -> float:
+def least_remainder(explained: float, settings: SearchSettings) -> float:
     """Return what must be gained by something unknown beside causes that explain so much, or by a cause beside it.
 
     What is recognised outside the catalogue has one of many forms, none of them its own, and leaves a little too.
     """
-    return max(_LEAST_REMAINDER, _REMAINDER * explained)
+    return max(settings.decisive, settings.remainder * explained)
 
 
 def beyond_noise(case: Case, candidate: Candidate) -> float:
@@ -81,27 +58,30 @@ def beyond_noise(case: Case, candidate: Candidate) -> float:
     return candidate.fit.chi2 - _values(candidate) * white_floor(case) ** 2
 
 
-def adequate(case: Case, candidate: Candidate, error: ModelError) -> bool:
+def adequate(context: Context, candidate: Candidate) -> bool:
     """Tell whether a candidate leaves no more than noise: something unknown beside it is no more probable than nothing.
 
     That is sharper than its sum of squares, of which the errors that rows share are a part as well: in right forms the
     log evidence differed by -2.4 to 0.5 on 15 cases, in others by 30 and more.
     """
-    return evidence_of_unknown(case, candidate.fit, error) - candidate.log_evidence < _LEAVES
+    unknown = evidence_of_unknown(context.case, candidate.fit, context.error)
+    return unknown - candidate.log_evidence < context.settings.search.strong
 
 
-def leaves_less(left: float, gain: float) -> bool:
+def leaves_less(left: float, gain: float, shared: float) -> bool:
     """Tell whether two causes leave less beyond noise than the second explains, but for errors that rows share.
 
-    Any two effects explain a part of what no effect alone does. Both are in log density.
+    Any two effects explain a part of what no effect alone does. All are in log density, ``shared`` what these errors
+    may leave.
     """
-    return left < gain + _SHARED
+    return left < gain + shared
 
 
 def _may_leave_less(case: Case, leader: Candidate, promised: float) -> bool:
     """Tell whether a second cause could explain more than it leaves, by what two promise to first order."""
-    gain = _KEPT * max(promised - leader.log_evidence, 0.0)
-    return leaves_less(0.5 * beyond_noise(case, leader) - gain, gain)
+    settings = case.settings.search
+    gain = settings.kept * max(promised - leader.log_evidence, 0.0)
+    return leaves_less(0.5 * beyond_noise(case, leader) - gain, gain, settings.shared)
 
 
 def _values(candidate: Candidate) -> int:
@@ -109,25 +89,28 @@ def _values(candidate: Candidate) -> int:
 
 
 def promising_seconds(
-    case: Case, leader: Candidate, trials: Sequence[Trial], error: ModelError, none: float
+    context: Context, leader: Candidate, trials: Sequence[Trial], none: float
 ) -> list[Start]:
     """Return the worthwhile second effects beside a leader, the most promising first.
 
     Every start of ``trials`` is weighed anew: where the leader's gap is large, a second cause seemed to lie elsewhere.
     """
     others = [trial.signature for trial in trials if trial.signature.effect.label not in leader.labels]
-    asked = least_gain(leader, leader.labels, none) - _PROMISED
-    tried = best_trials(trials_of(case, leader.fit, error, others, asked)).values()
-    alone = first_order_evidence(case, leader.fit, error)
+    settings = context.settings
+    asked = least_gain(leader, leader.labels, none, settings) - settings.search.mention
+    tried = best_trials(trials_of(context.beside(leader.fit), others, asked)).values()
+    alone = first_order_evidence(context.case, leader.fit, context.error)
     found = [
         Start(leader.log_evidence + further, trial.start)
         for trial, further in ((trial, trial.log_evidence - alone) for trial in tried)
-        if further > least_gain(leader, (*leader.labels, trial.signature.effect.label), none) - _PROMISED
+        if further
+        > least_gain(leader, (*leader.labels, trial.signature.effect.label), none, settings)
+        - settings.search.mention
     ]
     return sorted(found, key=lambda start: -start.log_evidence)
 
 
-def asks_for_a_finer_form(case: Case, leader: Candidate, trials: Sequence[Trial], error: ModelError) -> bool:
+def asks_for_a_finer_form(context: Context, leader: Candidate, trials: Sequence[Trial]) -> bool:
     """Tell whether a second effect of a leader's own label promises to explain what the leader leaves.
 
     A stress that relaxes at two rates, fitted with one, leaves what one more of another rate would take away: 30 in log
@@ -135,17 +118,14 @@ def asks_for_a_finer_form(case: Case, leader: Candidate, trials: Sequence[Trial]
     1 at the most on 23 cases, and 11 beside a gripper that slipped by much.
     """
     own = [trial.signature for trial in trials if trial.signature.effect.label in leader.labels]
-    promised = max((trial.log_evidence for trial in trials_of(case, leader.fit, error, own)), default=-np.inf)
-    return promised - first_order_evidence(case, leader.fit, error) > _FINER_FORM
+    beside = trials_of(context.beside(leader.fit), own)
+    promised = max((trial.log_evidence for trial in beside), default=-np.inf)
+    alone = first_order_evidence(context.case, leader.fit, context.error)
+    return promised - alone > context.settings.search.finer_form
 
 
 def starts_of_pairs(
-    case: Case,
-    baseline: Linearisation,
-    leaders: Sequence[Candidate],
-    trials: Sequence[Trial],
-    error: ModelError,
-    none: float,
+    context: Context, leaders: Sequence[Candidate], trials: Sequence[Trial], none: float
 ) -> list[Hypothesis]:
     """Return where refits with two causes should begin: a second one beside each leader, and pairs weighed together.
 
@@ -155,42 +135,46 @@ def starts_of_pairs(
 
     Parameters
     ----------
-    baseline : fitted
+    context : with the fitted baseline
     leaders : refitted hypotheses of one cause, one at least, the most probable first
     none : log evidence of the baseline
     """
+    settings = context.settings
+    search = settings.search
     beside = [
         [
             start
-            for start in promising_seconds(case, leader, trials, error, none)[:_PARTNERS]
+            for start in promising_seconds(context, leader, trials, none)[: search.partners]
             # One that would not reach far enough beyond the best single cause is no pair, whatever its leader leaves.
             if start.log_evidence - leaders[0].log_evidence
-            > least_gain(leaders[0], start.labels, none) - _PROMISED
+            > least_gain(leaders[0], start.labels, none, settings) - search.mention
         ]
         for leader in leaders
     ]
-    if not beside[0] and adequate(case, leaders[0], error):
+    if not beside[0] and adequate(context, leaders[0]):
         return []
-    one_by_one = _one_by_one(beside, leaders[0].log_evidence)
+    one_by_one = _one_by_one(beside, leaders[0].log_evidence, search)
     known = [start.labels for start in one_by_one]
     best_trial = max(trial.log_evidence for trial in trials)
-    likeliest = _first_of_labels(likeliest_pairs(case, baseline, error, trials))
-    likeliest = _not_far_behind(likeliest, best_trial)[:_PAIRS]
-    least = least_of_two(leaders[0].log_evidence, none)
+    likeliest = _first_of_labels(likeliest_pairs(context, trials))
+    likeliest = _not_far_behind(likeliest, best_trial, search)[: search.pairs_together]
+    least = least_of_two(leaders[0].log_evidence, none, search)
     together = [one for one in likeliest if one.labels not in known and one.log_evidence >= least]
-    begun = (*one_by_one[: _STARTS - len(together)], *together)
-    return [one.hypothesis for one in begun if _may_leave_less(case, leaders[0], one.log_evidence)]
+    begun = (*one_by_one[: search.starts_of_pairs - len(together)], *together)
+    return [one.hypothesis for one in begun if _may_leave_less(context.case, leaders[0], one.log_evidence)]
 
 
-def _one_by_one(beside: Sequence[Sequence[Start]], best_of_one: float) -> list[Start]:
+def _one_by_one(
+    beside: Sequence[Sequence[Start]], best_of_one: float, settings: SearchSettings
+) -> list[Start]:
     """Return the most promising second causes of all leaders, and the best one beside the first leader in any case.
 
     Beside a leader that falls far short, first order promises too much: by 140 more than a true second cause beside the
     first leader, where a refit then kept nothing of it.
     """
     surest = beside[0][:1]
-    likeliest = _not_far_behind([start for starts in beside for start in starts], best_of_one)
-    return [*surest, *(start for start in likeliest if start not in surest)][:_PARTNERS]
+    likeliest = _not_far_behind([start for starts in beside for start in starts], best_of_one, settings)
+    return [*surest, *(start for start in likeliest if start not in surest)][: settings.partners]
 
 
 def _first_of_labels(starts: Sequence[Start]) -> list[Start]:
@@ -200,11 +184,11 @@ def _first_of_labels(starts: Sequence[Start]) -> list[Start]:
     return list(found.values())
 
 
-def _not_far_behind(starts: Sequence[Start], best_of_one: float) -> list[Start]:
+def _not_far_behind(starts: Sequence[Start], best_of_one: float, settings: SearchSettings) -> list[Start]:
     """Return the starts that promise nearly as much as the best, that first."""
     ordered = sorted(starts, key=lambda start: -start.log_evidence)
     if not ordered:
         return []
     best = ordered[0].log_evidence
-    least = best - max(_BEHIND, _BEHIND_SHARE * (best - best_of_one))
+    least = best - max(settings.close, settings.behind * (best - best_of_one))
     return [start for start in ordered if start.log_evidence >= least]

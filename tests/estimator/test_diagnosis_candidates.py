@@ -1,9 +1,8 @@
 """How a hypothesis is weighed by its derivatives."""
 
-import typing
-
 import numpy as np
 import pytest
+from bare_contexts import bare_case, bare_context, no_error_in
 from numpy.typing import NDArray
 from retraction_cases import REFERENCE_BLOCK
 
@@ -15,13 +14,10 @@ from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.noise.whitening import Whitening
 from estimator.diagnosis.search.candidate import candidate_of
 from estimator.effects.catalogue import CATALOGUE
-from estimator.fem.problem import RetractionProblem
 
 NOTHING = np.zeros((400, 1))
-NO_ERROR = ModelError(
-    (Discrepancy((NOTHING, NOTHING), (np.zeros(1), np.zeros(1))),), ((0.0, 0.0),), (0.0, 0.0)
-)
-CASE = Case((REFERENCE_BLOCK,), typing.cast(RetractionProblem, None), (), (), ())
+NO_ERROR = no_error_in(Discrepancy((NOTHING, NOTHING), (np.zeros(1), np.zeros(1))))
+CASE = bare_case((REFERENCE_BLOCK,))
 
 
 def evidence_of_drift(misfit: float, by_time_constant: float) -> float:
@@ -53,11 +49,8 @@ def in_plain_noise(rows: int, channels: int) -> tuple[Case, ModelError]:
     """A case whose noise is white and of unit size, and of which no model misses anything."""
     seen, nothing = np.ones((rows, channels), dtype=bool), np.zeros((rows * channels, 1))
     plain = Whitening(seen, np.ones(channels), np.zeros(channels), nothing, np.zeros(1))
-    case = Case((REFERENCE_BLOCK,), typing.cast(RetractionProblem, None), (), (plain,), ())
-    error = ModelError(
-        (Discrepancy((nothing, nothing), (np.zeros(1), np.zeros(1))),), ((0.0, 0.0),), (0.0, 0.0)
-    )
-    return case, error
+    error = no_error_in(Discrepancy((nothing, nothing), (np.zeros(1), np.zeros(1))))
+    return bare_case((REFERENCE_BLOCK,), (plain,)), error
 
 
 def evidence_where_steps_are_refused(next_share: float) -> float:
@@ -72,7 +65,7 @@ def evidence_where_steps_are_refused(next_share: float) -> float:
     columns[:, -1] *= 1e3
     predicted = (np.zeros((rows, channels)),)
     fit = Linearisation(hypothesis, free, predicted, (residual,), (columns,), (), (), next_share=next_share)
-    return candidate_of(case, fit, error, fit).log_evidence
+    return candidate_of(bare_context(fit, case, error), fit).log_evidence
 
 
 def test_what_derivatives_promise_counts_as_far_as_a_step_may_still_fit_better() -> None:

@@ -1,21 +1,20 @@
 """What counts as a gap: an effect's size, its strength, and whether the model's own error could feign it."""
 
-import typing
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from bare_contexts import bare_case, bare_context, no_error_in
 from numpy.typing import NDArray
 from retraction_cases import REFERENCE_BLOCK
 
-from estimator.diagnosis.evidence.discrepancy import Discrepancy, ModelError
+from estimator.diagnosis.evidence.discrepancy import Discrepancy
 from estimator.diagnosis.evidence.lack_of_fit import rough_gap, rough_remainder
 from estimator.diagnosis.evidence.marginal_likelihood import first_order_evidence
 from estimator.diagnosis.evidence.posterior import probabilities
 from estimator.diagnosis.evidence.signatures import Signature
-from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.fitting.case import Linearisation
 from estimator.diagnosis.model.free_parameters import free_parameters
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.noise.whitening import Whitening
@@ -26,11 +25,12 @@ from estimator.diagnosis.search.pair_screening import Start
 from estimator.diagnosis.search.pair_search import Found
 from estimator.diagnosis.search.screening import Trial
 from estimator.diagnosis.search.second_cause import adequate, starts_of_pairs
+from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.effects.effect import Effect
-from estimator.fem.problem import RetractionProblem
 
 MATERIAL = Hypothesis(1e4, 0.45)
+SETTINGS = DiagnosisSettings()
 
 
 def tried(name: str, amplitude: str, size: float, gain: float) -> Comparison:
@@ -40,17 +40,7 @@ def tried(name: str, amplitude: str, size: float, gain: float) -> Comparison:
     values = {**constants, **{one.name: 0.0 for one in effect.amplitudes}, amplitude: size}
     trial = Trial(Signature(effect, {}, (), ()), gain, MATERIAL.with_effect(effect, values))
     # Without candidates nothing is asked of the measurements.
-    nothing = typing.cast(tuple[Case, Linearisation], (None, None))
-    return Comparison(
-        nothing[0],
-        0,
-        nothing[1],
-        ModelError((), ((0.1, 0.1),), (0.1, 0.1)),
-        (trial,),
-        (),
-        none=0.0,
-        unknown=-5.0,
-    )
+    return Comparison(bare_context(), 0, (trial,), (), none=0.0, unknown=-5.0)
 
 
 @pytest.mark.parametrize("gain", [10.0, 20.0])
@@ -76,21 +66,21 @@ def test_a_grasp_well_aside_keeps_all_of_it() -> None:
 
 def test_the_more_a_slight_effect_stands_out_the_more_of_its_evidence_it_keeps() -> None:
     gains = [1.0, 3.0, 4.0, 5.0]
-    fields = [tried("grasp_misplacement:gripper", "shift_x", 5e-5, gain) for gain in gains]
+    comparisons = [tried("grasp_misplacement:gripper", "shift_x", 5e-5, gain) for gain in gains]
     kept = [
-        weigh(comparison)["grasp_misplacement"] / gain for comparison, gain in zip(fields, gains, strict=True)
+        weigh(comparison)["grasp_misplacement"] / gain
+        for comparison, gain in zip(comparisons, gains, strict=True)
     ]
     assert kept[0] < kept[1] < kept[2] < kept[3] == 1.0
 
 
 @pytest.mark.parametrize("gain", [20.0, 400.0])
 def test_one_effect_without_a_label_is_about_as_likely_beforehand_as_one_with(gain: float) -> None:
-    fields = [tried(one.name, one.amplitudes[0].name, 1.0, -30.0) for one in OUTSIDERS]
-    fields += [tried("camera_scale:uniform", "scale_error", 2e-2, gain)]
-    fields += [tried("unknown:camera_creep", "velocity_x", 1e-4, gain)]
-    found = probabilities(
-        weigh(replace(fields[0], trials=tuple(trial for one in fields for trial in one.trials)))
-    )
+    comparisons = [tried(one.name, one.amplitudes[0].name, 1.0, -30.0) for one in OUTSIDERS]
+    comparisons += [tried("camera_scale:uniform", "scale_error", 2e-2, gain)]
+    comparisons += [tried("unknown:camera_creep", "velocity_x", 1e-4, gain)]
+    trials = tuple(trial for one in comparisons for trial in one.trials)
+    found = probabilities(weigh(replace(comparisons[0], trials=trials)), SETTINGS.evidence)
     assert found["unknown"] / found["camera_scale"] == pytest.approx(1.0, rel=0.6)
 
 
@@ -103,20 +93,21 @@ def test_an_effect_without_a_label_that_alone_explains_leads_as_unknown() -> Non
 def test_noise_leaves_no_rough_remainder_and_a_few_beads_that_stand_aside_do() -> None:
     rng = np.random.default_rng(5)
     noise = [rng.normal(size=4000), rng.normal(size=5000)]
-    assert rough_remainder(noise, 1.0) == 0.0
-    assert rough_remainder([1.02 * one for one in noise], 1.0) == 0.0
+    assert rough_remainder(noise, 1.0, SETTINGS.evidence) == 0.0
+    assert rough_remainder([1.02 * one for one in noise], 1.0, SETTINGS.evidence) == 0.0
     aside = [noise[0], np.where(np.arange(5000) % 48 == 7, noise[1] + 4.0, noise[1])]
     # Sixteen for each of the 104 values that stand aside.
-    assert rough_remainder(aside, 1.0) == pytest.approx(0.5 * 16 * 104, rel=0.2)
+    assert rough_remainder(aside, 1.0, SETTINGS.evidence) == pytest.approx(0.5 * 16 * 104, rel=0.2)
 
 
 def test_understated_noise_is_no_gap_and_one_experiment_that_stands_aside_is() -> None:
     rng = np.random.default_rng(6)
     noise = [rng.normal(size=3000) for _ in range(3)]
-    assert rough_gap([1.15 * one for one in noise], 1.0) == 0.0
+    assert rough_gap([1.15 * one for one in noise], 1.0, SETTINGS.evidence) == 0.0
     beads = np.arange(3000) % 48 < 12
     aside = [*noise[:2], np.where(beads, noise[2] + 1.8 * rng.normal(size=3000), noise[2])]
-    assert rough_gap(aside, 1.0) == rough_remainder(aside, 1.0) > 0.0
+    remainder = rough_remainder(aside, 1.0, SETTINGS.evidence)
+    assert rough_gap(aside, 1.0, SETTINGS.evidence) == remainder > 0.0
 
 
 VALUES = 1200
@@ -127,7 +118,7 @@ WHITE_NOISE = Whitening(
     np.zeros((VALUES, 0)),
     np.zeros(0),
 )
-WITH_WHITE_NOISE = Case((), typing.cast(RetractionProblem, None), (), (WHITE_NOISE,), ())
+WITH_WHITE_NOISE = bare_case(whitenings=(WHITE_NOISE,))
 
 
 def test_causes_that_leave_what_is_smooth_are_not_the_whole_story_however_little_it_is() -> None:
@@ -135,7 +126,7 @@ def test_causes_that_leave_what_is_smooth_are_not_the_whole_story_however_little
     noise = rng.normal(size=VALUES)
     smooth, by_modulus = np.split(np.linalg.qr(rng.normal(size=(VALUES, 12)))[0], [10], axis=1)
     process = Discrepancy((smooth, np.zeros((VALUES, 0))), (np.ones(10), np.zeros(0)))
-    error = ModelError((process,), ((0.0, 0.0),), (0.0, 0.0))
+    error = no_error_in(process)
     case = replace(WITH_WHITE_NOISE, experiments=(REFERENCE_BLOCK,))
     nothing_moves = np.zeros((VALUES // 12, 12))
 
@@ -143,7 +134,8 @@ def test_causes_that_leave_what_is_smooth_are_not_the_whole_story_however_little
         fit = Linearisation(
             MATERIAL, free_parameters(MATERIAL), (nothing_moves,), (residual,), (by_modulus,), (), ()
         )
-        return adequate(case, Candidate(fit, first_order_evidence(case, fit, error), np.zeros(2)), error)
+        candidate = Candidate(fit, first_order_evidence(case, fit, error), np.zeros(2))
+        return adequate(bare_context(fit, case, error), candidate)
 
     # The sum of squares cannot tell: within 3 of its deviations that of noise alone differs by 150.
     assert leaves_noise_alone(noise)
@@ -191,8 +183,7 @@ def verdict_of(
     """
     comparison = replace(
         tried("unknown:cut", "log_softness", 0.9, 643.0),
-        case=WITH_WHITE_NOISE,
-        baseline=refitted(MATERIAL, 0.0).fit,
+        context=bare_context(refitted(MATERIAL, 0.0).fit, WITH_WHITE_NOISE),
         trials=(),
         candidates=tuple(alone),
         unknown=unknown,
@@ -206,13 +197,12 @@ def verdict_of(
         lambda comparison, *rest: replace(comparison, candidates=(*mistaken, *comparison.candidates)),
     )
     monkeypatch.setattr(
-        "estimator.diagnosis.search.decision.adequate", lambda case, pair, error: not beyond_noise
+        "estimator.diagnosis.search.decision.adequate", lambda context, pair: not beyond_noise
     )
     monkeypatch.setattr("estimator.diagnosis.search.decision.beyond_noise", lambda case, pair: beyond_noise)
     monkeypatch.setattr("estimator.diagnosis.search.decision.evidence_of_unknown", lambda *of_fit: -np.inf)
     evidence = weigh(comparison)
-    with ThreadPoolExecutor(1) as executor:
-        return reach_verdict(comparison, evidence, executor, lambda stage, done, total: None), evidence
+    return reach_verdict(comparison, evidence), evidence
 
 
 def test_of_two_causes_the_more_probable_leads_though_another_has_more_evidence(
@@ -299,16 +289,14 @@ def begun_pairs(
     what the leaders leave.
     """
     for name, told in (
-        ("promising_seconds", lambda case, leader, *rest: list(beside[leader.labels[0]])),
+        ("promising_seconds", lambda context, leader, *rest: list(beside[leader.labels[0]])),
         ("likeliest_pairs", lambda *of_trials: list(together)),
         ("adequate", lambda *of_leader: leaves_noise_alone),
         ("beyond_noise", lambda *of_leader: beyond_noise),
     ):
         monkeypatch.setattr(f"estimator.diagnosis.search.second_cause.{name}", told)
     comparison = tried("unknown:cut", "log_softness", 0.9, 643.0)
-    return starts_of_pairs(
-        comparison.case, leaders[0].fit, leaders, comparison.trials, comparison.error, none=comparison.none
-    )
+    return starts_of_pairs(comparison.context, leaders, comparison.trials, none=comparison.none)
 
 
 def test_the_best_second_cause_beside_the_first_leader_is_refitted_whatever_a_leader_far_behind_promises(

@@ -1,26 +1,24 @@
 """Two causes at once: pairs of signatures weighed together find what neither alone, nor one after the other, shows."""
 
-import typing
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from bare_contexts import bare_context, no_error_in
 from numpy.typing import NDArray
 
 from estimator.diagnosis.evidence.discrepancy import Discrepancy, ModelError
 from estimator.diagnosis.evidence.signatures import Signature
-from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.fitting.case import Linearisation
 from estimator.diagnosis.model.free_parameters import free_parameters
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.search.pair_screening import likeliest_pairs
 from estimator.diagnosis.search.screening import Trial, trials_of
 from estimator.effects.catalogue import CATALOGUE
-from estimator.fem.problem import RetractionProblem
 
 MATERIAL = Hypothesis(15e3, 0.45)
-CASE = Case((), typing.cast(RetractionProblem, None), (), (), ())
 NOTHING = np.zeros((600, 1))
-ERROR = ModelError((Discrepancy((NOTHING, NOTHING), (np.zeros(1), np.zeros(1))),), ((0.0, 0.0),), (0.0, 0.0))
+ERROR = no_error_in(Discrepancy((NOTHING, NOTHING), (np.zeros(1), np.zeros(1))))
 DIRECTIONS = np.linalg.qr(np.random.default_rng(5).normal(size=(600, 6)))[0]
 # Deviations of noise by which an effect of the usual size would move the measurements.
 USUAL = 30.0
@@ -45,9 +43,11 @@ def test_two_causes_are_found_whose_place_a_third_one_takes() -> None:
     ]
     misfit = 20.0 * one + 12.0 * other
     base = Linearisation(MATERIAL, free_parameters(MATERIAL), (), (misfit,), (DIRECTIONS[:, :2],), (), ())
-    alone = sorted(trials_of(CASE, base, ERROR, signatures), key=lambda trial: -trial.log_evidence)
+    alone = sorted(
+        trials_of(bare_context(base, error=ERROR), signatures), key=lambda trial: -trial.log_evidence
+    )
     assert alone[0].signature.effect.label == "motion_scale"
-    pairs = likeliest_pairs(CASE, base, ERROR, [Trial(s, 0.0, MATERIAL) for s in signatures])
+    pairs = likeliest_pairs(bare_context(base, error=ERROR), [Trial(s, 0.0, MATERIAL) for s in signatures])
     # Any two of the three span what both do.
     assert pairs[0].labels < {"camera_scale", "gripper_compliance", "motion_scale"}
     assert all("second_invariant" not in pair.labels for pair in pairs[:3])
@@ -66,7 +66,7 @@ def test_two_forms_of_one_cause_are_no_pair() -> None:
     ]
     misfit = 20.0 * DIRECTIONS[:, 2] + 12.0 * DIRECTIONS[:, 3]
     base = Linearisation(MATERIAL, free_parameters(MATERIAL), (), (misfit,), (DIRECTIONS[:, :2],), (), ())
-    assert not likeliest_pairs(CASE, base, ERROR, [Trial(s, 0.0, MATERIAL) for s in signatures])
+    assert not likeliest_pairs(bare_context(base, error=ERROR), [Trial(s, 0.0, MATERIAL) for s in signatures])
 
 
 def test_what_falls_far_short_of_what_is_asked_is_weighed_with_one_floor_and_the_rest_with_all() -> None:
@@ -79,11 +79,12 @@ def test_what_falls_far_short_of_what_is_asked_is_weighed_with_one_floor_and_the
 
     def weighed(gain: float) -> list[float]:
         # Each by itself: beside a better one it would be far from the best.
-        return [trials_of(CASE, base, error, [one], gain)[0].log_evidence for one in (strong, weak)]
+        return [
+            trials_of(bare_context(base, error=error), [one], gain)[0].log_evidence for one in (strong, weak)
+        ]
 
     with_all, asked = weighed(-np.inf), weighed(20.0)
     assert asked[0] == with_all[0]
-    assert asked[1] == pytest.approx(
-        trials_of(CASE, base, replace(error, floors=(error.floor,)), [weak])[0].log_evidence
-    )
+    one_floor = bare_context(base, error=replace(error, floors=(error.floor,)))
+    assert asked[1] == pytest.approx(trials_of(one_floor, [weak])[0].log_evidence)
     assert asked[1] != pytest.approx(with_all[1], abs=0.5)

@@ -1,0 +1,167 @@
+"""A comparison and its verdict as a diagnosis: everything that is told, from one place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import softmax
+
+from estimator.diagnosis.conclusions.deformation import deformed_mesh
+from estimator.diagnosis.conclusions.design_of_experiments import advise
+from estimator.diagnosis.conclusions.findings import absent_finding, material_quantities, present_finding
+from estimator.diagnosis.conclusions.gap import gap_of, gaps_by_kind
+from estimator.diagnosis.conclusions.localisation import where_of
+from estimator.diagnosis.conclusions.model_averaging import (
+    over_answers,
+    with_cause_left_open,
+    with_form_left_open,
+)
+from estimator.diagnosis.conclusions.multiple_testing import Multiplicity, multiplicity_of, rivals_of
+from estimator.diagnosis.conclusions.open_questions import what_cannot_be_told
+from estimator.diagnosis.conclusions.single_causes import consider
+from estimator.diagnosis.evidence.cross_validation import held_out_in_full, held_out_residuals
+from estimator.diagnosis.evidence.noise_floor import noise_floor
+from estimator.diagnosis.evidence.posterior import credible_set, temper
+from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.model.labels import NONE, UNKNOWN
+from estimator.diagnosis.result import Consideration, Diagnosis, EffectFinding, Material, Trace
+from estimator.diagnosis.search.candidate import Candidate, parameter_deviations
+from estimator.diagnosis.search.comparison import Comparison
+from estimator.diagnosis.search.decision import Verdict
+from estimator.diagnosis.search.screening import best_trials
+from estimator.effects.catalogue import LABELS
+
+FloatArray = NDArray[np.float64]
+
+
+def conclude(
+    comparison: Comparison, evidence: Mapping[str, float], verdict: Verdict, of_winner: Case
+) -> Diagnosis:
+    """Tell of a comparison.
+
+    Parameters
+    ----------
+    evidence : log evidence of every answer
+    of_winner : the case in which the winner of the verdict was refitted
+    """
+    context, settings = comparison.context, comparison.context.settings
+    case, baseline, winner = context.case, context.baseline, verdict.winner
+    chosen = winner.fit if winner is not None else baseline
+    before = held_out_residuals(baseline, settings.evidence)
+    after = before if winner is None else held_out_in_full(of_winner, chosen, context.executor)
+    best = winner or next(iter(comparison.candidates), None)
+    floor = noise_floor(case, best.fit if best is not None else baseline, context.error)
+    rivals, seen = rivals_of(context, comparison.trials)
+    multiplicity = multiplicity_of(rivals, seen, settings.conclusions)
+    effects = _findings(comparison, verdict, after, floor, multiplicity)
+    credible = credible_set(verdict.probability, settings.evidence.credible)
+    considered = consider(context, comparison.trials_of_labels, comparison.candidates, floor)
+    without = _material(baseline, parameter_deviations(baseline, context.error, context.error.floor))
+    chosen_material = _chosen_material(verdict, without, considered, settings.conclusions.form_left_open)
+    return Diagnosis(
+        verdict=verdict.labels,
+        probabilities=verdict.probability,
+        credible_set=credible,
+        chance=multiplicity.chance,
+        effects=effects,
+        gap=gap_of(before, after, floor, settings.conclusions),
+        by_channel=gaps_by_kind(case, before, after, floor),
+        by_experiment={
+            experiment.name: gap_of([one], [two], floor, settings.conclusions)
+            for experiment, one, two in zip(case.experiments, before, after, strict=True)
+        },
+        where=where_of(case, baseline, verdict.probability, _leading(comparison, evidence), LABELS, winner),
+        before=without,
+        after=over_answers(
+            chosen_material, _of_others(considered, without, verdict.labels), verdict.probability
+        ),
+        cannot_tell=what_cannot_be_told(effects, credible, verdict.doubted),
+        next_experiment=advise(context, best_trials(comparison.trials_of_labels), verdict.probability),
+        outliers=comparison.outliers,
+        errors_left=case.errors_left,
+        traces=tuple(
+            Trace(experiment, one, two, whitening.deviation, deformed_mesh(case, baseline, number))
+            for number, (experiment, one, two, whitening) in enumerate(
+                zip(case.experiments, baseline.predicted, chosen.predicted, case.whitenings, strict=True)
+            )
+        ),
+        rivals=rivals,
+        considered=considered,
+        seconds=0.0,
+    )
+
+
+def _leading(comparison: Comparison, evidence: Mapping[str, float]) -> dict[str, float]:
+    """Return the probability of each label among the labels alone."""
+    power = temper(evidence, comparison.context.settings.evidence)
+    shares = softmax(power * np.array([evidence[label] for label in LABELS]))
+    return {label: float(share) for label, share in zip(LABELS, shares, strict=True)}
+
+
+def _material(fit: Linearisation, deviations: FloatArray) -> Material:
+    return Material(**material_quantities(fit.hypothesis, fit.free_parameters, deviations))
+
+
+def _chosen_material(
+    verdict: Verdict, without: Material, considered: Mapping[str, Consideration], form_left_open: float
+) -> Material:
+    """Return E and ν of the verdict, with what it leaves open."""
+    if verdict.winner is not None:
+        chosen = _material(verdict.winner.fit, verdict.winner.deviations)
+        return with_form_left_open(chosen, without, form_left_open)
+    if UNKNOWN in verdict.labels:
+        tried = [one.achieved.material for one in considered.values() if one.achieved is not None]
+        return with_cause_left_open(without, tried)
+    return without
+
+
+def _of_others(
+    considered: Mapping[str, Consideration], baseline: Material, named: Sequence[str]
+) -> dict[str, Material]:
+    """Return E and ν of every answer but the verdict's."""
+    of_causes = {label: (one.achieved or one.expected).material for label, one in considered.items()}
+    return {
+        label: found
+        for label, found in {**of_causes, NONE: baseline}.items()
+        if label not in (named or (NONE,))
+    }
+
+
+def _findings(
+    comparison: Comparison,
+    verdict: Verdict,
+    held_out: Sequence[FloatArray],
+    floor: float,
+    multiplicity: Multiplicity,
+) -> dict[str, EffectFinding]:
+    context, settings = comparison.context, comparison.context.settings
+    winner, probability = verdict.winner, verdict.probability
+    fit = winner.fit if winner is not None else context.baseline
+    found = {}
+    for label, trial in best_trials(comparison.trials).items():
+        if label == UNKNOWN and (winner is None or UNKNOWN not in winner.labels):
+            continue  # what has no label is told of where it was recognised
+        if winner is not None and label in winner.labels:
+            without = _without(comparison, winner, label)
+            alone = held_out_residuals(without, settings.evidence)
+            closure = gap_of(alone, held_out, floor, settings.conclusions).closure_held_out
+            found[label] = present_finding(
+                winner,
+                winner.labels.index(label),
+                probability[label],
+                without.chi2 - winner.fit.chi2,
+                closure if np.isfinite(closure) else None,
+                settings.conclusions,
+            )
+        else:
+            found[label] = absent_finding(trial, fit, probability[label], multiplicity, settings.conclusions)
+    return found
+
+
+def _without(comparison: Comparison, winner: Candidate, label: str) -> Linearisation:
+    """Return the fit with the other causes of the verdict alone, the baseline where there is none."""
+    others = tuple(other for other in winner.labels if other != label)
+    alone = (one.fit for one in comparison.candidates if one.labels == others)
+    return next(alone, comparison.context.baseline)

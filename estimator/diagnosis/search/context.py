@@ -1,0 +1,44 @@
+"""What every step of a comparison needs: the case, the hypothesis that others are held against, and who works."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+from estimator.diagnosis.evidence.discrepancy import ModelError
+from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.settings import DiagnosisSettings
+
+# Told what is being done, how much of it is done, and how much there is.
+Tell: TypeAlias = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Context:
+    """A case with a solved hypothesis, beside which others are weighed.
+
+    Attributes
+    ----------
+    case : Case
+    baseline : the solved hypothesis: the fitted baseline, unless another one is named
+    error : what any model misses
+    executor : the workers
+    tell : who is told of the progress
+    """
+
+    case: Case
+    baseline: Linearisation
+    error: ModelError
+    executor: Executor
+    tell: Tell
+
+    @property
+    def settings(self) -> DiagnosisSettings:
+        """Those of the case."""
+        return self.case.settings
+
+    def beside(self, fit: Linearisation) -> Context:
+        """Return the context with another solved hypothesis in the baseline's place."""
+        return replace(self, baseline=fit)
