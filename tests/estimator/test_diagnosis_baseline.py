@@ -14,10 +14,13 @@ from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import mechanics_of, solve_case
 from estimator.diagnosis.noise.errors_left import AT_MOST
 from estimator.diagnosis.search.baseline import Preparation, corrected_at, prepare
+from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import CATALOGUE
 from estimator.experiment import Experiment
 from estimator.fem.observation import observe
 from estimator.forward.meshing import FINE_GRADING, mesh_experiment
+
+SETTINGS = DiagnosisSettings()
 
 TRUE_RATIO, FARTHER = 0.42, 0.475
 # Beads on either side of the rim of the grasp, which is at x = 18 mm.
@@ -43,11 +46,11 @@ def size_of_beads(correction: NDArray[np.float64]) -> float:
 
 def test_far_from_the_baseline_the_discretisation_error_is_that_of_the_cause() -> None:
     with ThreadPoolExecutor(2) as executor:
-        preparation, _ = prepare([pulled(TRUE_RATIO)], executor)
+        preparation, _ = prepare([pulled(TRUE_RATIO)], SETTINGS, executor)
         here = preparation.corrected_at
         near = replace(here, poisson_ratio=here.poisson_ratio + 0.005)
         assert corrected_at(preparation, fitted(preparation, near), executor) is preparation
-        there, _ = prepare([pulled(FARTHER)], executor)
+        there, _ = prepare([pulled(FARTHER)], SETTINGS, executor)
         far = corrected_at(preparation, fitted(preparation, there.corrected_at), executor)
     found, before, expected = (one.case.corrections[0] for one in (far, preparation, there))
     assert size_of_beads(expected) > 1.2 * size_of_beads(before)
@@ -57,7 +60,7 @@ def test_far_from_the_baseline_the_discretisation_error_is_that_of_the_cause() -
 def test_an_anchor_that_hardly_gives_leaves_the_discretisation_error_of_one_that_does_not() -> None:
     springs = next(one for one in CATALOGUE if one.name == "anchor_compliance:isotropic")
     with ThreadPoolExecutor(2) as executor:
-        preparation, _ = prepare([pulled(TRUE_RATIO)], executor)
+        preparation, _ = prepare([pulled(TRUE_RATIO)], SETTINGS, executor)
         rigid = replace(preparation.corrected_at, poisson_ratio=FARTHER)
         giving = rigid.with_effect(springs, {"length": 1e-5})
         expected, found = (
@@ -70,12 +73,12 @@ def test_an_anchor_that_hardly_gives_leaves_the_discretisation_error_of_one_that
 
 def test_a_fit_goes_over_to_other_corrections_as_if_it_had_been_made_with_them() -> None:
     with ThreadPoolExecutor(2) as executor:
-        preparation, _ = prepare([pulled(TRUE_RATIO)], executor)
+        preparation, _ = prepare([pulled(TRUE_RATIO)], SETTINGS, executor)
         hypothesis = replace(preparation.corrected_at, poisson_ratio=FARTHER)
         far = corrected_at(preparation, fitted(preparation, hypothesis), executor)
     before, after = preparation.cases(AT_MOST), far.cases(AT_MOST)
     moved = in_another_case(linearise(before, hypothesis), before, after)
-    solutions = solve_case(after.problem, after.experiments, hypothesis, after.loads)
+    solutions = solve_case(after, hypothesis)
     anew = linearisation_of(after, hypothesis, [mechanics_of(one) for one in solutions])
     np.testing.assert_allclose(moved.residual[0], anew.residual[0], atol=1e-6)
     np.testing.assert_allclose(moved.jacobian[0], anew.jacobian[0], rtol=1e-2, atol=1e-2)
@@ -94,7 +97,7 @@ def test_a_bead_that_a_cause_puts_elsewhere_beside_the_rim_of_the_grasp_is_corre
 ) -> None:
     effect = next(one for one in CATALOGUE if one.name == form)
     with ThreadPoolExecutor(2) as executor:
-        preparation, _ = prepare([pulled(TRUE_RATIO, RIM_BEADS)], executor)
+        preparation, _ = prepare([pulled(TRUE_RATIO, RIM_BEADS)], SETTINGS, executor)
         hypothesis = preparation.corrected_at.with_effect(effect, values)
         fit = fitted(preparation, hypothesis)
         corrected = corrected_at(preparation, fit, executor)
@@ -104,7 +107,7 @@ def test_a_bead_that_a_cause_puts_elsewhere_beside_the_rim_of_the_grasp_is_corre
         problem=mesh_experiment(case.experiments[0], FINE_GRADING),
         corrections=(np.zeros_like(case.corrections[0]),),
     )
-    solutions = solve_case(fine.problem, fine.experiments, hypothesis, fine.loads)
+    solutions = solve_case(fine, hypothesis)
     (expected,) = predictions(fine, [mechanics_of(one) for one in solutions], hypothesis)
     left, missed = (
         size_of_beads(predictions(one.case, fit.mechanics, hypothesis)[0] - expected)

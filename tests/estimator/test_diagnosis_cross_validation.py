@@ -17,17 +17,21 @@ from estimator.diagnosis.fitting.case import Case, Linearisation, linearise, res
 from estimator.diagnosis.model.free_parameters import free_parameters
 from estimator.diagnosis.model.grip_load import GripLoad
 from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.model.setup import Setup
 from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.noise.correlated_errors import correlated_errors_of, left_at_grasp
 from estimator.diagnosis.noise.estimation import Noise
 from estimator.diagnosis.noise.whitening import Whitening
 from estimator.diagnosis.result import Gap
 from estimator.diagnosis.sensitivity.readings import channels, predicted_readings
+from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.torque_centre import TorqueCentre
 from estimator.fem.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
 from estimator.workers import worker_pool
+
+SETTINGS = DiagnosisSettings()
 
 MATERIAL = Hypothesis(1e4, 0.45)
 
@@ -42,15 +46,17 @@ def fitted(*sizes: float) -> Linearisation:
 
 
 def test_what_a_cause_makes_worse_there_is_lost_by_half_its_square() -> None:
-    assert lost_on_held_out(fitted(3.0, 5.0), fitted(3.0, 4.0)) == pytest.approx((25.0 - 16.0) / 2.0)
+    assert lost_on_held_out(fitted(3.0, 5.0), fitted(3.0, 4.0), SETTINGS.evidence) == pytest.approx(
+        (25.0 - 16.0) / 2.0
+    )
 
 
 def test_what_it_makes_better_costs_nothing() -> None:
-    assert lost_on_held_out(fitted(3.0, 2.0), fitted(3.0, 4.0)) == 0.0
+    assert lost_on_held_out(fitted(3.0, 2.0), fitted(3.0, 4.0), SETTINGS.evidence) == 0.0
 
 
 def test_one_experiment_alone_does_not_speak_against_a_cause() -> None:
-    assert lost_on_held_out(fitted(5.0), fitted(4.0)) == 0.0
+    assert lost_on_held_out(fitted(5.0), fitted(4.0), SETTINGS.evidence) == 0.0
 
 
 def test_a_parameter_that_only_one_experiment_sees_is_not_held_against_it() -> None:
@@ -68,11 +74,14 @@ def test_a_parameter_that_only_one_experiment_sees_is_not_held_against_it() -> N
         MATERIAL, free[:2], (), (noise[0] + offset, noise[1]), tuple(b[:, :2] for b in sees), (), ()
     )
     found = Linearisation(hypothesis, free, (), tuple(noise), tuple(sees), (), ())
-    assert lost_on_held_out(found, baseline) == 0.0
+    assert lost_on_held_out(found, baseline, SETTINGS.evidence) == 0.0
     elsewhere = Linearisation(
         hypothesis, free, (), (noise[0], noise[1] + 20 * sees[0][:, 0]), tuple(sees), (), ()
     )
-    assert lost_on_held_out(elsewhere, replace(baseline, residual=(noise[0], noise[1]))) > 100.0
+    assert (
+        lost_on_held_out(elsewhere, replace(baseline, residual=(noise[0], noise[1])), SETTINGS.evidence)
+        > 100.0
+    )
 
 
 def stiffer_than_measured() -> tuple[Case, Linearisation]:
@@ -82,7 +91,7 @@ def stiffer_than_measured() -> tuple[Case, Linearisation]:
     problem = mesh_experiment(planned[0], grading)
     zeros = tuple(np.zeros((len(one.time), 6 + 3 * len(one.fiducials_rest))) for one in planned)
     loads = tuple(GripLoad(one.wrench, one.wrench / 1e4) for one in planned)
-    plain = [mechanics_of(solution) for solution in solve_case(problem, planned, MATERIAL, loads)]
+    plain = [mechanics_of(solution) for solution in solve_case(Setup(planned, problem, loads), MATERIAL)]
     seen = [
         replace(
             one,
@@ -92,9 +101,10 @@ def stiffer_than_measured() -> tuple[Case, Linearisation]:
         for one, m in zip(planned, plain, strict=True)
     ]
     whitenings = tuple(
-        correlated_errors_of(m, zero, Noise()).whitening() for m, zero in zip(plain, zeros, strict=True)
+        correlated_errors_of(m, zero, Noise(), SETTINGS.noise).whitening()
+        for m, zero in zip(plain, zeros, strict=True)
     )
-    case = Case(tuple(seen), problem, zeros, whitenings, loads)
+    case = Case(tuple(seen), problem, loads, zeros, whitenings)
     gent = next(one for one in CATALOGUE if one.name == "strain_stiffening:gent")
     return case, linearise(case, MATERIAL.with_effect(gent, {"inverse_limit": 0.3}))
 
@@ -104,12 +114,12 @@ def test_what_meshes_make_of_the_edges_of_the_grasp_is_forgiven_and_nothing_else
     problem = mesh_experiment(
         motion, Grading(grasp_m=6e-3, anchor_m=10e-3, largest_m=30e-3, growth=3.0, layers=1)
     )
-    solution = solve_case(problem, [motion], MATERIAL, (GripLoad.none(len(motion.time)),))[0]
+    solution = solve_case(Setup([motion], problem, (GripLoad.none(len(motion.time)),)), MATERIAL)[0]
     zero = np.zeros((len(motion.time), 6 + 3 * len(motion.fiducials_rest)))
     forgiven, other = 1e-4 * np.random.default_rng(6).normal(size=(2, *zero.shape))
     mechanics = mechanics_of(solution)
-    strict = correlated_errors_of(mechanics, zero, Noise()).whitening()
-    lenient = correlated_errors_of(mechanics, zero, Noise(), forgiven[:, :, None]).whitening()
+    strict = correlated_errors_of(mechanics, zero, Noise(), SETTINGS.noise).whitening()
+    lenient = correlated_errors_of(mechanics, zero, Noise(), SETTINGS.noise, forgiven[:, :, None]).whitening()
 
     def size(whitening: Whitening, misfit: NDArray[np.float64]) -> float:
         return float(np.linalg.norm(whitening.apply(misfit[:, :, None])))
@@ -127,10 +137,12 @@ def test_meshes_shift_and_turn_the_edges_of_the_grasp() -> None:
     )
 
     def solved(hypothesis: Hypothesis) -> Mechanics:
-        return mechanics_of(solve_case(problem, [motion], hypothesis, (GripLoad.none(len(motion.time)),))[0])
+        return mechanics_of(
+            solve_case(Setup([motion], problem, (GripLoad.none(len(motion.time)),)), hypothesis)[0]
+        )
 
     zero = np.zeros((len(motion.time), 6 + 3 * len(motion.fiducials_rest)))
-    (left,) = left_at_grasp([solved(MATERIAL)], MATERIAL, [zero])
+    (left,) = left_at_grasp([solved(MATERIAL)], MATERIAL, [zero], SETTINGS.noise)
     # At a Poisson ratio of 0.45 an edge seems to lie aside by 20 um, and 5 mm from the middle by as much when turned.
     jaws, turned = (
         next(one for one in CATALOGUE if one.name == f"grasp_misplacement:{form}")
@@ -153,7 +165,9 @@ def test_what_the_others_would_move_by_much_is_solved_in_full() -> None:
     with worker_pool(1) as executor:
         in_full = held_out_in_full(case, fit, executor)
     # The other retraction brings plain tissue back, which leaves of the misfit what a derivative does not foretell.
-    for full, extrapolated, before in zip(in_full, held_out_residuals(fit), fit.residual, strict=True):
+    for full, extrapolated, before in zip(
+        in_full, held_out_residuals(fit, SETTINGS.evidence), fit.residual, strict=True
+    ):
         assert np.linalg.norm(full) < 0.5 * np.linalg.norm(extrapolated) < 0.5 * np.linalg.norm(before)
 
 
@@ -187,7 +201,7 @@ def only_the_second_sees() -> Linearisation:
 
 def test_of_what_befell_one_experiment_alone_its_own_other_rows_tell() -> None:
     fit = only_the_second_sees()
-    for left_out, residual in zip(held_out_residuals(fit), fit.residual, strict=True):
+    for left_out, residual in zip(held_out_residuals(fit, SETTINGS.evidence), fit.residual, strict=True):
         assert len(left_out) == len(residual)
         # Noise that is not explained by what was fitted to it.
         assert 0.9 < np.sqrt(np.mean(left_out**2)) < 1.15
@@ -199,7 +213,7 @@ def test_the_uncertainty_of_a_closure_is_how_it_scatters_from_one_noise_to_the_n
     def gap() -> Gap:
         lasting = np.repeat(rng.normal(size=(3, 10)), 60, axis=1)
         noise = rng.normal(size=(3, 600))
-        return gap_of(list(noise + lasting), list(noise + 0.3 * lasting), 1.0)
+        return gap_of(list(noise + lasting), list(noise + 0.3 * lasting), 1.0, SETTINGS.conclusions)
 
     found = [gap() for _ in range(200)]
     scatter = np.std([one.closure_held_out for one in found])
@@ -208,11 +222,11 @@ def test_the_uncertainty_of_a_closure_is_how_it_scatters_from_one_noise_to_the_n
 
 def test_a_gap_within_the_noise_has_no_closure_and_none_that_is_sure() -> None:
     noise = [np.random.default_rng(6).normal(size=600)]
-    found = gap_of(noise, noise, 1.0)
+    found = gap_of(noise, noise, 1.0, SETTINGS.conclusions)
     assert np.isnan(found.closure_held_out)
     assert np.isnan(found.closure_std)
 
 
 def test_channels_that_nobody_measured_have_no_gap() -> None:
-    found = gap_of([np.zeros(0)], [np.zeros(0)], 1.0)
+    found = gap_of([np.zeros(0)], [np.zeros(0)], 1.0, SETTINGS.conclusions)
     assert np.isnan([found.before, found.after, found.closure_held_out]).all()

@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 from retraction_cases import REFERENCE_BLOCK, straight_pull, turning_pull, with_rows
 from scipy.spatial.transform import Rotation
 
-from estimator.diagnosis import solution
 from estimator.diagnosis.model.free_parameters import free_parameters
 from estimator.diagnosis.model.grip_load import GripLoad
 from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.model.setup import Setup
 from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.sensitivity.perturbation import Perturbation
 from estimator.diagnosis.sensitivity.readings import channels, derivatives, predicted_readings
+from estimator.diagnosis.settings import DiagnosisSettings, SolverSettings
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.effects.effect import Effect
 from estimator.experiment import Experiment
@@ -57,7 +58,7 @@ def _planned() -> list[Experiment]:
 
 def _seen(planned: Experiment) -> Experiment:
     problem = mesh_experiment(planned, TINY)
-    one = mechanics_of(solve_case(problem, [planned], BASE, [GripLoad.none(len(planned.time))])[0])
+    one = mechanics_of(solve_case(Setup([planned], problem, [GripLoad.none(len(planned.time))]), BASE)[0])
     rows = one.solution.load_steps.of_row
     return replace(planned, wrench=one.wrench[rows], fiducials=one.fiducials[rows])
 
@@ -70,11 +71,9 @@ ZEROS = [np.zeros((len(e.time), 6 + 48)) for e in EXPERIMENTS]
 
 def solved(hypothesis: Hypothesis) -> list[Mechanics]:
     """With the tangents of the equilibria themselves: a diagnosis makes do with those from shortly before them."""
-    with pytest.MonkeyPatch.context() as patch:
-        exact = replace(solution._FROM_REST, tangent_reuse=0.0)
-        patch.setattr(solution, "_FROM_REST", exact)
-        solutions = solve_case(PROBLEM, EXPERIMENTS, hypothesis, LOADS)
-    return [mechanics_of(one) for one in solutions]
+    exact = DiagnosisSettings(solver=SolverSettings(tangent_reuse=0.0))
+    setup = Setup(EXPERIMENTS, PROBLEM, LOADS, settings=exact)
+    return [mechanics_of(one) for one in solve_case(setup, hypothesis)]
 
 
 def read(mechanics: Sequence[Mechanics], hypothesis: Hypothesis) -> FloatArray:
@@ -158,7 +157,7 @@ def test_next_to_nothing_of_an_effect_changes_next_to_nothing_wherever_the_first
     free = next(c for c in free_parameters(null) if c.effect == 0 and c.has_null)
     little = free.put(null, 1e-4 * (free.scale or 0.0))
     without, with_it = (
-        read([mechanics_of(solve_case(PROBLEM, experiments, one, LOADS[:1])[0])], one)
+        read([mechanics_of(solve_case(Setup(experiments, PROBLEM, LOADS[:1]), one)[0])], one)
         for one in (null, little)
     )
     assert np.abs(with_it - without).max() < 0.05
@@ -284,18 +283,18 @@ def test_a_bead_that_such_cameras_see_below_the_surface_of_gripped_tissue_stays_
 
 
 def test_a_pose_to_which_tissue_without_memory_returns_is_solved_once() -> None:
-    elastic = solve_case(PROBLEM, EXPERIMENTS, BASE, LOADS)[0]
+    elastic = solve_case(Setup(EXPERIMENTS, PROBLEM, LOADS), BASE)[0]
     assert elastic.states[1] is elastic.states[-2]
     effect = next(one for one in CATALOGUE if one.name == "viscoelasticity:one_term")
     relaxing = BASE.with_effect(effect, {"relaxation_time_1": 10.0, "relaxing_share_1": 0.3})
-    remembering = solve_case(PROBLEM, EXPERIMENTS, relaxing, LOADS)[0]
+    remembering = solve_case(Setup(EXPERIMENTS, PROBLEM, LOADS), relaxing)[0]
     assert np.abs(remembering.states[1].forces - remembering.states[-2].forces).max() > 1e-4
 
 
 def test_a_solution_that_starts_from_a_neighbours_fields_is_the_one_found_from_rest() -> None:
     effect = next(one for one in CATALOGUE if one.name == "viscoelasticity:one_term")
     relaxing = BASE.with_effect(effect, {"relaxation_time_1": 10.0, "relaxing_share_1": 0.1})
-    known = [one.known_fields() for one in solve_case(PROBLEM, EXPERIMENTS, relaxing, LOADS)]
+    known = [one.known_fields() for one in solve_case(Setup(EXPERIMENTS, PROBLEM, LOADS), relaxing)]
     more = BASE.with_effect(effect, {"relaxation_time_1": 10.0, "relaxing_share_1": 0.2})
-    near = [mechanics_of(one) for one in solve_case(PROBLEM, EXPERIMENTS, more, LOADS, known)]
+    near = [mechanics_of(one) for one in solve_case(Setup(EXPERIMENTS, PROBLEM, LOADS), more, known)]
     assert np.abs(read(near, more) - read(solved(more), more)).max() < 0.01

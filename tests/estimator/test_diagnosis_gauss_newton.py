@@ -1,9 +1,8 @@
 """How far a refit goes."""
 
-import typing
-
 import numpy as np
 import pytest
+from bare_contexts import bare_case
 
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.fitting.gauss_newton import refit
@@ -11,7 +10,7 @@ from estimator.diagnosis.model.free_parameters import free_parameters
 from estimator.diagnosis.model.hypothesis import Hypothesis
 
 START = Hypothesis(15e3, 0.45)
-NO_CASE = typing.cast(Case, None)
+NO_CASE = bare_case()
 
 
 class Problem:

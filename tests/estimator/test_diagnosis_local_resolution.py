@@ -3,21 +3,22 @@
 from collections.abc import Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
-from typing import TypeAlias
 
 import numpy as np
 import pytest
+from bare_contexts import bare_context
 from retraction_cases import REFERENCE_BLOCK, follow, from_rest, recorded, straight_pull
 
-from estimator.diagnosis.evidence.discrepancy import ModelError
 from estimator.diagnosis.evidence.marginal_likelihood import error_borne_out
-from estimator.diagnosis.fitting.case import Case, Linearisation, linearise
+from estimator.diagnosis.fitting.case import linearise
 from estimator.diagnosis.fitting.gauss_newton import refit
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.noise.errors_left import AT_MOST
 from estimator.diagnosis.search.baseline import prepare
 from estimator.diagnosis.search.candidate import Candidate, candidate_of
+from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.search.local_resolution import resolved
+from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect
 from estimator.experiment import Experiment, SensorNoise
@@ -25,11 +26,12 @@ from estimator.fem.block_mesh import Grading
 from estimator.fem.observation import observe
 from estimator.forward.meshing import mesh_experiment
 
+SETTINGS = DiagnosisSettings()
+
 QUIET = replace(
     REFERENCE_BLOCK,
     sensor=SensorNoise(force_std=4e-3, torque_std=1e-4, fiducial_std=1e-5, position_std=6e-6),
 )
-Fitted: TypeAlias = tuple[Case, Linearisation, ModelError]
 PLAIN = Hypothesis(20e3, 0.42)
 REGION = {"centre_x": -0.012, "centre_y": 0.008, "radius": 0.011, "log_stiffness_ratio": -0.9}
 
@@ -63,34 +65,34 @@ def workers() -> Iterator[Executor]:
 
 
 @pytest.fixture(scope="module")
-def fitted(workers: Executor) -> Fitted:
-    preparation, baseline = prepare([pulled()], workers)
+def context(workers: Executor) -> Context:
+    preparation, baseline = prepare([pulled()], SETTINGS, workers)
     case = preparation.cases(AT_MOST)
-    return case, baseline, error_borne_out(case, baseline)
+    return replace(bare_context(baseline, case, error_borne_out(case, baseline)), executor=workers)
 
 
-def test_a_region_is_as_large_and_as_strong_as_it_is_said_to_be(fitted: Fitted, workers: Executor) -> None:
-    case, baseline, error = fitted
+def test_a_region_is_as_large_and_as_strong_as_it_is_said_to_be(context: Context) -> None:
+    case, baseline = context.case, context.baseline
     start = baseline.hypothesis.with_effect(effect("inhomogeneity:cylinder"), REGION)
-    found = candidate_of(case, baseline, error, refit(case, start, baseline, evaluations=8))
-    finer, followed = resolved(case, baseline, error, found, workers)
+    found = candidate_of(context, refit(case, start, baseline, evaluations=8))
+    finer, followed = resolved(context, found)
     assert len(finer.problem.body.mesh.cells) > 2 * len(case.problem.body.mesh.cells)
     assert max(map(abs, pulls(found).values())) > 4.0
     assert max(map(abs, pulls(followed).values())) < 2.0
     assert max(followed.deviations[2:] / found.deviations[2:]) < 4.0
 
 
-def test_both_meshes_leave_the_same_of_the_baseline(fitted: Fitted, workers: Executor) -> None:
-    case, baseline, error = fitted
+def test_both_meshes_leave_the_same_of_the_baseline(context: Context) -> None:
+    case, baseline = context.case, context.baseline
     there = baseline.hypothesis.with_effect(effect("inhomogeneity:cylinder"), REGION)
-    winner = candidate_of(case, baseline, error, linearise(case, there, baseline))
-    finer, _ = resolved(case, baseline, error, winner, workers)
+    winner = candidate_of(context, linearise(case, there, baseline))
+    finer, _ = resolved(context, winner)
     again = linearise(finer, baseline.hypothesis)
     np.testing.assert_allclose(again.residual[0], baseline.residual[0], atol=1e-3)
 
 
-def test_what_does_not_end_within_elements_stays_as_it_is(fitted: Fitted, workers: Executor) -> None:
-    case, baseline, error = fitted
+def test_what_does_not_end_within_elements_stays_as_it_is(context: Context) -> None:
+    case, baseline = context.case, context.baseline
     yielding = baseline.hypothesis.with_effect(effect("gripper_compliance:translation"), {"compliance": 1e-5})
-    winner = candidate_of(case, baseline, error, linearise(case, yielding, baseline))
-    assert resolved(case, baseline, error, winner, workers) == (case, winner)
+    winner = candidate_of(context, linearise(case, yielding, baseline))
+    assert resolved(context, winner) == (case, winner)

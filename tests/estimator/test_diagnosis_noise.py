@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 from retraction_cases import SMALL_BLOCK
 
 from estimator.diagnosis.noise.estimation import noise_of, with_offsets_of
+from estimator.diagnosis.settings import DiagnosisSettings
+
+SETTINGS = DiagnosisSettings()
 
 FloatArray = NDArray[np.float64]
 
@@ -29,7 +32,7 @@ def test_correlation_and_rest_positions_are_found_behind_a_smooth_misfit(correla
     for _ in range(3):
         smooth = np.linspace(0.0, 5.0, rows)[:, None] * rng.normal(size=54)
         misfits.append(smooth + correlated_noise(rng, rows, 54, correlation) + np.append(np.zeros(6), rest))
-    noise = noise_of([experiment] * 3, misfits)
+    noise = noise_of([experiment] * 3, misfits, SETTINGS.noise)
     assert noise.wrench_correlation == pytest.approx(correlation, abs=0.1)
     assert noise.fiducial_correlation == pytest.approx(correlation, abs=0.05)
     # the smooth misfit's own roughness over the beads adds to it
@@ -45,9 +48,9 @@ def test_how_well_the_wrench_is_zeroed_shows_in_how_experiments_differ_not_in_wh
     for _ in range(8):
         wrench = rng.normal(size=(100, 6)) + bias + zero * rng.normal(size=6)
         misfits.append(np.column_stack([wrench, np.full((100, 3), np.nan)]))
-    found = noise_of([experiment] * len(misfits), misfits).zero_deviation
+    found = noise_of([experiment] * len(misfits), misfits, SETTINGS.noise).zero_deviation
     assert found == pytest.approx(max(zero, 0.05), rel=0.35)
-    assert noise_of([experiment], misfits[:1]).zero_deviation == 1.0
+    assert noise_of([experiment], misfits[:1], SETTINGS.noise).zero_deviation == 1.0
 
 
 def test_a_better_fit_tells_the_zeros_anew_and_leaves_the_correlation() -> None:
@@ -57,8 +60,8 @@ def test_a_better_fit_tells_the_zeros_anew_and_leaves_the_correlation() -> None:
     exact = [np.column_stack([correlated_noise(rng, 100, 6, 0.5), unseen]) for _ in range(8)]
     # A model that misses E has experiments of different loads differ.
     roughly = [misfit + 0.3 * rng.normal(size=9) for misfit in exact]
-    before = noise_of([experiment] * 8, roughly)
-    after = with_offsets_of(before, [experiment] * 8, exact)
+    before = noise_of([experiment] * 8, roughly, SETTINGS.noise)
+    after = with_offsets_of(before, [experiment] * 8, exact, SETTINGS.noise)
     assert after.wrench_correlation == before.wrench_correlation > 0.3
     assert before.zero_deviation > 0.2
     assert after.zero_deviation < 0.1

@@ -63,7 +63,7 @@ def shared_errors() -> CorrelatedErrors:
 @cache
 def case_leaving(left: ErrorsLeft) -> Case:
     problem = typing.cast(RetractionProblem, None)
-    return Case((EXPERIMENT,), problem, (), (shared_errors().whitening(left),), (), left)
+    return Case((EXPERIMENT,), problem, (), (), (shared_errors().whitening(left),), errors_left=left)
 
 
 def fit_in(case: Case, left: ErrorsLeft) -> Linearisation:

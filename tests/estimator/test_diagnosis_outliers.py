@@ -7,7 +7,10 @@ from numpy.typing import NDArray
 from retraction_cases import SMALL_BLOCK
 
 from estimator.diagnosis.noise.outliers import number_left_out, without_outliers
+from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.experiment import Experiment
+
+SETTINGS = DiagnosisSettings()
 
 FloatArray = NDArray[np.float64]
 ROWS, BEADS = 60, 16
@@ -29,7 +32,7 @@ def noise(seed: int) -> FloatArray:
 def left_out(misfit: FloatArray) -> list[tuple[int, int]]:
     """Rows and beads that are left out."""
     experiment = measured(misfit)
-    (kept,) = without_outliers([experiment], [misfit])
+    (kept,) = without_outliers([experiment], [misfit], SETTINGS.noise)
     wild = np.isnan(kept.fiducials).all(axis=2)
     assert number_left_out([experiment], [kept]) == wild.sum()
     return [(int(row), int(bead)) for row, bead in np.argwhere(wild)]

@@ -12,9 +12,11 @@ from estimator.diagnosis.fitting.case import Case, linearise
 from estimator.diagnosis.fitting.parallel import solved_by
 from estimator.diagnosis.model.grip_load import GripLoad
 from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.model.setup import Setup
 from estimator.diagnosis.model.solution import mechanics_of, solve_case
 from estimator.diagnosis.noise.correlated_errors import correlated_errors_of
 from estimator.diagnosis.noise.estimation import Noise
+from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect, Values
@@ -23,6 +25,8 @@ from estimator.effects.torque_centre import TorqueCentre
 from estimator.errors import SolverError
 from estimator.fem.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
+
+SETTINGS = DiagnosisSettings()
 
 COARSE = Grading(grasp_m=6e-3, anchor_m=10e-3, largest_m=30e-3, growth=3.0, layers=1)
 MATERIAL = Hypothesis(1e4, 0.45)
@@ -43,10 +47,13 @@ def two_experiments() -> Case:
     experiments = tuple(there_and_back(order=order).experiment for order in (1, 2))
     problem = mesh_experiment(experiments[0], COARSE)
     loads = tuple(GripLoad.none(len(one.time)) for one in experiments)
-    mechanics = [mechanics_of(one) for one in solve_case(problem, experiments, MATERIAL, loads)]
+    mechanics = [mechanics_of(one) for one in solve_case(Setup(experiments, problem, loads), MATERIAL)]
     zeros = tuple(np.zeros((len(one.time), 6 + 3 * len(one.fiducials_rest))) for one in experiments)
-    shared = [correlated_errors_of(one, zero, Noise()) for one, zero in zip(mechanics, zeros, strict=True)]
-    return Case(experiments, problem, zeros, tuple(one.whitening() for one in shared), loads)
+    shared = [
+        correlated_errors_of(one, zero, Noise(), SETTINGS.noise)
+        for one, zero in zip(mechanics, zeros, strict=True)
+    ]
+    return Case(experiments, problem, loads, zeros, tuple(one.whitening() for one in shared))
 
 
 def solved(effect: Effect, values: Values, material: Hypothesis = MATERIAL) -> int:

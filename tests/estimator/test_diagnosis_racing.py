@@ -12,12 +12,14 @@ from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.search.candidate import Candidate
 from estimator.diagnosis.search.racing import Round, finalists, may_win, worth_a_second_point
 from estimator.diagnosis.search.refinements import at_the_place_of, past_kinks
+from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect
 from estimator.fem.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
 
 MATERIAL = Hypothesis(15e3, 0.45)
+SETTINGS = DiagnosisSettings().search
 OF_FOUR_LABELS = ("camera_rotation", "motion_direction", "torque_centre", "camera_scale")
 
 
@@ -31,7 +33,7 @@ def candidate(name: str, evidence: float, **values: float) -> Candidate:
 
 def reached(*evidence: float, bar: float = 0.0, within: float = 0.15) -> list[float]:
     field = [candidate(name, value) for name, value in zip(OF_FOUR_LABELS, evidence, strict=False)]
-    return [one.log_evidence for one in finalists(field, bar, Round(2, within, 2))]
+    return [one.log_evidence for one in finalists(field, bar, SETTINGS, Round(2, within, 2))]
 
 
 def test_rivals_near_the_best_go_on_and_those_far_behind_do_not() -> None:
@@ -57,20 +59,20 @@ def test_nobody_goes_on_who_remains_far_below_the_bar() -> None:
 
 def test_starts_of_one_label_leave_a_place_to_its_rivals() -> None:
     field = [candidate("inhomogeneity", value) for value in (40.0, 39.0, 38.0)]
-    chosen = finalists([*field, candidate("camera_rotation", 37.0)], 0.0)
+    chosen = finalists([*field, candidate("camera_rotation", 37.0)], 0.0, SETTINGS)
     assert [one.log_evidence for one in chosen] == [40.0, 39.0, 37.0]
 
 
 def test_in_the_end_one_form_of_a_label_is_enough() -> None:
     field = [candidate("inhomogeneity", 40.0), candidate("inhomogeneity", 39.0)]
     field.append(candidate("camera_rotation", 38.0))
-    chosen = finalists(field, 0.0, Round(points=5, within=0.05, of_a_label=1))
+    chosen = finalists(field, 0.0, SETTINGS, Round(points=5, within=0.05, of_a_label=1))
     assert [one.log_evidence for one in chosen] == [40.0, 38.0]
 
 
 def goes_on(lacks: float, fell: float, bar: float = 0.0) -> bool:
     best = candidate("camera_rotation", 100.0)
-    return may_win(replace(candidate("camera_scale", 100.0 - lacks), fell=fell), best, bar)
+    return may_win(replace(candidate("camera_scale", 100.0 - lacks), fell=fell), best, bar, SETTINGS)
 
 
 def test_one_that_lacks_more_than_it_still_gains_does_not_go_on() -> None:
@@ -95,7 +97,7 @@ def test_far_behind_after_a_point_only_what_is_not_linear_has_a_second_one() -> 
         candidate("camera_scale:uniform", 650.0),
         candidate("anchor_debonding:throughout", 500.0),
     ]
-    assert [one.log_evidence for one in worth_a_second_point(first, 0.0)] == [1000.0, 900.0, 700.0]
+    assert [one.log_evidence for one in worth_a_second_point(first, 0.0, SETTINGS)] == [1000.0, 900.0, 700.0]
 
 
 SYMMETRIC, TENSION_ONLY = "anisotropy", "anisotropy:tension_only"
@@ -107,19 +109,23 @@ def fibres(form: str, angle: float, **more: float) -> Candidate:
 
 def test_another_form_begins_at_the_place_that_the_leader_has_found() -> None:
     leader, elsewhere = fibres(SYMMETRIC, 0.5), fibres(TENSION_ONLY, 1.0, fibre_stiffening=0.7)
-    (start,) = at_the_place_of(leader, [leader, elsewhere])
+    (start,) = at_the_place_of(leader, [leader, elsewhere], SETTINGS.same_place)
     assert start.effects[0].name == TENSION_ONLY
     assert start.values == fibres(TENSION_ONLY, 0.5, fibre_stiffening=0.1).fit.hypothesis.values
 
 
 def test_a_form_that_has_been_at_the_leaders_place_does_not_begin_there_again() -> None:
     leader, there = fibres(SYMMETRIC, 0.5), fibres(TENSION_ONLY, 0.52, fibre_stiffening=0.7)
-    assert at_the_place_of(leader, [leader, there]) == []
+    assert at_the_place_of(leader, [leader, there], SETTINGS.same_place) == []
 
 
 def test_a_constant_that_the_leader_lacks_begins_at_either_end_of_its_grid() -> None:
     leader = candidate("gripper_slip:gradual", 90.0, threshold=3.0, slip_per_force=2e-4)
-    creeping = [one for one in at_the_place_of(leader, [leader]) if one.effects[0].form == "creeping"]
+    creeping = [
+        one
+        for one in at_the_place_of(leader, [leader], SETTINGS.same_place)
+        if one.effects[0].form == "creeping"
+    ]
     assert [one.values[0]["time_constant"] for one in creeping] == [1.0, 5.0]
     assert all(
         (one.values[0]["threshold"], one.values[0]["slip_per_force"]) == (3.0, 2e-4) for one in creeping
@@ -128,12 +134,14 @@ def test_a_constant_that_the_leader_lacks_begins_at_either_end_of_its_grid() -> 
 
 def test_of_two_terms_none_begins_where_a_single_one_fits_best() -> None:
     leader = candidate("viscoelasticity:whole_stress", 90.0, relaxation_time_1=13.0, relaxing_share_1=0.4)
-    assert [one.effects[0].form for one in at_the_place_of(leader, [leader])] == ["one_term"]
+    assert [one.effects[0].form for one in at_the_place_of(leader, [leader], SETTINGS.same_place)] == [
+        "one_term"
+    ]
 
 
 def test_refinements_of_the_leaders_own_form_begin_first() -> None:
     leader = candidate("stress_softening:absolute_width", 90.0, depth=0.2, width_over_modulus=0.3)
-    begun = [one.effects[0] for one in at_the_place_of(leader, [leader])]
+    begun = [one.effects[0] for one in at_the_place_of(leader, [leader], SETTINGS.same_place)]
     refining = [one.elaborates == "absolute_width" for one in begun]
     assert any(refining)
     assert refining == sorted(refining, reverse=True)
@@ -144,18 +152,18 @@ def test_any_form_may_lead(effect: Effect) -> None:
     values = {constant.name: constant.lower for constant in effect.constants}
     amplitudes = {amplitude.name: amplitude.smallest for amplitude in effect.amplitudes}
     leader = candidate(effect.name, 90.0, **values, **amplitudes)
-    others = {start.effects[0] for start in at_the_place_of(leader, [leader])}
+    others = {start.effects[0] for start in at_the_place_of(leader, [leader], SETTINGS.same_place)}
     assert all(other.label == effect.label and other is not effect for other in others)
 
 
 def test_a_form_with_an_instant_of_its_own_does_not_begin_at_the_leaders_place() -> None:
     leader = candidate("anchor_debonding:throughout", 90.0, share=0.3, place=0.4)
-    assert at_the_place_of(leader, [leader]) == []
+    assert at_the_place_of(leader, [leader], SETTINGS.same_place) == []
 
 
 def test_forms_whose_amplitudes_mean_something_else_do_not_begin_there() -> None:
     leader = candidate("robot_backlash:translation_anywhere", 90.0, start=0.3, width=1e-4)
-    assert at_the_place_of(leader, [leader]) == []
+    assert at_the_place_of(leader, [leader], SETTINGS.same_place) == []
 
 
 def test_a_rim_that_came_off_begins_anew_past_its_kinks_with_the_material_that_it_has_found() -> None:

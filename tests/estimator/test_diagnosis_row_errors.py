@@ -10,6 +10,9 @@ from scipy.stats import multivariate_normal
 from estimator.diagnosis.evidence.row_errors import evidence_of_unsteadiness
 from estimator.diagnosis.noise.estimation import robust_deviation
 from estimator.diagnosis.noise.whitening import Whitening
+from estimator.diagnosis.settings import DiagnosisSettings
+
+SETTINGS = DiagnosisSettings()
 
 FloatArray = NDArray[np.float64]
 
@@ -23,7 +26,7 @@ def evidence_of_rows_off(channels: FloatArray, predicted: FloatArray) -> float:
     """What single rows that are off add, in a misfit of white noise; one bead is hidden for a while."""
     seen = np.ones(channels.shape, dtype=bool)
     seen[40:60, 6:9] = False
-    return evidence_of_unsteadiness([channels[seen]], [white(seen)], [predicted])
+    return evidence_of_unsteadiness([channels[seen]], [white(seen)], [predicted], SETTINGS.evidence)
 
 
 def test_the_evidence_is_that_of_the_joint_normal() -> None:
@@ -46,7 +49,9 @@ def test_the_evidence_is_that_of_the_joint_normal() -> None:
             known = multivariate_normal(cov=np.eye(len(D)) + amplitude**2 * D @ D.T).logpdf(of_beads.ravel())
             gained.append(known - multivariate_normal(cov=np.eye(len(D))).logpdf(of_beads.ravel()))
     misfit[:, 6:] = of_beads
-    found = evidence_of_unsteadiness([misfit.ravel()], [white(np.ones(misfit.shape, dtype=bool))], [course])
+    found = evidence_of_unsteadiness(
+        [misfit.ravel()], [white(np.ones(misfit.shape, dtype=bool))], [course], SETTINGS.evidence
+    )
     assert found == pytest.approx(logsumexp(gained) - np.log(8.0), abs=1e-9)
 
 
@@ -82,4 +87,9 @@ def test_rows_that_show_beads_where_they_were_before_are_out_of_step_and_late_ca
 
 def test_where_no_bead_was_seen_no_row_is_off() -> None:
     seen = np.repeat([[True] * 6 + [False] * 3], 20, axis=0)
-    assert evidence_of_unsteadiness([np.ones(seen.sum())], [white(seen)], [np.zeros(seen.shape)]) == 0.0
+    assert (
+        evidence_of_unsteadiness(
+            [np.ones(seen.sum())], [white(seen)], [np.zeros(seen.shape)], SETTINGS.evidence
+        )
+        == 0.0
+    )

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.model.grip_load import GripLoad
 from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.model.setup import Setup
 from estimator.diagnosis.model.solution import mechanics_of, solve_case
 from estimator.diagnosis.sensitivity.readings import channels, predicted_readings
 from estimator.effects.effect import Effect, Values
@@ -24,7 +25,7 @@ def twice_the_same(effect: Effect, values: Values) -> list[NDArray[np.float64]]:
     experiments = [there_and_back(order=order).experiment for order in (1, 2)]
     hypothesis = Hypothesis(1e4, 0.45).with_effect(effect, values)
     nothing = [GripLoad.none(len(one.time)) for one in experiments]
-    solutions = solve_case(mesh_experiment(experiments[0], COARSE), experiments, hypothesis, nothing)
+    solutions = solve_case(Setup(experiments, mesh_experiment(experiments[0], COARSE), nothing), hypothesis)
     return [
         channels(predicted_readings(mechanics_of(solution), hypothesis, np.zeros((46, 6 + 48))))
         for solution in solutions

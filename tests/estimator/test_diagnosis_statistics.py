@@ -37,7 +37,10 @@ from estimator.diagnosis.noise.correlated_errors import left_beside_rim
 from estimator.diagnosis.noise.whitening import Whitening, inverse_root, shrunk, uncorrelated
 from estimator.diagnosis.result import Material, Quantity
 from estimator.diagnosis.search.screening import Trial, best_starts
+from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import CATALOGUE, LABELS
+
+SETTINGS = DiagnosisSettings()
 
 FloatArray = NDArray[np.float64]
 
@@ -99,7 +102,15 @@ def linear(
 ) -> tuple[Moments, Priors]:
     free = np.full(columns.shape[1], np.inf)
     moments = moments_of(error, [np.column_stack([residual, columns])])
-    return moments, Priors(np.zeros(len(scale)), scale, -free, free, np.where(np.isinf(scale), -1, 0))
+    return moments, Priors(
+        np.zeros(len(scale)),
+        scale,
+        -free,
+        free,
+        np.where(np.isinf(scale), -1, 0),
+        SETTINGS.evidence.sizes,
+        SETTINGS.evidence.shows,
+    )
 
 
 def test_the_evidence_of_a_linear_effect_is_that_of_the_joint_normal() -> None:
@@ -196,8 +207,8 @@ def test_the_unknown_leads_where_it_explains_more_than_the_cause_that_it_stands_
 
 def test_the_credible_set_holds_what_is_needed_and_no_more() -> None:
     evidence = {"none": 0.0, "unknown": -3.0, "a": 4.0, "b": 3.9, "c": -9.0}
-    chances = probabilities(evidence)
-    chosen = credible_set(chances)
+    chances = probabilities(evidence, SETTINGS.evidence)
+    chosen = credible_set(chances, SETTINGS.evidence.credible)
     assert sum(chances.values()) == pytest.approx(1.0)
     assert sum(chances[name] for name in chosen) >= 0.9
     assert sum(chances[name] for name in chosen[:-1]) < 0.9
@@ -206,7 +217,9 @@ def test_the_credible_set_holds_what_is_needed_and_no_more() -> None:
 
 def test_rivals_that_explain_much_need_to_differ_by_more() -> None:
     def odds(gain: float) -> float:
-        chances = probabilities({"none": 0.0, "unknown": -9.0, "a": gain, "b": gain - 8.0, "c": -9.0})
+        chances = probabilities(
+            {"none": 0.0, "unknown": -9.0, "a": gain, "b": gain - 8.0, "c": -9.0}, SETTINGS.evidence
+        )
         return chances["a"] / chances["b"]
 
     # A fiftieth of what the better explains is as much as signatures are inexact by.
@@ -216,7 +229,7 @@ def test_rivals_that_explain_much_need_to_differ_by_more() -> None:
 
 
 def test_an_effect_too_small_to_show_may_always_be_there() -> None:
-    nothing = probabilities({"none": 0.0, "unknown": -5.0, **dict.fromkeys(LABELS, -30.0)})
+    nothing = probabilities({"none": 0.0, "unknown": -5.0, **dict.fromkeys(LABELS, -30.0)}, SETTINGS.evidence)
     hidden, unknown = 0.05 * (1 - 0.5 - 0.11), 0.11 * np.exp(-5.0)
     assert nothing["none"] == pytest.approx(0.5 / (0.5 + hidden + unknown))
     assert all(nothing[label] > 0.001 for label in LABELS)
@@ -225,22 +238,29 @@ def test_an_effect_too_small_to_show_may_always_be_there() -> None:
 def test_the_one_that_explains_a_little_comes_before_those_that_explain_nothing() -> None:
     nothing = {"none": 0.0, "unknown": -5.0, **dict.fromkeys(LABELS, -3.0)}
     for label in LABELS:
-        assert list(probabilities({**nothing, label: -0.5}))[:2] == ["none", label]
+        assert list(probabilities({**nothing, label: -0.5}, SETTINGS.evidence))[:2] == ["none", label]
 
 
 def test_forms_of_a_label_that_explain_alike_are_worth_one() -> None:
-    assert of_labels([("a", "this", 5.0), ("a", "that", 5.0)], none=0.0)["a"] == pytest.approx(5.0)
+    assert of_labels([("a", "this", 5.0), ("a", "that", 5.0)], none=0.0, settings=SETTINGS.evidence)[
+        "a"
+    ] == pytest.approx(5.0)
 
 
 @pytest.mark.parametrize("gain", [8.0, 100.0])
 def test_one_form_of_a_label_that_alone_explains_has_its_share_of_the_prior(gain: float) -> None:
     forms = [("a", "this", gain), ("a", "that", -50.0), ("b", "other", gain)]
-    chances = probabilities({"none": 0.0, "unknown": -9.0, **of_labels(forms, none=0.0)})
+    chances = probabilities(
+        {"none": 0.0, "unknown": -9.0, **of_labels(forms, none=0.0, settings=SETTINGS.evidence)},
+        SETTINGS.evidence,
+    )
     assert chances["a"] / chances["b"] == pytest.approx(0.5, rel=0.01)
 
 
 def test_more_starts_of_one_form_are_worth_the_best() -> None:
-    assert of_labels([("a", "this", 5.0), ("a", "this", 4.0)], none=0.0)["a"] == pytest.approx(5.0)
+    assert of_labels([("a", "this", 5.0), ("a", "this", 4.0)], none=0.0, settings=SETTINGS.evidence)[
+        "a"
+    ] == pytest.approx(5.0)
 
 
 def test_innovations_of_correlated_rows_are_white_also_across_gaps() -> None:
@@ -261,7 +281,7 @@ def chance(residual: FloatArray, nuisances: FloatArray, signatures: list[FloatAr
     columns = np.column_stack([residual, nuisances, *signatures])
     sizes = [signature.shape[1] for signature in signatures]
     rivals, seen = projected(columns.T @ columns, nuisances.shape[1], [""] * len(sizes), sizes)
-    return multiplicity_of(rivals, seen, seed).chance
+    return multiplicity_of(rivals, seen, SETTINGS.conclusions, seed).chance
 
 
 def test_among_many_tests_noise_alone_is_significant_in_one_case_of_twenty() -> None:
@@ -310,7 +330,7 @@ def test_beads_at_the_rim_of_the_grasp_are_forgiven_what_meshes_make_of_them_as_
     beads = experiment.fiducials_rest
     correction = np.zeros((len(experiment.time), 6 + 3 * len(beads)))
     correction[:, 6::3] = 1e-5 * np.sin(np.linspace(0.0, np.pi, len(correction)))[:, None]
-    of_beads = left_beside_rim(experiment, correction)
+    of_beads = left_beside_rim(experiment, correction, SETTINGS.noise)
     at_corner = np.isclose(beads[:, 0], 0.03) & (np.abs(beads[:, 1]) < 0.011)
     assert list(of_beads) == list(np.flatnonzero(at_corner))
     assert len(of_beads) == 2
@@ -345,10 +365,10 @@ def test_a_probable_rival_widens_what_is_said_of_the_material_and_an_improbable_
 
 def test_a_cause_that_changes_the_material_by_much_leaves_a_tenth_of_that_open() -> None:
     baseline = material(25_000.0, 0.46)
-    found = with_form_left_open(material(26_000.0, 0.43), baseline)
+    found = with_form_left_open(material(26_000.0, 0.43), baseline, 0.1)
     assert found.youngs_modulus == Quantity(26_000.0, pytest.approx(np.hypot(100.0, 100.0)), "Pa")
     assert found.poisson_ratio == Quantity(0.43, pytest.approx(np.hypot(0.003, 0.003)), "1")
-    assert with_form_left_open(baseline, baseline) == baseline
+    assert with_form_left_open(baseline, baseline, 0.1) == baseline
 
 
 def test_something_unknown_may_have_changed_the_material_as_the_causes_that_were_tried_would() -> None:

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from estimator.diagnosis.model.grip_load import GripLoad
 from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.model.setup import Setup
 from estimator.diagnosis.model.solution import mechanics_of, solve_case
 from estimator.diagnosis.search.refinements import accidents
 from estimator.diagnosis.sensitivity.readings import predicted_readings
@@ -41,7 +42,7 @@ SUDDENLY = {**STRETCH, "order": 2.0, "begins": 4.4 / (ROWS - 1), "duration": 0.1
 def readings_under(effect: Effect, values: Values) -> list[Readings]:
     hypothesis = BASE.with_effect(effect, values)
     loads = [GripLoad.none(ROWS)] * len(EXPERIMENTS)
-    solutions = solve_case(PROBLEM, EXPERIMENTS, hypothesis, loads)
+    solutions = solve_case(Setup(EXPERIMENTS, PROBLEM, loads), hypothesis)
     none = np.zeros((ROWS, 6 + 48))
     return [predicted_readings(mechanics_of(one), hypothesis, none) for one in solutions]
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from retraction_cases import SMALL_BLOCK, turning_pull, with_rows
 
 from estimator.diagnosis.model.grip_load import GripLoad
+from estimator.diagnosis.model.setup import Setup
 from estimator.diagnosis.model.solution import mechanics_of, solve_case
 from estimator.diagnosis.sensitivity.readings import channels, predicted_readings
 from estimator.effects.catalogue import CATALOGUE, LABELS
@@ -111,7 +112,7 @@ def test_the_diagnosis_explains_a_simulated_effect_by_that_effect_and_not_withou
 
     def misfit(truth_acting: list[ActingEffect]) -> float:
         truth = truth_of(TISSUE, truth_acting)
-        (solution,) = solve_case(problem, [experiment], truth, [GripLoad.none(4)])
+        (solution,) = solve_case(Setup([experiment], problem, [GripLoad.none(4)]), truth)
         predicted = channels(predicted_readings(mechanics_of(solution), truth, np.zeros(measured.shape)))
         return float(np.mean(((measured - predicted) / noise) ** 2))
 
