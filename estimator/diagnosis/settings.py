@@ -83,7 +83,7 @@ class NoiseSettings:
     edge_lever_m: float = calibrated(5e-3, "m", "at which a turn of these edges moves them by the same")
     from_rest: float = definition(0.1, "1", "share of the way from which on a bead may stand aside in full")
     shares_left: tuple[float, ...] = grid((1.0, 0.5, 0.25, 0.1), "1", "of what may be left at the most")
-    usual_share_left: float = calibrated(0.25, "1", "with which the search for the most probable one begins")
+    usual_share_left: float = budget(0.25, "1", "with which the search for the most probable one begins")
     evaluations_of_baseline: int = budget(3, "1", "of the baseline's fit, and of its refit in other noise")
     far_in_ratio: float = budget(0.2, "1", "change of -ln(1 - 2 nu): the mesh's error is measured anew there")
     far_at_rim_m: float = budget(
