@@ -19,7 +19,7 @@ from estimator.diagnosis.perturbation import Perturbation
 from estimator.diagnosis.prediction import derivatives, derivatives_by_position
 from estimator.diagnosis.result import AT_MOST, ErrorsLeft
 from estimator.diagnosis.whitening import Whitening, inverse_root, uncorrelated
-from estimator.effects.grasp_misplacement import GRASP_MISPLACEMENT
+from estimator.effects.mounting.grasp_misplacement import GRASP_MISPLACEMENT
 from estimator.experiment import Experiment
 from estimator.fit.residuals import channel_variance, measured_rows
 from estimator.forward.schedule import schedule_poses, travel

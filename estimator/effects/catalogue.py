@@ -1,63 +1,67 @@
 """Every effect that is looked for, in the order in which they act from the tissue to the recording, and outsiders."""
 
-from estimator.effects.air_pocket import AirPocket
-from estimator.effects.anchor_compliance import ANCHOR_COMPLIANCE
-from estimator.effects.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
-from estimator.effects.anisotropy import ANISOTROPY
-from estimator.effects.axes import WRENCH_CHANNELS
-from estimator.effects.cable import Cable
-from estimator.effects.camera_creep import CameraCreep
-from estimator.effects.camera_lag import CameraLag
-from estimator.effects.camera_rotation import CameraRotation
-from estimator.effects.camera_scale import CameraScale, CameraScaleInPlane, CameraScaleOfMotion
-from estimator.effects.cut import Cut
 from estimator.effects.effect import Effect, Group
-from estimator.effects.fiducial_mislabel import (
-    FiducialMislabel,
-    FiducialMislabelFromShare,
-    FiducialMislabelInEach,
-    FiducialMislabelWithin,
-)
-from estimator.effects.fiducial_misread import FiducialMisread, FiducialMisreadFrom, FiducialMisreadWithin
-from estimator.effects.force_axis_gain import ForceAxisGain
-from estimator.effects.force_bias import ForceBias
-from estimator.effects.force_clipping import ForceClipping
-from estimator.effects.force_crosstalk import ForceCrosstalk, ForcePairCrosstalk
-from estimator.effects.force_drift import ForceDrift
-from estimator.effects.force_frame_rotation import ForceFrameRotation
-from estimator.effects.grasp_misplacement import GRASP_MISPLACEMENT
-from estimator.effects.gravity_sag import GRAVITY_SAG
-from estimator.effects.gripper_compliance import (
+from estimator.effects.force.force_axis_gain import ForceAxisGain
+from estimator.effects.force.force_bias import ForceBias
+from estimator.effects.force.force_crosstalk import ForceCrosstalk, ForcePairCrosstalk
+from estimator.effects.force.force_drift import ForceDrift
+from estimator.effects.force.force_frame_rotation import ForceFrameRotation
+from estimator.effects.force.time_offset import TimeOffset
+from estimator.effects.force.tool_weight import ToolWeight, ToolWeightAndCentre
+from estimator.effects.force.torque_centre import TorqueCentre
+from estimator.effects.motion.gripper_compliance import (
     AxisAndRotationCompliance,
     AxisCompliance,
     GripperCompliance,
     RotationCompliance,
 )
-from estimator.effects.gripper_slip import CreepingSlip, GripperJump, GripperSlip
-from estimator.effects.inhomogeneity import INHOMOGENEITY
-from estimator.effects.jammed_joint import JammedJoint
-from estimator.effects.lens_distortion import LensDistortion
-from estimator.effects.loose_bead import LooseBead
-from estimator.effects.modulus_drift import ModulusDrift
-from estimator.effects.modulus_gradient import MODULUS_GRADIENT
-from estimator.effects.motion_direction import MotionDirection, PoseDirection
-from estimator.effects.motion_scale import MotionScale, PoseScale
-from estimator.effects.permanent_set import PERMANENT_SET
-from estimator.effects.prestretch import PRESTRETCH
-from estimator.effects.robot_backlash import RobotBacklash
-from estimator.effects.second_invariant import SECOND_INVARIANT
-from estimator.effects.shrinkage import Shrinkage
-from estimator.effects.slanted_view import SlantedView
-from estimator.effects.sticky_patch import StickyPatch
-from estimator.effects.strain_stiffening import STRAIN_STIFFENING
-from estimator.effects.stress_softening import STRESS_SOFTENING
-from estimator.effects.support_friction import SUPPORT_FRICTION
-from estimator.effects.thickness_error import THICKNESS_ERROR
-from estimator.effects.time_offset import TimeOffset
-from estimator.effects.tool_weight import ToolWeight, ToolWeightAndCentre
-from estimator.effects.torque_centre import TorqueCentre
-from estimator.effects.viscoelasticity import VISCOELASTICITY
-from estimator.effects.zero_jump import ZeroJump
+from estimator.effects.motion.gripper_slip import CreepingSlip, GripperJump, GripperSlip
+from estimator.effects.motion.motion_direction import MotionDirection, PoseDirection
+from estimator.effects.motion.motion_scale import MotionScale, PoseScale
+from estimator.effects.motion.robot_backlash import RobotBacklash
+from estimator.effects.mounting.anchor_compliance import ANCHOR_COMPLIANCE
+from estimator.effects.mounting.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
+from estimator.effects.mounting.grasp_misplacement import GRASP_MISPLACEMENT
+from estimator.effects.mounting.gravity_sag import GRAVITY_SAG
+from estimator.effects.mounting.support_friction import SUPPORT_FRICTION
+from estimator.effects.outside.air_pocket import AirPocket
+from estimator.effects.outside.cable import Cable
+from estimator.effects.outside.camera_creep import CameraCreep
+from estimator.effects.outside.camera_lag import CameraLag
+from estimator.effects.outside.cut import Cut
+from estimator.effects.outside.force_clipping import ForceClipping
+from estimator.effects.outside.jammed_joint import JammedJoint
+from estimator.effects.outside.lens_distortion import LensDistortion
+from estimator.effects.outside.loose_bead import LooseBead
+from estimator.effects.outside.modulus_drift import ModulusDrift
+from estimator.effects.outside.shrinkage import Shrinkage
+from estimator.effects.outside.slanted_view import SlantedView
+from estimator.effects.outside.sticky_patch import StickyPatch
+from estimator.effects.outside.zero_jump import ZeroJump
+from estimator.effects.shared.axes import WRENCH_CHANNELS
+from estimator.effects.tissue.anisotropy import ANISOTROPY
+from estimator.effects.tissue.inhomogeneity import INHOMOGENEITY
+from estimator.effects.tissue.modulus_gradient import MODULUS_GRADIENT
+from estimator.effects.tissue.permanent_set import PERMANENT_SET
+from estimator.effects.tissue.prestretch import PRESTRETCH
+from estimator.effects.tissue.second_invariant import SECOND_INVARIANT
+from estimator.effects.tissue.strain_stiffening import STRAIN_STIFFENING
+from estimator.effects.tissue.stress_softening import STRESS_SOFTENING
+from estimator.effects.tissue.thickness_error import THICKNESS_ERROR
+from estimator.effects.tissue.viscoelasticity import VISCOELASTICITY
+from estimator.effects.vision.camera_rotation import CameraRotation
+from estimator.effects.vision.camera_scale import CameraScale, CameraScaleInPlane, CameraScaleOfMotion
+from estimator.effects.vision.fiducial_mislabel import (
+    FiducialMislabel,
+    FiducialMislabelFromShare,
+    FiducialMislabelInEach,
+    FiducialMislabelWithin,
+)
+from estimator.effects.vision.fiducial_misread import (
+    FiducialMisread,
+    FiducialMisreadFrom,
+    FiducialMisreadWithin,
+)
 
 _TISSUE: tuple[Effect, ...] = (
     *STRAIN_STIFFENING,

@@ -11,7 +11,7 @@ import numpy as np
 from estimator.diagnosis.passage import Passage, mechanics_of
 from estimator.diagnosis.prediction import predicted_readings
 from estimator.effects.effect import Readings
-from estimator.effects.instants import bead_constant
+from estimator.effects.shared.instants import bead_constant
 from estimator.errors import InputError
 from estimator.experiment import Experiment
 from estimator.fem.block_mesh import Grading

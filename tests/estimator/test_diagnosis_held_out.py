@@ -19,7 +19,7 @@ from estimator.diagnosis.result import Gap
 from estimator.diagnosis.shared_errors import left_at_grasp, shared_errors_of
 from estimator.diagnosis.whitening import Whitening
 from estimator.effects.catalogue import CATALOGUE
-from estimator.effects.torque_centre import TorqueCentre
+from estimator.effects.force.torque_centre import TorqueCentre
 from estimator.fem.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
 from estimator.workers import worker_pool

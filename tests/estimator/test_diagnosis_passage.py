@@ -10,8 +10,8 @@ from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.passage import mechanics_of, solve_case
 from estimator.diagnosis.prediction import channels, predicted_readings
 from estimator.effects.effect import Effect, Values
-from estimator.effects.permanent_set import PERMANENT_SET
-from estimator.effects.support_friction import SUPPORT_FRICTION
+from estimator.effects.mounting.support_friction import SUPPORT_FRICTION
+from estimator.effects.tissue.permanent_set import PERMANENT_SET
 from estimator.fem.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
 

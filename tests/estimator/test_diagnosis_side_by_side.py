@@ -15,11 +15,11 @@ from estimator.diagnosis.noise import Noise
 from estimator.diagnosis.passage import mechanics_of, solve_case
 from estimator.diagnosis.shared_errors import shared_errors_of
 from estimator.diagnosis.side_by_side import solved_by
-from estimator.effects.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect, Values
-from estimator.effects.permanent_set import PERMANENT_SET
-from estimator.effects.torque_centre import TorqueCentre
+from estimator.effects.force.torque_centre import TorqueCentre
+from estimator.effects.mounting.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
+from estimator.effects.tissue.permanent_set import PERMANENT_SET
 from estimator.errors import SolverError
 from estimator.fem.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment

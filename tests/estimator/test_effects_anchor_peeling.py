@@ -13,8 +13,8 @@ from estimator.diagnosis.grip_load import GripLoad
 from estimator.diagnosis.hypothesis import Hypothesis
 from estimator.diagnosis.passage import mechanics_of, solve_case
 from estimator.diagnosis.prediction import predicted_readings
-from estimator.effects.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
 from estimator.effects.effect import Effect, Readings, Values
+from estimator.effects.mounting.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
 from estimator.fem.block_mesh import Grading
 from estimator.fem.motion import GripperPose
 from estimator.forward.meshing import mesh_experiment
