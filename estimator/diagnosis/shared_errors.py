@@ -19,7 +19,7 @@ from estimator.diagnosis.perturbation import Perturbation
 from estimator.diagnosis.prediction import derivatives, derivatives_by_position
 from estimator.diagnosis.result import AT_MOST, ErrorsLeft
 from estimator.diagnosis.whitening import Whitening, inverse_root, uncorrelated
-from estimator.effects.mounting.grasp_misplacement import GRASP_MISPLACEMENT
+from estimator.effects.mounting.grasp_misplacement import GRASP_EDGES
 from estimator.experiment import Experiment
 from estimator.fit.residuals import channel_variance, measured_rows
 from estimator.forward.schedule import schedule_poses, travel
@@ -186,7 +186,7 @@ def left_at_grasp(
     """
     deviation = {"m": edge_deviation(hypothesis), "rad": edge_deviation(hypothesis) / _EDGE_LEVER_M}
     steps, deviations = [], []
-    for form in (effect for effect in GRASP_MISPLACEMENT if effect.form in ("jaws", "turned")):
+    for form in GRASP_EDGES:
         null = hypothesis.with_effect(form, {amplitude.name: 0.0 for amplitude in form.amplitudes})
         free = [c for c in coordinates(null) if c.effect is not None]
         steps += [Perturbation(c.name, c.put(null, c.step), form, c.step) for c in free]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from estimator.diagnosis.case import Case, Linearisation
 from estimator.diagnosis.contest import Contender
 from estimator.diagnosis.result import NONE, UNKNOWN, Where
-from estimator.effects.effect import BLOCK_OF_GROUP, Group
+from estimator.effects.blocks import BLOCK_OF_GROUP, Group
 
 FloatArray = NDArray[np.float64]
 

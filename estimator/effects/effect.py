@@ -14,12 +14,13 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from estimator.effects.blocks import GROUPS, Block, Group
 from estimator.experiment import Experiment
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.terms import Term
@@ -28,38 +29,17 @@ from estimator.materials.material import Material
 FloatArray = NDArray[np.float64]
 Values = Mapping[str, float]
 
-Group = Literal[
-    "material",
-    "inhomogeneity",
-    "anchor",
-    "grasp",
-    "environment",
-    "geometry",
-    "force",
-    "timing",
-    "vision",
-    "robot",
-    "numerics",
-]
+# Where an effect comes between the tissue and the recording: effects act in this order.
+Stage = Literal["tissue", "mounting", "surroundings", "motion", "force", "vision"]
+STAGES: tuple[Stage, ...] = get_args(Stage)
+
+# The places where an effect may act: the methods that it may override.
+Hook = Literal["material", "problem", "beads", "log_modulus", "terms", "motion", "seen", "readings"]
+HOOKS: tuple[Hook, ...] = get_args(Hook)
+_HOOKS_OF_MECHANICS: frozenset[Hook] = frozenset(("material", "problem", "log_modulus", "terms", "motion"))
 
 # Label of an effect outside the catalogue, whose labels others read: a form by which something unknown is recognised.
 OUTSIDE = "unknown"
-
-# What a laboratory would look at, for each group.
-BLOCK_OF_GROUP: Mapping[Group, str] = {
-    "material": "interior",
-    "inhomogeneity": "interior",
-    "anchor": "anchor",
-    "grasp": "grasp",
-    "environment": "support",
-    "geometry": "geometry",
-    "force": "force",
-    "timing": "timing",
-    "vision": "vision",
-    "robot": "robot",
-    "numerics": "numerics",
-}
-
 
 # Inexactness of what has hardly another form, as a constant linear change of readings or poses: beside fifteen such
 # causes of 113 to 327 σ, which raised it by 1700 to 19000, others seemed to raise the log evidence by 4.9 at the most,
@@ -168,7 +148,13 @@ class Effect:
 
     Attributes
     ----------
-    label, group : as in the catalogue
+    label : its name in verdicts and commands
+    group : what kind it is, which tells the block of the rig where it sits
+    stage : where it comes between the tissue and the recording
+    acts_on : the methods that it overrides, in the order of ``HOOKS``
+    measured_by : what a measurement beside the rig that would tell it from others does; empty where none is known
+    laws : names of the material laws whose departure from the Neo-Hookean one it is
+    linear : whether what it changes of motion and readings is proportional to its amplitudes
     form : tells instances with one label apart; empty where there is one
     amplitudes, constants : its parameters
     words : what a report says of it, one sentence
@@ -188,6 +174,11 @@ class Effect:
     label: ClassVar[str]
     group: ClassVar[Group]
     words: ClassVar[str]
+    stage: ClassVar[Stage]
+    acts_on: ClassVar[tuple[Hook, ...]]
+    measured_by: ClassVar[str] = ""
+    laws: ClassVar[tuple[str, ...]] = ()
+    linear: ClassVar[bool] = False
     rate_dependent: ClassVar[bool] = False
     keeps_pattern: ClassVar[bool] = True
     terms_alike: ClassVar[bool] = False
@@ -205,6 +196,16 @@ class Effect:
     def name(self) -> str:
         """Label and form in one word."""
         return f"{self.label}:{self.form}" if self.form else self.label
+
+    @property
+    def block(self) -> Block:
+        """The block of the rig on which it acts."""
+        return GROUPS[self.group]
+
+    @property
+    def acts_on_tissue(self) -> bool:
+        """Whether it changes the mechanics, not only what the sensors make of them."""
+        return not _HOOKS_OF_MECHANICS.isdisjoint(self.acts_on)
 
     def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
         """Return the constants from which a search begins: by default every point of their grid.

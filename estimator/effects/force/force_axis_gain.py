@@ -14,6 +14,10 @@ class ForceAxisGain(Effect):
 
     label = "force_axis_gain"
     group = "force"
+    stage = "force"
+    acts_on = ("readings",)
+    linear = True
+    measured_by = "hang a known weight on the gripper along each axis"
     words = "One axis of the force sensor reads too much or too little in proportion to its load."
     inexactness = HARDLY_INEXACT
     amplitudes = (Amplitude("gain", "1", scale=0.08, smallest=0.01, lower=-1.0),)

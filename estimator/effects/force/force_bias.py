@@ -28,6 +28,10 @@ class ForceBias(Effect):
 
     label = "force_bias"
     group = "force"
+    stage = "force"
+    acts_on = ("readings",)
+    linear = True
+    measured_by = "read the sensor with the empty gripper before and after"
     words = "The force sensor reads a constant amount too much, because its zero is off."
     inexactness = HARDLY_INEXACT
 

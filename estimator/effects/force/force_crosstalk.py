@@ -30,6 +30,10 @@ class ForceCrosstalk(Effect):
 
     label = "force_crosstalk"
     group = "force"
+    stage = "force"
+    acts_on = ("readings",)
+    linear = True
+    measured_by = "hang a known weight on the gripper in three poses"
     words = "Load along one axis of the force sensor shows on another."
     inexactness = HARDLY_INEXACT
     form = "all_axes"

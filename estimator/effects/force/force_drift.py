@@ -37,6 +37,10 @@ class ForceDrift(Effect):
 
     label = "force_drift"
     group = "force"
+    stage = "force"
+    acts_on = ("readings",)
+    linear = True
+    measured_by = "read the sensor with the empty gripper before and after"
     words = "The force sensor's reading drifts with time."
 
     def __init__(self, course: Course, frame: Frame) -> None:

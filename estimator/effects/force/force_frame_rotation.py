@@ -15,6 +15,9 @@ class ForceFrameRotation(Effect):
 
     label = "force_frame_rotation"
     group = "force"
+    stage = "force"
+    acts_on = ("readings",)
+    measured_by = "hang a known weight on the gripper in three poses"
     words = "The force sensor is mounted rotated against the gripper."
     inexactness = HARDLY_INEXACT
     amplitudes = tuple(

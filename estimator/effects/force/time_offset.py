@@ -17,6 +17,9 @@ class TimeOffset(Effect):
 
     label = "time_offset"
     group = "timing"
+    stage = "force"
+    acts_on = ("readings",)
+    measured_by = "tap the gripper and compare the two clocks"
     words = "The force stream is shifted in time against the pose stream."
     inexactness = HARDLY_INEXACT
 

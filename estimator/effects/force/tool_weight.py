@@ -19,6 +19,10 @@ class ToolWeight(Effect):
 
     label = "tool_weight"
     group = "force"
+    stage = "force"
+    acts_on = ("readings",)
+    linear = True
+    measured_by = "move the empty gripper through four poses in free air"
     words = "The mass beyond the force sensor is not the stated one, which shows when the gripper turns."
     inexactness = HARDLY_INEXACT
     form = "mass"
@@ -43,6 +47,7 @@ class ToolWeight(Effect):
 class ToolWeightAndCentre(ToolWeight):
     """Its centre of mass is off as well: the first moment is (m + Δm)(c + Δc)."""
 
+    linear = False
     form = "mass_and_centre"
     amplitudes = (
         *ToolWeight.amplitudes,

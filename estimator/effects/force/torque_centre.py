@@ -23,6 +23,9 @@ class TorqueCentre(Effect):
 
     label = "torque_centre"
     group = "force"
+    stage = "force"
+    acts_on = ("readings",)
+    linear = True
     words = "Torques are about another point than the stated origin of the gripper frame."
     inexactness = HARDLY_INEXACT
     amplitudes = tuple(Amplitude(f"centre_{axis}", "m", scale=4e-3, smallest=5e-4) for axis in AXES)

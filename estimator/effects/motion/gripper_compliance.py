@@ -15,6 +15,8 @@ class GripperCompliance(Effect):
 
     label = "gripper_compliance"
     group = "grasp"
+    stage = "motion"
+    acts_on = ("motion",)
     words = "Gripper or arm yields elastically under the tissue's pull."
     form = "translation"
     amplitudes: tuple[Amplitude, ...] = (

@@ -31,6 +31,8 @@ class GripperSlip(Effect):
 
     label = "gripper_slip"
     group = "grasp"
+    stage = "motion"
+    acts_on = ("motion", "readings")
     words = "The tissue slides in the gripper under load and stays there."
     form = "gradual"
     amplitudes: tuple[Amplitude, ...] = (

@@ -15,6 +15,9 @@ class MotionDirection(Effect):
 
     label = "motion_direction"
     group = "robot"
+    stage = "motion"
+    acts_on = ("motion",)
+    measured_by = "move the empty gripper in view of the cameras"
     words = "The gripper's direction of motion is turned against the tissue frame."
     inexactness = HARDLY_INEXACT
     form = "translation"

@@ -11,6 +11,10 @@ class MotionScale(Effect):
 
     label = "motion_scale"
     group = "robot"
+    stage = "motion"
+    acts_on = ("motion",)
+    linear = True
+    measured_by = "move the empty gripper in view of the cameras"
     words = "The gripper moves a little more or less than reported."
     inexactness = HARDLY_INEXACT
     form = "translation"

@@ -38,6 +38,8 @@ class RobotBacklash(Effect):
 
     label = "robot_backlash"
     group = "robot"
+    stage = "motion"
+    acts_on = ("motion",)
     words = "The gripper loses some motion wherever its direction reverses."
 
     def __init__(self, moving: Moving, at_rest: AtRest) -> None:

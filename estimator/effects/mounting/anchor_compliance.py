@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.effects.effect import Amplitude, Constant, Effect, Group, Readings, Values
+from estimator.effects.blocks import Group
+from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Readings, Stage, Values
 from estimator.errors import InputError
 from estimator.experiment import Experiment
 from estimator.fem.anchorage import anchored_areas, rim_of, set_free
@@ -37,6 +38,8 @@ class AnchorCompliance(Effect):
 
     label: ClassVar[str] = "anchor_compliance"
     group: ClassVar[Group] = "anchor"
+    stage: ClassVar[Stage] = "mounting"
+    acts_on: ClassVar[tuple[Hook, ...]] = ("problem", "terms")
     words: ClassVar[str] = "The anchored face gives elastically."
     keeps_pattern: ClassVar[bool] = False
 

@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.effects.effect import Amplitude, Constant, Effect, Group, Readings, Values
+from estimator.effects.blocks import Group
+from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Readings, Stage, Values
 from estimator.effects.shared.instants import ORDER, in_order, start_of_row
 from estimator.effects.shared.misfit import fiducial_misfit
 from estimator.experiment import Experiment
@@ -43,6 +44,8 @@ class AnchorDebonding(Effect):
 
     label: ClassVar[str] = "anchor_debonding"
     group: ClassVar[Group] = "anchor"
+    stage: ClassVar[Stage] = "mounting"
+    acts_on: ClassVar[tuple[Hook, ...]] = ("problem", "terms")
     words: ClassVar[str] = "Part of the anchored face is not attached."
     keeps_pattern: ClassVar[bool] = False
     form = "throughout"

@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.effects.effect import Amplitude, Effect, Group, Motion, Values
+from estimator.effects.blocks import Group
+from estimator.effects.effect import Amplitude, Effect, Hook, Motion, Stage, Values
 from estimator.fem.morph import with_grasp_moved
 from estimator.fem.problem import RetractionProblem
 
@@ -25,6 +26,8 @@ class GraspMisplacement(Effect):
 
     label: ClassVar[str] = "grasp_misplacement"
     group: ClassVar[Group] = "grasp"
+    stage: ClassVar[Stage] = "mounting"
+    acts_on: ClassVar[tuple[Hook, ...]] = ("problem", "motion")
     words: ClassVar[str] = "The grasped region lies elsewhere than stated."
 
     def __init__(self, form: str, *amplitudes: Amplitude, centre_shifts: bool = False) -> None:
@@ -59,8 +62,6 @@ _SHIFT = (
     Amplitude("shift_y", "m", scale=3e-3, smallest=2e-4, lower=-0.012, upper=0.012),
 )
 _YAW = Amplitude("yaw", "rad", scale=0.1, smallest=0.01, lower=-0.5, upper=0.5)
-GRASP_MISPLACEMENT = (
-    GraspMisplacement("gripper", *_SHIFT, centre_shifts=True),
-    GraspMisplacement("jaws", *_SHIFT),
-    GraspMisplacement("turned", _YAW),
-)
+# Where the edges of the grasp may lie while the gripper is where it is said to be.
+GRASP_EDGES = (GraspMisplacement("jaws", *_SHIFT), GraspMisplacement("turned", _YAW))
+GRASP_MISPLACEMENT = (GraspMisplacement("gripper", *_SHIFT, centre_shifts=True), *GRASP_EDGES)

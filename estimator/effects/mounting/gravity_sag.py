@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from estimator.effects.effect import Amplitude, Effect, Group, Readings, Values
+from estimator.effects.blocks import Group
+from estimator.effects.effect import Amplitude, Effect, Hook, Readings, Stage, Values
 from estimator.effects.shared.zeroing import with_fiducials_zeroed, with_wrench_zeroed
 from estimator.experiment import Experiment
 from estimator.fem.morph import with_beads_before
@@ -33,6 +34,8 @@ class GravitySag(Effect):
 
     label: ClassVar[str] = "gravity_sag"
     group: ClassVar[Group] = "environment"
+    stage: ClassVar[Stage] = "surroundings"
+    acts_on: ClassVar[tuple[Hook, ...]] = ("beads", "terms", "readings")
     words: ClassVar[str] = "The phantom hangs free and sags under its weight."
     amplitudes = (_WEIGHT,)
 

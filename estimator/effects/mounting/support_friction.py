@@ -8,20 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from estimator.effects.effect import Amplitude, Constant, Effect, Group, Readings, Values
+from estimator.effects.blocks import Group
+from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Readings, Stage, Values
+from estimator.effects.shared.on_table import area_on_table
 from estimator.effects.shared.zeroing import with_wrench_zeroed
 from estimator.experiment import Experiment
 from estimator.fem.friction import LaidDownAnew, LyingOnTable
 from estimator.fem.problem import RetractionProblem
-from estimator.fem.shares import nodal_areas, nodal_volumes
-from estimator.fem.surface import boundary_faces
+from estimator.fem.shares import nodal_volumes
 from estimator.fem.terms import Term
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
 
-# Faces this close to the lowest node (as a share of the phantom's height) lie on the table.
-_ON_TABLE = 0.02
 # By how much softer half a contact is: on such a table the phantom sinks by as much as it moves when it is free, so
 # that a linear search from the baseline arrives somewhere between the two.
 _SOFTNESS = 50.0
@@ -42,6 +41,8 @@ class SupportFriction(Effect):
     # left 0.0033 to a time offset.
     inexactness: ClassVar[float] = 3.5e-3
     group: ClassVar[Group] = "environment"
+    stage: ClassVar[Stage] = "surroundings"
+    acts_on: ClassVar[tuple[Hook, ...]] = ("terms",)
     words: ClassVar[str] = "The tissue rubs on the table below it."
     law: ClassVar[type[LyingOnTable]] = LaidDownAnew
     form = "laid_down_anew"
@@ -79,22 +80,13 @@ class SupportFrictionLeftLying(SupportFriction):
     """Between experiments the phantom stays as it lies, held by what has rubbed; the sensor's zero hides the force."""
 
     law = LyingOnTable
+    acts_on = ("terms", "readings")
     form = "left_lying"
     elaborates = "laid_down_anew"
 
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Take off the wrench in which each experiment began."""
         return with_wrench_zeroed(readings) if _present(values) else readings
-
-
-def area_on_table(problem: RetractionProblem) -> FloatArray:
-    """Return the area (n,), m², with which each node lies on the table."""
-    mesh = problem.body.mesh
-    height = mesh.points[:, 2] - mesh.points[:, 2].min()
-    faces = boundary_faces(mesh)
-    lying = np.all(height[faces] <= _ON_TABLE * height.max(), axis=1)
-    area, _ = nodal_areas(mesh, faces[lying])
-    return np.clip(area, 0.0, None)
 
 
 def _present(values: Values) -> bool:

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from estimator.effects.effect import OUTSIDE, Amplitude, Constant, Readings, Values
+from estimator.effects.mounting.gravity_sag import GravitySag
 from estimator.effects.shared.on_table import OnTable, area_within
 from estimator.effects.shared.places import CENTRE
 from estimator.effects.shared.zeroing import with_fiducials_zeroed, with_wrench_zeroed
+from estimator.effects.tissue.inhomogeneity import Inhomogeneity
+from estimator.effects.tissue.modulus_gradient import ModulusGradient
+from estimator.effects.tissue.thickness_error import ThicknessError
 from estimator.experiment import Experiment
 from estimator.fem.cushion import Cushion
 from estimator.fem.problem import RetractionProblem
@@ -26,9 +30,11 @@ class AirPocket(OnTable):
 
     label = OUTSIDE
     group = "environment"
+    stage = "surroundings"
+    acts_on = ("terms", "readings")
     words = "Air is caught below the tissue and pushes it up."
     form = "air_pocket"
-    mistaken_for = ("inhomogeneity", "thickness_error", "gravity_sag", "modulus_gradient")
+    mistaken_for = (Inhomogeneity.label, ThicknessError.label, GravitySag.label, ModulusGradient.label)
     amplitudes = (_PRESSURE,)
     constants = (*CENTRE, _RADIUS, _HEIGHT)
 

@@ -14,6 +14,9 @@ class Cable(Effect):
 
     label = OUTSIDE
     group = "force"
+    stage = "force"
+    acts_on = ("readings",)
+    linear = True
     words = "A cable or something else beside the tissue pulls at the tool as it moves."
     form = "cable"
     amplitudes = (Amplitude("stiffness", "N/m", scale=10.0, smallest=1.0, lower=0.0),)

@@ -14,6 +14,9 @@ class CameraCreep(Effect):
 
     label = OUTSIDE
     group = "vision"
+    stage = "vision"
+    acts_on = ("readings",)
+    linear = True
     words = "The cameras move slowly while an experiment runs."
     form = "camera_creep"
     amplitudes = (

@@ -15,6 +15,8 @@ class CameraLag(Effect):
 
     label = OUTSIDE
     group = "timing"
+    stage = "vision"
+    acts_on = ("readings",)
     words = "The cameras' images are shifted in time against the pose stream."
 
     def __init__(self, form: Literal["camera_lag", "camera_lead"]) -> None:

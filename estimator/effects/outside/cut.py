@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from estimator.effects.effect import OUTSIDE, Amplitude, Constant, Effect, Readings, Values
 from estimator.effects.shared.places import CENTRE, belonging, places_of
+from estimator.effects.tissue.inhomogeneity import Inhomogeneity
+from estimator.effects.vision.fiducial_misread import FiducialMisread
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.quadrature import points_of_parts
 
@@ -32,10 +34,12 @@ class Cut(Effect):
 
     label = OUTSIDE
     group = "inhomogeneity"
+    stage = "tissue"
+    acts_on = ("log_modulus",)
     words = "The tissue is cut, torn or missing at a place."
     within_elements = True
     form = "cut"
-    mistaken_for = ("inhomogeneity", "fiducial_misread")
+    mistaken_for = (Inhomogeneity.label, FiducialMisread.label)
     amplitudes = (_LOG_SOFTNESS,)
     constants = (*CENTRE, _HALF_LENGTH, _NORMAL)
 

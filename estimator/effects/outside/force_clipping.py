@@ -24,6 +24,8 @@ class ForceClipping(Effect):
 
     label = OUTSIDE
     group = "force"
+    stage = "force"
+    acts_on = ("readings",)
     words = "One force axis saturates before the end of its range."
     form = "force_clipping"
     amplitudes = (Amplitude("lost_share", "1", scale=0.6, smallest=0.05, lower=0.0, upper=1.0),)

@@ -30,6 +30,8 @@ class JammedJoint(Effect):
 
     label = OUTSIDE
     group = "robot"
+    stage = "motion"
+    acts_on = ("motion",)
     words = "Beyond some reach the gripper does not follow what the robot reports."
     amplitudes = (_LOST,)
 

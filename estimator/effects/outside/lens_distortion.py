@@ -20,6 +20,9 @@ class LensDistortion(Effect):
 
     label = OUTSIDE
     group = "vision"
+    stage = "vision"
+    acts_on = ("readings",)
+    linear = True
     words = "The cameras' lenses distort the plane of the beads."
     amplitudes = (
         Amplitude("radial", "1/m2", scale=4.0, smallest=0.3),

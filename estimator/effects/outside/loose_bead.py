@@ -30,6 +30,8 @@ class LooseBead(Effect):
 
     label = OUTSIDE
     group = "vision"
+    stage = "vision"
+    acts_on = ("readings",)
     words = "A fiducial comes loose and slides on the tissue."
     form = "loose_bead"
     amplitudes = tuple(Amplitude(f"slide_{axis}", "m", scale=1e-3, smallest=1e-4) for axis in AXES)

@@ -14,6 +14,8 @@ class ModulusDrift(Effect):
 
     label = OUTSIDE
     group = "material"
+    stage = "tissue"
+    acts_on = ("readings",)
     words = "The tissue's stiffness drifts with time."
     form = "modulus_drift"
     amplitudes = (

@@ -19,6 +19,8 @@ class Shrinkage(Effect):
 
     label = OUTSIDE
     group = "geometry"
+    stage = "tissue"
+    acts_on = ("terms", "readings")
     words = "The tissue shrinks or swells from one experiment to the next."
     form = "shrinkage"
     amplitudes = (_STRAIN,)

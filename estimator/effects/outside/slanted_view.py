@@ -15,6 +15,8 @@ class SlantedView(Effect):
 
     label = OUTSIDE
     group = "vision"
+    stage = "vision"
+    acts_on = ("readings",)
     words = "Beads that sink are seen aside, as through a window or another medium."
     form = "slanted_view"
     amplitudes = tuple(Amplitude(f"shift_{axis}_per_depth", "1", scale=0.2, smallest=0.02) for axis in AXES)

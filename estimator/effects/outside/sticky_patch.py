@@ -7,6 +7,7 @@ import numpy as np
 from estimator.effects.effect import OUTSIDE, Amplitude, Constant, Values
 from estimator.effects.shared.on_table import OnTable, area_within
 from estimator.effects.shared.places import CENTRE
+from estimator.effects.tissue.inhomogeneity import Inhomogeneity
 from estimator.experiment import Experiment
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.steady import NodalSprings
@@ -25,9 +26,11 @@ class StickyPatch(OnTable):
 
     label = OUTSIDE
     group = "environment"
+    stage = "surroundings"
+    acts_on = ("terms",)
     words = "The tissue sticks to a patch of the table below it."
     form = "sticky_patch"
-    mistaken_for = ("inhomogeneity",)
+    mistaken_for = (Inhomogeneity.label,)
     amplitudes = (_STIFFNESS,)
     constants = (*CENTRE, _RADIUS)
 

@@ -23,6 +23,9 @@ class ZeroJump(Effect):
 
     label = OUTSIDE
     group = "force"
+    stage = "force"
+    acts_on = ("readings",)
+    linear = True
     words = "The force sensor's zero jumps in the middle of an experiment."
     form = "zero_jump"
     amplitudes = tuple(

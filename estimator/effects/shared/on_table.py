@@ -1,4 +1,4 @@
-"""What acts on the tissue's underside within a circle."""
+"""The tissue's underside on the table, and what acts on it within a circle."""
 
 from __future__ import annotations
 
@@ -9,11 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.effect import Effect, Readings, Values
-from estimator.effects.mounting.support_friction import area_on_table
 from estimator.effects.shared.places import belonging, places_of
 from estimator.fem.problem import RetractionProblem
+from estimator.fem.shares import nodal_areas
+from estimator.fem.surface import boundary_faces
 
 FloatArray = NDArray[np.float64]
+
+# Faces this close to the lowest node (as a share of the phantom's height) lie on the table.
+_ON_TABLE = 0.02
 
 
 class OnTable(Effect):
@@ -29,6 +33,16 @@ class OnTable(Effect):
         """Return the circle's centre and radius."""
         below = float(problem.body.mesh.points[:, 2].min())
         return np.array([values["centre_x"], values["centre_y"], below]), values["radius"]
+
+
+def area_on_table(problem: RetractionProblem) -> FloatArray:
+    """Return the area (n,), m², with which each node lies on the table."""
+    mesh = problem.body.mesh
+    height = mesh.points[:, 2] - mesh.points[:, 2].min()
+    faces = boundary_faces(mesh)
+    lying = np.all(height[faces] <= _ON_TABLE * height.max(), axis=1)
+    area, _ = nodal_areas(mesh, faces[lying])
+    return np.clip(area, 0.0, None)
 
 
 def area_within(problem: RetractionProblem, values: Values) -> FloatArray:

@@ -7,7 +7,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.effects.effect import Amplitude, Constant, Effect, Group, Values
+from estimator.effects.blocks import Group
+from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Stage, Values
 from estimator.experiment import Experiment
 from estimator.fem.fibres import BucklingFibres, Fibres
 from estimator.fem.problem import RetractionProblem
@@ -34,6 +35,8 @@ class Anisotropy(Effect):
 
     label: ClassVar[str] = "anisotropy"
     group: ClassVar[Group] = "material"
+    stage: ClassVar[Stage] = "tissue"
+    acts_on: ClassVar[tuple[Hook, ...]] = ("terms",)
     words: ClassVar[str] = "The tissue is stiffer along one direction in the plane."
     amplitudes = (_FIBRES,)
     constants: tuple[Constant, ...] = (_ANGLE,)

@@ -9,7 +9,8 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.effects.effect import Amplitude, Constant, Effect, Group, Readings, Values
+from estimator.effects.blocks import Group
+from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Readings, Stage, Values
 from estimator.effects.shared.places import CENTRE, belonging, places_of
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.quadrature import points_of_parts
@@ -42,6 +43,8 @@ class Inhomogeneity(Effect):
 
     label: ClassVar[str] = "inhomogeneity"
     group: ClassVar[Group] = "inhomogeneity"
+    stage: ClassVar[Stage] = "tissue"
+    acts_on: ClassVar[tuple[Hook, ...]] = ("log_modulus",)
     words: ClassVar[str] = "A region of the tissue is stiffer or softer than the rest."
     within_elements: ClassVar[bool] = True
     amplitudes = (_LOG_RATIO,)

@@ -7,7 +7,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.effects.effect import Amplitude, Effect, Group, Values
+from estimator.effects.blocks import Group
+from estimator.effects.effect import Amplitude, Effect, Hook, Stage, Values
 from estimator.fem.mesh import Mesh
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.quadrature import quadrature_points
@@ -29,6 +30,8 @@ class ModulusGradient(Effect):
 
     label: ClassVar[str] = "modulus_gradient"
     group: ClassVar[Group] = "inhomogeneity"
+    stage: ClassVar[Stage] = "tissue"
+    acts_on: ClassVar[tuple[Hook, ...]] = ("log_modulus",)
     words: ClassVar[str] = "The tissue's modulus changes steadily across the phantom."
 
     def __init__(self, form: str, axes: str) -> None:

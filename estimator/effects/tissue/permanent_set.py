@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from estimator.effects.effect import Amplitude, Effect, Group, Readings, Values
+from estimator.effects.blocks import Group
+from estimator.effects.effect import Amplitude, Effect, Hook, Readings, Stage, Values
 from estimator.effects.shared.zeroing import with_wrench_zeroed
 from estimator.experiment import Experiment
 from estimator.fem.problem import RetractionProblem
@@ -23,6 +24,8 @@ class PermanentSet(Effect):
 
     label: ClassVar[str] = "permanent_set"
     group: ClassVar[Group] = "material"
+    stage: ClassVar[Stage] = "tissue"
+    acts_on: ClassVar[tuple[Hook, ...]] = ("terms", "readings")
     words: ClassVar[str] = "Part of the tissue's deformation stays after unloading."
     amplitudes = (_SHARE,)
 

@@ -8,7 +8,8 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.effects.effect import Amplitude, Effect, Group, Motion, Readings, Values
+from estimator.effects.blocks import Group
+from estimator.effects.effect import Amplitude, Effect, Hook, Motion, Readings, Stage, Values
 from estimator.effects.shared.zeroing import ZeroAxes, with_fiducials_zeroed, with_wrench_zeroed
 from estimator.fem.morph import with_beads_before_drawing, with_grasp_drawn
 from estimator.fem.problem import RetractionProblem
@@ -20,6 +21,8 @@ Direction = Literal["along", "aside"]
 class _Tension(Effect):
     label: ClassVar[str] = "prestretch"
     group: ClassVar[Group] = "geometry"
+    stage: ClassVar[Stage] = "tissue"
+    acts_on: ClassVar[tuple[Hook, ...]] = ("problem", "readings")
     words: ClassVar[str] = "The phantom was mounted under tension, whose force the sensor's zero hides."
 
 
@@ -60,6 +63,7 @@ class DrawnFromStatedShape(_Tension):
     the first row.
     """
 
+    acts_on: ClassVar[tuple[Hook, ...]] = ("motion", "readings")
     form = "beads_known_before"
     amplitudes = tuple(
         Amplitude(f"drawn_{axis}", "m", scale=1e-3, smallest=1e-4, lower=-0.02, upper=0.02) for axis in "xy"
@@ -82,6 +86,7 @@ class DrawnBeforeBeadsWereMeasured(DrawnFromStatedShape):
     The beads show no stretch then, but they sit on tissue that lay elsewhere before it was drawn.
     """
 
+    acts_on = ("problem", "motion", "readings")
     form = "beads_known_after"
     rest_seen = True
 

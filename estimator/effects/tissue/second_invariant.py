@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from estimator.effects.effect import Amplitude, Effect, Group, Values
+from estimator.effects.blocks import Group
+from estimator.effects.effect import Amplitude, Effect, Hook, Stage, Values
 from estimator.materials import IsochoricMooneyRivlin, Law, MooneyRivlin
 from estimator.materials.material import Material
 from estimator.materials.superposed import departing
@@ -23,7 +24,10 @@ class SecondInvariant(Effect):
 
     label: ClassVar[str] = "second_invariant"
     group: ClassVar[Group] = "material"
+    stage: ClassVar[Stage] = "tissue"
+    acts_on: ClassVar[tuple[Hook, ...]] = ("material",)
     words: ClassVar[str] = "A share of the tissue's energy depends on the second invariant (Mooney-Rivlin)."
+    laws: ClassVar[tuple[str, ...]] = (MooneyRivlin.name, IsochoricMooneyRivlin.name)
     amplitudes = (_SHARE,)
 
     def __init__(self, form: str, law: Law) -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from estimator.effects.effect import Amplitude, Effect, Group, Values
+from estimator.effects.blocks import Group
+from estimator.effects.effect import Amplitude, Effect, Hook, Stage, Values
 from estimator.materials import law_named
 from estimator.materials.material import Material
 from estimator.materials.superposed import departing
@@ -23,7 +24,20 @@ class StrainStiffening(Effect):
 
     label: ClassVar[str] = "strain_stiffening"
     group: ClassVar[Group] = "material"
+    stage: ClassVar[Stage] = "tissue"
+    acts_on: ClassVar[tuple[Hook, ...]] = ("material",)
     words: ClassVar[str] = "The stress grows faster with strain than the Neo-Hookean law's."
+
+    laws: ClassVar[tuple[str, ...]] = (
+        "yeoh2",
+        "yeoh3",
+        "gent",
+        "arruda_boyce",
+        "veronda_westmann",
+        "ogden1",
+        "ogden2",
+        "st_venant_kirchhoff",
+    )
 
     def __init__(self, law: str, scale: float, smallest: float) -> None:
         self.form = law

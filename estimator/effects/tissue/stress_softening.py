@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from estimator.effects.effect import Amplitude, Constant, Effect, Group, Values
+from estimator.effects.blocks import Group
+from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Stage, Values
 from estimator.experiment import Experiment
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.softening import ContinuumDamage, PseudoElastic, Softening, SofteningLaw, SofteningPart
@@ -34,6 +35,8 @@ class StressSoftening(Effect):
 
     label: ClassVar[str] = "stress_softening"
     group: ClassVar[Group] = "material"
+    stage: ClassVar[Stage] = "tissue"
+    acts_on: ClassVar[tuple[Hook, ...]] = ("terms",)
     words: ClassVar[str] = "After a larger strain the tissue is softer at smaller ones (Mullins)."
     amplitudes = (_DEPTH,)
 

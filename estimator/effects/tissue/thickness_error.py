@@ -7,7 +7,8 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Group, Values
+from estimator.effects.blocks import Group
+from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Hook, Stage, Values
 from estimator.fem.morph import with_points
 from estimator.fem.problem import RetractionProblem
 
@@ -23,6 +24,9 @@ class ThicknessError(Effect):
 
     label: ClassVar[str] = "thickness_error"
     group: ClassVar[Group] = "geometry"
+    stage: ClassVar[Stage] = "tissue"
+    acts_on: ClassVar[tuple[Hook, ...]] = ("problem",)
+    measured_by: ClassVar[str] = "measure the phantom's thickness with a calliper"
     words: ClassVar[str] = "The phantom is thicker or thinner than stated."
     inexactness: ClassVar[float] = HARDLY_INEXACT
     amplitudes = (_EXCESS,)

@@ -8,7 +8,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from estimator.effects.effect import Amplitude, Constant, Effect, Group, Readings, Values
+from estimator.effects.blocks import Group
+from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Readings, Stage, Values
 from estimator.experiment import Experiment
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.relaxation import Relaxation, RelaxingPart
@@ -35,6 +36,8 @@ class Viscoelasticity(Effect):
 
     label: ClassVar[str] = "viscoelasticity"
     group: ClassVar[Group] = "material"
+    stage: ClassVar[Stage] = "tissue"
+    acts_on: ClassVar[tuple[Hook, ...]] = ("terms",)
     words: ClassVar[str] = (
         "The stress relaxes while the gripper holds and lags on the way back; E is that of the stress that stays."
     )

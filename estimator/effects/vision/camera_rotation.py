@@ -15,6 +15,9 @@ class CameraRotation(Effect):
 
     label = "camera_rotation"
     group = "vision"
+    stage = "vision"
+    acts_on = ("seen", "readings")
+    measured_by = "compare the beads' places at rest with the design grid"
     words = "The cameras' frame is rotated against the tissue frame."
     inexactness = HARDLY_INEXACT
     amplitudes = tuple(

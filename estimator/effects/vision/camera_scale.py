@@ -13,6 +13,10 @@ class CameraScale(Effect):
 
     label = "camera_scale"
     group = "vision"
+    stage = "vision"
+    acts_on = ("seen", "readings")
+    linear = True
+    measured_by = "compare the beads' spacing at rest with the design grid"
     words = (
         "The cameras' scale is off: fiducials appear too far from or too near to the tissue frame's origin."
     )

@@ -34,6 +34,9 @@ class FiducialMislabel(Effect):
 
     label = "fiducial_mislabel"
     group = "vision"
+    stage = "vision"
+    acts_on = ("readings",)
+    linear = True
     words = "Two fiducials are mistaken for each other from some instant on."
     inexactness = 0.0
     form = "to_the_last_experiment"

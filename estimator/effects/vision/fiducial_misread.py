@@ -33,6 +33,9 @@ class FiducialMisread(Effect):
 
     label = "fiducial_misread"
     group = "vision"
+    stage = "vision"
+    acts_on = ("readings",)
+    linear = True
     words = "One fiducial is read at a false place."
     form = "always"
     amplitudes = tuple(Amplitude(f"offset_{axis}", "m", scale=1.5e-3, smallest=1e-4) for axis in AXES)
