@@ -36,6 +36,17 @@ class Catalogue:
     ------
     InputError
         Two effects have the same label and form, an effect's declarations contradict each other or its methods.
+
+    Examples
+    --------
+    >>> from estimator import Catalogue
+    >>> from estimator.effects.motion.motion_scale import MotionScale
+    >>> from estimator.effects.vision.camera_scale import CameraScale
+    >>> catalogue = Catalogue((CameraScale(),)).with_effect(MotionScale())
+    >>> catalogue.groups
+    {'motion_scale': 'robot', 'camera_scale': 'vision'}
+    >>> [effect.name for effect in catalogue.forms("camera_scale")]
+    ['camera_scale:uniform']
     """
 
     effects: tuple[Effect, ...]

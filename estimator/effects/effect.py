@@ -57,6 +57,12 @@ class Amplitude:
     scale : standard deviation of its prior, a usual size where the effect is present
     smallest : size below which nobody would care
     lower, upper : bounds; a one-sided effect has one of them at zero
+
+    Examples
+    --------
+    >>> from estimator import Amplitude
+    >>> Amplitude("rate", "N/s", scale=1e-3, smallest=1e-4, lower=0.0)
+    Amplitude(name='rate', unit='N/s', scale=0.001, smallest=0.0001, lower=0.0, upper=inf)
     """
 
     name: str
@@ -169,6 +175,24 @@ class Effect:
     rest_seen : whether the cameras read the beads' stated rest positions once the tissue was mounted
     inexactness : share of what it raises the log evidence by that another cause seems to explain where its form is only
         nearly right: stiffening of another form left 0.0008 to a grasp aside
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from estimator import Amplitude, Effect, Experiment, simulate
+    >>> class SensorHeat(Effect):
+    ...     label, group, stage, acts_on = "sensor_heat", "force", "force", ("readings",)
+    ...     words = "The force sensor warms up."
+    ...     amplitudes = (Amplitude("rate", "N/s", scale=1e-3, smallest=1e-4),)
+    ...
+    ...     def readings(self, readings, values):
+    ...         more = np.outer(readings.experiment.time, [values["rate"], 0, 0, 0, 0, 0])
+    ...         return readings.with_wrench(readings.wrench + more)
+    >>> planned = Experiment.of_block([(0, 0, 0), (0.002, 0, 0)])
+    >>> (cold,) = simulate(planned, mesh="coarse")
+    >>> (warm,) = simulate(planned, effects=[(SensorHeat(), {"rate": 0.5})], mesh="coarse")
+    >>> round(float(warm.wrench[1, 0] - cold.wrench[1, 0]), 3)
+    0.5
     """
 
     label: ClassVar[str]

@@ -60,7 +60,15 @@ class EnergyDerivatives:
 
 @runtime_checkable
 class Law(Protocol):
-    """An isotropic hyperelastic law in the form above."""
+    """An isotropic hyperelastic law in the form above.
+
+    Examples
+    --------
+    >>> from estimator import Law
+    >>> from estimator.materials import law_named
+    >>> isinstance(law_named("gent"), Law), isinstance("gent", Law)
+    (True, False)
+    """
 
     @property
     def name(self) -> str:

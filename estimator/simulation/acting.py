@@ -44,6 +44,19 @@ def read_effect(text: str, catalogue: Catalogue | None = None) -> ActingEffect:
         given.setdefault(leading.name, _number(effect, leading.name, first) if first else leading.scale)
     if odd := [item for item in items[1:] if "=" not in item]:
         raise InputError(f"effect {effect.name}: '{odd[0]}' has no name; write NAME=VALUE; {takes(effect)}")
+    return acting_effect(effect, given)
+
+
+def acting_effect(effect: Effect, given: Mapping[str, float]) -> ActingEffect:
+    """Return an effect with the values that are given, and for its other parameters those of the module's text.
+
+    Raises
+    ------
+    InputError
+        A parameter is unknown, its value out of its range, or a constant is missing.
+    """
+    for name in given:
+        _check_known(effect, name)
     values = {amplitude.name: given.get(amplitude.name, 0.0) for amplitude in effect.amplitudes}
     values |= {constant.name: _constant(effect, constant, given) for constant in effect.constants}
     for parameter in _parameters(effect):
@@ -88,9 +101,13 @@ def _effect_named(name: str, catalogue: Catalogue) -> Effect:
 
 def _parameter(effect: Effect, item: str) -> tuple[str, float]:
     name, _, value = (part.strip() for part in item.partition("="))
+    _check_known(effect, name)
+    return name, _number(effect, name, value)
+
+
+def _check_known(effect: Effect, name: str) -> None:
     if name not in {parameter.name for parameter in _parameters(effect)}:
         raise InputError(f"effect {effect.name} has no parameter '{name}'; {takes(effect)}")
-    return name, _number(effect, name, value)
 
 
 def _number(effect: Effect, name: str, text: str) -> float:
