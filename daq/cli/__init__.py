@@ -56,10 +56,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         for verb in _wanted(arguments):
             import_module(f"daq.cli.{verb}").add_parser(verbs)
+        options = parser.parse_args(arguments)
     except EstimatorError as error:
         # another package adds effects or laws that cannot be
         return fail(str(error), status=2)
-    options = parser.parse_args(arguments)
     return concluded(lambda: options.run(options), as_json=options.json)
 
 
