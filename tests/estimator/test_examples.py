@@ -101,6 +101,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """The folder into which the example package was installed, beside nothing else."""
     source = tmp_path_factory.mktemp("source") / "heated-jaws"
     left_behind = shutil.ignore_patterns("build", "*.egg-info", "__pycache__")
+    left_behind = shutil.ignore_patterns("build", "*.egg-info", "__pycache__")
     shutil.copytree(EXAMPLES / "heated-jaws", source, ignore=left_behind)
     target = tmp_path_factory.mktemp("installed")
     options = ["--quiet", "--no-deps", "--no-index", "--no-build-isolation", "--disable-pip-version-check"]
