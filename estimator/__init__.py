@@ -15,7 +15,7 @@ What a script or a notebook needs is imported from here, and is loaded only once
 >>> planned = estimator.Experiment.of_block([(0, 0, 0), (0.004, 0, 0)])
 >>> (measured,) = estimator.simulate(planned, youngs_modulus=8e3, mesh="coarse")
 >>> measured
-<Experiment 'pull' of 'virtual': 2 rows in 1 s, the gripper goes 4 mm far, 16 fiducials>
+<Experiment 'pull' of 'virtual': 2 rows in 1 s, the gripper goes 4.0 mm far, 16 fiducials>
 """
 
 from importlib import import_module

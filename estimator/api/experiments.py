@@ -32,7 +32,7 @@ class Experiment(model.Experiment):
     >>> from estimator import Experiment
     >>> pull = Experiment.of_block([(0, 0, 0), (0.002, 0, 0), (0.004, 0, 0)], name="a pull")
     >>> pull
-    <Experiment 'a pull' of 'virtual': 3 rows in 2 s, the gripper goes 4 mm far, 16 fiducials>
+    <Experiment 'a pull' of 'virtual': 3 rows in 2 s, the gripper goes 4.0 mm far, 16 fiducials>
     >>> pull.position.shape, pull.wrench.shape, pull.fiducials.shape
     ((3, 3), (3, 6), (3, 16, 3))
     >>> pull.to_dict()["observations"]["px"]
@@ -131,7 +131,7 @@ class Experiment(model.Experiment):
         rows, beads = len(self.time), len(self.fiducials_rest)
         return {
             "observations": f"{rows} {'row' if rows == 1 else 'rows'} in {self.time[-1] - self.time[0]:.3g} s",
-            "motion": f"the gripper goes {1e3 * way:.3g} mm far",
+            "motion": f"the gripper goes {1e3 * way:.1f} mm far",
             "seen": f"{beads} {'fiducial' if beads == 1 else 'fiducials'}",
         }
 
@@ -151,7 +151,7 @@ def read_experiment(path: Path | str) -> Experiment:
     >>> planned = Experiment.of_block([(0, 0, 0), (0.002, 0, 0)])
     >>> folder = write_experiment(planned, tmp_path / "pull").path
     >>> read_experiment(folder)
-    <Experiment 'pull' of 'virtual': 2 rows in 1 s, the gripper goes 2 mm far, 16 fiducials>
+    <Experiment 'pull' of 'virtual': 2 rows in 1 s, the gripper goes 2.0 mm far, 16 fiducials>
     """
     return Experiment.of(reading.read_experiment(path))
 

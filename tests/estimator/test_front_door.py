@@ -98,6 +98,14 @@ def test_the_example_of_the_package_runs() -> None:
     assert doctest.testmod(estimator).failed == 0
 
 
+def test_what_the_page_on_scripts_shows_is_what_happens(tmp_path: Path) -> None:
+    page = Path(__file__).resolve().parents[2] / "docs" / "extend-scripts.md"
+    told = doctest.testfile(str(page), module_relative=False, globs={"folder": tmp_path}, encoding="utf-8")
+    assert (told.failed, told.attempted > 5) == (0, True)
+    text = page.read_text(encoding="utf-8")
+    assert [name for name in NAMES if f"`{name}`" not in text] == []
+
+
 def test_a_name_that_is_not_there_is_told() -> None:
     with pytest.raises(AttributeError, match="'estimator' has no attribute 'simulated'"):
         _ = estimator.simulated  # type: ignore[attr-defined]
@@ -115,7 +123,7 @@ def test_an_experiment_that_shows_itself_is_the_one_that_was_read(tmp_path: Path
         assert np.array_equal(getattr(plain, name), getattr(shown, name), equal_nan=True)
     assert isinstance(replace(shown, name="other"), Experiment)
     assert repr(shown).startswith(
-        "<Experiment 'pull' of 'P07 <soft>': 25 rows in 36 s, the gripper goes 12 mm"
+        "<Experiment 'pull' of 'P07 <soft>': 25 rows in 36 s, the gripper goes 12.0 mm"
     )
 
 
