@@ -17,6 +17,8 @@ from estimator.diagnosis.result import Consideration, Diagnosis, ErrorsLeft
 from estimator.errors import InputError
 from estimator.fit.estimate import estimate
 from estimator.fit.result import Estimate
+from estimator.fit.settings import FitSettings
+from estimator.materials import law_named
 from gui.job_process import Reporter
 from gui.sources import experiments_of
 
@@ -25,9 +27,9 @@ EXPORTS: tuple[str, ...] = (EXPERIMENT, *FORMATS)
 """What a session can be exported as: the synchronised experiment folder, and its streams as tables."""
 
 
-def estimate_sources(report: Reporter, sources: Sequence[Path]) -> Estimate:
-    """Estimate E and ν from sessions and experiment folders of one phantom."""
-    return estimate(experiments_of(sources, report), report)
+def estimate_sources(report: Reporter, sources: Sequence[Path], law: str) -> Estimate:
+    """Estimate the parameters of a law from sessions and experiment folders of one phantom."""
+    return estimate(experiments_of(sources, report), report, FitSettings(law=law_named(law)))
 
 
 def diagnose_sources(report: Reporter, sources: Sequence[Path]) -> Diagnosis:
