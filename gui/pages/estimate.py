@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import ClassVar
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QCheckBox, QComboBox, QFileDialog, QVBoxLayout, QWidget
 
 from estimator.errors import InputError
@@ -98,7 +98,9 @@ class EstimatePage(QWidget):
         try:
             return list(installed_laws())
         except InputError as error:
-            self._context.navigator.tell(information(str(error)))
+            complaint = information(str(error))
+            # once there is a window that shows it
+            QTimer.singleShot(0, self, lambda: self._context.navigator.tell(complaint))
             return list(LAWS)
 
     def _show_whole(self, found: Estimate | None) -> None:

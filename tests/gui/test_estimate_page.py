@@ -90,6 +90,7 @@ def test_a_broken_package_leaves_the_laws_of_this_project(
     page = EstimatePage(context)
     qtbot.addWidget(page)
     assert page.law.count() == len(LAWS)
+    qtbot.waitUntil(lambda: len(told) == 1)
     assert "package old 1.0" in told[0].what
 
 
