@@ -9,9 +9,9 @@ from estimator.api.experiments import several
 from estimator.api.tables import dataframe
 from estimator.diagnosis import result
 from estimator.diagnosis.as_json import as_json
-from estimator.diagnosis.contest import Tell
 from estimator.diagnosis.diagnose import diagnose as diagnose_experiments
 from estimator.experiment import model
+from estimator.fit.linearisation import Progress
 
 if TYPE_CHECKING:
     from estimator.api.drawings import Drawing
@@ -106,7 +106,7 @@ class Diagnosis(result.Diagnosis):
 
 
 def diagnose(
-    experiments: model.Experiment | Sequence[model.Experiment], progress: Tell | None = None
+    experiments: model.Experiment | Sequence[model.Experiment], progress: Progress | None = None
 ) -> Diagnosis:
     """Diagnose the gap between the model and the experiments of one phantom in one mounting.
 

@@ -1,5 +1,6 @@
 """The scripts of ``examples/`` that compute, in a reduced form; and the package there, installed as others are."""
 
+import json
 import shutil
 import subprocess
 import sys
@@ -13,7 +14,6 @@ import pytest
 from synthetic_diagnoses import inclusion
 
 from estimator.api import diagnosing
-from estimator.diagnosis.loads import acts_on_tissue
 from estimator.effects.catalogue import Catalogue, default_catalogue
 from estimator.effects.effect import Effect
 from estimator.materials import with_plugins
@@ -23,6 +23,7 @@ ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "examples"
 # without the finer mesh, which takes most of the time
 QUICK = ["tare"]
+COMMAND = "from daq.cli import main; sys.exit(main(sys.argv[1:]))"
 
 
 @pytest.fixture
@@ -122,16 +123,14 @@ def told_with(target: Path, *arguments: str) -> subprocess.CompletedProcess[str]
 def test_an_installed_package_s_effect_can_be_simulated_and_is_one_of_those_that_a_diagnosis_ranks(
     installed: Path,
 ) -> None:
-    told = told_with(
-        installed, "from daq.cli import main; sys.exit(main(sys.argv[1:]))", "simulate", "--effects"
-    )
+    told = told_with(installed, COMMAND, "simulate", "--effects")
     assert told.returncode == 0, told.stderr
     assert (
         "heated_jaws: it takes softening (usually 0.3), warming_time (s, usually 20), depth (m" in told.stdout
     )
     ranked = told_with(
         installed,
-        "from estimator.diagnosis.field import CATALOGUE; from estimator.effects.standard import EFFECTS; "
+        "from estimator.effects.catalogue import CATALOGUE; from estimator.effects.standard import EFFECTS; "
         "print([effect.name for effect in CATALOGUE if effect not in EFFECTS], len(CATALOGUE) - len(EFFECTS))",
     )
     assert ranked.stdout.strip() == "['heated_jaws'] 1", ranked.stderr
@@ -151,22 +150,41 @@ def test_heat_softens_the_tissue_near_the_grasp_with_time(installed: Path) -> No
     assert 0.02 < lost[-1] < 0.5
 
 
-def test_a_broken_package_is_named_in_one_line(tmp_path: Path) -> None:
-    metadata = tmp_path / "broken_lab-0.2.dist-info"
+def declared(folder: Path, group: str, name: str, value: str) -> None:
+    """Have a package "own-lab 0.2" declare something, as an installer writes it."""
+    metadata = folder / "own_lab-0.2.dist-info"
     metadata.mkdir()
     (metadata / "METADATA").write_text(
-        "Metadata-Version: 2.1\nName: broken-lab\nVersion: 0.2\n", encoding="utf-8"
+        "Metadata-Version: 2.1\nName: own-lab\nVersion: 0.2\n", encoding="utf-8"
     )
-    (metadata / "entry_points.txt").write_text(
-        "[retract.effects]\nold = no_such_module:EFFECT\n", encoding="utf-8"
-    )
-    told = told_with(
-        tmp_path, "from daq.cli import main; sys.exit(main(sys.argv[1:]))", "simulate", "--effects"
-    )
+    (metadata / "entry_points.txt").write_text(f"[{group}]\n{name} = {value}\n", encoding="utf-8")
+
+
+def test_every_verb_that_takes_a_law_takes_that_of_an_installed_package(tmp_path: Path) -> None:
+    shutil.copy(EXAMPLES / "own_law.py", tmp_path)
+    declared(tmp_path, "retract.materials", "demiray", "own_law:Demiray")
+    assert "demiray" in told_with(tmp_path, COMMAND, "simulate", "--help").stdout
+    stretch = np.linspace(1.0, 1.4, 60)
+    growth = np.exp(0.8 * (stretch**2 + 2 / stretch - 3))
+    stress_kpa = 10.0 * growth * (stretch - stretch**-2)
+    rows = [f"{a:.6f},{b:.6f}" for a, b in zip(stretch - 1, stress_kpa, strict=True)]
+    facts = ["Specimen,A1", "Strain,crosshead travel", "Initial height (mm),20.0"]
+    record = tmp_path / "record.csv"
+    head = "Engineering strain (-),Engineering stress (kPa)"
+    record.write_text("\n".join([*facts, head, *rows, ""]), encoding="utf-8")
+    told = told_with(tmp_path, COMMAND, "uniaxial", str(record), "--law", "demiray", "--json")
+    assert told.returncode == 0, told.stderr
+    shape = json.loads(told.stdout)["laws"]["demiray"]["shape"]
+    assert shape["a"]["value"] == pytest.approx(0.8, abs=0.02)
+
+
+def test_a_broken_package_is_named_in_one_line(tmp_path: Path) -> None:
+    declared(tmp_path, "retract.effects", "old", "no_such_module:EFFECT")
+    told = told_with(tmp_path, COMMAND, "simulate", "--effects")
     assert told.returncode == 2
     assert told.stdout == ""
     assert told.stderr.startswith(
-        "retract: package broken-lab 0.2, entry point 'old' of retract.effects: cannot be"
+        "retract: package own-lab 0.2, entry point 'old' of retract.effects: cannot be"
     )
     assert len(told.stderr.splitlines()) == 1
 
@@ -177,5 +195,4 @@ def test_the_package_s_effect_keeps_what_it_declares(
     monkeypatch.syspath_prepend(installed)
     effect: Effect = import_module("heated_jaws").HeatedJaws()
     assert Catalogue((effect,)).effects == (effect,)
-    assert acts_on_tissue(effect)
     assert effect.acts_on_tissue
