@@ -5,12 +5,12 @@ Frames: ``base`` (robot), ``tool`` (robot flange or tool data), ``gripper`` (ori
 ``T_a_b`` is the pose of b in a. SI units.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from daq.devices import CAMERAS, FORCE_SENSORS, ROBOTS, Devices, Driver
+from daq.devices import CAMERA, FORCE_SENSOR, ROBOT, Devices, Role, installed_drivers
+from daq.errors import RigError
 from daq.names import check_name
 from daq.toml_tables import Keys, TomlFile, toml_text
 from daq.vision.fiducials import FiducialSettings
@@ -196,11 +196,11 @@ def read_rig(path: Path) -> Rig:
     left, right = rig.cameras
     return replace(
         rig,
-        force_sensor=_with_settings(file, rig.force_sensor, FORCE_SENSORS, ("force_sensor",)),
-        robot=_with_settings(file, rig.robot, ROBOTS, ("robot",)),
+        force_sensor=_with_settings(file, rig.force_sensor, FORCE_SENSOR, ("force_sensor",)),
+        robot=_with_settings(file, rig.robot, ROBOT, ("robot",)),
         cameras=(
-            _with_settings(file, left, CAMERAS, ("cameras", 0)),
-            _with_settings(file, right, CAMERAS, ("cameras", 1)),
+            _with_settings(file, left, CAMERA, ("cameras", 0)),
+            _with_settings(file, right, CAMERA, ("cameras", 1)),
         ),
     )
 
@@ -213,17 +213,26 @@ def write_rig(rig: Rig, path: Path) -> None:
 def make_devices(rig: Rig) -> Devices:
     """Make the devices of a rig, not connected yet."""
     return Devices(
-        FORCE_SENSORS[rig.force_sensor.driver].make(rig.force_sensor.settings),
-        ROBOTS[rig.robot.driver].make(rig.robot.settings),
-        {camera.name: CAMERAS[camera.driver].make(camera.settings) for camera in rig.cameras},
+        _made(rig.force_sensor, FORCE_SENSOR),
+        _made(rig.robot, ROBOT),
+        {camera.name: _made(camera, CAMERA) for camera in rig.cameras},
     )
 
 
-def _with_settings(file: TomlFile, device: D, drivers: Mapping[str, Driver], keys: Keys) -> D:
+def _made(device: Device | CameraDevice, role: Role) -> Any:
+    driver = role.driver(device.driver)
+    if driver is None:
+        raise RigError(f"no driver of a {role.words} is called '{device.driver}'; {_to_choose_from(role)}")
+    return driver.make(device.settings)
+
+
+def _with_settings(file: TomlFile, device: D, role: Role, keys: Keys) -> D:
     """Return the device with its settings table turned into the settings of its driver."""
-    if device.driver not in drivers:
-        raise file.mistake(
-            (*keys, "driver"), f"must be one of {', '.join(map(repr, drivers))}, not {device.driver!r}"
-        )
-    kind = drivers[device.driver].settings
-    return replace(device, settings=file.build(kind, device.settings, (*keys, "settings")))
+    driver = role.driver(device.driver)
+    if driver is None:
+        raise file.mistake((*keys, "driver"), f"must be {_to_choose_from(role)}, not {device.driver!r}")
+    return replace(device, settings=file.build(driver.settings, device.settings, (*keys, "settings")))
+
+
+def _to_choose_from(role: Role) -> str:
+    return f"one of {', '.join(repr(one.name) for one in installed_drivers(role))}"

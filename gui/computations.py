@@ -11,13 +11,15 @@ from daq.session_report import SessionReport, write_report
 from daq.table_formats import FORMATS
 from daq.versions import package_versions
 from estimator.diagnosis.conclusions.as_json import as_json
-from estimator.diagnosis.what_if import what_if
 from estimator.diagnosis.diagnose import diagnose
 from estimator.diagnosis.noise.errors_left import ErrorsLeft
 from estimator.diagnosis.result import Consideration, Diagnosis
+from estimator.diagnosis.what_if import what_if
 from estimator.errors import InputError
 from estimator.fit.estimate import estimate
 from estimator.fit.result import Estimate
+from estimator.fit.settings import FitSettings
+from estimator.materials import law_named
 from gui.job_process import Reporter
 from gui.sources import experiments_of
 
@@ -26,9 +28,9 @@ EXPORTS: tuple[str, ...] = (EXPERIMENT, *FORMATS)
 """What a session can be exported as: the synchronised experiment folder, and its streams as tables."""
 
 
-def estimate_sources(report: Reporter, sources: Sequence[Path]) -> Estimate:
-    """Estimate E and ν from sessions and experiment folders of one phantom."""
-    return estimate(experiments_of(sources, report), report)
+def estimate_sources(report: Reporter, sources: Sequence[Path], law: str) -> Estimate:
+    """Estimate the parameters of a law from sessions and experiment folders of one phantom."""
+    return estimate(experiments_of(sources, report), report, FitSettings(law=law_named(law)))
 
 
 def diagnose_sources(report: Reporter, sources: Sequence[Path]) -> Diagnosis:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.result import DeformedMesh, Place, Trace
+from estimator.effects.blocks import Block
 from estimator.experiment import Box, Experiment
 from estimator.fem.mesh import Mesh, interpolation_rows
 from estimator.fem.surface import boundary_faces, facets, outlines
@@ -92,10 +93,10 @@ def film_of_fit(mesh: Mesh, fit: ExperimentFit) -> Film:
     """Return the deformed mesh of a fit, coloured by the residual of its beads."""
     missed = MM * (fit.experiment.fiducials - fit.fiducials)
     body = DeformedMesh(mesh, fit.displacements, fit.state_of_row)
-    return _film(body, fit.experiment, missed, missed, None, "")
+    return _film(body, fit.experiment, missed, missed, None, None)
 
 
-def film_of_trace(trace: Trace, predicted: FloatArray, place: Place | None, block: str) -> Film:
+def film_of_trace(trace: Trace, predicted: FloatArray, place: Place | None, block: Block | None) -> Film:
     """Return the deformed mesh of a diagnosis, coloured by what a prediction (n, 6 + 3m) misses of the beads.
 
     Scale and arrows are those of the baseline whatever the prediction, so that they can be compared.
@@ -103,11 +104,11 @@ def film_of_trace(trace: Trace, predicted: FloatArray, place: Place | None, bloc
     Parameters
     ----------
     place : of a local cause; None for one that sits nowhere in particular
-    block : of the rig where such a cause sits, one of :data:`estimator.effects.effect.BLOCK_OF_GROUP` or empty
+    block : of the rig where such a cause sits; None where it sits in none
     """
     seen = trace.experiment.fiducials
     before, after = (MM * (seen - one[:, 6:].reshape(seen.shape)) for one in (trace.before, predicted))
-    return _film(trace.body, trace.experiment, after, before, place, "" if place is not None else block)
+    return _film(trace.body, trace.experiment, after, before, place, None if place is not None else block)
 
 
 def _body_film(body: DeformedMesh, experiment: Experiment) -> tuple[Surface, Callable[[int], FloatArray]]:
@@ -161,7 +162,7 @@ def _film(
     missed: FloatArray,
     compared: FloatArray,
     place: Place | None,
-    block: str,
+    block: Block | None,
 ) -> Film:
     """Return a film of residuals ``missed`` (n, m, 3), mm; ``compared`` are those that set scale and arrows."""
     surface, points_at = _body_film(body, experiment)
@@ -197,12 +198,12 @@ def _carried(body: DeformedMesh, place: Place) -> FloatArray:
     return MM * (centre + moved[body.state_of_row])
 
 
-def _where_it_sits(surface: Surface, block: str) -> NDArray[np.bool_]:
+def _where_it_sits(surface: Surface, block: Block | None) -> NDArray[np.bool_]:
     """Return which pieces (f,) of the surface are the block of the rig; none where it is no part of the surface."""
-    match block:
-        case "anchor" | "grasp":
-            return np.asarray(surface.parts == block)
-        case "support":
+    match block.pictured if block is not None else "":
+        case "anchor" | "grasp" as part:
+            return np.asarray(surface.parts == part)
+        case "underside":
             height = surface.points[surface.pieces][..., 2]
             return np.asarray((height <= surface.points[:, 2].min() + MM * _ON_THE_FACE_M).all(axis=1))
     return np.zeros(len(surface.pieces), dtype=np.bool_)

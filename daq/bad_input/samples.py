@@ -20,6 +20,8 @@ from daq.toml_tables import toml_text
 from daq.virtual_rig.layout import SPECIMEN, Addresses, rig_description
 from daq.virtual_rig.scene import flea2_pair
 from estimator.blind.scoring.keys import open_keys
+from estimator.effects.force.force_bias import ForceBias
+from estimator.effects.motion.gripper_slip import GripperSlip
 from estimator.experiment import Experiment, Phantom, SensorNoise, write_experiment
 from estimator.fit import coverage
 from estimator.geometry.shapes import block_surface, sphere_surface
@@ -191,7 +193,7 @@ def benchmark(folder: Path) -> None:
     (folder / "keys").mkdir()
     modulus, ratio = {"value": 15e3, "std": 10.0}, {"value": 0.45, "std": 0.001}
     material = {"youngs_modulus": modulus, "poisson_ratio": ratio}
-    for name, label in (("one", "gripper_slip"), ("two", "force_bias")):
+    for name, label in (("one", GripperSlip.label), ("two", ForceBias.label)):
         answer = {
             "verdict": [label],
             "probabilities": {label: 0.9, "none": 0.1},

@@ -5,7 +5,8 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from daq.cli.verb import concluded
+from daq.cli.verb import concluded, fail
+from estimator.errors import EstimatorError
 
 _VERBS = (
     "demo",
@@ -52,9 +53,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     verbs = parser.add_subparsers(metavar="VERB", required=True)
-    for verb in _wanted(arguments):
-        import_module(f"daq.cli.{verb}").add_parser(verbs)
-    options = parser.parse_args(arguments)
+    try:
+        for verb in _wanted(arguments):
+            import_module(f"daq.cli.{verb}").add_parser(verbs)
+        options = parser.parse_args(arguments)
+    except EstimatorError as error:
+        # another package adds effects or laws that cannot be
+        return fail(str(error), status=2)
     return concluded(lambda: options.run(options), as_json=options.json)
 
 

@@ -14,7 +14,7 @@ from estimator.fit.losses import LOSSES, loss_named
 from estimator.fit.nuisances import NUISANCES, USUAL
 from estimator.fit.online import follow
 from estimator.fit.settings import OBJECTIVES, FitSettings, Prior
-from estimator.materials import LAWS, law_named
+from estimator.materials import installed_laws, law_named
 from estimator.report.estimation import write_report
 from estimator.report.findings import step_text, summary_text
 
@@ -34,7 +34,10 @@ def add_parser(verbs: Verbs) -> None:
     parser = add_verb(verbs, "estimate", "estimate Young's modulus and Poisson's ratio", _EXAMPLES, run)
     parser.add_argument("--report", type=Path, metavar="FILE", help="write an HTML page")
     parser.add_argument(
-        "--law", metavar="NAME", default="neo_hookean", help=f"of {', '.join(LAWS)} (default: %(default)s)"
+        "--law",
+        metavar="NAME",
+        default="neo_hookean",
+        help=f"of {', '.join(installed_laws())} (default: %(default)s)",
     )
     parser.add_argument(
         "--fix",

@@ -16,10 +16,11 @@ from daq.plans import Trial
 from daq.routines import NAMED
 from daq.trajectories import STANDARD
 from daq.virtual_rig.layout import SPECIMEN, placed_beads
+from estimator.effects.catalogue import default_catalogue
 from estimator.errors import InputError
 from estimator.experiment import Experiment, SensorNoise, write_experiment
 from estimator.forward.meshing import mesh_experiment
-from estimator.materials import LAWS, law_named
+from estimator.materials import installed_laws, law_named
 from estimator.materials.material import Material, make_material
 from estimator.simulation.acting import ActingEffect, catalogue_text, read_effect
 from estimator.simulation.simulate import simulate_case
@@ -32,9 +33,6 @@ _EXAMPLES = """  retract simulate --output cases/soft --youngs-modulus 6000 --po
   retract simulate --output cases/mine --trajectory mine.csv --trajectory twist_and_pull
   retract simulate --effects                 the effects with their forms, parameters, units and usual sizes
   retract diagnose cases/slip"""
-
-# What a laboratory calls the departure of each law from the Neo-Hookean one.
-_EFFECT = {name: "second_invariant" if name == "mooney_rivlin" else "strain_stiffening" for name in LAWS}
 
 
 class _TellEffects(argparse.Action):
@@ -78,7 +76,9 @@ def add_parser(verbs: Verbs) -> None:
     parser.add_argument(
         "--poisson-ratio", type=float, default=0.45, metavar="NU", help="default: %(default)s"
     )
-    parser.add_argument("--law", choices=sorted(LAWS), default="neo_hookean", help="default: %(default)s")
+    parser.add_argument(
+        "--law", choices=sorted(installed_laws()), default="neo_hookean", help="default: %(default)s"
+    )
     parser.add_argument(
         "--shape",
         type=float,
@@ -151,7 +151,7 @@ def _truth(material: Material, acting: Sequence[ActingEffect], experiment: Exper
     """Return the answer to the case, in words that other programs read."""
     names = [parameter.name for parameter in material.law.shape_parameters]
     shape = dict(zip(names, material.shape.tolist(), strict=True))
-    labels = [_EFFECT[material.law.name]] if any(shape.values()) else []
+    labels = [default_catalogue().label_of_law(material.law.name)] if any(shape.values()) else []
     labels += [one.effect.label for one in acting if one.effect.label not in labels]
     lines = [
         f"effects = {json.dumps(list(dict.fromkeys(labels)))}",

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from daq.cli.verb import Result, Verbs, add_verb
-from estimator.materials import LAWS, law_named
+from estimator.materials import installed_laws, law_named
 from estimator.uniaxial import (
     Comparison,
     Rung,
@@ -38,7 +38,7 @@ def add_parser(verbs: Verbs) -> None:
         nargs="+",
         action="extend",
         metavar="NAME",
-        help=f"of {', '.join(LAWS)} (default: all)",
+        help=f"of {', '.join(installed_laws())} (default: all)",
     )
     parser.add_argument(
         "--strain-from",
@@ -90,7 +90,7 @@ def run(options: argparse.Namespace) -> Result:
     runs = [read_record(path) for path in options.against]
     fit = fit_record(
         record,
-        [law_named(name) for name in dict.fromkeys(options.law or LAWS)],
+        [law_named(name) for name in dict.fromkeys(options.law or installed_laws())],
         strain_from=options.strain_from,
         strain_fit=options.strain_fit,
         strain_test=options.strain_test,

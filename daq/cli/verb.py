@@ -52,11 +52,11 @@ def concluded(run: Callable[[], Result], *, as_json: bool) -> int:
     try:
         result = run()
     except (DaqError, EstimatorError, DeviceError) as error:
-        return _fail(str(error), status=2)
+        return fail(str(error), status=2)
     except OSError as error:
-        return _fail(f"{error.filename or 'file'}: {error.strerror or error}", status=2)
+        return fail(f"{error.filename or 'file'}: {error.strerror or error}", status=2)
     except KeyboardInterrupt as interrupt:
-        return _fail(str(interrupt) or "interrupted", status=130)
+        return fail(str(interrupt) or "interrupted", status=130)
     write(json.dumps(result.data) if as_json else result.text)
     return result.status
 
@@ -67,7 +67,7 @@ def write(text: str) -> None:
     sys.stdout.flush()
 
 
-def _fail(complaint: str, status: int) -> int:
+def fail(complaint: str, status: int) -> int:
     """Write one line to standard error, whatever a file has put into the complaint, and return the exit status."""
     line = " ".join(complaint.split())
     shown = "".join(one if one.isprintable() else repr(one)[1:-1] for one in line)

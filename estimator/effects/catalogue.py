@@ -1,158 +1,195 @@
-"""Every effect that is looked for, in the order in which they act from the tissue to the recording, and outsiders."""
+"""The catalogue: every effect that is looked for, in the order in which they act, and what else happens to a rig.
 
-from estimator.effects.air_pocket import AirPocket
-from estimator.effects.anchor_compliance import ANCHOR_COMPLIANCE
-from estimator.effects.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
-from estimator.effects.anisotropy import ANISOTROPY
-from estimator.effects.axes import WRENCH_CHANNELS
-from estimator.effects.cable import Cable
-from estimator.effects.camera_creep import CameraCreep
-from estimator.effects.camera_lag import CameraLag
-from estimator.effects.camera_rotation import CameraRotation
-from estimator.effects.camera_scale import CameraScale, CameraScaleInPlane, CameraScaleOfMotion
-from estimator.effects.cut import Cut
-from estimator.effects.effect import Effect, Group
-from estimator.effects.fiducial_mislabel import (
-    FiducialMislabel,
-    FiducialMislabelFromShare,
-    FiducialMislabelInEach,
-    FiducialMislabelWithin,
-)
-from estimator.effects.fiducial_misread import FiducialMisread, FiducialMisreadFrom, FiducialMisreadWithin
-from estimator.effects.force_axis_gain import ForceAxisGain
-from estimator.effects.force_bias import ForceBias
-from estimator.effects.force_clipping import ForceClipping
-from estimator.effects.force_crosstalk import ForceCrosstalk, ForcePairCrosstalk
-from estimator.effects.force_drift import ForceDrift
-from estimator.effects.force_frame_rotation import ForceFrameRotation
-from estimator.effects.grasp_misplacement import GRASP_MISPLACEMENT
-from estimator.effects.gravity_sag import GRAVITY_SAG
-from estimator.effects.gripper_compliance import (
-    AxisAndRotationCompliance,
-    AxisCompliance,
-    GripperCompliance,
-    RotationCompliance,
-)
-from estimator.effects.gripper_slip import CreepingSlip, GripperJump, GripperSlip
-from estimator.effects.inhomogeneity import INHOMOGENEITY
-from estimator.effects.jammed_joint import JammedJoint
-from estimator.effects.lens_distortion import LensDistortion
-from estimator.effects.loose_bead import LooseBead
-from estimator.effects.modulus_drift import ModulusDrift
-from estimator.effects.modulus_gradient import MODULUS_GRADIENT
-from estimator.effects.motion_direction import MotionDirection, PoseDirection
-from estimator.effects.motion_scale import MotionScale, PoseScale
-from estimator.effects.permanent_set import PERMANENT_SET
-from estimator.effects.prestretch import PRESTRETCH
-from estimator.effects.robot_backlash import RobotBacklash
-from estimator.effects.second_invariant import SECOND_INVARIANT
-from estimator.effects.shrinkage import Shrinkage
-from estimator.effects.slanted_view import SlantedView
-from estimator.effects.sticky_patch import StickyPatch
-from estimator.effects.strain_stiffening import STRAIN_STIFFENING
-from estimator.effects.stress_softening import STRESS_SOFTENING
-from estimator.effects.support_friction import SUPPORT_FRICTION
-from estimator.effects.thickness_error import THICKNESS_ERROR
-from estimator.effects.time_offset import TimeOffset
-from estimator.effects.tool_weight import ToolWeight, ToolWeightAndCentre
-from estimator.effects.torque_centre import TorqueCentre
-from estimator.effects.viscoelasticity import VISCOELASTICITY
-from estimator.effects.zero_jump import ZeroJump
+The default catalogue holds the effects of this project and those that other installed packages declare, by an entry
+point of the group ``retract.effects`` that names an :class:`Effect`, several, or a function that returns one or
+several. ``CATALOGUE``, ``OUTSIDERS`` and ``LABELS`` are of the default catalogue.
+"""
 
-_TISSUE: tuple[Effect, ...] = (
-    *STRAIN_STIFFENING,
-    *SECOND_INVARIANT,
-    *VISCOELASTICITY,
-    *STRESS_SOFTENING,
-    PERMANENT_SET,
-    *ANISOTROPY,
-    *INHOMOGENEITY,
-    *MODULUS_GRADIENT,
-    *THICKNESS_ERROR,
-    *PRESTRETCH,
-)
-_MOUNTING: tuple[Effect, ...] = (*ANCHOR_COMPLIANCE, ANCHOR_DEBONDING, ANCHOR_PEELING, *GRASP_MISPLACEMENT)
-_SURROUNDINGS: tuple[Effect, ...] = (*SUPPORT_FRICTION, *GRAVITY_SAG)
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import cache
 
-# From the reported pose to the tissue: first what the robot does, then what the gripper does.
-_MOTION: tuple[Effect, ...] = (
-    MotionScale(),
-    PoseScale(),
-    MotionDirection(),
-    PoseDirection(),
-    RobotBacklash("translation", "taken_up"),
-    RobotBacklash("translation", "centred"),
-    RobotBacklash("rotation", "taken_up"),
-    RobotBacklash("rotation", "centred"),
-    RobotBacklash("translation", "anywhere"),
-    RobotBacklash("rotation", "anywhere"),
-    GripperCompliance(),
-    AxisCompliance(),
-    RotationCompliance(),
-    AxisAndRotationCompliance(),
-    GripperSlip(),
-    CreepingSlip(),
-    GripperJump(),
-)
+from estimator.effects.blocks import GROUPS, Group
+from estimator.effects.effect import HOOKS, OUTSIDE, STAGES, Effect
+from estimator.effects.standard import EFFECTS as _STANDARD
+from estimator.effects.standard import OUTSIDERS as _STANDARD_OUTSIDERS
+from estimator.errors import InputError
+from estimator.plugins import Plugin, plugins
 
-# From the tissue's wrench to the recorded one: what pulls at the sensor, its mounting, its bridges, its clock.
-_FORCE: tuple[Effect, ...] = (
-    ToolWeight(),
-    ToolWeightAndCentre(),
-    TorqueCentre("gripper"),
-    TorqueCentre("tissue"),
-    ForceFrameRotation(),
-    ForceCrosstalk(),
-    ForcePairCrosstalk(),
-    *(ForceAxisGain(channel) for channel in WRENCH_CHANNELS),
-    ForceBias("sensor"),
-    ForceBias("tissue"),
-    *(ForceBias("sensor", channel) for channel in WRENCH_CHANNELS),
-    ForceDrift("linear", "sensor"),
-    ForceDrift("linear", "tissue"),
-    ForceDrift("saturating", "sensor"),
-    ForceDrift("saturating", "tissue"),
-    ForceDrift("running_on", "sensor"),
-    TimeOffset("lag"),
-    TimeOffset("lead"),
-)
+ENTRY_POINTS = "retract.effects"
 
-# From the beads to their recorded positions: the cameras' frame, then the tracks.
-_VISION: tuple[Effect, ...] = (
-    CameraScale(),
-    CameraScaleInPlane(),
-    CameraScaleOfMotion(),
-    CameraRotation(),
-    FiducialMisread(),
-    FiducialMisreadWithin(),
-    FiducialMisreadFrom(),
-    FiducialMislabel(),
-    FiducialMislabelWithin(),
-    FiducialMislabelInEach(),
-    FiducialMislabelFromShare(),
-)
+CATALOGUE: tuple[Effect, ...]
+OUTSIDERS: tuple[Effect, ...]
+LABELS: dict[str, Group]
 
-CATALOGUE: tuple[Effect, ...] = (*_TISSUE, *_MOUNTING, *_SURROUNDINGS, *_MOTION, *_FORCE, *_VISION)
 
-# What else happens to a rig, without a label of its own.
-OUTSIDERS: tuple[Effect, ...] = (
-    CameraLag("camera_lag"),
-    CameraLag("camera_lead"),
-    LensDistortion("true"),
-    LensDistortion("measured"),
-    ForceClipping(),
-    StickyPatch(),
-    AirPocket(),
-    Cut(),
-    Shrinkage(),
-    ModulusDrift(),
-    CameraCreep(),
-    SlantedView(),
-    Cable(),
-    ZeroJump(),
-    LooseBead(),
-    JammedJoint("turn"),
-    JammedJoint("travel"),
-)
+@dataclass(frozen=True)
+class Catalogue:
+    """Effects in the order in which they act, those without a label apart.
 
-LABELS: dict[str, Group] = {effect.label: effect.group for effect in CATALOGUE}
+    Attributes
+    ----------
+    effects : by stage, within one in the order in which they were given
+    outsiders : what has no label of its own
+
+    Raises
+    ------
+    InputError
+        Two effects have the same label and form, an effect's declarations contradict each other or its methods.
+
+    Examples
+    --------
+    >>> from estimator import Catalogue
+    >>> from estimator.effects.motion.motion_scale import MotionScale
+    >>> from estimator.effects.vision.camera_scale import CameraScale
+    >>> catalogue = Catalogue((CameraScale(),)).with_effect(MotionScale())
+    >>> catalogue.groups
+    {'motion_scale': 'robot', 'camera_scale': 'vision'}
+    >>> [effect.name for effect in catalogue.forms("camera_scale")]
+    ['camera_scale:uniform']
+    """
+
+    effects: tuple[Effect, ...]
+    outsiders: tuple[Effect, ...] = ()
+
+    def __post_init__(self) -> None:
+        for effect in (*self.effects, *self.outsiders):
+            _check(effect)
+        by_stage = tuple(sorted(self.effects, key=lambda effect: STAGES.index(effect.stage)))
+        object.__setattr__(self, "effects", by_stage)
+        _check_together(self.effects, self.outsiders)
+
+    @property
+    def groups(self) -> dict[str, Group]:
+        """The group of each label, in their order."""
+        return {effect.label: effect.group for effect in self.effects}
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The labels in their order."""
+        return tuple(self.groups)
+
+    def forms(self, label: str) -> tuple[Effect, ...]:
+        """Return the effects with a label; none where nothing is called so."""
+        return tuple(effect for effect in self.effects if effect.label == label)
+
+    def with_effect(self, *more: Effect) -> "Catalogue":
+        """Return the catalogue with more effects, each the last of its stage; one without a label is an outsider.
+
+        Raises
+        ------
+        InputError
+            As for the catalogue itself.
+        """
+        return replace(
+            self,
+            effects=(*self.effects, *(effect for effect in more if _label(effect) != OUTSIDE)),
+            outsiders=(*self.outsiders, *(effect for effect in more if _label(effect) == OUTSIDE)),
+        )
+
+    def label_of_law(self, law: str) -> str:
+        """Return the label of the effect that a material law's departure from the Neo-Hookean one is."""
+        return next((effect.label for effect in self.effects if law in effect.laws), OUTSIDE)
+
+
+@cache
+def default_catalogue() -> Catalogue:
+    """Return the effects of this project and of every installed package that declares some.
+
+    Raises
+    ------
+    InputError
+        Naming the package: what it declares cannot be imported, is no effect, or clashes with another.
+    """
+    return with_plugins(Catalogue(_STANDARD, _STANDARD_OUTSIDERS), plugins(ENTRY_POINTS))
+
+
+def with_plugins(catalogue: Catalogue, found: Iterable[Plugin]) -> Catalogue:
+    """Return the catalogue with the effects that packages declare.
+
+    Raises
+    ------
+    InputError
+        As :func:`default_catalogue`.
+    """
+    for plugin in found:
+        try:
+            catalogue = catalogue.with_effect(*_effects_of(plugin))
+        except InputError as error:
+            raise plugin.refused(str(error)) from error
+    return catalogue
+
+
+def _effects_of(plugin: Plugin) -> tuple[Effect, ...]:
+    value = plugin.value
+    if callable(value):
+        try:
+            value = value()
+        except Exception as error:
+            raise InputError(f"cannot be called: {type(error).__name__}: {error}") from error
+    several = value if isinstance(value, (tuple, list)) else (value,)
+    effects = tuple(one for one in several if isinstance(one, Effect))
+    if not effects or len(effects) < len(several):
+        raise InputError(f"brings {type(value).__name__}, which is neither an Effect nor several of them")
+    return effects
+
+
+def _label(effect: Effect) -> str:
+    return getattr(effect, "label", "")
+
+
+def _check(effect: Effect) -> None:
+    """Refuse an effect whose declarations are incomplete or contradict its methods."""
+    name = type(effect).__name__
+    for declared in ("label", "group", "stage", "words", "acts_on"):
+        if not getattr(effect, declared, ""):
+            raise InputError(f"effect {name} declares no {declared}")
+    for word in (effect.label, *filter(None, [effect.form])):
+        if not word.isidentifier():
+            raise InputError(f"effect {name}: '{word}' is no label or form; write letters, digits and _")
+    if effect.group not in GROUPS:
+        raise InputError(f"effect {effect.name}: group '{effect.group}' is none of {', '.join(GROUPS)}")
+    if effect.stage not in STAGES:
+        raise InputError(f"effect {effect.name}: stage '{effect.stage}' is none of {', '.join(STAGES)}")
+    overridden = tuple(hook for hook in HOOKS if getattr(type(effect), hook) is not getattr(Effect, hook))
+    if set(effect.acts_on) != set(overridden):
+        raise InputError(
+            f"effect {effect.name} declares that it acts on {', '.join(effect.acts_on)}, and overrides "
+            f"{', '.join(overridden) or 'nothing'}"
+        )
+    names = [*(a.name for a in effect.amplitudes), *(c.name for c in effect.constants)]
+    if not effect.amplitudes or len(set(names)) < len(names):
+        raise InputError(f"effect {effect.name} needs an amplitude, and parameters of different names")
+
+
+def _check_together(effects: Iterable[Effect], outsiders: Iterable[Effect]) -> None:
+    names: set[str] = set()
+    groups: dict[str, Group] = {}
+    for effect in (*effects, *outsiders):
+        if effect.name in names:
+            raise InputError(
+                f"effect {effect.name} is in the catalogue already; give it another label or form"
+            )
+        names.add(effect.name)
+        if effect.label != OUTSIDE and groups.setdefault(effect.label, effect.group) != effect.group:
+            raise InputError(
+                f"effect {effect.name} is of the group {effect.group}, other forms of its label of "
+                f"{groups[effect.label]}"
+            )
+    for effect in effects:
+        if effect.elaborates and f"{effect.label}:{effect.elaborates}" not in names:
+            raise InputError(
+                f"effect {effect.name} elaborates '{effect.elaborates}', which no form is called"
+            )
+
+
+def __getattr__(name: str) -> object:
+    """Look for other packages' effects only once they are asked for: theirs may import this module."""
+    match name:
+        case "CATALOGUE":
+            return default_catalogue().effects
+        case "OUTSIDERS":
+            return default_catalogue().outsiders
+        case "LABELS":
+            return default_catalogue().groups
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

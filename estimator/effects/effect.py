@@ -14,12 +14,13 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from estimator.effects.blocks import GROUPS, Block, Group
 from estimator.experiment import Experiment
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.terms import Term
@@ -28,38 +29,17 @@ from estimator.materials.material import Material
 FloatArray = NDArray[np.float64]
 Values = Mapping[str, float]
 
-Group = Literal[
-    "material",
-    "inhomogeneity",
-    "anchor",
-    "grasp",
-    "environment",
-    "geometry",
-    "force",
-    "timing",
-    "vision",
-    "robot",
-    "numerics",
-]
+# Where an effect comes between the tissue and the recording: effects act in this order.
+Stage = Literal["tissue", "mounting", "surroundings", "motion", "force", "vision"]
+STAGES: tuple[Stage, ...] = get_args(Stage)
+
+# The places where an effect may act: the methods that it may override.
+Hook = Literal["material", "problem", "beads", "log_modulus", "terms", "motion", "seen", "readings"]
+HOOKS: tuple[Hook, ...] = get_args(Hook)
+_HOOKS_OF_MECHANICS: frozenset[Hook] = frozenset(("material", "problem", "log_modulus", "terms", "motion"))
 
 # Label of an effect outside the catalogue, whose labels others read: a form by which something unknown is recognised.
 OUTSIDE = "unknown"
-
-# What a laboratory would look at, for each group.
-BLOCK_OF_GROUP: Mapping[Group, str] = {
-    "material": "interior",
-    "inhomogeneity": "interior",
-    "anchor": "anchor",
-    "grasp": "grasp",
-    "environment": "support",
-    "geometry": "geometry",
-    "force": "force",
-    "timing": "timing",
-    "vision": "vision",
-    "robot": "robot",
-    "numerics": "numerics",
-}
-
 
 # Inexactness of what has hardly another form, as a constant linear change of readings or poses: beside fifteen such
 # causes of 113 to 327 σ, which raised it by 1700 to 19000, others seemed to raise the log evidence by 4.9 at the most,
@@ -77,6 +57,12 @@ class Amplitude:
     scale : standard deviation of its prior, a usual size where the effect is present
     smallest : size below which nobody would care
     lower, upper : bounds; a one-sided effect has one of them at zero
+
+    Examples
+    --------
+    >>> from estimator import Amplitude
+    >>> Amplitude("rate", "N/s", scale=1e-3, smallest=1e-4, lower=0.0)
+    Amplitude(name='rate', unit='N/s', scale=0.001, smallest=0.0001, lower=0.0, upper=inf)
     """
 
     name: str
@@ -168,7 +154,13 @@ class Effect:
 
     Attributes
     ----------
-    label, group : as in the catalogue
+    label : its name in verdicts and commands
+    group : what kind it is, which tells the block of the rig where it sits
+    stage : where it comes between the tissue and the recording
+    acts_on : the methods that it overrides, in the order of ``HOOKS``
+    measured_by : what a measurement beside the rig that would tell it from others does; empty where none is known
+    laws : names of the material laws whose departure from the Neo-Hookean one it is
+    linear : whether what it changes of motion and readings is proportional to its amplitudes
     form : tells instances with one label apart; empty where there is one
     amplitudes, constants : its parameters
     words : what a report says of it, one sentence
@@ -183,11 +175,34 @@ class Effect:
     rest_seen : whether the cameras read the beads' stated rest positions once the tissue was mounted
     inexactness : share of what it raises the log evidence by that another cause seems to explain where its form is only
         nearly right: stiffening of another form left 0.0008 to a grasp aside
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from estimator import Amplitude, Effect, Experiment, simulate
+    >>> class SensorHeat(Effect):
+    ...     label, group, stage, acts_on = "sensor_heat", "force", "force", ("readings",)
+    ...     words = "The force sensor warms up."
+    ...     amplitudes = (Amplitude("rate", "N/s", scale=1e-3, smallest=1e-4),)
+    ...
+    ...     def readings(self, readings, values):
+    ...         more = np.outer(readings.experiment.time, [values["rate"], 0, 0, 0, 0, 0])
+    ...         return readings.with_wrench(readings.wrench + more)
+    >>> planned = Experiment.of_block([(0, 0, 0), (0.002, 0, 0)])
+    >>> (cold,) = simulate(planned, mesh="coarse")
+    >>> (warm,) = simulate(planned, effects=[(SensorHeat(), {"rate": 0.5})], mesh="coarse")
+    >>> round(float(warm.wrench[1, 0] - cold.wrench[1, 0]), 3)
+    0.5
     """
 
     label: ClassVar[str]
     group: ClassVar[Group]
     words: ClassVar[str]
+    stage: ClassVar[Stage]
+    acts_on: ClassVar[tuple[Hook, ...]]
+    measured_by: ClassVar[str] = ""
+    laws: ClassVar[tuple[str, ...]] = ()
+    linear: ClassVar[bool] = False
     rate_dependent: ClassVar[bool] = False
     keeps_pattern: ClassVar[bool] = True
     terms_alike: ClassVar[bool] = False
@@ -205,6 +220,16 @@ class Effect:
     def name(self) -> str:
         """Label and form in one word."""
         return f"{self.label}:{self.form}" if self.form else self.label
+
+    @property
+    def block(self) -> Block:
+        """The block of the rig on which it acts."""
+        return GROUPS[self.group]
+
+    @property
+    def acts_on_tissue(self) -> bool:
+        """Whether it changes the mechanics, not only what the sensors make of them."""
+        return not _HOOKS_OF_MECHANICS.isdisjoint(self.acts_on)
 
     def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
         """Return the constants from which a search begins: by default every point of their grid.

@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,26 +71,35 @@ def read_observations(file: Path, fiducial_count: int) -> Observations:
     )
 
 
+def columns_of(experiment: Experiment) -> dict[str, list[Any]]:
+    """Return the columns of the table of an experiment by their names; NaN stands where nothing was measured."""
+    rows = len(experiment.time)
+    pose = np.column_stack([experiment.position, experiment.quaternion_wxyz])
+    measured = np.column_stack([experiment.wrench, experiment.fiducials.reshape(rows, -1)])
+    names = (*_POSE_COLUMNS[1:], *WRENCH_COLUMNS, *fiducial_columns(len(experiment.fiducials_rest)))
+    numbers = np.column_stack([pose, measured]).T.tolist()
+    return {
+        "time": experiment.time.tolist(),
+        "phase": list(experiment.phase),
+        "step": experiment.step.tolist(),
+        **dict(zip(names, numbers, strict=True)),
+    }
+
+
 def write_observations(file: Path, experiment: Experiment) -> None:
     """Write the table of an experiment with every digit that its numbers have."""
-    count = len(experiment.fiducials_rest)
-    pose = np.column_stack([experiment.position, experiment.quaternion_wxyz])
-    measured = np.column_stack([experiment.wrench, experiment.fiducials.reshape(len(pose), -1)])
+    columns = columns_of(experiment)
     with file.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(
-            ["time", "phase", "step", *_POSE_COLUMNS[1:], *WRENCH_COLUMNS, *fiducial_columns(count)]
-        )
-        for row, phase in enumerate(experiment.phase):
-            writer.writerow(
-                [
-                    repr(float(experiment.time[row])),
-                    phase,
-                    int(experiment.step[row]),
-                    *(repr(value) for value in pose[row].tolist()),
-                    *("" if np.isnan(value) else repr(value) for value in measured[row].tolist()),
-                ]
-            )
+        writer.writerow(columns)
+        for row in zip(*columns.values(), strict=True):
+            writer.writerow([_field(value) for value in row])
+
+
+def _field(value: object) -> object:
+    if not isinstance(value, float):
+        return value
+    return "" if np.isnan(value) else repr(value)
 
 
 def _read_rows(file: Path) -> tuple[list[str], list[list[str]]]:

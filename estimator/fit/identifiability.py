@@ -6,18 +6,16 @@ other. Errors outside the model act the same way: a calibration that is off by a
 a column, of which the fit takes up the share that its parameters span.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from estimator.experiment import Experiment
-from estimator.fem.observation import Observation
+from estimator.fit.confounders import CONFOUNDERS
 from estimator.fit.parameters import FitParameter
-from estimator.fit.residuals import StateMean, WhitenedSystem, channels_by_position
-from estimator.forward.schedule import PoseSchedule
+from estimator.fit.residuals import WhitenedSystem
 
 FloatArray = NDArray[np.float64]
 
@@ -28,21 +26,6 @@ _MEMBER = 0.3
 _UNDETERMINED = {"youngs_modulus": 0.5, "poisson_ratio": 0.7}
 _UNDETERMINED_SHAPE = 3.0
 _INSEPARABLE = 0.98
-
-
-@dataclass(frozen=True, slots=True)
-class Confounder:
-    """An error of a sensor or of the motion that the model does not have.
-
-    Attributes
-    ----------
-    name, size : in words
-    change : from a state's experiment, gripper displacement (3,) in m and prediction, the change (c,) of its channels
-    """
-
-    name: str
-    size: str
-    change: Callable[[Experiment, FloatArray, Observation], FloatArray]
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,43 +45,6 @@ class Absorption:
     share: float
     left: float
     shifts: dict[str, float]
-
-
-def _force_gain(experiment: Experiment, way: FloatArray, observation: Observation) -> FloatArray:
-    del experiment, way
-    return np.concatenate([0.01 * observation.wrench, np.zeros(observation.fiducials.size)])
-
-
-def _camera_scale(experiment: Experiment, way: FloatArray, observation: Observation) -> FloatArray:
-    del way
-    arms = observation.fiducials - experiment.fiducials_rest.mean(axis=0)
-    return np.concatenate([np.zeros(6), 0.01 * arms.reshape(-1)])
-
-
-def _travel(experiment: Experiment, way: FloatArray, observation: Observation) -> FloatArray:
-    del experiment
-    return np.asarray(0.01 * channels_by_position(observation) @ way)
-
-
-CONFOUNDERS = (
-    Confounder("force gain", "1 %", _force_gain),
-    Confounder("camera scale", "1 %", _camera_scale),
-    Confounder("gripper travel", "1 %", _travel),
-)
-
-
-def confounder_columns(
-    experiments: Sequence[Experiment], schedules: Sequence[PoseSchedule]
-) -> Callable[[StateMean, Observation], FloatArray]:
-    """Return the function that gives a state's change (c, k) by every confounder."""
-
-    def columns(mean: StateMean, observation: Observation) -> FloatArray:
-        poses = schedules[mean.experiment].poses
-        way = poses[mean.state].position - poses[0].position
-        experiment = experiments[mean.experiment]
-        return np.stack([c.change(experiment, way, observation) for c in CONFOUNDERS], axis=1)
-
-    return columns
 
 
 def absorptions(

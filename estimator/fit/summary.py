@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.experiment import Experiment
+from estimator.fit.confounders import confounder_columns
 from estimator.fit.gauss_newton import Iterate, MarginalStep, marginal_step
-from estimator.fit.identifiability import absorptions, confounder_columns, identifiability
+from estimator.fit.identifiability import absorptions, identifiability
 from estimator.fit.linearisation import Linearisation, prior_information
 from estimator.fit.nuisances import FORCE_GAIN, GAIN_STD, REST_POSITIONS, TARE, FloatingNuisance, floating
 from estimator.fit.parameters import FitParameter, law_parameters

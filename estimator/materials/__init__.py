@@ -1,6 +1,11 @@
-"""Hyperelastic laws, one small file each, and the table of them by name."""
+"""Hyperelastic laws, one small file each, and the table of them by name.
 
-from collections.abc import Mapping
+Other installed packages add theirs by an entry point of the group ``retract.materials`` that names an object with the
+attributes of :class:`Law`.
+"""
+
+from collections.abc import Iterable, Mapping
+from functools import cache
 from types import MappingProxyType
 
 from estimator.errors import InputError
@@ -13,6 +18,7 @@ from estimator.materials.ogden import Ogden1, Ogden2
 from estimator.materials.st_venant_kirchhoff import StVenantKirchhoff
 from estimator.materials.veronda_westmann import VerondaWestmann
 from estimator.materials.yeoh import Yeoh
+from estimator.plugins import Plugin, plugins
 
 __all__ = [
     "LAWS",
@@ -27,6 +33,7 @@ __all__ = [
     "StVenantKirchhoff",
     "VerondaWestmann",
     "Yeoh",
+    "installed_laws",
     "law_named",
 ]
 
@@ -46,6 +53,42 @@ _ALL: tuple[Law, ...] = (
 LAWS: Mapping[str, Law] = MappingProxyType({law.name: law for law in _ALL})
 
 
+ENTRY_POINTS = "retract.materials"
+
+
+@cache
+def installed_laws() -> Mapping[str, Law]:
+    """Return the laws of this project and those of other installed packages, by name.
+
+    Raises
+    ------
+    InputError
+        Naming the package: what it declares cannot be imported, is no law, or has the name of another.
+    """
+    return with_plugins(LAWS, plugins(ENTRY_POINTS))
+
+
+def with_plugins(laws: Mapping[str, Law], found: Iterable[Plugin]) -> Mapping[str, Law]:
+    """Return a table of laws with those that packages declare.
+
+    Raises
+    ------
+    InputError
+        As :func:`installed_laws`.
+    """
+    table = dict(laws)
+    for plugin in found:
+        law = plugin.value() if isinstance(plugin.value, type) else plugin.value
+        if not isinstance(law, Law):
+            raise plugin.refused(
+                f"{type(law).__name__} is no law; it needs name, shape_parameters and derivatives"
+            )
+        if law.name in table:
+            raise plugin.refused(f"a law is called '{law.name}' already")
+        table[law.name] = law
+    return MappingProxyType(table)
+
+
 def law_named(name: str) -> Law:
     """Return the law of that name.
 
@@ -54,6 +97,8 @@ def law_named(name: str) -> Law:
     InputError
         There is none.
     """
-    if name not in LAWS:
-        raise InputError(f"no law is called '{name}'; choose one of {', '.join(LAWS)}")
-    return LAWS[name]
+    # other packages are not asked for what this one has
+    laws = LAWS if name in LAWS else installed_laws()
+    if name not in laws:
+        raise InputError(f"no law is called '{name}'; choose one of {', '.join(laws)}")
+    return laws[name]

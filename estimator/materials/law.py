@@ -18,7 +18,7 @@ of the paper's eq. (4): W = ½[μ(i₁−3) − μ ln i₃ + λ(√i₃−1)²] 
 """
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,8 +58,17 @@ class EnergyDerivatives:
     dilatation_by: tuple[float, float, float] = (0.0, 0.0, 1.0)
 
 
+@runtime_checkable
 class Law(Protocol):
-    """An isotropic hyperelastic law in the form above."""
+    """An isotropic hyperelastic law in the form above.
+
+    Examples
+    --------
+    >>> from estimator import Law
+    >>> from estimator.materials import law_named
+    >>> isinstance(law_named("gent"), Law), isinstance("gent", Law)
+    (True, False)
+    """
 
     @property
     def name(self) -> str:

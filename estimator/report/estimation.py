@@ -16,10 +16,10 @@ from estimator.report.page import Html
 from estimator.report.tables import experiment_table, residual_table
 from estimator.report.wrench_plot import draw_wrench
 
-_WRENCH_SIZE_IN = (11.4, 6.6)
-_FIDUCIALS_SIZE_IN = (11.4, 5.6)
-_BODY_SIZE_IN = (11.4, 4.8)
-_CONVERGENCE_SIZE_IN = (11.4, 3.0)
+WRENCH_SIZE_IN = (11.4, 6.6)
+FIDUCIALS_SIZE_IN = (11.4, 5.6)
+BODY_SIZE_IN = (11.4, 4.8)
+CONVERGENCE_SIZE_IN = (11.4, 3.0)
 
 
 def write_report(
@@ -46,7 +46,7 @@ def write_report(
         page.heading("How the fit converged"),
         page.figure(
             partial(draw_convergence, estimate=estimate, truth=truth),
-            _CONVERGENCE_SIZE_IN,
+            CONVERGENCE_SIZE_IN,
             "The fit uses a few states of each experiment first, then all; the last point is corrected for the mesh. "
             "χ² grows with the measurements in use, so that only points joined by a line compare.",
         ),
@@ -74,7 +74,7 @@ def _experiment(estimate: Estimate, fit: ExperimentFit, number: int) -> Iterator
     yield page.heading(f"{number}. {fit.experiment.name}")
     yield page.figure(
         partial(draw_wrench, fit=fit),
-        _WRENCH_SIZE_IN,
+        WRENCH_SIZE_IN,
         "Force and torque that the tissue exerts on the gripper. Below each: measured minus predicted in units of "
         "the sensor's noise; 95 % of pure noise lies between the dashed lines.",
     )
@@ -82,7 +82,7 @@ def _experiment(estimate: Estimate, fit: ExperimentFit, number: int) -> Iterator
         factor = arrow_factor(fit)
         yield page.switched_figure(
             partial(draw_fiducials, fit=fit),
-            _FIDUCIALS_SIZE_IN,
+            FIDUCIALS_SIZE_IN,
             "Paths of the fiducials, with their numbers (columns m00, m01, …). Arrows are measured minus predicted at "
             f"the farthest state, {factor:g} times too long: the noise of a coordinate would be "
             f"{1e3 * factor * fit.experiment.sensor.fiducial_std:.2g} mm long.",
@@ -91,7 +91,7 @@ def _experiment(estimate: Estimate, fit: ExperimentFit, number: int) -> Iterator
         )
     yield page.figure(
         partial(draw_body, mesh=estimate.mesh, fit=fit),
-        _BODY_SIZE_IN,
+        BODY_SIZE_IN,
         "The deformed tissue at the farthest state, with the lines of the mesh. The colour ends where 99 % of the "
         "surface lie below: next to the grasp the stretch is singular.",
     )

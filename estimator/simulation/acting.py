@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from estimator.effects.catalogue import CATALOGUE, LABELS
+from estimator.effects.catalogue import Catalogue, default_catalogue
 from estimator.effects.effect import Amplitude, Constant, Effect
 from estimator.errors import InputError
 
@@ -25,8 +25,8 @@ class ActingEffect:
     values: Mapping[str, float]
 
 
-def read_effect(text: str) -> ActingEffect:
-    """Read an effect as it is written in the module's text.
+def read_effect(text: str, catalogue: Catalogue | None = None) -> ActingEffect:
+    """Read an effect as it is written in the module's text, of the default catalogue where none is given.
 
     Raises
     ------
@@ -35,7 +35,7 @@ def read_effect(text: str) -> ActingEffect:
     """
     items = [item.strip() for item in text.split(",")]
     name, equals, bare = items[0].partition("=")
-    effect = _effect_named(name.strip())
+    effect = _effect_named(name.strip(), catalogue or default_catalogue())
     first = bare.strip() if equals else ""
     named = [item for item in [first, *items[1:]] if "=" in item]
     given = dict(_parameter(effect, item) for item in named)
@@ -44,6 +44,19 @@ def read_effect(text: str) -> ActingEffect:
         given.setdefault(leading.name, _number(effect, leading.name, first) if first else leading.scale)
     if odd := [item for item in items[1:] if "=" not in item]:
         raise InputError(f"effect {effect.name}: '{odd[0]}' has no name; write NAME=VALUE; {takes(effect)}")
+    return acting_effect(effect, given)
+
+
+def acting_effect(effect: Effect, given: Mapping[str, float]) -> ActingEffect:
+    """Return an effect with the values that are given, and for its other parameters those of the module's text.
+
+    Raises
+    ------
+    InputError
+        A parameter is unknown, its value out of its range, or a constant is missing.
+    """
+    for name in given:
+        _check_known(effect, name)
     values = {amplitude.name: given.get(amplitude.name, 0.0) for amplitude in effect.amplitudes}
     values |= {constant.name: _constant(effect, constant, given) for constant in effect.constants}
     for parameter in _parameters(effect):
@@ -58,23 +71,25 @@ def takes(effect: Effect) -> str:
     return f"it takes {', '.join([*amplitudes, *constants])}"
 
 
-def catalogue_text() -> str:
-    """Return every effect with its parameters, a line each."""
-    return "\n".join(f"{effect.name}: {takes(effect)}" for effect in CATALOGUE)
+def catalogue_text(catalogue: Catalogue | None = None) -> str:
+    """Return every effect with its parameters, a line each, of the default catalogue where none is given."""
+    return "\n".join(
+        f"{effect.name}: {takes(effect)}" for effect in (catalogue or default_catalogue()).effects
+    )
 
 
 def _parameters(effect: Effect) -> list[Amplitude | Constant]:
     return [*effect.amplitudes, *effect.constants]
 
 
-def _effect_named(name: str) -> Effect:
+def _effect_named(name: str, catalogue: Catalogue) -> Effect:
     label, _, form = name.partition(":")
-    alike = [effect for effect in CATALOGUE if effect.label == label]
+    alike, labels = catalogue.forms(label), catalogue.labels
     if not alike:
-        near = difflib.get_close_matches(label, LABELS, n=3)
-        near += [known for known in LABELS if label and label in known and known not in near]
+        near = difflib.get_close_matches(label, labels, n=3)
+        near += [known for known in labels if label and label in known and known not in near]
         hint = f"; did you mean {' or '.join(near)}" if near else ""
-        raise InputError(f"no effect is called '{label}'{hint}; the effects are {', '.join(LABELS)}")
+        raise InputError(f"no effect is called '{label}'{hint}; the effects are {', '.join(labels)}")
     if not form:
         return alike[0]
     for effect in alike:
@@ -86,9 +101,13 @@ def _effect_named(name: str) -> Effect:
 
 def _parameter(effect: Effect, item: str) -> tuple[str, float]:
     name, _, value = (part.strip() for part in item.partition("="))
+    _check_known(effect, name)
+    return name, _number(effect, name, value)
+
+
+def _check_known(effect: Effect, name: str) -> None:
     if name not in {parameter.name for parameter in _parameters(effect)}:
         raise InputError(f"effect {effect.name} has no parameter '{name}'; {takes(effect)}")
-    return name, _number(effect, name, value)
 
 
 def _number(effect: Effect, name: str, text: str) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from estimator.diagnosis.model.solution import Solution, mechanics_of
 from estimator.diagnosis.sensitivity.readings import predicted_readings
 from estimator.effects.effect import Readings
-from estimator.effects.instants import bead_constant
+from estimator.effects.shared.instants import bead_constant
 from estimator.errors import InputError
 from estimator.experiment import Experiment
 from estimator.fem.block_mesh import Grading

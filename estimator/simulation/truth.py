@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.effects.catalogue import CATALOGUE
+from estimator.effects.catalogue import default_catalogue
+from estimator.effects.effect import STAGES
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
 from estimator.simulation.acting import ActingEffect
@@ -35,9 +36,15 @@ class Truth(Hypothesis):
 
 
 def truth_of(material: Material, acting: Sequence[ActingEffect]) -> Truth:
-    """Return what is true where these effects act on that material; they act in the order of the catalogue."""
-    place = {effect.name: number for number, effect in enumerate(CATALOGUE)}
-    ordered = sorted(acting, key=lambda one: place[one.effect.name])
+    """Return what is true where these effects act on that material.
+
+    They act in the order of the default catalogue; what it does not hold acts last of its stage.
+    """
+    place = {effect.name: number for number, effect in enumerate(default_catalogue().effects)}
+    ordered = sorted(
+        acting,
+        key=lambda one: (STAGES.index(one.effect.stage), place.get(one.effect.name, len(place))),
+    )
     return Truth(
         material.youngs_modulus,
         material.poisson_ratio,

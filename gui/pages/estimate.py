@@ -3,11 +3,13 @@
 from pathlib import Path
 from typing import ClassVar
 
-from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QCheckBox, QFileDialog, QVBoxLayout, QWidget
+from PySide6.QtCore import QTimer, Signal
+from PySide6.QtWidgets import QCheckBox, QComboBox, QFileDialog, QVBoxLayout, QWidget
 
+from estimator.errors import InputError
 from estimator.fit.online import OnlineEstimate
 from estimator.fit.result import Estimate
+from estimator.materials import LAWS, installed_laws
 from gui.computations import estimate_sources, write_estimate_page
 from gui.context import Context
 from gui.following import FollowedStep, follow_session
@@ -40,6 +42,12 @@ class EstimatePage(QWidget):
         self.picker.changed.connect(self._show_readiness)
         self.begin = button("Estimate", "primary", "Fit E and ν to what is checked; takes a minute or so")
         self.begin.clicked.connect(self._begin)
+        self.law = QComboBox()
+        self.law.setAccessibleName("Material law")
+        self.law.setToolTip(
+            "The law whose parameters are estimated; a running session is followed by the first"
+        )
+        self.law.addItems(self._laws())
         self.follow = QCheckBox("Estimate while a session is recorded")
         self.follow.setToolTip(
             "E and ν are renewed after each step; the next session that begins is followed"
@@ -57,6 +65,7 @@ class EstimatePage(QWidget):
         column = QVBoxLayout(left)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(self.picker, 1)
+        column.addWidget(self.law)
         column.addWidget(self.begin)
         column.addWidget(self.follow)
         right = QWidget()
@@ -83,6 +92,16 @@ class EstimatePage(QWidget):
         late_s = (host_time_ns() - found.measured_ns) * 1e-9
         self.result.show_history(self._history, late_s)
         self.step_shown.emit(found.estimate.step, late_s)
+
+    def _laws(self) -> list[str]:
+        """Return the laws to choose from; those of this project alone where another package is broken."""
+        try:
+            return list(installed_laws())
+        except InputError as error:
+            complaint = information(str(error))
+            # once there is a window that shows it
+            QTimer.singleShot(0, self, lambda: self._context.navigator.tell(complaint))
+            return list(LAWS)
 
     def _show_whole(self, found: Estimate | None) -> None:
         if found is not None:
@@ -114,7 +133,9 @@ class EstimatePage(QWidget):
         if not self.begin.isEnabled():
             return
         self._sources = self.picker.chosen()
-        job = self._context.jobs.start("Estimating E and ν", estimate_sources, self._sources)
+        job = self._context.jobs.start(
+            "Estimating E and ν", estimate_sources, self._sources, self.law.currentText()
+        )
         self.strip.watch(job, "No estimate")
         job.finished.connect(self.show_estimate)
 

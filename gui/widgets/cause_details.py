@@ -7,7 +7,7 @@ from PySide6.QtCore import QEvent, Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QTabWidget, QVBoxLayout, QWidget
 
 from estimator.diagnosis.result import Diagnosis, Outcome, Trace
-from estimator.effects.effect import BLOCK_OF_GROUP, Group
+from estimator.effects.blocks import GROUPS, Block, Group
 from estimator.report.diagnosis.findings import answer_words, material_sentence
 from estimator.report.diagnosis.quantities import (
     STATE_WORDS,
@@ -26,18 +26,6 @@ from gui.widgets.plot_sheet import Stroke
 from gui.widgets.tables import Facts
 from gui.widgets.wrench_curves import Curve, WrenchCurves
 
-_BLOCK_WORDS = {
-    "interior": "in the tissue",
-    "anchor": "at the anchor",
-    "grasp": "at the grasp",
-    "support": "at the support and around",
-    "geometry": "the phantom's dimensions",
-    "force": "not in the tissue: the force sensor",
-    "timing": "not in the tissue: the clocks",
-    "vision": "not in the tissue: the cameras",
-    "robot": "not in the tissue: the robot",
-    "numerics": "not in the tissue: the computation",
-}
 # On a small screen the page is scrolled rather than the figures squeezed.
 _FIGURES_HEIGHT = 300
 _RESIDUAL = Stroke("measured")
@@ -181,21 +169,22 @@ class CauseDetails(QWidget):
         self.plan.show_arrows(experiment, places, fields)
 
 
-def cause_block(diagnosis: Diagnosis, cause: str) -> str:
-    """Return the block of the rig where an answer sits; empty where it sits in none."""
+def cause_block(diagnosis: Diagnosis, cause: str) -> Block | None:
+    """Return the block of the rig where an answer sits; None where it sits in none."""
     finding = diagnosis.effects.get(cause)
-    return "" if finding is None else BLOCK_OF_GROUP.get(cast(Group, finding.group), "")
+    return None if finding is None else GROUPS.get(cast(Group, finding.group))
 
 
 def place_text(diagnosis: Diagnosis, cause: str) -> str:
     """Tell where a cause sits: its place in the tissue, else the block of the rig; empty where it sits in none."""
     considered = diagnosis.considered.get(cause)
     best = None if considered is None else considered.achieved or considered.expected
-    block = _BLOCK_WORDS.get(cause_block(diagnosis, cause), "")
+    block = cause_block(diagnosis, cause)
+    words = "" if block is None else block.words
     if best is None or best.place is None:
-        return block
+        return words
     x, y, z = (MM * coordinate for coordinate in best.place.centre)
-    return f"{block}, at x = {x:.1f}, y = {y:.1f}, z = {z:.1f} mm, radius {MM * best.place.radius:.1f} mm"
+    return f"{words}, at x = {x:.1f}, y = {y:.1f}, z = {z:.1f} mm, radius {MM * best.place.radius:.1f} mm"
 
 
 def cause_facts(diagnosis: Diagnosis, cause: str) -> dict[str, str]:

@@ -17,11 +17,11 @@ from estimator.diagnosis.model.solution import mechanics_of, solve_case
 from estimator.diagnosis.noise.correlated_errors import correlated_errors_of
 from estimator.diagnosis.noise.estimation import Noise
 from estimator.diagnosis.settings import DiagnosisSettings
-from estimator.effects.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect, Values
-from estimator.effects.permanent_set import PERMANENT_SET
-from estimator.effects.torque_centre import TorqueCentre
+from estimator.effects.force.torque_centre import TorqueCentre
+from estimator.effects.mounting.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
+from estimator.effects.tissue.permanent_set import PERMANENT_SET
 from estimator.errors import SolverError
 from estimator.fem.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment

@@ -11,8 +11,8 @@ from estimator.diagnosis.model.setup import Setup
 from estimator.diagnosis.model.solution import mechanics_of, solve_case
 from estimator.diagnosis.sensitivity.readings import channels, predicted_readings
 from estimator.effects.effect import Effect, Values
-from estimator.effects.permanent_set import PERMANENT_SET
-from estimator.effects.support_friction import SUPPORT_FRICTION
+from estimator.effects.mounting.support_friction import SUPPORT_FRICTION
+from estimator.effects.tissue.permanent_set import PERMANENT_SET
 from estimator.fem.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
 

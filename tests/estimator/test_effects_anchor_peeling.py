@@ -14,8 +14,8 @@ from estimator.diagnosis.model.setup import Setup
 from estimator.diagnosis.model.solution import mechanics_of, solve_case
 from estimator.diagnosis.search.refinements import accidents
 from estimator.diagnosis.sensitivity.readings import predicted_readings
-from estimator.effects.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
 from estimator.effects.effect import Effect, Readings, Values
+from estimator.effects.mounting.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
 from estimator.fem.block_mesh import Grading
 from estimator.fem.motion import GripperPose
 from estimator.forward.meshing import mesh_experiment

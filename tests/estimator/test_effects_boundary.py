@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 from retraction_cases import REFERENCE_BLOCK, follow, straight_pull, turning_pull, with_rows
 from scipy.spatial.transform import Rotation
 
-from estimator.effects.anchor_compliance import ANCHOR_COMPLIANCE
-from estimator.effects.anchor_debonding import ANCHOR_DEBONDING
 from estimator.effects.effect import Effect, Motion, Readings, Values
-from estimator.effects.grasp_misplacement import GRASP_MISPLACEMENT
-from estimator.effects.gravity_sag import GRAVITY_SAG
-from estimator.effects.prestretch import PRESTRETCH
-from estimator.effects.support_friction import SUPPORT_FRICTION
-from estimator.effects.thickness_error import THICKNESS_ERROR
+from estimator.effects.mounting.anchor_compliance import ANCHOR_COMPLIANCE
+from estimator.effects.mounting.anchor_debonding import ANCHOR_DEBONDING
+from estimator.effects.mounting.grasp_misplacement import GRASP_MISPLACEMENT
+from estimator.effects.mounting.gravity_sag import GRAVITY_SAG
+from estimator.effects.mounting.support_friction import SUPPORT_FRICTION
+from estimator.effects.tissue.prestretch import PRESTRETCH
+from estimator.effects.tissue.thickness_error import THICKNESS_ERROR
 from estimator.experiment import Box, Experiment, Grasp
 from estimator.fem.anchorage import rim_of
 from estimator.fem.block_mesh import Grading

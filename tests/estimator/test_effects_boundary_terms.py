@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 from retraction_cases import REFERENCE_BLOCK, SMALL_BLOCK, straight_pull
 from scipy.spatial.transform import Rotation
 
-from estimator.effects.anchor_compliance import ANCHOR_COMPLIANCE
-from estimator.effects.anchor_debonding import ANCHOR_DEBONDING
 from estimator.effects.effect import Effect, Values
-from estimator.effects.gravity_sag import GRAVITY_SAG
-from estimator.effects.support_friction import SUPPORT_FRICTION, area_on_table
+from estimator.effects.mounting.anchor_compliance import ANCHOR_COMPLIANCE
+from estimator.effects.mounting.anchor_debonding import ANCHOR_DEBONDING
+from estimator.effects.mounting.gravity_sag import GRAVITY_SAG
+from estimator.effects.mounting.support_friction import SUPPORT_FRICTION
+from estimator.effects.shared.on_table import area_on_table
 from estimator.errors import InputError
 from estimator.experiment import Box
 from estimator.fem.anchorage import anchored_areas, rim_of

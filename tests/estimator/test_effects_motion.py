@@ -8,11 +8,11 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from estimator.effects.catalogue import CATALOGUE
-from estimator.effects.gripper_compliance import AxisCompliance, GripperCompliance, RotationCompliance
-from estimator.effects.gripper_slip import CreepingSlip, GripperJump, GripperSlip
-from estimator.effects.motion_direction import MotionDirection, PoseDirection
-from estimator.effects.motion_scale import MotionScale, PoseScale
-from estimator.effects.robot_backlash import RobotBacklash
+from estimator.effects.motion.gripper_compliance import AxisCompliance, GripperCompliance, RotationCompliance
+from estimator.effects.motion.gripper_slip import CreepingSlip, GripperJump, GripperSlip
+from estimator.effects.motion.motion_direction import MotionDirection, PoseDirection
+from estimator.effects.motion.motion_scale import MotionScale, PoseScale
+from estimator.effects.motion.robot_backlash import RobotBacklash
 
 MOTION_LABELS = (
     "motion_scale",

@@ -9,18 +9,18 @@ from effect_cases import STIFFNESS, at_null, felt, measured, there_and_back, wit
 from numpy.testing import assert_allclose
 from retraction_cases import REFERENCE_BLOCK
 
-from estimator.effects.cable import Cable
-from estimator.effects.camera_creep import CameraCreep
-from estimator.effects.camera_lag import CameraLag
 from estimator.effects.catalogue import LABELS, OUTSIDERS
-from estimator.effects.cut import Cut
-from estimator.effects.force_clipping import ForceClipping
-from estimator.effects.lens_distortion import LensDistortion
-from estimator.effects.loose_bead import LooseBead
-from estimator.effects.modulus_drift import ModulusDrift
-from estimator.effects.slanted_view import SlantedView
-from estimator.effects.sticky_patch import StickyPatch
-from estimator.effects.zero_jump import ZeroJump
+from estimator.effects.outside.cable import Cable
+from estimator.effects.outside.camera_creep import CameraCreep
+from estimator.effects.outside.camera_lag import CameraLag
+from estimator.effects.outside.cut import Cut
+from estimator.effects.outside.force_clipping import ForceClipping
+from estimator.effects.outside.lens_distortion import LensDistortion
+from estimator.effects.outside.loose_bead import LooseBead
+from estimator.effects.outside.modulus_drift import ModulusDrift
+from estimator.effects.outside.slanted_view import SlantedView
+from estimator.effects.outside.sticky_patch import StickyPatch
+from estimator.effects.outside.zero_jump import ZeroJump
 from estimator.fem.block_mesh import Grading
 from estimator.fem.quadrature import quadrature_points
 from estimator.forward.meshing import mesh_experiment

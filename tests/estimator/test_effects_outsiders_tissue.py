@@ -18,9 +18,9 @@ from tissue_effects import (
     times_change,
 )
 
-from estimator.effects.air_pocket import AirPocket
-from estimator.effects.jammed_joint import JammedJoint
-from estimator.effects.shrinkage import Shrinkage
+from estimator.effects.outside.air_pocket import AirPocket
+from estimator.effects.outside.jammed_joint import JammedJoint
+from estimator.effects.outside.shrinkage import Shrinkage
 from estimator.fem.block_mesh import Grading
 from estimator.fem.body import respond
 from estimator.fem.equilibrium import EquilibriumSolver

@@ -6,25 +6,29 @@ from effect_cases import STIFFNESS, at_null, felt, measured, there_and_back, wit
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.transform import Rotation
 
-from estimator.effects.camera_rotation import CameraRotation
-from estimator.effects.camera_scale import CameraScale, CameraScaleInPlane, CameraScaleOfMotion
 from estimator.effects.catalogue import CATALOGUE, LABELS, OUTSIDERS
 from estimator.effects.effect import Effect
-from estimator.effects.fiducial_mislabel import (
+from estimator.effects.force.force_axis_gain import ForceAxisGain
+from estimator.effects.force.force_bias import ForceBias
+from estimator.effects.force.force_crosstalk import ForceCrosstalk, ForcePairCrosstalk
+from estimator.effects.force.force_drift import ForceDrift
+from estimator.effects.force.force_frame_rotation import ForceFrameRotation
+from estimator.effects.force.time_offset import TimeOffset
+from estimator.effects.force.tool_weight import ToolWeight, ToolWeightAndCentre
+from estimator.effects.force.torque_centre import TorqueCentre
+from estimator.effects.vision.camera_rotation import CameraRotation
+from estimator.effects.vision.camera_scale import CameraScale, CameraScaleInPlane, CameraScaleOfMotion
+from estimator.effects.vision.fiducial_mislabel import (
     FiducialMislabel,
     FiducialMislabelFromShare,
     FiducialMislabelInEach,
     FiducialMislabelWithin,
 )
-from estimator.effects.fiducial_misread import FiducialMisread, FiducialMisreadFrom, FiducialMisreadWithin
-from estimator.effects.force_axis_gain import ForceAxisGain
-from estimator.effects.force_bias import ForceBias
-from estimator.effects.force_crosstalk import ForceCrosstalk, ForcePairCrosstalk
-from estimator.effects.force_drift import ForceDrift
-from estimator.effects.force_frame_rotation import ForceFrameRotation
-from estimator.effects.time_offset import TimeOffset
-from estimator.effects.tool_weight import ToolWeight, ToolWeightAndCentre
-from estimator.effects.torque_centre import TorqueCentre
+from estimator.effects.vision.fiducial_misread import (
+    FiducialMisread,
+    FiducialMisreadFrom,
+    FiducialMisreadWithin,
+)
 
 SENSOR_LABELS = {label for label, group in LABELS.items() if group in ("force", "timing", "vision")}
 OF_SENSORS = [*(effect for effect in CATALOGUE if effect.label in SENSOR_LABELS), *OUTSIDERS]

@@ -10,10 +10,10 @@ from scipy.spatial.transform import Rotation
 from tissue_effects import PROBLEM, TISSUE, driven, pulled_to
 
 from estimator.effects.effect import Effect, Readings
-from estimator.effects.inhomogeneity import INHOMOGENEITY, Inhomogeneity
-from estimator.effects.modulus_gradient import MODULUS_GRADIENT
-from estimator.effects.second_invariant import SECOND_INVARIANT
-from estimator.effects.strain_stiffening import STRAIN_STIFFENING, StrainStiffening
+from estimator.effects.tissue.inhomogeneity import INHOMOGENEITY, Inhomogeneity
+from estimator.effects.tissue.modulus_gradient import MODULUS_GRADIENT
+from estimator.effects.tissue.second_invariant import SECOND_INVARIANT
+from estimator.effects.tissue.strain_stiffening import STRAIN_STIFFENING, StrainStiffening
 from estimator.fem.body import with_modulus
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.quadrature import quadrature_points

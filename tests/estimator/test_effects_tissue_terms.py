@@ -15,11 +15,11 @@ from tissue_effects import (
     times_change,
 )
 
-from estimator.effects.anisotropy import ANISOTROPY
 from estimator.effects.effect import Effect
-from estimator.effects.permanent_set import PERMANENT_SET
-from estimator.effects.stress_softening import STRESS_SOFTENING
-from estimator.effects.viscoelasticity import VISCOELASTICITY, Viscoelasticity
+from estimator.effects.tissue.anisotropy import ANISOTROPY
+from estimator.effects.tissue.permanent_set import PERMANENT_SET
+from estimator.effects.tissue.stress_softening import STRESS_SOFTENING
+from estimator.effects.tissue.viscoelasticity import VISCOELASTICITY, Viscoelasticity
 from estimator.fem.body import forces_of_stress, nodal_forces, stress_of
 from estimator.fem.fibres import Fibres
 from estimator.fem.relaxation import RelaxingPart

@@ -15,6 +15,7 @@ from estimator.errors import InputError
 from estimator.experiment import write_experiment
 from estimator.fit.online import OnlineEstimate
 from estimator.fit.result import ParameterEstimate
+from estimator.materials import LAWS, Law, Yeoh
 from gui.computations import estimate_sources, write_estimate_page
 from gui.context import Context
 from gui.following import FollowedStep, follow_session
@@ -54,10 +55,43 @@ def test_nothing_can_be_estimated_before_something_is_checked(
     assert not page.begin.isEnabled()
     page.picker.choose((stored(tmp_path / "pull"),))
     page.begin.click()
-    assert [(job.task, job.arguments) for job in jobs.asked] == [(estimate_sources, ((tmp_path / "pull",),))]
+    assert [(job.task, job.arguments) for job in jobs.asked] == [
+        (estimate_sources, ((tmp_path / "pull",), "neo_hookean"))
+    ]
     assert page.strip.isVisible()
     page.strip.cancel.click()
     assert jobs.asked[0].cancel_asked
+
+
+def test_the_laws_to_choose_from_are_those_of_this_project_and_of_other_packages(
+    context: Context, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = {**LAWS, "demiray": Yeoh(2)}
+    monkeypatch.setattr("gui.pages.estimate.installed_laws", lambda: other)
+    changed, jobs = without_processes(context)
+    page = EstimatePage(changed)
+    qtbot.addWidget(page)
+    assert [page.law.itemText(number) for number in range(page.law.count())] == list(other)
+    page.picker.choose((stored(tmp_path / "pull"),))
+    page.law.setCurrentText("demiray")
+    page.begin.click()
+    assert jobs.asked[0].arguments == ((tmp_path / "pull",), "demiray")
+
+
+def test_a_broken_package_leaves_the_laws_of_this_project(
+    context: Context, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken() -> dict[str, Law]:
+        raise InputError("package old 1.0, entry point 'x' of retract.materials: cannot be imported")
+
+    monkeypatch.setattr("gui.pages.estimate.installed_laws", broken)
+    told: list[Message] = []
+    context.navigator.message_told.connect(told.append)
+    page = EstimatePage(context)
+    qtbot.addWidget(page)
+    assert page.law.count() == len(LAWS)
+    qtbot.waitUntil(lambda: len(told) == 1)
+    assert "package old 1.0" in told[0].what
 
 
 def test_the_result_tells_values_intervals_and_what_is_left(

@@ -10,6 +10,7 @@ from pytestqt.qtbot import QtBot
 from synthetic_diagnoses import inclusion
 from synthetic_estimates import PULL_M, block, pull_fit
 
+from estimator.effects import blocks
 from estimator.report.scene import farthest_row
 from gui.films import Film, film_of_fit, film_of_trace, spread
 from gui.inks import ramp
@@ -122,7 +123,7 @@ def test_a_local_cause_is_drawn_in_the_body_and_carried_along_with_it(view: Mesh
     place = found.considered["inhomogeneity"].expected.place
     assert place is not None
     trace = found.traces[0]
-    film = film_of_trace(trace, trace.before, place, "interior")
+    film = film_of_trace(trace, trace.before, place, blocks.INTERIOR)
     assert film.place is not None
     centres, radius = film.place
     assert radius == pytest.approx(16.1)
@@ -132,18 +133,18 @@ def test_a_local_cause_is_drawn_in_the_body_and_carried_along_with_it(view: Mesh
     assert centres[row] == pytest.approx(1e3 * np.array(place.centre) + share * way)
     view.show_film(film)
     with_place = pixels(view)
-    view.show_film(film_of_trace(trace, trace.before, None, "interior"))
+    view.show_film(film_of_trace(trace, trace.before, None, blocks.INTERIOR))
     assert np.any(pixels(view) != with_place)
 
 
-@pytest.mark.parametrize("block", ["anchor", "grasp", "support"])
-def test_a_cause_of_a_part_of_the_body_is_hatched_there(block: str, view: MeshView) -> None:
-    trace = inclusion().traces[0]
-    plain, marked = (film_of_trace(trace, trace.before, None, one) for one in ("force", block))
+@pytest.mark.parametrize("group", ["anchor", "grasp", "environment"])
+def test_a_cause_of_a_part_of_the_body_is_hatched_there(group: blocks.Group, view: MeshView) -> None:
+    trace, block = inclusion().traces[0], blocks.GROUPS[group]
+    plain, marked = (film_of_trace(trace, trace.before, None, one) for one in (blocks.GROUPS["force"], block))
     assert not plain.marked.any()
     assert marked.marked.any()
-    if block != "support":
-        assert set(marked.surface.parts[marked.marked]) == {block}
+    if block.pictured != "underside":
+        assert set(marked.surface.parts[marked.marked]) == {block.name}
     view.show_film(plain)
     before = pixels(view)
     view.show_film(marked)
@@ -152,7 +153,7 @@ def test_a_cause_of_a_part_of_the_body_is_hatched_there(block: str, view: MeshVi
 
 def test_another_prediction_changes_the_arrows_and_not_their_scale() -> None:
     trace = inclusion().traces[0]
-    before, after = (film_of_trace(trace, one, None, "") for one in (trace.before, trace.after))
+    before, after = (film_of_trace(trace, one, None, None) for one in (trace.before, trace.after))
     assert (after.scale, after.magnified) == (before.scale, before.magnified)
     assert np.nanmax(np.abs(after.arrows)) < 0.6 * np.nanmax(np.abs(before.arrows))
 

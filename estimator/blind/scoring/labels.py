@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Mapping
 
 from estimator.diagnosis.model.labels import NONE, UNKNOWN
+from estimator.effects.blocks import BLOCK_OF_GROUP, Group
 from estimator.effects.catalogue import LABELS
-from estimator.effects.effect import BLOCK_OF_GROUP, Group
 
 GROUPS: Mapping[str, Group] = {**LABELS, "discretization": "numerics"}
 

@@ -11,7 +11,7 @@ from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.model.labels import NONE, UNKNOWN
 from estimator.diagnosis.result import Where
 from estimator.diagnosis.search.candidate import Candidate
-from estimator.effects.effect import BLOCK_OF_GROUP, Group
+from estimator.effects.blocks import BLOCK_OF_GROUP, Group
 
 FloatArray = NDArray[np.float64]
 

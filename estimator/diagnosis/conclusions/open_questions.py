@@ -5,22 +5,10 @@ from itertools import groupby
 
 from estimator.diagnosis.result import EffectFinding, Quantity
 from estimator.diagnosis.search.decision import Doubted
+from estimator.effects.catalogue import CATALOGUE
 
 # What tells apart what no motion of the gripper can (or hardly).
-MEASUREMENTS: Mapping[str, str] = {
-    "thickness_error": "measure the phantom's thickness with a calliper",
-    "force_axis_gain": "hang a known weight on the gripper along each axis",
-    "force_crosstalk": "hang a known weight on the gripper in three poses",
-    "force_frame_rotation": "hang a known weight on the gripper in three poses",
-    "tool_weight": "move the empty gripper through four poses in free air",
-    "force_bias": "read the sensor with the empty gripper before and after",
-    "force_drift": "read the sensor with the empty gripper before and after",
-    "time_offset": "tap the gripper and compare the two clocks",
-    "camera_scale": "compare the beads' spacing at rest with the design grid",
-    "camera_rotation": "compare the beads' places at rest with the design grid",
-    "motion_scale": "move the empty gripper in view of the cameras",
-    "motion_direction": "move the empty gripper in view of the cameras",
-}
+MEASUREMENTS: Mapping[str, str] = {one.label: one.measured_by for one in CATALOGUE if one.measured_by}
 
 # So many sizes of one unit are told one by one.
 _LISTED = 3

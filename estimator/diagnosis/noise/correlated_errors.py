@@ -22,7 +22,7 @@ from estimator.diagnosis.noise.whitening import Whitening, inverse_root, uncorre
 from estimator.diagnosis.sensitivity.perturbation import Perturbation
 from estimator.diagnosis.sensitivity.readings import derivatives, derivatives_by_position
 from estimator.diagnosis.settings import NoiseSettings
-from estimator.effects.grasp_misplacement import GRASP_MISPLACEMENT
+from estimator.effects.mounting.grasp_misplacement import GRASP_EDGES
 from estimator.experiment import Experiment
 from estimator.fit.residuals import channel_variance, measured_rows
 from estimator.forward.schedule import schedule_poses, travel
@@ -182,7 +182,7 @@ def left_at_grasp(
     aside = edge_deviation(hypothesis, settings)
     deviation = {"m": aside, "rad": aside / settings.edge_lever_m}
     steps, deviations = [], []
-    for form in (effect for effect in GRASP_MISPLACEMENT if effect.form in ("jaws", "turned")):
+    for form in GRASP_EDGES:
         null = hypothesis.with_effect(form, {amplitude.name: 0.0 for amplitude in form.amplitudes})
         free = [c for c in free_parameters(null) if c.effect is not None]
         steps += [Perturbation(c.name, c.put(null, c.step), form, c.step) for c in free]

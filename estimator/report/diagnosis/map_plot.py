@@ -10,6 +10,7 @@ from matplotlib.patches import Circle, Ellipse, Patch, Rectangle
 from numpy.typing import NDArray
 
 from estimator.diagnosis.result import Diagnosis, Trace, Where
+from estimator.effects import blocks
 from estimator.report.diagnosis.quantities import percent
 from estimator.report.diagnosis.residuals import farthest_fiducials_mm
 from estimator.report.rounding import round_figure
@@ -62,9 +63,9 @@ def _surroundings(axes: Axes, trace: Trace, where: Where) -> None:
     whole = np.stack([-half, half])
     _rectangle(axes, whole, MUTED, "", 0.0)
     for anchor in experiment.anchors:
-        _rectangle(axes, _at_least(within_mm(anchor, whole), half), ANCHOR, _block("anchor", where), 0.4)
-    _rectangle(axes, within_mm(experiment.grasp.box, whole), GRASP, _block("grasp", where), 0.3)
-    interior = _block("interior", where)
+        _rectangle(axes, _at_least(within_mm(anchor, whole), half), ANCHOR, _block(blocks.ANCHOR, where), 0.4)
+    _rectangle(axes, within_mm(experiment.grasp.box, whole), GRASP, _block(blocks.GRASP, where), 0.3)
+    interior = _block(blocks.INTERIOR, where)
     axes.annotate(
         interior, (0.0, -half[1]), (0, 5), textcoords="offset points", ha="center", color=MUTED, fontsize=9
     )
@@ -73,9 +74,9 @@ def _surroundings(axes: Axes, trace: Trace, where: Where) -> None:
     axes.set_ylim(-half[1] - margin[1], half[1] + margin[1])
 
 
-def _block(name: str, where: Where) -> str:
-    probability = where.blocks.get(name, math.nan)
-    return f"{name} {percent(probability)}" if math.isfinite(probability) else ""
+def _block(block: blocks.Block, where: Where) -> str:
+    probability = where.blocks.get(block.name, math.nan)
+    return f"{block.name} {percent(probability)}" if math.isfinite(probability) else ""
 
 
 def _at_least(box: FloatArray, half: FloatArray) -> FloatArray:

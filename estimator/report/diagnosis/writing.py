@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from estimator.diagnosis.result import Diagnosis, Trace
+from estimator.diagnosis.result import Diagnosis, Trace, Where
 from estimator.report import page
 from estimator.report.channels import root_mean_square
 from estimator.report.diagnosis.causes_plot import causes_height_in, draw_causes
@@ -32,9 +32,9 @@ from estimator.report.page import Html
 from estimator.report.scene import MM
 
 _WIDTH_IN = 11.4
-_MAP_IN = (_WIDTH_IN, 5.9)
-_HEAT_IN = (_WIDTH_IN, 3.2)
-_WRENCH_IN = (_WIDTH_IN, 4.4)
+MAP_IN = (_WIDTH_IN, 5.9)
+HEAT_IN = (_WIDTH_IN, 3.2)
+WRENCH_IN = (_WIDTH_IN, 4.4)
 
 
 def write_report(diagnosis: Diagnosis, path: Path, *, title: str, provenance: Mapping[str, str]) -> None:
@@ -64,6 +64,21 @@ def write_report(diagnosis: Diagnosis, path: Path, *, title: str, provenance: Ma
     path.write_text(page.page(title, blocks), encoding="utf-8")
 
 
+def gap_size_in(diagnosis: Diagnosis) -> tuple[float, float]:
+    """Return width and height of the picture of the gap, inches."""
+    return (_WIDTH_IN, 1.3 + 0.32 * len(gap_rows(diagnosis)))
+
+
+def causes_size_in(diagnosis: Diagnosis) -> tuple[float, float]:
+    """Return width and height of the picture of the causes, inches."""
+    return (_WIDTH_IN, causes_height_in(diagnosis))
+
+
+def where_size_in(where: Where) -> tuple[float, float]:
+    """Return width and height of the picture of where the gap lies, inches."""
+    return (_WIDTH_IN, where_height_in(where))
+
+
 def _answer(diagnosis: Diagnosis) -> Iterator[Html]:
     yield page.headline(verdict_sentence(diagnosis))
     for explanation in explanations(diagnosis):
@@ -72,14 +87,14 @@ def _answer(diagnosis: Diagnosis) -> Iterator[Html]:
     yield page.heading("How far the gap closes")
     yield page.figure(
         partial(draw_gap, diagnosis=diagnosis),
-        (_WIDTH_IN, 1.3 + 0.32 * len(gap_rows(diagnosis))),
+        gap_size_in(diagnosis),
         "Misfit on experiments left out of the fit, and the share of what exceeds the noise that closes. Right: "
         f"{material_sentence(diagnosis.before, diagnosis.after)} Bars are 95 % intervals.",
     )
     yield page.heading("What causes it")
     yield page.figure(
         partial(draw_causes, diagnosis=diagnosis),
-        (_WIDTH_IN, causes_height_in(diagnosis)),
+        causes_size_in(diagnosis),
         "How probable each answer is as the leading cause, and its size with one standard deviation. Bold: the "
         "verdict. Blue: the other members of the smallest set that holds 90 % of the probability.",
     )
@@ -90,7 +105,7 @@ def _place(diagnosis: Diagnosis, mapped: Trace | None) -> Iterator[Html]:
     yield page.heading("Where it lies")
     yield page.figure(
         partial(draw_where, where=where),
-        (_WIDTH_IN, where_height_in(where)),
+        where_size_in(where),
         "Left: where on the rig the cause sits. Middle and right: how the misfit beyond the noise is shared out "
         "between channels, and between the phases of the experiments.",
     )
@@ -111,13 +126,13 @@ def _experiment(diagnosis: Diagnosis, trace: Trace, number: int, *, with_map: bo
     yield page.heading(f"{number}. {trace.experiment.name}")
     yield page.figure(
         partial(draw_heat_maps, trace=trace),
-        _HEAT_IN,
+        HEAT_IN,
         "Root mean square of measured minus predicted, in units of the noise of one value. A cell without colour is "
         "noise; a hatched one was not measured.",
     )
     yield page.figure(
         partial(draw_wrenches, trace=trace),
-        _WRENCH_IN,
+        WRENCH_IN,
         "Force and torque that the tissue exerts on the gripper, measured and predicted.",
     )
     if with_map and _seen(trace):
@@ -130,7 +145,7 @@ def _map(diagnosis: Diagnosis, trace: Trace) -> Html:
     place = f" {text}" if (text := _place_text(diagnosis)) else ""
     return page.figure(
         partial(draw_map, diagnosis=diagnosis, trace=trace),
-        _MAP_IN,
+        MAP_IN,
         f"{trace.experiment.name} from above, at the farthest state. Arrows are measured minus predicted, {factor:g} "
         f"times too long: the noise of a coordinate would be {noise_mm:.2g} mm long.{place}",
     )

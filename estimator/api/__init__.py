@@ -1,0 +1,1 @@
+"""The front door: what a script or a notebook imports from ``estimator``, and results that show themselves."""

@@ -1,0 +1,53 @@
+"""A constant error of the wrench after zeroing."""
+
+from typing import Literal
+
+import numpy as np
+
+from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
+from estimator.effects.shared.axes import WRENCH_CHANNELS, in_tissue_axes
+
+Frame = Literal["sensor", "tissue"]
+
+_UNITS = 3 * ["N"] + 3 * ["N·m"]
+_SCALES = 3 * [0.1] + 3 * [0.004]
+_SMALLEST = 3 * [0.01] + 3 * [0.0005]
+
+
+class ForceBias(Effect):
+    """Reported wrench = true wrench + b in every row; b is constant in the axes of the sensor or of the tissue.
+
+    A sensor's own offset turns with it; what the software adds after it has turned the wrench does not. The offset of
+    one axis alone is a form of its own: five amplitudes that are not needed would count against it.
+
+    Parameters
+    ----------
+    frame : in which it is constant
+    channel : the only axis that has one; by default all have
+    """
+
+    label = "force_bias"
+    group = "force"
+    stage = "force"
+    acts_on = ("readings",)
+    linear = True
+    measured_by = "read the sensor with the empty gripper before and after"
+    words = "The force sensor reads a constant amount too much, because its zero is off."
+    inexactness = HARDLY_INEXACT
+
+    def __init__(self, frame: Frame, channel: str = "") -> None:
+        self.form = f"{frame}_frame_{channel}" if channel else f"{frame}_frame"
+        self._channels = [WRENCH_CHANNELS.index(channel)] if channel else list(range(6))
+        self.amplitudes = tuple(
+            Amplitude(f"bias_{WRENCH_CHANNELS[n]}", _UNITS[n], _SCALES[n], _SMALLEST[n])
+            for n in self._channels
+        )
+        self._turns = frame == "sensor"
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Add the bias."""
+        bias = np.zeros(6)
+        bias[self._channels] = [values[amplitude.name] for amplitude in self.amplitudes]
+        if self._turns:
+            bias = in_tissue_axes(readings.rotation, bias)
+        return readings.with_wrench(readings.wrench + bias)

@@ -1,0 +1,86 @@
+"""One axis of the force sensor leaks into another."""
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Constant, Effect, Readings, Values
+from estimator.effects.shared.axes import WRENCH_CHANNELS, in_gripper_axes, in_tissue_axes
+from estimator.effects.shared.misfit import wrench_misfit
+from estimator.experiment import Experiment
+
+FloatArray = NDArray[np.float64]
+
+# Cross-talk is a share of the full scales: those of torque and force are 10 N·m and 130 N (ATI Gamma SI-130-10).
+_LEVER_M = 10.0 / 130.0
+_FULL_SCALE = np.array(3 * [1.0] + 3 * [_LEVER_M])
+_LEAK_SCALE = 0.03
+_LEAK_SMALLEST = 0.005
+_PAIRS = tuple(itertools.permutations(range(6), 2))
+_TRIED_PAIRS = 4
+
+
+class ForceCrosstalk(Effect):
+    """Every axis leaks into every other: w' = w + C w in the sensor's axes, with no diagonal in C.
+
+    The entries of C are counted as shares of full scale: C_ij = leak_ij s_i/s_j.
+    """
+
+    label = "force_crosstalk"
+    group = "force"
+    stage = "force"
+    acts_on = ("readings",)
+    linear = True
+    measured_by = "hang a known weight on the gripper in three poses"
+    words = "Load along one axis of the force sensor shows on another."
+    inexactness = HARDLY_INEXACT
+    form = "all_axes"
+    amplitudes: tuple[Amplitude, ...] = tuple(
+        Amplitude(f"{WRENCH_CHANNELS[j]}_into_{WRENCH_CHANNELS[i]}", "1", _LEAK_SCALE, _LEAK_SMALLEST)
+        for j, i in _PAIRS
+    )
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Add what leaks."""
+        leak = np.zeros((6, 6))
+        for (j, i), amplitude in zip(_PAIRS, self.amplitudes, strict=True):
+            leak[i, j] = values[amplitude.name]
+        return _leaking(readings, leak)
+
+
+class ForcePairCrosstalk(ForceCrosstalk):
+    """Only one axis leaks, into one other."""
+
+    form = "one_pair"
+    amplitudes = (Amplitude("leak", "1", _LEAK_SCALE, _LEAK_SMALLEST),)
+    constants = (
+        Constant("source", "1", (), 0.0, 5.0, fixed=True),
+        Constant("target", "1", (), 0.0, 5.0, fixed=True),
+    )
+
+    def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
+        """Return the pairs that would take most off the misfit."""
+        load = np.concatenate([in_gripper_axes(each.rotation, each.wrench) for each in baseline])
+        misfit = np.concatenate([wrench_misfit(each) for each in baseline])
+        seen = np.isfinite(misfit).all(axis=1)
+        gain = (misfit[seen].T @ load[seen]) ** 2 / np.maximum((load[seen] ** 2).sum(axis=0), 1e-300)
+        pairs = sorted(_PAIRS, key=lambda pair: -gain[pair[1], pair[0]])
+        return [{"source": float(j), "target": float(i)} for j, i in pairs[:_TRIED_PAIRS]]
+
+    def choices(self, experiments: Sequence[Experiment]) -> int:
+        """Return the number of ordered pairs of axes."""
+        return len(_PAIRS)
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Add what leaks."""
+        leak = np.zeros((6, 6))
+        leak[round(values["target"]), round(values["source"])] = values["leak"]
+        return _leaking(readings, leak)
+
+
+def _leaking(readings: Readings, leak: FloatArray) -> Readings:
+    matrix = leak * _FULL_SCALE[:, None] / _FULL_SCALE
+    leaked = in_gripper_axes(readings.rotation, readings.wrench) @ matrix.T
+    return readings.with_wrench(readings.wrench + in_tissue_axes(readings.rotation, leaked))

@@ -1,0 +1,72 @@
+"""A wrench error that grows with time."""
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.effects.effect import Amplitude, Constant, Effect, Readings, Values
+from estimator.effects.shared.axes import WRENCH_CHANNELS, in_tissue_axes
+from estimator.experiment import Experiment
+
+FloatArray = NDArray[np.float64]
+Frame = Literal["sensor", "tissue"]
+Course = Literal["linear", "saturating", "running_on"]
+
+_UNITS = 3 * ["N/s"] + 3 * ["N·m/s"]
+_SCALES = 3 * [3e-3] + 3 * [8e-5]
+_SMALLEST = 3 * [2e-4] + 3 * [8e-6]
+# What settles within less than this is an offset of the zero.
+_TIME_CONSTANT = Constant("time_constant", "s", (20.0, 60.0, 180.0), 10.0, 3600.0)
+_INTERVAL = Constant("interval", "s", (100.0, 300.0), 10.0, 1e5)
+_CONSTANTS: dict[Course, tuple[Constant, ...]] = {
+    "linear": (),
+    "saturating": (_TIME_CONSTANT,),
+    "running_on": (_TIME_CONSTANT, _INTERVAL),
+}
+
+
+class ForceDrift(Effect):
+    """Reported wrench = true wrench + r g(t); r is the rate at first, constant in the sensor's or the tissue's axes.
+
+    The sensor is zeroed at the first row of every experiment, so that g = t for steady drift and
+    g = τ (1 − exp(−t/τ)) where the sensor warms towards a steady state of its own (Newton's law of cooling). Where
+    warming runs on from experiment to experiment, each an ``interval`` after the one before, what is left of it has
+    become smaller: g = exp(−(order − 1) interval/τ) τ (1 − exp(−t/τ)).
+    """
+
+    label = "force_drift"
+    group = "force"
+    stage = "force"
+    acts_on = ("readings",)
+    linear = True
+    measured_by = "read the sensor with the empty gripper before and after"
+    words = "The force sensor's reading drifts with time."
+
+    def __init__(self, course: Course, frame: Frame) -> None:
+        self.form = f"{course}_{frame}_frame"
+        self.amplitudes = tuple(
+            Amplitude(f"drift_{channel}", unit, scale, smallest)
+            for channel, unit, scale, smallest in zip(
+                WRENCH_CHANNELS, _UNITS, _SCALES, _SMALLEST, strict=True
+            )
+        )
+        self.constants = _CONSTANTS[course]
+        self._turns = frame == "sensor"
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Add the drift."""
+        rate = np.array([values[amplitude.name] for amplitude in self.amplitudes])
+        drift = np.outer(_grown(readings.experiment, values), rate)
+        if self._turns:
+            drift = in_tissue_axes(readings.rotation, drift)
+        return readings.with_wrench(readings.wrench + drift)
+
+
+def _grown(experiment: Experiment, values: Values) -> FloatArray:
+    """Return g (n,), s: the drift since the zeroing for a unit rate at first."""
+    if "time_constant" not in values:
+        return experiment.time
+    constant = values["time_constant"]
+    past = (experiment.order - 1) * values.get("interval", 0.0)
+    return -constant * np.exp(-past / constant) * np.expm1(-experiment.time / constant)

@@ -1,0 +1,33 @@
+"""The force sensor is mounted rotated against the gripper frame."""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
+from estimator.effects.shared.axes import AXES, in_gripper_axes, in_tissue_axes, turned
+
+
+class ForceFrameRotation(Effect):
+    """A sensor that sits turned by Q in the gripper reads Qᵀ w for the wrench w in the gripper's axes.
+
+    The amplitudes are the rotation vector of Q in the gripper's axes. The origin of both frames is the same.
+    """
+
+    label = "force_frame_rotation"
+    group = "force"
+    stage = "force"
+    acts_on = ("readings",)
+    measured_by = "hang a known weight on the gripper in three poses"
+    words = "The force sensor is mounted rotated against the gripper."
+    inexactness = HARDLY_INEXACT
+    amplitudes = tuple(
+        Amplitude(f"rotation_{axis}", "rad", scale=0.06, smallest=0.005, lower=-1.0, upper=1.0)
+        for axis in AXES
+    )
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Take the components along the sensor's axes for those along the gripper's."""
+        mounting = Rotation.from_rotvec(np.array([values[amplitude.name] for amplitude in self.amplitudes]))
+        wrench = in_gripper_axes(readings.rotation, readings.wrench)
+        change = turned(mounting.inv(), wrench) - wrench
+        return readings.with_wrench(readings.wrench + in_tissue_axes(readings.rotation, change))

@@ -1,0 +1,37 @@
+"""The force stream lags or leads the pose stream."""
+
+from typing import Literal
+
+from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
+from estimator.effects.shared.axes import in_gripper_axes, in_tissue_axes
+from estimator.effects.shared.instants import at_other_times
+
+
+class TimeOffset(Effect):
+    """The row of time t holds what the sensor felt, in its own axes, at t − lag (or t + lead).
+
+    Between rows the wrench is interpolated; before the first and after the last the gripper stands. Lag and lead are
+    two forms because the wrench has a kink wherever the gripper starts or stops: a row there sees the motion before
+    it or the one after it.
+    """
+
+    label = "time_offset"
+    group = "timing"
+    stage = "force"
+    acts_on = ("readings",)
+    measured_by = "tap the gripper and compare the two clocks"
+    words = "The force stream is shifted in time against the pose stream."
+    inexactness = HARDLY_INEXACT
+
+    def __init__(self, form: Literal["lag", "lead"]) -> None:
+        self.form = form
+        self.amplitudes = (Amplitude(form, "s", scale=0.3, smallest=0.02, lower=0.0),)
+        self._sign = -1.0 if form == "lag" else 1.0
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Shift the wrench in time."""
+        time = readings.experiment.time
+        wrench = in_gripper_axes(readings.rotation, readings.wrench)
+        shifted = at_other_times(time, wrench, self._sign * values[self.form])
+        change = in_tissue_axes(readings.rotation, shifted - wrench)
+        return readings.with_wrench(readings.wrench + change)

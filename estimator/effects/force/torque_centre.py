@@ -1,0 +1,43 @@
+"""Torques are about another point than stated."""
+
+from typing import Literal
+
+import numpy as np
+
+from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
+from estimator.effects.shared.axes import AXES
+
+Frame = Literal["gripper", "tissue"]
+
+
+class TorqueCentre(Effect):
+    """Torques are about a point at d from the gripper frame's origin, not about that: T' = T − d × F.
+
+    A sensor's centre that is stated wrongly turns along, as R d; a lever that software adds after it has turned the
+    wrench into tissue axes stays d.
+
+    Parameters
+    ----------
+    frame : in which d is constant
+    """
+
+    label = "torque_centre"
+    group = "force"
+    stage = "force"
+    acts_on = ("readings",)
+    linear = True
+    words = "Torques are about another point than the stated origin of the gripper frame."
+    inexactness = HARDLY_INEXACT
+    amplitudes = tuple(Amplitude(f"centre_{axis}", "m", scale=4e-3, smallest=5e-4) for axis in AXES)
+
+    def __init__(self, frame: Frame) -> None:
+        self.form = f"{frame}_frame"
+        self._turns = frame == "gripper"
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Move the torques to the other point."""
+        centre = np.array([values[amplitude.name] for amplitude in self.amplitudes])
+        wrench = readings.wrench.copy()
+        lever = readings.rotation.apply(centre) if self._turns else centre
+        wrench[:, 3:] -= np.cross(lever, wrench[:, :3])
+        return readings.with_wrench(wrench)

@@ -1,0 +1,119 @@
+"""The tissue slides in the gripper under load, and does not slide back."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.effects.effect import Amplitude, Constant, Effect, Motion, Readings, Values
+from estimator.experiment import Experiment
+
+FloatArray = NDArray[np.float64]
+
+_THRESHOLD = Constant("threshold", "N", (), 0.02, 200.0)
+# Shares of the largest measured force: where the tissue slides freely, the threshold is that force.
+_TRIED_THRESHOLDS = (0.4, 0.6, 0.75, 0.87, 0.94, 1.0)
+# Loads that differ by less than this share of the largest are one level.
+_ONE_LEVEL = 1e-3
+# A jump is seen between two stations of the gripper, of which there are some tens on its way out.
+_THRESHOLDS_TOLD_APART = 30
+
+
+class GripperSlip(Effect):
+    """Slip s = c · max over the past of (|F| − threshold), in the gripper frame, along the load at that moment.
+
+    Coulomb friction whose threshold hardens by h per metre slipped, in series with tissue of stiffness k, lets the
+    load follow threshold + h s: hardly more than the threshold where h is small, so that the measured load cannot
+    tell the slip. F is therefore the load that would act had the tissue not slid (the trial load of a return
+    mapping; Simo & Hughes 1998, Computational Inelasticity, chapter 1), for which c = 1/(k + h).
+    """
+
+    label = "gripper_slip"
+    group = "grasp"
+    stage = "motion"
+    acts_on = ("motion", "readings")
+    words = "The tissue slides in the gripper under load and stays there."
+    form = "gradual"
+    amplitudes: tuple[Amplitude, ...] = (
+        Amplitude("slip_per_force", "m/N", scale=0.01, smallest=5e-4, lower=0.0),
+    )
+    constants: tuple[Constant, ...] = (_THRESHOLD,)
+
+    def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
+        """Return thresholds from far below the largest measured force up to it."""
+        loads = [each.experiment.wrench[:, :3] for each in baseline]
+        largest = max(float(np.nanquantile(np.linalg.norm(load, axis=1), 0.95)) for load in loads)
+        return [{"threshold": share * largest} for share in _TRIED_THRESHOLDS]
+
+    def motion(self, motion: Motion, values: Values) -> Motion:
+        """Leave the tissue behind by what it has slid."""
+        slipped = self._slipped(motion, values)
+        force = motion.rotation.inv().apply(motion.load[:, :3])
+        direction = force / np.maximum(np.linalg.norm(force, axis=1, keepdims=True), 1e-300)
+        slip = np.cumsum(np.diff(slipped, prepend=0.0)[:, None] * direction, axis=0)
+        return motion.moved(motion.position + motion.rotation.apply(slip))
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Refer the torque to the gripper's reported origin: the sensor has not slid."""
+        arm = readings.position - readings.reported_position
+        wrench = readings.wrench.copy()
+        wrench[:, 3:] += np.cross(arm, wrench[:, :3])
+        return readings.with_wrench(wrench)
+
+    def _slipped(self, motion: Motion, values: Values) -> FloatArray:
+        """Return the length slipped (n,), m, which never falls."""
+        return np.asarray(values["slip_per_force"] * np.maximum.accumulate(_excess(motion, values)))
+
+
+class CreepingSlip(GripperSlip):
+    """The same against a drag as well, in proportion to the speed: what is slipped lags, and goes on in a hold.
+
+    The drag η adds to what hardens: (k + h) s + η ds/dt = |F| − threshold, so that the slip nears what it would be
+    without drag with the time constant η/(k + h) (P. Perzyna, Adv. Appl. Mech. 9 (1966) 243, in one dimension).
+    """
+
+    form = "creeping"
+    elaborates = "gradual"
+    rate_dependent = True
+    constants = (_THRESHOLD, Constant("time_constant", "s", (1.0, 5.0), lower=0.05, upper=500.0))
+
+    def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
+        """Return the same thresholds, with every time constant of the grid."""
+        times = self.constants[1].grid
+        return [{**start, "time_constant": time} for start in super().starts(baseline) for time in times]
+
+    def _slipped(self, motion: Motion, values: Values) -> FloatArray:
+        to_be = values["slip_per_force"] * _excess(motion, values)
+        reached = -np.expm1(-np.diff(motion.time, prepend=motion.time[0]) / values["time_constant"])
+        slipped = np.zeros_like(to_be)
+        for n in range(1, len(to_be)):
+            slipped[n] = slipped[n - 1] + max(to_be[n] - slipped[n - 1], 0.0) * reached[n]
+        return slipped
+
+
+class GripperJump(GripperSlip):
+    """The tissue slides all at once when the load first passes the threshold, and then holds."""
+
+    form = "jump"
+    constants = (replace(_THRESHOLD, fixed=True),)
+    amplitudes = (Amplitude("slip", "m", scale=1.5e-3, smallest=1e-4, lower=0.0),)
+
+    def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
+        """Return a threshold between every two levels to which the load rises: each lets another station slip first."""
+        loads = [np.linalg.norm(each.wrench[:, :3], axis=1) for each in baseline]
+        levels = np.unique(np.concatenate([np.maximum.accumulate(load) for load in loads]))
+        apart = np.diff(levels) > _ONE_LEVEL * levels[-1]
+        return [{"threshold": float(middle)} for middle in (levels[1:] + levels[:-1])[apart] / 2]
+
+    def choices(self, experiments: Sequence[Experiment]) -> int:
+        """Return the number of thresholds that differ in what they do."""
+        return _THRESHOLDS_TOLD_APART
+
+    def _slipped(self, motion: Motion, values: Values) -> FloatArray:
+        return np.asarray(values["slip"] * np.maximum.accumulate(_excess(motion, values) > 0.0))
+
+
+def _excess(motion: Motion, values: Values) -> FloatArray:
+    """Return how far the trial load is beyond the threshold (n,), N."""
+    return np.maximum(np.linalg.norm(motion.trial[:, :3], axis=1) - values["threshold"], 0.0)

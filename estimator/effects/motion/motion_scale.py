@@ -1,0 +1,38 @@
+"""The gripper moves a little more or less than reported."""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Motion, Values
+
+
+class MotionScale(Effect):
+    """True displacement from rest = (1 + s) times the reported one; the orientation is true."""
+
+    label = "motion_scale"
+    group = "robot"
+    stage = "motion"
+    acts_on = ("motion",)
+    linear = True
+    measured_by = "move the empty gripper in view of the cameras"
+    words = "The gripper moves a little more or less than reported."
+    inexactness = HARDLY_INEXACT
+    form = "translation"
+    amplitudes = (Amplitude("scale_error", "1", scale=0.03, smallest=2e-3, lower=-0.5),)
+
+    def motion(self, motion: Motion, values: Values) -> Motion:
+        """Scale the displacement."""
+        displacement = motion.position - np.asarray(motion.experiment.grasp.centre)
+        return motion.moved(motion.position + values["scale_error"] * displacement)
+
+
+class PoseScale(MotionScale):
+    """The angle of rotation from rest is scaled as well."""
+
+    form = "translation_and_rotation"
+
+    def motion(self, motion: Motion, values: Values) -> Motion:
+        """Scale displacement and rotation."""
+        moved = super().motion(motion, values)
+        surplus = Rotation.from_rotvec(values["scale_error"] * motion.rotation.as_rotvec())
+        return moved.moved(moved.position, surplus * motion.rotation)

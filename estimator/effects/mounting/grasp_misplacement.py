@@ -1,0 +1,67 @@
+"""The grasped region lies elsewhere than stated."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.effects.blocks import Group
+from estimator.effects.effect import Amplitude, Effect, Hook, Motion, Stage, Values
+from estimator.fem.morph import with_grasp_moved
+from estimator.fem.problem import RetractionProblem
+
+FloatArray = NDArray[np.float64]
+
+
+class GraspMisplacement(Effect):
+    """The gripper took the tissue elsewhere.
+
+    Either it stood elsewhere over the tissue than registered, so that its frame's origin is shifted as well and the
+    reported positions are off by as much; or the jaws alone hold another patch, shifted or turned, and the frame is
+    where it is said to be.
+    """
+
+    label: ClassVar[str] = "grasp_misplacement"
+    group: ClassVar[Group] = "grasp"
+    stage: ClassVar[Stage] = "mounting"
+    acts_on: ClassVar[tuple[Hook, ...]] = ("problem", "motion")
+    words: ClassVar[str] = "The grasped region lies elsewhere than stated."
+
+    def __init__(self, form: str, *amplitudes: Amplitude, centre_shifts: bool = False) -> None:
+        self.form = form
+        self.amplitudes = amplitudes
+        self._centre_shifts = centre_shifts
+
+    def problem(self, problem: RetractionProblem, values: Values) -> RetractionProblem:
+        """Move the grasped region in the tissue."""
+        shift, turn = _shift(values), values.get("yaw", 0.0)
+        if not (shift.any() or turn):
+            return problem
+        moved = with_grasp_moved(problem, shift[:2], turn)
+        if self._centre_shifts:
+            return replace(moved, grasp_centre=problem.grasp_centre + shift)
+        return moved
+
+    def motion(self, motion: Motion, values: Values) -> Motion:
+        """Shift the gripper where it stood elsewhere."""
+        shift = _shift(values)
+        if not (self._centre_shifts and shift.any()):
+            return motion
+        return motion.moved(motion.position + shift)
+
+
+def _shift(values: Values) -> FloatArray:
+    return np.array([values.get("shift_x", 0.0), values.get("shift_y", 0.0), 0.0])
+
+
+_SHIFT = (
+    Amplitude("shift_x", "m", scale=3e-3, smallest=2e-4, lower=-0.012, upper=0.012),
+    Amplitude("shift_y", "m", scale=3e-3, smallest=2e-4, lower=-0.012, upper=0.012),
+)
+_YAW = Amplitude("yaw", "rad", scale=0.1, smallest=0.01, lower=-0.5, upper=0.5)
+# Where the edges of the grasp may lie while the gripper is where it is said to be.
+GRASP_EDGES = (GraspMisplacement("jaws", *_SHIFT), GraspMisplacement("turned", _YAW))
+GRASP_MISPLACEMENT = (GraspMisplacement("gripper", *_SHIFT, centre_shifts=True), *GRASP_EDGES)

@@ -1,0 +1,1 @@
+"""What else happens to a rig, without a label of its own: it is recognised as something unknown."""

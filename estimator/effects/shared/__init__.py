@@ -1,0 +1,1 @@
+"""What several effects share: axes, places, instants, histories, zeros."""

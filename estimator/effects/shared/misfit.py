@@ -1,0 +1,21 @@
+"""What the baseline leaves of the measurements: a search among places or instants begins where it is largest."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.effects.effect import Readings
+from estimator.effects.shared.axes import in_gripper_axes
+
+FloatArray = NDArray[np.float64]
+
+
+def fiducial_misfit(readings: Readings) -> FloatArray:
+    """Return measured less predicted (n, m, 3), m, zero where nothing was measured."""
+    return np.nan_to_num(readings.experiment.fiducials - readings.fiducials, nan=0.0)
+
+
+def wrench_misfit(readings: Readings) -> FloatArray:
+    """Return measured less predicted (n, 6) in the sensor's axes, in units of the noise; NaN where not measured."""
+    sensor = readings.experiment.sensor
+    noise = np.array(3 * [sensor.force_std] + 3 * [sensor.torque_std])
+    return in_gripper_axes(readings.rotation, readings.experiment.wrench - readings.wrench) / noise

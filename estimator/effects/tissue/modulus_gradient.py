@@ -1,0 +1,77 @@
+"""The modulus changes steadily across the phantom."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.effects.blocks import Group
+from estimator.effects.effect import Amplitude, Effect, Hook, Stage, Values
+from estimator.fem.mesh import Mesh
+from estimator.fem.problem import RetractionProblem
+from estimator.fem.quadrature import quadrature_points
+
+FloatArray = NDArray[np.float64]
+
+# 30 % across the paper's sheet of 100 mm, and across its thickness of 10 mm.
+_SCALES_PER_M = {"x": 3.0, "y": 3.0, "z": 30.0}
+
+
+class ModulusGradient(Effect):
+    """The logarithm of the modulus is linear in the place, and as stated in the phantom's centre.
+
+    Parameters
+    ----------
+    form : what the instance is called
+    axes : along which it changes, of "xyz"
+    """
+
+    label: ClassVar[str] = "modulus_gradient"
+    group: ClassVar[Group] = "inhomogeneity"
+    stage: ClassVar[Stage] = "tissue"
+    acts_on: ClassVar[tuple[Hook, ...]] = ("log_modulus",)
+    words: ClassVar[str] = "The tissue's modulus changes steadily across the phantom."
+
+    def __init__(self, form: str, axes: str) -> None:
+        self.form = form
+        self._axes = ["xyz".index(axis) for axis in axes]
+        self.amplitudes = tuple(
+            Amplitude(f"log_modulus_by_{axis}", "1/m", _SCALES_PER_M[axis], 0.1 * _SCALES_PER_M[axis])
+            for axis in axes
+        )
+
+    def log_modulus(self, problem: RetractionProblem, values: Values) -> FloatArray | None:
+        """Return the logarithm of the modulus at the integration points over that in the centre, (e, q)."""
+        slopes = np.array([values[amplitude.name] for amplitude in self.amplitudes])
+        if not slopes.any():
+            return None
+        return self._log_profile(problem.body.mesh, slopes)
+
+    def _log_profile(self, mesh: Mesh, slopes: FloatArray) -> FloatArray:
+        """Return the same for slopes (a,) along the axes, 1/m."""
+        return np.asarray(quadrature_points(mesh)[..., self._axes] @ slopes)
+
+
+class LinearModulusGradient(ModulusGradient):
+    """The modulus itself is linear along each axis.
+
+    Its amplitude is the logarithm of the ratio of the moduli at opposite sides, by their distance: they stay positive,
+    and a small one does the same as that of a linear logarithm.
+    """
+
+    def _log_profile(self, mesh: Mesh, slopes: FloatArray) -> FloatArray:
+        nodes = mesh.points[:, self._axes]
+        middle, half = (nodes.max(axis=0) + nodes.min(axis=0)) / 2, np.ptp(nodes, axis=0) / 2
+        steepness = np.tanh(slopes * half) / half
+        along = quadrature_points(mesh)[..., self._axes] - middle
+        return np.asarray(np.sum(np.log((1 + steepness * along) / (1 - steepness * middle)), axis=-1))
+
+
+MODULUS_GRADIENT = (
+    ModulusGradient("in_plane", "xy"),
+    ModulusGradient("through_thickness", "z"),
+    LinearModulusGradient("linear_in_plane", "xy"),
+    LinearModulusGradient("linear_through_thickness", "z"),
+)
