@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING, Any
 from estimator.api.experiments import several
 from estimator.api.tables import dataframe
 from estimator.diagnosis import result
-from estimator.diagnosis.as_json import as_json
+from estimator.diagnosis.conclusions.as_json import as_json
 from estimator.diagnosis.diagnose import diagnose as diagnose_experiments
+from estimator.diagnosis.settings import DiagnosisSettings
+from estimator.effects.catalogue import Catalogue
 from estimator.experiment import model
 from estimator.fit.linearisation import Progress
+from estimator.materials.material import Material
 
 if TYPE_CHECKING:
     from estimator.api.drawings import Drawing
@@ -106,7 +109,12 @@ class Diagnosis(result.Diagnosis):
 
 
 def diagnose(
-    experiments: model.Experiment | Sequence[model.Experiment], progress: Progress | None = None
+    experiments: model.Experiment | Sequence[model.Experiment],
+    progress: Progress | None = None,
+    *,
+    catalogue: Catalogue | None = None,
+    settings: DiagnosisSettings | None = None,
+    baseline_law: Material | None = None,
 ) -> Diagnosis:
     """Diagnose the gap between the model and the experiments of one phantom in one mounting.
 
@@ -116,6 +124,9 @@ def diagnose(
     ----------
     experiments : one or several, with the same phantom, anchors, grasp and fiducials
     progress : called with what is being done, how much of it is done, and how much there is
+    catalogue : the effects that are looked for; by default this project's and those of installed packages
+    settings : of every number that is not physics, each with its unit, kind and reason
+    baseline_law : the tissue's law with its shape, the Neo-Hookean one by default; its E and ν are fitted
 
     Raises
     ------
@@ -136,4 +147,8 @@ def diagnose(
     ['credible_set', 'effects', 'gap', 'material']
     >>> figure = found.plot("causes")
     """
-    return Diagnosis.of(diagnose_experiments(several(experiments), progress))
+    return Diagnosis.of(
+        diagnose_experiments(
+            several(experiments), progress, catalogue=catalogue, settings=settings, baseline_law=baseline_law
+        )
+    )

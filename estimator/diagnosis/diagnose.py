@@ -14,14 +14,20 @@ from estimator.diagnosis.search.decision import reach_verdict, weigh
 from estimator.diagnosis.search.local_resolution import resolved
 from estimator.diagnosis.search.racing import polished
 from estimator.diagnosis.settings import DiagnosisSettings
+from estimator.effects.catalogue import Catalogue, default_catalogue
 from estimator.experiment import Experiment
+from estimator.materials import NEO_HOOKEAN
+from estimator.materials.material import Material
 from estimator.workers import worker_pool
 
 
 def diagnose(
     experiments: Sequence[Experiment],
     progress: Tell | None = None,
+    *,
+    catalogue: Catalogue | None = None,
     settings: DiagnosisSettings | None = None,
+    baseline_law: Material | None = None,
 ) -> Diagnosis:
     """Diagnose the gap between the baseline and the experiments of one phantom in one mounting.
 
@@ -29,7 +35,9 @@ def diagnose(
     ----------
     experiments : with the same phantom, anchors, grasp and fiducials
     progress : told what is being done, and how much of it is done
-    settings : of every number that is not physics; the calibrated ones by default
+    catalogue : the effects that are looked for; the default one with what installed packages add to it
+    settings : of every number that is not physics
+    baseline_law : the tissue's law with its shape, the Neo-Hookean one by default; its E and ν are fitted
 
     Raises
     ------
@@ -43,7 +51,14 @@ def diagnose(
     started = time.perf_counter()
     tell = progress or (lambda stage, done, total: None)
     with worker_pool() as executor:
-        comparison = compare(experiments, settings or DiagnosisSettings(), executor, tell)
+        comparison = compare(
+            experiments,
+            settings or DiagnosisSettings(),
+            catalogue or default_catalogue(),
+            baseline_law or NEO_HOOKEAN,
+            executor,
+            tell,
+        )
         evidence = weigh(comparison)
         verdict = reach_verdict(comparison, evidence)
         winner, of_winner = verdict.winner, comparison.context.case

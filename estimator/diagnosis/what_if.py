@@ -18,9 +18,10 @@ from estimator.diagnosis.search.local_resolution import resolved
 from estimator.diagnosis.search.racing import race, race_on
 from estimator.diagnosis.search.screening import best_starts, screen, trials_of
 from estimator.diagnosis.settings import DiagnosisSettings
-from estimator.effects.catalogue import CATALOGUE, LABELS
+from estimator.effects.catalogue import Catalogue, default_catalogue
 from estimator.errors import InputError
 from estimator.experiment import Experiment
+from estimator.materials import NEO_HOOKEAN
 from estimator.workers import worker_pool
 
 
@@ -30,7 +31,9 @@ def what_if(
     floor: float,
     errors_left: ErrorsLeft,
     progress: Tell | None = None,
+    *,
     settings: DiagnosisSettings | None = None,
+    catalogue: Catalogue | None = None,
 ) -> Consideration:
     """Fit a model with one cause to experiments of one phantom in one mounting, however improbable it is.
 
@@ -41,7 +44,7 @@ def what_if(
     floor : root mean square of the noise alone, as the diagnosis of these experiments has it (``gap.floor``)
     errors_left : how much of the errors that rows may share it took for noise, likewise
     progress : told what is being done, and how much of it is done
-    settings : by default those of the diagnosis
+    settings, catalogue : by default those of the diagnosis
 
     Raises
     ------
@@ -52,17 +55,19 @@ def what_if(
     SolverError
         The baseline has no equilibrium.
     """
-    if label not in LABELS:
-        raise InputError(f"{label}: is no cause of the catalogue; choose one of {', '.join(LABELS)}")
-    settings = settings or DiagnosisSettings()
+    settings, catalogue = settings or DiagnosisSettings(), catalogue or default_catalogue()
+    if label not in catalogue.labels:
+        raise InputError(
+            f"{label}: is no cause of the catalogue; choose one of {', '.join(catalogue.labels)}"
+        )
     tell = progress or (lambda stage, done, total: None)
     with worker_pool() as executor:
         tell("fitting the baseline", 0, 1)
-        preparation, baseline = prepare(experiments, settings, executor)
+        preparation, baseline = prepare(experiments, settings, NEO_HOOKEAN, executor)
         case = preparation.cases(errors_left)
         baseline = refitted_anew(baseline, preparation.cases(AT_MOST), case)
-        context = Context(case, baseline, error_borne_out(case, baseline), executor, tell)
-        forms = [effect for effect in CATALOGUE if effect.label == label and not effect.elaborates]
+        context = Context(case, baseline, error_borne_out(case, baseline), executor, tell, catalogue)
+        forms = [effect for effect in catalogue.forms(label) if not effect.elaborates]
         trials = screen(context, forms)
         starts = [trial.start for trial in best_starts(trials, settings.search.starts)]
         candidates = race(context, starts[: settings.conclusions.starts_of_what_if], -np.inf)

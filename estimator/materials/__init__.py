@@ -12,6 +12,7 @@ from estimator.errors import InputError
 from estimator.materials.arruda_boyce import ArrudaBoyce
 from estimator.materials.gent import Gent
 from estimator.materials.law import Law
+from estimator.materials.material import Material
 from estimator.materials.mooney_rivlin import IsochoricMooneyRivlin, MooneyRivlin
 from estimator.materials.neo_hookean import NeoHookean
 from estimator.materials.ogden import Ogden1, Ogden2
@@ -22,6 +23,7 @@ from estimator.plugins import Plugin, plugins
 
 __all__ = [
     "LAWS",
+    "NEO_HOOKEAN",
     "ArrudaBoyce",
     "Gent",
     "IsochoricMooneyRivlin",
@@ -51,6 +53,9 @@ _ALL: tuple[Law, ...] = (
 )
 
 LAWS: Mapping[str, Law] = MappingProxyType({law.name: law for law in _ALL})
+
+# The law of the baseline; a fit gives it its E and ν.
+NEO_HOOKEAN = Material(NeoHookean(), 1.0, 0.0)
 
 
 ENTRY_POINTS = "retract.materials"

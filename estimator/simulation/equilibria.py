@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.model.grip_load import GripLoad
-from estimator.diagnosis.model.solution import KnownField, Solution, reported_motion, solve_case
+from estimator.diagnosis.model.setup import Setup
+from estimator.diagnosis.model.solution import KnownField, KnownFields, Solution, reported_motion, solve_case
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
 from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings
@@ -44,14 +44,17 @@ def solve_truth(
     SolverError
         The motion has no equilibrium, or does not settle under its own load.
     """
-    solve = partial(solve_case, problem, planned, truth, progress=progress)
+
+    def solve(loads: Sequence[GripLoad], known: KnownFields | None = None) -> list[Solution]:
+        return solve_case(Setup(planned, problem, loads), truth, known, progress)
+
     felt = [np.zeros((len(experiment.time), 6)) for experiment in planned]
-    unloaded = partial(solve, loads=[GripLoad(each, each) for each in felt])
+    nothing = [GripLoad(each, each) for each in felt]
     try:
-        solutions = unloaded()
+        solutions = solve(nothing)
     except SolverError:
         at_rest = _field_at_rest(problem, planned[0], truth)
-        solutions = unloaded(known=[[at_rest] * len(experiment.time) for experiment in planned])
+        solutions = solve(nothing, [[at_rest] * len(experiment.time) for experiment in planned])
     # What acts where nothing gives way: without load, no effect yields.
     unit_wrenches = [_wrench(solution) / truth.youngs_modulus for solution in solutions]
     last, share = np.zeros(0), 1.0
@@ -66,7 +69,7 @@ def solve_truth(
         felt = [load + share * (wrench - load) for load, wrench in zip(felt, wrenches, strict=True)]
         known = [solution.known_fields() for solution in solutions]
         loads = [GripLoad(*each) for each in zip(felt, unit_wrenches, strict=True)]
-        solutions = solve(loads=loads, known=known)
+        solutions = solve(loads, known)
         last = off
     raise SolverError(
         "the gripper's motion does not settle under the load that it makes; give slip or compliance a smaller value"

@@ -6,18 +6,16 @@ from dataclasses import dataclass, field, replace
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.effects.catalogue import default_catalogue
 from estimator.effects.effect import STAGES
-from estimator.materials import NeoHookean
+from estimator.materials import NEO_HOOKEAN
 from estimator.materials.material import Material
 from estimator.simulation.acting import ActingEffect
-
-_NEO_HOOKEAN = Material(NeoHookean(), 1.0, 0.0)
 
 
 @dataclass(frozen=True)
 class Truth(Hypothesis):
     """A hypothesis whose tissue may follow another law than the baseline's."""
 
-    tissue: Material = field(default=_NEO_HOOKEAN)
+    tissue: Material = field(default=NEO_HOOKEAN)
 
     def material(self) -> Material:
         """Return the tissue's law with all effects on it."""
@@ -50,5 +48,5 @@ def truth_of(material: Material, acting: Sequence[ActingEffect]) -> Truth:
         material.poisson_ratio,
         tuple(one.effect for one in ordered),
         tuple(one.values for one in ordered),
-        material,
+        tissue=material,
     )

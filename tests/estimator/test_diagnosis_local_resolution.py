@@ -25,6 +25,7 @@ from estimator.experiment import Experiment, SensorNoise
 from estimator.fem.block_mesh import Grading
 from estimator.fem.observation import observe
 from estimator.forward.meshing import mesh_experiment
+from estimator.materials import NEO_HOOKEAN
 
 SETTINGS = DiagnosisSettings()
 
@@ -66,7 +67,7 @@ def workers() -> Iterator[Executor]:
 
 @pytest.fixture(scope="module")
 def context(workers: Executor) -> Context:
-    preparation, baseline = prepare([pulled()], SETTINGS, workers)
+    preparation, baseline = prepare([pulled()], SETTINGS, NEO_HOOKEAN, workers)
     case = preparation.cases(AT_MOST)
     return replace(bare_context(baseline, case, error_borne_out(case, baseline)), executor=workers)
 

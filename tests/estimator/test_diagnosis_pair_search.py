@@ -4,7 +4,7 @@ import typing
 
 import numpy as np
 import pytest
-from bare_contexts import bare_case, bare_context
+from bare_contexts import bare_context
 
 from estimator.diagnosis.fitting.case import Linearisation
 from estimator.diagnosis.model.hypothesis import Hypothesis
@@ -41,11 +41,11 @@ def test_another_form_of_the_leading_cause_is_no_second_leader() -> None:
 
 
 def test_what_either_cause_of_a_pair_may_be_mistaken_for_is_looked_at() -> None:
-    case = bare_case()
+    context = bare_context()
     turned = beside(MATERIAL, "camera_rotation", 0.01)
-    assert not mistaken_for(case, [candidate(turned, 90.0)])
+    assert not mistaken_for(context, [candidate(turned, 90.0)])
     pair = beside(turned, "thickness_error:about_middle", 0.1)
-    assert [one.name for one in mistaken_for(case, [candidate(pair, 90.0)])] == ["unknown:air_pocket"]
+    assert [one.name for one in mistaken_for(context, [candidate(pair, 90.0)])] == ["unknown:air_pocket"]
 
 
 def test_a_cause_that_a_pair_has_led_elsewhere_is_refitted_alone_from_there() -> None:

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from bare_contexts import bare_context
 from retraction_cases import REFERENCE_BLOCK
 
 from estimator.diagnosis.fitting.case import Case, Linearisation
@@ -109,22 +110,20 @@ def fibres(form: str, angle: float, **more: float) -> Candidate:
 
 def test_another_form_begins_at_the_place_that_the_leader_has_found() -> None:
     leader, elsewhere = fibres(SYMMETRIC, 0.5), fibres(TENSION_ONLY, 1.0, fibre_stiffening=0.7)
-    (start,) = at_the_place_of(leader, [leader, elsewhere], SETTINGS.same_place)
+    (start,) = at_the_place_of(bare_context(), leader, [leader, elsewhere])
     assert start.effects[0].name == TENSION_ONLY
     assert start.values == fibres(TENSION_ONLY, 0.5, fibre_stiffening=0.1).fit.hypothesis.values
 
 
 def test_a_form_that_has_been_at_the_leaders_place_does_not_begin_there_again() -> None:
     leader, there = fibres(SYMMETRIC, 0.5), fibres(TENSION_ONLY, 0.52, fibre_stiffening=0.7)
-    assert at_the_place_of(leader, [leader, there], SETTINGS.same_place) == []
+    assert at_the_place_of(bare_context(), leader, [leader, there]) == []
 
 
 def test_a_constant_that_the_leader_lacks_begins_at_either_end_of_its_grid() -> None:
     leader = candidate("gripper_slip:gradual", 90.0, threshold=3.0, slip_per_force=2e-4)
     creeping = [
-        one
-        for one in at_the_place_of(leader, [leader], SETTINGS.same_place)
-        if one.effects[0].form == "creeping"
+        one for one in at_the_place_of(bare_context(), leader, [leader]) if one.effects[0].form == "creeping"
     ]
     assert [one.values[0]["time_constant"] for one in creeping] == [1.0, 5.0]
     assert all(
@@ -134,14 +133,12 @@ def test_a_constant_that_the_leader_lacks_begins_at_either_end_of_its_grid() -> 
 
 def test_of_two_terms_none_begins_where_a_single_one_fits_best() -> None:
     leader = candidate("viscoelasticity:whole_stress", 90.0, relaxation_time_1=13.0, relaxing_share_1=0.4)
-    assert [one.effects[0].form for one in at_the_place_of(leader, [leader], SETTINGS.same_place)] == [
-        "one_term"
-    ]
+    assert [one.effects[0].form for one in at_the_place_of(bare_context(), leader, [leader])] == ["one_term"]
 
 
 def test_refinements_of_the_leaders_own_form_begin_first() -> None:
     leader = candidate("stress_softening:absolute_width", 90.0, depth=0.2, width_over_modulus=0.3)
-    begun = [one.effects[0] for one in at_the_place_of(leader, [leader], SETTINGS.same_place)]
+    begun = [one.effects[0] for one in at_the_place_of(bare_context(), leader, [leader])]
     refining = [one.elaborates == "absolute_width" for one in begun]
     assert any(refining)
     assert refining == sorted(refining, reverse=True)
@@ -152,18 +149,18 @@ def test_any_form_may_lead(effect: Effect) -> None:
     values = {constant.name: constant.lower for constant in effect.constants}
     amplitudes = {amplitude.name: amplitude.smallest for amplitude in effect.amplitudes}
     leader = candidate(effect.name, 90.0, **values, **amplitudes)
-    others = {start.effects[0] for start in at_the_place_of(leader, [leader], SETTINGS.same_place)}
+    others = {start.effects[0] for start in at_the_place_of(bare_context(), leader, [leader])}
     assert all(other.label == effect.label and other is not effect for other in others)
 
 
 def test_a_form_with_an_instant_of_its_own_does_not_begin_at_the_leaders_place() -> None:
     leader = candidate("anchor_debonding:throughout", 90.0, share=0.3, place=0.4)
-    assert at_the_place_of(leader, [leader], SETTINGS.same_place) == []
+    assert at_the_place_of(bare_context(), leader, [leader]) == []
 
 
 def test_forms_whose_amplitudes_mean_something_else_do_not_begin_there() -> None:
     leader = candidate("robot_backlash:translation_anywhere", 90.0, start=0.3, width=1e-4)
-    assert at_the_place_of(leader, [leader], SETTINGS.same_place) == []
+    assert at_the_place_of(bare_context(), leader, [leader]) == []
 
 
 def test_a_rim_that_came_off_begins_anew_past_its_kinks_with_the_material_that_it_has_found() -> None:

@@ -14,6 +14,7 @@ from estimator.diagnosis.model.setup import Setup
 from estimator.diagnosis.model.solution import mechanics_of, solve_case
 from estimator.diagnosis.search.refinements import accidents
 from estimator.diagnosis.sensitivity.readings import predicted_readings
+from estimator.effects.catalogue import default_catalogue
 from estimator.effects.effect import Effect, Readings, Values
 from estimator.effects.mounting.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
 from estimator.fem.block_mesh import Grading
@@ -98,5 +99,5 @@ def test_it_is_not_searched_for_where_the_beads_move_otherwise_from_the_first_ro
 
 
 def test_it_is_an_accident_and_the_plain_form_is_none() -> None:
-    assert ANCHOR_PEELING in accidents()
-    assert ANCHOR_DEBONDING not in accidents()
+    assert ANCHOR_PEELING in accidents(default_catalogue())
+    assert ANCHOR_DEBONDING not in accidents(default_catalogue())

@@ -19,7 +19,7 @@ from estimator.diagnosis.conclusions.model_averaging import (
     with_form_left_open,
 )
 from estimator.diagnosis.conclusions.multiple_testing import Multiplicity, multiplicity_of, rivals_of
-from estimator.diagnosis.conclusions.open_questions import what_cannot_be_told
+from estimator.diagnosis.conclusions.open_questions import measurements, what_cannot_be_told
 from estimator.diagnosis.conclusions.single_causes import consider
 from estimator.diagnosis.evidence.cross_validation import held_out_in_full, held_out_residuals
 from estimator.diagnosis.evidence.noise_floor import noise_floor
@@ -31,7 +31,6 @@ from estimator.diagnosis.search.candidate import Candidate, parameter_deviations
 from estimator.diagnosis.search.comparison import Comparison
 from estimator.diagnosis.search.decision import Verdict
 from estimator.diagnosis.search.screening import best_trials
-from estimator.effects.catalogue import LABELS
 
 FloatArray = NDArray[np.float64]
 
@@ -72,12 +71,19 @@ def conclude(
             experiment.name: gap_of([one], [two], floor, settings.conclusions)
             for experiment, one, two in zip(case.experiments, before, after, strict=True)
         },
-        where=where_of(case, baseline, verdict.probability, _leading(comparison, evidence), LABELS, winner),
+        where=where_of(
+            case,
+            baseline,
+            verdict.probability,
+            _leading(comparison, evidence),
+            context.catalogue.groups,
+            winner,
+        ),
         before=without,
         after=over_answers(
             chosen_material, _of_others(considered, without, verdict.labels), verdict.probability
         ),
-        cannot_tell=what_cannot_be_told(effects, credible, verdict.doubted),
+        cannot_tell=what_cannot_be_told(effects, credible, measurements(context.catalogue), verdict.doubted),
         next_experiment=advise(context, best_trials(comparison.trials_of_labels), verdict.probability),
         outliers=comparison.outliers,
         errors_left=case.errors_left,
@@ -95,9 +101,10 @@ def conclude(
 
 def _leading(comparison: Comparison, evidence: Mapping[str, float]) -> dict[str, float]:
     """Return the probability of each label among the labels alone."""
+    labels = comparison.context.catalogue.labels
     power = temper(evidence, comparison.context.settings.evidence)
-    shares = softmax(power * np.array([evidence[label] for label in LABELS]))
-    return {label: float(share) for label, share in zip(LABELS, shares, strict=True)}
+    shares = softmax(power * np.array([evidence[label] for label in labels]))
+    return {label: float(share) for label, share in zip(labels, shares, strict=True)}
 
 
 def _material(fit: Linearisation, deviations: FloatArray) -> Material:

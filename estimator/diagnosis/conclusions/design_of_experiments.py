@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from estimator.diagnosis.conclusions.open_questions import MEASUREMENTS
+from estimator.diagnosis.conclusions.open_questions import measurements
 from estimator.diagnosis.evidence.signatures import Signature, signatures_at
 from estimator.diagnosis.fitting.case import Case, Linearisation, linearisation_of
 from estimator.diagnosis.model.grip_load import GripLoad
@@ -74,7 +74,7 @@ def advise(
     ]
     rehearsed = [job.result() for job in jobs]
     context.tell("choosing the next experiment", 1, 1)
-    found = []
+    found, measured_by = [], measurements(context.catalogue)
     for one, other, now in close:
         options = [
             Advice(
@@ -89,7 +89,7 @@ def advise(
         best = max(options, key=_gain, default=None)
         if best is None or _gain(best) < now:
             # No motion of the gripper helps much. What a measurement beside the rig would add is not rehearsed.
-            words = [MEASUREMENTS[label] for label in (one, other) if label in MEASUREMENTS]
+            words = [measured_by[label] for label in (one, other) if label in measured_by]
             best = Advice(words[0], (one, other), now, float("nan")) if words else best
         if best is not None:
             found.append(best)

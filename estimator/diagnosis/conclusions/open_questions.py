@@ -5,19 +5,27 @@ from itertools import groupby
 
 from estimator.diagnosis.result import EffectFinding, Quantity
 from estimator.diagnosis.search.decision import Doubted
-from estimator.effects.catalogue import CATALOGUE
-
-# What tells apart what no motion of the gripper can (or hardly).
-MEASUREMENTS: Mapping[str, str] = {one.label: one.measured_by for one in CATALOGUE if one.measured_by}
+from estimator.effects.catalogue import Catalogue
 
 # So many sizes of one unit are told one by one.
 _LISTED = 3
 
 
+def measurements(catalogue: Catalogue) -> dict[str, str]:
+    """Return for labels what tells them apart where no motion of the gripper can, or hardly."""
+    return {effect.label: effect.measured_by for effect in catalogue.effects if effect.measured_by}
+
+
 def what_cannot_be_told(
-    effects: Mapping[str, EffectFinding], credible: Sequence[str], doubted: Sequence[Doubted] = ()
+    effects: Mapping[str, EffectFinding],
+    credible: Sequence[str],
+    measured_by: Mapping[str, str],
+    doubted: Sequence[Doubted] = (),
 ) -> tuple[str, ...]:
-    """Return one sentence for each thing that these data leave open."""
+    """Return one sentence for each thing that these data leave open.
+
+    ``measured_by`` is what :func:`measurements` returns.
+    """
     sentences = ["A common gain of all force axes cannot be told from Young's modulus; hang a known weight."]
     if len(credible) > 1:
         sentences.append(f"These data do not decide between {' and '.join(credible)}.")
@@ -29,7 +37,7 @@ def what_cannot_be_told(
     for label, effect in effects.items():
         if effect.state == "cannot_tell":
             limits = ", ".join(_limits(effect.detectable))
-            advice = MEASUREMENTS.get(label)
+            advice = measured_by.get(label)
             sentences.append(
                 f"{label} would not show: {limits}" + (f"; {advice}." if advice is not None else ".")
             )

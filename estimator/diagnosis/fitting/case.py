@@ -14,7 +14,6 @@ from estimator.diagnosis.model.setup import Setup
 from estimator.diagnosis.model.solution import KnownFields, Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.noise.errors_left import AT_MOST, ErrorsLeft
 from estimator.diagnosis.noise.whitening import Whitening
-from estimator.diagnosis.sensitivity.mechanical_changes import acts_on_tissue
 from estimator.diagnosis.sensitivity.perturbation import Perturbation
 from estimator.diagnosis.sensitivity.readings import channels, derivatives, predicted_readings
 from estimator.fit.parameters import POISSON_RATIO
@@ -131,7 +130,7 @@ def same_mechanics(one: Hypothesis, other: Hypothesis, near: float) -> bool:
 
     ``near`` is the change of −ln(1 − 2ν) from which on it is not.
     """
-    if any(acts_on_tissue(effect) for effect in (*one.effects, *other.effects)):
+    if any(effect.acts_on_tissue for effect in (*one.effects, *other.effects)):
         return False
     here, there = (POISSON_RATIO.to_internal(each.poisson_ratio) for each in (one, other))
     return abs(here - there) < near

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from estimator.fem.problem import RetractionProblem
 from estimator.fem.terms import Term
 from estimator.fit.parameters import YOUNGS_MODULUS
 from estimator.materials import NeoHookean
+from estimator.materials.law import Law
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
@@ -32,16 +33,19 @@ class Hypothesis:
     youngs_modulus, poisson_ratio : Pa, 1
     effects : in the order in which they act
     values : parameters of each effect, by name
+    law, shape : of the tissue
     """
 
     youngs_modulus: float
     poisson_ratio: float
     effects: tuple[Effect, ...] = ()
     values: tuple[Mapping[str, float], ...] = ()
+    law: Law = field(default_factory=NeoHookean, kw_only=True)
+    shape: tuple[float, ...] = field(default=(), kw_only=True)
 
     def material(self) -> Material:
         """Return the tissue's law with all effects on it."""
-        material = Material(NeoHookean(), self.youngs_modulus, self.poisson_ratio)
+        material = Material(self.law, self.youngs_modulus, self.poisson_ratio, np.array(self.shape))
         for effect, values in zip(self.effects, self.values, strict=True):
             material = effect.material(material, values)
         return material
@@ -60,7 +64,7 @@ class Hypothesis:
 
     def rest_misread_by(self, effect: Effect) -> bool:
         """Tell whether cameras that an effect distorts have read the beads' rest positions: they are not there."""
-        if type(effect).seen is Effect.seen:
+        if "seen" not in effect.acts_on:
             return False
         return any(
             present.rest_seen and any(values[amplitude.name] for amplitude in present.amplitudes)

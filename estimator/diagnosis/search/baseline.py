@@ -46,8 +46,10 @@ from estimator.fit.estimate import fit_few_states
 from estimator.fit.linearisation import silent
 from estimator.fit.parameters import POISSON_RATIO
 from estimator.fit.residuals import measured_rows, state_means
+from estimator.fit.settings import FitSettings
 from estimator.forward.meshing import FINE_GRADING, mesh_experiment
 from estimator.forward.model import ForwardModel
+from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
 
@@ -79,9 +81,11 @@ class Preparation:
 
 
 def prepare(
-    experiments: Sequence[Experiment], settings: DiagnosisSettings, executor: Executor
+    experiments: Sequence[Experiment], settings: DiagnosisSettings, law: Material, executor: Executor
 ) -> tuple[Preparation, Linearisation]:
     """Fit the baseline to a case; return the case prepared, and the fit where the most is left.
+
+    ``law`` is that of the baseline, with its shape.
 
     Raises
     ------
@@ -93,7 +97,7 @@ def prepare(
         A load step has no equilibrium.
     """
     ordered = tuple(sorted(experiments, key=lambda experiment: experiment.order))
-    rough = _rough_fit(ordered)
+    rough = _rough_fit(ordered, law)
     finer = [
         executor.submit(
             channels_at,
@@ -260,11 +264,18 @@ def _measured_as(mechanics: Mechanics, experiment: Experiment) -> Mechanics:
     )
 
 
-def _rough_fit(experiments: tuple[Experiment, ...]) -> Hypothesis:
+def _rough_fit(experiments: tuple[Experiment, ...], law: Material) -> Hypothesis:
     """Fit the baseline to a few states on a coarse mesh."""
     model = ForwardModel(mesh_experiment(experiments[0], _FIRST_GRADING), experiments)
-    values = fit_few_states(model, state_means(experiments, model.schedules), silent)[-1].values
-    return Hypothesis(values["youngs_modulus"], min(values["poisson_ratio"], LARGEST_POISSON_RATIO))
+    names = [parameter.name for parameter in law.law.shape_parameters]
+    fit = FitSettings(law=law.law, fixed=dict(zip(names, law.shape.tolist(), strict=True)))
+    values = fit_few_states(model, state_means(experiments, model.schedules), silent, fit)[-1].values
+    return Hypothesis(
+        values["youngs_modulus"],
+        min(values["poisson_ratio"], LARGEST_POISSON_RATIO),
+        law=law.law,
+        shape=tuple(law.shape.tolist()),
+    )
 
 
 def _uncorrected(

@@ -37,8 +37,9 @@ from estimator.diagnosis.search.refinements import (
 from estimator.diagnosis.search.screening import Trial, best_starts, screen, trials_of
 from estimator.diagnosis.search.second_cause import adequate, asks_for_a_finer_form, promising_seconds
 from estimator.diagnosis.settings import DiagnosisSettings, SearchSettings
-from estimator.effects.catalogue import CATALOGUE, LABELS, OUTSIDERS
+from estimator.effects.catalogue import Catalogue
 from estimator.experiment import Experiment
+from estimator.materials.material import Material
 
 
 @dataclass(frozen=True)
@@ -69,13 +70,23 @@ class Comparison:
     @property
     def trials_of_labels(self) -> list[Trial]:
         """The trials without those of what has no label."""
-        return [trial for trial in self.trials if trial.signature.effect.label in LABELS]
+        labels = self.context.catalogue.groups
+        return [trial for trial in self.trials if trial.signature.effect.label in labels]
 
 
 def compare(
-    experiments: Sequence[Experiment], settings: DiagnosisSettings, executor: Executor, tell: Tell
+    experiments: Sequence[Experiment],
+    settings: DiagnosisSettings,
+    catalogue: Catalogue,
+    law: Material,
+    executor: Executor,
+    tell: Tell,
 ) -> Comparison:
     """Fit the baseline, then let every effect of the catalogue explain what it leaves.
+
+    Parameters
+    ----------
+    law : of the baseline, with its shape; E and ν are fitted
 
     Raises
     ------
@@ -83,16 +94,16 @@ def compare(
         As :func:`estimator.diagnosis.diagnose.diagnose`.
     """
     tell("fitting the baseline", 0, 1)
-    preparation, baseline = prepare(experiments, settings, executor)
+    preparation, baseline = prepare(experiments, settings, law, executor)
     tell("fitting the baseline", 1, 1)
     lenient = preparation.cases(AT_MOST)
     case = most_probable_noise(preparation.cases, lenient, baseline)
     baseline = refitted_anew(baseline, lenient, case)
     error = error_borne_out(case, baseline)
     none, unknown = first_order_evidence(case, baseline, error), evidence_of_unknown(case, baseline, error)
-    everything = (*CATALOGUE, *OUTSIDERS)
+    everything = (*catalogue.effects, *catalogue.outsiders)
     plain = [effect for effect in everything if not (effect.elaborates or effect.mistaken_for)]
-    context = Context(case, baseline, error, executor, tell)
+    context = Context(case, baseline, error, executor, tell, catalogue)
     trials = screen(context, plain)
     leaders = _leaders(best_starts(trials, settings.search.starts), none, settings.search)
     candidates = race(context, [trial.start for trial in leaders], none)
@@ -112,30 +123,27 @@ def _finer(comparison: Comparison) -> Comparison:
     context, settings = comparison.context, comparison.settings
     best_few = finalists(comparison.candidates, comparison.none, settings)
     doubtful = _doubtful(comparison, best_few)
-    elaborate = elaborations({one.labels[0] for one in doubtful})
+    elaborate = elaborations(context.catalogue, {one.labels[0] for one in doubtful})
     if best_few and _unknown_leads(comparison, best_few[0]):
-        elaborate += [effect for effect in accidents() if effect not in elaborate]
-    mistaken = mistaken_for(context.case, best_few)
+        elaborate += [effect for effect in accidents(context.catalogue) if effect not in elaborate]
+    mistaken = mistaken_for(context, best_few)
     stopped = _best_with_kinks(context.case, best_few)
     if not (doubtful or mistaken or stopped):
         return comparison
     effects = [*elaborate, *mistaken]
     finer = screen(context.beside(_with_material_of(comparison)), effects) if effects else []
     begun = best_starts(finer, settings.starts)
-    forms = [
-        start
-        for one in doubtful[:1]
-        for start in at_the_place_of(one, comparison.candidates, settings.same_place)
-    ]
+    forms = [start for one in doubtful[:1] for start in at_the_place_of(context, one, comparison.candidates)]
+    labels = context.catalogue.groups
     led = {start.effects[0].name for start in forms}
     forms += [
         one.start
         for one in begun
-        if one.signature.effect.label in LABELS and one.signature.effect.name not in led
+        if one.signature.effect.label in labels and one.signature.effect.name not in led
     ]
     tried = best_starts(comparison.trials, settings.starts)
     forms += [one.start for one in siblings(tried, doubtful[:1], comparison.candidates)]
-    others = [trial.start for trial in begun if trial.signature.effect.label not in LABELS]
+    others = [trial.start for trial in begun if trial.signature.effect.label not in labels]
     leader = comparison.candidates[0].log_evidence
     # What is mistaken for the leader begins where that has its best place: it falls short by more until it has its own.
     behind = leader - settings.alike * (leader - comparison.none)

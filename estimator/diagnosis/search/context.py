@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from estimator.diagnosis.evidence.discrepancy import ModelError
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.settings import DiagnosisSettings
+from estimator.effects.catalogue import Catalogue, default_catalogue
 
 # Told what is being done, how much of it is done, and how much there is.
 Tell: TypeAlias = Callable[[str, int, int], None]
@@ -26,6 +27,7 @@ class Context:
     error : what any model misses
     executor : the workers
     tell : who is told of the progress
+    catalogue : the effects that are looked for
     """
 
     case: Case
@@ -33,6 +35,7 @@ class Context:
     error: ModelError
     executor: Executor
     tell: Tell
+    catalogue: Catalogue = field(default_factory=default_catalogue)
 
     @property
     def settings(self) -> DiagnosisSettings:

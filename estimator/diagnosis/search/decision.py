@@ -26,7 +26,6 @@ from estimator.diagnosis.search.second_cause import (
     least_remainder,
     leaves_less,
 )
-from estimator.effects.catalogue import LABELS
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,9 @@ def _likeliest(comparison: Comparison, evidence: Mapping[str, float]) -> Verdict
         return Verdict((UNKNOWN,), None, shared_with_unknown(probability, NONE, 0.0, beyond))
     outsider = _first_of(comparison, UNKNOWN) if evidence[UNKNOWN] > comparison.unknown else None
     recognised = outsider if leading == UNKNOWN else None
-    best = recognised or _first_of(comparison, next(label for label in probability if label in LABELS))
+    best = recognised or _first_of(
+        comparison, next(label for label in probability if label in context.catalogue.groups)
+    )
     if best is None:
         return Verdict((UNKNOWN,), None, probability)
     found = search_pairs(comparison, best)
@@ -111,7 +112,7 @@ def _doubted(comparison: Comparison, best: Candidate, pairs: Sequence[Candidate]
     for pair in pairs:
         others = set(pair.labels) - {best.labels[0], UNKNOWN}
         adds = pair.log_evidence - best.log_evidence
-        asked = least_gain(best, pair.labels, comparison.none, comparison.context.settings)
+        asked = least_gain(comparison.context, best, pair.labels, comparison.none)
         if best.labels[0] in pair.labels and others and comparison.settings.strong <= adds < asked:
             label = others.pop()
             doubted.setdefault(label, Doubted(label, adds, asked))
@@ -153,7 +154,7 @@ def weigh(comparison: Comparison) -> dict[str, float]:
     unknown is an effect without a label, one as likely as the other, or anything: whichever is more probable.
     """
     forms = of_labels(_forms_weighed(comparison), comparison.none, comparison.context.settings.evidence)
-    found = {label: forms.get(label, -np.inf) for label in LABELS}
+    found = {label: forms.get(label, -np.inf) for label in comparison.context.catalogue.labels}
     found[NONE] = comparison.none
     found[UNKNOWN] = max(comparison.unknown, forms.get(UNKNOWN, -np.inf))
     return found
@@ -256,5 +257,5 @@ def _with_remainder(
 def _worth_two(comparison: Comparison, best: Candidate, pair: Candidate) -> bool:
     """Tell whether two causes explain enough more than the best one."""
     context = comparison.context
-    asked = least_gain(best, pair.labels, comparison.none, context.settings)
+    asked = least_gain(context, best, pair.labels, comparison.none)
     return pair.log_evidence - best.log_evidence >= asked and not _lost_on_held_out(context, pair)

@@ -74,7 +74,7 @@ def _with_more(
 def _refitted(comparison: Comparison, leaders: Sequence[Candidate], best: Candidate) -> list[Candidate]:
     context, none = comparison.context, comparison.none
     begun = starts_of_pairs(context, leaders, comparison.trials, none)
-    bar = best.log_evidence + least_gain(best, best.labels, none, context.settings)
+    bar = best.log_evidence + least_gain(context, best, best.labels, none)
     return race(context, begun, bar) if begun else []
 
 
@@ -132,7 +132,7 @@ def with_what_it_is_mistaken_for(comparison: Comparison, pair: Candidate) -> Com
     """Return the comparison with what has no label refitted too, where it may pass for either cause of a pair."""
     context, settings = comparison.context, comparison.settings
     tried = {one.fit.hypothesis.effects[0].name for one in comparison.candidates}
-    effects = [one for one in mistaken_for(context.case, [pair]) if one.name not in tried]
+    effects = [one for one in mistaken_for(context, [pair]) if one.name not in tried]
     if not effects:
         return comparison
     trials = screen(context, effects)
@@ -190,7 +190,7 @@ def _finer_forms(comparison: Comparison, pairs: Sequence[Candidate]) -> list[Hyp
         return []
     labels = frozenset().union(*rivals)
     known = {trial.signature.effect.name for trial in comparison.trials}
-    new = [effect for effect in elaborations(labels) if effect.name not in known]
+    new = [effect for effect in elaborations(context.catalogue, labels) if effect.name not in known]
     trials = [trial for trial in comparison.trials if trial.signature.effect.label in labels]
     if new:
         trials += screen(context, new)

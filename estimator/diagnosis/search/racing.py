@@ -15,7 +15,6 @@ from estimator.diagnosis.fitting.parallel import Solve, refits_at_a_time, solved
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.search.candidate import Candidate, candidate_of, most_probable_first
 from estimator.diagnosis.search.context import Context
-from estimator.diagnosis.sensitivity.mechanical_changes import acts_on_tissue
 from estimator.diagnosis.settings import SearchSettings
 from estimator.effects.effect import Effect
 from estimator.errors import SolverError
@@ -127,7 +126,7 @@ def worth_a_second_point(
 
 def is_linear(effect: Effect) -> bool:
     """Tell whether an effect is a linear change of what the sensors make of the tissue."""
-    return not acts_on_tissue(effect) and all(constant.fixed for constant in effect.constants)
+    return not effect.acts_on_tissue and all(constant.fixed for constant in effect.constants)
 
 
 def _in_reach(candidates: Sequence[Candidate], bar: float, share: float, close: float) -> list[Candidate]:
@@ -196,4 +195,4 @@ def _with_smaller_amplitudes(hypothesis: Hypothesis) -> Hypothesis:
     for effect, present in zip(hypothesis.effects, hypothesis.values, strict=True):
         names = {amplitude.name for amplitude in effect.amplitudes}
         values.append({k: v / 3 if k in names else v for k, v in present.items()})
-    return Hypothesis(hypothesis.youngs_modulus, hypothesis.poisson_ratio, hypothesis.effects, tuple(values))
+    return replace(hypothesis, values=tuple(values))

@@ -8,30 +8,31 @@ from dataclasses import replace
 from estimator.diagnosis.fitting.case import Case
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.search.candidate import Candidate
+from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.search.screening import Trial
-from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
+from estimator.effects.catalogue import Catalogue
 from estimator.effects.effect import Constant, Effect, Values
 
 
-def elaborations(labels: Collection[str]) -> list[Effect]:
+def elaborations(catalogue: Catalogue, labels: Collection[str]) -> list[Effect]:
     """Return the finer forms of labels, which are looked at only where these lead."""
-    return [effect for effect in CATALOGUE if effect.elaborates and effect.label in labels]
+    return [effect for effect in catalogue.effects if effect.elaborates and effect.label in labels]
 
 
-def accidents() -> list[Effect]:
+def accidents(catalogue: Catalogue) -> list[Effect]:
     """Return the finer forms of what happens at one instant."""
-    return [effect for effect in CATALOGUE if effect.elaborates and effect.accident]
+    return [effect for effect in catalogue.effects if effect.elaborates and effect.accident]
 
 
-def mistaken_for(case: Case, candidates: Sequence[Candidate]) -> list[Effect]:
+def mistaken_for(context: Context, candidates: Sequence[Candidate]) -> list[Effect]:
     """Return what has no label and may be mistaken for a leader, which would leave no misfit to tell."""
     hypotheses = [one.fit.hypothesis for one in candidates]
     causes = [cause for one in hypotheses for cause in zip(one.effects, one.values, strict=True)]
     found = []
-    for effect in OUTSIDERS:
+    for effect in context.catalogue.outsiders:
         for cause, values in causes:
             if cause.label in effect.mistaken_for:
-                place = cause.place(case.problem, values)
+                place = cause.place(context.case.problem, values)
                 found.append(effect if place is None else effect.looked_for_at(*place))
                 break
     return found
@@ -50,20 +51,19 @@ def siblings(
     ]
 
 
-def at_the_place_of(
-    leader: Candidate, candidates: Sequence[Candidate], same_place: float
-) -> list[Hypothesis]:
+def at_the_place_of(context: Context, leader: Candidate, candidates: Sequence[Candidate]) -> list[Hypothesis]:
     """Return the other forms of a leader's label with its values, where no refit of theirs has come there.
 
     A search from a grid may stop far from the place that another form has found. A constant that a form has beside what
     the leader has begins at either end of its grid, an amplitude at its null. A form of several terms that are alike is
     left out: none of them is where a single one fits best. Refinements of the leader's own form come first. Two places
-    are the same where no constant differs by more than the share ``same_place`` of its range.
+    are the same where no constant differs by more than a share of its range.
     """
     hypothesis = leader.fit.hypothesis
     effect, values = hypothesis.effects[0], hypothesis.values[0]
     found = []
-    for other in CATALOGUE:
+    same_place = context.settings.search.same_place
+    for other in context.catalogue.effects:
         shared = [constant for constant in other.constants if constant.name in values and not constant.fixed]
         alike = other.label == effect.label and _has_what(effect, other) and shared
         if other.name == effect.name or not alike or _visited(other, shared, values, candidates, same_place):

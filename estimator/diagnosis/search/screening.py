@@ -26,7 +26,6 @@ from estimator.diagnosis.model.free_parameters import FreeParameter
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import mechanics_of, solve_case
 from estimator.diagnosis.search.context import Context
-from estimator.diagnosis.sensitivity.mechanical_changes import acts_on_tissue
 from estimator.diagnosis.settings import SearchSettings
 from estimator.effects.effect import Effect
 
@@ -100,7 +99,7 @@ def _cost(group: Sequence[Effect], condensing: float) -> float:
     """Return roughly how long its signatures take."""
     cost = 0.0
     for effect in group:
-        if not acts_on_tissue(effect):
+        if not effect.acts_on_tissue:
             cost += 0.1
             continue
         starts = math.prod(max(len(constant.grid), 1) for constant in effect.constants)

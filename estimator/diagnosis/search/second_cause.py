@@ -16,11 +16,10 @@ from estimator.diagnosis.search.candidate import Candidate
 from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.search.pair_screening import Start, likeliest_pairs
 from estimator.diagnosis.search.screening import Trial, best_trials, trials_of
-from estimator.diagnosis.settings import DiagnosisSettings, SearchSettings
-from estimator.effects.catalogue import LABELS
+from estimator.diagnosis.settings import SearchSettings
 
 
-def least_gain(first: Candidate, labels: Collection[str], none: float, settings: DiagnosisSettings) -> float:
+def least_gain(context: Context, first: Candidate, labels: Collection[str], none: float) -> float:
     """Return by how much two causes with these labels must raise the log evidence beyond a first one.
 
     That is what the prior of a second one and its choice among all labels cost, and the share of what the first one
@@ -31,7 +30,8 @@ def least_gain(first: Candidate, labels: Collection[str], none: float, settings:
     """
     explained = max(first.log_evidence - none, 0.0)
     inexact = max(effect.inexactness for effect in first.fit.hypothesis.effects)
-    choice = float(np.log(len(LABELS)))
+    settings = context.settings
+    choice = float(np.log(len(context.catalogue.labels)))
     least = choice - math.log(settings.evidence.prior_of_a_pair) + inexact * explained
     if first.labels[0] not in labels:
         least += choice  # both of its causes are chosen anew
@@ -97,14 +97,14 @@ def promising_seconds(
     """
     others = [trial.signature for trial in trials if trial.signature.effect.label not in leader.labels]
     settings = context.settings
-    asked = least_gain(leader, leader.labels, none, settings) - settings.search.mention
+    asked = least_gain(context, leader, leader.labels, none) - settings.search.mention
     tried = best_trials(trials_of(context.beside(leader.fit), others, asked)).values()
     alone = first_order_evidence(context.case, leader.fit, context.error)
     found = [
         Start(leader.log_evidence + further, trial.start)
         for trial, further in ((trial, trial.log_evidence - alone) for trial in tried)
         if further
-        > least_gain(leader, (*leader.labels, trial.signature.effect.label), none, settings)
+        > least_gain(context, leader, (*leader.labels, trial.signature.effect.label), none)
         - settings.search.mention
     ]
     return sorted(found, key=lambda start: -start.log_evidence)
@@ -147,7 +147,7 @@ def starts_of_pairs(
             for start in promising_seconds(context, leader, trials, none)[: search.partners]
             # One that would not reach far enough beyond the best single cause is no pair, whatever its leader leaves.
             if start.log_evidence - leaders[0].log_evidence
-            > least_gain(leaders[0], start.labels, none, settings) - search.mention
+            > least_gain(context, leaders[0], start.labels, none) - search.mention
         ]
         for leader in leaders
     ]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import Mechanics, Solution, displacement_at_rest
 from estimator.diagnosis.model.term_history import TermHistory
-from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, Perturbation, no_change, overrides
+from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, Perturbation, no_change
 from estimator.experiment import Experiment
 from estimator.fem.body import Response, nodal_forces, respond
 from estimator.fem.equilibrium_state import EquilibriumState, rigid_modes
@@ -55,14 +55,14 @@ class _Loading:
 
     def __init__(self, hypothesis: Hypothesis, perturbation: Perturbation, solution: Solution) -> None:
         effect, to = perturbation.effect, perturbation.to
-        new_problem = effect is not None and overrides(effect, "problem")
-        self.places_beads = any(overrides(present, "beads") for present in to.effects)
+        new_problem = effect is not None and "problem" in effect.acts_on
+        self.places_beads = any("beads" in present.acts_on for present in to.effects)
         anew = new_problem or self.places_beads or (effect is not None and to.rest_misread_by(effect))
         self.problem = to.problem(solution.baseline) if anew else solution.problem
         # Of a problem whose body and grip are the same, anchors alone hold otherwise: the tissue's own stress stays.
         self._new_shape = new_problem and not _is_gripped_alike(self.problem, solution.problem)
-        self._new_response = effect is None or overrides(effect, "material") or self._new_shape
-        self.terms_matter = bool(hypothesis.effects) or (effect is not None and overrides(effect, "terms"))
+        self._new_response = effect is None or "material" in effect.acts_on or self._new_shape
+        self.terms_matter = bool(hypothesis.effects) or (effect is not None and "terms" in effect.acts_on)
         self.matters = new_problem or self._new_response or self.terms_matter
         self.rate_dependent = to.rate_dependent
         self._to = to

@@ -17,7 +17,7 @@ from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import Mechanics, Solution, motion_by_row
 from estimator.diagnosis.sensitivity.constraint_release import changes_by_release
 from estimator.diagnosis.sensitivity.linear_response import changes_by_loads, linear_response
-from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, Perturbation, no_change, overrides
+from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, Perturbation, no_change
 from estimator.effects.effect import Effect
 from estimator.fem.body import stress_of
 
@@ -29,7 +29,7 @@ def all_mechanical_changes(
 ) -> list[list[MechanicalChange] | None]:
     """Return the change of every experiment's mechanics under each perturbation; None where only sensors change."""
     fields = [
-        k for k, p in enumerate(perturbations) if p.effect is not None and overrides(p.effect, "log_modulus")
+        k for k, p in enumerate(perturbations) if p.effect is not None and "log_modulus" in p.effect.acts_on
     ]
     rest = [k for k in range(len(perturbations)) if k not in fields]
     found: list[list[MechanicalChange] | None] = [None] * len(perturbations)
@@ -57,9 +57,9 @@ def _mechanical_changes(
     releasing: dict[bool, list[int]] = {False: [], True: []}
     for k, perturbation in enumerate(perturbations):
         effect = perturbation.effect
-        if effect is not None and not (acts_on_tissue(effect) or perturbation.to.rest_misread_by(effect)):
+        if effect is not None and not (effect.acts_on_tissue or perturbation.to.rest_misread_by(effect)):
             continue
-        if effect is None and not any(acts_on_tissue(present) for present in hypothesis.effects):
+        if effect is None and not any(present.acts_on_tissue for present in hypothesis.effects):
             found[k] = [_by_material(one, hypothesis, perturbation.to) for one in mechanics]
         elif effect is not None and _releases_nodes(effect, mechanics[0].solution, perturbation.to):
             releasing[perturbation.to.rate_dependent].append(k)
@@ -93,16 +93,13 @@ def _with_motion(
 ) -> list[MechanicalChange] | None:
     effect = perturbation.effect
     acting = (
-        overrides(effect, "motion") if effect is not None else any(map(acts_on_tissue, hypothesis.effects))
+        "motion" in effect.acts_on
+        if effect is not None
+        else any(one.acts_on_tissue for one in hypothesis.effects)
     )
     if changes is None or not acting:
         return changes
     return [_moved(one, perturbation.to, c) for one, c in zip(mechanics, changes, strict=True)]
-
-
-def acts_on_tissue(effect: Effect) -> bool:
-    """Tell whether an effect changes the mechanics, not only what the sensors make of them."""
-    return any(overrides(effect, hook) for hook in ("material", "problem", "log_modulus", "terms", "motion"))
 
 
 def modulus_changes(

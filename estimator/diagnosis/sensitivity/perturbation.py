@@ -52,8 +52,3 @@ def no_change(solution: Solution) -> MechanicalChange:
     """Return a change of nothing yet."""
     rows, beads = len(solution.load_steps.of_row), len(solution.problem.fiducials_rest)
     return MechanicalChange(np.zeros((rows, 6)), np.zeros((rows, beads, 3)), np.zeros((rows, 6)))
-
-
-def overrides(effect: Effect, hook: str) -> bool:
-    """Tell whether an effect acts in one of the places where effects may act."""
-    return getattr(type(effect), hook) is not getattr(Effect, hook)
