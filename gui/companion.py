@@ -6,7 +6,6 @@ For a long computation with progress there is :mod:`gui.jobs`; this is for many 
 import contextlib
 import multiprocessing
 import queue
-import signal
 import threading
 from collections.abc import Callable
 from multiprocessing.connection import Connection
@@ -15,6 +14,7 @@ from typing import Any
 from PySide6.QtCore import QObject, Signal
 
 from daq.errors import DaqError
+from daq.lifeline import leave_signals_to_parent
 from gui.job_process import Failed
 from robot_drivers.errors import DeviceError
 from robot_drivers.real_time import give_way
@@ -91,7 +91,7 @@ def _serve(
 ) -> None:
     """Answer until the other end closes."""
     give_way(_STEPS_BEHIND)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    leave_signals_to_parent()
     answer = make(*arguments)
     while True:
         try:
