@@ -20,7 +20,6 @@ MAKING = ["benchmark", "make", "--seed", "3", "--out", "cases", "--cases", "4", 
 # each with how many processes it has when it is at work
 COMMANDS = [
     pytest.param(["emulate", "netft", "--port", "0"], 1, id="emulate"),
-    pytest.param(["demo"], 5, id="demo"),
     pytest.param(STUDY, 4, id="study"),
     pytest.param(MAKING, 4, id="benchmark make"),
     pytest.param(["faults", "--runs", "1", "--only", "window killed"], 5, id="faults"),
@@ -51,7 +50,7 @@ def test_nothing_outlives_a_command(
         assert "Traceback" not in tree.said()
 
 
-@pytest.mark.parametrize(("number", "group"), HOW)
+@pytest.mark.parametrize(("number", "group"), HOW[1:])
 def test_a_session_is_sealed_however_its_command_ends(
     number: signal.Signals, group: bool, tmp_path: Path
 ) -> None:
