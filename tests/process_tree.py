@@ -56,7 +56,12 @@ def running(command: list[str], folder: Path) -> Iterator[ProcessTree]:
     """Run ``python -m COMMAND`` in a session of its own; whatever is left of it at the end is killed."""
     mark = uuid4().hex
     said = folder / f"said-{mark}"
-    environment = {"QT_QPA_PLATFORM": "offscreen", **os.environ, _MARK: mark, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    environment = {
+        "QT_QPA_PLATFORM": "offscreen",
+        **os.environ,
+        _MARK: mark,
+        "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
+    }
     with said.open("wb") as output:
         first = subprocess.Popen(
             [sys.executable, "-m", *command],

@@ -19,6 +19,7 @@ FloatArray = NDArray[np.float64]
 _FEWEST_MARKERS = 6
 _MOST_SQUARES = 40
 _MOST_OFF = 0.15  # squares, of a marker from its place on the right board; a lens bends that little
+_MOST_TRIES = 200  # with most markers in place, the first few suffice
 _LEAST_SHARE = 0.8  # of the markers; one that is read wrong is somewhere else
 _FEWEST_SQUARES = 3  # a board has as many or more each way
 
@@ -99,7 +100,7 @@ def _candidates(markers: Markers, board: CharucoBoard) -> Iterator[CharucoBoard]
 def _share_in_place(markers: Markers, board: CharucoBoard) -> float:
     """Return the share of the markers that a plane's perspective carries to their places on a board."""
     places = board.marker_centres[markers.numbers, :2] / board.square_m
-    carried, inside = cv2.findHomography(markers.centres, places, cv2.RANSAC, _MOST_OFF)
+    carried, inside = cv2.findHomography(markers.centres, places, cv2.RANSAC, _MOST_OFF, maxIters=_MOST_TRIES)
     return 0.0 if carried is None else float(np.mean(inside))
 
 
@@ -122,9 +123,10 @@ def _without_markers(image: NDArray[np.uint8], board: CharucoBoard, count: int) 
 
 
 def _families() -> list[str]:
-    """Return the dictionaries of OpenCV that no other one contains."""
-    names = [name for name in dir(cv2.aruco) if name.startswith("DICT_")]
-    return [name for name in names if not name.endswith(("_50", "_100", "_250"))]
+    """Return the dictionaries of OpenCV that no other one contains; some have two names, 36h11 and 36H11."""
+    names = sorted(name for name in dir(cv2.aruco) if name.startswith("DICT_"))
+    by_number = {getattr(cv2.aruco, name): name for name in names}
+    return [name for name in by_number.values() if not name.endswith(("_50", "_100", "_250"))]
 
 
 def _smallest(name: str, number: int) -> str:

@@ -36,7 +36,7 @@ _FEWEST_PAIRS = 10
 _HOLD_OUT_EVERY = 5
 _MOST_STEPS = 100
 _MOST_ROUNDS = 3  # of leaving out views that do not fit the rest, and refining again
-_MOST_PX = 1.0
+_MOST_PX = 0.5  # of a view, where the typical one is much better
 _MOST_TIMES_TYPICAL = 5.0
 
 
