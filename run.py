@@ -231,10 +231,10 @@ def pip(log: TextIO, *arguments: str) -> None:
         raise
     finally:
         status = process.wait()
-    shown.end()
     if status:
         reason = errors[-1] if errors else f"status {status}"
         stop(f"set-up failed, pip says: {reason}; all it said is in {LOG}; the same command tries it again")
+    shown.end()
 
 
 def pass_on(said: TextIO, lines: queue.SimpleQueue[str | None]) -> None:
@@ -258,41 +258,40 @@ class Installation:
     def __init__(self) -> None:
         self._began_s = self._told_s = time.monotonic()
         self._there = len(list(installed()))
-        self._found = self._loaded = self._wanted = 0
+        self._found = self._wanted = 0
         self._mb = 0.0
-        self._now = ""
+        self._newest = "the list"
 
     def hear(self, line: str) -> None:
-        """Take a line of pip's, empty where time has passed, and tell how it stands."""
-        if match := re.match(r"(?:Collecting|Requirement already satisfied:) ([\w.-]+)", line):
-            self._found += 1
-            self._now = f"looking up {match[1]}, {self._found} packages"
-        elif match := re.match(
-            r"\s*(?:Downloading|Using cached) ([\w.]+)-.*\.whl \(([\d.]+) ([kM]?B)\)", line
+        """Take a line of pip's, empty where time has passed, and tell how it stands now and then."""
+        if match := re.match(
+            r"(?:Collecting|Requirement already satisfied:|Processing (?:\S*[/\\])?) ?(\w[\w.]*)", line
         ):
-            self._loaded += 1
-            self._mb += float(match[2]) * {"B": 1e-6, "kB": 1e-3, "MB": 1.0}[match[3]]
-            self._now = f"fetching {match[1]}, {self._loaded} packages, {self._mb:.0f} MB"
+            self._found += 1
+            self._newest = match[1]
+        elif match := re.match(r"\s*(?:Downloading|Using cached) \S+\.whl \(([\d.]+) ([kM]?B)\)", line):
+            self._mb += float(match[1]) * {"B": 1e-6, "kB": 1e-3, "MB": 1.0}[match[2]]
         elif line.startswith("Installing collected packages:"):
             self._wanted = line.count(",") + 1
         if self._wanted:
             done = min(len(list(installed())) - self._there, self._wanted)
-            self._now = f"installing {self._wanted} packages, {self._mb:.0f} MB fetched: {max(done, 0)} done"
+            now = f"{max(done, 0)} of {self._wanted} packages installed, {self._mb:.0f} MB fetched"
+        else:
+            now = f"{self._found} packages looked up, {self._mb:.0f} MB fetched; now {self._newest}"
         every_s = 0.2 if sys.stderr.isatty() else 5.0
-        if self._now and time.monotonic() - self._told_s >= every_s:
-            self._tell()
+        if time.monotonic() - self._told_s >= every_s:
+            self._tell(now)
 
     def end(self) -> None:
         """Tell once more, and leave the line."""
         if self._wanted:
-            self._now = f"installed {self._wanted} packages, {self._mb:.0f} MB fetched"
-            self._tell()
+            self._tell(f"{self._wanted} of {self._wanted} packages installed, {self._mb:.0f} MB fetched")
         if sys.stderr.isatty():
             say("")
 
-    def _tell(self) -> None:
+    def _tell(self, now: str) -> None:
         self._told_s = time.monotonic()
-        words = f"  {self._told_s - self._began_s:4.0f} s: {self._now}"
+        words = f"  {self._told_s - self._began_s:4.0f} s: {now}"
         if sys.stderr.isatty():
             width = shutil.get_terminal_size().columns - 1
             sys.stderr.write(f"\r{words[:width]:{width}}")
