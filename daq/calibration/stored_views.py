@@ -42,13 +42,7 @@ class StoredViews:
         return "\n".join(lines)
 
     def read(self) -> Iterator[View]:
-        """Read the pairs one after the other.
-
-        Raises
-        ------
-        CalibrationError
-            A file is no whole PNG image.
-        """
+        """Read the pairs one after the other; raises CalibrationError where a file cannot be decoded."""
         for left, right in self.names.pairs:
             yield View(f"{left} with {right}", _image(self.folder / left), _image(self.folder / right))
 
@@ -61,7 +55,7 @@ def find_views(
     Raises
     ------
     CalibrationError
-        There is no image, or the names do not tell which belong together.
+        There is no image, the names do not tell which belong together, or one of a pair is no whole PNG image.
     """
     names = sorted(
         path.relative_to(folder).as_posix()
@@ -71,18 +65,23 @@ def find_views(
     if not names:
         raise CalibrationError(f"{folder}: holds no PNG image; give the folder of the views of the board")
     try:
-        return StoredViews(folder, pair_names(names, marks, tolerance_s))
+        found = pair_names(names, marks, tolerance_s)
     except CalibrationError as error:
         raise CalibrationError(f"{folder}: {error}") from error
+    for name in (name for pair in found.pairs for name in pair):
+        _whole(folder / name)  # now, and not after minutes with those before it
+    return StoredViews(folder, found)
 
 
 def _image(path: Path) -> NDArray[np.uint8]:
-    content = read_input(path, _MOST_IMAGE_BYTES)
-    found = (
-        cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_GRAYSCALE)
-        if is_whole_png(content)
-        else None
-    )
+    found = cv2.imdecode(np.frombuffer(_whole(path), np.uint8), cv2.IMREAD_GRAYSCALE)
     if found is None:
-        raise CalibrationError(f"{path}: is no whole PNG image; take the view again, or remove the file")
+        raise CalibrationError(f"{path}: cannot be decoded; take the view again, or remove the file")
     return np.asarray(found, dtype=np.uint8)
+
+
+def _whole(path: Path) -> bytes:
+    content = read_input(path, _MOST_IMAGE_BYTES)
+    if not is_whole_png(content):
+        raise CalibrationError(f"{path}: is no whole PNG image; take the view again, or remove the file")
+    return content
