@@ -4,9 +4,10 @@
     python3 run.py demo      any verb of the command `retract`, with its arguments
     python3 run.py test      lint, types and tests; further arguments go to pytest (-n 0: all in one process)
 
-Set-up makes .venv beside this file, installs the versions pinned in requirements.lock, and on Debian as root
-also the system packages that they need; the tests need some more. Calls after the first find all that in place
-and start at once.
+Set-up makes .venv beside this file, installs the versions pinned in requirements.lock, for the tests those in
+requirements-dev.lock, and on Debian as root also the system packages that they need. It tells how far it is; what pip
+said stands in .venv/set-up.log. Calls after the first find all that in place and start at once, and where a set-up was
+interrupted the next call goes on with it.
 """
 
 from __future__ import annotations
@@ -15,10 +16,17 @@ import ctypes
 import hashlib
 import importlib.util
 import os
+import queue
+import re
 import shutil
+import signal
 import subprocess
 import sys
+import threading
+import time
+from collections.abc import Iterator
 from pathlib import Path
+from typing import TextIO
 
 OLDEST_PYTHON = (3, 11)
 THIS_PYTHON = sys.version_info[:2]
@@ -28,8 +36,10 @@ WINDOWS = os.name == "nt"
 SCRIPTS = VENV / ("Scripts" if WINDOWS else "bin")
 EXE = ".exe" if WINDOWS else ""
 PYTHON = SCRIPTS / f"python{EXE}"
-LOCK = ROOT / "requirements.lock"
+TO_RUN = ROOT / "requirements.lock"
+TO_TEST = ROOT / "requirements-dev.lock"  # holds the former, in the same versions
 STAMP = VENV / "installed-from"
+LOG = VENV / "set-up.log"
 
 # What the wheels load from a Linux system, and the Debian package of each. All but the last are for Qt;
 # without the last, numba aborts once two threads are in compiled loops.
@@ -65,8 +75,11 @@ def main(arguments: list[str]) -> int:
     if not arguments or arguments[0] in ("-h", "--help"):
         say(__doc__ or "")
         return 0 if arguments else 2
-    set_up()
+    for name in ("SIGTERM", "SIGHUP"):
+        if (number := getattr(signal, name, None)) is not None and signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, lambda number, _: sys.exit(128 + number))
     verb, *rest = arguments
+    set_up(TO_TEST if verb == "test" else TO_RUN)
     return test(rest) if verb == "test" else retract(arguments)
 
 
@@ -85,6 +98,9 @@ def status_of(check: tuple[str, ...]) -> int:
         except KeyboardInterrupt:
             process.wait()
             raise
+        except SystemExit:
+            process.terminate()
+            raise
 
 
 def retract(arguments: list[str]) -> int:
@@ -95,29 +111,48 @@ def retract(arguments: list[str]) -> int:
     return subprocess.run(command, check=False).returncode
 
 
-def set_up() -> None:
-    """Bring .venv to what requirements.lock and pyproject.toml say; do nothing where it is there already."""
+def set_up(lock: Path) -> None:
+    """Bring .venv to what a lock and pyproject.toml say; do nothing where it is there already."""
     if THIS_PYTHON < OLDEST_PYTHON:
         stop(f"this is Python {sys.version.split()[0]}, but 3.11 or newer is needed: python3.11 run.py ...")
-    wanted = fingerprint()
-    if PYTHON.exists() and STAMP.exists() and STAMP.read_text() == wanted:
+    if PYTHON.exists() and STAMP.exists() and fingerprint(lock) in STAMP.read_text().split():
         return
     install_system_packages(missing_system_packages())
     if not venv_is_usable():
         say(f"Making {VENV}")
         run(sys.executable, "-m", "venv", "--clear", str(VENV))
-    say("Installing the pinned packages into .venv; the first time this takes a minute or two")
-    pip("--require-hashes", "--only-binary=:all:", "--requirement", str(LOCK))
-    pip("--no-index", "--no-deps", "--no-build-isolation", "--editable", str(ROOT))
-    STAMP.write_text(wanted)
+    STAMP.unlink(missing_ok=True)
+    forget_half_installed()
+    say(
+        f"Installing the packages pinned in {lock.name} into .venv; the first time this takes a minute or two"
+    )
+    with LOG.open("w", encoding="utf-8") as log:
+        pip(log, "--require-hashes", "--only-binary=:all:", "--requirement", str(lock))
+        pip(log, "--no-index", "--no-deps", "--no-build-isolation", "--editable", str(ROOT))
+    STAMP.write_text("\n".join(fingerprint(one) for one in {TO_RUN, lock}))
 
 
-def fingerprint() -> str:
+def fingerprint(lock: Path) -> str:
     """Return what the contents of .venv depend on, as a digest."""
     digest = hashlib.sha256(f"{ROOT} {THIS_PYTHON}".encode())
-    for source in (LOCK, ROOT / "pyproject.toml"):
+    for source in (lock, ROOT / "pyproject.toml"):
         digest.update(source.read_bytes())
     return digest.hexdigest()
+
+
+def forget_half_installed() -> None:
+    """Remove the records of packages on which pip was interrupted, else it would take them for installed.
+
+    The name of the installer is the first thing that pip writes once all files of a package are there.
+    """
+    for place in installed():
+        if not (place / "INSTALLER").exists():
+            shutil.rmtree(place)
+
+
+def installed() -> Iterator[Path]:
+    """Yield the record, a folder, of every package in .venv."""
+    return VENV.glob("Lib/site-packages/*.dist-info" if WINDOWS else "lib/python*/site-packages/*.dist-info")
 
 
 def missing_system_packages() -> list[str]:
@@ -166,9 +201,103 @@ def venv_is_usable() -> bool:
     return subprocess.run([PYTHON, "-c", probe], stderr=subprocess.DEVNULL, check=False).returncode == 0
 
 
-def pip(*arguments: str) -> None:
-    """Install into .venv."""
-    run(str(PYTHON), "-m", "pip", "install", "--disable-pip-version-check", *arguments)
+def pip(log: TextIO, *arguments: str) -> None:
+    """Install into .venv and tell how far it is; what pip says goes into the log. Stop if it fails.
+
+    Modules are compiled when they are first imported: most never are, and half of the time would go into that.
+    """
+    command = [str(PYTHON), "-m", "pip", "install", "--disable-pip-version-check", "--no-color"]
+    command += ["--progress-bar", "off", "--no-compile", *arguments]
+    process = subprocess.Popen(
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+    )
+    lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+    threading.Thread(target=pass_on, args=(process.stdout, lines), daemon=True).start()
+    shown, errors = Installation(), []
+    try:
+        while (line := next_line(lines)) is not None:
+            log.write(line)
+            log.flush()
+            shown.hear(line)
+            errors += [line.strip()] if line.startswith("ERROR") else []
+    except BaseException:
+        process.terminate()
+        say(f"\nset-up is not finished; the same command goes on with it. What pip said is in {LOG}")
+        raise
+    finally:
+        status = process.wait()
+    if status:
+        reason = errors[-1] if errors else f"status {status}"
+        stop(f"set-up failed, pip says: {reason}; all it said is in {LOG}; the same command tries it again")
+    shown.end()
+
+
+def pass_on(said: TextIO, lines: queue.SimpleQueue[str | None]) -> None:
+    """Put what a process says into a queue, line by line, and None at its end."""
+    for line in said:
+        lines.put(line)
+    lines.put(None)
+
+
+def next_line(lines: queue.SimpleQueue[str | None]) -> str | None:
+    """Return the next line, an empty one when none has come for a while, None at the end."""
+    try:
+        return lines.get(timeout=0.5)
+    except queue.Empty:
+        return ""
+
+
+class Installation:
+    """Tells how far pip is: one line that changes on a terminal, else a line every few seconds."""
+
+    def __init__(self) -> None:
+        self._began_s = self._told_s = time.monotonic()
+        self._there = len(list(installed()))
+        self._found = self._wanted = 0
+        self._mb = 0.0
+        self._newest = "the list"
+
+    def hear(self, line: str) -> None:
+        """Take a line of pip's, empty where time has passed, and tell how it stands now and then."""
+        if match := re.match(
+            r"(?:Collecting|Requirement already satisfied:|Processing (?:\S*[/\\])?) ?(\w[\w.]*)", line
+        ):
+            self._found += 1
+            self._newest = match[1]
+        elif match := re.match(r"\s*(?:Downloading|Using cached) \S+\.whl \(([\d.]+) ([kM]?B)\)", line):
+            self._mb += float(match[1]) * {"B": 1e-6, "kB": 1e-3, "MB": 1.0}[match[2]]
+        elif line.startswith("Installing collected packages:"):
+            self._wanted = line.count(",") + 1
+        if self._wanted:
+            done = min(len(list(installed())) - self._there, self._wanted)
+            now = f"{max(done, 0)} of {self._wanted} packages installed, {self._mb:.0f} MB fetched"
+        else:
+            now = f"{self._found} packages looked up, {self._mb:.0f} MB fetched; now {self._newest}"
+        every_s = 0.2 if sys.stderr.isatty() else 5.0
+        if time.monotonic() - self._told_s >= every_s:
+            self._tell(now)
+
+    def end(self) -> None:
+        """Tell once more, and leave the line."""
+        if self._wanted:
+            self._tell(f"{self._wanted} of {self._wanted} packages installed, {self._mb:.0f} MB fetched")
+        if sys.stderr.isatty():
+            say("")
+
+    def _tell(self, now: str) -> None:
+        self._told_s = time.monotonic()
+        words = f"  {self._told_s - self._began_s:4.0f} s: {now}"
+        if sys.stderr.isatty():
+            width = shutil.get_terminal_size().columns - 1
+            sys.stderr.write(f"\r{words[:width]:{width}}")
+            sys.stderr.flush()
+        else:
+            say(words)
 
 
 def run(*command: str) -> None:

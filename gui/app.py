@@ -146,6 +146,9 @@ class _Stage(QObject):
         self.opening.rig_read.connect(lambda rig: self._open(rig, virtual=False))
         self.opening.setAttribute(Qt.WidgetAttribute.WA_QuitOnClose, False)
         signal.signal(signal.SIGINT, lambda *_: self._close())
+        for name in ("SIGTERM", "SIGHUP"):
+            if (number := getattr(signal, name, None)) is not None:  # Windows has no SIGHUP
+                signal.signal(number, lambda *_: self._close(ask=False))
         # Python hears signals only while it runs
         self._ear = QTimer(self, interval=_SIGNAL_LOOK_MS)
         self._ear.timeout.connect(self._look)
@@ -174,9 +177,13 @@ class _Stage(QObject):
             desk.open()
         desk.ended.connect(self._application.quit)
 
-    def _close(self) -> None:
-        if self._desk is not None and self._desk.window is not None:
-            self._desk.window.close()
+    def _close(self, *, ask: bool = True) -> None:
+        """Close the window; who asks nothing holds the robot and seals where a session runs."""
+        window = None if self._desk is None else self._desk.window
+        if window is not None and ask:
+            window.close()
+        elif window is not None:
+            window.close_down()
         else:
             self.opening.close()
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from daq.acquisition.messages import Seen
 from daq.one_thread import compute_in_one_thread
+from daq.progress import Progress, silent
 from daq.rig import Rig
 from daq.vision.beads import Detections, detect_beads
 from daq.vision.camera_model import StereoCalibration
@@ -60,8 +61,8 @@ class BeadViewer:
         self._stereo = StereoCalibration.load(rig.stereo_calibration)
         self._tracker: IdentityTracker | None = None
 
-    def __call__(self, seen: Seen) -> BeadView:
-        """Look at a pair of images."""
+    def __call__(self, seen: Seen, progress: Progress = silent) -> BeadView:
+        """Look at a pair of images; it is done before ``progress`` could be told anything."""
         settings = self._rig.vision
         left, right = (detect_beads(image, settings.beads) for image in seen.images.values())
         matches = match(self._stereo, left, right, settings.stereo)

@@ -21,7 +21,7 @@ from daq.calibration.outcome import Figure, Kind, Outcome
 from daq.calibration.procedures import evaluate
 from daq.calibration.tool import PivotFigures, ToolCalibration, flange_tool
 from daq.errors import CalibrationError
-from daq.progress import silent
+from daq.progress import Progress, silent
 from daq.recording.reader import open_recording
 from daq.rig import Rig
 from daq.vision.charuco import CharucoBoard
@@ -85,12 +85,13 @@ class Evaluate:
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """An outcome that waits for its verdict: the figures for and against it, and its plot as PNG."""
+    """An outcome that waits for its verdict: the figures for and against it, its plot as PNG, and further notes."""
 
     kind: Kind
     figures: tuple[Figure, ...]
     acceptable: bool
     plot: bytes
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,8 +123,8 @@ class CalibrationBench:
         self._touches: ToolCalibration | None = None
         self._outcome: Outcome[Any] | None = None
 
-    def __call__(self, request: object) -> object:
-        """Answer a request.
+    def __call__(self, request: object, progress: Progress = silent) -> object:
+        """Answer a request; ``progress`` is told what is computed.
 
         Raises
         ------
@@ -142,26 +143,26 @@ class CalibrationBench:
             case TakeTouch(tool) if self._touches is not None:
                 return TouchTaken(self._touches.add(tool))
             case Finish(kind):
-                return self._judged(self._finished(kind))
+                return self._judged(self._finished(kind, progress))
             case Evaluate(kind, session):
-                return self._judged(evaluate(kind, open_recording(session), silent))
+                return self._judged(evaluate(kind, open_recording(session), progress))
             case Keep(folder, rig_name, serials, accepted) if self._outcome is not None:
                 path = keep(self._outcome, folder, rig_name, serials, accepted=accepted)
                 return Kept(self._outcome.kind, path, accepted)
         raise CalibrationError("nothing was collected yet; begin the calibration first")
 
-    def _finished(self, kind: Kind) -> Outcome[Any]:
+    def _finished(self, kind: Kind, progress: Progress) -> Outcome[Any]:
         if self._rig is None or self._touches is None:
             raise CalibrationError(f"{kind}: nothing was collected yet; begin the calibration first")
         if kind == "cameras":
-            return self._views.finish_cameras()
+            return self._views.finish_cameras(progress)
         if kind == "stereo":
-            return self._views.finish_stereo(lying_on_phantom(self._board, self._rig))
+            return self._views.finish_stereo(lying_on_phantom(self._board, self._rig), progress)
         return self._touches.finish()
 
     def _judged(self, outcome: Outcome[Any]) -> Judged:
         self._outcome = outcome
-        return Judged(outcome.kind, outcome.figures, outcome.acceptable, _drawn(outcome))
+        return Judged(outcome.kind, outcome.figures, outcome.acceptable, _drawn(outcome), outcome.notes)
 
 
 def _drawn(outcome: Outcome[Any]) -> bytes:

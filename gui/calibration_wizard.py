@@ -123,6 +123,7 @@ class CalibrationWizard(QObject):
         if self._companion is None:
             self._companion = Companion(CalibrationBench, (), self)
             self._companion.answered.connect(self._on_answer)
+            self._companion.progressed.connect(self._on_progress)
             self._companion.gone.connect(self.end)
         self._companion.ask(request)
 
@@ -166,6 +167,9 @@ class CalibrationWizard(QObject):
             self.told.emit("evaluating the recording")
             self._ask(bench.Evaluate(self._kind, session))
 
+    def _on_progress(self, text: str, done: int, total: int) -> None:
+        self.told.emit(f"{text}, step {done} of at most {total}" if total > 1 else text)
+
     def _on_answer(self, answer: object) -> None:
         match answer:
             case ViewTaken():
@@ -176,7 +180,8 @@ class CalibrationWizard(QObject):
                 self._taken += 1
                 self.touch_taken.emit(answer)
             case Judged():
-                self.told.emit("acceptable" if answer.acceptable else "to be rejected")
+                verdict = "acceptable" if answer.acceptable else "to be rejected"
+                self.told.emit("; ".join([verdict, *answer.notes]))
                 self.judged.emit(answer)
             case Kept():
                 self.kept.emit(answer)

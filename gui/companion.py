@@ -6,16 +6,18 @@ For a long computation with progress there is :mod:`gui.jobs`; this is for many 
 import contextlib
 import multiprocessing
 import queue
-import signal
 import threading
 from collections.abc import Callable
+from functools import partial
 from multiprocessing.connection import Connection
 from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
 from daq.errors import DaqError
-from gui.job_process import Failed
+from daq.lifeline import leave_signals_to_parent
+from daq.progress import Progress
+from gui.job_process import Failed, Progressed, Reporter
 from robot_drivers.errors import DeviceError
 from robot_drivers.real_time import give_way
 
@@ -28,20 +30,23 @@ _Requests = queue.SimpleQueue[Any]
 class Companion(QObject):
     """Runs from construction to :meth:`end`; the process ends with the window, however that goes.
 
-    ``answered`` brings every answer in the order of the requests, ``gone`` tells that the process has ended by itself.
+    ``answered`` brings every answer in the order of the requests, ``progressed`` what is said on the way to one (text,
+    steps done, steps in all), ``gone`` tells that the process has ended by itself.
 
     Parameters
     ----------
-    make : of a module; called in the process with ``arguments``, and returns what answers the requests. All of these
-        are pickled. An error of the laboratory is answered with :class:`gui.job_process.Failed`.
+    make : of a module; called in the process with ``arguments``, and returns what answers the requests, called with
+        one and a :class:`daq.progress.Progress`. All of these are pickled. An error of the laboratory is answered with
+        :class:`gui.job_process.Failed`.
     """
 
     answered = Signal(object)
+    progressed = Signal(str, int, int)
     gone = Signal()
 
     def __init__(
         self,
-        make: Callable[..., Callable[[Any], Any]],
+        make: Callable[..., Callable[[Any, Progress], Any]],
         arguments: tuple[Any, ...],
         parent: QObject | None = None,
     ) -> None:
@@ -69,7 +74,9 @@ class Companion(QObject):
             while (request := requests.get()) is not _END:
                 try:
                     connection.send(request)
-                    answer = connection.recv()
+                    while isinstance(answer := connection.recv(), Progressed):
+                        with _unless_nobody_listens():
+                            self.progressed.emit(answer.text, answer.done, answer.total)
                 except (EOFError, OSError):
                     with _unless_nobody_listens():
                         self.gone.emit()
@@ -87,26 +94,32 @@ def _unless_nobody_listens() -> contextlib.AbstractContextManager[None]:
 
 
 def _serve(
-    connection: Connection, make: Callable[..., Callable[[Any], Any]], arguments: tuple[Any, ...]
+    connection: Connection, make: Callable[..., Callable[[Any, Progress], Any]], arguments: tuple[Any, ...]
 ) -> None:
     """Answer until the other end closes."""
     give_way(_STEPS_BEHIND)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    leave_signals_to_parent()
     answer = make(*arguments)
     while True:
         try:
             request = connection.recv()
         except (EOFError, OSError):  # the window is gone, be it in the middle of a request
             return
-        answered = _answered(answer, request)
+        answered = _answered(answer, request, Reporter(partial(_send_if_heard, connection)))
         try:
             connection.send(answered)
         except OSError:
             return
 
 
-def _answered(answer: Callable[[Any], Any], request: object) -> object:
+def _send_if_heard(connection: Connection, message: object) -> None:
+    """Send what is said on the way to an answer; that nobody listens any more shows when the answer is sent."""
+    with contextlib.suppress(OSError):
+        connection.send(message)
+
+
+def _answered(answer: Callable[[Any, Progress], Any], request: object, progress: Progress) -> object:
     try:
-        return answer(request)
+        return answer(request, progress)
     except (DaqError, DeviceError) as error:
         return Failed(" ".join(str(error).split()))

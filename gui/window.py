@@ -86,6 +86,12 @@ class Window(QMainWindow):
         apply_theme(application, DARK if dark else LIGHT)
         self._name_theme_button()
 
+    def close_down(self) -> None:
+        """Hold the robot, seal what is recorded, let go of the devices and close; asks nothing."""
+        if not self._closing:
+            self._closing = True
+            self._context.link.close()
+
     def closeEvent(self, event: QCloseEvent) -> None:
         """Ask while a session runs; hold, seal and let go before the window really closes."""
         if self._may_close:
@@ -97,16 +103,12 @@ class Window(QMainWindow):
             return
         if self._context.link.state.session is not None:
             answers = (
-                Answer("Hold the robot, seal, and close", self._close_down, "stop"),
+                Answer("Hold the robot, seal, and close", self.close_down, "stop"),
                 Answer("Go on recording", lambda: None),
             )
             self.messages.ask(_QUESTION, answers)
         else:
-            self._close_down()
-
-    def _close_down(self) -> None:
-        self._closing = True
-        self._context.link.close()
+            self.close_down()
 
     def _lay_out(self) -> None:
         self.navigation.setProperty("role", "navigation")

@@ -1,10 +1,10 @@
 """``python -m daq.acquisition``: what a client starts. Standard input and output belong to the messages."""
 
 import os
-import signal
 import sys
 
 from daq.acquisition.process import serve
+from daq.lifeline import leave_signals_to_parent
 from robot_drivers.real_time import prefer_this_process, shorten_turns
 
 
@@ -13,8 +13,7 @@ def main() -> None:
     # whatever else prints must not get between the messages
     reports = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
-    # an interrupt from the keyboard is for the client, which will say what is to be done
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    leave_signals_to_parent()  # the client will say what is to be done
     prefer_this_process()
     shorten_turns()
     serve(sys.stdin.buffer, reports)

@@ -170,8 +170,8 @@ class Acquisition(ClosedAtExit):
         self.start(trajectory, folder, label)
         try:
             ended = self._watch(progress)
-        except KeyboardInterrupt:
-            self.hold("interrupted by the operator")
+        except KeyboardInterrupt as interrupt:
+            self.hold(str(interrupt) or "interrupted by the operator")
             self._watch(progress)
             raise
         if ended.failure is not None:

@@ -6,6 +6,7 @@ been silent; a third tells it the telemetry, and may wait for a client that does
 
 import pickle
 import queue
+import signal
 import threading
 from pathlib import Path
 from typing import BinaryIO
@@ -52,6 +53,7 @@ _TELEMETRY_PERIOD_S = 1.0 / 30.0
 _SLOWEST_PACE_S = 0.05  # of cameras that set the pace
 _WATCH_PERIOD_S = 0.05
 _CONNECT_AGAIN_S = 2.0
+_TOLD_TO_END = "the acquisition process was told to end"
 
 
 def serve(commands: BinaryIO, reports: BinaryIO) -> None:
@@ -66,7 +68,12 @@ def serve(commands: BinaryIO, reports: BinaryIO) -> None:
         with connected(make_devices(first.rig)) as devices:
             shorten_collections()
             link.send(Opened({role: device.identity for role, device in devices.all().items()}))
-            Host(first.rig, devices, link).run(commands)
+            host = Host(first.rig, devices, link)
+            # a handler must not wait for what the main thread holds
+            signal.signal(
+                signal.SIGTERM, lambda *_: threading.Thread(target=host.end, args=(_TOLD_TO_END,)).start()
+            )
+            host.run(commands)
     except (DaqError, DeviceError) as error:
         link.send(Refused(_failure(error)))
 
@@ -121,6 +128,12 @@ class Host:
                 self._link.send(self._carry_out(start))
         finally:
             self._closing.set()
+
+    def end(self, reason: str) -> None:
+        """Hold the robot where a session runs, which is then sealed, and let :meth:`run` return; does not wait."""
+        if (session := self._session) is not None:
+            session.hold(reason)
+        self._starts.put(None)
 
     def _next_start(self) -> Start | None:
         """Show what the devices bring until the next session is asked for, and connect again those that are lost."""
@@ -208,9 +221,7 @@ class Host:
             reason = "the client has closed"
         except (EOFError, OSError, pickle.UnpicklingError):
             reason = "the controlling program is gone"
-        if (session := self._session) is not None:
-            session.hold(reason)
-        self._starts.put(None)
+        self.end(reason)
 
     def _obey(self, command: Command) -> None:
         try:

@@ -10,7 +10,7 @@ from daq.bad_input.kind import Kind
 from daq.bad_input.layout_damage import MCAP, NUMBERS, PLY, STL, VTP
 from daq.bad_input.value_damage import JSON, JSON_LINES, TABLE, TOML
 from daq.calibration.in_force import calibrations_in_force
-from daq.cli.calibrate import stored_views
+from daq.calibration.stored_views import find_views
 from daq.export import sealed_recording
 from daq.faults.campaign import read_results
 from daq.own_trajectories import read_table
@@ -142,7 +142,7 @@ KINDS: tuple[Kind, ...] = (
         "views of the board",
         samples.views,
         {"left*.png": BINARY},
-        read=lambda folder: list(stored_views(folder)),
+        read=lambda folder: list(find_views(folder).read()),
         command=lambda given, out: [
             "calibrate", "cameras", str(given / "rig.toml"), "--images", str(given), "--output", str(out / "kept")
         ],

@@ -13,10 +13,12 @@ from daq.calibration.outcome import Figure, Outcome
 from daq.calibration.results import CamerasResult, Lens
 from daq.errors import CalibrationError
 from daq.frames import pose
+from daq.progress import Progress, silent
 from daq.rig import Rig
+from daq.vision.board_finding import find_out
 from daq.vision.calibration import BoardPair, LensCalibration, calibrate, calibrate_lens
 from daq.vision.camera_model import StereoCalibration
-from daq.vision.charuco import CharucoBoard
+from daq.vision.charuco import BoardView, CharucoBoard
 from daq.vision.errors import VisionError
 from robot_drivers.protocols import FloatArray, Pose
 
@@ -53,21 +55,24 @@ class ViewFigures:
     corners : of this view, left and right
     coverage : share of the cells of each image in which a corner has been seen
     problem : why this view was not taken; empty if it was
+    note : what else there is to know
     """
 
     views: int
     corners: tuple[int, int]
     coverage: tuple[float, float]
     problem: str = ""
+    note: str = ""
 
     def describe(self) -> str:
         """Return one line."""
         if self.problem:
             return f"not taken: {self.problem}"
-        return (
+        line = (
             f"view {self.views}: {self.corners[0]} / {self.corners[1]} corners, "
             f"coverage {self.coverage[0]:.0%} / {self.coverage[1]:.0%}"
         )
+        return f"{line}; {self.note}" if self.note else line
 
 
 class BoardCalibration:
@@ -81,22 +86,50 @@ class BoardCalibration:
     def __init__(self, board: CharucoBoard) -> None:
         self._board = board
         self._pairs: list[BoardPair] = []
+        self._names: list[str] = []
         self._image_size: tuple[int, int] | None = None
 
-    def add(self, left: NDArray[np.uint8], right: NDArray[np.uint8]) -> ViewFigures:
-        """Take a pair of grey images (height, width) that were exposed together, and tell how it stands."""
+    def add(self, left: NDArray[np.uint8], right: NDArray[np.uint8], name: str = "") -> ViewFigures:
+        """Take a pair of grey images (height, width) that were exposed together, and tell how it stands.
+
+        A board of the other layout of OpenCV than was said is taken as what it is. ``name`` is that of the pair, for
+        what is told about it later.
+        """
         size = (left.shape[1], left.shape[0])
         if left.shape != right.shape or self._image_size not in (None, size):
             raise CalibrationError(
                 f"cameras: images of {left.shape} and {right.shape} px; both cameras have to deliver one size"
             )
         try:
-            pair = (self._board.detect(left), self._board.detect(right))
+            pair, note = self._seen((left, right))
         except VisionError as error:
             return ViewFigures(len(self._pairs), (0, 0), self.coverage, str(error))
         self._image_size = size
         self._pairs.append(pair)
-        return ViewFigures(len(self._pairs), (len(pair[0].numbers), len(pair[1].numbers)), self.coverage)
+        self._names.append(name or f"view {len(self._pairs)}")
+        corners = (len(pair[0].numbers), len(pair[1].numbers))
+        return ViewFigures(len(self._pairs), corners, self.coverage, note=note)
+
+    def _seen(self, images: tuple[NDArray[np.uint8], NDArray[np.uint8]]) -> tuple[BoardPair, str]:
+        """Return the board in both images, and a note on it; before the first view the print may prove another one."""
+        note = ""
+        if not self._pairs:
+            for image in images:
+                try:
+                    self._board.detect(image)
+                except VisionError:
+                    finding = find_out(image, self._board)
+                    if finding.board is None:
+                        raise VisionError(finding.words) from None
+                    self._board, note = finding.board, finding.words
+        left, right = (self._in_image(image, side) for image, side in zip(images, SIDES, strict=True))
+        return (left, right), note
+
+    def _in_image(self, image: NDArray[np.uint8], side: str) -> BoardView:
+        try:
+            return self._board.detect(image)
+        except VisionError as error:
+            raise VisionError(f"{side} {error}") from error
 
     @property
     def coverage(self) -> tuple[float, float]:
@@ -114,8 +147,8 @@ class BoardCalibration:
             np.add.at(counts, (rows, columns), 1)
         return counts
 
-    def finish_cameras(self) -> Outcome[CamerasResult]:
-        """Calibrate each lens alone.
+    def finish_cameras(self, progress: Progress = silent) -> Outcome[CamerasResult]:
+        """Calibrate each lens alone; ``progress`` is told which.
 
         Raises
         ------
@@ -124,7 +157,8 @@ class BoardCalibration:
         """
         size = self._enough()
         lenses = [
-            calibrate_lens([pair[side] for pair in self._pairs], self._board.corners, size) for side in (0, 1)
+            calibrate_lens([pair[side] for pair in self._pairs], self._board.corners, size, name, progress)
+            for side, name in enumerate(SIDES)
         ]
         result = CamerasResult(_lens(lenses[0], size), _lens(lenses[1], size))
         figures = [
@@ -140,8 +174,16 @@ class BoardCalibration:
         rms = np.array([lens.view_rms_px for lens in lenses])
         return Outcome("cameras", result, tuple(figures), lambda plot: self._draw(plot, rms))
 
-    def finish_stereo(self, T_tissue_board: Pose) -> Outcome[StereoCalibration]:
+    def finish_stereo(
+        self, T_tissue_board: Pose, progress: Progress = silent, *, first_is_there: bool = True
+    ) -> Outcome[StereoCalibration]:
         """Calibrate the pair; in the first view the board lies at ``T_tissue_board``.
+
+        Parameters
+        ----------
+        progress : told what is computed, and each step
+        first_is_there : False where that view is missing, so that the tissue frame is wherever the board was in the
+            first that was taken: what comes out then is to be rejected
 
         Raises
         ------
@@ -149,9 +191,14 @@ class BoardCalibration:
             There are too few views, or they do not determine the lenses.
         """
         size = self._enough()
-        report = calibrate(self._pairs, self._board, size, 0, T_tissue_board)
+        report = calibrate(self._pairs, self._board, size, 0, T_tissue_board, progress)
+        known_place = (
+            () if first_is_there else (Figure("views of the board at its known place", 0.0, "", least=1.0),)
+        )
         figures = (
             *self._views_figures(),
+            *known_place,
+            Figure("pairs of views left out, as they disagree", float(len(report.rejected)), ""),
             Figure("reprojection, rms", report.calibration.rms_px, "px", most=MOST_RMS_PX),
             Figure("largest rms of a view", float(report.pair_rms_px.max()), "px", most=2 * MOST_RMS_PX),
             Figure("held-out scale, off by", abs(report.held_out_scale), "", most=MOST_SCALE),
@@ -159,7 +206,13 @@ class BoardCalibration:
             Figure("baseline", report.calibration.baseline_m, "m"),
         )
         rms = report.pair_rms_px[None]
-        return Outcome("stereo", report.calibration, figures, lambda plot: self._draw(plot, rms))
+        notes = [
+            f"left out: {self._names[number]}, {off_px:.3g} px off what the others agree on"
+            for number, off_px in report.rejected.items()
+        ]
+        return Outcome(
+            "stereo", report.calibration, figures, lambda plot: self._draw(plot, rms), tuple(notes)
+        )
 
     def _enough(self) -> tuple[int, int]:
         if self._image_size is None or len(self._pairs) < FEWEST_VIEWS:

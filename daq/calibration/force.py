@@ -9,6 +9,7 @@ from daq.calibration.outcome import Figure, Outcome
 from daq.calibration.results import ForceResult, Six
 from daq.errors import CalibrationError
 from daq.frames import quaternions_wxyz, rotation
+from daq.progress import Progress, silent
 from daq.recording.folder import RIG_FILE
 from daq.recording.reader import Recording
 from daq.rig import read_rig
@@ -28,8 +29,10 @@ MOST_CENTRE_STD_M = 0.001
 _CHANNELS = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 
 
-def calibrate_force(recording: Recording) -> Outcome[ForceResult]:
+def calibrate_force(recording: Recording, progress: Progress = silent) -> Outcome[ForceResult]:
     """Find what hangs on the force sensor from a recording of :func:`daq.routines.tare_poses` in free air.
+
+    ``progress`` is told what is done; the tool follows in closed form, without iterations.
 
     Raises
     ------
@@ -40,6 +43,7 @@ def calibrate_force(recording: Recording) -> Outcome[ForceResult]:
     """
     rig = read_rig(recording.folder / RIG_FILE)
     windows = measuring_windows(recording.events)
+    progress(f"weighing the tool in {len(windows)} poses", 0, 1)
     force, robot = recording.force, recording.robot
     taken, stood = force_times(force, rig), robot_times(robot)
     _, gripper = gripper_in_tissue(robot, rig.frames)

@@ -52,12 +52,14 @@ class Outcome(Generic[R]):
     result : a dataclass that a TOML file can hold
     figures : what speaks for or against it
     draw : draws into an empty figure of matplotlib
+    notes : what else there is to tell, a line each
     """
 
     kind: Kind
     result: R
     figures: tuple[Figure, ...]
     draw: "Callable[[Plot], None]"
+    notes: tuple[str, ...] = ()
 
     @property
     def acceptable(self) -> bool:
@@ -65,6 +67,8 @@ class Outcome(Generic[R]):
         return all(figure.passed for figure in self.figures)
 
     def describe(self) -> str:
-        """Return the figures, a line each, and the verdict."""
+        """Return the notes and figures, a line each, and the verdict."""
         verdict = "acceptable" if self.acceptable else "to be rejected"
-        return "\n".join([*(figure.describe() for figure in self.figures), f"{self.kind}: {verdict}"])
+        return "\n".join(
+            [*self.notes, *(figure.describe() for figure in self.figures), f"{self.kind}: {verdict}"]
+        )

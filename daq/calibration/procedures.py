@@ -66,8 +66,8 @@ def evaluate(kind: Kind, recording: Recording, progress: Progress) -> Outcome[An
         The recording does not determine what is sought.
     """
     evaluations: Mapping[Kind, Callable[[], Outcome[Any]]] = {
-        "force": lambda: calibrate_force(recording),
-        "robot": lambda: calibrate_robot(recording),
+        "force": lambda: calibrate_force(recording, progress),
+        "robot": lambda: calibrate_robot(recording, progress),
         "time": lambda: calibrate_time(recording, progress),
     }
     if kind not in evaluations:

@@ -17,6 +17,7 @@ from daq.calibration.outcome import Figure, Outcome
 from daq.calibration.results import RobotResult
 from daq.errors import CalibrationError
 from daq.frames import compose, inverse, pose, rotation
+from daq.progress import Progress, silent
 from daq.recording.folder import RIG_FILE
 from daq.recording.reader import Recording
 from daq.rig import Rig, Transform, Vector, read_rig
@@ -38,14 +39,15 @@ MOST_STD_RATIO = (
 MOST_TURN_STD_DEG = 0.3
 LEAST_SPREAD_M = 0.003
 
+_MOST_STEPS = 200
 _STILL_M = 5e-4
 _SEEN_AGAIN = 3  # a point has to be seen in so many images of a window, or in all of fewer
 
 
-def calibrate_robot(recording: Recording) -> Outcome[RobotResult]:
+def calibrate_robot(recording: Recording, progress: Progress = silent) -> Outcome[RobotResult]:
     """Register robot, cameras and tissue from a recording of :func:`daq.routines.marker_poses`.
 
-    One marker has to sit on the gripper; what stands still through all poses is not it.
+    One marker has to sit on the gripper; what stands still through all poses is not it. ``progress`` is told each pose.
 
     Raises
     ------
@@ -56,7 +58,11 @@ def calibrate_robot(recording: Recording) -> Outcome[RobotResult]:
     windows = measuring_windows(recording.events)
     stereo = StereoCalibration.load(rig.stereo_calibration)
     images = StereoImages(recording, rig)
-    seen = _without_still([_seen_points(images, rig, stereo, window) for window in windows])
+    found_in = []
+    for number, window in enumerate(windows):
+        progress("looking for the marker in the images of each pose", number, len(windows))
+        found_in.append(_seen_points(images, rig, stereo, window))
+    seen = _without_still(found_in)
     robot = recording.robot
     times = robot_times(robot)
     tools, points = [], []
@@ -71,6 +77,7 @@ def calibrate_robot(recording: Recording) -> Outcome[RobotResult]:
             f"robot: a single moving marker is seen in {len(points)} of {len(windows)} poses, not {FEWEST_POSES}; "
             "put one bead on the gripper where both cameras see it, and cover what else moves"
         )
+    progress(f"registering robot and cameras by {len(points)} poses", 0, 1)
     return register_marker(tools, np.array(points), rig, stereo)
 
 
@@ -82,7 +89,7 @@ def register_marker(
     Raises
     ------
     CalibrationError
-        The poses do not determine the registration: they need turns about two axes.
+        The poses do not determine the registration, for which they need turns about two axes, or do not fit together.
     """
     rotations = rotation(np.array([tool.quaternion_wxyz for tool in T_base_tool]))
     origins = np.array([tool.position for tool in T_base_tool])
@@ -94,11 +101,16 @@ def register_marker(
 
     believed = rig.frames.T_base_tissue.pose
     start = np.concatenate([rotation(believed.quaternion_wxyz).as_rotvec(), believed.position, np.zeros(3)])
-    solution = least_squares(residuals, start, x_scale="jac")
+    solution = least_squares(residuals, start, x_scale="jac", max_nfev=_MOST_STEPS)
     jacobian = np.asarray(solution.jac)
     if np.linalg.matrix_rank(jacobian, tol=1e-9 * np.linalg.norm(jacobian)) < 9:
         raise CalibrationError(
             "robot: the poses do not tell the marker from the frame; turn the gripper about two axes and more"
+        )
+    if not solution.success:
+        raise CalibrationError(
+            f"robot: has not converged in {_MOST_STEPS} steps; the poses and what the cameras saw do not fit together, "
+            "record the motion again"
         )
     left = solution.fun.reshape(-1, 3)
     covariance = np.sum(left**2) / max(left.size - 9, 1) * np.linalg.inv(jacobian.T @ jacobian)

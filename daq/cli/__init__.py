@@ -5,6 +5,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
+from daq.cli.ending import interrupted_by_signals
 from daq.cli.verb import concluded, fail
 from estimator.errors import EstimatorError
 
@@ -40,7 +41,8 @@ _EXAMPLES = """examples:
 
 Wherever a rig file is expected, the word "virtual" stands for an emulated laboratory on this computer.
 Exit status: 0 done, 1 a check of a device failed, 2 wrong input or a failed device (one line on standard error),
-130 interrupted."""
+130 interrupted, 143 ended by SIGTERM or a closed terminal: either way the robot is held, what is recorded is sealed,
+and every process that the command has started ends with it."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -60,7 +62,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except EstimatorError as error:
         # another package adds effects or laws that cannot be
         return fail(str(error), status=2)
-    return concluded(lambda: options.run(options), as_json=options.json)
+    with interrupted_by_signals():
+        return concluded(lambda: options.run(options), as_json=options.json)
 
 
 def _wanted(arguments: Sequence[str]) -> Sequence[str]:

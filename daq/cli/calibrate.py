@@ -3,6 +3,7 @@
 import argparse
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -10,31 +11,31 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, Protocol
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from daq.acquisition.stereo_look import StereoLook
 from daq.calibration.cameras import BoardCalibration, grey, lying_on_phantom
 from daq.calibration.keeping import keep
 from daq.calibration.outcome import KINDS, Outcome
 from daq.calibration.procedures import MOTIONS, evaluate, record_motion, serials_of
+from daq.calibration.stored_views import StoredViews, find_views
 from daq.calibration.tool import ToolCalibration, flange_tool
+from daq.calibration.view_names import TOLERANCE_S
 from daq.cli.rigs import VIRTUAL, add_rig
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.devices import Devices
 from daq.errors import CalibrationError
-from daq.png import is_whole_png
 from daq.recording.reader import open_recording
 from daq.rig import Rig, make_devices, read_rig
 from daq.session.session import connected
 from daq.virtual_rig.launch import virtual_rig
 from daq.virtual_rig.standard import calibration_settings
 from daq.vision.charuco import CharucoBoard
-from estimator.input_file import read_input
-from robot_drivers.protocols import Camera, Frame
 
 _EXAMPLES = """  retract calibrate stereo lab.toml --square 8.02 --marker 6.01
-  retract calibrate cameras lab.toml --images views          left*.png and right*.png instead of live cameras
+  retract calibrate cameras lab.toml --images views          stored views instead of live cameras
+  retract calibrate stereo lab.toml --images views --sides 13021234 13021235
   retract calibrate robot lab.toml                           moves the gripper, with a bead on it
   retract calibrate force lab.toml                           tilts the gripper in free air
   retract calibrate time lab.toml --motion tap
@@ -42,8 +43,9 @@ _EXAMPLES = """  retract calibrate stereo lab.toml --square 8.02 --marker 6.01
   retract calibrate time lab.toml --session runs/sway        evaluate once more what was recorded
   retract calibrate force virtual --output runs/calibration"""
 
-_FRESH_FRAMES = 3
-_MOST_IMAGE_BYTES = 100_000_000
+_PASSED_OVER = 2  # images of each camera
+_MOST_TRIES = 5  # of the first view
+_LOOK_TIMEOUT_S = 15.0
 _FRAME_TIMEOUT_S = 5.0
 
 
@@ -89,7 +91,25 @@ def add_parser(verbs: Verbs) -> None:
         "--session", type=Path, metavar="DIR", help="evaluate this recorded motion; moves nothing"
     )
     parser.add_argument(
-        "--images", type=Path, metavar="DIR", help="views of the board, left*.png and right*.png"
+        "--images",
+        type=Path,
+        metavar="DIR",
+        help="views of the board as PNG, here or in folders below; an image of the left and one of the right camera "
+        "are of one moment where their names have the same number (left_0003.png and right_0003.png) or times that "
+        "nearly agree; L and R, cam0 and cam1, folders left and right tell the camera too",
+    )
+    parser.add_argument(
+        "--sides",
+        nargs=2,
+        metavar=("LEFT", "RIGHT"),
+        help="what the names of the images of the left and of the right camera hold, such as serial numbers",
+    )
+    parser.add_argument(
+        "--tolerance",
+        type=float,
+        default=TOLERANCE_S * 1e3,
+        metavar="MS",
+        help="largest difference of the times in the names of a pair (default: %(default)g)",
     )
     board = CharucoBoard()
     parser.add_argument("--columns", type=int, default=board.columns, help="squares (default: %(default)s)")
@@ -105,7 +125,11 @@ def add_parser(verbs: Verbs) -> None:
     parser.add_argument(
         "--dictionary", default=board.dictionary, help="of the markers (default: %(default)s)"
     )
-    parser.add_argument("--legacy-pattern", action="store_true", help="printed by OpenCV before 4.6")
+    parser.add_argument(
+        "--legacy-pattern",
+        action="store_true",
+        help="printed by OpenCV before 4.6; found out by itself where the first view shows it",
+    )
 
 
 def run(options: argparse.Namespace) -> Result:
@@ -154,7 +178,7 @@ def _outcome(
         with progress() as tell:
             return evaluate(options.kind, recording, tell), serials_of(options.kind, known)
     if options.images is not None:
-        return _from_board(options, rig, stored_views(options.images)), {}
+        return _from_stored(options, rig), {}
     with connected(make_devices(rig)) as devices:
         serials = {role: device.identity.serial for role, device in devices.all().items()}
         if options.kind in MOTIONS:
@@ -166,7 +190,7 @@ def _outcome(
         elif options.kind == "tool":
             outcome = _by_touch(rig, devices, person)
         else:
-            outcome = _from_board(options, rig, _live_views(devices, person))
+            outcome = _from_live(options, rig, devices, person)
         return outcome, serials_of(options.kind, serials)
 
 
@@ -180,9 +204,54 @@ def _by_touch(rig: Rig, devices: Devices, person: Person) -> Outcome[Any]:
     return collected.finish()
 
 
-def _from_board(
-    options: argparse.Namespace, rig: Rig, views: Iterator[tuple[NDArray[np.uint8], NDArray[np.uint8]]]
-) -> Outcome[Any]:
+def _from_stored(options: argparse.Namespace, rig: Rig) -> Outcome[Any]:
+    """Calibrate from stored views; in the first of them the board lies on the phantom."""
+    collected, board = _collection(options)
+    marks = None if options.sides is None else (options.sides[0], options.sides[1])
+    stored = find_views(options.images, marks, _tolerance_s(options))
+    _tell(stored.describe())
+    missing = _missing_first(stored)
+    for number, view in enumerate(stored.read()):
+        told = collected.add(view.left, view.right, view.name)
+        _tell(f"{view.name}: {told.describe()}")
+        if number == 0 and told.problem:
+            missing = f"{view.name} was not taken"
+    if missing and options.kind == "stereo":
+        _tell(
+            f"{missing}: in the first view the board lies on the phantom, which tells where the tissue frame is"
+        )
+    return _finished(options, rig, collected, board, first_is_there=not missing)
+
+
+def _missing_first(stored: StoredViews) -> str:
+    return "" if stored.names.first_paired else "the first image of all has no partner"
+
+
+def _tolerance_s(options: argparse.Namespace) -> float:
+    if not options.tolerance >= 0.0:
+        raise CalibrationError(f"--tolerance {options.tolerance:g}: is a time in ms, 0 or more")
+    return float(options.tolerance) * 1e-3
+
+
+def _from_live(options: argparse.Namespace, rig: Rig, devices: Devices, person: Person) -> Outcome[Any]:
+    collected, board = _collection(options)
+    number = tries = 0
+    while person.show_board(number):
+        told = collected.add(*_look(devices))
+        _tell(told.describe())
+        tries += 1
+        # until it is taken, the first view is asked for again: only it shows the board at its known place
+        number += told.views > 0
+        if not told.views and tries == _MOST_TRIES:
+            raise CalibrationError(
+                f"{options.kind}: the board was not found in {tries} views ({told.problem})"
+            )
+    return _finished(options, rig, collected, board)
+
+
+def _collection(options: argparse.Namespace) -> tuple[BoardCalibration, CharucoBoard]:
+    if options.kind not in ("cameras", "stereo"):
+        raise CalibrationError(f"{options.kind}: is not made from images of a board")
     try:
         board = CharucoBoard(
             options.columns,
@@ -194,57 +263,52 @@ def _from_board(
         )
     except ValueError as error:
         raise CalibrationError(f"calibrate: {error}") from error
-    collected = BoardCalibration(board)
-    for left, right in views:
-        sys.stderr.write(f"{collected.add(left, right).describe()}\n")
-    if options.kind == "cameras":
-        return collected.finish_cameras()
-    if options.kind == "stereo":
-        return collected.finish_stereo(lying_on_phantom(board, rig))
-    raise CalibrationError(f"{options.kind}: is not made from images of a board")
+    return BoardCalibration(board), board
 
 
-def _live_views(devices: Devices, person: Person) -> Iterator[tuple[NDArray[np.uint8], NDArray[np.uint8]]]:
-    number = 0
-    while person.show_board(number):
-        left, right = (_fresh(camera) for camera in devices.cameras.values())
-        yield left, right
-        number += 1
+def _finished(
+    options: argparse.Namespace,
+    rig: Rig,
+    collected: BoardCalibration,
+    board: CharucoBoard,
+    *,
+    first_is_there: bool = True,
+) -> Outcome[Any]:
+    with progress() as tell:
+        if options.kind == "cameras":
+            return collected.finish_cameras(tell)
+        return collected.finish_stereo(lying_on_phantom(board, rig), tell, first_is_there=first_is_there)
 
 
-def _fresh(camera: Camera) -> NDArray[np.uint8]:
-    """Return an image that was exposed after the call."""
-    while camera.read(0.0):
-        pass
-    seen: list[Frame] = []
-    while len(seen) < _FRESH_FRAMES:
-        frames = camera.read(_FRAME_TIMEOUT_S)
-        if not frames:
-            raise CalibrationError(
-                f"cameras: no image in {_FRAME_TIMEOUT_S:g} s; check the camera and its light"
-            )
-        seen += frames
-    return grey(seen[-1].image, seen[-1].pixel_format)
+def _tell(words: str) -> None:
+    sys.stderr.write(f"{words}\n")
+    sys.stderr.flush()
 
 
-def stored_views(folder: Path) -> Iterator[tuple[NDArray[np.uint8], NDArray[np.uint8]]]:
-    """Read pairs of views of the board, ``left*.png`` and ``right*.png``; raises CalibrationError."""
-    left, right = (sorted(folder.glob(f"{side}*.png")) for side in ("left", "right"))
-    if not left or len(left) != len(right):
-        raise CalibrationError(
-            f"{folder}: holds {len(left)} images left*.png and {len(right)} right*.png; give one pair for each view"
-        )
-    for pair in zip(left, right, strict=True):
-        yield _stored_view(pair[0]), _stored_view(pair[1])
-
-
-def _stored_view(path: Path) -> NDArray[np.uint8]:
-    content = read_input(path, _MOST_IMAGE_BYTES)
-    found = (
-        cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_GRAYSCALE)
-        if is_whole_png(content)
-        else None
+def _look(devices: Devices) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Return an image of each camera, exposed together after the call."""
+    look = StereoLook()
+    for camera in devices.cameras.values():
+        while camera.read(0.0):
+            pass
+    look.ask()
+    deadline = time.monotonic() + _LOOK_TIMEOUT_S
+    seen = dict.fromkeys(devices.cameras, 0)
+    while time.monotonic() < deadline:
+        for name, camera in devices.cameras.items():
+            frames = camera.read(_FRAME_TIMEOUT_S)
+            if not frames:
+                raise CalibrationError(
+                    f"camera {name}: no image in {_FRAME_TIMEOUT_S:g} s; check the camera and its light"
+                )
+            # what lay on its way when the board was shown is passed over
+            fresh = frames[max(0, _PASSED_OVER - seen[name]) :]
+            seen[name] += len(frames)
+            look.add(name, fresh)
+        if found := look.take(tuple(devices.cameras)):
+            left, right = (grey(frame.image, frame.pixel_format) for frame in found.values())
+            return left, right
+    raise CalibrationError(
+        f"cameras: no two images of one moment in {_LOOK_TIMEOUT_S:g} s; start both at one frame rate, or "
+        "synchronise them"
     )
-    if found is None:
-        raise CalibrationError(f"{path}: is no whole PNG image; take the view again, or leave the pair out")
-    return np.asarray(found, dtype=np.uint8)

@@ -5,7 +5,9 @@ import os
 import subprocess
 import sys
 
+from daq.cli.ending import Terminated
 from daq.cli.verb import Result, Verbs, add_verb
+from daq.lifeline import with_lifeline
 
 _EXAMPLES = """  retract gui --virtual            everything can be tried without hardware
   retract gui lab.toml             the rig of a rig file; each device can be emulated by itself
@@ -24,17 +26,22 @@ def add_parser(verbs: Verbs) -> None:
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Show the window and wait until it is closed; its process hears the keyboard's interrupt as well."""
-    command = [sys.executable, "-m", "gui", "--sessions", options.sessions]
+    """Show the window and wait until it is closed; its process hears the keyboard's interrupt as well.
+
+    Where this program ends first, by a signal or without a word, the window holds the robot, seals, and closes.
+    """
+    command = with_lifeline("gui", "--sessions", options.sessions)
     command += [options.rig] if options.rig else []
     command += ["--virtual"] if options.virtual else []
     command += ["--theme", options.theme] if options.theme else []
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    with subprocess.Popen(command, env=environment) as window:
+    with subprocess.Popen(command, env=environment, stdin=subprocess.PIPE) as window:
         while True:
             try:
                 status = window.wait()
                 break
+            except Terminated:
+                raise
             except KeyboardInterrupt:
                 continue  # the window asks what is to be done
     words = "the window is closed" if status == 0 else "the window has ended early; its own line tells why"

@@ -91,8 +91,8 @@ def run(options: argparse.Namespace) -> Result:
             label = Label(name, options.order + repeat, options.operator, options.notes)
             try:
                 recorded[folder] = acquisition.record(trajectory, folder, label, tell)
-            except KeyboardInterrupt:
-                raise KeyboardInterrupt(
+            except KeyboardInterrupt as interrupt:
+                raise type(interrupt)(
                     f"interrupted: the robot is held, the recording is sealed in {folder}; "
                     "the next session needs --release"
                 ) from None

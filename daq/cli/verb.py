@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 from rich import progress as rich_progress
 from rich.console import Console
 
+from daq.cli.ending import Terminated
 from daq.errors import DaqError
 from daq.progress import Progress
 from estimator.errors import EstimatorError
@@ -55,6 +56,8 @@ def concluded(run: Callable[[], Result], *, as_json: bool) -> int:
         return fail(str(error), status=2)
     except OSError as error:
         return fail(f"{error.filename or 'file'}: {error.strerror or error}", status=2)
+    except Terminated as ended:
+        return fail(str(ended), status=ended.status)
     except KeyboardInterrupt as interrupt:
         return fail(str(interrupt) or "interrupted", status=130)
     write(json.dumps(result.data) if as_json else result.text)

@@ -5,7 +5,6 @@ the tool's true places comes from the emulated arm itself; no driver has seen it
 """
 
 import multiprocessing
-import signal
 import threading
 import time
 from bisect import bisect_left
@@ -19,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from daq.errors import SessionError
+from daq.lifeline import leave_signals_to_parent
 from daq.rig import CameraDevice, Latencies, Rig, write_rig
 from daq.virtual_rig.child_processes import end_all, free_udp_port, told
 from daq.virtual_rig.layout import FORCE_FILTER_S, REST_TOOL, T_FLANGE_TOOL, Addresses, rig_description
@@ -201,7 +201,7 @@ class _Truth:
 
 def _run(control: Connection, seed: int) -> None:
     """Run the devices and obey, until the other end closes."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    leave_signals_to_parent()
     prefer_this_process()
     shorten_turns()
     with ExitStack() as stack:

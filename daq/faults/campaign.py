@@ -5,7 +5,6 @@ Everything about a run follows from the campaign's seed and the run's number, so
 
 import multiprocessing
 import queue
-import signal
 import tempfile
 import traceback
 from collections.abc import Iterator, Sequence
@@ -22,6 +21,7 @@ from daq.faults.catalogue import FAULTS
 from daq.faults.clients import Client
 from daq.faults.fault import Fault
 from daq.faults.trial import Outcome, carry_out
+from daq.lifeline import end_with_parent, leave_signals_to_parent
 from estimator import result_lines
 from robot_drivers.errors import DeviceError
 
@@ -119,8 +119,8 @@ def _next_result(done: Any, workers: Sequence[BaseProcess]) -> Outcome | Abandon
 
 def _work(seed: int, waiting: Any, done: Any) -> None:
     """Carry out runs until there are no more; a rig on which one could not be carried out is replaced."""
-    # an interrupt from the keyboard is for the campaign, which ends this
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    leave_signals_to_parent()  # which ends this
+    end_with_parent()
     by_label = {fault.label: fault for fault in FAULTS}
     with Stage(seed) as stage:
         while (asked := waiting.get()) is not None:

@@ -14,6 +14,7 @@ from daq.acquisition.client import Acquisition
 from daq.acquisition.messages import Ended
 from daq.errors import DaqError, SessionError
 from daq.faults.bench import Bench
+from daq.lifeline import with_lifeline
 from daq.progress import silent
 from daq.recording.folder import INFO_FILE
 from daq.recording.recorder import CAMERAS_FILE
@@ -195,7 +196,7 @@ class CommandClient:
         self._folder, self._recording = folder, None
         self._process = subprocess.Popen(
             _record_command(self._bench.rig_path, self.motion, folder),
-            stdin=subprocess.DEVNULL,
+            stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
             text=True,
@@ -254,8 +255,8 @@ class CommandClient:
         if self._process is not None:
             self._process.kill()
             self._process.wait()
-            if self._process.stderr is not None:
-                self._process.stderr.close()
+            for stream in filter(None, (self._process.stdin, self._process.stderr)):
+                stream.close()
 
     def _seen(self) -> dict[str, int]:
         if self._recording is None:
@@ -271,7 +272,7 @@ def _record_command(rig_path: Path, motion: Retraction, folder: Path) -> list[st
     dwell = motion.dwell
     holds = [word for hold_s in dwell.holds_s for word in ("--hold", f"{hold_s:g}")]
     return [
-        *(sys.executable, "-m", "daq.cli", "record", str(rig_path), "--trajectory", motion.kind),
+        *with_lifeline("daq.cli", "record", str(rig_path), "--trajectory", motion.kind),
         *("--steps", str(motion.steps), "--step-length", f"{motion.step_length * 1e3:g}"),
         *("--return-steps", str(motion.return_steps), "--speed", f"{motion.speed.linear * 1e3:g}"),
         *("--settle", f"{dwell.settle_s:g}", "--measure", f"{dwell.measure_s:g}", *holds),

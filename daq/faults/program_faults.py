@@ -1,13 +1,13 @@
 """Faults of this computer and of programs beside: disk, recorder, window, estimator, an edited rig file."""
 
 import subprocess
-import sys
 import time
 
 from daq.faults import linux_only
 from daq.faults.clients import CommandClient, WindowClient
 from daq.faults.device_faults import REACTION_S
 from daq.faults.fault import Expectation, Fault, Scene
+from daq.lifeline import with_lifeline
 
 _CLIENT_SILENCE_S = 0.85  # the limit of 0.8 s, and how often it is looked at
 _FROZEN_S = 2.5
@@ -49,12 +49,11 @@ def _freeze_window(scene: Scene) -> None:
 
 def _kill_estimator(scene: Scene) -> None:
     """Have another program estimate, and kill it."""
-    command = [sys.executable, "-m", "daq.cli", "estimate", str(scene.session), "--json"]
+    command = with_lifeline("daq.cli", "estimate", str(scene.session), "--json")
     quiet = subprocess.DEVNULL
-    estimator = subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet)
-    scene.client.attend(scene.chance.uniform(0.0, 1.0))
-    estimator.kill()
-    estimator.wait()
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=quiet, stderr=quiet) as estimator:
+        scene.client.attend(scene.chance.uniform(0.0, 1.0))
+        estimator.kill()
 
 
 def _break_rig_file(scene: Scene) -> None:

@@ -23,6 +23,7 @@ from robot_drivers.protocols import FloatArray
 
 _PARTS = 5
 _LAG_STEP_S = 1e-3
+_MOST_STEPS = 100
 _MOST_SAMPLES = 4000
 _FEWEST_SAMPLES = 8 * _PARTS
 
@@ -127,7 +128,7 @@ def _refined(curve: CubicSpline, times: FloatArray, values: FloatArray, coarse: 
     def residuals(steps: FloatArray) -> FloatArray:
         return (_fitted(curve, times, values, coarse + _LAG_STEP_S * float(steps[0])) - values) / scale
 
-    solution = least_squares(residuals, [0.0], loss="soft_l1", f_scale=0.1)
+    solution = least_squares(residuals, [0.0], loss="soft_l1", f_scale=0.1, max_nfev=_MOST_STEPS)
     return coarse + _LAG_STEP_S * float(solution.x[0])
 
 

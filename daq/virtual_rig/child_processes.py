@@ -33,11 +33,11 @@ def told(control: Connection, who: str) -> Any:
 
 
 def end_all(processes: Iterable[BaseProcess]) -> None:
-    """Wait in this order for processes that have been told to end, and terminate those that do not."""
+    """Wait in this order for processes that have been told to end, and kill those that do not."""
     for process in processes:
         process.join(_END_TIMEOUT_S)
         if process.is_alive():
-            process.terminate()
+            process.kill()
             process.join()
         process.close()
 

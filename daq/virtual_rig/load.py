@@ -5,7 +5,6 @@ What the recorder is measured against: nothing of the emulated devices' work is 
 
 import math
 import multiprocessing
-import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from daq.lifeline import leave_signals_to_parent
 from daq.rig import Rig, read_rig, write_rig
 from daq.virtual_rig.child_processes import end_all, free_udp_port, told
 from daq.virtual_rig.layout import REST_TOOL, T_FLANGE_TOOL, Addresses, placed_beads, rig_description
@@ -141,7 +141,7 @@ def in_turn(images: list[NDArray[np.uint8]], frames_per_s: float) -> Callable[[f
 
 def _serve(control: Connection, told: dict[str, Any]) -> None:
     """Tell where the device listens, and wait until the other end closes."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    leave_signals_to_parent()
     control.send(told)
     try:
         control.recv()

@@ -1,10 +1,9 @@
 """The two processes of the virtual rig: one with the emulated devices, one that solves the phantom.
 
-Both end when the process that started them does, and leave an interrupt from the keyboard to it. Where the system
+Both end when the process that started them does, and leave to it the signals that all hear at once. Where the system
 grants it the devices, whose time is real, go before the solver and other programs.
 """
 
-import signal
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -12,6 +11,7 @@ from multiprocessing.connection import Connection
 import numpy as np
 from numpy.typing import NDArray
 
+from daq.lifeline import leave_signals_to_parent
 from daq.one_thread import compute_in_one_thread
 from daq.virtual_rig.board_scene import BoardScene
 from daq.virtual_rig.child_processes import free_udp_port
@@ -83,7 +83,7 @@ class DeviceClocks:
 
 def solve_phantom(connection: Connection, phantom: PhantomModel) -> None:
     """Answer every pose with the phantom's state, until the other end closes."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    leave_signals_to_parent("SIGTERM")
     give_way(_STEPS_BEHIND)
     compute_in_one_thread()
     solver = phantom.build()
@@ -103,7 +103,7 @@ def _answer(solver: PhantomSolver, pose: Pose) -> PhantomState | SolverError:
 
 def run_emulators(control: Connection, solver: Connection, settings: VirtualRigSettings) -> None:
     """Run the devices; tell their clocks and addresses over ``control``, obey orders from there, end when it closes."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    leave_signals_to_parent("SIGTERM")
     prefer_this_process()  # the devices' time is real; the solver's is not
     compute_in_one_thread()
     shorten_turns()  # rendering must not keep the fast devices waiting

@@ -14,6 +14,7 @@ from daq.vision.errors import VisionError
 FloatArray = NDArray[np.float64]
 
 _FEWEST_CORNERS = 8
+_FEWEST_BEYOND = 3  # markers that the board cannot have: one alone may be read wrong
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,11 +42,26 @@ class CharucoBoard:
             raise ValueError("a board needs 3 x 3 squares or more, and markers smaller than its squares")
         if not self.dictionary.startswith("DICT_") or not hasattr(cv2.aruco, self.dictionary):
             raise ValueError(f"dictionary {self.dictionary!r} is none of OpenCV's, such as 'DICT_4X4_100'")
+        if self.columns * self.rows // 2 > self.markers_in_dictionary:
+            raise ValueError(
+                f"a board of {self.columns} x {self.rows} squares needs {self.columns * self.rows // 2} markers, "
+                f"{self.dictionary} has {self.markers_in_dictionary}; check columns, rows and dictionary"
+            )
 
     @property
     def corners(self) -> FloatArray:
         """Inner corners (n, 3) in the board frame, m, in the order of their numbers."""
         return np.asarray(self._board().getChessboardCorners(), dtype=np.float64)
+
+    @property
+    def marker_centres(self) -> FloatArray:
+        """Middles (m, 3) of the markers in the board frame, m, in the order of their numbers."""
+        return np.asarray(self._board().getObjPoints(), dtype=np.float64).reshape(-1, 4, 3).mean(axis=1)
+
+    @property
+    def markers_in_dictionary(self) -> int:
+        """How many markers the dictionary has."""
+        return len(cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, self.dictionary)).bytesList)
 
     def image(self, px_per_square: int) -> NDArray[np.uint8]:
         """Return the board to print, without margin."""
@@ -53,13 +69,25 @@ class CharucoBoard:
         return np.asarray(self._board().generateImage(size), dtype=np.uint8)
 
     def detect(self, image: NDArray[np.uint8]) -> "BoardView":
-        """Find the board in a grey image; raises VisionError where fewer than 8 corners are seen."""
-        corners, numbers, _, _ = cv2.aruco.CharucoDetector(self._board()).detectBoard(image)
+        """Find the board in a grey image.
+
+        Raises
+        ------
+        VisionError
+            Fewer than 8 corners are seen, or markers that a board of so many squares does not have.
+        """
+        corners, numbers, _, marker_numbers = cv2.aruco.CharucoDetector(self._board()).detectBoard(image)
+        markers = np.empty(0, np.intp) if marker_numbers is None else np.asarray(marker_numbers).ravel()
+        board = f"{self.columns} x {self.rows} squares of {self.dictionary}"
         if numbers is None or len(numbers) < _FEWEST_CORNERS:
             raise VisionError(
-                f"calibration image: {0 if numbers is None else len(numbers)} board corners found, "
-                f"{_FEWEST_CORNERS} are needed; check light, focus and that the board is {self.columns} x "
-                f"{self.rows} squares of {self.dictionary}"
+                f"calibration image: {len(markers)} markers and {0 if numbers is None else len(numbers)} board corners "
+                f"found, {_FEWEST_CORNERS} corners are needed; check light, focus and that the board is {board}"
+            )
+        if np.sum(markers >= self.columns * self.rows // 2) >= _FEWEST_BEYOND:
+            raise VisionError(
+                f"calibration image: marker {markers.max()} is seen, a board of {board} ends with "
+                f"{self.columns * self.rows // 2 - 1}; count its squares"
             )
         return BoardView(
             np.asarray(numbers, dtype=np.intp).ravel(), np.asarray(corners, dtype=np.float64).reshape(-1, 2)

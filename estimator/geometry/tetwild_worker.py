@@ -3,10 +3,14 @@
 It writes files into the current folder, cannot be interrupted, and takes the whole process down where it fails.
 """
 
+import ctypes
+import signal
 import sys
 
 import numpy as np
 from pytetwild.pytetwild import tetrahedralize
+
+_PR_SET_PDEATHSIG = 1  # prctl(2)
 
 
 def main(source: str, target: str) -> None:
@@ -25,5 +29,12 @@ def main(source: str, target: str) -> None:
     np.savez(target, points=points, cells=cells)
 
 
+def _end_with_parent() -> None:
+    """Ask Linux to end this process when the one that wants the mesh is gone; no thread here runs while it meshes."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
 if __name__ == "__main__":
+    _end_with_parent()
     main(*sys.argv[1:])

@@ -70,7 +70,7 @@ def _run(
                 keep(future)
         if isinstance(stop, BrokenExecutor):
             raise StudyError(_stopped(f"a worker died ({stop})", known, total, store)) from stop
-        raise KeyboardInterrupt(_stopped("interrupted", known, total, store)) from None
+        raise type(stop)(_stopped("interrupted", known, total, store)) from None
 
 
 def _stopped(why: str, known: dict[str, Outcome], total: int, store: OutcomeStore) -> str:

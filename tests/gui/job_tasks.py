@@ -58,6 +58,6 @@ def ended(process_id: int) -> Callable[[], bool]:
     return look
 
 
-def tells_its_priority() -> Callable[[object], int]:
+def tells_its_priority() -> Callable[[object, object], int]:
     """What a companion may be made of: it answers with the niceness of its process."""
-    return lambda request: os.getpriority(os.PRIO_PROCESS, 0)
+    return lambda request, progress: os.getpriority(os.PRIO_PROCESS, 0)

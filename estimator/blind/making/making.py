@@ -1,9 +1,8 @@
 """Makes a set of cases, several at a time, going on where an earlier call stopped."""
 
-import multiprocessing
 import os
-import signal
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -12,6 +11,7 @@ from pathlib import Path
 from estimator.blind.making.case import make_case, write_case
 from estimator.blind.making.plan import Planned, deck_size, plan
 from estimator.errors import InputError, SolverError
+from estimator.workers import worker_pool
 
 Tell = Callable[[str, int, int], None]
 
@@ -69,8 +69,9 @@ def make_cases(
     progress("making cases", len(there), len(cases))
     work = partial(_make, out=out, keys=keys, quick=quick)
     workers = min(processes or os.cpu_count() or 1, max(len(to_make), 1))
-    with _one_thread_each(), multiprocessing.get_context("spawn").Pool(workers, _leave_interrupts) as pool:
-        for name, failure in pool.imap_unordered(work, to_make):
+    with _one_thread_each(), worker_pool(workers) as pool:
+        for future in as_completed([pool.submit(work, case) for case in to_make]):
+            name, failure = future.result()
             if failure:
                 failed[name] = failure
             else:
@@ -89,11 +90,6 @@ def _make(case: Planned, out: Path, keys: Path, quick: bool) -> tuple[str, str]:
 
 def _key(keys: Path, case: Planned) -> Path:
     return keys / f"{case.name}{KEY_SUFFIX}"
-
-
-def _leave_interrupts() -> None:
-    """Leave the keyboard to the parent, which ends its workers."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 @contextmanager
