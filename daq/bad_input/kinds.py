@@ -27,7 +27,7 @@ from estimator.blind.scoring.score import score_answers
 from estimator.blind.scoring.telling import score_text
 from estimator.experiment import read_case, read_experiment
 from estimator.fit import coverage
-from estimator.geometry.surface_io import read_surface
+from estimator.surfaces.reading import read_surface
 from estimator.materials import law_named
 from estimator.studies.store import OutcomeStore
 from robot_drivers.cameras.opencv import OpenCVCamera

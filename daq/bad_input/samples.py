@@ -23,8 +23,8 @@ from estimator.blind.scoring.keys import open_keys
 from estimator.experiment import Experiment, Phantom, SensorNoise, write_experiment
 from estimator.fit import coverage
 from estimator.geometry.shapes import block_surface, sphere_surface
-from estimator.geometry.surface import Surface
-from estimator.geometry.surface_io import write_ply, write_stl
+from estimator.surfaces.surface import Surface
+from estimator.surfaces.writing import write_ply, write_stl
 from estimator.result_lines import append_result
 from estimator.studies.case import Outcome, Parametric, Row
 from estimator.studies.store import OutcomeStore

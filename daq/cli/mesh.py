@@ -13,7 +13,7 @@ from estimator.forward.meshing import DEFAULT_GRADING, edge_lengths, held_region
 from estimator.geometry.holds import Region
 from estimator.geometry.mesh_cache import tissue_mesh
 from estimator.geometry.picture import draw_mesh
-from estimator.geometry.surface_io import read_surface
+from estimator.surfaces.reading import read_surface
 from estimator.geometry.tetrahedralise import TissueMesh
 from estimator.geometry.vtu import write_vtu
 

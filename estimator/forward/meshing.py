@@ -13,8 +13,8 @@ from estimator.fem.problem import RetractionProblem, retraction_problem
 from estimator.geometry.grading import EdgeLengths
 from estimator.geometry.holds import Region
 from estimator.geometry.mesh_cache import tissue_mesh
-from estimator.geometry.surface import Surface
-from estimator.geometry.surface_io import read_surface
+from estimator.surfaces.surface import Surface
+from estimator.surfaces.reading import read_surface
 
 BoolArray = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]
@@ -54,7 +54,7 @@ def mesh_experiment(
         Grasp or anchors hold no tissue, the surface cannot be read or meshed, or a fiducial lies off the tissue.
     """
     if experiment.phantom.surface is not None:
-        return surface_problem(experiment, read_surface(experiment.phantom.surface), grading)
+        return surface_problem(experiment, _surface(experiment.phantom).surface, grading)
     half = np.asarray(experiment.phantom.size_m) / 2
     mesh = block_mesh(2 * half, experiment.anchors, experiment.grasp.box, grading, kind)
     fixed = np.zeros(len(mesh.points), dtype=bool)

@@ -22,7 +22,7 @@ from estimator.fem.mesh import Mesh
 from estimator.geometry.grading import EdgeLengths
 from estimator.geometry.holds import Region
 from estimator.geometry.quality import MeshQuality
-from estimator.geometry.surface import Surface
+from estimator.surfaces.surface import Surface
 from estimator.geometry.tetrahedralise import TissueMesh, tetrahedralise
 
 # To be raised when the same input shall give another mesh.

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from estimator.errors import InputError
 from estimator.geometry.holds import HeldSurface
-from estimator.geometry.queries import nearest
+from estimator.surfaces.queries import nearest
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -19,8 +19,8 @@ from estimator.geometry.fitting import fitted
 from estimator.geometry.grading import EdgeLengthField, EdgeLengths
 from estimator.geometry.holds import HeldSurface, Region, hold_regions
 from estimator.geometry.quality import MeshQuality, check_quality, measure_quality
-from estimator.geometry.queries import inside, nearest
-from estimator.geometry.surface import Surface, directed_edges
+from estimator.surfaces.queries import inside, nearest
+from estimator.surfaces.surface import Surface, directed_edges
 from estimator.geometry.tetwild import tetrahedra_around
 
 FloatArray = NDArray[np.float64]

@@ -10,7 +10,7 @@ from estimator.experiment import Box, Experiment, Grasp, Phantom
 from estimator.fit.settings import Objective
 from estimator.forward.meshing import FINE_GRADING, surface_problem
 from estimator.geometry.organ import organ_surface
-from estimator.geometry.surface import Surface
+from estimator.surfaces.surface import Surface
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
 from estimator.studies.block import MOTIONS, measured, unmeasured

@@ -11,7 +11,7 @@ from estimator.experiment import Box, Experiment
 from estimator.fit.settings import Objective
 from estimator.forward.meshing import mesh_experiment, surface_problem
 from estimator.geometry.rough import raised_block, rough_block
-from estimator.geometry.surface import Surface
+from estimator.surfaces.surface import Surface
 from estimator.studies import paper
 from estimator.studies.block import MOTIONS, POISSON_RATIO, SIZE_M, YOUNGS_MODULUS, block, measured
 from estimator.studies.case import Parametric, Row
