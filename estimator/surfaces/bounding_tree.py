@@ -34,7 +34,9 @@ class BoundingTree:
 
 def bounding_tree(corners: FloatArray) -> BoundingTree:
     """Return the tree of triangles (t, 3, 3), m."""
-    return BoundingTree(*_build(np.ascontiguousarray(corners.mean(axis=1)), corners.min(axis=1), corners.max(axis=1)))
+    return BoundingTree(
+        *_build(np.ascontiguousarray(corners.mean(axis=1)), corners.min(axis=1), corners.max(axis=1))
+    )
 
 
 @njit(cache=True)

@@ -1,6 +1,6 @@
 """Fewer triangles for surfaces that have more than a mesher can use."""
 
-import manifold3d
+import manifold3d  # type: ignore[import-not-found]  # one compiled module, without types
 import numpy as np
 from numpy.typing import NDArray
 

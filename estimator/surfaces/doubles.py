@@ -31,7 +31,7 @@ def without_doubles(triangles: IntArray) -> tuple[IntArray, int]:
 
 
 def _on_sheets(triangles: IntArray, kept: BoolArray, paired: BoolArray) -> BoolArray:
-    """Tell which of the ``paired`` triangles (t,) no edge misses: each has none or two of the triangles that stand once."""
+    """Tell which of the ``paired`` triangles (t,) no edge misses: none or two that stand once meet at each edge."""
     rest = edges_of(triangles[kept & ~paired])
     uses = np.ones((len(triangles), 3), dtype=np.int64)
     for number in np.flatnonzero(paired):

@@ -6,10 +6,12 @@ meshes", VMV 2001): dropped, it would leave a hole without width. Such a hole is
 whose edge it is.
 """
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.surfaces.edges import Edges, edges_of
+from estimator.surfaces.edges import edges_of
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -64,36 +66,27 @@ def _turned(vertices: FloatArray, triangles: IntArray, flat: BoolArray) -> tuple
     return result, bool(touched)
 
 
-def with_corners_joined(
-    vertices: FloatArray, triangles: IntArray, tolerance: float
-) -> tuple[IntArray, int]:
+def with_corners_joined(vertices: FloatArray, triangles: IntArray, tolerance: float) -> tuple[IntArray, int]:
     """Split triangles at the corners of others that lie on their open edges; return them, and how many there were."""
     edges = edges_of(triangles)
-    is_open = edges.uses == 1
-    ends = edges.ends(np.flatnonzero(is_open))
+    opened = np.flatnonzero(edges.uses == 1)
+    ends = edges.ends(opened)
     if not len(ends):
         return triangles, 0
     corners = np.unique(ends)
-    split, parts = np.zeros(len(triangles), dtype=bool), []
-    for a, b in ends.tolist():
+    split, parts = np.zeros(len(triangles), dtype=bool), list[tuple[int, int, int]]()
+    for edge, (a, b) in zip(opened.tolist(), ends.tolist(), strict=True):
         between = _on_edge(vertices, corners, a, b, tolerance)
-        (number,) = _single(edges, a, b)
+        number = int(edges.triangles_at(edge)[0])
         if not len(between) or split[number]:
             continue
         split[number] = True
-        at = int(np.flatnonzero((triangles[number] != a) & (triangles[number] != b))[0])
-        tip, first, last = np.roll(triangles[number], -at).tolist()
+        tip_at = int(np.flatnonzero((triangles[number] != a) & (triangles[number] != b))[0])
+        tip, first, _ = np.roll(triangles[number], -tip_at).tolist()
         way = [a, *between.tolist(), b] if first == a else [b, *between[::-1].tolist(), a]
-        assert last == way[-1]
-        parts += [(tip, one, other) for one, other in zip(way, way[1:], strict=False)]
+        parts += [(tip, one, other) for one, other in pairwise(way)]
     joined = np.concatenate([triangles[~split], np.array(parts, dtype=np.int64).reshape(-1, 3)])
     return joined, int(np.count_nonzero(split))
-
-
-def _single(edges: Edges, a: int, b: int) -> IntArray:
-    edge = edges.number(a, b)
-    assert edge is not None
-    return edges.triangles_at(edge)
 
 
 def _on_edge(vertices: FloatArray, corners: IntArray, a: int, b: int, tolerance: float) -> IntArray:

@@ -56,7 +56,12 @@ def nearest(corners: FloatArray, points: FloatArray) -> tuple[IntArray, FloatArr
 
 @njit(cache=True)
 def _dipoles(
-    order: IntArray, first: IntArray, last: IntArray, lower: FloatArray, upper: FloatArray, corners: FloatArray
+    order: IntArray,
+    first: IntArray,
+    last: IntArray,
+    lower: FloatArray,
+    upper: FloatArray,
+    corners: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return of each node the centre of its area, its area vector, and how far its boxes reach from that centre."""
     count = len(first)
@@ -97,7 +102,7 @@ def _winding_number(
     moments: FloatArray,
     radii: FloatArray,
 ) -> FloatArray:
-    """Sum solid angles over 4π: of near triangles exactly (van Oosterom & Strackee 1983, eq. 8), of far ones together."""
+    """Sum solid angles over 4π: near ones exactly (van Oosterom & Strackee 1983, eq. 8), far ones together."""
     out = np.empty(len(points))
     stack = np.empty(128, np.int64)
     for p in range(len(points)):
@@ -163,7 +168,9 @@ def _nearest(
                 continue
             if child[node] >= 0:
                 near, far = child[node], child[node] + 1
-                if _box_distance(point, lower[far], upper[far]) < _box_distance(point, lower[near], upper[near]):
+                if _box_distance(point, lower[far], upper[far]) < _box_distance(
+                    point, lower[near], upper[near]
+                ):
                     near, far = far, near
                 stack[height], stack[height + 1] = far, near
                 height += 2

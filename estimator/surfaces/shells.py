@@ -120,7 +120,12 @@ def _volumes(vertices: FloatArray, triangles: IntArray, shell: IntArray) -> Floa
 
 
 def _nesting(
-    vertices: FloatArray, triangles: IntArray, shell: IntArray, volumes: FloatArray, empty: BoolArray, source: str
+    vertices: FloatArray,
+    triangles: IntArray,
+    shell: IntArray,
+    volumes: FloatArray,
+    empty: BoolArray,
+    source: str,
 ) -> _Nesting:
     """Find which shells lie in which; triangles (t, 3) look out of their own shell."""
     count = len(volumes)
@@ -179,7 +184,9 @@ def _kept(
         remarks.append(f"left {np.count_nonzero(cavities)} {word} of {_cm3(volumes[cavities].sum())} empty")
     if dropped := int(np.count_nonzero(~kept)):
         word = "island" if dropped == 1 else "islands"
-        remarks.append(f"dropped {dropped} {word} of {_cm3(volumes[~kept].sum())} beside the body or in its cavities")
+        remarks.append(
+            f"dropped {dropped} {word} of {_cm3(volumes[~kept].sum())} beside the body or in its cavities"
+        )
     return kept, remarks
 
 

@@ -55,7 +55,7 @@ def triangulate(vertices: FloatArray, nodes: IntArray, ends: IntArray, source: s
 
 
 def _halves(vertices: FloatArray, rings: IntArray) -> IntArray:
-    """Return the two triangles (q, 2, 3) of quadrilaterals (q, 4), cut along the diagonal that leaves the better ones."""
+    """Return the two triangles (q, 2, 3) of quadrilaterals (q, 4), cut so that the worse one is as good as can be."""
     a, b, c, d = np.moveaxis(vertices[rings], 1, 0)
     normal = np.cross(c - a, d - b)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)

@@ -29,7 +29,9 @@ def unit_of(longest: float, stated: Unit | None, source: str) -> tuple[Unit, str
     InputError
         No unit, or not the stated one, gives a phantom; or several do.
     """
-    fitting = [unit for unit in UNITS if _PLAUSIBLE_SIZE_M[0] <= longest * METRES[unit] <= _PLAUSIBLE_SIZE_M[1]]
+    fitting = [
+        unit for unit in UNITS if _PLAUSIBLE_SIZE_M[0] <= longest * METRES[unit] <= _PLAUSIBLE_SIZE_M[1]
+    ]
     if stated is not None:
         if stated not in fitting:
             raise InputError(

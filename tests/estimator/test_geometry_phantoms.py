@@ -30,9 +30,9 @@ from estimator.fem.observation import Observation, observe
 from estimator.fem.problem import RetractionProblem
 from estimator.forward.meshing import mesh_experiment
 from estimator.geometry.shapes import block_surface
-from estimator.surfaces.writing import write_stl
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
+from estimator.surfaces.writing import write_stl
 
 FloatArray = NDArray[np.float64]
 

@@ -9,11 +9,11 @@ import pytest
 from numpy.typing import NDArray
 
 from estimator.errors import InputError
-from estimator.surfaces.queries import inside, nearest
 from estimator.geometry.shapes import block_surface, sphere_surface
+from estimator.surfaces.queries import inside, nearest
+from estimator.surfaces.reading import read_surface
 from estimator.surfaces.repair import closed_surface
 from estimator.surfaces.surface import Surface, directed_edges
-from estimator.surfaces.reading import read_surface
 from estimator.surfaces.writing import write_ply, write_stl
 
 DATA = Path(__file__).resolve().parents[1] / "data" / "geometry"

@@ -40,7 +40,9 @@ def read_obj(content: bytes, file: Path) -> PolygonSoup:
     try:
         return PolygonSoup(points, np.array(nodes, dtype=np.int64), np.array(ends, dtype=np.int64))
     except OverflowError:
-        raise InputError(f"{file}: a face names a vertex beyond all numbers; export the surface again") from None
+        raise InputError(
+            f"{file}: a face names a vertex beyond all numbers; export the surface again"
+        ) from None
 
 
 def _index(word: str, known: int) -> int:

@@ -44,7 +44,9 @@ def read_ply(content: bytes, file: Path) -> PolygonSoup:
     form, elements = _header(file, lines)
     body = _behind_line_end(rest, head)
     rows = (
-        TextBody(body, file) if form == "ascii" else BinaryBody(body, np.dtype(_BYTE_ORDERS[form] + "i4"), file)
+        TextBody(body, file)
+        if form == "ascii"
+        else BinaryBody(body, np.dtype(_BYTE_ORDERS[form] + "i4"), file)
     )
     vertices = np.empty((0, 3))
     parts: list[tuple[IntArray, IntArray]] = []

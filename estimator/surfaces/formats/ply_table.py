@@ -117,7 +117,8 @@ class BinaryBody:
             The file ends before the last row, or a list has a length that is none.
         """
         if not element.count:
-            return {one.name: Column(np.empty(0), np.empty(0, np.int64), bool(one.count_kind)) for one in element.properties}
+            nothing = np.empty(0), np.empty(0, np.int64)
+            return {one.name: Column(*nothing, bool(one.count_kind)) for one in element.properties}
         layout = self._layout(element, self._offset, 0)
         available = (len(self._content) - self._offset) // layout.itemsize
         rows = np.frombuffer(self._content, layout, min(element.count, available), self._offset)

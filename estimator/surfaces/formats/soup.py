@@ -44,7 +44,7 @@ def soup_of_triangles(vertices: FloatArray, triangles: IntArray) -> PolygonSoup:
 
 
 def triangles_of_strip(strip: ArrayLike) -> IntArray:
-    """Return the triangles (s - 2, 3) of a strip (s,) of vertices; every other one is turned over, so that all agree."""
+    """Return the triangles (s - 2, 3) of a strip (s,) of vertices, every other one turned over so that all agree."""
     nodes = np.asarray(strip, dtype=np.int64)
     triangles = np.stack([nodes[:-2], nodes[1:-1], nodes[2:]], axis=1) if len(nodes) > 2 else np.empty((0, 3))
     triangles[1::2] = triangles[1::2, ::-1]

@@ -49,7 +49,9 @@ def read_binary_stl(content: bytes, file: Path) -> PolygonSoup:
         )
     remarks: tuple[str, ...] = ()
     if counted in _PLACEHOLDERS and held and not left:
-        remarks = (f"the header counts {counted} triangles; the {held} for which the file has room were read",)
+        remarks = (
+            f"the header counts {counted} triangles; the {held} for which the file has room were read",
+        )
         counted = held
     elif counted > held:
         raise InputError(
