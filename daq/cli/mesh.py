@@ -80,7 +80,7 @@ def run(options: argparse.Namespace) -> Result:
     seconds = time.perf_counter() - started
     write_vtu(tissue.mesh, tissue.held, target)
     draw_mesh(tissue.mesh, tissue.held, target.with_suffix(".png"))
-    warnings = quality_warnings(tissue.quality, envelope_m(lengths))
+    warnings = quality_warnings(tissue.quality, envelope_m(lengths), surface)
     notes = [
         *(f"repaired         {repair}" for repair in read.repairs),
         *(f"Warning: {one}" for one in warnings),

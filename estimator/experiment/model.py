@@ -22,8 +22,8 @@ SurfaceBelow = Literal["table", "none"]
 FORMAT = "retraction-experiment/1"
 EXPERIMENT_FILE = "experiment.toml"
 OBSERVATIONS_FILE = "observations.csv"
-SURFACE_STEM = "phantom"
-"""How the file of a surface is called in a folder that is written; it keeps its suffix."""
+SURFACE_FILES: tuple[str, ...] = ("phantom.stl", "phantom.ply", "phantom.obj", "phantom.vtp", "phantom")
+"""How the file of a surface may be called in a folder that is written: by its suffix, the last without one."""
 
 PHASES: tuple[str, ...] = ("ramp", "hold", "return", "return_hold")
 TRAJECTORY_KINDS: tuple[str, ...] = get_args(TrajectoryKind)

@@ -14,7 +14,7 @@ from estimator.experiment.model import (
     EXPERIMENT_FILE,
     FORMAT,
     OBSERVATIONS_FILE,
-    SURFACE_STEM,
+    SURFACE_FILES,
     Box,
     Experiment,
     Vector,
@@ -54,9 +54,8 @@ def replace_experiment(experiment: Experiment, path: Path | str) -> Experiment:
         return write_experiment(experiment, target)
     if not (target / EXPERIMENT_FILE).exists():
         raise InputError(f"{target}: is no experiment folder, and would be lost; move it away first")
-    known = {EXPERIMENT_FILE, OBSERVATIONS_FILE}
-    others = [entry for entry in target.iterdir() if entry.name not in known]
-    if foreign := sorted(entry.name for entry in others if entry.stem != SURFACE_STEM):
+    known = {EXPERIMENT_FILE, OBSERVATIONS_FILE, *SURFACE_FILES}
+    if foreign := sorted(entry.name for entry in target.iterdir() if entry.name not in known):
         raise InputError(f"{target}: holds {foreign[0]}, which would be lost; move it away first")
     with _staged(experiment, target) as staged:
         old = staged.with_name(staged.name + ".old")
@@ -99,7 +98,9 @@ def _located(experiment: Experiment, target: Path) -> Experiment:
 
 
 def _surface_name(file: Path) -> str:
-    return SURFACE_STEM + file.suffix.lower()
+    return next(
+        (name for name in SURFACE_FILES if Path(name).suffix == file.suffix.lower()), SURFACE_FILES[-1]
+    )
 
 
 def _toml(experiment: Experiment) -> str:

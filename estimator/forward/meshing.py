@@ -116,7 +116,7 @@ def surface_notes(experiment: Experiment, grading: Grading = DEFAULT_GRADING) ->
     regions = held_regions(experiment)
     lengths = edge_lengths(read.surface, regions, grading)
     quality = tissue_mesh(read.surface, regions, lengths).quality
-    notes = [*read.repairs, *quality_warnings(quality, envelope_m(lengths))]
+    notes = [*read.repairs, *quality_warnings(quality, envelope_m(lengths), read.surface)]
     return [f"{experiment.phantom.surface}: {note}" for note in notes]
 
 

@@ -21,7 +21,7 @@ _MOST_AREA_ERROR = 0.03
 _LEAST_DIHEDRAL_DEG = 2.0
 # In envelopes of the mesher: beyond the first a warning, beyond the second no mesh. Meshes of lobes, organs,
 # spheres and rough blocks stay within 0.8; one of a surface that crosses itself leaves it by 36.
-_WARNED_ENVELOPES, _MOST_ENVELOPES = 1.5, 6.0
+_WARNED_ENVELOPES, _MOST_ENVELOPES = 1.0, 6.0
 _MOST_PARTS = 64
 
 
@@ -121,10 +121,10 @@ def check_quality(quality: MeshQuality, envelope_m: float, surface: Surface) -> 
         raise InputError(f"the mesh of the surface is bad: {'; '.join(faults)}; {_remedy(surface)}")
 
 
-def quality_warnings(quality: MeshQuality, envelope_m: float) -> list[str]:
-    """Return what is to be said of a mesh that is no good one, though not bad enough to be refused."""
+def quality_warnings(quality: MeshQuality, envelope_m: float, surface: Surface) -> list[str]:
+    """Return what is to be said of a mesh that is not bad enough to be refused; arguments as :func:`check_quality`."""
     if quality.deviation_m > _WARNED_ENVELOPES * envelope_m:
-        return [f"{_deviation(quality, envelope_m)}: give a smaller edge length, or smooth the surface there"]
+        return [f"{_deviation(quality, envelope_m)}; {_remedy(surface)}"]
     return []
 
 
