@@ -2,15 +2,17 @@
 
 import lzma
 import struct
+from dataclasses import replace
 from pathlib import Path
 
 import lz4.block  # type: ignore[import-untyped]  # it carries no types
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.bad_input import samples
 from daq.bad_input.samples import experiment_of_surface
-from estimator.geometry.shapes import sphere_surface
+from daq.virtual_rig.layout import SPECIMEN
+from estimator.geometry.shapes import block_surface, sphere_surface
+from estimator.surfaces.writing import write_ply
 
 _BODY = sphere_surface(0.05, 1)
 
@@ -47,13 +49,12 @@ def ply_of_strips(folder: Path) -> None:
 def experiment_of_ply(folder: Path) -> None:
     """Write one experiment, ``pull``, of a body given as a PLY file in millimetres."""
     experiment_of_surface(folder)
-    samples.ply(folder)
+    block = block_surface(SPECIMEN.phantom.size_m, (3, 3, 1))
+    write_ply(replace(block, vertices=1e3 * block.vertices), folder / "pull" / "body.ply")
     stated = folder / "pull" / "experiment.toml"
     text = stated.read_text(encoding="utf-8")
-    stated.write_text(
-        text.replace('surface = "phantom.stl"', 'surface = "body.ply"\nunit = "m"'), encoding="utf-8"
-    )
-    (folder / "body.ply").rename(folder / "pull" / "body.ply")
+    named = text.replace('surface = "phantom.stl"', 'surface = "body.ply"\nunit = "mm"')
+    stated.write_text(named, encoding="utf-8")
     (folder / "pull" / "phantom.stl").unlink()
 
 

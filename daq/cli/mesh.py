@@ -63,9 +63,7 @@ def run(options: argparse.Namespace) -> Result:
     target = options.output or Path(f"{options.phantom.resolve().stem}_mesh.vtu")
     if target.suffix != ".vtu":
         raise InputError(f"{target}: the mesh is written as VTU; give a name that ends with .vtu")
-    with progress() as tell:
-        tell("reading the surface", 0, 1)
-        read = read_surface(file, unit)
+    read = read_surface(file, unit)
     if options.strict and read.repairs:
         raise InputError(
             f"{file}: {'; '.join(read.repairs)}; mend it where it was made, or leave --strict out to have that done"

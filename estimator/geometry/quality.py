@@ -20,8 +20,9 @@ _MOST_VOLUME_ERROR = 0.02
 _MOST_AREA_ERROR = 0.03
 _LEAST_DIHEDRAL_DEG = 2.0
 # In envelopes of the mesher: beyond the first a warning, beyond the second no mesh. Meshes of lobes, organs,
-# spheres and rough blocks stay within 0.8; one of a surface that crosses itself leaves it by 36.
-_WARNED_ENVELOPES, _MOST_ENVELOPES = 1.0, 6.0
+# spheres and rough blocks stay within 0.8, beside walls of held regions within 2; one of a surface that crosses itself
+# leaves it by 36.
+_WARNED_ENVELOPES, _MOST_ENVELOPES = 2.5, 6.0
 _MOST_PARTS = 64
 
 

@@ -47,17 +47,17 @@ def test_a_surface_is_written_with_its_experiment(folder: Path, tmp_path: Path) 
 def test_a_surface_of_any_format_and_unit_goes_with_its_experiment(
     folder: Path, tmp_path: Path, name: str
 ) -> None:
-    vertices, faces = (1e3 * np.array(BLOCK_VERTICES)).tolist(), BLOCK_FACES
+    vertices, faces = ([1e3, 1.25e3, 1e3] * np.array(BLOCK_VERTICES)).tolist(), BLOCK_FACES
     content = {
         "lobe.PLY": ply_file(vertices, faces, "binary_big_endian"),
         "lobe.vtp": vtp_file(vertices, faces, form="appended", compressor="vtkLZMADataCompressor"),
         "lobe.obj": obj_text(vertices, faces).encode(),
-    }.get(name, stl_binary(1e3 * block_surface((0.1, 0.08, 0.01)).corners))
+    }.get(name, stl_binary(1e3 * block_surface((0.1, 0.1, 0.01)).corners))
     (folder / name).write_bytes(content)
     edit(folder / "experiment.toml", 'shape = "block"', f'shape = "surface"\nsurface = "{name}"\nunit = "mm"')
     original = read_experiment(folder)
     assert surface_bounds(folder / name, "mm") == pytest.approx(
-        np.array([[-0.05, -0.04, -0.005], [0.05, 0.04, 0.005]])
+        np.array([[-0.05, -0.05, -0.005], [0.05, 0.05, 0.005]])
     )
     written = write_experiment(original, tmp_path / "copy")
     assert written.phantom.surface is not None

@@ -180,7 +180,7 @@ def good(off_surface_m: float, missed_m: float) -> MeshQuality:
 
 @pytest.mark.parametrize("both_ways", [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)])
 @pytest.mark.parametrize(
-    ("envelopes", "outcome"), [(0.8, "good"), (1.2, "doubtful"), (5.5, "doubtful"), (6.5, "bad")]
+    ("envelopes", "outcome"), [(2.2, "good"), (2.8, "doubtful"), (5.5, "doubtful"), (6.5, "bad")]
 )
 def test_the_distance_of_mesh_and_surface_is_judged_both_ways(
     envelopes: float, outcome: str, both_ways: tuple[float, float]
