@@ -23,6 +23,7 @@ _NUMPY_NAMES = {
 _BYTE_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
 _INDEX_NAMES = ("vertex_indices", "vertex_index")
 _STRIP_ENDS = -1
+_LARGEST_NUMBER = 2.0**53
 
 IntArray = NDArray[np.int64]
 
@@ -110,10 +111,9 @@ def _polygons(table: Mapping[str, Column], element: Element, file: Path) -> tupl
             f"{file}: its {element.name} elements have no list vertex_indices; export the surface again"
         )
     column = table[name]
-    nodes = column.values.astype(np.int64)
-    if np.any(nodes != column.values):
+    if not np.all(np.abs(column.values) < _LARGEST_NUMBER) or np.any(column.values % 1):
         raise InputError(f"{file}: a vertex number of a face is no whole number; export the surface again")
-    return nodes, column.ends
+    return column.values.astype(np.int64), column.ends
 
 
 def _strips(table: Mapping[str, Column], element: Element, file: Path) -> tuple[IntArray, IntArray]:
