@@ -46,7 +46,7 @@ def _within_numba() -> bool:
     """Tell whether numba is loading a kernel of this program, which it keeps as a pickle beside the source."""
     frame: FrameType | None = sys._getframe()
     while frame is not None:
-        if frame.f_globals.get("__name__") == "numba.core.caching":
+        if str(frame.f_globals.get("__name__")).startswith("numba."):
             return True
         frame = frame.f_back
     return False
