@@ -79,7 +79,7 @@ def test_xml_is_parsed_where_document_types_are_refused() -> None:
     parsers = {
         module for module, name, _ in CALLS if re.search(r"ElementTree\.|minidom|sax\.parse|lxml", name)
     }
-    assert parsers == {"estimator/geometry/vtp.py"}
+    assert parsers == {"estimator/surfaces/formats/vtk_arrays.py"}
 
 
 # ---- pages

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from daq.bad_input import samples, session_sample
+from daq.bad_input import samples, session_sample, surface_samples
 from daq.bad_input.damage import BINARY, TEXT, Damage
 from daq.bad_input.kind import Kind
 from daq.bad_input.layout_damage import MCAP, NUMBERS, PLY, STL, VTP
@@ -27,9 +27,9 @@ from estimator.blind.scoring.score import score_answers
 from estimator.blind.scoring.telling import score_text
 from estimator.experiment import read_case, read_experiment
 from estimator.fit import coverage
-from estimator.geometry.surface_io import read_surface
 from estimator.materials import law_named
 from estimator.studies.store import OutcomeStore
+from estimator.surfaces.reading import read_surface
 from robot_drivers.cameras.opencv import OpenCVCamera
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 
@@ -193,6 +193,13 @@ KINDS: tuple[Kind, ...] = (
         command=lambda given, out: ["mesh", str(given / "pull"), "-o", str(out / "mesh.vtu")],
     ),
     Kind(
+        "experiment's PLY",
+        surface_samples.experiment_of_ply,
+        {"pull/body.ply": (*BINARY, *PLY), "pull/experiment.toml": (*TEXT, *TOML)},
+        read=lambda folder: read_experiment(folder / "pull"),
+        command=lambda given, out: ["mesh", str(given / "pull"), "-o", str(out / "mesh.vtu")],
+    ),
+    Kind(
         "case",
         samples.case,
         {"case/again/experiment.toml": TOML, "case/pull/observations.csv": TABLE},
@@ -230,6 +237,9 @@ KINDS: tuple[Kind, ...] = (
     _surface("PLY, text", "body.ply", samples.ply_text, (*_IN_TEXT, *PLY)),
     _surface("OBJ", "body.obj", samples.obj, _IN_TEXT),
     _surface("VTP", "body.vtp", samples.vtp, (*_IN_TEXT, *VTP)),
+    _surface("VTP, by LZ4", "body.vtp", surface_samples.vtp_packed, (*BINARY, *VTP)),
+    _surface("VTP, by LZMA", "body.vtp", surface_samples.vtp_lzma, (*BINARY, *VTP)),
+    _surface("PLY, strips", "body.ply", surface_samples.ply_of_strips, (*BINARY, *PLY)),
     Kind(
         "tensile record",
         samples.uniaxial,

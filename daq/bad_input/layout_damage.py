@@ -1,11 +1,14 @@
 """Damage that knows the layout of a file: counts and lengths that lie, references to nowhere, bombs in XML and zlib."""
 
 import base64
+import lzma
 import re
 import struct
 import zlib
 from collections.abc import Sequence
 from random import Random
+
+import lz4.block  # type: ignore[import-untyped]  # it carries no types
 
 from daq.bad_input.damage import Damage
 
@@ -14,7 +17,8 @@ _NUMBER = re.compile(rb"(?<![\w.])-?[0-9]+(\.[0-9]*)?(e[+-]?[0-9]+)?(?![\w.])")
 _WORDS = (b"nan", b"inf", b"1e400", b"1e308", b"-1", b"0", b"x", b"99999999999", b"9" * 5000, b"1e-300", b"")
 _ATTRIBUTES = (
     b"", b"x", b"-1", b"0", b"99999999999", b"String", b"Float64", b"Int8", b"UInt64", b"object", b"V9", b"ascii",
-    b"appended", b"binary", b"BigEndian", b"vtkLZ4DataCompressor", b"vtkZLibDataCompressor",
+    b"appended", b"binary", b"BigEndian", b"vtkLZ4DataCompressor", b"vtkZLibDataCompressor", b"vtkLZMADataCompressor",
+    b"UInt32", b"base64",
 )  # fmt: skip
 _ENTITIES = b"""<?xml version="1.0"?>
 <!DOCTYPE VTKFile [
@@ -28,6 +32,11 @@ _ENTITIES = b"""<?xml version="1.0"?>
 <!ENTITY h "&g;&g;&g;&g;&g;&g;&g;&g;&g;&g;">
 ]>
 """
+_COMPRESSORS = (
+    (b"vtkZLibDataCompressor", zlib.compress),
+    (b"vtkLZMADataCompressor", lzma.compress),
+    (b"vtkLZ4DataCompressor", lambda content: lz4.block.compress(content, store_size=False)),
+)
 _EXTERNAL = b"""<?xml version="1.0"?>
 <!DOCTYPE VTKFile [<!ENTITY h SYSTEM "file:///etc/hostname">]>
 """
@@ -91,13 +100,15 @@ def attribute_replaced(random: Random, content: bytes) -> bytes:
 
 def with_compressed_bomb(random: Random, content: bytes) -> bytes:
     """An array whose compressed blocks grow to a gigabyte, or tell sizes that they have not."""
-    block = zlib.compress(bytes(50_000_000), 9)
+    compressor, compress = random.choice(_COMPRESSORS)
+    block = compress(bytes(50_000_000))
     blocks, size = random.choice(((20, 50_000_000), (1, 50_000_000), (2**31, 2**31), (1, 16), (2**32 - 1, 1)))
     stored = min(blocks, 20)
     header = struct.pack(f"<{3 + stored}I", blocks, size, 0, *([len(block)] * stored))
     array = base64.b64encode(header) + base64.b64encode(block * stored)
     bomb = b'<DataArray type="Float64" format="binary">' + array + b"</DataArray>"
-    head = content.replace(b"<VTKFile ", b'<VTKFile compressor="vtkZLibDataCompressor" ', 1)
+    head = re.sub(rb' compressor="\w*"', b"", content, count=1)
+    head = head.replace(b"<VTKFile ", b'<VTKFile compressor="%s" ' % compressor, 1)
     return re.sub(rb"<DataArray.*?</DataArray>", lambda _: bomb, head, count=1, flags=re.DOTALL)
 
 

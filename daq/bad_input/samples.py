@@ -25,11 +25,11 @@ from estimator.effects.motion.gripper_slip import GripperSlip
 from estimator.experiment import Experiment, Phantom, SensorNoise, write_experiment
 from estimator.fit import coverage
 from estimator.geometry.shapes import block_surface, sphere_surface
-from estimator.geometry.surface import Surface
-from estimator.geometry.surface_io import write_ply, write_stl
 from estimator.result_lines import append_result
 from estimator.studies.case import Outcome, Parametric, Row
 from estimator.studies.store import OutcomeStore
+from estimator.surfaces.surface import Surface
+from estimator.surfaces.writing import write_ply, write_stl
 
 _ADDRESSES = Addresses(1, 2, 3, 4, 5, 6, ("tcp://127.0.0.1:7", "tcp://127.0.0.1:8"))
 _STEPS = 6

@@ -4,6 +4,7 @@ import sys
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from types import FrameType
 
 _FORBIDDEN = frozenset(
     {
@@ -35,8 +36,20 @@ class _Watch:
             self._installed = True
 
     def _hook(self, event: str, arguments: tuple[object, ...]) -> None:
-        if self.seen is not None and event in _FORBIDDEN and threading.get_ident() not in self.strangers:
+        if self.seen is None or event not in _FORBIDDEN or threading.get_ident() in self.strangers:
+            return
+        if not (event == "pickle.find_class" and _within_numba()):
             self.seen.append(f"{event} {arguments!r}"[:200])
+
+
+def _within_numba() -> bool:
+    """Tell whether numba is loading a kernel of this program, which it keeps as a pickle beside the source."""
+    frame: FrameType | None = sys._getframe()
+    while frame is not None:
+        if str(frame.f_globals.get("__name__")).startswith("numba."):
+            return True
+        frame = frame.f_back
+    return False
 
 
 _WATCH = _Watch()

@@ -4,11 +4,14 @@ import argparse
 import json
 from pathlib import Path
 
+from estimator.diagnosis.preparation import GRADING
+
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.versions import package_versions
 from estimator.diagnosis.conclusions.as_json import as_json
 from estimator.diagnosis.diagnose import diagnose
 from estimator.experiment import read_case
+from estimator.forward.meshing import surface_notes
 from estimator.report.diagnosis.findings import summary_text
 from estimator.report.diagnosis.writing import write_report
 
@@ -39,8 +42,9 @@ def run(options: argparse.Namespace) -> Result:
         options.output.mkdir(parents=True, exist_ok=True)
     with progress() as tell:
         found = diagnose(experiments, tell)
-    data = as_json(found)
-    text = summary_text(found)
+    notes = surface_notes(experiments[0], GRADING)
+    data = {**as_json(found), "surface": notes}
+    text = "\n".join([summary_text(found), *(f"Surface: {note}" for note in notes)])
     if options.output is not None:
         file = options.output / PAGE_FILE
         provenance = {"case": str(options.case), **package_versions()}

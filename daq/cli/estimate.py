@@ -14,6 +14,7 @@ from estimator.fit.losses import LOSSES, loss_named
 from estimator.fit.nuisances import NUISANCES, USUAL
 from estimator.fit.online import follow
 from estimator.fit.settings import OBJECTIVES, FitSettings, Prior
+from estimator.forward.meshing import surface_notes
 from estimator.materials import installed_laws, law_named
 from estimator.report.estimation import write_report
 from estimator.report.findings import step_text, summary_text
@@ -101,7 +102,9 @@ def run(options: argparse.Namespace) -> Result:
             truth=None,
             provenance={"experiments": ", ".join(map(str, options.experiments)), **package_versions()},
         )
-    return Result(summary_text(found, None), found.as_json())
+    notes = surface_notes(experiments[0])
+    text = "\n".join([summary_text(found, None), *(f"Surface: {note}" for note in notes)])
+    return Result(text, {**found.as_json(), "surface": notes})
 
 
 def _followed(

@@ -13,11 +13,14 @@ from estimator.forward.meshing import DEFAULT_GRADING, edge_lengths, held_region
 from estimator.geometry.holds import Region
 from estimator.geometry.mesh_cache import tissue_mesh
 from estimator.geometry.picture import draw_mesh
-from estimator.geometry.surface_io import read_surface
-from estimator.geometry.tetrahedralise import TissueMesh
+from estimator.geometry.quality import quality_warnings
+from estimator.geometry.tetrahedralise import TissueMesh, envelope_m
 from estimator.geometry.vtu import write_vtu
+from estimator.surfaces.reading import read_surface
+from estimator.surfaces.units import UNITS, Unit
 
 _EXAMPLES = """  retract mesh liver.stl
+  retract mesh liver.ply --unit mm --strict
   retract mesh experiments/liver_pull --edge-length 0.01 -o runs/liver.vtu"""
 
 
@@ -28,7 +31,15 @@ def add_parser(verbs: Verbs) -> None:
         "phantom",
         type=Path,
         metavar="SURFACE|EXPERIMENT",
-        help="STL, PLY, OBJ or VTP file in metres, or an experiment folder with one",
+        help="STL, PLY, OBJ or VTP file, told by its content, or an experiment folder with one",
+    )
+    parser.add_argument(
+        "--unit",
+        choices=UNITS,
+        help="of a surface file (default: metres, or millimetres where only these give a phantom)",
+    )
+    parser.add_argument(
+        "--strict", action="store_true", help="refuse a surface that would have to be repaired, and say how"
     )
     parser.add_argument(
         "--edge-length",
@@ -48,11 +59,16 @@ def add_parser(verbs: Verbs) -> None:
 def run(options: argparse.Namespace) -> Result:
     """Mesh, write mesh and picture, and tell the quality."""
     started = time.perf_counter()
-    file, regions = _phantom(options.phantom)
+    file, unit, regions = _phantom(options.phantom, options.unit)
     target = options.output or Path(f"{options.phantom.resolve().stem}_mesh.vtu")
     if target.suffix != ".vtu":
         raise InputError(f"{target}: the mesh is written as VTU; give a name that ends with .vtu")
-    surface = read_surface(file)
+    read = read_surface(file, unit)
+    if options.strict and read.repairs:
+        raise InputError(
+            f"{file}: {'; '.join(read.repairs)}; mend it where it was made, or leave --strict out to have that done"
+        )
+    surface = read.surface
     lengths = edge_lengths(surface, regions, DEFAULT_GRADING)
     if options.edge_length is not None:
         lengths = replace(lengths, largest_m=options.edge_length)
@@ -62,28 +78,39 @@ def run(options: argparse.Namespace) -> Result:
     seconds = time.perf_counter() - started
     write_vtu(tissue.mesh, tissue.held, target)
     draw_mesh(tissue.mesh, tissue.held, target.with_suffix(".png"))
+    warnings = quality_warnings(tissue.quality, envelope_m(lengths), surface)
+    notes = [
+        *(f"repaired         {repair}" for repair in read.repairs),
+        *(f"Warning: {one}" for one in warnings),
+    ]
     return Result(
-        _describe(tissue, target, seconds),
+        "\n".join([_describe(tissue, target, seconds), *notes]),
         {
             "mesh": tissue.mesh.describe(),
             "quality": asdict(tissue.quality),
+            "repairs": list(read.repairs),
+            "warnings": warnings,
             "files": [str(target), str(target.with_suffix(".png"))],
             "seconds": seconds,
         },
     )
 
 
-def _phantom(path: Path) -> tuple[Path, Mapping[str, Region]]:
-    """Return the surface file, and where an experiment holds it."""
+def _phantom(path: Path, unit: Unit | None) -> tuple[Path, Unit | None, Mapping[str, Region]]:
+    """Return the surface file and its unit, and where an experiment holds it."""
     if not path.is_dir():
-        return path, {}
+        return path, unit, {}
+    if unit is not None:
+        raise InputError(
+            f'{path}: --unit is for a surface file; write unit = "{unit}" under [phantom] of its experiment.toml'
+        )
     experiment = read_experiment(path)
     if experiment.phantom.surface is None:
         raise InputError(
             f"{path}: its phantom is a block, which is meshed with hexahedra as it is needed; "
             "give an experiment whose phantom is a surface, or a surface file"
         )
-    return experiment.phantom.surface, held_regions(experiment)
+    return experiment.phantom.surface, experiment.phantom.unit, held_regions(experiment)
 
 
 def _describe(tissue: TissueMesh, target: Path, seconds: float) -> str:

@@ -10,6 +10,8 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from estimator.surfaces.units import Unit
+
 FloatArray = NDArray[np.float64]
 Vector = tuple[float, float, float]
 
@@ -20,7 +22,8 @@ SurfaceBelow = Literal["table", "none"]
 FORMAT = "retraction-experiment/1"
 EXPERIMENT_FILE = "experiment.toml"
 OBSERVATIONS_FILE = "observations.csv"
-SURFACE_FILE = "phantom.stl"
+SURFACE_FILES: tuple[str, ...] = ("phantom.stl", "phantom.ply", "phantom.obj", "phantom.vtp", "phantom")
+"""How the file of a surface may be called in a folder that is written: by its suffix, the last without one."""
 
 PHASES: tuple[str, ...] = ("ramp", "hold", "return", "return_hold")
 TRAJECTORY_KINDS: tuple[str, ...] = get_args(TrajectoryKind)
@@ -62,14 +65,16 @@ class Phantom:
     ----------
     shape : ``"block"``, or ``"surface"`` for a closed triangulated surface
     size_m : edges of the block, or of the surface's bounding box, m
-    surface : STL file in metres; None for a block
+    surface : STL, PLY, OBJ or VTP file; None for a block
     density : kg/m³
+    unit : of the surface file; None for metres, or millimetres where only these give a phantom
     """
 
     shape: Shape
     size_m: Vector
     surface: Path | None = None
     density: float = 1070.0
+    unit: Unit | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,9 +21,10 @@ from estimator.experiment.model import (
     TrajectoryKind,
 )
 from estimator.experiment.observations import read_observations
-from estimator.experiment.stl import read_stl
 from estimator.experiment.tables import TomlTable
 from estimator.experiment.validation import check_experiment
+from estimator.surfaces.reading import surface_bounds
+from estimator.surfaces.units import UNITS, Unit
 
 
 def read_experiment(path: Path | str) -> Experiment:
@@ -32,7 +33,8 @@ def read_experiment(path: Path | str) -> Experiment:
     Unknown keys are ignored. Keys that may be missing: ``name`` (then the folder's name), ``phantom_id`` (the
     name of the folder above), ``order`` (1), ``density`` (1070), the grasp's ``centre`` (its box's), ``kind``
     ("other"), ``gravity`` (0, 0, −9.81), ``surface_below`` ("table"), ``tool_mass`` (0), ``tool_centre``
-    (0, 0, 0), a surface's ``size`` (its bounding box's), and the whole table of fiducials (none).
+    (0, 0, 0), a surface's ``size`` (its bounding box's) and ``unit`` (metres; millimetres where only these give a
+    phantom), and the whole table of fiducials (none).
 
     Raises
     ------
@@ -107,9 +109,9 @@ def _phantom(table: TomlTable, folder: Path) -> Phantom:
     if table.choice("shape", ("block", "surface")) == "block":
         return Phantom("block", table.vector("size"), None, density)
     surface = folder / table.text("surface")
-    corners = read_stl(surface).reshape(-1, 3)
-    x, y, z = np.ptp(corners, axis=0).tolist()
-    return Phantom("surface", table.vector("size", (x, y, z)), surface, density)
+    unit = cast(Unit, table.choice("unit", UNITS)) if "unit" in table else None
+    x, y, z = np.ptp(surface_bounds(surface, unit), axis=0).tolist()
+    return Phantom("surface", table.vector("size", (x, y, z)), surface, density, unit)
 
 
 def _grasp(table: TomlTable) -> Grasp:

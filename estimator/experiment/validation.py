@@ -18,7 +18,7 @@ from estimator.experiment.model import (
     Phantom,
 )
 from estimator.experiment.observations import WRENCH_COLUMNS, fiducial_columns, line_of_row
-from estimator.experiment.stl import read_stl
+from estimator.surfaces.reading import surface_bounds
 
 _SIZE_LIMIT_M = 2.0
 _DENSITY_RANGE = (100.0, 20_000.0)
@@ -71,10 +71,6 @@ def _check_phantom(phantom: Phantom, file: Path) -> None:
         raise InputError(
             f"{file}: [phantom] density is {phantom.density:g} kg/m3, not in {low:g} to {high:g}; write kg/m3"
         )
-    if phantom.surface is not None:
-        extent = float(np.ptp(read_stl(phantom.surface).reshape(-1, 3), axis=0).max())
-        if extent > _SIZE_LIMIT_M:
-            raise InputError(f"{phantom.surface}: the surface is {extent:g} m long; export it in metres")
 
 
 def _check_mounting(experiment: Experiment, file: Path) -> None:
@@ -223,8 +219,7 @@ def _bounds(phantom: Phantom) -> Box:
     if phantom.surface is None:
         x, y, z = (edge / 2 for edge in phantom.size_m)
         return Box((-x, -y, -z), (x, y, z))
-    corners = read_stl(phantom.surface).reshape(-1, 3)
-    (x0, y0, z0), (x1, y1, z1) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+    (x0, y0, z0), (x1, y1, z1) = surface_bounds(phantom.surface, phantom.unit).tolist()
     return Box((x0, y0, z0), (x1, y1, z1))
 
 

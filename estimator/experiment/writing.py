@@ -14,7 +14,7 @@ from estimator.experiment.model import (
     EXPERIMENT_FILE,
     FORMAT,
     OBSERVATIONS_FILE,
-    SURFACE_FILE,
+    SURFACE_FILES,
     Box,
     Experiment,
     Vector,
@@ -54,7 +54,7 @@ def replace_experiment(experiment: Experiment, path: Path | str) -> Experiment:
         return write_experiment(experiment, target)
     if not (target / EXPERIMENT_FILE).exists():
         raise InputError(f"{target}: is no experiment folder, and would be lost; move it away first")
-    known = {EXPERIMENT_FILE, OBSERVATIONS_FILE, SURFACE_FILE}
+    known = {EXPERIMENT_FILE, OBSERVATIONS_FILE, *SURFACE_FILES}
     if foreign := sorted(entry.name for entry in target.iterdir() if entry.name not in known):
         raise InputError(f"{target}: holds {foreign[0]}, which would be lost; move it away first")
     with _staged(experiment, target) as staged:
@@ -81,7 +81,7 @@ def _staged(experiment: Experiment, target: Path) -> Iterator[Path]:
         (staged / EXPERIMENT_FILE).write_text(_toml(experiment), encoding="utf-8")
         write_observations(staged / OBSERVATIONS_FILE, experiment)
         if experiment.phantom.surface is not None:
-            shutil.copyfile(experiment.phantom.surface, staged / SURFACE_FILE)
+            shutil.copyfile(experiment.phantom.surface, staged / _surface_name(experiment.phantom.surface))
         for file in staged.iterdir():
             _sync(file)
         yield staged
@@ -93,13 +93,20 @@ def _staged(experiment: Experiment, target: Path) -> Iterator[Path]:
 def _located(experiment: Experiment, target: Path) -> Experiment:
     if experiment.phantom.surface is None:
         return replace(experiment, path=target)
-    phantom = replace(experiment.phantom, surface=target / SURFACE_FILE)
+    phantom = replace(experiment.phantom, surface=target / _surface_name(experiment.phantom.surface))
     return replace(experiment, phantom=phantom, path=target)
+
+
+def _surface_name(file: Path) -> str:
+    return next(
+        (name for name in SURFACE_FILES if Path(name).suffix == file.suffix.lower()), SURFACE_FILES[-1]
+    )
 
 
 def _toml(experiment: Experiment) -> str:
     phantom, sensor, environment = experiment.phantom, experiment.sensor, experiment.environment
-    surface = [] if phantom.surface is None else [f"surface = {_text(SURFACE_FILE)}"]
+    surface = [] if phantom.surface is None else [f"surface = {_text(_surface_name(phantom.surface))}"]
+    unit = [] if phantom.unit is None else [f"unit = {_text(phantom.unit)}"]
     anchors = [line for anchor in experiment.anchors for line in ("", "[[anchor]]", f"box = {_box(anchor)}")]
     rest = [f"    {_vector(tuple(point))}," for point in experiment.fiducials_rest.tolist()]
     lines = [
@@ -111,6 +118,7 @@ def _toml(experiment: Experiment) -> str:
         "[phantom]",
         f"shape = {_text(phantom.shape)}",
         *surface,
+        *unit,
         f"size = {_vector(phantom.size_m)}",
         f"density = {_number(phantom.density)}",
         *anchors,

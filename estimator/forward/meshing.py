@@ -13,8 +13,10 @@ from estimator.fem.problem import RetractionProblem, retraction_problem
 from estimator.geometry.grading import EdgeLengths
 from estimator.geometry.holds import Region
 from estimator.geometry.mesh_cache import tissue_mesh
-from estimator.geometry.surface import Surface
-from estimator.geometry.surface_io import read_surface
+from estimator.geometry.quality import quality_warnings
+from estimator.geometry.tetrahedralise import envelope_m
+from estimator.surfaces.reading import read_surface
+from estimator.surfaces.surface import Surface
 
 BoolArray = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]
@@ -54,7 +56,8 @@ def mesh_experiment(
         Grasp or anchors hold no tissue, the surface cannot be read or meshed, or a fiducial lies off the tissue.
     """
     if experiment.phantom.surface is not None:
-        return surface_problem(experiment, read_surface(experiment.phantom.surface), grading)
+        read = read_surface(experiment.phantom.surface, experiment.phantom.unit)
+        return surface_problem(experiment, read.surface, grading)
     half = np.asarray(experiment.phantom.size_m) / 2
     mesh = block_mesh(2 * half, experiment.anchors, experiment.grasp.box, grading, kind)
     fixed = np.zeros(len(mesh.points), dtype=bool)
@@ -97,6 +100,24 @@ def edge_lengths(surface: Surface, regions: Iterable[str], grading: Grading) -> 
     at_grasp, at_anchor = _TETRAHEDRON_AT_GRASP * grading.grasp_m, _TETRAHEDRON_AT_ANCHOR * grading.anchor_m
     rims = {name: scale * (at_grasp if name == _GRASP else at_anchor) for name in regions}
     return EdgeLengths(scale * largest, rims, _TETRAHEDRON_GROWTH * (grading.growth - 1.0))
+
+
+def surface_notes(experiment: Experiment, grading: Grading = DEFAULT_GRADING) -> list[str]:
+    """Return what is to be said of a phantom's surface and of its mesh: what was repaired, and what is doubtful.
+
+    Raises
+    ------
+    InputError
+        As :func:`mesh_experiment` does.
+    """
+    if experiment.phantom.surface is None:
+        return []
+    read = read_surface(experiment.phantom.surface, experiment.phantom.unit)
+    regions = held_regions(experiment)
+    lengths = edge_lengths(read.surface, regions, grading)
+    quality = tissue_mesh(read.surface, regions, lengths).quality
+    notes = [*read.repairs, *quality_warnings(quality, envelope_m(lengths), read.surface)]
+    return [f"{experiment.phantom.surface}: {note}" for note in notes]
 
 
 def surface_problem(

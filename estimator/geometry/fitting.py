@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from estimator.geometry.holds import HeldSurface
 from estimator.geometry.quality import tetrahedron_volumes
-from estimator.geometry.queries import nearest
+from estimator.surfaces.queries import nearest
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from estimator.geometry.surface import directed_edges
+from estimator.surfaces.surface import directed_edges
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

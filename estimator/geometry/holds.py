@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from estimator.errors import InputError
 from estimator.experiment import Box
 from estimator.geometry.imprint import imprint_box, rim, triangles_in_box
-from estimator.geometry.queries import inside, nearest
-from estimator.geometry.surface import Surface
+from estimator.surfaces.queries import inside, nearest
+from estimator.surfaces.surface import Surface
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

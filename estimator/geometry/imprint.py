@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.experiment import Box
-from estimator.geometry.surface import Surface, directed_edges
+from estimator.surfaces.surface import Surface, directed_edges
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

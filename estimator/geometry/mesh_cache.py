@@ -21,9 +21,9 @@ from estimator.experiment import Box
 from estimator.fem.mesh import Mesh
 from estimator.geometry.grading import EdgeLengths
 from estimator.geometry.holds import Region
-from estimator.geometry.quality import MeshQuality
-from estimator.geometry.surface import Surface
-from estimator.geometry.tetrahedralise import TissueMesh, tetrahedralise
+from estimator.geometry.quality import MeshQuality, check_quality
+from estimator.geometry.tetrahedralise import TissueMesh, envelope_m, tetrahedralise
+from estimator.surfaces.surface import Surface
 
 # To be raised when the same input shall give another mesh.
 _GENERATION = 1
@@ -44,7 +44,10 @@ def tissue_mesh(surface: Surface, regions: Mapping[str, Region], lengths: EdgeLe
     file = cache_folder() / f"{_digest(surface, regions, lengths)}.npz"
     if not file.exists():
         _write(tetrahedralise(surface, regions, lengths), file)
-    return _read(file)
+    tissue = _read(file)
+    # a mesh that was kept before it was judged is judged now
+    check_quality(tissue.quality, envelope_m(lengths), surface)
+    return tissue
 
 
 def cache_folder() -> Path:

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.geometry.shapes import sphere_surface
-from estimator.geometry.surface import Surface, closed_surface
+from estimator.surfaces.repair import closed_surface
+from estimator.surfaces.surface import Surface
 
 FloatArray = NDArray[np.float64]
 

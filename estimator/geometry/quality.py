@@ -8,7 +8,10 @@ from numpy.typing import NDArray
 
 from estimator.errors import InputError
 from estimator.geometry.holds import HeldSurface
-from estimator.geometry.queries import nearest
+from estimator.surfaces.crossings import crossings
+from estimator.surfaces.queries import nearest
+from estimator.surfaces.shells import near
+from estimator.surfaces.surface import Surface
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -16,6 +19,11 @@ IntArray = NDArray[np.int64]
 _MOST_VOLUME_ERROR = 0.02
 _MOST_AREA_ERROR = 0.03
 _LEAST_DIHEDRAL_DEG = 2.0
+# In envelopes of the mesher: beyond the first a warning, beyond the second no mesh. Meshes of lobes, organs,
+# spheres and rough blocks stay within 0.8, beside walls of held regions within 2; one of a surface that crosses itself
+# leaves it by 36.
+_WARNED_ENVELOPES, _MOST_ENVELOPES = 2.5, 6.0
+_MOST_PARTS = 64
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +37,7 @@ class MeshQuality:
     dihedral_deg : the smallest and the largest angle between two faces of a tetrahedron
     radius_ratio : the smallest and the mean of three times inradius over circumradius, 1 for a regular tetrahedron
     off_surface_m : largest distance of a free face's corners and centre from the surface
-    missed_m : largest distance of a vertex of the surface from the mesh
+    missed_m : largest distance of the surface from the mesh, at its vertices and points between them
     covered : for each region, the area that the mesh holds over the area that it should
     """
 
@@ -41,9 +49,19 @@ class MeshQuality:
     missed_m: float
     covered: Mapping[str, float]
 
+    @property
+    def deviation_m(self) -> float:
+        """The larger of the distances of mesh and surface from each other."""
+        return max(self.off_surface_m, self.missed_m)
+
 
 def measure_quality(
-    points: FloatArray, cells: IntArray, free: IntArray, held: Mapping[str, IntArray], body: HeldSurface
+    points: FloatArray,
+    cells: IntArray,
+    free: IntArray,
+    held: Mapping[str, IntArray],
+    body: HeldSurface,
+    spacing_m: float,
 ) -> MeshQuality:
     """Compare a mesh with what it should be.
 
@@ -53,13 +71,14 @@ def measure_quality(
     cells : (e, 4) int64
     free, held : boundary faces (f, 3) that nothing holds, and those that each region holds
     body : that was meshed
+    spacing_m : of the points of the surface whose distance from the mesh is measured
     """
     corners = points[cells]
     volume = float(tetrahedron_volumes(corners).sum())
     angles, ratios = _dihedral_angles(corners), _radius_ratios(corners)
     outer = points[free]
     skin = points[np.concatenate([free, *held.values()])]
-    remaining = body.surface.triangles[body.remaining]
+    remaining = body.surface.corners[body.remaining]
     covered = {
         name: float(triangle_areas(points[held[name]]).sum()) / hold.area_m2
         for name, hold in body.holds.items()
@@ -70,18 +89,24 @@ def measure_quality(
         (float(angles.min()), float(angles.max())),
         (float(ratios.min()), float(ratios.mean())),
         _farthest(body.surface.corners, np.concatenate([outer.reshape(-1, 3), outer.mean(axis=1)])),
-        _farthest(skin, body.surface.vertices[np.unique(remaining)]),
+        _farthest(skin, _samples(remaining, spacing_m)),
         covered,
     )
 
 
-def check_quality(quality: MeshQuality) -> None:
+def check_quality(quality: MeshQuality, envelope_m: float, surface: Surface) -> None:
     """Refuse a mesh from which a wrong answer would come.
+
+    Parameters
+    ----------
+    quality : MeshQuality
+    envelope_m : how far the mesher may leave the surface, m
+    surface : that was meshed, to find a cause in
 
     Raises
     ------
     InputError
-        Volume or held area is off, or an element is flat.
+        Volume or held area is off, an element is flat, or the mesh leaves the surface.
     """
     faults = []
     if abs(quality.volume_error) > _MOST_VOLUME_ERROR:
@@ -91,11 +116,49 @@ def check_quality(quality: MeshQuality) -> None:
             faults.append(f"it covers {100 * covered:.1f} % of {name}")
     if quality.dihedral_deg[0] < _LEAST_DIHEDRAL_DEG:
         faults.append(f"an element has an angle of {quality.dihedral_deg[0]:.1f} degrees")
+    if quality.deviation_m > _MOST_ENVELOPES * envelope_m:
+        faults.append(_deviation(quality, envelope_m))
     if faults:
-        raise InputError(
-            f"the mesh of the surface is bad: {'; '.join(faults)}; give a smaller edge length, "
-            "smooth or decimate the surface, or move the boxes off its small features"
+        raise InputError(f"the mesh of the surface is bad: {'; '.join(faults)}; {_remedy(surface)}")
+
+
+def quality_warnings(quality: MeshQuality, envelope_m: float, surface: Surface) -> list[str]:
+    """Return what is to be said of a mesh that is not bad enough to be refused; arguments as :func:`check_quality`."""
+    if quality.deviation_m > _WARNED_ENVELOPES * envelope_m:
+        return [f"{_deviation(quality, envelope_m)}; {_remedy(surface)}"]
+    return []
+
+
+def _deviation(quality: MeshQuality, envelope_m: float) -> str:
+    return (
+        f"mesh and surface lie {quality.deviation_m * 1e3:.2f} mm apart at most, and the mesher is allowed "
+        f"{envelope_m * 1e3:.2f} mm"
+    )
+
+
+def _remedy(surface: Surface) -> str:
+    places = crossings(surface)
+    if len(places):
+        return (
+            f"the surface crosses itself, first {near(places[0])}: mend it there, for instance by a union or by "
+            "remeshing where it was made"
         )
+    return (
+        "give a smaller edge length, smooth or decimate the surface, or move the boxes off its small features"
+    )
+
+
+def _samples(corners: FloatArray, spacing_m: float) -> FloatArray:
+    """Return points (k, 3) on triangles (t, 3, 3), no farther apart than ``spacing_m``, their corners among them."""
+    edges = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1, initial=0.0)
+    parts = np.ceil(edges / spacing_m).astype(np.int64).clip(1, _MOST_PARTS)
+    points = []
+    for count in np.unique(parts).tolist():
+        i, j = np.meshgrid(np.arange(count + 1), np.arange(count + 1), indexing="ij")
+        within = i + j <= count
+        shares = np.stack([i[within], j[within], count - i[within] - j[within]], axis=1) / count
+        points.append((shares @ corners[parts == count]).reshape(-1, 3))
+    return np.concatenate(points)
 
 
 def triangle_areas(corners: FloatArray) -> FloatArray:

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from estimator.geometry.surface import Surface, closed_surface
+from estimator.surfaces.repair import closed_surface
+from estimator.surfaces.surface import Surface
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -19,9 +19,9 @@ from estimator.geometry.fitting import fitted
 from estimator.geometry.grading import EdgeLengthField, EdgeLengths
 from estimator.geometry.holds import HeldSurface, Region, hold_regions
 from estimator.geometry.quality import MeshQuality, check_quality, measure_quality
-from estimator.geometry.queries import inside, nearest
-from estimator.geometry.surface import Surface, directed_edges
-from estimator.geometry.tetwild import tetrahedra_around
+from estimator.geometry.tetwild import ENVELOPE, tetrahedra_around
+from estimator.surfaces.queries import inside, nearest
+from estimator.surfaces.surface import Surface, directed_edges
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -29,6 +29,8 @@ BoolArray = NDArray[np.bool_]
 
 _NOBODY = -1
 _MOST_ELEMENTS = 1e6
+# Of the points where a mesh is compared with its surface, in edge lengths.
+_SPACING = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,11 +75,16 @@ def tetrahedralise(surface: Surface, regions: Mapping[str, Region], lengths: Edg
     points, cells = refine(points, cells, EdgeLengthField(points, held, lengths))
     free, held = _boundary(body, points, cells)
     points = fitted(points, cells, free, held, body)
-    quality = measure_quality(points, cells, free, held, body)
-    check_quality(quality)
+    quality = measure_quality(points, cells, free, held, body, _SPACING * lengths.largest_m)
+    check_quality(quality, envelope_m(lengths), surface)
     mesh, nodes = _quadratic(points, cells, held)
     rigid = {name: hold.core for name, hold in body.holds.items() if hold.core is not None}
     return TissueMesh(mesh, nodes, rigid, quality)
+
+
+def envelope_m(lengths: EdgeLengths) -> float:
+    """Return how far the mesher may leave the surface, m."""
+    return ENVELOPE * lengths.largest_m
 
 
 def _check_lengths(surface: Surface, lengths: EdgeLengths) -> None:

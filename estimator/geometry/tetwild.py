@@ -17,8 +17,9 @@ from estimator.errors import InputError
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# How far the mesh may leave the triangles, as a share of the edge length.
-_ENVELOPE = 0.025
+ENVELOPE = 0.025
+"""How far the mesh may leave the triangles, as a share of the edge length."""
+
 _TIMEOUT_S = 1800.0
 _WORKER = Path(__file__).with_name("tetwild_worker.py")
 
@@ -49,7 +50,7 @@ def tetrahedra_around(corners: FloatArray, edge_length_m: float) -> tuple[FloatA
             vertices=vertices,
             triangles=triangles.reshape(-1, 3).astype(np.int32),
             edge_length_m=edge_length_m,
-            envelope_m=_ENVELOPE * edge_length_m,
+            envelope_m=ENVELOPE * edge_length_m,
         )
         # -P keeps the worker's folder off the module path
         command = [sys.executable, "-P", str(_WORKER), str(source), str(target)]

@@ -10,7 +10,6 @@ from estimator.experiment import Box, Experiment, Grasp, Phantom
 from estimator.fit.settings import Objective
 from estimator.forward.meshing import FINE_GRADING, surface_problem
 from estimator.geometry.organ import organ_surface
-from estimator.geometry.surface import Surface
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
 from estimator.studies.block import MOTIONS, measured, unmeasured
@@ -18,6 +17,7 @@ from estimator.studies.case import Parametric, Row
 from estimator.studies.fitting import fitted, row_of
 from estimator.studies.objectives import OBJECTIVES
 from estimator.studies.study import Group, Level, Study, Truth
+from estimator.surfaces.surface import Surface
 
 FloatArray = NDArray[np.float64]
 

@@ -11,12 +11,12 @@ from estimator.experiment import Box, Experiment
 from estimator.fit.settings import Objective
 from estimator.forward.meshing import mesh_experiment, surface_problem
 from estimator.geometry.rough import raised_block, rough_block
-from estimator.geometry.surface import Surface
 from estimator.studies import paper
 from estimator.studies.block import MOTIONS, POISSON_RATIO, SIZE_M, YOUNGS_MODULUS, block, measured
 from estimator.studies.case import Parametric, Row
 from estimator.studies.fitting import fitted, row_of
 from estimator.studies.study import UNKNOWN, Group, Level, Study, Truth
+from estimator.surfaces.surface import Surface
 
 FloatArray = NDArray[np.float64]
 Relief = Literal["raised", "about_mean"]

@@ -22,7 +22,7 @@ from estimator.blind.scoring.answers import read_answers
 from estimator.blind.scoring.keys import OPENINGS_FILE, open_keys
 from estimator.errors import InputError
 from estimator.experiment import read_experiment
-from estimator.geometry.surface_io import read_surface
+from estimator.surfaces.reading import read_surface
 from robot_drivers.cameras.opencv import OpenCVCamera
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.errors import DeviceError

@@ -16,6 +16,8 @@ from estimator.experiment import (
     read_experiment,
 )
 
+METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "inch": 0.0254}
+
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
@@ -259,16 +261,38 @@ def test_a_text_stl_reads_too(folder: Path) -> None:
     assert read_experiment(folder).phantom.shape == "surface"
 
 
-def test_a_surface_that_is_missing_broken_or_in_millimetres_is_refused(folder: Path) -> None:
+@pytest.mark.parametrize("unit", ["mm", "cm", "m", "inch"])
+def test_a_surface_is_read_in_the_unit_that_the_experiment_states(folder: Path, unit: str) -> None:
+    as_surface(folder)
+    edit(folder / "experiment.toml", "size = [0.10, 0.10, 0.01]", f'unit = "{unit}"')
+    write_cube_stl(folder / "phantom.stl", 0.05 / METRES[unit])
+    phantom = read_experiment(folder).phantom
+    assert phantom.unit == unit
+    assert phantom.size_m == pytest.approx((0.1, 0.1, 0.1))
+
+
+def test_a_surface_in_millimetres_is_told_from_its_size(folder: Path) -> None:
+    as_surface(folder)
+    edit(folder / "experiment.toml", "size = [0.10, 0.10, 0.01]", "")
+    write_cube_stl(folder / "phantom.stl", 50.0)
+    assert read_experiment(folder).phantom.size_m == pytest.approx((0.1, 0.1, 0.1))
+
+
+def test_a_surface_that_is_missing_broken_or_of_another_unit_is_refused(folder: Path) -> None:
     as_surface(folder)
     with pytest.raises(InputError, match=r"phantom\.stl: there is no such file"):
         read_experiment(folder)
-    write_cube_stl(folder / "phantom.stl", 50.0)
-    with pytest.raises(InputError, match=r"phantom\.stl: the surface is 100 m long; export it in metres"):
+    write_cube_stl(folder / "phantom.stl", 5.0)
+    with pytest.raises(InputError, match=r"phantom\.stl: the surface is 10 m long if it is in metres"):
         read_experiment(folder)
+    edit(folder / "experiment.toml", 'surface = "phantom.stl"', 'surface = "phantom.stl"\nunit = "feet"')
+    with pytest.raises(InputError, match=r'\[phantom\] unit is "feet"; write one of mm, cm, m, inch'):
+        read_experiment(folder)
+    edit(folder / "experiment.toml", 'unit = "feet"', "")
+    write_cube_stl(folder / "phantom.stl", 0.05)
     whole = (folder / "phantom.stl").read_bytes()
     (folder / "phantom.stl").write_bytes(whole[:-7])
-    with pytest.raises(InputError, match=r"phantom\.stl: not a complete STL file"):
+    with pytest.raises(InputError, match=r"phantom\.stl: .*it is cut short"):
         read_experiment(folder)
 
 

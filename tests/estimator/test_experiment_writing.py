@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from handwritten_experiment import as_surface, assert_equal, write_cube_stl, written_by_hand
+from handwritten_experiment import as_surface, assert_equal, edit, write_cube_stl, written_by_hand
+from surface_files import BLOCK_FACES, BLOCK_VERTICES, obj_text, ply_file, stl_binary, vtp_file
 
 from estimator.errors import InputError
 from estimator.experiment import (
@@ -14,6 +15,8 @@ from estimator.experiment import (
     replace_experiment,
     write_experiment,
 )
+from estimator.geometry.shapes import block_surface
+from estimator.surfaces.reading import surface_bounds
 
 
 @pytest.fixture
@@ -38,6 +41,33 @@ def test_a_surface_is_written_with_its_experiment(folder: Path, tmp_path: Path) 
     assert written.phantom.surface == tmp_path / "copy" / "phantom.stl"
     assert read_experiment(tmp_path / "copy").phantom == written.phantom
     assert (tmp_path / "copy" / "phantom.stl").read_bytes() == (folder / "phantom.stl").read_bytes()
+
+
+@pytest.mark.parametrize("name", ["lobe.PLY", "lobe.vtp", "lobe.obj", "lobe.stl", "lobe.dat"])
+def test_a_surface_of_any_format_and_unit_goes_with_its_experiment(
+    folder: Path, tmp_path: Path, name: str
+) -> None:
+    vertices, faces = ([1e3, 1.25e3, 1e3] * np.array(BLOCK_VERTICES)).tolist(), BLOCK_FACES
+    content = {
+        "lobe.PLY": ply_file(vertices, faces, "binary_big_endian"),
+        "lobe.vtp": vtp_file(vertices, faces, form="appended", compressor="vtkLZMADataCompressor"),
+        "lobe.obj": obj_text(vertices, faces).encode(),
+    }.get(name, stl_binary(1e3 * block_surface((0.1, 0.1, 0.01)).corners))
+    (folder / name).write_bytes(content)
+    edit(folder / "experiment.toml", 'shape = "block"', f'shape = "surface"\nsurface = "{name}"\nunit = "mm"')
+    original = read_experiment(folder)
+    assert surface_bounds(folder / name, "mm") == pytest.approx(
+        np.array([[-0.05, -0.05, -0.005], [0.05, 0.05, 0.005]])
+    )
+    written = write_experiment(original, tmp_path / "copy")
+    assert written.phantom.surface is not None
+    assert written.phantom.surface.name == "phantom" + {"lobe.dat": ""}.get(name, name[4:].lower())
+    assert written.phantom.surface.read_bytes() == content
+    again = read_experiment(tmp_path / "copy").phantom
+    assert again == written.phantom
+    assert again.unit == "mm"
+    replace_experiment(replace(original, order=7), tmp_path / "copy")
+    assert read_experiment(tmp_path / "copy").order == 7
 
 
 def test_writing_over_an_experiment_needs_the_other_function(folder: Path) -> None:

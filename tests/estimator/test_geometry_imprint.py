@@ -10,7 +10,8 @@ from estimator.experiment import Box
 from estimator.geometry.holds import Painted, hold_regions, painted_vertices
 from estimator.geometry.imprint import imprint_box, rim, triangles_in_box
 from estimator.geometry.shapes import block_surface, sphere_surface
-from estimator.geometry.surface import Surface, closed_surface
+from estimator.surfaces.repair import closed_surface
+from estimator.surfaces.surface import Surface
 
 BLOCK = block_surface((0.1, 0.1, 0.01))
 SPHERE = sphere_surface(0.05, 3)

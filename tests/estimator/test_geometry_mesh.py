@@ -3,6 +3,7 @@
 import base64
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -21,12 +22,14 @@ from estimator.geometry.bisection import refine
 from estimator.geometry.grading import EdgeLengths
 from estimator.geometry.holds import Painted
 from estimator.geometry.picture import draw_mesh
-from estimator.geometry.quality import MeshQuality, check_quality, tetrahedron_volumes
+from estimator.geometry.quality import MeshQuality, check_quality, quality_warnings, tetrahedron_volumes
 from estimator.geometry.shapes import block_surface, sphere_surface
 from estimator.geometry.tetrahedralise import TissueMesh, tetrahedralise
 from estimator.geometry.vtu import write_vtu
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
+from estimator.surfaces.repair import closed_surface
+from estimator.surfaces.surface import Surface
 
 FloatArray = NDArray[np.float64]
 
@@ -160,14 +163,76 @@ def test_bisection_conforms_keeps_the_volume_and_reaches_the_wanted_length() -> 
 
 
 def test_a_bad_mesh_is_refused_with_every_fault() -> None:
-    bad = MeshQuality(1e-4, -0.05, (1.0, 178.0), (0.001, 0.5), 1e-3, 1e-3, {"anchor 1": 1.0, "grasp": 0.6})
+    bad = MeshQuality(1e-4, -0.05, (1.0, 178.0), (0.001, 0.5), 1e-3, 4e-3, {"anchor 1": 1.0, "grasp": 0.6})
     with pytest.raises(InputError) as caught:
-        check_quality(bad)
+        check_quality(bad, 3e-4, block_surface((0.1, 0.1, 0.01)))
     message = str(caught.value)
     assert "volume is off by -5.0 %" in message
     assert "covers 60.0 % of grasp" in message
     assert "angle of 1.0 degrees" in message
+    assert "lie 4.00 mm apart at most, and the mesher is allowed 0.30 mm" in message
     assert "anchor 1" not in message
+
+
+def good(off_surface_m: float, missed_m: float) -> MeshQuality:
+    return MeshQuality(1e-4, 0.0, (20.0, 140.0), (0.3, 0.7), off_surface_m, missed_m, {"grasp": 1.0})
+
+
+@pytest.mark.parametrize("both_ways", [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)])
+@pytest.mark.parametrize(
+    ("envelopes", "outcome"), [(2.2, "good"), (2.8, "doubtful"), (5.5, "doubtful"), (6.5, "bad")]
+)
+def test_the_distance_of_mesh_and_surface_is_judged_both_ways(
+    envelopes: float, outcome: str, both_ways: tuple[float, float]
+) -> None:
+    quality = good(*(3e-4 * envelopes * share for share in both_ways))
+    surface = block_surface((0.1, 0.1, 0.01))
+    if outcome == "bad":
+        with pytest.raises(InputError, match=r"the mesher is allowed 0\.30 mm"):
+            check_quality(quality, 3e-4, surface)
+    else:
+        check_quality(quality, 3e-4, surface)
+        assert bool(quality_warnings(quality, 3e-4, surface)) == (outcome == "doubtful")
+
+
+def dented(depth_m: float) -> Surface:
+    """A ball with a dent of 12 mm width from above, which goes out below where it is deeper than the ball."""
+    ball = sphere_surface(0.03, 4)
+    x, y, z = ball.vertices.T
+    dent = depth_m * np.exp(-(x**2 + y**2) / 0.006**2) * (z > 0)
+    return closed_surface(np.column_stack([x, y, z - dent]), ball.triangles, "ball")
+
+
+@pytest.mark.parametrize(("depth_m", "crosses"), [(0.02, False), (0.068, True)])
+def test_a_mesh_that_leaves_a_surface_which_crosses_itself_is_refused_with_the_cause(
+    depth_m: float, crosses: bool
+) -> None:
+    if crosses:
+        with pytest.raises(InputError, match=r"apart at most.*the surface crosses itself, first near"):
+            tetrahedralise(dented(depth_m), {}, EdgeLengths(0.012))
+    else:
+        quality = tetrahedralise(dented(depth_m), {}, EdgeLengths(0.012)).quality
+        assert quality.deviation_m < 0.025 * 0.012
+
+
+def test_a_cavity_is_left_empty_in_the_mesh() -> None:
+    outer, inner = sphere_surface(0.05, 3), sphere_surface(0.02, 3)
+    corners = np.concatenate([outer.corners, inner.corners + np.array([0.01, 0.0, 0.0])])
+    hollow = closed_surface(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3), "hollow")
+    tissue = tetrahedralise(hollow, {}, EdgeLengths(0.025))
+    assert tissue.quality.volume_m3 == pytest.approx(outer.volume_m3 - inner.volume_m3, rel=0.02)
+    centres = tissue.mesh.points[tissue.mesh.cells[:, :4]].mean(axis=1)
+    assert np.linalg.norm(centres - [0.01, 0.0, 0.0], axis=1).min() > 0.019
+
+
+def test_a_kept_mesh_that_was_not_judged_is_judged_when_it_is_found(
+    cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    far_off = replace(one_tetrahedron(1.0), quality=good(0.0, 0.01))
+    monkeypatch.setattr(mesh_cache, "tetrahedralise", lambda *_: far_off)
+    for _ in range(2):
+        with pytest.raises(InputError, match=r"10\.00 mm apart"):
+            mesh_cache.tissue_mesh(block_surface((0.1, 0.1, 0.01)), REGIONS, EdgeLengths(0.01))
 
 
 @pytest.mark.parametrize(

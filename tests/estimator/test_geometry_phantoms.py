@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from surface_files import ply_file
 
 from daq.cli.mesh import add_parser
 from daq.cli.verb import Result
@@ -28,11 +29,11 @@ from estimator.fem.equilibrium import EquilibriumSolver
 from estimator.fem.motion import GripperPose
 from estimator.fem.observation import Observation, observe
 from estimator.fem.problem import RetractionProblem
-from estimator.forward.meshing import mesh_experiment
+from estimator.forward.meshing import mesh_experiment, surface_notes
 from estimator.geometry.shapes import block_surface
-from estimator.geometry.surface_io import write_stl
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
+from estimator.surfaces.writing import write_stl
 
 FloatArray = NDArray[np.float64]
 
@@ -152,6 +153,59 @@ def test_the_verb_meshes_an_experiment_and_tells_the_quality(as_surface: Experim
     assert all(Path(file).stat().st_size > 1000 for file in told["files"])
     assert f"{told['mesh']['elements']} quadratic tetrahedra" in result.text
     assert "grasp" in result.text
+
+
+@pytest.fixture
+def in_millimetres(as_surface: Experiment, tmp_path: Path) -> Experiment:
+    """The same experiment, its surface a PLY file in millimetres with one face twice."""
+    block = block_surface((0.1, 0.1, 0.01))
+    vertices, faces = (1e3 * block.vertices).tolist(), block.triangles.tolist()
+    (tmp_path / "block.ply").write_bytes(ply_file(vertices, [*faces, faces[0]], "binary_little_endian"))
+    phantom = Phantom("surface", (0.1, 0.1, 0.01), tmp_path / "block.ply")
+    return write_experiment(replace(as_surface, phantom=phantom), tmp_path / "pull")
+
+
+def test_an_experiment_with_a_ply_file_in_millimetres_poses_the_same_problem(
+    in_millimetres: Experiment, problem: RetractionProblem
+) -> None:
+    assert in_millimetres.path is not None
+    again = mesh_experiment(read_experiment(in_millimetres.path), COARSE)
+    extent = np.ptp(again.body.mesh.points, axis=0)
+    assert extent == pytest.approx(np.ptp(problem.body.mesh.points, axis=0), abs=1e-6)
+    size, repeated = surface_notes(in_millimetres, COARSE)
+    assert size.endswith("phantom.ply: taken as millimetres by its size: 100 mm long")
+    assert repeated.endswith("phantom.ply: left out 1 triangles that stood twice")
+
+
+def test_nothing_is_said_of_a_block_nor_of_a_surface_that_was_taken_as_it_is(
+    as_surface: Experiment, problem: RetractionProblem
+) -> None:
+    assert surface_notes(block_experiment()) == []
+    assert surface_notes(as_surface, COARSE) == []
+
+
+def test_the_verb_says_what_was_repaired_and_refuses_it_where_it_shall_be_strict(
+    in_millimetres: Experiment, tmp_path: Path
+) -> None:
+    file = tmp_path / "block.ply"
+    result = run_verb(file, "--edge-length", "0.05", "-o", tmp_path / "a.vtu")
+    said = ["taken as millimetres by its size: 100 mm long", "left out 1 triangles that stood twice"]
+    assert result.data["repairs"] == said
+    assert result.data["warnings"] == []
+    assert all(f"repaired         {repair}" in result.text for repair in said)
+    with pytest.raises(
+        InputError, match=r"block\.ply: taken as millimetres.*stood twice; mend it .*--strict"
+    ):
+        run_verb(file, "--strict", "-o", tmp_path / "b.vtu")
+    with pytest.raises(InputError, match=r"block\.ply: left out 1 triangles that stood twice; mend it"):
+        run_verb(file, "--unit", "mm", "--strict", "-o", tmp_path / "b.vtu")
+    assert not (tmp_path / "b.vtu").exists()
+
+
+def test_the_unit_of_an_experiment_is_stated_in_its_file(as_surface: Experiment) -> None:
+    assert as_surface.path is not None
+    with pytest.raises(InputError, match=r'write unit = "cm" under \[phantom\]'):
+        run_verb(as_surface.path, "--unit", "cm")
 
 
 def test_the_verb_refuses_a_block_and_a_name_that_is_no_vtu(as_surface: Experiment, tmp_path: Path) -> None:

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from estimator.geometry.organ import organ_surface
-from estimator.geometry.queries import inside
 from estimator.geometry.rough import ridged_multifractal, rough_block
 from estimator.geometry.shapes import block_surface, sphere_surface
-from estimator.geometry.surface import directed_edges
+from estimator.surfaces.queries import inside
+from estimator.surfaces.surface import directed_edges
 
 SIZE = (0.1, 0.1, 0.01)
 
