@@ -42,6 +42,7 @@ from daq.recording.folder import read_info
 from daq.recording.streams import FORCE, Streams
 from daq.rig import Rig, make_devices
 from daq.session.session import Label, Session, connected
+from daq.timing.laboratory_time import in_the_time_of
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceError
 from robot_drivers.real_time import shorten_collections
@@ -63,7 +64,7 @@ def serve(commands: BinaryIO, reports: BinaryIO) -> None:
             raise SessionError(
                 f"the client speaks another version of the messages than {VERSION}; start it anew"
             )
-        with connected(make_devices(first.rig)) as devices:
+        with in_the_time_of(first.rig), connected(make_devices(first.rig)) as devices:
             shorten_collections()
             link.send(Opened({role: device.identity for role, device in devices.all().items()}))
             Host(first.rig, devices, link).run(commands)

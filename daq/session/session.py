@@ -5,7 +5,6 @@ the windows; nothing is averaged here. Whatever ends a session, the robot stands
 """
 
 import shutil
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, replace
@@ -30,16 +29,17 @@ from daq.recording.recorder import Recorder
 from daq.recording.streams import Observer
 from daq.rig import Rig, write_rig
 from daq.session.checks import check_limits, require_rest, tool_targets
-from daq.session.guard import GUARD_LATENCY, Guard, Stop
+from daq.session.guard import GUARD_LATENCY, PACE, Guard, Stop
 from daq.session.steps import StepRunner
 from daq.session_report import write_report
 from daq.trajectories import Trajectory
 from daq.versions import package_versions
 from daq.vision.camera_model import PinholeCamera, StereoCalibration
+from robot_drivers.clock import host_time_ns, monotonic_time_ns, wait_until
 from robot_drivers.protocols import FloatArray, Pose, StreamStatistics
 
 # what the tissue and the robot do once it was stopped belongs into the recording
-_AFTER_STOP_S = 0.5
+_AFTER_STOP_NS = 500_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +50,23 @@ class Label:
     order: int = 1
     operator: str = ""
     notes: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Instant:
+    """The host clock, and the computer's own, which runs on where an emulated laboratory waits; ns."""
+
+    host_ns: int
+    monotonic_ns: int
+
+    @classmethod
+    def now(cls) -> "_Instant":
+        return cls(host_time_ns(), monotonic_time_ns())
+
+    def slowdown_since(self) -> float:
+        """Return how many times slower than the computer's the host clock has run since."""
+        now = _Instant.now()
+        return (now.monotonic_ns - self.monotonic_ns) / max(1, now.host_ns - self.host_ns)
 
 
 class RecordSession(Protocol):
@@ -153,7 +170,7 @@ class Session:
     ) -> SessionInfo:
         """Record into the folder, and seal it, however the retraction ends."""
         devices, trajectory = self._devices, self._trajectory
-        before = _statistics(devices)
+        before, began = _statistics(devices), _Instant.now()
         recorder = self._recorder = Recorder(
             self.folder,
             devices.force_sensor,
@@ -170,7 +187,7 @@ class Session:
             problems.append(self._hold_after(error, recorder))
             raise
         finally:
-            problems += self._end(recorder, before)
+            problems += self._end(recorder, before, began)
             progress("checking and sealing the recording", len(targets), len(targets))
             info = self._seal(problems)
         return info
@@ -229,10 +246,12 @@ class Session:
             )
         except RecordingError as failure:
             return f"{reason}; {failure}"
-        time.sleep(_AFTER_STOP_S)
+        wait_until(host_time_ns() + _AFTER_STOP_NS)
         return reason
 
-    def _end(self, recorder: Recorder, before: Mapping[str, StreamStatistics]) -> list[str]:
+    def _end(
+        self, recorder: Recorder, before: Mapping[str, StreamStatistics], began: "_Instant"
+    ) -> list[str]:
         """Stop recording, and return a line for everything that an analyst must know."""
         latency, problems = self._guard.latency, []
         try:
@@ -243,6 +262,8 @@ class Session:
                 most_s=latency.quantile_s(0.999),
                 longest_s=latency.longest_s,
             )
+            if self._rig.laboratory_clock is not None:
+                recorder.event(PACE, slowdown=began.slowdown_since())
         except RecordingError as failure:
             problems.append(str(failure))
         try:
@@ -270,7 +291,8 @@ def _make_folder(
         copies = {calibration, *in_force.copy_to(calibration.parent)}
     except OSError as error:
         raise RecordingError(f"{folder}: no session can be put there ({error}); name a new folder") from error
-    write_rig(replace(rig, stereo_calibration=calibration, calibration=calibration.parent), folder / RIG_FILE)
+    kept = replace(rig, stereo_calibration=calibration, calibration=calibration.parent, laboratory_clock=None)
+    write_rig(kept, folder / RIG_FILE)
     info = SessionInfo(
         name=label.name,
         phantom_id=rig.specimen.phantom_id,

@@ -7,12 +7,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from daq.rig import Latencies, write_rig
+from daq.timing.laboratory_time import in_the_time_of
 from daq.virtual_rig.child_processes import end_all, told
 from daq.virtual_rig.layout import CAMERA_READOUT_S, FORCE_FILTER_S, Addresses, rig_description
 from daq.virtual_rig.operator import VirtualOperator
 from daq.virtual_rig.processes import DeviceClocks, VirtualRigSettings, run_emulators, solve_phantom
 from daq.virtual_rig.scene import flea2_pair
 
+CLOCK_FILE = "clock"
 RIG_FILE = "rig.toml"
 STEREO_FILE = "stereo.toml"
 TRUTH_FILE = "truth.toml"
@@ -38,20 +40,28 @@ class VirtualRig:
 
 
 @contextmanager
-def virtual_rig(folder: Path, settings: VirtualRigSettings) -> Iterator[VirtualRig]:
+def virtual_rig(
+    folder: Path, settings: VirtualRigSettings, beside_real_devices: bool = False
+) -> Iterator[VirtualRig]:
     """Run a virtual rig whose files are in ``folder``, an existing one.
+
+    It has a clock of its own, which waits for whatever emulates it, and on which this process lives meanwhile too. Its
+    devices can be used beside real ones only without such a clock, for nothing real waits.
 
     Raises
     ------
     SessionError
         Its processes did not start.
     """
+    clock = None if beside_real_devices else folder / CLOCK_FILE
     context = multiprocessing.get_context("spawn")
     control, control_end = context.Pipe()
     to_solver, from_emulators = context.Pipe()
     processes = [
         context.Process(target=solve_phantom, args=(from_emulators, settings.phantom), name="phantom"),
-        context.Process(target=run_emulators, args=(control_end, to_solver, settings), name="emulators"),
+        context.Process(
+            target=run_emulators, args=(control_end, to_solver, settings, clock), name="emulators"
+        ),
     ]
     for process in processes:
         process.start()
@@ -64,10 +74,13 @@ def virtual_rig(folder: Path, settings: VirtualRigSettings) -> Iterator[VirtualR
         pair = flea2_pair()
         pair.save(folder / STEREO_FILE)
         described = rig_description(addresses, folder / STEREO_FILE)
-        rig = replace(described, name=_name(described.name, settings), latencies=LATENCIES)
+        rig = replace(
+            described, name=_name(described.name, settings), latencies=LATENCIES, laboratory_clock=clock
+        )
         write_rig(rig, folder / RIG_FILE)
         _write_truth(folder / TRUTH_FILE, settings)
-        yield VirtualRig(folder / RIG_FILE, folder / TRUTH_FILE, VirtualOperator(control), clocks)
+        with in_the_time_of(rig):
+            yield VirtualRig(folder / RIG_FILE, folder / TRUTH_FILE, VirtualOperator(control), clocks)
     finally:
         control.close()
         end_all(reversed(processes))
