@@ -17,7 +17,7 @@ from daq.trajectories import Trajectory
 from robot_drivers.ati.tare import Tare
 from robot_drivers.protocols import DeviceIdentity, FloatArray
 
-VERSION = 2
+VERSION = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +75,14 @@ class Note:
 
 @dataclass(frozen=True, slots=True)
 class Alive:
-    """The client is there."""
+    """The client is there.
+
+    Attributes
+    ----------
+    threads : native ids of its threads on which the next sign of life depends; empty where it does not tell
+    """
+
+    threads: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

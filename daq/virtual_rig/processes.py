@@ -44,7 +44,7 @@ from robot_drivers.cameras.emulator import BusClock, CameraEmulator, CameraEmula
 from robot_drivers.clock import host_time_ns, living_on
 from robot_drivers.laboratory_clock import ClockKeeper
 from robot_drivers.protocols import Pose
-from robot_drivers.real_time import give_way, prefer_this_process, shorten_turns
+from robot_drivers.real_time import prefer_this_process, shorten_turns
 
 _BURST_S = 0.005
 _BUFFERED = 5
@@ -53,8 +53,6 @@ _BUFFERED = 5
 _TISSUE_BEHIND_S = 0.25
 _SIGNALS_BEHIND_S = 0.05
 _IMAGE_BEHIND_S = 0.1
-# The phantom comes after the programs that are tried on it: in nature it costs no time.
-_STEPS_BEHIND = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +92,6 @@ class DeviceClocks:
 def solve_phantom(connection: Connection, phantom: PhantomModel) -> None:
     """Answer every pose with the phantom's state, until the other end closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    give_way(_STEPS_BEHIND)
     compute_in_one_thread()
     solver = phantom.build()
     while True:
