@@ -24,6 +24,7 @@ from daq.acquisition.messages import (
     Failure,
     Hold,
     Look,
+    Mark,
     Note,
     Open,
     Opened,
@@ -183,6 +184,7 @@ class Host:
                 start.folder,
                 start.label,
                 (self._live, self._connections),
+                self._counting.clock_problems,
             )
             return Ended(session.run(self._show_progress), None)
         except (DaqError, DeviceError) as error:
@@ -231,6 +233,9 @@ class Host:
                     self._held = ""
                 case Note(text):
                     self._note(text)
+                case Mark(problem):
+                    if (session := self._session) is not None:
+                        session.mark(problem)
                 case Alive():
                     pass
         except (DaqError, DeviceError) as error:
@@ -282,6 +287,7 @@ class Host:
             pose=pose,
             images=images,
             zero=session.zero if session is not None else None,
+            problems=session.problems() if session is not None else (),
         )
 
 

@@ -5,7 +5,7 @@ the windows; nothing is averaged here. Whatever ends a session, the robot stands
 """
 
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -36,6 +36,7 @@ from daq.trajectories import Trajectory
 from daq.versions import package_versions
 from daq.vision.camera_model import PinholeCamera, StereoCalibration
 from robot_drivers.clock import host_time_ns, monotonic_time_ns, wait_until
+from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import FloatArray, Pose, StreamStatistics
 
 # what the tissue and the robot do once it was stopped belongs into the recording
@@ -102,6 +103,7 @@ class Session:
     ----------
     folder : of the session, must not exist
     observers : see what the devices bring, behind the guard
+    look : tells, at the end, what else the session is to be marked with
     """
 
     def __init__(
@@ -112,8 +114,12 @@ class Session:
         folder: Path,
         label: Label,
         observers: Sequence[Observer] = (),
+        look: Callable[[], Sequence[str]] = tuple,
     ) -> None:
         self.folder = folder
+        self._look = look
+        self._marks: list[str] = []
+        self._before: Mapping[str, StreamStatistics] = {}
         serials = {role: device.identity.serial for role, device in devices.all().items()}
         self._in_force = calibrations_in_force(rig, serials)
         self._rig = rig = self._in_force.apply(rig)
@@ -170,7 +176,7 @@ class Session:
     ) -> SessionInfo:
         """Record into the folder, and seal it, however the retraction ends."""
         devices, trajectory = self._devices, self._trajectory
-        before, began = _statistics(devices), _Instant.now()
+        self._before, began = _statistics(devices), _Instant.now()
         recorder = self._recorder = Recorder(
             self.folder,
             devices.force_sensor,
@@ -180,14 +186,14 @@ class Session:
             models,
             tell_failure=lambda failure: self._guard.hold(str(failure)),
         )
-        problems = list(self._in_force.warnings)
+        problems: list[str] = []
         try:
             StepRunner(devices.robot, self._guard, recorder, progress).run(trajectory, targets)
         except BaseException as error:
             problems.append(self._hold_after(error, recorder))
             raise
         finally:
-            problems += self._end(recorder, before, began)
+            problems += self._end(recorder, began)
             progress("checking and sealing the recording", len(targets), len(targets))
             info = self._seal(problems)
         return info
@@ -217,6 +223,21 @@ class Session:
         if self._recorder is None:
             raise SessionError("nothing is being recorded yet; note it again once the session runs")
         self._recorder.event("note", text=text)
+
+    def mark(self, problem: str) -> None:
+        """Mark the session with a problem that somebody else knows of; from any thread."""
+        if problem not in self._marks:
+            self._marks.append(problem)
+
+    def problems(self) -> tuple[str, ...]:
+        """Return a line for everything that an analyst must know, as far as it is known by now."""
+        if self._recorder is None:
+            return self._in_force.warnings
+        try:
+            losses = _losses(self._before, _statistics(self._devices))
+        except DeviceError:
+            losses = []  # a device that is lost is told as what ends the session
+        return (*self._in_force.warnings, *losses, *_drops(self._recorder), *self._marks)
 
     def written(self) -> dict[str, int]:
         """Return the samples of each stream that are in the file."""
@@ -249,9 +270,7 @@ class Session:
         wait_until(host_time_ns() + _AFTER_STOP_NS)
         return reason
 
-    def _end(
-        self, recorder: Recorder, before: Mapping[str, StreamStatistics], began: "_Instant"
-    ) -> list[str]:
+    def _end(self, recorder: Recorder, began: "_Instant") -> list[str]:
         """Stop recording, and return a line for everything that an analyst must know."""
         latency, problems = self._guard.latency, []
         try:
@@ -270,8 +289,9 @@ class Session:
             recorder.close()
         except OSError as error:
             problems.append(f"the end of the recording may not have reached the disk ({error})")
+        problems += self._look()
         self._devices.force_sensor.stop()
-        return problems + _losses(before, _statistics(self._devices)) + _drops(recorder)
+        return [*self.problems(), *problems]
 
 
 def _camera_models(rig: Rig) -> dict[str, PinholeCamera]:

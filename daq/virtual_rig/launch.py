@@ -1,9 +1,11 @@
 """Starting the virtual rig: its processes, its rig file, its calibration and its truth."""
 
 import multiprocessing
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 from daq.rig import Latencies, write_rig
@@ -37,6 +39,11 @@ class VirtualRig:
     truth_path: Path
     operator: VirtualOperator
     clocks: DeviceClocks
+    _notices: Connection
+
+    def notices(self) -> list[str]:
+        """Return a line for everything that went wrong in it since the last call."""
+        return _lines(self._notices)
 
 
 @contextmanager
@@ -56,17 +63,20 @@ def virtual_rig(
     clock = None if beside_real_devices else folder / CLOCK_FILE
     context = multiprocessing.get_context("spawn")
     control, control_end = context.Pipe()
+    notices, notices_end = context.Pipe(duplex=False)
     to_solver, from_emulators = context.Pipe()
     processes = [
         context.Process(target=solve_phantom, args=(from_emulators, settings.phantom), name="phantom"),
         context.Process(
-            target=run_emulators, args=(control_end, to_solver, settings, clock), name="emulators"
+            target=run_emulators,
+            args=(control_end, notices_end, to_solver, settings, clock),
+            name="emulators",
         ),
     ]
     for process in processes:
         process.start()
     # the ends that live in the other processes; what stays open here would hide their end from one another
-    for far_end in (from_emulators, to_solver, control_end):
+    for far_end in (from_emulators, to_solver, control_end, notices_end):
         far_end.close()
     try:
         clocks: DeviceClocks = told(control, "the virtual rig")
@@ -79,11 +89,26 @@ def virtual_rig(
         )
         write_rig(rig, folder / RIG_FILE)
         _write_truth(folder / TRUTH_FILE, settings)
+        running = VirtualRig(
+            folder / RIG_FILE, folder / TRUTH_FILE, VirtualOperator(control), clocks, notices
+        )
         with in_the_time_of(rig):
-            yield VirtualRig(folder / RIG_FILE, folder / TRUTH_FILE, VirtualOperator(control), clocks)
+            yield running
     finally:
+        # what nobody has asked for may be why
+        sys.stderr.writelines(f"{notice}\n" for notice in _lines(notices))
         control.close()
         end_all(reversed(processes))
+
+
+def _lines(notices: Connection) -> list[str]:
+    told = []
+    try:
+        while notices.poll():
+            told.append(str(notices.recv()))
+    except (EOFError, OSError):
+        pass  # it has ended
+    return told
 
 
 def _name(usual: str, settings: VirtualRigSettings) -> str:

@@ -109,9 +109,15 @@ def _answer(solver: PhantomSolver, pose: Pose) -> PhantomState | SolverError:
 
 
 def run_emulators(
-    control: Connection, solver: Connection, settings: VirtualRigSettings, clock: Path | None
+    control: Connection,
+    notices: Connection,
+    solver: Connection,
+    settings: VirtualRigSettings,
+    clock: Path | None,
 ) -> None:
     """Run the devices; tell their clocks and addresses over ``control``, obey orders from there, end when it closes.
+
+    What goes wrong is told in lines over ``notices``.
 
     They live on the clock whose file is ``clock``, which waits for them and for the phantom; without one on the
     computer's, which does not.
@@ -128,7 +134,7 @@ def run_emulators(
         )
         egm_port = free_udp_port()
         controller.start_egm_stream("127.0.0.1", egm_port)
-        tissue = stack.enter_context(closing(SimulatedTissue(solver, controller.path, FRAMES)))
+        tissue = stack.enter_context(closing(SimulatedTissue(solver, controller.path, FRAMES, notices.send)))
         transducer = SimulatedTransducer(
             tissue, FRAMES, TOOL, SPECIMEN.environment.gravity, np.array(settings.sensor_offset)
         )

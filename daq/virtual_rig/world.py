@@ -2,7 +2,6 @@
 
 import math
 import multiprocessing
-import sys
 import threading
 import time
 from bisect import bisect_left
@@ -42,10 +41,11 @@ class SimulatedTissue:
     solver : takes a pose, answers with a :class:`PhantomState` or a SolverError
     path : returns host times, ns, and ``T_base_tool`` as it truly was then, oldest first
     frames : of the rig
+    tell : called, from another thread, with a line about what goes wrong
 
     Where the laboratory's clock does not wait for the tissue (:meth:`behind_s`) and the computer has too much else to
-    do the tissue falls behind, which standard error tells, once each time that it does: beads and forces are then not
-    those of the phantom.
+    do the tissue falls behind, which is told, once each time that it does: beads and forces are then not those of the
+    phantom.
 
     Attributes
     ----------
@@ -53,8 +53,13 @@ class SimulatedTissue:
     """
 
     def __init__(
-        self, solver: Connection, path: Callable[[], Sequence[tuple[int, Pose]]], frames: Frames
+        self,
+        solver: Connection,
+        path: Callable[[], Sequence[tuple[int, Pose]]],
+        frames: Frames,
+        tell: Callable[[str], None],
     ) -> None:
+        self._tell = tell
         self._solver = solver
         self._path = path
         self._T_tissue_base = poses.inverse(frames.T_base_tissue.pose)
@@ -123,9 +128,7 @@ class SimulatedTissue:
         try:
             self._follow()
         except (SolverError, EOFError, OSError) as error:
-            sys.stderr.write(
-                f"the virtual phantom cannot be solved any more ({error!r}); its laboratory ends\n"
-            )
+            self._tell(f"the virtual phantom cannot be solved any more ({error!r}); its laboratory ends")
         finally:
             self._end.close()
 
@@ -136,7 +139,7 @@ class SimulatedTissue:
             way = increment(self._motion.newest.T_tissue_gripper, pose)
             behind_m = float(np.linalg.norm(way[:3]))
             if behind_m > _BEHIND_M and not told:
-                sys.stderr.write(_fallen_behind(behind_m))
+                self._tell(_fallen_behind(behind_m))
             told = behind_m > _BEHIND_M
             if np.linalg.norm(way[:3]) > _SOLVE_BEYOND_M or np.linalg.norm(way[3:]) > _SOLVE_BEYOND_RAD:
                 self._asked_ns = host_time_ns()
@@ -154,7 +157,7 @@ class SimulatedTissue:
 def _fallen_behind(behind_m: float) -> str:
     return (
         f"the virtual phantom is {1e3 * behind_m:.1f} mm behind the gripper, for this computer has too much else "
-        "to do: what is recorded now is not what the phantom does; close other programs and record anew\n"
+        "to do: what is recorded now is not what the phantom does; close other programs and record anew"
     )
 
 

@@ -110,10 +110,10 @@ class SessionTable(Card):
 
 def _texts(entry: SessionEntry) -> tuple[str, str, str, str]:
     phantom = "" if entry.info is None else entry.info.phantom_id
-    problems = entry.info is not None and entry.info.problems
+    problems = () if entry.info is None else entry.info.problems
     return (
         entry.started or entry.folder.name,
         phantom,
         entry.trajectory,
-        f"{entry.condition} ⚠" if problems else entry.condition,
+        f"{entry.condition} ⚠ {'; '.join(problems)}" if problems else entry.condition,
     )
