@@ -25,6 +25,7 @@ from daq.virtual_rig.layout import (
     PATIENCE_S,
     REST_TOOL,
     SPECIMEN,
+    STREAM_PATIENCE_S,
     T_FLANGE_TOOL,
     TOOL,
     Addresses,
@@ -214,7 +215,12 @@ def _cameras(
         return expose
 
     emulated = CameraEmulatorSettings(
-        pair.left.width, pair.left.height, settings.frames_per_s, _BUFFERED, CAMERA_READOUT_S
+        pair.left.width,
+        pair.left.height,
+        settings.frames_per_s,
+        _BUFFERED,
+        CAMERA_READOUT_S,
+        send_timeout_s=STREAM_PATIENCE_S,
     )
     return [
         CameraEmulator(image_source(scene, board), emulated, bus)

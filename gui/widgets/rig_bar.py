@@ -17,7 +17,12 @@ _PROBLEMS_PX = 240
 
 
 class RigBar(QFrame):
-    """Renders a :class:`gui.state.RigState`; ``stop_pressed`` and ``release_pressed`` are its two buttons."""
+    """Renders a :class:`gui.state.RigState`; ``stop_pressed`` and ``release_pressed`` are its two buttons.
+
+    Attributes
+    ----------
+    problems : label with what the recording is marked with
+    """
 
     stop_pressed = Signal()
     release_pressed = Signal()
@@ -32,8 +37,8 @@ class RigBar(QFrame):
         self._force = LimitBar("force", "N", limits.force_n)
         self._torque = LimitBar("torque", "N·m", limits.torque_nm)
         self._disk = _line("muted")
-        self._problems = _line("muted")
-        self._problems.setTextFormat(Qt.TextFormat.PlainText)
+        self.problems = _line("muted")
+        self.problems.setTextFormat(Qt.TextFormat.PlainText)
         self.stop = button(
             f"■  STOP\n{STOP_KEYS}",
             "stop",
@@ -54,7 +59,7 @@ class RigBar(QFrame):
         loads.addWidget(self._torque)
         numbers = QVBoxLayout()
         numbers.addWidget(self._disk)
-        numbers.addWidget(self._problems)
+        numbers.addWidget(self.problems)
         row = QHBoxLayout(self)
         row.setContentsMargins(16, 10, 16, 10)
         row.setSpacing(14)
@@ -91,11 +96,11 @@ class RigBar(QFrame):
         self._torque.show_value(state.torque_nm, unzeroed)
         flawless = "no problem so far" if recording else ""
         told = f"⚠ {'; '.join(state.problems)}" if state.problems else flawless
-        self._problems.setText(
-            self._problems.fontMetrics().elidedText(told, Qt.TextElideMode.ElideRight, _PROBLEMS_PX)
+        self.problems.setText(
+            self.problems.fontMetrics().elidedText(told, Qt.TextElideMode.ElideRight, _PROBLEMS_PX)
         )
-        self._problems.setToolTip("\n".join(state.problems))
-        set_role(self._problems, "bad" if state.problems else "muted")
+        self.problems.setToolTip("\n".join(state.problems))
+        set_role(self.problems, "bad" if state.problems else "muted")
         self.stop.setEnabled(state.connected)
         self.release.setVisible(state.phase == "held")
 

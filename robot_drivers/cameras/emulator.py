@@ -35,7 +35,6 @@ _TIMESTAMP = 0x001
 _FRAME_COUNTER = 0x040
 _FRAME_INFO_BITS = 10
 _POLL_S = 0.05
-_SEND_TIMEOUT_S = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +69,7 @@ class CameraEmulatorSettings:
     buffered : images that wait for a client or a machine that is late; beyond that exposures are missed
     readout_s : from an exposure until its image begins to leave the camera, as long as the image is there by then
     bind_address, port : where it listens; port 0 takes any free one
+    send_timeout_s : a client that takes no image for so long is left
     frame_info : the register 12F8h; by default cycle time and frame counter are embedded, 0x8000_0000 embeds
         nothing
     """
@@ -81,6 +81,7 @@ class CameraEmulatorSettings:
     readout_s: float = 0.0
     bind_address: str = "127.0.0.1"
     port: int = 0
+    send_timeout_s: float = 2.0
     frame_info: int = _PRESENT | _TIMESTAMP | _FRAME_COUNTER
 
     def __post_init__(self) -> None:
@@ -199,7 +200,7 @@ class CameraEmulator(ClosedAtExit):
                 continue
             with connection:
                 connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                connection.settimeout(_SEND_TIMEOUT_S)
+                connection.settimeout(self._settings.send_timeout_s)
                 self._disconnecting.clear()
                 if self._unreachable():
                     continue
