@@ -49,9 +49,9 @@ from robot_drivers.real_time import prefer_this_process, shorten_turns
 
 _BURST_S = 0.005
 _BUFFERED = 5
-# By how much each may be late before the laboratory's clock waits: no more than leaves the recording as it is. A
-# solution that is awaited no longer than that is there before a step that has settled is measured.
-_TISSUE_BEHIND_S = 0.25
+# By how much each may be late before the laboratory's clock waits: no more than leaves the recording as it is. In that
+# time the gripper goes no further than the last solutions continue as well as another one would.
+_TISSUE_BEHIND_S = 0.4
 _SIGNALS_BEHIND_S = 0.05
 _IMAGE_BEHIND_S = 0.1
 

@@ -22,7 +22,7 @@ _SOLVE_BEYOND_RAD = 0.01
 # Behind by this much, the tissue's state is extrapolated beyond what it is good for.
 _BEHIND_M = 3e-3
 # Where the laboratory's clock waits for the tissue, it does so well before that.
-_WAITED_FOR_BEYOND_M = 2e-3
+_WAITED_FOR_BEYOND_M = 2.3e-3
 _FIRST_PULL_M = 1e-3
 _SAMPLE_S = 0.004
 _LATEST_CYCLE_NS = 100_000_000
