@@ -11,7 +11,7 @@ from gui.laboratory import STANDARD
 
 
 @contextmanager
-def run_emulators(mounted: str, beside_real_devices: bool) -> Iterator[VirtualRig]:
+def run_emulators(mounted: str, in_real_time: bool) -> Iterator[VirtualRig]:
     """Run it with the phantom of the paper, or with what a kind of calibration needs; alone, or beside real devices.
 
     Raises
@@ -22,6 +22,6 @@ def run_emulators(mounted: str, beside_real_devices: bool) -> Iterator[VirtualRi
     settings = standard_settings() if mounted == STANDARD else calibration_settings(mounted)
     with (
         tempfile.TemporaryDirectory(prefix="virtual-rig-") as folder,
-        virtual_rig(Path(folder), settings, beside_real_devices) as running,
+        virtual_rig(Path(folder), settings, in_real_time) as running,
     ):
         yield running

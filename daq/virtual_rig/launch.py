@@ -48,25 +48,27 @@ class VirtualRig:
 
 @contextmanager
 def virtual_rig(
-    folder: Path, settings: VirtualRigSettings, beside_real_devices: bool = False
+    folder: Path, settings: VirtualRigSettings, in_real_time: bool = False
 ) -> Iterator[VirtualRig]:
     """Run a virtual rig whose files are in ``folder``, an existing one.
 
-    It has a clock of its own, which waits for whatever emulates it, and on which this process lives meanwhile too. Its
-    devices can be used beside real ones only without such a clock, for nothing real waits.
+    It has a clock of its own, which waits for whatever emulates it, and on which this process lives meanwhile too; in
+    real time it has none, for use beside real devices, which do not wait, and to measure what a busy computer does.
 
     Raises
     ------
     SessionError
         Its processes did not start.
     """
-    clock = None if beside_real_devices else folder / CLOCK_FILE
+    clock = None if in_real_time else folder / CLOCK_FILE
     context = multiprocessing.get_context("spawn")
     control, control_end = context.Pipe()
     notices, notices_end = context.Pipe(duplex=False)
     to_solver, from_emulators = context.Pipe()
     processes = [
-        context.Process(target=solve_phantom, args=(from_emulators, settings.phantom), name="phantom"),
+        context.Process(
+            target=solve_phantom, args=(from_emulators, settings.phantom, in_real_time), name="phantom"
+        ),
         context.Process(
             target=run_emulators,
             args=(control_end, notices_end, to_solver, settings, clock),

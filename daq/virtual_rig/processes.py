@@ -45,10 +45,11 @@ from robot_drivers.cameras.emulator import BusClock, CameraEmulator, CameraEmula
 from robot_drivers.clock import host_time_ns, living_on
 from robot_drivers.laboratory_clock import ClockKeeper
 from robot_drivers.protocols import Pose
-from robot_drivers.real_time import prefer_this_process, shorten_turns
+from robot_drivers.real_time import give_way, prefer_this_process, shorten_turns
 
 _BURST_S = 0.005
 _BUFFERED = 5
+_STEPS_BEHIND = 5
 # By how much each may be late before the laboratory's clock waits: no more than leaves the recording as it is. In that
 # time the gripper goes no further than the last solutions continue as well as another one would.
 _TISSUE_BEHIND_S = 0.4
@@ -90,9 +91,15 @@ class DeviceClocks:
     cameras: BusClock
 
 
-def solve_phantom(connection: Connection, phantom: PhantomModel) -> None:
-    """Answer every pose with the phantom's state, until the other end closes."""
+def solve_phantom(connection: Connection, phantom: PhantomModel, in_real_time: bool) -> None:
+    """Answer every pose with the phantom's state, until the other end closes.
+
+    In real time it comes after the programs that are tried on it, for in nature a phantom costs no time; a laboratory
+    that waits for it goes on sooner if it does not.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if in_real_time:
+        give_way(_STEPS_BEHIND)
     compute_in_one_thread()
     solver = phantom.build()
     while True:
