@@ -17,7 +17,7 @@ from gui.jobs import Jobs
 from gui.laboratory import CALIBRATIONS_FOLDER, Laboratory, roles
 from gui.link import AcquisitionLink
 from gui.messages import Message
-from gui.opening import Opening
+from gui.opening import STARTING, Opening
 from gui.pages.acquire import AcquirePage
 from gui.pages.calibrate import CalibratePage
 from gui.pages.diagnose import DiagnosePage
@@ -167,7 +167,7 @@ class _Stage(QObject):
             return
         self.opening.show()
         if virtual:
-            self.opening.wait("The emulated devices are starting; this takes some seconds.")
+            self.opening.wait(STARTING)
             self._open(own, virtual=True)
 
     def _open(self, own: Rig | None, *, virtual: bool) -> None:

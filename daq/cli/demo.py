@@ -42,7 +42,7 @@ def run(options: argparse.Namespace) -> Result:
     rig_folder, session, experiment = folder / "rig", folder / "session", folder / "experiment"
     rig_folder.mkdir(parents=True)
     with progress() as tell:
-        tell("starting the virtual laboratory", 0, 1)
+        tell("starting the virtual laboratory, which compiles its solver the first time", 0, 1)
         with virtual_rig(rig_folder, standard_settings(options.seed)) as running:
             rig = read_rig(running.rig_path)
             with Acquisition(rig) as acquisition:

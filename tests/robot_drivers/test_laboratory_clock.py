@@ -99,6 +99,21 @@ def test_a_laboratory_whose_keeper_has_died_goes_on_after_ten_seconds(keeper: Cl
     assert keeper.time_ns() - begun_ns == SECOND_NS + 20 * MS
 
 
+def test_a_keeper_that_comes_back_takes_it_on_from_where_it_went_by_itself(
+    keeper: ClockKeeper, now: Now
+) -> None:
+    begun_ns = keeper.time_ns()
+    now.ns += 12 * SECOND_NS
+    assert keeper.time_ns() - begun_ns == 2 * SECOND_NS
+    for _ in range(3):
+        keeper.hold()
+        now.ns += SECOND_NS
+        assert keeper.time_ns() - begun_ns == 2 * SECOND_NS
+    keeper.grant(20 * MS)
+    now.ns += SECOND_NS
+    assert keeper.time_ns() - begun_ns == 2 * SECOND_NS + 20 * MS
+
+
 def test_a_keeper_that_holds_it_has_not_died(keeper: ClockKeeper, now: Now) -> None:
     begun_ns = keeper.time_ns()
     for _ in range(60):
