@@ -9,7 +9,6 @@ from daq.errors import DaqError
 from daq.rig import read_rig
 from gui.widgets.cards import button, label, set_role
 
-
 STARTING = (
     "The emulated devices are starting; this takes some seconds, and the first time, when the phantom's solver is "
     "compiled, a minute or so."
