@@ -11,7 +11,6 @@ from typing import Literal
 
 import numpy as np
 
-from daq.acquisition.counting import BAD_SYNC_S
 from daq.acquisition.messages import StreamCounts, Telemetry
 from daq.recording.streams import FORCE, ROBOT, camera_stream
 from daq.rig import Rig
@@ -25,6 +24,7 @@ _RATE_SPAN_NS = 2_000_000_000
 _OLD_S = {FORCE: 0.5, ROBOT: 0.5}
 _OLD_IMAGE_S = 1.5
 _DOUBTFUL_SYNC_S = 1e-3
+_BAD_SYNC_S = 5e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ class DeviceRow:
         """How far its times can be trusted."""
         if self.counts is None or math.isnan(self.counts.sync_s):
             return "off"
-        if self.counts.sync_s > BAD_SYNC_S:
+        if self.counts.sync_s > _BAD_SYNC_S:
             return "bad"
         return "doubtful" if self.counts.sync_s > _DOUBTFUL_SYNC_S else "good"
 

@@ -11,9 +11,6 @@ from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import StreamStatistics
 
-BAD_SYNC_S = 5e-3
-"""A clock that is known no better tells too little of when a sample was taken."""
-
 _SYNC_PERIOD_NS = 1_000_000_000
 
 
@@ -45,15 +42,6 @@ class Counting:
                 self._sync_s.get(stream, float("nan")),
             )
         return counts
-
-    def clock_problems(self) -> list[str]:
-        """Return a line for every stream whose clock is not known well enough to say when its samples were taken."""
-        known_s = {stream: self._live.sync_s(stream) for stream in self._statistics}
-        return [
-            f"{stream}: its clock is known on this computer's only within {1e3 * within_s:.0f} ms"
-            for stream, within_s in known_s.items()
-            if within_s > BAD_SYNC_S
-        ]
 
     def _watch_clocks(self, streams: Iterable[str]) -> None:
         """Look how well the clocks are known, now and then: it costs more than a count."""

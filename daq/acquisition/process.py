@@ -184,7 +184,6 @@ class Host:
                 start.folder,
                 start.label,
                 (self._live, self._connections),
-                self._counting.clock_problems,
             )
             return Ended(session.run(self._show_progress), None)
         except (DaqError, DeviceError) as error:

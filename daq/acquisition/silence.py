@@ -1,8 +1,9 @@
 """How long the client has been silent while it could have spoken: a slow client is not a silent one.
 
 A client gives a sign of life many times a second. On a busy computer it may have none to give because it waits for a
-processor; the kernel counts that for every thread, and it is taken off. So is the time in which the watch itself came
-late. What is frozen, stopped, blocked or caught in a computation waits for no processor, and is silent.
+processor; the kernel of Linux counts that for every thread, and it is taken off. Where it is not known, the time in
+which the watch itself came late is. What is frozen, stopped, blocked or caught in a computation waits for no processor,
+and is silent.
 """
 
 import threading
@@ -73,26 +74,32 @@ class Silence:
         with self._lock:
             now_s = self._now_s()
             elapsed_s, self._looked_s = now_s - self._looked_s, now_s
-            counted_s = min(elapsed_s, self._longest_step_s)
-            self._silent_s += max(0.0, counted_s - self._waited_s(now_s, elapsed_s))
+            waited_s = self._waited_s(now_s, elapsed_s)
+            if waited_s is None:
+                self._silent_s += min(elapsed_s, self._longest_step_s)
+            else:
+                self._silent_s += max(0.0, elapsed_s - waited_s)
             if self._silent_s > LIMIT_S:
                 return f"the controlling program has been silent for {self._silent_s:.2g} s"
             if now_s - self._heard_s > LONGEST_S:
                 return f"the controlling program has given no sign of life for {now_s - self._heard_s:.2g} s"
             return ""
 
-    def _waited_s(self, now_s: float, elapsed_s: float) -> float:
-        """Return for how long since the last look one of the client's threads waited for a processor."""
+    def _waited_s(self, now_s: float, elapsed_s: float) -> float | None:
+        """Return for how long since the last look one of the client's threads waited for a processor.
+
+        None where that is not known: then a look that comes late itself says little.
+        """
         if now_s - self._heard_s < _SOON_S:
-            return 0.0
+            return None
         told = {thread: self._processor_time(thread) for thread in self._threads}
         present = {thread: time for thread, time in told.items() if time is not None}
         before, self._before = self._before, present
-        waited_s = 0.0
+        waited_s = None
         for thread, (used_s, delayed_s, runnable) in present.items():
             if thread in before:
                 used_before_s, delayed_before_s, was_runnable = before[thread]
                 # the kernel adds a wait when it ends
                 still_s = elapsed_s if runnable and was_runnable and used_s == used_before_s else 0.0
-                waited_s = max(waited_s, delayed_s - delayed_before_s, still_s)
+                waited_s = max(waited_s or 0.0, delayed_s - delayed_before_s, still_s)
         return waited_s

@@ -5,7 +5,7 @@ the windows; nothing is averaged here. Whatever ends a session, the robot stands
 """
 
 import shutil
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -103,7 +103,6 @@ class Session:
     ----------
     folder : of the session, must not exist
     observers : see what the devices bring, behind the guard
-    look : tells, at the end, what else the session is to be marked with
     """
 
     def __init__(
@@ -114,10 +113,8 @@ class Session:
         folder: Path,
         label: Label,
         observers: Sequence[Observer] = (),
-        look: Callable[[], Sequence[str]] = tuple,
     ) -> None:
         self.folder = folder
-        self._look = look
         self._marks: list[str] = []
         self._before: Mapping[str, StreamStatistics] = {}
         serials = {role: device.identity.serial for role, device in devices.all().items()}
@@ -167,6 +164,9 @@ class Session:
         targets = self.check()
         models = _camera_models(self._rig)
         devices.force_sensor.start()
+        # what gathered while nobody read is not of this session, nor is what has been lost of it
+        for device in (devices.robot, *devices.cameras.values()):
+            device.read(0.0)
         _make_folder(self._rig, self._in_force, devices, trajectory, self.folder, self._label)
         with locked(self.folder / RIG_FILE):
             return self._record(targets, models, progress)
@@ -289,7 +289,6 @@ class Session:
             recorder.close()
         except OSError as error:
             problems.append(f"the end of the recording may not have reached the disk ({error})")
-        problems += self._look()
         self._devices.force_sensor.stop()
         return [*self.problems(), *problems]
 
