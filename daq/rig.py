@@ -159,6 +159,8 @@ class Rig:
     ``stereo_calibration`` is the file of the two cameras' calibration, ``cameras`` are left and right of it, and
     ``vision`` says what their images show. ``calibration`` is the folder of the calibration files, None for none;
     what is in force there goes before what the rig file says (:mod:`daq.calibration.in_force`).
+    ``laboratory_clock`` is the file of an emulated laboratory's clock (:mod:`daq.timing.laboratory_time`), and None for
+    real devices.
     """
 
     format: str
@@ -175,6 +177,7 @@ class Rig:
     latencies: Latencies = field(default_factory=Latencies)
     vision: FiducialSettings = field(default_factory=FiducialSettings)
     calibration: Path | None = None
+    laboratory_clock: Path | None = None
 
 
 def read_rig(path: Path) -> Rig:

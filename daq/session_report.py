@@ -19,7 +19,7 @@ from daq.progress import Progress
 from daq.recording.folder import DERIVED_FOLDER, RIG_FILE
 from daq.recording.reader import Recording
 from daq.rig import read_rig
-from daq.session.guard import GUARD_LATENCY
+from daq.session.guard import GUARD_LATENCY, PACE
 from daq.stream_times import SECOND_NS, clock_times, robot_times
 from daq.timing.event_times import EventTimes, clock_starts, estimate_event_times
 from estimator.errors import InputError
@@ -28,6 +28,7 @@ from estimator.json_dataclass import from_json
 from robot_drivers.protocols import FloatArray, IntArray
 
 REPORT_FILE = "report.json"
+_WORTH_TELLING = 1.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,11 +68,13 @@ class SessionReport:
     guard : blocks of force samples that the guard checked, and the time that took from the stamp of the oldest sample
         in them (median, 99.9 %, longest), s; where it stopped the robot, also why and how soon
     alignments : of the streams with the robot
+    slowdown : how many times slower than real time an emulated laboratory ran; 1 of a real one
     """
 
     streams: Mapping[str, StreamQuality]
     guard: Mapping[str, Any]
     alignments: tuple[Alignment, ...]
+    slowdown: float = 1.0
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -102,12 +105,21 @@ class SessionReport:
                 f"guard: force checked within {self.guard['most_s'] * 1e3:.1f} ms (99.9 %), "
                 f"{self.guard['longest_s'] * 1e3:.1f} ms at most"
             )
-        return [*told, *map(str, self.alignments)]
+        return [*told, *map(str, self.alignments), *self.pace_lines()]
+
+    def pace_lines(self) -> list[str]:
+        """Return what there is to say of an emulated laboratory's pace: nothing where it was that of real time."""
+        if self.slowdown < _WORTH_TELLING:
+            return []
+        return [f"the emulated laboratory ran {self.slowdown:.1f} times slower than real time"]
 
 
 def report_session(recording: Recording, progress: Progress) -> SessionReport:
     """Judge a recording, sealed or not, whole or cut off."""
-    return SessionReport(_streams(recording), _guard(recording), _alignments(recording, progress))
+    paces = [event.details["slowdown"] for event in recording.events if event.name == PACE]
+    return SessionReport(
+        _streams(recording), _guard(recording), _alignments(recording, progress), max(paces, default=1.0)
+    )
 
 
 def write_report(recording: Recording, progress: Progress) -> SessionReport:
@@ -140,7 +152,10 @@ def read_report(session: Path) -> SessionReport:
             raise ValueError("a period is not positive")
         if "most_s" in guard and not all(isinstance(guard[name], float) for name in ("most_s", "longest_s")):
             raise ValueError("a time of the guard is none")
-        return SessionReport(streams, guard, alignments)
+        slowdown = content.get("slowdown", 1.0)
+        if not isinstance(slowdown, float):
+            raise ValueError("the slowdown is none")
+        return SessionReport(streams, guard, alignments, slowdown)
     except InputError as error:
         raise RecordingError(f"{error}; make the report anew") from error
     except (ValueError, KeyError, TypeError, AttributeError) as error:

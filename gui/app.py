@@ -16,7 +16,8 @@ from gui.context import Context, Navigator
 from gui.jobs import Jobs
 from gui.laboratory import CALIBRATIONS_FOLDER, Laboratory, roles
 from gui.link import AcquisitionLink
-from gui.opening import Opening
+from gui.messages import Message
+from gui.opening import STARTING, Opening
 from gui.pages.acquire import AcquirePage
 from gui.pages.calibrate import CalibratePage
 from gui.pages.diagnose import DiagnosePage
@@ -97,9 +98,17 @@ class Desk(QObject):
             SessionsPage(context),
         )
         self.window = Window(context, pages)
+        self.laboratory.warned.connect(lambda words: _on_warned(context, words))
         self.window.ended.connect(self.end)
         self.window.show()
         self.window_ready.emit(self.window)
+
+
+def _on_warned(context: Context, words: str) -> None:
+    """Tell what went wrong in the emulated laboratory, and mark what is being recorded with it."""
+    context.navigator.tell(Message("warning", f"{words[:1].upper()}{words[1:]}."))
+    if context.link.state.session is not None:
+        context.link.mark(words)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -161,7 +170,7 @@ class _Stage(QObject):
             return
         self.opening.show()
         if virtual:
-            self.opening.wait("The emulated devices are starting; this takes some seconds.")
+            self.opening.wait(STARTING)
             self._open(own, virtual=True)
 
     def _open(self, own: Rig | None, *, virtual: bool) -> None:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal, Protocol
 
-from PySide6.QtCore import QObject, QThread, Signal, Slot
+from PySide6.QtCore import QObject, QThread, QTimer, Signal, Slot
 
 from daq.errors import DaqError
 from daq.rig import Rig, read_rig
@@ -21,6 +21,7 @@ CALIBRATIONS_FOLDER = "calibration"
 Action = Literal["board", "touch", "home"]
 
 _NO_MORE = 10**6
+_NOTICES_MS = 300
 
 
 class Helper(Protocol):
@@ -44,10 +45,13 @@ class Running(Protocol):
     def operator(self) -> Helper:
         """Who works at it."""
 
+    def notices(self) -> list[str]:
+        """Return what went wrong in it since the last call."""
 
-RunEmulators = Callable[[str], AbstractContextManager[Running]]
+
+RunEmulators = Callable[[str, bool], AbstractContextManager[Running]]
 """Runs the emulated laboratory as long as the context lasts, with what is mounted in it: ``STANDARD``, or for a kind
-of calibration."""
+of calibration; and whether its devices are used beside real ones, for which its time cannot wait."""
 
 
 class Laboratory(QObject):
@@ -58,6 +62,7 @@ class Laboratory(QObject):
     prepared : Rig, ready to be connected
     failed : str, the emulated laboratory could not be started, or its person cannot help
     helped : what its person has done, and False where there was no more to do
+    warned : str, what went wrong in the emulated laboratory
 
     Parameters
     ----------
@@ -68,7 +73,8 @@ class Laboratory(QObject):
     prepared = Signal(object)
     failed = Signal(str)
     helped = Signal(str, bool)
-    _wanted = Signal(str)
+    warned = Signal(str)
+    _wanted = Signal(str, bool)
     _help_wanted = Signal(str, int)
     _ending = Signal()
 
@@ -88,6 +94,7 @@ class Laboratory(QObject):
         self._runner.running.connect(self._on_running)
         self._runner.failed.connect(self.failed)
         self._runner.helped.connect(self.helped)
+        self._runner.warned.connect(self.warned)
         self._help_wanted.connect(self._runner.help)
         self._ending.connect(self._runner.end)
         self._thread.start()
@@ -96,7 +103,7 @@ class Laboratory(QObject):
         """Prepare the rig with these devices emulated, by their roles; ``prepared`` or ``failed`` follows."""
         self.emulated = emulated
         if emulated or self.own is None:
-            self._wanted.emit(mounted)
+            self._wanted.emit(mounted, self.own is not None and not emulated >= set(roles(self.own)))
         else:
             self.prepared.emit(self.own)
 
@@ -162,28 +169,35 @@ class _Runner(QObject):
     running = Signal(object, object)
     failed = Signal(str)
     helped = Signal(str, bool)
+    warned = Signal(str)
 
     def __init__(self, run_emulators: RunEmulators) -> None:
         super().__init__()
         self._run_emulators = run_emulators
         self._stack = ExitStack()
-        self._mounted = ""
+        self._present = ("", False)
         self._now: tuple[Rig, Helper] | None = None
+        self._running: Running | None = None
+        self._ear = QTimer(self, interval=_NOTICES_MS)
+        self._ear.timeout.connect(self._listen)
 
-    @Slot(str)
-    def run(self, mounted: str) -> None:
+    @Slot(str, bool)
+    def run(self, mounted: str, beside_real_devices: bool) -> None:
         """Run the laboratory with this mounted."""
-        if mounted != self._mounted or self._now is None:
+        if (mounted, beside_real_devices) != self._present or self._now is None:
+            self._ear.stop()
             self._stack.close()
-            self._stack, self._mounted, self._now = ExitStack(), "", None
-            if not self._started(mounted):
+            self._stack, self._now, self._running = ExitStack(), None, None
+            if not self._started(mounted, beside_real_devices):
                 return
+            self._ear.start()
         if self._now is not None:
             self.running.emit(*self._now)
 
     @Slot()
     def end(self) -> None:
         """End the laboratory and the thread."""
+        self._ear.stop()
         self._stack.close()
         self.thread().quit()
 
@@ -202,10 +216,17 @@ class _Runner(QObject):
         else:
             self.helped.emit(action, more)
 
-    def _started(self, mounted: str) -> bool:
+    @Slot()
+    def _listen(self) -> None:
+        if self._running is not None:
+            for notice in self._running.notices():
+                self.warned.emit(notice)
+
+    def _started(self, mounted: str, beside_real_devices: bool) -> bool:
         try:
-            running = self._stack.enter_context(self._run_emulators(mounted))
-            self._now, self._mounted = (read_rig(running.rig_path), running.operator), mounted
+            running = self._stack.enter_context(self._run_emulators(mounted, beside_real_devices))
+            self._running, self._present = running, (mounted, beside_real_devices)
+            self._now = (read_rig(running.rig_path), running.operator)
         except (DaqError, OSError) as error:
             self.failed.emit(str(error))
             return False

@@ -17,6 +17,7 @@ from daq.acquisition.messages import (
     Failure,
     Hold,
     Look,
+    Mark,
     Note,
     Open,
     Refused,
@@ -108,6 +109,10 @@ class AcquisitionLink(QObject):
     def hold(self, reason: str) -> None:
         """Software stop: hold the robot at once; a session under way ends."""
         self._commanded.emit(Hold(reason))
+
+    def mark(self, problem: str) -> None:
+        """Mark the session under way, if there is one, with a problem; the operator is told."""
+        self._commanded.emit(Mark(problem))
 
     def release(self) -> None:
         """Let a robot that was held move again. Nothing moves by itself."""

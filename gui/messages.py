@@ -1,5 +1,6 @@
 """What the window says to the operator: what happened, what is safe now, and what to do."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -34,6 +35,28 @@ class Message:
 def information(what: str, do: str = "") -> Message:
     """Return something good to know."""
     return Message("information", what, do=do)
+
+
+def problem_told(problem: str) -> Message:
+    """Return what a problem of the recording under way means for the operator."""
+    return Message(
+        "warning",
+        f"The recording has a problem: {problem}.",
+        "It goes on, and is marked with that in its folder and in the list of sessions.",
+        "Record again if these samples matter.",
+    )
+
+
+def recorded_told(name: str, problems: Sequence[str], notes: Sequence[str]) -> Message:
+    """Return that a session is recorded and sealed, what it is marked with, and what else there is to know of it."""
+    told = " ".join(
+        [f"{name} is recorded and sealed.", *(f"{note[:1].upper()}{note[1:]}." for note in notes)]
+    )
+    if not problems:
+        return information(told)
+    return Message(
+        "warning", f"{told} It is marked with: {'; '.join(problems)}.", do="Look at it on the page Sessions."
+    )
 
 
 def failure_told(failure: Failure) -> Message:

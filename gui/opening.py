@@ -9,6 +9,11 @@ from daq.errors import DaqError
 from daq.rig import read_rig
 from gui.widgets.cards import button, label, set_role
 
+STARTING = (
+    "The emulated devices are starting; this takes some seconds, and the first time, when the phantom's solver is "
+    "compiled, a minute or so."
+)
+
 
 class Opening(QWidget):
     """``virtual_wanted``, or ``rig_read`` with the Rig of a file."""
@@ -55,7 +60,7 @@ class Opening(QWidget):
         self._enable(False)
 
     def _take_virtual(self) -> None:
-        self.wait("The emulated devices are starting; this takes some seconds.")
+        self.wait(STARTING)
         self.virtual_wanted.emit()
 
     def _ask_for_file(self) -> None:

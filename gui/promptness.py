@@ -84,7 +84,7 @@ def run(settings: VirtualRigSettings, folder: Path) -> Promptness:
     SessionError
         The recording did not end well.
     """
-    with virtual_rig(folder, settings) as running:
+    with virtual_rig(folder, settings, in_real_time=True) as running:
         rig = read_rig(running.rig_path)
         desk = Desk(rig, folder / "sessions")
         desk.open()

@@ -9,10 +9,11 @@ from daq.acquisition.messages import Ended
 from daq.errors import DaqError, SoftwareStopError
 from daq.plans import NAME_TEMPLATE, Plan, Trial, new_folder, runs
 from daq.session.session import Label
+from daq.session_report import read_report
 from daq.trajectories import Trajectory
 from gui import work_queue
 from gui.context import Context
-from gui.messages import failure_told, information
+from gui.messages import failure_told, information, recorded_told
 from gui.work_queue import QUEUE_FILE, Queue, changed, next_place, read_queue, with_trial, write_queue
 
 _STOPPED = SoftwareStopError.__name__
@@ -145,9 +146,7 @@ class QueueRunner(QObject):
             self.set_queue(changed(self.queue, place, replace(entry, state="done")))
             self.set_labels(replace(self.labels, order=self.labels.order + 1))
             problems = ended.info.problems if ended.info is not None else ()
-            self._context.navigator.tell(
-                information(f"{_name(entry.session)} is recorded and sealed.", " ".join(problems))
-            )
+            self._context.navigator.tell(recorded_told(_name(entry.session), problems, _pace(entry.session)))
         if entry.session is not None and ended.info is not None:
             self._context.navigator.session_recorded.emit(entry.session)
         if self.going_on:
@@ -163,6 +162,14 @@ class QueueRunner(QObject):
             self.set_queue(
                 changed(self.queue, place, replace(self.queue[place], state="stopped", remark=why))
             )
+
+
+def _pace(session: Path | None) -> list[str]:
+    """Return how much slower than real time an emulated laboratory ran; nothing where that is not known."""
+    try:
+        return [] if session is None else read_report(session).pace_lines()
+    except DaqError:
+        return []
 
 
 def _name(session: Path | None) -> str:

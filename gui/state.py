@@ -79,6 +79,7 @@ class RigState:
     reading : (6,) the newest wrench as read, N and N·m, sensor frame; None before the first
     zero : (6,) that is taken off it: the guard's in a session, else the operator's tare; None without either
     tool : (7,) the newest ``T_base_tool``: position in m, quaternion with the scalar first
+    problems : what the session under way is going to be marked with; of the last one until the next begins
     """
 
     phase: Phase = "disconnected"
@@ -92,6 +93,7 @@ class RigState:
     reading: FloatArray | None = None
     zero: FloatArray | None = None
     tool: FloatArray | None = None
+    problems: tuple[str, ...] = ()
     _began_ns: int = 0
     _rate_base: Mapping[str, tuple[int, int]] = field(default_factory=dict)
 
@@ -112,15 +114,18 @@ class RigState:
         """Magnitude of the load's torque; NaN before the first sample."""
         return math.nan if self.load is None else float(np.linalg.norm(self.load[3:]))
 
-    @property
-    def drops(self) -> int:
-        """Samples that were lost on the way or not written, of all streams."""
-        return sum(row.counts.lost + row.counts.dropped for row in self.rows if row.counts is not None)
-
     def differs(self, before: "RigState") -> bool:
         """Tell whether more than numbers has changed."""
         now, then = (
-            (state.phase, state.words, state.session, state.step, state.held, state.drops, state.zero is None)
+            (
+                state.phase,
+                state.words,
+                state.session,
+                state.step,
+                state.held,
+                state.problems,
+                state.zero is None,
+            )
             for state in (self, before)
         )
         return now != then
@@ -174,6 +179,7 @@ def told(state: RigState, seen: Telemetry, tares: TareStack) -> RigState:
         reading=seen.force[-1, 1:] if len(seen.force) else state.reading,
         zero=_zero(seen, tares),
         tool=seen.pose[-1, 1:] if len(seen.pose) else state.tool,
+        problems=seen.problems if running else state.problems,
         _began_ns=began_ns,
         _rate_base=_rate_bases(state._rate_base, seen),
     )

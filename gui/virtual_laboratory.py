@@ -11,8 +11,8 @@ from gui.laboratory import STANDARD
 
 
 @contextmanager
-def run_emulators(mounted: str) -> Iterator[VirtualRig]:
-    """Run it with the phantom of the paper, or with what a kind of calibration needs.
+def run_emulators(mounted: str, in_real_time: bool) -> Iterator[VirtualRig]:
+    """Run it with the phantom of the paper, or with what a kind of calibration needs; alone, or beside real devices.
 
     Raises
     ------
@@ -22,6 +22,6 @@ def run_emulators(mounted: str) -> Iterator[VirtualRig]:
     settings = standard_settings() if mounted == STANDARD else calibration_settings(mounted)
     with (
         tempfile.TemporaryDirectory(prefix="virtual-rig-") as folder,
-        virtual_rig(Path(folder), settings) as running,
+        virtual_rig(Path(folder), settings, in_real_time) as running,
     ):
         yield running

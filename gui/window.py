@@ -19,6 +19,7 @@ from daq.acquisition.messages import Failure, Telemetry
 from gui.context import Context
 from gui.disk import DiskWatch
 from gui.messages import Message, failure_told
+from gui.recording_watch import RecordingWatch
 from gui.state import RigState
 from gui.stop_key import StopKey
 from gui.theme import DARK, LIGHT, apply_theme, theme_of
@@ -59,6 +60,7 @@ class Window(QMainWindow):
         self.messages = MessageBar()
         self.navigation = QListWidget()
         self._stack = QStackedWidget()
+        self._recording_watch = RecordingWatch(context, self)
         self._disk = DiskWatch(context.sessions_folder, self)
         self._theme_button = button("", "flat")
         self._lay_out()

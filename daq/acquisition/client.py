@@ -6,7 +6,6 @@ import queue
 import subprocess
 import sys
 import threading
-import time
 from pathlib import Path
 
 from daq import errors
@@ -35,7 +34,6 @@ from daq.session.session import Label
 from daq.trajectories import Trajectory
 from robot_drivers.closing import ClosedAtExit
 
-_OPEN_TIMEOUT_S = 60.0
 _END_TIMEOUT_S = 600.0
 _POLL_S = 0.1
 # glibc gives every thread a heap of its own, and what a session frees in one no other uses: over the first sessions a
@@ -62,6 +60,8 @@ class Acquisition(ClosedAtExit):
 
     def __init__(self, rig: Rig) -> None:
         self.telemetry: Telemetry | None = None
+        # who is to be seen alive: a window's interface thread is its first
+        self._watcher = threading.main_thread().native_id or threading.get_native_id()
         self._process = subprocess.Popen(
             [sys.executable, "-m", "daq.acquisition"],
             stdin=subprocess.PIPE,
@@ -74,7 +74,7 @@ class Acquisition(ClosedAtExit):
         self._reader.start()
         try:
             self.send(Open(rig))
-            opened = self._wait(_OPEN_TIMEOUT_S)
+            opened = self._opened()
             if not isinstance(opened, Opened) or opened.version != VERSION:
                 raise SessionError(
                     f"the acquisition process does not speak version {VERSION}; install it anew"
@@ -105,7 +105,7 @@ class Acquisition(ClosedAtExit):
 
     def show_alive(self) -> None:
         """Show that somebody watches."""
-        self.send(Alive())
+        self.send(Alive((self._watcher, threading.get_native_id())))
 
     def listen(self, timeout_s: float = 0.0) -> Report | None:
         """Return the next report but for telemetry, waiting so long for it, without showing that somebody watches.
@@ -201,14 +201,9 @@ class Acquisition(ClosedAtExit):
                 progress(seen.state, seen.step, seen.steps)
         return ended
 
-    def _wait(self, timeout_s: float) -> Report:
-        deadline = time.monotonic() + timeout_s
-        try:
-            report = self._reports.get(timeout=max(0.0, deadline - time.monotonic()))
-        except queue.Empty:
-            raise SessionError(
-                f"the acquisition process has not answered in {timeout_s:g} s; the computer is too busy"
-            ) from None
+    def _opened(self) -> Report:
+        """Wait for the first report, as long as the process lives: its devices have time-outs of their own."""
+        report = self._reports.get()
         if report is None:
             raise SessionError("the acquisition process has ended at its start; its messages are above")
         if isinstance(report, Refused):

@@ -17,7 +17,7 @@ from daq.trajectories import Trajectory
 from robot_drivers.ati.tare import Tare
 from robot_drivers.protocols import DeviceIdentity, FloatArray
 
-VERSION = 2
+VERSION = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,8 +74,22 @@ class Note:
 
 
 @dataclass(frozen=True, slots=True)
+class Mark:
+    """Mark the session under way, if there is one, with a problem that the client knows of."""
+
+    problem: str
+
+
+@dataclass(frozen=True, slots=True)
 class Alive:
-    """The client is there."""
+    """The client is there.
+
+    Attributes
+    ----------
+    threads : native ids of its threads on which the next sign of life depends; empty where it does not tell
+    """
+
+    threads: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +97,7 @@ class Close:
     """Hold a robot that moves, end, and close the devices."""
 
 
-Command = Open | Start | Check | TakeTare | Look | Hold | Release | Note | Alive | Close
+Command = Open | Start | Check | TakeTare | Look | Hold | Release | Note | Mark | Alive | Close
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,6 +145,7 @@ class Telemetry:
     pose : (n, 8) host time in s, position in m, quaternion with the scalar first
     images : the latest of each camera, at a quarter of its size, where there is a new one
     zero : (6,) what the guard takes for no load, N and N·m, sensor frame; None while it does not guard
+    problems : what the running session is going to be marked with, as far as that is known
     """
 
     time_ns: int
@@ -144,6 +159,7 @@ class Telemetry:
     pose: FloatArray
     images: Mapping[str, NDArray[np.uint8]]
     zero: FloatArray | None
+    problems: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

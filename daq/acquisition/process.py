@@ -25,6 +25,7 @@ from daq.acquisition.messages import (
     Failure,
     Hold,
     Look,
+    Mark,
     Note,
     Open,
     Opened,
@@ -37,17 +38,17 @@ from daq.acquisition.messages import (
     Tared,
     Telemetry,
 )
+from daq.acquisition.silence import Silence
 from daq.devices import Devices
 from daq.errors import DaqError, SessionError
 from daq.recording.folder import read_info
 from daq.recording.streams import FORCE, Streams
 from daq.rig import Rig, make_devices
 from daq.session.session import Label, Session, connected
-from robot_drivers.clock import host_time_ns
+from daq.timing.laboratory_time import in_the_time_of
+from robot_drivers.clock import host_time_ns, host_time_s
 from robot_drivers.errors import DeviceError
 from robot_drivers.real_time import shorten_collections
-
-SILENCE_LIMIT_S = 0.8
 
 _TELEMETRY_PERIOD_S = 1.0 / 30.0
 _SLOWEST_PACE_S = 0.05  # of cameras that set the pace
@@ -65,7 +66,7 @@ def serve(commands: BinaryIO, reports: BinaryIO) -> None:
             raise SessionError(
                 f"the client speaks another version of the messages than {VERSION}; start it anew"
             )
-        with connected(make_devices(first.rig)) as devices:
+        with in_the_time_of(first.rig), connected(make_devices(first.rig)) as devices:
             shorten_collections()
             link.send(Opened({role: device.identity for role, device in devices.all().items()}))
             host = Host(first.rig, devices, link)
@@ -111,7 +112,7 @@ class Host:
         self._progress = ("ready", 0, 0)
         # a client before may have died, or the robot was held by somebody else
         self._held = "the robot was held before it was connected" if devices.robot.state().stopped else ""
-        self._heard_ns = host_time_ns()
+        self._silence = Silence(_WATCH_PERIOD_S, host_time_s)
         self._closing = threading.Event()
 
     def run(self, commands: BinaryIO) -> None:
@@ -216,7 +217,8 @@ class Host:
         """Take the client's commands until its end of the line is gone, however it went."""
         try:
             while not isinstance(command := pickle.load(commands), Close):
-                self._heard_ns = host_time_ns()
+                threads = command.threads if isinstance(command, Alive) else ()
+                self._silence.heard((*threads, threading.get_native_id()) if threads else ())
                 self._obey(command)
             reason = "the client has closed"
         except (EOFError, OSError, pickle.UnpicklingError):
@@ -241,6 +243,9 @@ class Host:
                     self._held = ""
                 case Note(text):
                     self._note(text)
+                case Mark(problem):
+                    if (session := self._session) is not None:
+                        session.mark(problem)
                 case Alive():
                     pass
         except (DaqError, DeviceError) as error:
@@ -261,9 +266,9 @@ class Host:
     def _watch(self) -> None:
         """Hold the robot when the client has been silent for too long while a session runs."""
         while not self._closing.wait(_WATCH_PERIOD_S):
-            silent_s = (host_time_ns() - self._heard_ns) * 1e-9
-            if (session := self._session) is not None and silent_s > SILENCE_LIMIT_S and session.stop is None:
-                self._hold(f"the controlling program has been silent for {silent_s:.2g} s")
+            silent = self._silence.look()
+            if (session := self._session) is not None and silent and session.stop is None:
+                self._hold(silent)
 
     def _tell(self) -> None:
         """Tell what is new in step with the cameras, so that each of their images is shown, or else by the clock."""
@@ -292,6 +297,7 @@ class Host:
             pose=pose,
             images=images,
             zero=session.zero if session is not None else None,
+            problems=session.problems() if session is not None else (),
         )
 
 

@@ -11,6 +11,7 @@ from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.export import export_experiment
 from daq.rig import read_rig
 from daq.session.session import Label
+from daq.session_report import read_report
 from daq.trajectories import PULL
 from daq.versions import package_versions
 from daq.virtual_rig.launch import virtual_rig
@@ -41,7 +42,7 @@ def run(options: argparse.Namespace) -> Result:
     rig_folder, session, experiment = folder / "rig", folder / "session", folder / "experiment"
     rig_folder.mkdir(parents=True)
     with progress() as tell:
-        tell("starting the virtual laboratory", 0, 1)
+        tell("starting the virtual laboratory, which compiles its solver the first time", 0, 1)
         with virtual_rig(rig_folder, standard_settings(options.seed)) as running:
             rig = read_rig(running.rig_path)
             with Acquisition(rig) as acquisition:
@@ -59,13 +60,16 @@ def run(options: argparse.Namespace) -> Result:
             provenance={"session": str(session), "experiment": str(experiment), **package_versions()},
         )
     seconds = time.monotonic() - started
+    where = f"report: {report} (with rig, session and experiment beside it, {seconds:.0f} s)"
+    recorded = read_report(session)
     return Result(
-        f"{summary_text(found, truth)}\nreport: {report} (with rig, session and experiment beside it, {seconds:.0f} s)",
+        "\n".join([summary_text(found, truth), *recorded.pace_lines(), where]),
         {
             "folder": str(folder),
             "report": str(report),
             "truth": asdict(truth),
             "estimate": found.as_json(),
             "seconds": seconds,
+            "slowdown": recorded.slowdown,
         },
     )

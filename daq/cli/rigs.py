@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from daq.rig import Rig, read_rig
+from daq.timing.laboratory_time import in_the_time_of
 from daq.virtual_rig.launch import virtual_rig
 from daq.virtual_rig.standard import standard_settings
 
@@ -22,7 +23,9 @@ def add_rig(parser: argparse.ArgumentParser) -> None:
 def opened_rig(name: str) -> Iterator[Rig]:
     """Read a rig file; for the virtual rig, run it as long as the context lasts."""
     if name != VIRTUAL:
-        yield read_rig(Path(name))
+        rig = read_rig(Path(name))
+        with in_the_time_of(rig):
+            yield rig
         return
     with (
         tempfile.TemporaryDirectory(prefix="virtual-rig-") as folder,

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence, Sized
 from typing import Protocol, TypeVar
 
 from daq.errors import RecordingError
+from robot_drivers.clock import Reader, host_time_ns, new_reader
 from robot_drivers.closing import ClosedAtExit
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import Camera, ForceSensor, Frame, PoseBlock, Robot, WrenchBlock
@@ -92,21 +93,26 @@ class Streams(ClosedAtExit):
         without a reader that is a tenth of a second's work, for which nobody should have to wait.
         """
 
-        def pass_on() -> None:
+        def pass_on(reader: Reader) -> None:
+            begun_ns = host_time_ns()
             block = read(_READ_TIMEOUT_S)
             for show in shows:
                 show(block)
+            reader.caught_up(begun_ns)
 
         def loop() -> None:
+            reader = new_reader()
             try:
-                pass_on()
+                pass_on(reader)
                 take_rank()
                 while not self._stopping.is_set():
-                    pass_on()
+                    pass_on(reader)
             except DeviceError as error:
                 self._failures.append(error)
                 for observer in self._observers:
                     observer.on_failure(stream, error)
+            finally:
+                reader.close()
 
         return loop
 

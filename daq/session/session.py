@@ -5,7 +5,6 @@ the windows; nothing is averaged here. Whatever ends a session, the robot stands
 """
 
 import shutil
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, replace
@@ -30,16 +29,18 @@ from daq.recording.recorder import Recorder
 from daq.recording.streams import Observer
 from daq.rig import Rig, write_rig
 from daq.session.checks import check_limits, require_rest, tool_targets
-from daq.session.guard import GUARD_LATENCY, Guard, Stop
+from daq.session.guard import GUARD_LATENCY, PACE, Guard, Stop
 from daq.session.steps import StepRunner
 from daq.session_report import write_report
 from daq.trajectories import Trajectory
 from daq.versions import package_versions
 from daq.vision.camera_model import PinholeCamera, StereoCalibration
+from robot_drivers.clock import host_time_ns, monotonic_time_ns, wait_until
+from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import FloatArray, Pose, StreamStatistics
 
 # what the tissue and the robot do once it was stopped belongs into the recording
-_AFTER_STOP_S = 0.5
+_AFTER_STOP_NS = 500_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +51,23 @@ class Label:
     order: int = 1
     operator: str = ""
     notes: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Instant:
+    """The host clock, and the computer's own, which runs on where an emulated laboratory waits; ns."""
+
+    host_ns: int
+    monotonic_ns: int
+
+    @classmethod
+    def now(cls) -> "_Instant":
+        return cls(host_time_ns(), monotonic_time_ns())
+
+    def slowdown_since(self) -> float:
+        """Return how many times slower than the computer's the host clock has run since."""
+        now = _Instant.now()
+        return (now.monotonic_ns - self.monotonic_ns) / max(1, now.host_ns - self.host_ns)
 
 
 class RecordSession(Protocol):
@@ -97,6 +115,8 @@ class Session:
         observers: Sequence[Observer] = (),
     ) -> None:
         self.folder = folder
+        self._marks: list[str] = []
+        self._before: Mapping[str, StreamStatistics] = {}
         serials = {role: device.identity.serial for role, device in devices.all().items()}
         self._in_force = calibrations_in_force(rig, serials)
         self._rig = rig = self._in_force.apply(rig)
@@ -144,6 +164,9 @@ class Session:
         targets = self.check()
         models = _camera_models(self._rig)
         devices.force_sensor.start()
+        # what gathered while nobody read is not of this session, nor is what has been lost of it
+        for device in (devices.robot, *devices.cameras.values()):
+            device.read(0.0)
         _make_folder(self._rig, self._in_force, devices, trajectory, self.folder, self._label)
         with locked(self.folder / RIG_FILE):
             return self._record(targets, models, progress)
@@ -153,7 +176,7 @@ class Session:
     ) -> SessionInfo:
         """Record into the folder, and seal it, however the retraction ends."""
         devices, trajectory = self._devices, self._trajectory
-        before = _statistics(devices)
+        self._before, began = _statistics(devices), _Instant.now()
         recorder = self._recorder = Recorder(
             self.folder,
             devices.force_sensor,
@@ -163,14 +186,14 @@ class Session:
             models,
             tell_failure=lambda failure: self._guard.hold(str(failure)),
         )
-        problems = list(self._in_force.warnings)
+        problems: list[str] = []
         try:
             StepRunner(devices.robot, self._guard, recorder, progress).run(trajectory, targets)
         except BaseException as error:
             problems.append(self._hold_after(error, recorder))
             raise
         finally:
-            problems += self._end(recorder, before)
+            problems += self._end(recorder, began)
             progress("checking and sealing the recording", len(targets), len(targets))
             info = self._seal(problems)
         return info
@@ -201,6 +224,21 @@ class Session:
             raise SessionError("nothing is being recorded yet; note it again once the session runs")
         self._recorder.event("note", text=text)
 
+    def mark(self, problem: str) -> None:
+        """Mark the session with a problem that somebody else knows of; from any thread."""
+        if problem not in self._marks:
+            self._marks.append(problem)
+
+    def problems(self) -> tuple[str, ...]:
+        """Return a line for everything that an analyst must know, as far as it is known by now."""
+        if self._recorder is None:
+            return self._in_force.warnings
+        try:
+            losses = _losses(self._before, _statistics(self._devices))
+        except DeviceError:
+            losses = []  # a device that is lost is told as what ends the session
+        return (*self._in_force.warnings, *losses, *_drops(self._recorder), *self._marks)
+
     def written(self) -> dict[str, int]:
         """Return the samples of each stream that are in the file."""
         return {} if self._recorder is None else self._recorder.written()
@@ -229,10 +267,10 @@ class Session:
             )
         except RecordingError as failure:
             return f"{reason}; {failure}"
-        time.sleep(_AFTER_STOP_S)
+        wait_until(host_time_ns() + _AFTER_STOP_NS)
         return reason
 
-    def _end(self, recorder: Recorder, before: Mapping[str, StreamStatistics]) -> list[str]:
+    def _end(self, recorder: Recorder, began: "_Instant") -> list[str]:
         """Stop recording, and return a line for everything that an analyst must know."""
         latency, problems = self._guard.latency, []
         try:
@@ -243,6 +281,8 @@ class Session:
                 most_s=latency.quantile_s(0.999),
                 longest_s=latency.longest_s,
             )
+            if self._rig.laboratory_clock is not None:
+                recorder.event(PACE, slowdown=began.slowdown_since())
         except RecordingError as failure:
             problems.append(str(failure))
         try:
@@ -250,7 +290,7 @@ class Session:
         except OSError as error:
             problems.append(f"the end of the recording may not have reached the disk ({error})")
         self._devices.force_sensor.stop()
-        return problems + _losses(before, _statistics(self._devices)) + _drops(recorder)
+        return [*self.problems(), *problems]
 
 
 def _camera_models(rig: Rig) -> dict[str, PinholeCamera]:
@@ -270,7 +310,8 @@ def _make_folder(
         copies = {calibration, *in_force.copy_to(calibration.parent)}
     except OSError as error:
         raise RecordingError(f"{folder}: no session can be put there ({error}); name a new folder") from error
-    write_rig(replace(rig, stereo_calibration=calibration, calibration=calibration.parent), folder / RIG_FILE)
+    kept = replace(rig, stereo_calibration=calibration, calibration=calibration.parent, laboratory_clock=None)
+    write_rig(kept, folder / RIG_FILE)
     info = SessionInfo(
         name=label.name,
         phantom_id=rig.specimen.phantom_id,

@@ -10,6 +10,7 @@ from daq.progress import Progress
 from daq.recording.recorder import Recorder
 from daq.session.guard import Guard
 from daq.trajectories import Step, Trajectory
+from robot_drivers.clock import host_time_ns, seconds_until
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import Pose, Robot, Speed
 
@@ -82,9 +83,9 @@ class StepRunner:
         self._require_ready()
 
     def _wait(self, duration_s: float) -> None:
-        deadline = time.monotonic() + duration_s
-        while (rest_s := deadline - time.monotonic()) > 0:
-            time.sleep(min(_POLL_S, rest_s))
+        until_ns = host_time_ns() + round(duration_s * 1e9)
+        while (pause_s := seconds_until(until_ns)) > 0.0:
+            time.sleep(min(_POLL_S, pause_s))
             self._check_guard()
             self.recorder.check()
 

@@ -56,7 +56,7 @@ class StreamTime:
 
 def measure(motion: str, folder: Path, seed: int = 0) -> dict[str, StreamTime]:
     """Calibrate the time of a virtual rig in ``folder``, an existing one, and compare by stream."""
-    with virtual_rig(folder, calibration_settings("time", seed)) as running:
+    with virtual_rig(folder, calibration_settings("time", seed), in_real_time=True) as running:
         rig = read_rig(running.rig_path)
         with connected(make_devices(rig)) as devices:
             recording = record_motion("time", motion, rig, devices, folder / "session", silent)

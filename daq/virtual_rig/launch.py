@@ -1,18 +1,22 @@
 """Starting the virtual rig: its processes, its rig file, its calibration and its truth."""
 
 import multiprocessing
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 from daq.rig import Latencies, write_rig
+from daq.timing.laboratory_time import in_the_time_of
 from daq.virtual_rig.child_processes import end_all, told
 from daq.virtual_rig.layout import CAMERA_READOUT_S, FORCE_FILTER_S, Addresses, rig_description
 from daq.virtual_rig.operator import VirtualOperator
 from daq.virtual_rig.processes import DeviceClocks, VirtualRigSettings, run_emulators, solve_phantom
 from daq.virtual_rig.scene import flea2_pair
 
+CLOCK_FILE = "clock"
 RIG_FILE = "rig.toml"
 STEREO_FILE = "stereo.toml"
 TRUTH_FILE = "truth.toml"
@@ -35,28 +39,46 @@ class VirtualRig:
     truth_path: Path
     operator: VirtualOperator
     clocks: DeviceClocks
+    _notices: Connection
+
+    def notices(self) -> list[str]:
+        """Return a line for everything that went wrong in it since the last call."""
+        return _lines(self._notices)
 
 
 @contextmanager
-def virtual_rig(folder: Path, settings: VirtualRigSettings) -> Iterator[VirtualRig]:
+def virtual_rig(
+    folder: Path, settings: VirtualRigSettings, in_real_time: bool = False
+) -> Iterator[VirtualRig]:
     """Run a virtual rig whose files are in ``folder``, an existing one.
+
+    It has a clock of its own, which waits for whatever emulates it, and on which this process lives meanwhile too; in
+    real time it has none, for use beside real devices, which do not wait, and to measure what a busy computer does.
 
     Raises
     ------
     SessionError
         Its processes did not start.
     """
+    clock = None if in_real_time else folder / CLOCK_FILE
     context = multiprocessing.get_context("spawn")
     control, control_end = context.Pipe()
+    notices, notices_end = context.Pipe(duplex=False)
     to_solver, from_emulators = context.Pipe()
     processes = [
-        context.Process(target=solve_phantom, args=(from_emulators, settings.phantom), name="phantom"),
-        context.Process(target=run_emulators, args=(control_end, to_solver, settings), name="emulators"),
+        context.Process(
+            target=solve_phantom, args=(from_emulators, settings.phantom, in_real_time), name="phantom"
+        ),
+        context.Process(
+            target=run_emulators,
+            args=(control_end, notices_end, to_solver, settings, clock),
+            name="emulators",
+        ),
     ]
     for process in processes:
         process.start()
     # the ends that live in the other processes; what stays open here would hide their end from one another
-    for far_end in (from_emulators, to_solver, control_end):
+    for far_end in (from_emulators, to_solver, control_end, notices_end):
         far_end.close()
     try:
         clocks: DeviceClocks = told(control, "the virtual rig")
@@ -64,13 +86,31 @@ def virtual_rig(folder: Path, settings: VirtualRigSettings) -> Iterator[VirtualR
         pair = flea2_pair()
         pair.save(folder / STEREO_FILE)
         described = rig_description(addresses, folder / STEREO_FILE)
-        rig = replace(described, name=_name(described.name, settings), latencies=LATENCIES)
+        rig = replace(
+            described, name=_name(described.name, settings), latencies=LATENCIES, laboratory_clock=clock
+        )
         write_rig(rig, folder / RIG_FILE)
         _write_truth(folder / TRUTH_FILE, settings)
-        yield VirtualRig(folder / RIG_FILE, folder / TRUTH_FILE, VirtualOperator(control), clocks)
+        running = VirtualRig(
+            folder / RIG_FILE, folder / TRUTH_FILE, VirtualOperator(control), clocks, notices
+        )
+        with in_the_time_of(rig):
+            yield running
     finally:
+        # what nobody has asked for may be why
+        sys.stderr.writelines(f"{notice}\n" for notice in _lines(notices))
         control.close()
         end_all(reversed(processes))
+
+
+def _lines(notices: Connection) -> list[str]:
+    told = []
+    try:
+        while notices.poll():
+            told.append(str(notices.recv()))
+    except (EOFError, OSError):
+        pass  # it has ended
+    return told
 
 
 def _name(usual: str, settings: VirtualRigSettings) -> str:

@@ -71,6 +71,9 @@ CAMERA_READOUT_S = 0.05
 # An emulated laboratory shares the computer with the recorder; on a busy one nothing answers at once.
 PATIENCE_S = 5.0
 
+STREAM_PATIENCE_S = 300.0
+"""Of the two ends of an image stream: FFmpeg counts by the computer's clock, also while the laboratory's waits."""
+
 LIMITS = Limits(
     force_n=15.0,
     torque_nm=1.5,
@@ -139,5 +142,11 @@ def rig_description(addresses: Addresses, stereo_calibration: Path) -> Rig:
 
 
 def _camera(name: str, url: str) -> CameraDevice:
-    settings = OpenCVCameraSettings(url, backend="ffmpeg", embedded_info=("timestamp", "frame_counter"))
+    settings = OpenCVCameraSettings(
+        url,
+        backend="ffmpeg",
+        embedded_info=("timestamp", "frame_counter"),
+        open_timeout_s=STREAM_PATIENCE_S,
+        read_timeout_s=STREAM_PATIENCE_S,
+    )
     return CameraDevice(name, "opencv", settings)

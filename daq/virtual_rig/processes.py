@@ -1,12 +1,15 @@
 """The two processes of the virtual rig: one with the emulated devices, one that solves the phantom.
 
 Both end when the process that started them does, and leave to it the signals that all hear at once. Where the system
-grants it the devices, whose time is real, go before the solver and other programs.
+grants it the devices go before the solver and other programs.
 """
 
-from contextlib import ExitStack, closing
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
+from functools import partial
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +25,13 @@ from daq.virtual_rig.layout import (
     PATIENCE_S,
     REST_TOOL,
     SPECIMEN,
+    STREAM_PATIENCE_S,
     T_FLANGE_TOOL,
     TOOL,
     Addresses,
 )
 from daq.virtual_rig.operator import BOARD, Jog
+from daq.virtual_rig.pace import Follower, Pace
 from daq.virtual_rig.phantom import PhantomModel, PhantomSolver, PhantomState
 from daq.virtual_rig.scene import Scene, SceneSettings, flea2_pair
 from daq.virtual_rig.world import SimulatedTissue, SimulatedTransducer
@@ -37,14 +42,19 @@ from robot_drivers.abb.emulator_settings import EmulatorSettings as ControllerSe
 from robot_drivers.ati.emulator import EmulatorSettings as SensorSettings
 from robot_drivers.ati.emulator import NetFTEmulator
 from robot_drivers.cameras.emulator import BusClock, CameraEmulator, CameraEmulatorSettings, ImageSource
-from robot_drivers.clock import host_time_ns
+from robot_drivers.clock import host_time_ns, living_on
+from robot_drivers.laboratory_clock import ClockKeeper
 from robot_drivers.protocols import Pose
 from robot_drivers.real_time import give_way, prefer_this_process, shorten_turns
 
 _BURST_S = 0.005
 _BUFFERED = 5
-# The phantom comes after the programs that are tried on it: in nature it costs no time.
 _STEPS_BEHIND = 5
+# By how much each may be late before the laboratory's clock waits: no more than leaves the recording as it is. In that
+# time the gripper goes no further than the last solutions continue as well as another one would.
+_TISSUE_BEHIND_S = 0.4
+_SIGNALS_BEHIND_S = 0.05
+_IMAGE_BEHIND_S = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,10 +91,15 @@ class DeviceClocks:
     cameras: BusClock
 
 
-def solve_phantom(connection: Connection, phantom: PhantomModel) -> None:
-    """Answer every pose with the phantom's state, until the other end closes."""
+def solve_phantom(connection: Connection, phantom: PhantomModel, in_real_time: bool) -> None:
+    """Answer every pose with the phantom's state, until the other end closes.
+
+    In real time it comes after the programs that are tried on it, for in nature a phantom costs no time; a laboratory
+    that waits for it goes on sooner if it does not.
+    """
     leave_signals_to_parent("SIGTERM")
-    give_way(_STEPS_BEHIND)
+    if in_real_time:
+        give_way(_STEPS_BEHIND)
     compute_in_one_thread()
     solver = phantom.build()
     while True:
@@ -101,20 +116,33 @@ def _answer(solver: PhantomSolver, pose: Pose) -> PhantomState | SolverError:
         return error
 
 
-def run_emulators(control: Connection, solver: Connection, settings: VirtualRigSettings) -> None:
-    """Run the devices; tell their clocks and addresses over ``control``, obey orders from there, end when it closes."""
+def run_emulators(
+    control: Connection,
+    notices: Connection,
+    solver: Connection,
+    settings: VirtualRigSettings,
+    clock: Path | None,
+) -> None:
+    """Run the devices; tell their clocks and addresses over ``control``, obey orders from there, end when it closes.
+
+    What goes wrong is told in lines over ``notices``.
+
+    They live on the clock whose file is ``clock``, which waits for them and for the phantom; without one on the
+    computer's, which does not.
+    """
     leave_signals_to_parent("SIGTERM")
-    prefer_this_process()  # the devices' time is real; the solver's is not
+    prefer_this_process()
     compute_in_one_thread()
     shorten_turns()  # rendering must not keep the fast devices waiting
     with ExitStack() as stack:
+        pace = None if clock is None else stack.enter_context(_waiting_clock(clock))
         arm = ArmSettings(home=REST_TOOL, T_flange_tool=T_FLANGE_TOOL, seed=settings.seed)
         controller = stack.enter_context(
             ControllerEmulator(ControllerSettings(arm=arm, watchdog_s=PATIENCE_S))
         )
         egm_port = free_udp_port()
         controller.start_egm_stream("127.0.0.1", egm_port)
-        tissue = stack.enter_context(closing(SimulatedTissue(solver, controller.path, FRAMES)))
+        tissue = stack.enter_context(closing(SimulatedTissue(solver, controller.path, FRAMES, notices.send)))
         transducer = SimulatedTransducer(
             tissue, FRAMES, TOOL, SPECIMEN.environment.gravity, np.array(settings.sensor_offset)
         )
@@ -134,6 +162,15 @@ def run_emulators(control: Connection, solver: Connection, settings: VirtualRigS
         bus = BusClock(host_time_ns(), offset_s=17.0, drift=-20e-6)
         held: list[Pose] = []
         cameras = [stack.enter_context(camera) for camera in _cameras(tissue, settings, held, bus)]
+        if pace is not None:
+            pace.follow(
+                [
+                    Follower(tissue.behind_s, _TISSUE_BEHIND_S),
+                    Follower(lambda: controller.behind_s, _SIGNALS_BEHIND_S),
+                    Follower(lambda: sensor.behind_s, _SIGNALS_BEHIND_S),
+                    *(Follower(partial(_behind_s, camera), _IMAGE_BEHIND_S) for camera in cameras),
+                ]
+            )
         control.send(DeviceClocks(force_clock, BusClock(controller.epoch_ns), bus))
         control.send(
             Addresses(
@@ -146,7 +183,19 @@ def run_emulators(control: Connection, solver: Connection, settings: VirtualRigS
                 camera_urls=(cameras[0].url, cameras[1].url),
             )
         )
-        _obey(control, controller, held)
+        _obey(control, tissue.ended, controller, held)
+
+
+@contextmanager
+def _waiting_clock(path: Path) -> Iterator[Pace]:
+    """Make the laboratory's clock, live on it, and say how fast it runs."""
+    keeper = ClockKeeper(path)
+    with living_on(keeper), Pace(keeper) as pace:
+        yield pace
+
+
+def _behind_s(camera: CameraEmulator) -> float:
+    return camera.behind_s
 
 
 def _cameras(
@@ -173,7 +222,12 @@ def _cameras(
         return expose
 
     emulated = CameraEmulatorSettings(
-        pair.left.width, pair.left.height, settings.frames_per_s, _BUFFERED, CAMERA_READOUT_S
+        pair.left.width,
+        pair.left.height,
+        settings.frames_per_s,
+        _BUFFERED,
+        CAMERA_READOUT_S,
+        send_timeout_s=STREAM_PATIENCE_S,
     )
     return [
         CameraEmulator(image_source(scene, board), emulated, bus)
@@ -181,9 +235,9 @@ def _cameras(
     ]
 
 
-def _obey(control: Connection, controller: ControllerEmulator, held: list[Pose]) -> None:
-    """Carry out the operator's orders until the connection closes."""
-    while True:
+def _obey(control: Connection, ended: Connection, controller: ControllerEmulator, held: list[Pose]) -> None:
+    """Carry out the operator's orders until the connection closes, or the phantom has come to its end."""
+    while ended not in wait([control, ended]):
         try:
             order = control.recv()
         except EOFError:

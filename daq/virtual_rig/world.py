@@ -1,6 +1,7 @@
 """The physics between the emulated devices: the tissue follows the gripper, the sensor feels it, beads move."""
 
-import sys
+import math
+import multiprocessing
 import threading
 import time
 from bisect import bisect_left
@@ -20,6 +21,8 @@ _SOLVE_BEYOND_M = 5e-4
 _SOLVE_BEYOND_RAD = 0.01
 # Behind by this much, the tissue's state is extrapolated beyond what it is good for.
 _BEHIND_M = 3e-3
+# Where the laboratory's clock waits for the tissue, it does so well before that.
+_WAITED_FOR_BEYOND_M = 2.3e-3
 _FIRST_PULL_M = 1e-3
 _SAMPLE_S = 0.004
 _LATEST_CYCLE_NS = 100_000_000
@@ -38,14 +41,25 @@ class SimulatedTissue:
     solver : takes a pose, answers with a :class:`PhantomState` or a SolverError
     path : returns host times, ns, and ``T_base_tool`` as it truly was then, oldest first
     frames : of the rig
+    tell : called, from another thread, with a line about what goes wrong
 
-    Where the computer has too much else to do the tissue falls behind, which standard error tells, once each time that
-    it does: beads and forces are then not those of the phantom.
+    Where the laboratory's clock does not wait for the tissue (:meth:`behind_s`) and the computer has too much else to
+    do the tissue falls behind, which is told, once each time that it does: beads and forces are then not those of the
+    phantom.
+
+    Attributes
+    ----------
+    ended : comes to its end when the phantom cannot be solved any more
     """
 
     def __init__(
-        self, solver: Connection, path: Callable[[], Sequence[tuple[int, Pose]]], frames: Frames
+        self,
+        solver: Connection,
+        path: Callable[[], Sequence[tuple[int, Pose]]],
+        frames: Frames,
+        tell: Callable[[str], None],
     ) -> None:
+        self._tell = tell
         self._solver = solver
         self._path = path
         self._T_tissue_base = poses.inverse(frames.T_base_tissue.pose)
@@ -54,8 +68,10 @@ class SimulatedTissue:
         x, y, z = rest.position
         pulled = Pose((x + _FIRST_PULL_M, y, z), rest.quaternion_wxyz)
         self._motion = PhantomMotion(self._solve(pulled), self._solve(rest))
+        self._asked_ns: int | None = None
+        self.ended, self._end = multiprocessing.Pipe(duplex=False)
         self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._follow, name="phantom-follower")
+        self._thread = threading.Thread(target=self._run, name="phantom-follower")
         self._thread.start()
 
     def wrench(self, time_ns: int) -> tuple[FloatArray, Pose]:
@@ -67,10 +83,21 @@ class SimulatedTissue:
         """Return the beads (m, 3) in the tissue frame, m."""
         return self._motion.beads(self._gripper(time_ns))
 
+    def behind_s(self) -> float:
+        """Return since when, s, a solution is awaited; infinite where the gripper has gone far beyond the last one."""
+        asked_ns = self._asked_ns
+        if asked_ns is None:
+            return 0.0
+        way = increment(self._motion.newest.T_tissue_gripper, self._gripper_at(self._path()[-1][1]))
+        if np.linalg.norm(way[:3]) > _WAITED_FOR_BEYOND_M:
+            return math.inf
+        return (host_time_ns() - asked_ns) * 1e-9
+
     def close(self) -> None:
         """Stop following."""
         self._stopping.set()
         self._thread.join()
+        self.ended.close()
 
     def _gripper_at(self, T_base_tool: Pose) -> Pose:
         return poses.compose(poses.compose(self._T_tissue_base, T_base_tool), self._T_tool_gripper)
@@ -97,6 +124,14 @@ class SimulatedTissue:
             path = self._path()
         return path
 
+    def _run(self) -> None:
+        try:
+            self._follow()
+        except (SolverError, EOFError, OSError) as error:
+            self._tell(f"the virtual phantom cannot be solved any more ({error!r}); its laboratory ends")
+        finally:
+            self._end.close()
+
     def _follow(self) -> None:
         told = False
         while not self._stopping.wait(_SAMPLE_S):
@@ -104,10 +139,12 @@ class SimulatedTissue:
             way = increment(self._motion.newest.T_tissue_gripper, pose)
             behind_m = float(np.linalg.norm(way[:3]))
             if behind_m > _BEHIND_M and not told:
-                sys.stderr.write(_fallen_behind(behind_m))
+                self._tell(_fallen_behind(behind_m))
             told = behind_m > _BEHIND_M
             if np.linalg.norm(way[:3]) > _SOLVE_BEYOND_M or np.linalg.norm(way[3:]) > _SOLVE_BEYOND_RAD:
+                self._asked_ns = host_time_ns()
                 self._motion = PhantomMotion(self._motion.newest, self._solve(pose))
+                self._asked_ns = None
 
     def _solve(self, pose: Pose) -> PhantomState:
         self._solver.send(pose)
@@ -120,7 +157,7 @@ class SimulatedTissue:
 def _fallen_behind(behind_m: float) -> str:
     return (
         f"the virtual phantom is {1e3 * behind_m:.1f} mm behind the gripper, for this computer has too much else "
-        "to do: what is recorded now is not what the phantom does; close other programs and record anew\n"
+        "to do: what is recorded now is not what the phantom does; close other programs and record anew"
     )
 
 

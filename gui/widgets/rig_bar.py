@@ -1,4 +1,4 @@
-"""What is always visible: the rig's state in words, recording, force against its limit, disk, drops, and the stop."""
+"""What is always visible: the rig's state in words, recording, force against its limit, disk, problems, the stop."""
 
 import math
 
@@ -13,10 +13,16 @@ from gui.widgets.limit_bar import LimitBar
 
 STOP_KEYS = "Esc, Pause"
 _FEW_MINUTES = 10.0
+_PROBLEMS_PX = 240
 
 
 class RigBar(QFrame):
-    """Renders a :class:`gui.state.RigState`; ``stop_pressed`` and ``release_pressed`` are its two buttons."""
+    """Renders a :class:`gui.state.RigState`; ``stop_pressed`` and ``release_pressed`` are its two buttons.
+
+    Attributes
+    ----------
+    problems : label with what the recording is marked with
+    """
 
     stop_pressed = Signal()
     release_pressed = Signal()
@@ -31,7 +37,8 @@ class RigBar(QFrame):
         self._force = LimitBar("force", "N", limits.force_n)
         self._torque = LimitBar("torque", "N·m", limits.torque_nm)
         self._disk = _line("muted")
-        self._drops = _line("muted")
+        self.problems = _line("muted")
+        self.problems.setTextFormat(Qt.TextFormat.PlainText)
         self.stop = button(
             f"■  STOP\n{STOP_KEYS}",
             "stop",
@@ -52,7 +59,7 @@ class RigBar(QFrame):
         loads.addWidget(self._torque)
         numbers = QVBoxLayout()
         numbers.addWidget(self._disk)
-        numbers.addWidget(self._drops)
+        numbers.addWidget(self.problems)
         row = QHBoxLayout(self)
         row.setContentsMargins(16, 10, 16, 10)
         row.setSpacing(14)
@@ -87,8 +94,13 @@ class RigBar(QFrame):
         unzeroed = "" if state.zero is not None else "not zeroed: take a tare"
         self._force.show_value(state.force_n, unzeroed)
         self._torque.show_value(state.torque_nm, unzeroed)
-        self._drops.setText(f"drops {state.drops} samples")
-        set_role(self._drops, "bad" if state.drops else "muted")
+        flawless = "no problem so far" if recording else ""
+        told = f"⚠ {'; '.join(state.problems)}" if state.problems else flawless
+        self.problems.setText(
+            self.problems.fontMetrics().elidedText(told, Qt.TextElideMode.ElideRight, _PROBLEMS_PX)
+        )
+        self.problems.setToolTip("\n".join(state.problems))
+        set_role(self.problems, "bad" if state.problems else "muted")
         self.stop.setEnabled(state.connected)
         self.release.setVisible(state.phase == "held")
 

@@ -87,7 +87,7 @@ class SessionTable(Card):
         self._shown = matching(self._entries or (), self.filter.text(), condition)
         self.table.blockSignals(True)
         self.table.clearSelection()
-        self.table.show_rows([_texts(entry) for entry in self._shown])
+        self.table.show_rows([texts_of(entry) for entry in self._shown])
         self.table.blockSignals(False)
         self._none.setText(self._emptiness())
         self._none.setVisible(not self._shown)
@@ -108,12 +108,13 @@ class SessionTable(Card):
         self.chosen.emit(self.entry)
 
 
-def _texts(entry: SessionEntry) -> tuple[str, str, str, str]:
+def texts_of(entry: SessionEntry) -> tuple[str, str, str, str]:
+    """Return the row of a session: when, on what, which trajectory, and how it stands with its problems."""
     phantom = "" if entry.info is None else entry.info.phantom_id
-    problems = entry.info is not None and entry.info.problems
+    problems = () if entry.info is None else entry.info.problems
     return (
         entry.started or entry.folder.name,
         phantom,
         entry.trajectory,
-        f"{entry.condition} ⚠" if problems else entry.condition,
+        f"{entry.condition} ⚠ {'; '.join(problems)}" if problems else entry.condition,
     )

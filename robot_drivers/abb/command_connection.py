@@ -4,7 +4,6 @@ import queue
 import select
 import socket
 import threading
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -20,6 +19,7 @@ from robot_drivers.abb.rapid_frames import (
     decode_reply,
     encode_request,
 )
+from robot_drivers.clock import host_time_ns, host_time_s, seconds_until
 from robot_drivers.errors import (
     DeviceError,
     DeviceProtocolError,
@@ -66,12 +66,15 @@ class Exchange:
         DeviceError
             When the connection is lost meanwhile.
         """
-        deadline = time.monotonic() + timeout_s
+        deadline_ns = host_time_ns() + round(timeout_s * 1e9)
         while True:
+            pause_s = seconds_until(deadline_ns)
             try:
-                reply = self._replies.get(timeout=max(deadline - time.monotonic(), 0.0))
+                reply = self._replies.get(timeout=pause_s)
             except queue.Empty:
-                return None
+                if pause_s == 0.0:
+                    return None
+                continue
             if isinstance(reply, DeviceError):
                 raise reply
             if is_final(reply):
@@ -221,9 +224,9 @@ class CommandConnection:
 
     def _serve(self) -> None:
         splitter = FrameSplitter(REPLY_BYTES)
-        next_beat = last_heard = time.monotonic()
+        next_beat = last_heard = host_time_s()
         while True:
-            now = time.monotonic()
+            now = host_time_s()
             if now - last_heard > self._settings.silence_limit_s:
                 hint = "; another client may hold its command port" if self._newest_reply is None else ""
                 raise DeviceTimeoutError(
@@ -239,7 +242,7 @@ class CommandConnection:
                 received = self._socket.recv(_RECEIVE_BYTES)
                 if not received:
                     raise DeviceUnreachableError(f"robot controller {self._address} closed the connection")
-                last_heard = time.monotonic()
+                last_heard = host_time_s()
                 for frame in splitter.split(received):
                     self._deliver(decode_reply(frame))
 

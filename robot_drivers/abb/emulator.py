@@ -16,11 +16,12 @@ from robot_drivers.abb.emulator_orders import Orders
 from robot_drivers.abb.emulator_ports import CommandPort, ServerPort
 from robot_drivers.abb.emulator_rapid import RapidServer
 from robot_drivers.abb.emulator_settings import ControllerFaults, EmulatorSettings
-from robot_drivers.clock import host_time_ns
+from robot_drivers.clock import host_time_ns, host_time_s, seconds_until
 from robot_drivers.closing import ClosedAtExit
 from robot_drivers.errors import ConfigurationError, MotionRefusedError
 from robot_drivers.protocols import Pose
 
+_CYCLE_NS = round(CYCLE_S * 1e9)
 _MOST_CYCLES_A_TURN = 25
 _REMEMBERED_CYCLES = 2048
 _JOG_SPEED = (0.05, 0.5)  # m/s, rad/s
@@ -46,7 +47,7 @@ class ControllerEmulator(ClosedAtExit):
         self._egm_number = 0
         self._state_number = 0
         self._clock = ControllerClock()
-        self._injected_s = time.monotonic()
+        self._injected_s = host_time_s()
         self._restart_due = True
         self._held_back: list[bytes] = []
         self._orders = Orders()
@@ -70,6 +71,11 @@ class ControllerEmulator(ClosedAtExit):
     def path(self) -> Sequence[tuple[int, Pose]]:
         """Return host time, ns, and :meth:`pose` of the newest cycles, oldest first; cheap, from any thread."""
         return self._path.copy()
+
+    @property
+    def behind_s(self) -> float:
+        """How late its newest cycle is, s; cheap, from any thread."""
+        return (host_time_ns() - self._path[-1][0]) * 1e-9
 
     @property
     def epoch_ns(self) -> int:
@@ -117,7 +123,7 @@ class ControllerEmulator(ClosedAtExit):
 
         def apply() -> None:
             self._rapid.faults = faults
-            self._injected_s = time.monotonic()
+            self._injected_s = host_time_s()
             self._restart_due = True
 
         self._order(apply)
@@ -194,21 +200,20 @@ class ControllerEmulator(ClosedAtExit):
             apply()
 
     def _run(self) -> None:
-        next_cycle = time.monotonic()
+        next_cycle_ns = host_time_ns()
         while not self._stopping:
             doors = [self._orders.waiting_on, *([self._command.waiting_on] if self._awake else [])]
-            select.select(doors, [], [], max(next_cycle - time.monotonic(), 0.0))
+            select.select(doors, [], [], seconds_until(next_cycle_ns))
             self._orders.carry_out()
             if self._awake:
                 self._command.serve(self._rapid.begin_session, self._rapid.handle)
             # A few cycles a turn of many that are late: orders and commands must not wait until all are made up, and
             # to wait for each of them anew would let the rest of the laboratory run ahead of the robot.
             for _ in range(_MOST_CYCLES_A_TURN):
-                late_s = time.monotonic() - next_cycle
-                if late_s < 0.0 or self._stopping:
+                if host_time_ns() < next_cycle_ns or self._stopping:
                     break
-                self._cycle(host_time_ns() - round(late_s * 1e9))
-                next_cycle += CYCLE_S
+                self._cycle(next_cycle_ns)
+                next_cycle_ns += _CYCLE_NS
 
     @property
     def _awake(self) -> bool:
@@ -218,7 +223,7 @@ class ControllerEmulator(ClosedAtExit):
 
     @property
     def _elapsed_s(self) -> float:
-        return time.monotonic() - self._injected_s
+        return host_time_s() - self._injected_s
 
     @property
     def _reachable(self) -> bool:

@@ -3,7 +3,6 @@
 import math
 import random
 import socket
-import time
 from collections import deque
 
 from robot_drivers.abb.egm_codec import (
@@ -29,6 +28,7 @@ from robot_drivers.abb.egm_codec import (
 from robot_drivers.abb.emulator_arm import Reading
 from robot_drivers.abb.emulator_settings import ControllerFaults
 from robot_drivers.abb.protobuf import encode
+from robot_drivers.clock import host_time_s
 from robot_drivers.interfaces import address_towards
 
 GENERATIONS = ("A", "B", "B'", "C", "D")
@@ -104,7 +104,7 @@ class EgmSender:
             leaving.append(datagram)
         if self._happens(faults.egm_rubbish):
             leaving.append(self._random.randbytes(_RUBBISH_BYTES))
-        due_s = time.monotonic() + faults.egm_delay_s
+        due_s = host_time_s() + faults.egm_delay_s
         self._on_the_way.extend((due_s, datagram) for datagram in leaving)
         self._send_due()
 
@@ -126,7 +126,7 @@ class EgmSender:
         return probability > 0 and self._random.random() < probability
 
     def _send_due(self) -> None:
-        while self._on_the_way and self._on_the_way[0][0] <= time.monotonic():
+        while self._on_the_way and self._on_the_way[0][0] <= host_time_s():
             self._socket.sendto(self._on_the_way.popleft()[1], self._remote)
 
 

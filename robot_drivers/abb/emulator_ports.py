@@ -1,10 +1,10 @@
 """The two TCP ports of the emulated RAPID server: one client each, as RAPID socket tasks serve them."""
 
 import socket
-import time
 from collections.abc import Callable
 
 from robot_drivers.abb.emulator_rapid import REQUEST_BYTES
+from robot_drivers.clock import host_time_s
 
 _CLIENT_SILENCE_S = 2.0
 _RECEIVE_BYTES = 4096
@@ -89,17 +89,17 @@ class CommandPort(ServerPort):
     @property
     def client_silence_s(self) -> float | None:
         """Time since the client's last request, None without a client."""
-        return time.monotonic() - self._last_request_s if self.has_client else None
+        return host_time_s() - self._last_request_s if self.has_client else None
 
     def serve(self, begin_session: Callable[[], None], handle: Callable[[bytes], list[bytes] | None]) -> None:
         """Accept, receive and answer whatever is there."""
         if self.accept():
-            self._buffer, self._last_request_s = b"", time.monotonic()
+            self._buffer, self._last_request_s = b"", host_time_s()
             begin_session()
         self._buffer += self.receive()
         while len(self._buffer) >= REQUEST_BYTES and self.has_client:
             request, self._buffer = self._buffer[:REQUEST_BYTES], self._buffer[REQUEST_BYTES:]
-            self._last_request_s = time.monotonic()
+            self._last_request_s = host_time_s()
             replies = handle(request)
             if replies is None:
                 self.drop_client()

@@ -8,7 +8,6 @@ connection was lost is never repeated.
 
 import contextlib
 import threading
-import time
 from collections.abc import Sequence
 
 from robot_drivers.abb import poses
@@ -16,6 +15,7 @@ from robot_drivers.abb.arrival import MotionInterruptedError, check_arrival
 from robot_drivers.abb.irb140_session import IRB140Settings, Session, done, open_session
 from robot_drivers.abb.limits import check_on_line, check_trajectory
 from robot_drivers.abb.rapid_frames import Command, Reply, ReplyKind, Status, TextReply, move_numbers
+from robot_drivers.clock import host_time_s
 from robot_drivers.errors import (
     DeviceError,
     DeviceProtocolError,
@@ -186,11 +186,11 @@ class IRB140:
     def _carry_out(self, start: Pose, target: Pose, speed: Speed, timeout_s: float) -> Reply | TextReply:
         """Send the motion and watch it until its final reply."""
         command = self._connected().command
-        deadline = time.monotonic() + timeout_s
+        deadline = host_time_s() + timeout_s
         try:
             exchange = command.send_move(move_numbers(target, speed.linear, speed.angular))
             while (reply := exchange.poll(_WATCH_PERIOD_S)) is None:
-                if time.monotonic() > deadline:
+                if host_time_s() > deadline:
                     raise DeviceTimeoutError(f"motion not finished in {timeout_s:g} s; it was stopped")
                 newest = command.newest_reply
                 if newest is not None:

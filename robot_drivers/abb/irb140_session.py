@@ -19,6 +19,7 @@ from robot_drivers.abb.rapid_frames import (
 )
 from robot_drivers.abb.state_stream import StateStream
 from robot_drivers.abb.tool_data import SAME_ANGLE, SAME_POSITION, check_tool_data
+from robot_drivers.clock import host_time_ns, seconds_until
 from robot_drivers.errors import ConfigurationError, DeviceFaultError, DeviceProtocolError
 from robot_drivers.protocols import DeviceIdentity, Pose, PoseBlock, StreamStatistics
 
@@ -124,7 +125,10 @@ def _open_source(settings: IRB140Settings, command: CommandConnection) -> tuple[
             stream = PositionStream(replace(settings.egm, controller_address=address))
             stream.open()
             opened.callback(stream.close)
-            samples = stream.receive(settings.egm_wait_s)
+            deadline_ns = host_time_ns() + round(settings.egm_wait_s * 1e9)
+            while not (samples := stream.receive(seconds_until(deadline_ns))):
+                if host_time_ns() >= deadline_ns:
+                    break
             if samples:
                 _check_same_pose(samples[-1], done(command.request(Command.GET_STATE), "GET_STATE"))
                 opened.pop_all()

@@ -4,7 +4,9 @@ import select
 import socket
 from dataclasses import dataclass
 
-from robot_drivers.clock import host_time_ns, wall_to_host_offset_ns
+import numpy as np
+
+from robot_drivers.clock import host_times_ns, monotonic_time_ns, wall_to_monotonic_offset_ns
 from robot_drivers.errors import ConfigurationError
 from robot_drivers.kernel_stamps import KERNEL_STAMPS, STAMP_SPACE, request_stamps, wall_time_ns
 
@@ -55,14 +57,18 @@ class StampedSocket:
         if not readable:
             return []
         receive_one = self._receive_stamped if KERNEL_STAMPS else self._receive_plain
-        wall_to_host_ns = wall_to_host_offset_ns()
-        datagrams: list[Datagram] = []
-        while len(datagrams) < _MOST_AT_ONCE:
+        wall_to_monotonic_ns = wall_to_monotonic_offset_ns()
+        received: list[tuple[bytes, int, tuple[str, int]]] = []
+        while len(received) < _MOST_AT_ONCE:
             try:
-                datagrams.append(receive_one(wall_to_host_ns))
+                received.append(receive_one(wall_to_monotonic_ns))
             except (BlockingIOError, ConnectionError):  # the latter: Windows, when nobody took an answer
                 break
-        return datagrams
+        stamps = host_times_ns(np.array([stamp for _, stamp, _ in received], np.int64)).tolist()
+        return [
+            Datagram(content, stamp, sender)
+            for (content, _, sender), stamp in zip(received, stamps, strict=True)
+        ]
 
     def send(self, content: bytes, receiver: tuple[str, int]) -> None:
         """Send one datagram."""
@@ -72,10 +78,10 @@ class StampedSocket:
         """Give the port back."""
         self._socket.close()
 
-    def _receive_stamped(self, wall_to_host_ns: int) -> Datagram:
+    def _receive_stamped(self, wall_to_monotonic_ns: int) -> tuple[bytes, int, tuple[str, int]]:
         content, ancillary, _, sender = self._socket.recvmsg(_LARGEST_DATAGRAM, STAMP_SPACE)
-        return Datagram(content, wall_time_ns(ancillary) + wall_to_host_ns, sender)
+        return content, wall_time_ns(ancillary) + wall_to_monotonic_ns, sender
 
-    def _receive_plain(self, wall_to_host_ns: int) -> Datagram:
+    def _receive_plain(self, wall_to_monotonic_ns: int) -> tuple[bytes, int, tuple[str, int]]:
         content, sender = self._socket.recvfrom(_LARGEST_DATAGRAM)
-        return Datagram(content, host_time_ns(), sender)
+        return content, monotonic_time_ns(), sender

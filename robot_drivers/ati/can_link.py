@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import can
 
-from robot_drivers.clock import host_time_ns, wall_to_host_offset_ns
+from robot_drivers.clock import host_time_ns, wall_to_monotonic_offset_ns
 from robot_drivers.errors import DeviceTimeoutError, DeviceUnreachableError
 
 _CLOCK_COMPARISON_NS = 100_000
@@ -128,6 +128,6 @@ class CanLink:
 def _stamp(message: can.Message, requested_ns: int) -> int:
     """Return the time of arrival on the host clock; adapters stamp by the wall clock or by one of their own."""
     now_ns = host_time_ns()
-    stamp_ns = round(message.timestamp * 1e9) + wall_to_host_offset_ns()
+    stamp_ns = round(message.timestamp * 1e9) + wall_to_monotonic_offset_ns()
     plausible = requested_ns - _CLOCK_COMPARISON_NS <= stamp_ns <= now_ns + _CLOCK_COMPARISON_NS
     return stamp_ns if plausible else now_ns

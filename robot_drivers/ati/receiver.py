@@ -7,7 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robot_drivers.clock import host_time_ns, wall_to_host_offset_ns
+from robot_drivers.clock import (
+    host_time_ns,
+    host_times_ns,
+    monotonic_time_ns,
+    wall_to_monotonic_offset_ns,
+)
 from robot_drivers.interfaces import address_towards
 from robot_drivers.kernel_stamps import KERNEL_STAMPS, STAMP_SPACE, request_stamps, wall_time_ns
 from robot_drivers.protocols import IntArray
@@ -72,7 +77,7 @@ class DatagramReceiver:
         self._buffer = memoryview(bytearray(_BUFFER_BYTES))
         self._batch_ns = round(batch_s * 1e9) if kernel_stamps else 0
         self._next_batch_ns = 0
-        self._offset_ns, self._offset_at_ns = wall_to_host_offset_ns(), host_time_ns()
+        self._offset_ns, self._offset_at_ns = wall_to_monotonic_offset_ns(), monotonic_time_ns()
         interface = address_towards(peer[0])
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
@@ -161,9 +166,9 @@ class DatagramReceiver:
         """Carry kernel stamps from the wall clock to the host clock."""
         if not self.kernel_stamps:
             return stamps
-        now_ns = host_time_ns()
-        offset_ns = wall_to_host_offset_ns()
+        now_ns = monotonic_time_ns()
+        offset_ns = wall_to_monotonic_offset_ns()
         drift_ns = (now_ns - self._offset_at_ns) // 1000  # a wall clock is slewed by less than 1 ms/s
         stepped = abs(offset_ns - self._offset_ns) > _CLOCK_STEP_NS + drift_ns
         self._offset_ns, self._offset_at_ns = offset_ns, now_ns
-        return np.full_like(stamps, now_ns) if stepped else stamps + offset_ns
+        return host_times_ns(np.full_like(stamps, now_ns) if stepped else stamps + offset_ns)

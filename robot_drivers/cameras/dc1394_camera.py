@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from robot_drivers.cameras import dc1394_library as lib
 from robot_drivers.cameras.dc1394_settings import DC1394CameraSettings
 from robot_drivers.cameras.embedded_info import ITEMS, EmbeddedItem, cycle_time_s
-from robot_drivers.clock import host_time_ns, wall_to_host_offset_ns
+from robot_drivers.clock import host_time_ns, wall_to_monotonic_offset_ns
 from robot_drivers.errors import ConfigurationError, DeviceProtocolError, DeviceUnreachableError
 
 _FRAME_INFO = 0x12F8
@@ -114,7 +114,7 @@ class Camera1394:
         """Read the bus's cycle timer and the host clock together: the two ends of the cameras' time stamps."""
         quadlet, wall_us = c_uint32(), c_uint64()
         self._library.call("dc1394_read_cycle_timer", self._camera, byref(quadlet), byref(wall_us))
-        return BusTime(cycle_time_s(quadlet.value), wall_us.value * 1000 + wall_to_host_offset_ns())
+        return BusTime(cycle_time_s(quadlet.value), wall_us.value * 1000 + wall_to_monotonic_offset_ns())
 
     def close(self) -> None:
         """End the transmission and release camera and bus."""
@@ -237,7 +237,7 @@ class Camera1394:
             )
         rows = np.ctypeslib.as_array(frame.image, (height, frame.stride))
         now_ns = host_time_ns()
-        stamp_ns = frame.timestamp * 1000 + wall_to_host_offset_ns()
+        stamp_ns = frame.timestamp * 1000 + wall_to_monotonic_offset_ns()
         plausible = 0 <= now_ns - stamp_ns <= _PLAUSIBLE_AGE_NS
         return Image(rows[:, :width].copy(), stamp_ns if plausible else now_ns)
 

@@ -22,7 +22,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_drivers.clock import host_time_ns
+from robot_drivers.clock import host_time_ns, seconds_until
 from robot_drivers.closing import ClosedAtExit
 from robot_drivers.emulated_clock import ClockError
 from robot_drivers.emulated_outages import Outages
@@ -35,7 +35,6 @@ _TIMESTAMP = 0x001
 _FRAME_COUNTER = 0x040
 _FRAME_INFO_BITS = 10
 _POLL_S = 0.05
-_SEND_TIMEOUT_S = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +69,7 @@ class CameraEmulatorSettings:
     buffered : images that wait for a client or a machine that is late; beyond that exposures are missed
     readout_s : from an exposure until its image begins to leave the camera, as long as the image is there by then
     bind_address, port : where it listens; port 0 takes any free one
+    send_timeout_s : a client that takes no image for so long is left
     frame_info : the register 12F8h; by default cycle time and frame counter are embedded, 0x8000_0000 embeds
         nothing
     """
@@ -81,6 +81,7 @@ class CameraEmulatorSettings:
     readout_s: float = 0.0
     bind_address: str = "127.0.0.1"
     port: int = 0
+    send_timeout_s: float = 2.0
     frame_info: int = _PRESENT | _TIMESTAMP | _FRAME_COUNTER
 
     def __post_init__(self) -> None:
@@ -140,6 +141,7 @@ class CameraEmulator(ClosedAtExit):
         self._settings = settings or CameraEmulatorSettings()
         self._clock = clock or BusClock(host_time_ns())
         self._first_exposure = self._next_exposure()
+        self._due_ns: int | None = None
         self._stopping = threading.Event()
         self._stalled = threading.Event()
         self._disconnecting = threading.Event()
@@ -150,6 +152,12 @@ class CameraEmulator(ClosedAtExit):
         self.url = f"tcp://{self._settings.bind_address}:{self.port}"
         self._thread = threading.Thread(target=self._serve, name=f"camera emulator {self.port}")
         self._thread.start()
+
+    @property
+    def behind_s(self) -> float:
+        """How late the next image is, s; 0 while nobody opens the stream."""
+        due_ns = self._due_ns
+        return 0.0 if due_ns is None else max(0.0, (host_time_ns() - due_ns) * 1e-9)
 
     def close(self) -> None:
         """End the stream and stop listening."""
@@ -192,7 +200,7 @@ class CameraEmulator(ClosedAtExit):
                 continue
             with connection:
                 connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                connection.settimeout(_SEND_TIMEOUT_S)
+                connection.settimeout(self._settings.send_timeout_s)
                 self._disconnecting.clear()
                 if self._unreachable():
                     continue
@@ -200,6 +208,8 @@ class CameraEmulator(ClosedAtExit):
                     self._stream(connection)
                 except (ConnectionError, TimeoutError):
                     continue  # the client has left, or no longer reads
+                finally:
+                    self._due_ns = None
 
     def _stream(self, connection: socket.socket) -> None:
         settings = self._settings
@@ -210,6 +220,7 @@ class CameraEmulator(ClosedAtExit):
         exposure = self._next_exposure()
         while True:
             time_s = exposure / settings.fps
+            self._due_ns = self._clock.host_time_ns(time_s + settings.readout_s)
             self._wait_until(time_s)
             if self._stopping.is_set() or self._disconnecting.is_set() or self._unreachable():
                 return
@@ -224,7 +235,9 @@ class CameraEmulator(ClosedAtExit):
             exposure = max(exposure + 1, self._next_exposure() - settings.buffered)
 
     def _wait_until(self, time_s: float) -> None:
-        self._stopping.wait(max(0, self._clock.host_time_ns(time_s) - host_time_ns()) * 1e-9)
+        time_ns = self._clock.host_time_ns(time_s)
+        while (pause_s := seconds_until(time_ns)) > 0.0 and not self._stopping.wait(pause_s):
+            pass
 
     def _unreachable(self) -> bool:
         elapsed_s = (host_time_ns() - self._injected_ns) * 1e-9

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from session_bench import Bench
 
-from daq.acquisition import process
+from daq.acquisition import silence
 from daq.acquisition.connections import Connections
 from daq.acquisition.messages import Close, Command, Ended, Release, Report, Start, Telemetry
 from daq.acquisition.process import Host, Link
@@ -86,7 +86,8 @@ def test_devices_that_were_lost_are_connected_again_for_the_next_session(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A camera that fell silent and a robot whose connection broke: no process has to be begun anew."""
-    monkeypatch.setattr(process, "SILENCE_LIMIT_S", PATIENCE_S)  # this client does not show that it is alive
+    for limit in ("LIMIT_S", "LONGEST_S"):  # this client does not show that it is alive
+        monkeypatch.setattr(silence, limit, PATIENCE_S)
     bench, reports = Bench(tmp_path), Reports()
     read, write = os.pipe()
 

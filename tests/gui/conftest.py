@@ -58,7 +58,7 @@ def collected_on_this_thread(loaded_once: None) -> Iterator[None]:
         gc.enable()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def preferred() -> Iterator[None]:
     """This process and what it starts go before others, as the window does, where the system grants it."""
     before = os.getpriority(os.PRIO_PROCESS, 0)
@@ -82,7 +82,7 @@ def patient_laboratory(folder: Path, settings: VirtualRigSettings) -> Iterator[V
         yield running
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def laboratory(preferred: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[VirtualRig]:
     """One laboratory for all; it outlives every window."""
     settings = VirtualRigSettings(SpringPhantom(GRASP_CENTRE, placed_beads(1)), seed=1, frames_per_s=4.0)

@@ -61,7 +61,6 @@ def test_a_silent_or_lossy_stream_changes_its_lamp() -> None:
     assert after(silent).rows[0].health == "bad"
     assert after(lossy).rows[0].health == "doubtful"
     assert after(lossy).rows[0].sync_health == "doubtful"
-    assert after(lossy).drops == 3
 
 
 def test_a_session_is_timed_from_its_first_telemetry() -> None:
@@ -71,6 +70,17 @@ def test_a_session_is_timed_from_its_first_telemetry() -> None:
     assert (state.phase, state.step, state.steps, state.words) == ("running", 2, 16, "step 1: pulling")
     assert state.recording_s == pytest.approx(7.5)
     assert told(state, telemetry(13.0), TareStack()).recording_s == 0.0
+
+
+def test_what_the_session_is_marked_with_is_known_while_it_runs_and_until_the_next_begins() -> None:
+    first, second = Path("sessions/a"), Path("sessions/b")
+    lossy = telemetry(2.0, session=first, problems=("force sensor: 12 samples lost on the way",))
+    running = after(telemetry(1.0, session=first), lossy)
+    assert running.problems == lossy.problems
+    assert running.differs(after(telemetry(1.0, session=first)))
+    ended = told(running, telemetry(3.0), TareStack())
+    assert ended.problems == lossy.problems
+    assert told(ended, telemetry(4.0, session=second), TareStack()).problems == ()
 
 
 def test_a_held_robot_is_told_with_its_reason() -> None:

@@ -13,6 +13,7 @@ from session_endings import stop_of, wait_until_sealed
 from daq.recording.folder import read_info, verify_checksums
 from daq.recording.reader import Recording
 from daq.virtual_rig.layout import REST_TOOL
+from robot_drivers.clock import host_time_s
 
 PROGRAM = Path(__file__).with_name("window_program.py")
 
@@ -45,7 +46,7 @@ def test_a_window_that_dies_or_freezes_leaves_the_robot_held_and_the_recording_w
     with recording_window(rig_path, tmp_path / "sessions") as (window, folder):
         assert folder.is_dir()
         time.sleep(0.3)
-        struck_s = time.clock_gettime(time.CLOCK_MONOTONIC_RAW)
+        struck_s = host_time_s()
         window.send_signal(kind)
         wait_until_sealed(folder, 40.0)
     reason, stood_s = stop_of(folder)

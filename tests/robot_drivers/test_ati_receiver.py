@@ -82,7 +82,7 @@ def test_a_socket_waits_until_the_kernel_stamps_on_arrival(monkeypatch):
 
 def test_a_wall_clock_that_is_set_meanwhile_does_not_move_the_stamps(monkeypatch):
     offset = [0]
-    monkeypatch.setattr("robot_drivers.ati.receiver.wall_to_host_offset_ns", lambda: offset[0])
+    monkeypatch.setattr("robot_drivers.ati.receiver.wall_to_monotonic_offset_ns", lambda: offset[0])
     with linked(kernel_stamps=True) as (receiver, send, _):
         offset[0] = 3_600_000_000_000
         send(b"aaaa")

@@ -35,6 +35,11 @@ class NetFTEmulator(ClosedAtExit):
         """What happened to the records so far."""
         return self._rdt.counts
 
+    @property
+    def behind_s(self) -> float:
+        """How late the next record of the stream is, s; 0 without one that could come."""
+        return self._rdt.behind_s
+
     def inject(self, faults: Faults) -> None:
         """Replace the faults in force; ``Faults()`` ends them."""
         self._box.inject(faults)

@@ -86,6 +86,15 @@ class RdtServer:
         """What happened to the records so far."""
         return self._link.counts
 
+    @property
+    def behind_s(self) -> float:
+        """How late the next record of the stream is, s; 0 without one that could come."""
+        stream, box = self._stream, self._box
+        if stream is None or stream.finished or not box.reachable:
+            return 0.0
+        next_tick = stream.first_tick + stream.sent * stream.internal_rate_hz // stream.rate_hz
+        return max(0.0, (box.tick() - next_tick) / stream.internal_rate_hz)
+
     def close(self) -> None:
         """Stop serving."""
         self._closing.set()
