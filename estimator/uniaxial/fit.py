@@ -14,10 +14,8 @@ from estimator.errors import InputError
 from estimator.materials import LAWS
 from estimator.materials.law import Law
 from estimator.uniaxial.law_fit import FEWEST_ROWS, FloatArray, LawFit, fit_law, specimen_stretch
-from estimator.uniaxial.records import UniaxialRecord
+from estimator.uniaxial.records import DEFAULT_STRAIN_FIT, UniaxialRecord
 from estimator.uniaxial.stress import is_stable
-
-DEFAULT_STRAIN_FIT = {"tension": 0.5, "compression": 0.2}
 
 
 @dataclass(frozen=True, slots=True)
