@@ -61,7 +61,7 @@ def first_loading(strain: FloatArray, stress: FloatArray, lines: IndexArray) -> 
     strain_sign = _direction(strain)
     course = strain_sign * (strain - strain[0])
     turn = _first_reversal(course)
-    stress_sign = _sign_along(course[: turn + 1], stress[: turn + 1])
+    stress_sign = _sign_of(stress[: turn + 1])
     load = stress_sign * stress
     left_out = []
     if turn + 1 < len(course):
@@ -102,9 +102,10 @@ def _direction(strain: FloatArray) -> float:
     return -1.0 if len(far) and away[far[0]] < 0 else 1.0
 
 
-def _sign_along(course: FloatArray, stress: FloatArray) -> float:
-    centred = course - course.mean()
-    return -1.0 if float(centred @ (stress - stress.mean())) < 0 else 1.0
+def _sign_of(stress: FloatArray) -> float:
+    """Return the sign of the largest stress, from where it starts; what a torn specimen bears later is less."""
+    away = _median3(stress) - np.median(stress[:3])
+    return -1.0 if away[int(np.argmax(np.abs(away)))] < 0 else 1.0
 
 
 def _first_reversal(course: FloatArray) -> int:

@@ -13,14 +13,16 @@ import numpy as np
 from estimator.uniaxial.loading import noise_of
 from estimator.uniaxial.records import FloatArray, Mode
 
-_FEWEST_FLAT = 5
+_FEWEST_FLAT = 3
+_BEGINNING = 5  # rows that tell where a record starts
+_NEGLIGIBLE = 2e-3  # misfit, of the range of stress
 _FLAT = 0.1  # slope before the kink, over the one right behind it
 _LEAST_SLACK = 2e-3  # of strain
 _FARTHEST = 0.25  # strain behind the kink that a cubic follows
 _CANDIDATES = 200
 _KINK = 0.5  # slope right behind it, over the one up to the end
 _SIGNIFICANT = 20.0  # F of one further parameter
-_SURE = 5.0  # standard errors
+_SURE = 4.0  # standard errors
 _LEAST_STRESS = 0.01  # of the stress at the end of the range
 _PRELOADS = 400
 _TOES = (0.0, 0.01, 0.02, 0.04, 0.08)
@@ -68,7 +70,7 @@ def find_slack(strain: FloatArray, stress: FloatArray) -> Slack | None:
         return None
     begin, start, reach = float(strain[0]), float(strain[onset]), float(strain.max())
     used = strain <= start + min(_FARTHEST, (reach - start) / 2)
-    if used.sum() < onset + 2 * _FEWEST_FLAT:
+    if used.sum() < onset + 2 * _BEGINNING:
         used = strain <= reach
     x, y = strain[used], stress[used]
     none_cost, _ = _hinge(x, y, begin, 0.0)
@@ -82,7 +84,7 @@ def find_slack(strain: FloatArray, stress: FloatArray) -> Slack | None:
         cost, values, kink = min(fits, key=lambda one: one[0])
         if best is None or cost < 0.5 * best[1]:
             best = (kink, cost, values, toe)
-        if cost <= (2 * noise) ** 2:
+        if np.sqrt(cost) <= max(2 * noise, _NEGLIGIBLE * float(np.ptp(y))):
             break
     if best is None:
         return None
@@ -95,7 +97,11 @@ def find_slack(strain: FloatArray, stress: FloatArray) -> Slack | None:
         return None
     if not significant or secant <= 0 or values[1] < _KINK * secant or toe > kink - begin:
         return None
-    if _slope(x[x < kink - toe], y[x < kink - toe]) > _FLAT * values[1]:
+    before = x < kink - toe
+    # rows at one strain and the next far behind it, as in a staircase, do not tell where between them load began
+    if float(x[x < kink].max()) - begin < (kink - begin) / 2:
+        return None
+    if _slope(x[before], y[before]) > _FLAT * values[1]:
         return None
     return Slack(kink, float(values[0]), toe)
 
@@ -111,17 +117,15 @@ def find_preload(strain: FloatArray, stress: FloatArray, mode: Mode, reach: floa
     used = strain <= min(reach, float(strain.max()))
     x, y = strain[used], stress[used]
     # a record that begins later does not tell what was at zero
-    if len(x) < 2 * _FEWEST_FLAT or x[0] > 0.02 * float(x.max()):
+    if len(x) < 2 * _BEGINNING or x[0] > 0.02 * float(x.max()):
         return None
-    beginning = x <= max(min(_FARTHEST, float(x.max())), float(x[2 * _FEWEST_FLAT - 1]))
+    beginning = x <= max(min(_FARTHEST, float(x.max())), float(x[2 * _BEGINNING - 1]))
     values, errors = _polynomial(x[beginning], y[beginning])
     offset = float(values[0])
     if abs(offset) < _SURE * errors[0] or abs(offset) < _LEAST_STRESS * float(y.max()):
         return None
     # what is read there, too, and not only where a curve that begins softly would come from
-    if abs(float(np.median(y[:_FEWEST_FLAT] - _cubic(values, x[:_FEWEST_FLAT]))) - offset) > 0.3 * abs(
-        offset
-    ):
+    if abs(float(np.median(y[:_BEGINNING] - _cubic(values, x[:_BEGINNING]))) - offset) > 0.3 * abs(offset):
         return None
     if offset < 0:
         return Preload(offset, 0.0)

@@ -156,9 +156,9 @@ def _stress(table: Table, specimen: Specimen, choice: Choice) -> _Axis:
         factor, unit = required_factor(table, choice, specimen.stated)
         area = specimen.require_area(table.block.grid.place(table.block.header_line))
         return _Axis(values * factor / area.value, f"{_told('stress', choice, unit)}, over {area.source}")
-    unit = unit_of(table, choice, specimen.stated)
-    if unit is not None:
-        return _Axis(values * factor_of(unit, "stress", choice.title.text), _told("stress", choice, unit))
+    stated = unit_of(table, choice, specimen.stated)
+    if stated is not None:
+        return _Axis(values * factor_of(stated, "stress", choice.title.text), _told("stress", choice, stated))
     other = _over_area(table, specimen)
     for supposed, factor in _STRESS_UNITS.items():
         if other is not None and _agree(other, values * factor):

@@ -103,18 +103,22 @@ def _by_titles(evidence: Evidence, where: str) -> Decision:
 def _by_shape(evidence: Evidence, where: str) -> Decision:
     reach = float(evidence.strain.max())
     if reach >= 1:
-        return Decision("tension", f"strain reaches {reach:.3g}, which no compression can")
+        return Decision("tension", f"a strain of {reach:.3g}, which no compression reaches")
     shape = shape_of(evidence.strain, evidence.stress)
     if shape == "tension" and evidence.strain_sign * evidence.stress_sign > 0:
         return Decision(
-            "tension", "nothing in the file says it; the curve does not stiffen as in compression", True
+            "tension",
+            "the curve, which does not stiffen as in compression; nothing in the file says it",
+            True,
         )
     if shape == "compression":
         return Decision(
-            "compression", "nothing in the file says it; the curve stiffens as in compression", True
+            "compression", "the curve, which stiffens as in compression; nothing in the file says it", True
         )
     if evidence.lengthening and shape is None and evidence.strain_sign > 0 and evidence.stress_sign > 0:
-        return Decision("tension", f"nothing else says it, and {evidence.lengthening!r} grows", True)
+        return Decision(
+            "tension", f"the column {evidence.lengthening!r}, which grows; nothing else says it", True
+        )
     raise InputError(
         f"{where}: nothing tells whether the test pulled or pushed; add --mode tension or --mode compression"
     )

@@ -65,7 +65,7 @@ def read_record(path: Path | str, stated: Stated = NOTHING_STATED) -> UniaxialRe
     _check_stiffness(file, course)
     facts = facts_of(above)
     sign = 1.0 if decision.mode == "tension" else -1.0
-    supposed = (f"{decision.mode}: {decision.reason}",) if decision.supposed else ()
+    supposed = (f"{decision.mode}, from {decision.reason}",) if decision.supposed else ()
     others = (
         (f"specimen {place + 1} of {listed(blocks)}; --specimen takes another",) if len(blocks) > 1 else ()
     )
