@@ -5,7 +5,7 @@ Every layout tells the same curve, so that whoever reads it has to come to the s
 
 import io
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal, TypeAlias
 
@@ -18,7 +18,6 @@ YOUNGS_MODULUS = 30e3
 
 FloatArray: TypeAlias = NDArray[np.float64]
 Mode: TypeAlias = Literal["tension", "compression"]
-_REACH = {"tension": 0.8, "compression": 0.4}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,49 +27,29 @@ class GelTest:
     Attributes
     ----------
     mode : of loading
-    strain : (n,) magnitudes
-    sign : that the machine gives to compression; it writes tension positive
+    strain : (n,) as the machine writes it
+    stress : (n,) as the machine writes it, kPa
     """
 
-    mode: Mode = "tension"
-    strain: FloatArray = field(default_factory=lambda: np.linspace(0.0, 1.0, 81))
-    sign: float = 1.0
-    stress_kPa: FloatArray | None = None
+    mode: Mode
+    strain: FloatArray
+    stress: FloatArray
 
     @property
     def time_s(self) -> FloatArray:
         """Time of each row."""
-        return 0.5 * np.arange(len(self.strain))
+        return np.arange(len(self.strain), dtype=np.float64) / 2.0
 
     @property
     def travel_mm(self) -> FloatArray:
         """Travel as the machine writes it."""
-        return self._sign * 20.0 * self.strain
+        return 20.0 * self.strain
 
     @property
     def load_N(self) -> FloatArray:
         """Load as the machine writes it."""
-        return self.stress * self.area_mm2 / 1e3
-
-    @property
-    def area_mm2(self) -> float:
-        """Cross-section."""
-        return 20.0 if self.mode == "tension" else float(np.pi / 4 * 25.0**2)
-
-    @property
-    def stress(self) -> FloatArray:
-        """Stress as the machine writes it, kPa."""
-        magnitude = neo_hookean_kPa(self.strain, self.mode) if self.stress_kPa is None else self.stress_kPa
-        return self._sign * magnitude
-
-    @property
-    def written_strain(self) -> FloatArray:
-        """Strain as the machine writes it."""
-        return self._sign * self.strain
-
-    @property
-    def _sign(self) -> float:
-        return 1.0 if self.mode == "tension" else self.sign
+        area_mm2 = 20.0 if self.mode == "tension" else float(np.pi / 4 * 25.0**2)
+        return self.stress * area_mm2 / 1e3
 
     @property
     def sizes_mm(self) -> Mapping[str, float]:
@@ -85,12 +64,21 @@ def neo_hookean_kPa(strain: FloatArray, mode: Mode) -> FloatArray:
     return np.asarray(YOUNGS_MODULUS / 3e3 * np.abs(stretch - stretch**-2))
 
 
-def gel_test(mode: Mode = "tension", sign: float = 1.0, noise: float = 0.0, rows: int = 81) -> GelTest:
-    """Return a test with noise, a share of the largest stress."""
-    strain = np.linspace(0.0, _REACH[mode], rows)
+def gel_test(
+    mode: Mode = "tension", *, compression_sign: float = 1.0, noise: float = 0.0, rows: int = 81
+) -> GelTest:
+    """Return a test to 80 % in tension, 40 % in compression.
+
+    Parameters
+    ----------
+    compression_sign : that the machine gives to compression; it writes tension positive
+    noise : standard deviation, as a share of the largest stress
+    """
+    strain = np.linspace(0.0, 0.8 if mode == "tension" else 0.4, rows)
     stress = neo_hookean_kPa(strain, mode)
     stress = stress + noise * stress.max() * np.random.default_rng(7).standard_normal(rows)
-    return GelTest(mode, strain, sign, stress)
+    sign = 1.0 if mode == "tension" else compression_sign
+    return GelTest(mode, sign * strain, sign * stress)
 
 
 def bluehill(test: GelTest, *, decimal: str = ".", separator: str = ",") -> str:
@@ -101,16 +89,17 @@ def bluehill(test: GelTest, *, decimal: str = ".", separator: str = ",") -> str:
     facts += [[name, _quoted(f"{size:.5f}", decimal), "mm"] for name, size in test.sizes_mm.items()]
     names = ["Time", travel, "Load", f"{kind} strain ({travel})", f"{kind} stress"]
     units = ["(s)", "(mm)", "(N)", "(mm/mm)", "(MPa)"]
-    columns = [test.time_s, test.travel_mm, test.load_N, test.written_strain, test.stress / 1e3]
+    columns = [test.time_s, test.travel_mm, test.load_N, test.strain, test.stress / 1e3]
     rows = [[_quoted(f"{value:.8f}", decimal) for value in row] for row in zip(*columns, strict=True)]
     return _lines([*facts, [], names, units, *rows], separator)
 
 
 def bluehill_load(test: GelTest) -> str:
     """Return an export of Instron Bluehill without stress and strain."""
-    facts = [[f"Strain : Tensile strain (Extension) {name.lower()}" if name == "Length" else name, f'"{size:.5f}"', "mm"]
-             for name, size in test.sizes_mm.items()]  # fmt: skip
-    facts[0][0] = "Anvil height" if test.mode == "compression" else "Strain 1 gauge length"
+    length = "Anvil height" if test.mode == "compression" else "Strain 1 gauge length"
+    facts = [
+        [length if name == "Length" else name, f'"{size:.5f}"', "mm"] for name, size in test.sizes_mm.items()
+    ]
     facts = [["Method", "Compression of gels" if test.mode == "compression" else "Tensile test"], *facts]
     rows = [
         [f'"{value:.6f}"' for value in row]
@@ -132,7 +121,7 @@ def testxpert(test: GelTest, *, separator: str = "\t") -> str:
     facts = [["Prüfart", kind], ["Prüfer", "Meier"]]
     facts += [[sizes[name], f"{size:.2f}".replace(".", ","), "mm"] for name, size in test.sizes_mm.items()]
     names, units = ["Prüfzeit", strain, "Standardkraft"], ["s", "%", "N"]
-    columns = [test.time_s, 100 * test.written_strain, test.load_N]
+    columns = [test.time_s, 100 * test.strain, test.load_N]
     rows = [[f"{value:.6f}".replace(".", ",") for value in row] for row in zip(*columns, strict=True)]
     return _lines([*facts, [], names, units, *rows], separator)
 
@@ -178,7 +167,7 @@ def mts(test: GelTest) -> str:
 def plain(test: GelTest) -> str:
     """Return a table of two columns, as people write it."""
     kind = "strain" if test.mode == "tension" else "compressive strain"
-    rows = [[f"{e:.6f}", f"{s:.6f}"] for e, s in zip(test.written_strain, test.stress, strict=True)]
+    rows = [[f"{e:.6f}", f"{s:.6f}"] for e, s in zip(test.strain, test.stress, strict=True)]
     return _lines([[f"{kind} (-)", "stress (kPa)"], *rows], ",")
 
 
@@ -217,7 +206,7 @@ def workbook(test: GelTest, *, as_text: bool = False, specimens: int = 1) -> byt
             test.time_s,
             test.travel_mm,
             factor * test.load_N,
-            100 * test.written_strain,
+            100 * test.strain,
             factor * test.stress,
         ]
         for row in zip(*columns, strict=True):

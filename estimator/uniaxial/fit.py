@@ -128,7 +128,7 @@ def _default_range(record: UniaxialRecord, magnitude: FloatArray, strain_from: f
     """Return the strain up to which laws are fitted: half a record that is short, more of one with few rows."""
     fit_to = min(DEFAULT_STRAIN_FIT[record.mode], float(magnitude.max()) / 2)
     fitted = np.sort(magnitude[magnitude >= strain_from])
-    if len(fitted) <= FEWEST_ROWS + 1:
+    if strain_from >= fit_to or len(fitted) <= FEWEST_ROWS + 1:
         return fit_to
     return max(fit_to, float(fitted[FEWEST_ROWS - 1]))
 

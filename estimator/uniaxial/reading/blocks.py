@@ -103,7 +103,7 @@ def _blocks_in(grid: Grid) -> Iterator[Block]:
         first = _first_of_data(rows, header)
         if number == 0:
             _refuse_numbers_above(grid, rows[:header], len(rows[header].cells))
-        end = _end_of_data(rows, first, following)
+        end = _end_of_data(rows, first, following, len(rows[first].cells))
         units = _units_row(rows, header, first)
         titles = {
             column: understood(rows[header].text(column), units.text(column) if units else "")
@@ -168,15 +168,18 @@ def _is_units_row(row: Row) -> bool:
     )
 
 
-def _end_of_data(rows: Sequence[Row], first: int, following: int) -> int:
-    """Return the place behind the last row of a table: before words that follow an empty row or the next names."""
-    for place in range(first, following):
+def _end_of_data(rows: Sequence[Row], first: int, following: int, width: int) -> int:
+    """Return the place behind the last row of a table: before words with no row of numbers behind them."""
+    last = max(
+        (i for i in range(first, following) if _is_numbers(rows[i]) and len(rows[i].cells) == width),
+        default=first,
+    )
+    for place in range(last + 1, following):
         cells = rows[place].filled
-        if not cells or any(looks_like_number(cell) for cell in cells):
+        if not cells or all(map(looks_like_number, cells)):
             continue
-        parted = place > first and not rows[place - 1].filled
-        last = following < len(rows) and not any(_is_numbers(row) for row in rows[place:following])
-        if parted or last:
+        next_names = following < len(rows) and not any(map(looks_like_number, cells))
+        if next_names or not rows[place - 1].filled:
             return place
     return following
 

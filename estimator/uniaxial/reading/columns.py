@@ -110,13 +110,13 @@ def table_of(block: Block, needed: Sequence[int], stated: Stated) -> Table:
     return Table(block, style, tuple(rows[:end]), tuple(left_out))
 
 
-def _cells(block: Block, rows: Sequence[Row]) -> Iterator[tuple[str, Cell]]:
+def _cells(block: Block, rows: Sequence[Row]) -> Iterator[tuple[str, int, Cell]]:
     """Yield the cells that tell how numbers are written, with their place."""
     for row in rows:
         where = block.grid.place(row.line)
-        for cell in row.cells:
+        for column, cell in enumerate(row.cells):
             if looks_like_number(cell):
-                yield where, cell
+                yield where, column, cell
 
 
 def _lines(lines: Sequence[int]) -> str:

@@ -6,6 +6,7 @@ either. A file that writes some numbers one way and some the other is refused at
 
 import math
 import re
+from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
@@ -21,6 +22,7 @@ _LOOKS = re.compile(rf"[+\-\u2212]?(\d[\d.,{_GAPS}]*|[.,]\d+)([eE][+-]?\d+)?\s?%
 _NO_VALUE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 _PARTS = re.compile(r"([+-]?)([^eE]*)((?:[eE].*)?)", re.DOTALL)
 _THOUSAND = 3
+_MANY_WHOLE = 3
 _LONGEST = 400
 
 
@@ -66,43 +68,69 @@ class NumberStyle:
         return f"{sign}{whole}{'.' if mark else ''}{fraction}{exponent}"
 
 
-def settle(cells: Iterable[tuple[str, Cell]], separator: str) -> NumberStyle:
+def settle(cells: Iterable[tuple[str, int, Cell]], separator: str) -> NumberStyle:
     """Settle the decimal mark by all numbers of a table.
 
     Parameters
     ----------
-    cells : where each stands, as a message names it, and the cell
+    cells : where each stands, as a message names it, its column, and the cell
     separator : of the columns
 
     Raises
     ------
     InputError
-        Some have a decimal comma and some a point, or all could be read either way.
+        Some have a decimal comma and some a point, or some could be read either way.
     """
     first: dict[DecimalMark, tuple[str, str]] = {}
-    open_mark, open_cell = "", ("", "")
-    for where, cell in cells:
+    columns: dict[int, _Column] = defaultdict(_Column)
+    for where, place, cell in cells:
         if isinstance(cell, float) or not _LOOKS.fullmatch(cell[:_LONGEST]):
             continue
-        mark = _mark_of(cell)
+        column, mark = columns[place], _mark_of(cell)
         if mark is not None:
+            column.certain = True
             first.setdefault(mark, (where, cell))
             if len(first) > 1:
-                (before, other), (place, shown) = first["comma" if mark == "point" else "point"], first[mark]
+                (before, other), (there, shown) = first["comma" if mark == "point" else "point"], first[mark]
                 raise InputError(
-                    f"{place}: {shown!r} has a decimal {mark}, and {other!r} ({_line_of(before)}) has not; "
+                    f"{there}: {shown!r} has a decimal {mark}, and {other!r} ({_line_of(before)}) has not; "
                     "write all numbers one way"
                 )
-        elif not open_mark and ("," in cell or "." in cell):
-            open_mark, open_cell = ("," if "," in cell else "."), (where, cell)
+        elif "," in cell or "." in cell:
+            column.open = column.open or (where, cell)
+        else:
+            column.whole += 1
+    for column in columns.values():
+        if column.open and not column.certain:
+            _refuse_if_either(column, next(iter(first), None), separator)
     if first:
         return NumberStyle(next(iter(first)))
-    if open_mark == "," and separator == ",":
+    return NumberStyle(
+        "comma" if any("," in column.open[1] for column in columns.values() if column.open) else "point"
+    )
+
+
+@dataclass(slots=True)
+class _Column:
+    """What the numbers of a column tell: whether one is certain, one that is not, how many are whole."""
+
+    certain: bool = False
+    open: tuple[str, str] | None = None
+    whole: int = 0
+
+
+def _refuse_if_either(column: _Column, mark: DecimalMark | None, separator: str) -> None:
+    """Refuse a column in which ``1.234`` may be a thousand: beside whole numbers, or quoted between commas."""
+    assert column.open is not None
+    where, cell = column.open
+    its_mark = "comma" if "," in cell else "point"
+    if mark is not None and mark != its_mark:
+        return
+    if column.whole >= _MANY_WHOLE or (mark is None and its_mark == "comma" and separator == ","):
         raise InputError(
-            f"{open_cell[0]}: {open_cell[1]!r} may have a decimal comma or a comma between thousands; "
+            f"{where}: {cell!r} may have a decimal {its_mark} or a {its_mark} between thousands; "
             "add --decimal comma or --decimal point"
         )
-    return NumberStyle("comma" if open_mark == "," else "point")
 
 
 def _line_of(where: str) -> str:

@@ -11,7 +11,7 @@ import openpyxl
 from openpyxl.cell.cell import Cell as SheetCell
 
 from estimator.errors import InputError
-from estimator.input_file import MOST_TEXT_BYTES, read_input
+from estimator.input_file import MOST_TEXT_BYTES, read_input, require_file
 from estimator.uniaxial.reading.grid import Cell, Grid, row_of
 
 SUFFIXES = (".xlsx", ".xlsm")
@@ -22,7 +22,14 @@ _MOST_ROWS = 1_000_000
 
 
 def is_spreadsheet(file: Path) -> bool:
-    """Tell by the beginning of a file, or where it cannot be read by its name, whether it is an .xlsx file."""
+    """Tell by the beginning of a file, or where it cannot be read by its name, whether it is an .xlsx file.
+
+    Raises
+    ------
+    InputError
+        There is no such file, or it is a folder or a device.
+    """
+    require_file(file)
     try:
         with file.open("rb") as stream:
             return stream.read(len(_MAGIC)) == _MAGIC

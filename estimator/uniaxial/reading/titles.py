@@ -18,6 +18,7 @@ from estimator.uniaxial.records import Mode
 
 _BRACKETS = re.compile(r"[(\[{]([^()\[\]{}]*)[)\]}]")
 _BEHIND = re.compile(r"^(.*?\S)(?:\s+in\s+|\s*/\s*|[\s_,:]\s*)([^\s_,:]+)$")
+_PER_LENGTH = re.compile(r"[\s_]mm[\s_]mm$", re.IGNORECASE)
 _LONGEST_UNIT = 6
 _LONGEST_TITLE = 200
 # what a column is where its unit says more than its word
@@ -106,6 +107,8 @@ def _unit_in(text: str) -> tuple[str | None, str | None]:
     known = [unit for unit in inner if dimension_of(unit) is not None]
     if known:
         return known[-1], None
+    if _PER_LENGTH.search(text):
+        return "mm/mm", None
     behind = _BEHIND.match(_BRACKETS.sub(" ", text).strip())
     # a bare 1 or - behind a name is a number or a dash, not a unit
     if behind and spelt(behind[2]) not in ("1", "-") and _is_unit(spelt(behind[2])):

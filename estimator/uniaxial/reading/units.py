@@ -8,7 +8,6 @@ from estimator.uniaxial.reading.vocabulary import UNITS, Dimension
 
 _BRACKETED = re.compile(r"^\s*[(\[{<]\s*(.*?)\s*[)\]}>]\s*$")
 _QUANTITY = re.compile(r"\s*([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*")
-_SHOWN = 8
 
 
 def spelt(text: str) -> str:
@@ -41,7 +40,10 @@ def factor_of(unit: str, dimension: Dimension, where: str) -> float:
 
 def shown(dimension: Dimension) -> str:
     """Return the usual units of a dimension, for a message."""
-    return ", ".join(list(UNITS[dimension])[:_SHOWN])
+    spellings: dict[float, str] = {}
+    for unit, factor in UNITS[dimension].items():
+        spellings.setdefault(factor, unit)
+    return ", ".join(spellings.values())
 
 
 def stated_quantity(text: str, dimension: Dimension, option: str) -> float:

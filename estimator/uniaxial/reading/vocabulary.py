@@ -35,7 +35,9 @@ COLUMN_WORDS: Mapping[Quantity, tuple[str, ...]] = MappingProxyType(
         ),
         "extension": (
             "extension", "extensometer", "elongation", "displacement", "disp", "disp.", "stroke", "travel", "*weg",
-            "verlangerung", "langenanderung", "verformung", "deformation", "deplacement", "allongement", "course",
+            "distance", "abstand",
+            "verlangerung", "langenanderung", "verformung", "deformation", "deformacion", "deformazione",
+            "deplacement", "allongement", "course",
             "desplazamiento", "alargamiento", "elongacion", "spostamento", "allungamento", "deflection",
             "compression", "zusammendruckung", "ecrasement", "位移", "変位", "ストローク",
         ),
