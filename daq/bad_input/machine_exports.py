@@ -108,7 +108,7 @@ def bluehill_load(test: GelTest) -> str:
     return _lines([*facts, [], ["Time", "Extension", "Load"], ["(s)", "(mm)", "(N)"], *rows], ",")
 
 
-def testxpert(test: GelTest, *, separator: str = "\t") -> str:
+def zwick_testxpert(test: GelTest, *, separator: str = "\t") -> str:
     """Return an export of ZwickRoell testXpert in German: decimal commas, units in a row of their own."""
     kind = "Zugversuch" if test.mode == "tension" else "Druckversuch"
     strain = "Dehnung" if test.mode == "tension" else "Stauchung"
@@ -175,7 +175,7 @@ TEXT_LAYOUTS: Mapping[str, Callable[[GelTest], str]] = MappingProxyType(
     {
         "Bluehill": bluehill,
         "Bluehill, load and travel": bluehill_load,
-        "testXpert": testxpert,
+        "testXpert": zwick_testxpert,
         "Trapezium": trapezium,
         "TestSuite": mts,
         "plain": plain,

@@ -114,7 +114,8 @@ def find_preload(strain: FloatArray, stress: FloatArray, mode: Mode, reach: floa
     strain, stress : (n,) magnitudes of the first loading, without slack
     reach : strain up to which a law will be fitted
     """
-    used = strain <= min(reach, float(strain.max()))
+    # as far as laws are judged: the two causes differ in the curve's further course only
+    used = strain <= min(2 * reach, float(strain.max()))
     x, y = strain[used], stress[used]
     # a record that begins later does not tell what was at zero
     if len(x) < 2 * _BEGINNING or x[0] > 0.02 * float(x.max()):
