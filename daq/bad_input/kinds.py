@@ -8,6 +8,9 @@ from daq.bad_input import samples, session_sample, surface_samples
 from daq.bad_input.damage import BINARY, TEXT, Damage
 from daq.bad_input.kind import Kind
 from daq.bad_input.layout_damage import MCAP, NUMBERS, PLY, STL, VTP
+from daq.bad_input.machine_exports import TEXT_LAYOUTS, YOUNGS_MODULUS
+from daq.bad_input.rewriting import REWRITTEN
+from daq.bad_input.sheet_damage import SHEETS
 from daq.bad_input.value_damage import JSON, JSON_LINES, TABLE, TOML
 from daq.calibration.in_force import calibrations_in_force
 from daq.calibration.stored_views import find_views
@@ -34,6 +37,7 @@ from robot_drivers.cameras.opencv import OpenCVCamera
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 
 _SESSION = "session"
+_RIGHT = 0.02  # of the modulus
 _IN_TEXT = (*TEXT, *NUMBERS)
 
 
@@ -54,9 +58,35 @@ def _read_benchmark(folder: Path) -> object:
     return score_text(score_answers([(folder / "answers", folder / "keys")]))
 
 
-def _fit_uniaxial(folder: Path) -> object:
-    record = uniaxial.read_record(folder / "record.csv")
-    return uniaxial.as_text(uniaxial.fit_record(record, [law_named("neo_hookean")]))
+def _fit_uniaxial(folder: Path, name: str = "record.csv") -> uniaxial.UniaxialFit:
+    fit = uniaxial.fit_record(uniaxial.read_record(folder / name), [law_named("neo_hookean")])
+    uniaxial.as_text(fit)
+    return fit
+
+
+def _fit_gel(folder: Path) -> object:
+    """Fit a rewritten export, which is refused or gives the right modulus."""
+    modulus = _fit_uniaxial(folder).best.fit.youngs_modulus.value
+    if abs(modulus / YOUNGS_MODULUS - 1) > _RIGHT:
+        raise AssertionError(f"E = {modulus:.0f} Pa, and {YOUNGS_MODULUS:.0f} Pa is right")
+    return modulus
+
+
+def _uniaxial(name: str) -> Callable[[Path, Path], list[str]]:
+    return lambda given, out: [
+        "uniaxial", str(given / name), "--law", "neo_hookean", "--output", str(out / "report")
+    ]  # fmt: skip
+
+
+def _export_of_machine(layout: str) -> Kind:
+    return Kind(
+        f"export, {layout}",
+        lambda folder: samples.machine_export(folder, layout),
+        {"record.csv": (*TEXT, *TABLE, *NUMBERS)},
+        read=_fit_uniaxial,
+        command=_uniaxial("record.csv"),
+        quick=True,
+    )
 
 
 def _apply_calibration(folder: Path) -> object:
@@ -245,9 +275,24 @@ KINDS: tuple[Kind, ...] = (
         samples.uniaxial,
         {"record.csv": (*TEXT, *TABLE)},
         read=_fit_uniaxial,
-        command=lambda given, out: [
-            "uniaxial", str(given / "record.csv"), "--law", "neo_hookean", "--output", str(out / "report")
-        ],
+        command=_uniaxial("record.csv"),
+        quick=True,
+    ),
+    *(_export_of_machine(layout) for layout in TEXT_LAYOUTS),
+    Kind(
+        "export, rewritten",
+        lambda folder: samples.machine_export(folder, "testXpert"),
+        {"record.csv": REWRITTEN},
+        read=_fit_gel,
+        command=_uniaxial("record.csv"),
+        quick=True,
+    ),
+    Kind(
+        "export, spreadsheet",
+        samples.machine_workbook,
+        {"record.xlsx": SHEETS},
+        read=lambda folder: _fit_uniaxial(folder, "record.xlsx"),
+        command=_uniaxial("record.xlsx"),
         quick=True,
     ),
     Kind(

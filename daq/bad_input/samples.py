@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from daq.bad_input.machine_exports import TEXT_LAYOUTS, gel_test, workbook
 from daq.calibration.outcome import Figure, Kind
 from daq.calibration.record import FORMAT, CalibrationRecord, Serial
 from daq.calibration.results import ForceResult, StreamLatency, TimeResult
@@ -185,6 +186,17 @@ def uniaxial(folder: Path) -> None:
     (folder / "record.csv").write_text(
         "\n".join([*facts, "Engineering strain (-),Engineering stress (kPa)", *rows, ""]), encoding="utf-8"
     )
+
+
+def machine_export(folder: Path, layout: str) -> None:
+    """Write the record of a compression test as a testing machine's program does."""
+    text = TEXT_LAYOUTS[layout](gel_test("compression", noise=1e-3, rows=41))
+    (folder / "record.csv").write_text(text, encoding="utf-8")
+
+
+def machine_workbook(folder: Path) -> None:
+    """Write a spreadsheet with the tests of two specimens."""
+    (folder / "record.xlsx").write_bytes(workbook(gel_test(noise=1e-3, rows=41), specimens=2))
 
 
 def benchmark(folder: Path) -> None:

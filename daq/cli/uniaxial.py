@@ -4,19 +4,21 @@ import argparse
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from daq.cli.verb import Result, Verbs, add_verb
 from estimator.materials import installed_laws, law_named
 from estimator.uniaxial import (
     Comparison,
     Rung,
+    Stated,
     UniaxialRecord,
     as_json,
     as_text,
     compare_runs,
     fit_record,
     read_record,
+    stated_quantity,
     stiffening_ladder,
     stiffens_from,
     write_report,
@@ -26,13 +28,28 @@ _EXAMPLES = """  retract uniaxial tests/ecoflex_tension.csv
   retract uniaxial tests/ecoflex_tension.csv --slack 0.08 --output runs/ecoflex
   retract uniaxial tests/ecoflex_tension.csv --law gent yeoh2 --strain-fit 0.5 --strain-test 1.0
   retract uniaxial tests/ecoflex_tension.csv --stiffening
+  retract uniaxial tests/load_travel.csv --gauge-length "20 mm" --width "10 mm" --thickness "2 mm"
+  retract uniaxial tests/specimens.xlsx --specimen 2 --mode compression --stress-unit kPa
   retract uniaxial tests/run1.csv --against tests/run2.csv tests/run3.csv"""
+
+_SIZES: Mapping[str, tuple[str, Literal["length", "area"]]] = {
+    "gauge-length": ("LENGTH", "length"),
+    "width": ("LENGTH", "length"),
+    "thickness": ("LENGTH", "length"),
+    "diameter": ("LENGTH", "length"),
+    "area": ("AREA", "area"),
+}
 
 
 def add_parser(verbs: Verbs) -> None:
     """Add the verb."""
     parser = add_verb(verbs, "uniaxial", "fit material laws to a tensile or compression test", _EXAMPLES, run)
-    parser.add_argument("record", type=Path, metavar="FILE", help="stress-strain record")
+    parser.add_argument(
+        "record",
+        type=Path,
+        metavar="FILE",
+        help="stress and strain, or load and travel, as a testing machine exports them: text or .xlsx",
+    )
     parser.add_argument(
         "--law",
         nargs="+",
@@ -82,12 +99,56 @@ def add_parser(verbs: Verbs) -> None:
     parser.add_argument(
         "--output", type=Path, metavar="DIR", help="write an HTML page and a plot into this folder"
     )
+    _add_what_a_file_may_leave_open(parser)
+
+
+def _add_what_a_file_may_leave_open(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("what a file may leave open", "It is asked for where nothing tells it.")
+    group.add_argument("--mode", choices=("tension", "compression"), help="whether the test pulled or pushed")
+    for option, example in (("strain", "%%"), ("stress", "kPa"), ("force", "N"), ("length", "mm")):
+        what = "travel" if option == "length" else option
+        group.add_argument(
+            f"--{option}-unit", metavar="UNIT", help=f"of a column of {what} without one, such as {example}"
+        )
+    for option, (metavar, _) in _SIZES.items():
+        group.add_argument(
+            f"--{option}",
+            metavar=metavar,
+            help="of the specimen, with its unit, as in '20 mm'; outranks the file",
+        )
+    group.add_argument("--specimen", metavar="WHICH", help="number or label of one of several in a file")
+    group.add_argument("--decimal", choices=("point", "comma"), help="mark of the numbers")
+    group.add_argument(
+        "--keep-zero",
+        action="store_true",
+        help="take the zeros of strain and stress as they are written, with slack and preload in them",
+    )
+
+
+def _stated(options: argparse.Namespace) -> Stated:
+    sizes = {
+        option.replace("-", "_"): stated_quantity(text, dimension, f"--{option}")
+        for option, (_, dimension) in _SIZES.items()
+        if (text := getattr(options, option.replace("-", "_"))) is not None
+    }
+    return Stated(
+        mode=options.mode,
+        strain_unit=options.strain_unit,
+        stress_unit=options.stress_unit,
+        force_unit=options.force_unit,
+        length_unit=options.length_unit,
+        specimen=options.specimen,
+        decimal=options.decimal,
+        keep_zero=options.keep_zero,
+        **sizes,
+    )
 
 
 def run(options: argparse.Namespace) -> Result:
     """Fit the laws, and tell their ranking."""
-    record = read_record(options.record)
-    runs = [read_record(path) for path in options.against]
+    stated = _stated(options)
+    record = read_record(options.record, stated)
+    runs = [read_record(path, stated) for path in options.against]
     fit = fit_record(
         record,
         [law_named(name) for name in dict.fromkeys(options.law or installed_laws())],

@@ -2,7 +2,8 @@
 
 from estimator.uniaxial.fit import RankedLaw, UniaxialFit, fit_record
 from estimator.uniaxial.law_fit import Estimate, LawFit, fit_law
-from estimator.uniaxial.records import UniaxialRecord, read_record
+from estimator.uniaxial.reading import Stated, read_record, stated_quantity
+from estimator.uniaxial.records import UniaxialRecord
 from estimator.uniaxial.repeats import Comparison, compare_runs
 from estimator.uniaxial.report import as_json, as_text, write_report
 from estimator.uniaxial.stiffening import Rung, stiffening_ladder, stiffens_from
@@ -13,6 +14,7 @@ __all__ = [
     "LawFit",
     "RankedLaw",
     "Rung",
+    "Stated",
     "UniaxialFit",
     "UniaxialRecord",
     "as_json",
@@ -21,6 +23,7 @@ __all__ = [
     "fit_law",
     "fit_record",
     "read_record",
+    "stated_quantity",
     "stiffening_ladder",
     "stiffens_from",
     "write_report",

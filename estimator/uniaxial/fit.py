@@ -14,10 +14,8 @@ from estimator.errors import InputError
 from estimator.materials import LAWS
 from estimator.materials.law import Law
 from estimator.uniaxial.law_fit import FEWEST_ROWS, FloatArray, LawFit, fit_law, specimen_stretch
-from estimator.uniaxial.records import UniaxialRecord
+from estimator.uniaxial.records import DEFAULT_STRAIN_FIT, UniaxialRecord
 from estimator.uniaxial.stress import is_stable
-
-DEFAULT_STRAIN_FIT = {"tension": 0.5, "compression": 0.2}
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +94,7 @@ def fit_record(
     """
     magnitude = np.abs(record.strain)
     reach = float(magnitude.max())
-    fit_to = min(DEFAULT_STRAIN_FIT[record.mode], reach / 2) if strain_fit is None else strain_fit
+    fit_to = _default_range(record, magnitude, strain_from) if strain_fit is None else strain_fit
     test_to = min(2 * fit_to, reach) if strain_test is None else strain_test
     if not 0 <= strain_from < fit_to < test_to < np.inf:
         raise InputError(
@@ -124,6 +122,15 @@ def fit_record(
         ranking=tuple(ranking),
         caveats=_caveats(record, ranking, slack_limit),
     )
+
+
+def _default_range(record: UniaxialRecord, magnitude: FloatArray, strain_from: float) -> float:
+    """Return the strain up to which laws are fitted: half a record that is short, more of one with few rows."""
+    fit_to = min(DEFAULT_STRAIN_FIT[record.mode], float(magnitude.max()) / 2)
+    fitted = np.sort(magnitude[magnitude >= strain_from])
+    if strain_from >= fit_to or len(fitted) <= FEWEST_ROWS + 1:
+        return fit_to
+    return max(fit_to, float(fitted[FEWEST_ROWS - 1]))
 
 
 def _judge(

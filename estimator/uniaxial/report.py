@@ -15,6 +15,7 @@ from estimator.report.marks import plot_measured
 from estimator.report.theme import ANCHOR, COLOURS, GRASP, INK, MUTED, PLOT_STYLE, PREDICTED, TRUTH
 from estimator.uniaxial.fit import RankedLaw, UniaxialFit
 from estimator.uniaxial.law_fit import Estimate, FloatArray
+from estimator.uniaxial.records import UniaxialRecord
 
 _PLOT_SIZE_IN = (11.4, 4.8)
 _PNG_DPI = 150
@@ -43,6 +44,11 @@ def as_json(fit: UniaxialFit) -> dict[str, Any]:
             "rows": len(record.strain),
             "shape_factor": record.shape_factor,
         },
+        "mode": record.mode,
+        "mode_from": record.mode_from,
+        "found": list(record.found),
+        "assumed": list(record.assumed),
+        "left_out": list(record.left_out),
         "strain": {"from": fit.strain_from, "fit": fit.strain_fit, "test": fit.strain_test},
         "rows": {"fit": fit.rows_fit, "test": fit.rows_test},
         "best": fit.best.fit.law.name,
@@ -53,7 +59,7 @@ def as_json(fit: UniaxialFit) -> dict[str, Any]:
 
 
 def as_text(fit: UniaxialFit) -> str:
-    """Return a table of the laws, best first, with the caveats below it."""
+    """Return a table of the laws, best first, with the caveats and how the record was read below it."""
     table = [_COLUMNS, *(_cells(fit, ranked) for ranked in fit.ranking)]
     widths = [max(len(row[i]) for row in table) for i in range(len(_COLUMNS))]
     lines = [
@@ -61,7 +67,8 @@ def as_text(fit: UniaxialFit) -> str:
         for row in table
     ]
     caveats = ["", *(f"- {caveat}" for caveat in fit.caveats)] if fit.caveats else []
-    return "\n".join([_summary(fit), "", *lines, *caveats])
+    told = [f"{word}: {sentence}" for word, sentence in _how_read(fit.record)]
+    return "\n".join([_summary(fit), "", *lines, *caveats, *(["", *told] if told else [])])
 
 
 def write_report(fit: UniaxialFit, folder: Path | str) -> Path:
@@ -85,6 +92,8 @@ def write_report(fit: UniaxialFit, folder: Path | str) -> Path:
         ),
         page.warnings(fit.caveats),
     ]
+    if how_read := _how_read(fit.record):
+        blocks.append(page.table("How the record was read", ("", ""), how_read))
     if fit.record.facts:
         blocks.append(page.facts("Stated by the file", fit.record.facts))
     report = target / "uniaxial.html"
@@ -152,6 +161,17 @@ def _summary(fit: UniaxialFit) -> str:
         f"{fit.strain_fit:.3g} ({fit.rows_fit} rows), held against strains up to {fit.strain_test:.3g} "
         f"({fit.rows_test} rows). {choice} E = {value:.3g} ± {std:.2g} kPa."
     )
+
+
+def _how_read(record: UniaxialRecord) -> list[tuple[str, str]]:
+    """Return what was found, supposed and left out, each with the word for it."""
+    mode = [("mode", f"{record.mode}, from {record.mode_from}")] if record.mode_from else []
+    return [
+        *mode,
+        *(("found", sentence) for sentence in record.found),
+        *(("assumed", sentence) for sentence in record.assumed),
+        *(("left out", sentence) for sentence in record.left_out),
+    ]
 
 
 def _law_as_json(fit: UniaxialFit, ranked: RankedLaw) -> dict[str, Any]:
