@@ -15,8 +15,9 @@ from daq.export import sealed_recording
 from daq.faults.campaign import read_results
 from daq.own_trajectories import read_table
 from daq.plans import due_runs, journal_path, read_plan
-from daq.recording.folder import RIG_FILE, recover_session
+from daq.recording.folder import RIG_FILE
 from daq.recording.reader import open_recording
+from daq.recording.recovery.session import recover_session
 from daq.rig import make_devices, read_rig
 from daq.session_report import read_report
 from daq.vision.camera_model import StereoCalibration

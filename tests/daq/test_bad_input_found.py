@@ -15,7 +15,8 @@ from daq.errors import RecordingError, RigError, TrajectoryError
 from daq.own_trajectories import load_function
 from daq.plans import due_runs, journal_path, read_plan
 from daq.png import is_whole_png
-from daq.recording.folder import read_info, recover_session, verify_checksums
+from daq.recording.folder import read_info, verify_checksums
+from daq.recording.recovery.session import recover_session
 from daq.rig import read_rig
 from daq.session_report import read_report
 from estimator.blind.scoring.answers import read_answers

@@ -1,0 +1,185 @@
+"""Recovering a session: one that was cut off, or whose files were damaged after it was sealed.
+
+Nothing is written before both recordings have been looked through; each damaged file is replaced only by what was read
+back and compared (:mod:`daq.recording.recovery.rewriting`).
+"""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from daq.errors import RecordingError
+from daq.recording.folder import (
+    CALIBRATION_FOLDER,
+    CHECKSUMS_FILE,
+    INFO_FILE,
+    RECORDED_FILES,
+    RIG_FILE,
+    ClockAnchor,
+    SessionInfo,
+    finish,
+    read_info,
+    sha256,
+    told,
+    verify_checksums,
+)
+from daq.recording.foreign_bags import require_no_foreign_bag
+from daq.recording.in_use import require_unused
+from daq.recording.mcap_log import McapLog
+from daq.recording.recorder import CAMERAS_FILE, SIGNALS_FILE
+from daq.recording.recovery.losses import StreamLoss
+from daq.recording.scan import scan
+from daq.recording.seal import SealReport, seal
+from daq.recording.segments import Damage
+from estimator.errors import InputError
+from estimator.input_file import read_input_text
+
+_CUT_OFF = "the recording was cut off and has been recovered"
+_DAMAGED = "the recording was damaged and has been recovered"
+
+
+@dataclass(frozen=True, slots=True)
+class Recovery:
+    """What recovering a session kept, and what it could not.
+
+    Attributes
+    ----------
+    info : the new description, whose ``problems`` tell the same in words
+    files : the report of each recorded file by its name
+    """
+
+    info: SessionInfo
+    files: Mapping[str, SealReport]
+
+    @property
+    def left_out_bytes(self) -> int:
+        """Bytes of the recorded files that could not be used."""
+        return sum(report.dropped_bytes for report in self.files.values())
+
+    @property
+    def lost(self) -> dict[str, StreamLoss]:
+        """Samples by stream that are missing."""
+        return {stream: loss for report in self.files.values() for stream, loss in report.lost.items()}
+
+
+def recover_session(folder: Path) -> Recovery:
+    """Save what a session holds that was cut off or damaged, and tell what is lost.
+
+    Raises
+    ------
+    RecordingError
+        There is nothing to recover, it is still being recorded, a file beside the recordings is not what it was, or it
+        is no session; nothing was changed.
+    """
+    require_no_foreign_bag(folder)
+    info, described_anew = _description(folder)
+    altered = _altered(folder, info) if info.state != "recording" or described_anew else []
+    if info.state != "recording" and not altered:
+        raise RecordingError(f"{folder}: is {info.state} already; there is nothing to recover")
+    _require_beside(folder, info, altered)
+    missing = [name for name in RECORDED_FILES if not (folder / name).exists()]
+    if len(missing) == len(RECORDED_FILES):
+        raise RecordingError(
+            f"{folder}: holds neither {SIGNALS_FILE} nor {CAMERAS_FILE}; name a session folder"
+        )
+    for name in (RIG_FILE, *RECORDED_FILES):
+        if (folder / name).exists():
+            require_unused(folder / name)
+    for name in RECORDED_FILES:
+        if name not in missing:
+            scan(folder / name).close()  # nothing is sealed where one of them cannot be
+    reports = {name: _sealed(folder / name, _told(info, name)) for name in RECORDED_FILES}
+    first = _CUT_OFF if info.state == "recording" else _DAMAGED
+    left_out = sum(report.dropped_bytes for report in reports.values())
+    lines = [f"{first}; {left_out} bytes could not be used", *described_anew, *told(reports)]
+    if INFO_FILE in altered and not described_anew:
+        lines.append(
+            f"{INFO_FILE} differs from what was sealed; compare what it says with the notes of the experiment"
+        )
+    if CHECKSUMS_FILE in altered:
+        lines.append(f"{CHECKSUMS_FILE} was missing or damaged")
+    return Recovery(finish(folder, info, "recovered", (*info.problems, *lines), reports), reports)
+
+
+def _sealed(path: Path, before: Mapping[str, int]) -> SealReport:
+    """Seal a file; one that is missing is written without a message."""
+    missing = not path.exists()
+    if missing:
+        McapLog(path).close()
+    report = seal(path, before)
+    return replace(report, damages=(Damage(0, 0, "the file was missing"),)) if missing else report
+
+
+def _told(info: SessionInfo, name: str) -> dict[str, int]:
+    """Return the messages of each topic that a session tells to be in one of its files."""
+    return {
+        topic: count
+        for topic, count in info.samples.items()
+        if topic.startswith("/camera/") == (name == CAMERAS_FILE)
+    }
+
+
+def _altered(folder: Path, info: SessionInfo) -> list[str]:
+    """Return the names of files that differ from what was sealed; with the list itself where that cannot be read."""
+    try:
+        altered = verify_checksums(folder)
+    except RecordingError:
+        return [CHECKSUMS_FILE]
+    listed = [name for name in altered if name in RECORDED_FILES or name == INFO_FILE or _is_beside(name)]
+    # a line of the list that names no file of a session is a damaged line
+    return listed + ([CHECKSUMS_FILE] if len(listed) < len(altered) else [])
+
+
+def _is_beside(name: str) -> bool:
+    return name == RIG_FILE or name.startswith(f"{CALIBRATION_FOLDER}/")
+
+
+def _require_beside(folder: Path, info: SessionInfo, altered: list[str]) -> None:
+    """Refuse a session whose rig or calibration is not what it was recorded with: its data would be misread."""
+    wrong = {name for name in altered if _is_beside(name)}
+    for name, checksum in info.checksums.items():
+        path = folder / name
+        inside = ".." not in Path(name).parts and path.is_relative_to(folder)
+        if inside and _is_beside(name):
+            (wrong.discard if path.is_file() and sha256(path) == checksum else wrong.add)(name)
+    if wrong:
+        raise RecordingError(
+            f"{folder}: {', '.join(sorted(wrong))} differ from what was recorded with; restore them from a copy and "
+            "recover again; nothing was changed"
+        )
+
+
+def _description(folder: Path) -> tuple[SessionInfo, list[str]]:
+    """Return the description of a session, and what to tell of one that had to be made anew."""
+    try:
+        return read_info(folder), []
+    except RecordingError as error:
+        if not (folder / SIGNALS_FILE).is_file() or (folder / INFO_FILE).is_dir():
+            raise
+        reason = str(error).partition("; ")[0].removeprefix(f"{folder / INFO_FILE}: ")
+    phantom = _phantom(folder)
+    info = SessionInfo(folder.resolve().name, phantom, 0, clock_anchor=_anchor(folder))
+    line = (
+        f"{INFO_FILE} could not be read ({reason}) and was written anew: operator, notes, trajectory, devices and "
+        "calibrations are not known, and the wall clock is that of the file's last change"
+    )
+    return info, [line]
+
+
+def _phantom(folder: Path) -> str:
+    """Return the phantom that the copy of the rig file names."""
+    try:
+        named = tomllib.loads(read_input_text(folder / RIG_FILE))["specimen"]["phantom_id"]
+    except (InputError, ValueError, KeyError, TypeError, RecursionError):
+        return "unknown"
+    return named if isinstance(named, str) else "unknown"
+
+
+def _anchor(folder: Path) -> ClockAnchor:
+    """Estimate which wall time a stamp belongs to: the last one to the last change of the file."""
+    path = folder / SIGNALS_FILE
+    wall_time_ns = path.stat().st_mtime_ns
+    with scan(path) as found:
+        last = max((int(each.max()) for one in found.segments for each in one.log_times.values()), default=0)
+    return ClockAnchor(min(max(last, 0), 2**63 - 1), max(wall_time_ns, 0))
