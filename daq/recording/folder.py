@@ -229,6 +229,9 @@ def verify_checksums(folder: Path) -> list[str]:
             f"{error}; `retract recover {folder}` checks the recording and writes it anew"
         ) from error
     differing = []
+    listed = {line.partition("  ")[2] for line in lines}
+    if not listed >= {INFO_FILE, *RECORDED_FILES}:
+        differing.append(CHECKSUMS_FILE)
     for line in lines:
         expected, _, name = line.partition("  ")
         path = folder / name

@@ -17,7 +17,7 @@ from daq.recording.recovery.ending import Ending, ending_of
 from daq.recording.recovery.losses import StreamLoss, losses
 from daq.recording.recovery.rewriting import draft_of, require_same, rewrite
 from daq.recording.scan import has_its_indexes, scan
-from daq.recording.segments import Damage
+from daq.recording.segments import Damage, Scan
 
 # of what is behind the last whole chunk, to be put back where sealing fails: many times what a recorder writes at once
 _MOST_KEPT_BYTES = 256_000_000
@@ -48,12 +48,25 @@ class SealReport:
         return sum(damage.size for damage in self.damages)
 
 
-def seal(path: Path, told: Mapping[str, int] | None = None) -> SealReport:
-    """Seal a file; a sealed one without a fault is left as it is.
+def examine(path: Path, told: Mapping[str, int] | None = None) -> SealReport:
+    """Report what sealing will keep of a file and leave out; nothing is changed.
 
     Parameters
     ----------
-    told : messages of each topic that were in it, where a session tells; only to count what is lost
+    told : messages of each topic that were in it, where a session tells; None where nothing is looked for that is
+        missing without damage
+
+    Raises
+    ------
+    RecordingError
+        It is no MCAP file.
+    """
+    with scan(path) as found:
+        return _report(found, told)
+
+
+def seal(path: Path) -> SealReport:
+    """Seal a file; a sealed one without a fault is left as it is.
 
     Raises
     ------
@@ -62,21 +75,25 @@ def seal(path: Path, told: Mapping[str, int] | None = None) -> SealReport:
     """
     draft_of(path).unlink(missing_ok=True)
     with scan(path) as found:
-        lost = losses(found, told or {}) if told or found.damages else {}
-        unchecked = sum(sum(map(len, one.offsets.values())) for one in found.segments if not one.checked)
-        notes = [*found.notes, *([found.summary_fault] if found.summary_fault else [])]
-        report = SealReport(found.counts(), tuple(found.damages), tuple(notes), lost, unchecked)
+        report = _report(found, None)
         in_place = not found.damages and not found.notes and has_its_indexes(found)
         if in_place and found.sealed:
             return report
         if not in_place:
             rewrite(path, found)
             return report
-        summary = ending_of(found)
+        ending = ending_of(found)
         start = found.complete_bytes
     # from here on the file is not mapped into memory any more: no system may cut a mapped file
-    _append(path, start, summary, report.counts)
+    _append(path, start, ending, report.counts)
     return report
+
+
+def _report(found: Scan, told: Mapping[str, int] | None) -> SealReport:
+    lost = losses(found, told or {}) if told is not None or found.damages else {}
+    unchecked = sum(sum(map(len, one.offsets.values())) for one in found.segments if not one.checked)
+    notes = [*found.notes, *([found.summary_fault] if found.summary_fault else [])]
+    return SealReport(found.counts(), tuple(found.damages), tuple(notes), lost, unchecked)
 
 
 def _append(path: Path, start: int, ending: Ending, counts: Mapping[str, int]) -> None:

@@ -110,7 +110,8 @@ def read_chunk(data: memoryview, start: int) -> tuple[Segment, list[tuple[int, m
             raise UnusableError(f"the chunk at byte {start} holds no records behind its byte {walked.end}")
         placed, others = (walked.offsets, walked.log_times), walked.others
         if not indexes.agree(placed[0]):
-            fault = f"the message index of the chunk at byte {start} disagrees with it"
+            # a wrong index may reach into the next chunk: it is left to whoever goes on behind the chunk
+            indexes = _MessageIndexes(end)
     offsets, log_times = placed
     times = [int(time) for each in log_times.values() for time in (each.min(), each.max())]
     begin_end = min(times, default=0), max(times, default=0)

@@ -5,6 +5,7 @@ exactly what is missing between. Behind the last sample nothing does, unless the
 how many there were; then the number is estimated from the share that the stream has in the bytes of the file.
 """
 
+import json
 import re
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,6 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from daq.recording.recorder import EVENTS
+from daq.recording.rows import RECORD
 from daq.recording.segments import Damage, Scan
 from robot_drivers.protocols import IntArray
 
@@ -63,13 +66,14 @@ def losses(found: Scan, told: Mapping[str, int]) -> dict[str, StreamLoss]:
     told_by_file = {} if found.told_counts is None else _by_topic(found, found.told_counts)
     before = samples_by_stream(told or told_by_file)
     numbers = dict(_numbers(found))
+    dropped = _dropped_by_recorder(found)
     lost = {}
     for stream in sorted({*numbers, *before}):
         places, starts = numbers.get(stream, _NOTHING)
         if stream in before:
             loss = StreamLoss(max(0, before[stream] - len(places)), estimated=False)
         else:
-            loss = _by_numbers(found, places, starts)
+            loss = _by_numbers(found, places, starts, dropped.get(stream, 0))
         if loss.samples or loss.estimated:
             lost[stream] = loss
     return lost
@@ -124,18 +128,36 @@ def _whole(parts: Sequence[Sequence[tuple[IntArray, IntArray]]]) -> tuple[IntArr
     return numbers, starts
 
 
-def _by_numbers(found: Scan, numbers: IntArray, starts: IntArray) -> StreamLoss:
-    """Return what is missing before and between the samples that there are, and about how many behind them."""
-    damages = [damage for damage in found.damages if damage.size or damage.missing]
+def _dropped_by_recorder(found: Scan) -> dict[str, int]:
+    """Return the samples of each stream that a recorder had no room for, as its last event about them tells."""
+    dropped: dict[str, int] = {}
+    for record in found.records(EVENTS):
+        body = bytes(record[RECORD.itemsize :])
+        if b"samples_dropped" in body:
+            told = json.loads(body).get("samples", {})
+            dropped |= {stream: max(count, dropped.get(stream, 0)) for stream, count in told.items()}
+    return dropped
+
+
+def _by_numbers(found: Scan, numbers: IntArray, starts: IntArray, dropped: int) -> StreamLoss:
+    """Return what is missing before and between the samples that there are, and about how many behind them.
+
+    What is missing without damage around it was ``dropped`` by the recorder, or is lost with a whole chunk.
+    """
+    damages = found.damages
     if not len(numbers):
         return StreamLoss(0, estimated=bool(damages))
-    missing = 0
+    missing = elsewhere = 0
     before_numbers = np.concatenate([[-1], numbers[:-1]])
     before_starts = np.concatenate([[0], starts[:-1]])
     for place in np.nonzero(numbers - before_numbers > 1)[0].tolist():
         begin, end = sorted((int(before_starts[place]), int(starts[place])))
+        gap = int(numbers[place] - before_numbers[place]) - 1
         if any(begin <= damage.start <= end for damage in damages):
-            missing += int(numbers[place] - before_numbers[place]) - 1
+            missing += gap
+        else:
+            elsewhere += gap
+    missing += max(0, elsewhere - dropped)
     behind = [damage for damage in damages if damage.start >= int(starts.max())]
     if not behind:
         return StreamLoss(missing, estimated=False)

@@ -23,6 +23,7 @@ from daq.recording.folder import (
     sha256,
     told,
     verify_checksums,
+    write_info,
 )
 from daq.recording.foreign_bags import require_no_foreign_bag
 from daq.recording.in_use import require_unused
@@ -30,7 +31,7 @@ from daq.recording.mcap_log import McapLog
 from daq.recording.recorder import CAMERAS_FILE, SIGNALS_FILE
 from daq.recording.recovery.losses import StreamLoss
 from daq.recording.scan import scan
-from daq.recording.seal import SealReport, seal
+from daq.recording.seal import SealReport, examine, seal
 from daq.recording.segments import Damage
 from estimator.errors import InputError
 from estimator.input_file import read_input_text
@@ -86,29 +87,54 @@ def recover_session(folder: Path) -> Recovery:
     for name in (RIG_FILE, *RECORDED_FILES):
         if (folder / name).exists():
             require_unused(folder / name)
-    for name in RECORDED_FILES:
-        if name not in missing:
-            scan(folder / name).close()  # nothing is sealed where one of them cannot be
-    reports = {name: _sealed(folder / name, _told(info, name)) for name in RECORDED_FILES}
-    first = _CUT_OFF if info.state == "recording" else _DAMAGED
-    left_out = sum(report.dropped_bytes for report in reports.values())
-    lines = [f"{first}; {left_out} bytes could not be used", *described_anew, *told(reports)]
+    examined = {name: _examined(folder / name, _told(info, name)) for name in RECORDED_FILES}
+    lines = [_beginning(info, examined), *described_anew, *told(examined)]
     if INFO_FILE in altered and not described_anew:
         lines.append(
             f"{INFO_FILE} differs from what was sealed; compare what it says with the notes of the experiment"
         )
     if CHECKSUMS_FILE in altered:
         lines.append(f"{CHECKSUMS_FILE} was missing or damaged")
-    return Recovery(finish(folder, info, "recovered", (*info.problems, *lines), reports), reports)
+    # told before anything is changed, and once where an attempt was interrupted
+    noted = replace(info, state="recording", problems=tuple(dict.fromkeys((*info.problems, *lines))))
+    before = _content(folder / INFO_FILE)
+    write_info(folder, noted)
+    try:
+        counts = [seal(folder / name).counts for name in RECORDED_FILES]
+    except BaseException:
+        _put_back(folder / INFO_FILE, before)
+        raise
+    reports = {
+        name: replace(report, counts=found)
+        for (name, report), found in zip(examined.items(), counts, strict=True)
+    }
+    return Recovery(finish(folder, noted, "recovered", noted.problems, reports), reports)
 
 
-def _sealed(path: Path, before: Mapping[str, int]) -> SealReport:
-    """Seal a file; one that is missing is written without a message."""
+def _beginning(info: SessionInfo, reports: Mapping[str, SealReport]) -> str:
+    left_out = sum(report.dropped_bytes for report in reports.values())
+    was_damaged = info.state != "recording" or any(line.startswith(_DAMAGED) for line in info.problems)
+    return f"{_DAMAGED if was_damaged else _CUT_OFF}; {left_out} bytes could not be used"
+
+
+def _examined(path: Path, before: Mapping[str, int]) -> SealReport:
+    """Look through a file, and create one without a message where it is missing."""
     missing = not path.exists()
     if missing:
         McapLog(path).close()
-    report = seal(path, before)
+    report = examine(path, before)
     return replace(report, damages=(Damage(0, 0, "the file was missing"),)) if missing else report
+
+
+def _content(path: Path) -> bytes | None:
+    return path.read_bytes() if path.is_file() else None
+
+
+def _put_back(path: Path, content: bytes | None) -> None:
+    if content is None:
+        path.unlink(missing_ok=True)
+    else:
+        path.write_bytes(content)
 
 
 def _told(info: SessionInfo, name: str) -> dict[str, int]:
