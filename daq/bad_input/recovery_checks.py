@@ -30,7 +30,7 @@ from estimator.errors import EstimatorError
 Sample: TypeAlias = tuple[object, ...]
 Streams: TypeAlias = dict[str, dict[int, Sample]]
 
-_EXTENT = Extent(samples=600, samples_in_chunk=20, images=24)
+_EXTENT = Extent(samples=300, samples_in_chunk=15, images=10)
 _INTERRUPTED_SHARE = 0.3
 _FILES = (*(SIGNALS_FILE,) * 9, *(CAMERAS_FILE,) * 7, INFO_FILE, CHECKSUMS_FILE, RIG_FILE)
 

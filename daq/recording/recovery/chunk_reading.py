@@ -218,21 +218,26 @@ def _fitting(
     offsets = np.concatenate(list(found.values()))
     if offsets.min() < 0 or offsets.max() + MESSAGE_RECORD.itemsize > len(records):
         return None
-    channels = np.concatenate([np.full(len(part), key) for key, part in found.items()])
+    counts = [len(part) for part in found.values()]
+    steps = np.diff(offsets)
+    steps[np.cumsum(counts)[:-1] - 1] = 1  # from one channel to the next
+    if len(steps) and steps.min() <= 0:
+        return None
+    channels = np.repeat(list(found), counts)
     log_times = np.concatenate([indexes.log_times[key] for key in found])
-    order = np.argsort(offsets, kind="stable")
-    heads = heads_at(records, offsets[order])
-    ends = offsets[order] + RECORD.size + heads["length"].astype(np.int64)
+    order = offsets.argsort(kind="stable")
+    offsets = offsets[order]
+    heads = heads_at(records, offsets)
+    ends = offsets + heads["length"].astype(np.int64) + RECORD.size
     fits = (
-        offsets[order][0] == 0
+        offsets[0] == 0
         and ends[-1] == len(records)
-        and np.array_equal(ends[:-1], offsets[order][1:])
-        and np.all(heads["opcode"] == Opcode.MESSAGE)
-        and np.array_equal(heads["channel"], channels[order])
-        and np.array_equal(heads["log_time"].astype(np.int64), log_times[order])
+        and (ends[:-1] == offsets[1:]).all()
+        and (heads["opcode"] == Opcode.MESSAGE).all()
+        and (heads["channel"] == channels[order]).all()
+        and (heads["log_time"].astype(np.int64) == log_times[order]).all()
     )
-    in_order = all(np.all(np.diff(part) > 0) for part in found.values())
-    return (found, {key: indexes.log_times[key] for key in found}) if fits and in_order else None
+    return (found, {key: indexes.log_times[key] for key in found}) if fits else None
 
 
 @dataclass(frozen=True, slots=True)
