@@ -10,7 +10,7 @@ from daq.bad_input.samples import rig
 from daq.recording import schemas
 from daq.recording.chunks import Rows
 from daq.recording.codec import compressed, raw
-from daq.recording.folder import SessionInfo, seal_session, write_info
+from daq.recording.folder import RIG_FILE, SessionInfo, seal_session, sha256, write_info
 from daq.recording.mcap_log import McapLog
 from daq.recording.reader import open_recording
 from daq.recording.rows import EventRows, FrameRows, PoseRows, WrenchRows
@@ -50,7 +50,8 @@ def cut_session(folder: Path, extent: Extent = SMALL) -> None:
     session = folder / "session"
     session.mkdir()
     rig(session)
-    write_info(session, SessionInfo("pull", "P07", 1, trajectory={"kind": "pull"}))
+    checksums = {RIG_FILE: sha256(session / RIG_FILE)}
+    write_info(session, SessionInfo("pull", "P07", 1, trajectory={"kind": "pull"}, checksums=checksums))
     with McapLog(session / "signals.mcap") as signals:
         _write_signals(signals, extent)
     with McapLog(session / "cameras.mcap") as images:

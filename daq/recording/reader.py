@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.errors import RecordingError
-from daq.recording import rows
+from daq.recording import codec, rows
 from daq.recording.cdr import CdrLayout
 from daq.recording.damage import telling_damage
 from daq.recording.folder import SessionInfo, read_info
@@ -71,6 +71,13 @@ class Images:
     def pixel_format(self, index: int) -> str:
         """Return ``"mono8"``, ``"bgr8"`` or ``"bayer_rggb8"`` and its siblings."""
         return self._stored[index].pixel_format
+
+    def png(self, index: int) -> memoryview:
+        """Return one image as every reader of PNG takes it; a mosaic is one, not its four planes."""
+        stored = self._stored[index]
+        if stored.compression is None or stored.compression.endswith(codec.PLANES):
+            return codec.as_png(self.image(index))
+        return stored.data
 
     def is_raw(self, index: int) -> bool:
         """Tell whether the image was stored without compression."""
@@ -144,12 +151,22 @@ class Recording:
         with telling_damage(self.folder / CAMERAS_FILE):
             return cameras_of(self._images)
 
+    def camera_info(self, camera: str) -> NDArray[np.void]:
+        """Return the recorded intrinsics of a camera in the fields of ``CameraInfo``, (n,); mostly one or none."""
+        with telling_damage(self.folder / CAMERAS_FILE):
+            return _camera_info(self._images, camera)["body"]
+
     def images(self, camera: str) -> Images:
         """Return the images of one camera; raises RecordingError for an unknown one."""
         if camera not in self.cameras:
             raise RecordingError(f"{self.folder}: has no camera {camera!r}, only {', '.join(self.cameras)}")
         with telling_damage(self.folder / CAMERAS_FILE):
             return images_of(self._images, camera)
+
+
+def _camera_info(found: Scan, camera: str) -> NDArray[np.void]:
+    layout = rows.camera_info_layout(camera_frame(camera))
+    return messages_of(found, f"/camera/{camera}/camera_info", layout)
 
 
 def _require_undamaged(folder: Path, name: str, found: Scan) -> None:

@@ -99,10 +99,13 @@ def recover_session(folder: Path) -> Recovery:
     noted = replace(info, state="recording", problems=tuple(dict.fromkeys((*info.problems, *lines))))
     before = _content(folder / INFO_FILE)
     write_info(folder, noted)
+    counts: list[dict[str, int]] = []
     try:
-        counts = [seal(folder / name).counts for name in RECORDED_FILES]
-    except BaseException:
-        _put_back(folder / INFO_FILE, before)
+        for name in RECORDED_FILES:
+            counts.append(seal(folder / name).counts)
+    except (RecordingError, OSError):
+        if not counts:  # nothing has been changed
+            _put_back(folder / INFO_FILE, before)
         raise
     reports = {
         name: replace(report, counts=found)
