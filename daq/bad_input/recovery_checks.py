@@ -30,7 +30,7 @@ from estimator.errors import EstimatorError
 Sample: TypeAlias = tuple[object, ...]
 Streams: TypeAlias = dict[str, dict[int, Sample]]
 
-_EXTENT = Extent(samples=300, samples_in_chunk=15, images=10)
+_EXTENT = Extent(samples=180, samples_in_chunk=15, images=5)
 _INTERRUPTED_SHARE = 0.3
 _FILES = (*(SIGNALS_FILE,) * 9, *(CAMERAS_FILE,) * 7, INFO_FILE, CHECKSUMS_FILE, RIG_FILE)
 
@@ -198,9 +198,8 @@ def _used_before(original: Original, folder: Path) -> str:
         try:
             found = streams_of(opener(folder))
         except (DaqError, EstimatorError) as error:
-            if "\n" in str(error):
-                return f"refused in several lines: {str(error)[:200]!r}"
-            continue
+            # what cannot be opened cannot be exported
+            return f"refused in several lines: {str(error)[:200]!r}" if "\n" in str(error) else ""
         except Exception as error:  # noqa: BLE001 - whatever escapes is what this program looks for
             return f"before recovery {type(error).__name__}: {error}"
         if wrong := _wrong(original, found):
@@ -266,7 +265,10 @@ def _refused(original: Original, name: str, given: Mapping[str, bytes], told: st
         return f"refused in several lines: {told[:200]!r}"
     if name in RECORDED_FILES and any(data in given[name] for data, _ in original.intact[name]):
         return f"refused although {name} holds whole chunks: {told[:200]}"
-    if name == CHECKSUMS_FILE or (name == INFO_FILE and "nothing to recover" not in told):
+    other_version = name == INFO_FILE and "is not of the format" in told
+    if name == CHECKSUMS_FILE or (
+        name == INFO_FILE and "nothing to recover" not in told and not other_version
+    ):
         return f"refused because of {name}: {told[:200]}"
     return ""
 

@@ -119,7 +119,7 @@ def read_info(folder: Path) -> SessionInfo:
     try:
         content = parse_json(read_input_text(path), path)
         if content.pop("format") != FORMAT:
-            raise RecordingError(f"{path}: is not of the format {FORMAT}")
+            raise RecordingError(f"{path}: is not of the format {FORMAT}; {_advice(folder)}")
         content.pop("started")
         devices = {role: DeviceIdentity(**told) for role, told in content.pop("devices").items()}
         anchor = ClockAnchor(**content.pop("clock_anchor"))

@@ -4,6 +4,7 @@ Nothing is written before both recordings have been looked through; each damaged
 back and compared (:mod:`daq.recording.recovery.rewriting`).
 """
 
+import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -13,6 +14,7 @@ from daq.errors import RecordingError
 from daq.recording.folder import (
     CALIBRATION_FOLDER,
     CHECKSUMS_FILE,
+    FORMAT,
     INFO_FILE,
     RECORDED_FILES,
     RIG_FILE,
@@ -36,6 +38,7 @@ from daq.recording.segments import Damage
 from estimator.errors import InputError
 from estimator.input_file import read_input_text
 
+_KEPT = f"{INFO_FILE}.damaged"
 _CUT_OFF = "the recording was cut off and has been recovered"
 _DAMAGED = "the recording was damaged and has been recovered"
 
@@ -96,8 +99,10 @@ def recover_session(folder: Path) -> Recovery:
     if CHECKSUMS_FILE in altered:
         lines.append(f"{CHECKSUMS_FILE} was missing or damaged")
     # told before anything is changed, and once where an attempt was interrupted
-    noted = replace(info, state="recording", problems=tuple(dict.fromkeys((*info.problems, *lines))))
     before = _content(folder / INFO_FILE)
+    if described_anew and before:
+        (folder / _KEPT).write_bytes(before)
+    noted = replace(info, state="recording", problems=tuple(dict.fromkeys((*info.problems, *lines))))
     write_info(folder, noted)
     counts: list[dict[str, int]] = []
     try:
@@ -184,16 +189,26 @@ def _description(folder: Path) -> tuple[SessionInfo, list[str]]:
     try:
         return read_info(folder), []
     except RecordingError as error:
-        if not (folder / SIGNALS_FILE).is_file() or (folder / INFO_FILE).is_dir():
+        if (
+            not (folder / SIGNALS_FILE).is_file()
+            or (folder / INFO_FILE).is_dir()
+            or _is_of_other_version(folder)
+        ):
             raise
         reason = str(error).partition("; ")[0].removeprefix(f"{folder / INFO_FILE}: ")
     phantom = _phantom(folder)
     info = SessionInfo(folder.resolve().name, phantom, 0, clock_anchor=_anchor(folder))
     line = (
         f"{INFO_FILE} could not be read ({reason}) and was written anew: operator, notes, trajectory, devices and "
-        "calibrations are not known, and the wall clock is that of the file's last change"
+        f"calibrations are not known, and the wall clock is that of the file's last change; {_KEPT} is what was there"
     )
     return info, [line]
+
+
+def _is_of_other_version(folder: Path) -> bool:
+    """Tell whether a description says that another version of this software wrote it, which is no damage."""
+    found = re.search(rb'"format": "(retraction-session/\d+)"', _content(folder / INFO_FILE) or b"")
+    return found is not None and found[1].decode() != FORMAT
 
 
 def _phantom(folder: Path) -> str:
