@@ -49,9 +49,9 @@ def scan(path: Path) -> Scan:
         result.schemas.update(summary.schemas)
         result.channels.update(summary.channels)
         result.summary_fault = summary.fault
-    ended = _scan_file(data, result, summary, trusted)
+    data_end = _scan_file(data, result, summary, trusted)
     _leave_out_repeated(result)
-    _leave_out_unchecked(result, ended)
+    _leave_out_unchecked(result, data_end)
     result.damages = _joined(result.damages)
     if not result.segments and data[: len(MCAP0_MAGIC)] != MCAP0_MAGIC and np.any(np.frombuffer(data, "u1")):
         start = bytes(data[:_SHOWN_BYTES])
@@ -63,7 +63,7 @@ def scan(path: Path) -> Scan:
     recognise(result, trusted)
     if summary is not None:
         _compare(summary, result)
-    result.sealed = ended and summary is not None and not result.summary_fault
+    result.sealed = data_end is not None and summary is not None and not result.summary_fault
     return result
 
 
@@ -133,8 +133,8 @@ def _opened(path: Path) -> Scan:
     return Scan(mapped=mapped, view=memoryview(mapped))
 
 
-def _scan_file(data: memoryview, result: Scan, summary: Summary | None, trusted: Declared) -> bool:
-    """Collect what can be used; return whether the record was found that ends the data."""
+def _scan_file(data: memoryview, result: Scan, summary: Summary | None, trusted: Declared) -> int | None:
+    """Collect what can be used; return where the record lies that ends the data, None where there is none."""
     known_end = None if summary is None else summary.data_end
     begin_of_summary = None if summary is None else summary.begin
     limit = next(end for end in (known_end, begin_of_summary, len(data)) if end is not None)
@@ -148,7 +148,7 @@ def _scan_file(data: memoryview, result: Scan, summary: Summary | None, trusted:
             if RECORD.size <= limit - position and RECORD.unpack_from(data, position) == _DATA_END:
                 if next_chunk(data[:limit], position) is None:
                     result.complete_bytes = position
-                    return True
+                    return position
                 raise UnusableError(f"the data seem to end at byte {position}, and do not")
             record = read_record(data, position, _loose(result))
             if record.end > limit:
@@ -162,7 +162,7 @@ def _scan_file(data: memoryview, result: Scan, summary: Summary | None, trusted:
             begin = position
             position = next_usable(data, begin, own_end, limit, _loose(result))
             _leave_out(data, begin, position, str(error), result)
-    return known_end is not None
+    return known_end
 
 
 def _check_magic(data: memoryview) -> None:
@@ -226,14 +226,14 @@ def _leave_out_repeated(result: Scan) -> None:
     result.segments = kept
 
 
-def _leave_out_unchecked(result: Scan, ended: bool) -> None:
+def _leave_out_unchecked(result: Scan, data_end: int | None) -> None:
     """Leave out what has no checksum where the rest has one, or where that of the whole file disagrees."""
     unchecked = [one for one in result.segments if not one.checked and not _is_cut_off(result, one)]
     if not unchecked:
         return
-    data, end = result.view, result.complete_bytes
-    whole = int.from_bytes(data[end + RECORD.size : end + RECORD.size + 4], "little") if ended else 0
-    agrees = whole != 0 and zlib_ng.crc32(data[:end]) == whole
+    data, behind = result.view, 0 if data_end is None else data_end + RECORD.size
+    whole = int.from_bytes(data[behind : behind + 4], "little") if behind else 0
+    agrees = whole != 0 and zlib_ng.crc32(data[:data_end]) == whole
     if any(one.checked for one in result.segments):
         what = "has no checksum, and the others have"
     elif whole and not agrees:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from mcap.opcode import Opcode
 
-from daq.recording.recovery.chunk_reading import UnusableError
+from daq.recording.recovery.chunk_reading import UnusableError, chunk_head
 from daq.recording.recovery.records import loose_message, read_record
 from daq.recording.segments import RECORD
 
@@ -45,7 +45,7 @@ def next_usable(data: memoryview, start: int, own_end: int | None, limit: int, l
         and _usable(data, end, loose)
     ):
         return end
-    if loose and _CHUNK_HEAD.search(data) is None:
+    if loose and not _is_chunk(data, start):
         found = next((place for place in _chains(data[:found], start + 1, loose)), found)
     return found
 
@@ -54,6 +54,14 @@ def _chunk_heads(data: memoryview, start: int) -> Iterator[int]:
     while (found := _CHUNK_HEAD.search(data, start)) is not None:
         yield found.start()
         start = found.start() + 1
+
+
+def _is_chunk(data: memoryview, place: int) -> bool:
+    """Tell whether a chunk begins at a place, even one that cannot be read; messages in it are not loose."""
+    try:
+        return data[place] == Opcode.CHUNK and bool(chunk_head(data, place))
+    except UnusableError:
+        return False
 
 
 def _behind_indexes(data: memoryview, place: int) -> int:
