@@ -153,6 +153,8 @@ def _scan_file(data: memoryview, result: Scan, summary: Summary | None, trusted:
             record = read_record(data, position, _loose(result))
             if record.end > limit:
                 raise UnusableError(f"the record at byte {position} reaches into the summary")
+            if record.segment is None and data[position] != Opcode.ATTACHMENT:
+                _require_no_chunk_within(data[:limit], position, record.end)
             _take(record, result, trusted)
             position = record.end
             if not result.damages:
@@ -163,6 +165,12 @@ def _scan_file(data: memoryview, result: Scan, summary: Summary | None, trusted:
             position = next_usable(data, begin, own_end, limit, _loose(result))
             _leave_out(data, begin, position, str(error), result)
     return known_end
+
+
+def _require_no_chunk_within(data: memoryview, start: int, end: int) -> None:
+    """Refuse a record without a checksum whose length, or a piece that is gone of it, makes it reach over a chunk."""
+    if next_chunk(data, start + 1, end) is not None:
+        raise UnusableError(f"the record at byte {start} reaches over a chunk")
 
 
 def _check_magic(data: memoryview) -> None:

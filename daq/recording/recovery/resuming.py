@@ -13,12 +13,13 @@ from daq.recording.segments import RECORD
 _CHUNK_HEAD = re.compile(
     rb"\x06.{5}\0{3}.{16}.{5}\0{3}.{4}(?:\0{4}|\x03\0{3}lz4|\x04\0{3}zstd).{5}\0{3}", re.DOTALL
 )
+_HEAD_SIZE = 64
 _CHAIN = 3
 
 
-def next_chunk(data: memoryview, start: int) -> int | None:
-    """Return where the next chunk begins that can be read, from a place on; None where there is none."""
-    for place in _chunk_heads(data, start):
+def next_chunk(data: memoryview, start: int, before: int | None = None) -> int | None:
+    """Return where the next chunk begins that can be read, from a place on and before another; None without one."""
+    for place in _chunk_heads(data, start, len(data) if before is None else before):
         try:
             read_record(data, place, frozenset())
         except UnusableError:
@@ -50,8 +51,10 @@ def next_usable(data: memoryview, start: int, own_end: int | None, limit: int, l
     return found
 
 
-def _chunk_heads(data: memoryview, start: int) -> Iterator[int]:
-    while (found := _CHUNK_HEAD.search(data, start)) is not None:
+def _chunk_heads(data: memoryview, start: int, before: int) -> Iterator[int]:
+    while (found := _CHUNK_HEAD.search(data, start, min(before + _HEAD_SIZE, len(data)))) is not None:
+        if found.start() >= before:
+            return
         yield found.start()
         start = found.start() + 1
 
