@@ -5,6 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
 
 from daq.bad_input.samples import rig
 from daq.recording import schemas
@@ -13,6 +15,7 @@ from daq.recording.codec import compressed, raw
 from daq.recording.folder import RIG_FILE, SessionInfo, seal_session, sha256, write_info
 from daq.recording.mcap_log import McapLog
 from daq.recording.reader import open_recording
+from daq.recording.recovery.session import recover_session
 from daq.recording.rows import EventRows, FrameRows, PoseRows, WrenchRows
 from daq.session_report import write_report
 from robot_drivers.protocols import Frame, PoseBlock, WrenchBlock
@@ -37,6 +40,50 @@ def sealed_session(folder: Path, extent: Extent = SMALL) -> None:
     """Write a sealed session."""
     cut_session(folder, extent)
     seal_session(folder / "session")
+
+
+FORMS: dict[str, dict[str, Any]] = {
+    "zstd": {"compression": CompressionType.ZSTD, "chunk_size": 4000},
+    "lz4": {"compression": CompressionType.LZ4, "chunk_size": 4000},
+    "without chunks": {"use_chunking": False},
+}
+"""How the MCAP library's own writer writes a file again."""
+
+
+def rewritten_session(folder: Path, form: str) -> None:
+    """Write a sealed session whose signals another program has written again before."""
+    cut_session(folder)
+    recover_session(folder / "session")
+    write_again(folder / "session" / "signals.mcap", **FORMS[form])
+    recover_session(folder / "session")
+
+
+def write_again(file: Path, *, numbered: bool = True, **form: Any) -> None:
+    """Write the messages of a sealed file again with the MCAP library's writer.
+
+    Parameters
+    ----------
+    numbered : whether the messages keep their sequence numbers
+    form : options of that writer
+    """
+    draft = file.with_suffix(".again")
+    schemas: dict[int, int] = {0: 0}
+    channels: dict[int, int] = {}
+    with file.open("rb") as source, draft.open("wb") as target:
+        writer = Writer(target, **form)
+        writer.start(profile="ros2", library="another program")
+        for schema, channel, message in make_reader(source).iter_messages(log_time_order=False):
+            if schema is not None and schema.id not in schemas:
+                schemas[schema.id] = writer.register_schema(schema.name, schema.encoding, schema.data)
+            if channel.id not in channels:
+                channels[channel.id] = writer.register_channel(
+                    channel.topic, channel.message_encoding, schemas[channel.schema_id]
+                )
+            sequence = message.sequence if numbered else 0
+            times = message.log_time, message.publish_time
+            writer.add_message(channels[channel.id], times[0], message.data, times[1], sequence)
+        writer.finish()  # type: ignore[no-untyped-call] # the library leaves it untyped
+    draft.replace(file)
 
 
 def reported_session(folder: Path) -> None:

@@ -7,7 +7,7 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, IndexType, Writer
 
 from daq.bad_input.recovery_checks import streams_of
-from daq.bad_input.session_sample import Extent, cut_session
+from daq.bad_input.session_sample import Extent, cut_session, write_again
 from daq.errors import RecordingError
 from daq.export import sealed_recording
 from daq.recording.reader import Recording
@@ -29,33 +29,6 @@ FORMS = {
 UNCHECKED = ("no checksums", "no chunks")
 
 
-def rewrite(file: Path, numbered: bool = True, **form: object) -> None:
-    """Write the messages of a file again with the library's own writer."""
-    draft = file.with_suffix(".again")
-    with file.open("rb") as source, draft.open("wb") as target:
-        writer = Writer(target, **form)
-        writer.start(profile="ros2", library="another program")
-        schemas: dict[int, int] = {0: 0}
-        channels: dict[int, int] = {}
-        for schema, channel, message in make_reader(source).iter_messages(log_time_order=False):
-            if schema is not None and schema.id not in schemas:
-                schemas[schema.id] = writer.register_schema(schema.name, schema.encoding, schema.data)
-            if channel.id not in channels:
-                schema_id = schemas[channel.schema_id]
-                channels[channel.id] = writer.register_channel(
-                    channel.topic, channel.message_encoding, schema_id
-                )
-            writer.add_message(
-                channels[channel.id],
-                message.log_time,
-                message.data,
-                message.publish_time,
-                message.sequence if numbered else 0,
-            )
-        writer.finish()
-    draft.replace(file)
-
-
 @pytest.fixture
 def session(tmp_path: Path) -> Path:
     cut_session(tmp_path, EXTENT)
@@ -70,7 +43,7 @@ def test_a_session_written_again_by_another_program_is_read_as_it_was(
 ) -> None:
     before = streams_of(Recording(session))
     for name in ("signals.mcap", "cameras.mcap"):
-        rewrite(session / name, numbered, **FORMS[form])
+        write_again(session / name, numbered=numbered, **FORMS[form])
     recording = Recording(session)
     assert streams_of(recording) == before
     assert (recording.unchecked > 0) == (form in UNCHECKED)
@@ -79,7 +52,7 @@ def test_a_session_written_again_by_another_program_is_read_as_it_was(
 @pytest.mark.parametrize("form", FORMS)
 def test_it_is_exported_once_recover_has_checked_it(session: Path, form: str) -> None:
     before = streams_of(Recording(session))
-    rewrite(session / "signals.mcap", **FORMS[form])
+    write_again(session / "signals.mcap", **FORMS[form])
     with pytest.raises(RecordingError, match=r"signals\.mcap differ.*retract recover"):
         sealed_recording(session)
     recovery = recover_session(session)
@@ -91,7 +64,7 @@ def test_it_is_exported_once_recover_has_checked_it(session: Path, form: str) ->
 
 @pytest.mark.parametrize("form", ["zstd", "lz4", "small chunks", "no index"])
 def test_a_damaged_compressed_chunk_is_left_out_and_the_next_one_found(session: Path, form: str) -> None:
-    rewrite(session / "signals.mcap", **{"chunk_size": 3000, **FORMS[form]})
+    write_again(session / "signals.mcap", **{"chunk_size": 3000, **FORMS[form]})
     before = streams_of(Recording(session))
     with scan(session / "signals.mcap") as found:
         indexes = [segment.index for segment in found.segments]
@@ -110,7 +83,7 @@ def test_a_damaged_compressed_chunk_is_left_out_and_the_next_one_found(session: 
 
 
 def test_a_break_between_messages_without_chunks_costs_what_it_touches(session: Path) -> None:
-    rewrite(session / "signals.mcap", use_chunking=False)
+    write_again(session / "signals.mcap", use_chunking=False)
     before = streams_of(Recording(session))
     content = (session / "signals.mcap").read_bytes()
     middle = len(content) // 2
@@ -125,7 +98,7 @@ def test_a_break_between_messages_without_chunks_costs_what_it_touches(session: 
 
 
 def test_without_chunks_a_wrong_checksum_of_the_whole_file_forbids_all_of_it(session: Path) -> None:
-    rewrite(session / "signals.mcap", use_chunking=False, enable_data_crcs=True)
+    write_again(session / "signals.mcap", use_chunking=False, enable_data_crcs=True)
     content = bytearray((session / "signals.mcap").read_bytes())
     content[len(content) // 2] ^= 1
     (session / "signals.mcap").write_bytes(content)
