@@ -225,7 +225,7 @@ KINDS: tuple[Kind, ...] = (
     ),
     Kind(
         "sealed session to recover",
-        session_sample.sealed_session,
+        session_sample.damaged_session,
         {
             "session/signals.mcap": (*BINARY, *MCAP, *RECORDING),
             "session/cameras.mcap": RECORDING,

@@ -42,6 +42,16 @@ def sealed_session(folder: Path, extent: Extent = SMALL) -> None:
     seal_session(folder / "session")
 
 
+def damaged_session(folder: Path) -> None:
+    """Write a sealed session with other bytes in the middle of its signals."""
+    sealed_session(folder, Extent(samples_in_chunk=10))
+    file = folder / "session" / "signals.mcap"
+    content = bytearray(file.read_bytes())
+    middle = len(content) // 2
+    content[middle : middle + 4] = b"\xa5\x5a\xa5\x5a"
+    file.write_bytes(content)
+
+
 FORMS: dict[str, dict[str, Any]] = {
     "zstd": {"compression": CompressionType.ZSTD, "chunk_size": 4000},
     "lz4": {"compression": CompressionType.LZ4, "chunk_size": 4000},
