@@ -179,7 +179,7 @@ def _require_beside(folder: Path, info: SessionInfo, altered: list[str]) -> None
             (wrong.discard if path.is_file() and sha256(path) == checksum else wrong.add)(name)
     if wrong:
         raise RecordingError(
-            f"{folder}: {', '.join(sorted(wrong))} differ from what was recorded with; restore them from a copy and "
+            f"{folder}: {', '.join(sorted(wrong))} differ from their checksums; restore them, or {INFO_FILE}, from a copy and "
             "recover again; nothing was changed"
         )
 
