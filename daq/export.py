@@ -8,6 +8,7 @@ from daq.errors import RecordingError, SynchronisationError
 from daq.progress import Progress
 from daq.recording.folder import CHECKSUMS_FILE, sha256, verify_checksums
 from daq.recording.reader import Recording, open_recording
+from daq.recording.ros2_bag import Ros2Bag, write_ros2_bag
 from daq.stream_tables import Table, stream_tables, synchronised_table
 from daq.sync import Synchronised, synchronise
 from daq.table_formats import FORMATS
@@ -129,12 +130,28 @@ def export_tables(session: Path, file_format: str, target: Path, progress: Progr
     return ExportedTables({table.name: len(table) for table in tables}, unsynchronised)
 
 
+def export_ros2(session: Path, target: Path, progress: Progress) -> Ros2Bag:
+    """Write the streams of a sealed session as a rosbag2 folder of standard messages, stamped with the wall clock.
+
+    Raises
+    ------
+    RecordingError
+        The session cannot be used.
+    InputError
+        The target exists.
+    """
+    recording = sealed_recording(session)
+    with appearing(target) as draft:
+        return write_ros2_bag(recording, draft, progress)
+
+
 def sealed_recording(session: Path) -> Recording:
     """Open a session that is as it was sealed; one that was cut off is recovered first."""
     recording = open_recording(session)
     if altered := verify_checksums(session):
         raise RecordingError(
-            f"{session}: {', '.join(altered)} differ from what was sealed; restore them from a copy"
+            f"{session}: {', '.join(altered)} differ from what was sealed; restore them from a copy, or run "
+            f"`retract recover {session}`, which checks the recordings and tells what is lost"
         )
     return recording
 

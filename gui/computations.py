@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from daq.export import export_experiment, export_tables
-from daq.recording.folder import recover_session
 from daq.recording.reader import Recording
+from daq.recording.recovery.session import recover_session
 from daq.session_report import SessionReport, write_report
 from daq.table_formats import FORMATS
 from daq.versions import package_versions
@@ -85,11 +85,14 @@ def export_session(report: Reporter, session: Path, form: str, target: Path) -> 
 def repair_session(report: Reporter, session: Path) -> str:
     """Recover a session that was cut off and judge it; return what was kept, in a line."""
     report("saving what was recorded", 0, 2)
-    info, left_out = recover_session(session)
+    recovery = recover_session(session)
     report("judging the recording", 1, 2)
     write_report(Recording(session), report)
-    kept = sum(info.samples.values())
-    return f"{kept} samples kept; {left_out} bytes of incomplete messages left out"
+    kept = sum(recovery.info.samples.values())
+    lost = ", ".join(f"{stream} {loss}" for stream, loss in recovery.lost.items() if loss.samples)
+    return (
+        f"{kept} samples kept; {recovery.left_out_bytes} bytes could not be used; lost: {lost or 'no sample'}"
+    )
 
 
 def judge_session(report: Reporter, session: Path) -> SessionReport:

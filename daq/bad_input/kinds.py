@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from daq.bad_input import samples, session_sample, surface_samples
@@ -9,6 +10,7 @@ from daq.bad_input.damage import BINARY, TEXT, Damage
 from daq.bad_input.kind import Kind
 from daq.bad_input.layout_damage import MCAP, NUMBERS, PLY, STL, VTP
 from daq.bad_input.machine_exports import TEXT_LAYOUTS, YOUNGS_MODULUS
+from daq.bad_input.recording_damage import RECORDING
 from daq.bad_input.rewriting import REWRITTEN
 from daq.bad_input.sheet_damage import SHEETS
 from daq.bad_input.value_damage import JSON, JSON_LINES, TABLE, TOML
@@ -18,8 +20,9 @@ from daq.export import sealed_recording
 from daq.faults.campaign import read_results
 from daq.own_trajectories import read_table
 from daq.plans import due_runs, journal_path, read_plan
-from daq.recording.folder import RIG_FILE, recover_session
+from daq.recording.folder import RIG_FILE
 from daq.recording.reader import open_recording
+from daq.recording.recovery.session import recover_session
 from daq.rig import make_devices, read_rig
 from daq.session_report import read_report
 from daq.vision.camera_model import StereoCalibration
@@ -251,15 +254,41 @@ KINDS: tuple[Kind, ...] = (
         {"session/derived/report.json": (*TEXT, *JSON)},
         read=lambda folder: read_report(folder / _SESSION).lines(),
     ),
-    _session("signals", session_sample.sealed_session, "signals.mcap", (*BINARY, *MCAP)),
-    _session("images", session_sample.sealed_session, "cameras.mcap", (*BINARY, *MCAP)),
+    _session("signals", session_sample.sealed_session, "signals.mcap", (*BINARY, *MCAP, *RECORDING)),
+    _session("images", session_sample.sealed_session, "cameras.mcap", (*BINARY, *MCAP, *RECORDING)),
+    *(
+        _session(f"signals, {form}", partial(session_sample.rewritten_session, form=form), "signals.mcap", RECORDING)
+        for form in session_sample.FORMS
+    ),
+    Kind(
+        "sealed session to recover",
+        session_sample.damaged_session,
+        {
+            "session/signals.mcap": (*BINARY, *MCAP, *RECORDING),
+            "session/cameras.mcap": RECORDING,
+            "session/session.json": (*TEXT, *JSON),
+            "session/CHECKSUMS.sha256": TEXT,
+        },
+        read=lambda folder: recover_session(folder / _SESSION),
+        command=lambda given, out: ["recover", str(given / _SESSION)],
+    ),
+    Kind(
+        "session for ROS 2",
+        session_sample.sealed_session,
+        {"session/cameras.mcap": (*MCAP, *RECORDING)},
+        read=_read_session,
+        command=lambda given, out: ["export", str(given / _SESSION), "--format", "ros2", "--output", str(out / "bag")],
+        quick=True,
+    ),
     Kind(
         "cut session",
         session_sample.cut_session,
-        {"session/signals.mcap": (*BINARY, *MCAP), "session/cameras.mcap": (*BINARY, *MCAP)},
+        {
+            "session/signals.mcap": (*BINARY, *MCAP, *RECORDING),
+            "session/cameras.mcap": (*BINARY, *MCAP, *RECORDING),
+        },
         read=lambda folder: recover_session(folder / _SESSION),
         command=lambda given, out: ["recover", str(given / _SESSION)],
-        changes=frozenset({"signals.mcap"}),  # sealed before the images turn out not to be: whole, and found so again
     ),
     _surface("STL", "body.stl", samples.stl, (*BINARY, *STL)),
     _surface("STL, text", "body.stl", samples.stl_text, _IN_TEXT),

@@ -7,7 +7,7 @@ they come here, and signals are small beside them.
 import struct
 import zlib
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,9 @@ from mcap.records import ChunkIndex
 
 from robot_drivers.protocols import IntArray
 
-_CHUNK = struct.Struct("<BQQQQIIQ")
+# opcode, length, times of the first and the last message, uncompressed size, CRC, length of the compression's name
+_HEAD = struct.Struct("<BQQQQII")
+_SIZE = struct.Struct("<Q")
 _RECORD_PREFIX = struct.Struct("<BQ")
 _MESSAGE_INDEX = struct.Struct("<BQHI")
 
@@ -55,27 +57,56 @@ def encode_chunk(batch: Sequence[Rows], position: int) -> tuple[bytes, ChunkInde
     indexes = _merged(batch)
     start_time = min(int(placed.log_time.min()) for placed in indexes)
     end_time = max(int(placed.log_time.max()) for placed in indexes)
-    length = _CHUNK.size - _RECORD_PREFIX.size + len(data)
-    chunk = _CHUNK.pack(Opcode.CHUNK, length, start_time, end_time, len(data), zlib.crc32(data), 0, len(data))
-    records = [chunk, data]
-    index_position = position + len(chunk) + len(data)
-    offsets: dict[int, int] = {}
-    for placed in indexes:
-        offsets[placed.channel] = index_position
-        records.append(_message_index(placed))
-        index_position += len(records[-1])
+    length = _HEAD.size + _SIZE.size + len(data)
+    index_records, offsets = message_indexes(
+        {placed.channel: placed.offset for placed in indexes},
+        {placed.channel: placed.log_time for placed in indexes},
+        position + length,
+    )
     index = ChunkIndex(
-        chunk_length=len(chunk) + len(data),
+        chunk_length=length,
         chunk_start_offset=position,
         compression="",
         compressed_size=len(data),
         message_end_time=end_time,
-        message_index_length=index_position - position - len(chunk) - len(data),
+        message_index_length=len(index_records),
         message_index_offsets=offsets,
         message_start_time=start_time,
         uncompressed_size=len(data),
     )
-    return b"".join(records), index
+    return b"".join([chunk_head_bytes(index, zlib.crc32(data)), data, index_records]), index
+
+
+def chunk_head_bytes(index: ChunkIndex, checksum: int) -> bytes:
+    """Return what stands before the records of a chunk.
+
+    Parameters
+    ----------
+    checksum : CRC-32 of the uncompressed records
+    """
+    name = index.compression.encode()
+    length = _HEAD.size - _RECORD_PREFIX.size + len(name) + _SIZE.size + index.compressed_size
+    times = index.message_start_time, index.message_end_time
+    head = _HEAD.pack(Opcode.CHUNK, length, *times, index.uncompressed_size, checksum, len(name))
+    return head + name + _SIZE.pack(index.compressed_size)
+
+
+def message_indexes(
+    offsets: Mapping[int, IntArray], log_times: Mapping[int, IntArray], position: int
+) -> tuple[bytes, dict[int, int]]:
+    """Return the message indexes of a chunk, and where that of each channel lies in the file.
+
+    Parameters
+    ----------
+    offsets, log_times : of the messages of each channel id, as in :class:`Placed`
+    position : of the indexes in the file
+    """
+    records = b""
+    places: dict[int, int] = {}
+    for channel in offsets:
+        places[channel] = position + len(records)
+        records += _message_index(Placed(channel, log_times[channel], offsets[channel]))
+    return records, places
 
 
 def _merged(batch: Sequence[Rows]) -> list[Placed]:

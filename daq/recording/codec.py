@@ -53,6 +53,11 @@ def decoded(data: NDArray[np.uint8], compression: str) -> NDArray[np.uint8] | No
     return mosaic_of(pixels) if compression.endswith(PLANES) else pixels
 
 
+def as_png(image: NDArray[np.uint8]) -> memoryview:
+    """Return an image as every reader of PNG takes it: a mosaic as it is, not as its planes."""
+    return _png(image)
+
+
 def planes_of(mosaic: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Lay the four colour planes of a mosaic side by side, as in a window of four panes."""
     return np.block([[mosaic[0::2, 0::2], mosaic[0::2, 1::2]], [mosaic[1::2, 0::2], mosaic[1::2, 1::2]]])

@@ -33,5 +33,5 @@ def telling_damage(file: Path) -> Iterator[None]:
         raise (error if str(file) in told else RecordingError(f"{file}: {told}")) from error
     except _OF_DAMAGE as error:
         raise RecordingError(
-            f"{file}: is damaged, or another program wrote it ({error!r}); restore it from a copy"
+            f"{file}: holds a message that no recorder writes ({error!r}); restore it from a copy"
         ) from error

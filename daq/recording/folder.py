@@ -13,18 +13,18 @@
 import hashlib
 import json
 import os
-import sys
 import time
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 from daq.errors import RecordingError
-from daq.recording.in_use import require_unused
+from daq.recording.foreign_bags import require_no_foreign_bag
 from daq.recording.recorder import CAMERAS_FILE, SIGNALS_FILE
-from daq.recording.scan import scan
 from daq.recording.seal import SealReport, seal
+from daq.recording.sync_names import sync_names
 from estimator.errors import InputError
 from estimator.input_file import parse_json, read_input_text
 from robot_drivers.clock import host_time_ns
@@ -34,6 +34,8 @@ FORMAT = "retraction-session/1"
 INFO_FILE = "session.json"
 RIG_FILE = "rig.toml"
 _MOST_BYTES_BESIDE = 500_000_000
+_MOST_TOLD = 4
+RECORDED_FILES = (SIGNALS_FILE, CAMERAS_FILE)
 CALIBRATION_FOLDER = "calibration"
 CHECKSUMS_FILE = "CHECKSUMS.sha256"
 DERIVED_FOLDER = "derived"
@@ -102,7 +104,7 @@ def write_info(folder: Path, info: SessionInfo) -> None:
         file.flush()
         os.fsync(file.fileno())
     draft.replace(folder / INFO_FILE)
-    _sync_names(folder)
+    sync_names(folder)
 
 
 def _encoded(info: SessionInfo) -> bytes:
@@ -110,24 +112,14 @@ def _encoded(info: SessionInfo) -> bytes:
     return f"{text}\n".encode()
 
 
-def _sync_names(folder: Path) -> None:
-    """Bring the names of files in a folder, and its own, to the disk, where the system lets a program ask for it."""
-    if sys.platform != "win32":
-        for place in (folder, folder.parent):
-            descriptor = os.open(place, os.O_RDONLY)
-            try:
-                os.fsync(descriptor)
-            finally:
-                os.close(descriptor)
-
-
 def read_info(folder: Path) -> SessionInfo:
     """Read ``session.json``; raises RecordingError where there is none or it is of another format."""
+    require_no_foreign_bag(folder)
     path = folder / INFO_FILE
     try:
         content = parse_json(read_input_text(path), path)
         if content.pop("format") != FORMAT:
-            raise RecordingError(f"{path}: is not of the format {FORMAT}")
+            raise RecordingError(f"{path}: is not of the format {FORMAT}; {_advice(folder)}")
         content.pop("started")
         devices = {role: DeviceIdentity(**told) for role, told in content.pop("devices").items()}
         anchor = ClockAnchor(**content.pop("clock_anchor"))
@@ -136,11 +128,16 @@ def read_info(folder: Path) -> SessionInfo:
         _check_types(info)
         return info
     except InputError as error:
-        raise RecordingError(f"{error}; name a session folder") from error
+        raise RecordingError(f"{error}; {_advice(folder)}") from error
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise RecordingError(
-            f"{path}: is no session description ({error!r}); name a session folder"
-        ) from error
+        raise RecordingError(f"{path}: is no session description ({error!r}); {_advice(folder)}") from error
+
+
+def _advice(folder: Path) -> str:
+    """Return what helps where a description cannot be read."""
+    if (folder / SIGNALS_FILE).is_file():
+        return f"restore it from a copy, or run `retract recover {folder}`, which writes what is known of it anew"
+    return "name a session folder"
 
 
 def _check_types(info: SessionInfo) -> None:
@@ -162,51 +159,49 @@ def _check_types(info: SessionInfo) -> None:
 
 def _too_large(path: Path) -> bool:
     """Tell whether a file is larger than any that belongs to a session; only recordings have no limit."""
-    return path.name not in (SIGNALS_FILE, CAMERAS_FILE) and path.stat().st_size > _MOST_BYTES_BESIDE
+    return path.name not in RECORDED_FILES and path.stat().st_size > _MOST_BYTES_BESIDE
 
 
 def seal_session(folder: Path, problems: tuple[str, ...] = ()) -> SessionInfo:
     """Seal the files of a session, write its checksums and its final description."""
-    return _finish(folder, "sealed", problems, *_seal_files(folder))
+    reports = {name: seal(folder / name) for name in RECORDED_FILES}
+    found = told(reports)
+    return finish(folder, read_info(folder), "sealed", (*problems, *found), reports)
 
 
-def recover_session(folder: Path) -> tuple[SessionInfo, int]:
-    """Seal a session that was cut off; return its description and the bytes of incomplete records left out.
-
-    Raises
-    ------
-    RecordingError
-        It is sealed already, still being recorded, or no session.
-    """
-    info = read_info(folder)
-    if info.state != "recording":
-        raise RecordingError(f"{folder}: is {info.state} already; there is nothing to recover")
-    if (folder / RIG_FILE).exists():
-        require_unused(folder / RIG_FILE)
-    for name in (SIGNALS_FILE, CAMERAS_FILE):
-        with scan(folder / name):  # nothing is sealed where one of them cannot be
-            require_unused(folder / name)
-    signals, images = _seal_files(folder)
-    left_out = signals.dropped_bytes + images.dropped_bytes
-    told = (
-        f"the recording was cut off and has been recovered; {left_out} bytes of incomplete messages left out"
-    )
-    return _finish(folder, "recovered", (*info.problems, told), signals, images), left_out
+def told(reports: Mapping[str, SealReport]) -> list[str]:
+    """Return what was found damaged in the files of a session, a line for each of them."""
+    return [f"{name}: {line}" for name, report in reports.items() if (line := _damage_line(report))]
 
 
-def _seal_files(folder: Path) -> tuple[SealReport, SealReport]:
-    return seal(folder / SIGNALS_FILE), seal(folder / CAMERAS_FILE)
+def _damage_line(report: SealReport) -> str:
+    parts = []
+    if report.damages:
+        places = "; ".join(one.what for one in report.damages[:_MOST_TOLD])
+        more = f" and {len(report.damages) - _MOST_TOLD} more" if len(report.damages) > _MOST_TOLD else ""
+        parts.append(f"{report.dropped_bytes} bytes could not be used ({places}{more})")
+    lost = [f"{stream} {loss}" for stream, loss in report.lost.items() if loss.samples]
+    if lost:
+        parts.append(f"samples lost: {', '.join(lost)}")
+    parts += report.notes[:_MOST_TOLD]
+    if report.unchecked:
+        parts.append(f"{report.unchecked} messages have no checksum and were not checked")
+    return "; ".join(parts)
 
 
-def _finish(
-    folder: Path, state: State, problems: tuple[str, ...], signals: SealReport, images: SealReport
+def finish(
+    folder: Path,
+    known: SessionInfo,
+    state: State,
+    problems: tuple[str, ...],
+    reports: Mapping[str, SealReport],
 ) -> SessionInfo:
     """Write the checksums and the final description, this last: until then the session can be recovered.
 
     Checksums of a long session take a minute, so what is known of it is written before.
     """
-    counts = {**signals.counts, **images.counts}
-    info = replace(read_info(folder), problems=problems, samples=counts)
+    counts = {topic: count for report in reports.values() for topic, count in report.counts.items()}
+    info = replace(known, state="recording", problems=problems, samples=counts)
     write_info(folder, info)
     final = replace(info, state=state)
     kept = [path for path in folder.rglob("*") if path.is_file() and path.name != CHECKSUMS_FILE]
@@ -230,8 +225,13 @@ def verify_checksums(folder: Path) -> list[str]:
     try:
         lines = read_input_text(folder / CHECKSUMS_FILE).splitlines()
     except InputError as error:
-        raise RecordingError(str(error)) from error
+        raise RecordingError(
+            f"{error}; `retract recover {folder}` checks the recording and writes it anew"
+        ) from error
     differing = []
+    listed = {line.partition("  ")[2] for line in lines}
+    if not listed >= {INFO_FILE, *RECORDED_FILES}:
+        differing.append(CHECKSUMS_FILE)
     for line in lines:
         expected, _, name = line.partition("  ")
         path = folder / name

@@ -1,7 +1,12 @@
-"""Reading a session folder: every stream as arrays exactly as the driver delivered it, images on demand."""
+"""Reading a session folder: every stream as arrays exactly as the driver delivered it, images on demand.
+
+The records of one sample carry its number in the stream. They are brought together by it, in its order, whatever order
+the chunks are in.
+"""
 
 import json
 from dataclasses import dataclass, replace
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.errors import RecordingError
-from daq.recording import rows
+from daq.recording import codec, rows
 from daq.recording.cdr import CdrLayout
 from daq.recording.damage import telling_damage
-from daq.recording.folder import SessionInfo, read_info, recover_session
+from daq.recording.folder import SessionInfo, read_info
 from daq.recording.recorder import CAMERAS_FILE, EVENTS, FORCE_FRAME, ROBOT_FRAME, SIGNALS_FILE, camera_frame
+from daq.recording.recovery.recognition import is_own_topic
+from daq.recording.recovery.session import recover_session
 from daq.recording.rows import RECORD
 from daq.recording.scan import scan
 from daq.recording.segments import Scan
@@ -21,6 +28,7 @@ from daq.recording.stored_images import StoredImage, sequence_of, stored_image
 from robot_drivers.protocols import FloatArray, IntArray, PoseBlock, WrenchBlock
 
 _NO_DATA = memoryview(b"")
+_IMAGES = (["image"], ["image_raw"], ["device"])
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +72,13 @@ class Images:
         """Return ``"mono8"``, ``"bgr8"`` or ``"bayer_rggb8"`` and its siblings."""
         return self._stored[index].pixel_format
 
+    def png(self, index: int) -> memoryview:
+        """Return one image as every reader of PNG takes it; a mosaic is one, not its four planes."""
+        stored = self._stored[index]
+        if stored.compression is None or stored.compression.endswith(codec.PLANES):
+            return codec.as_png(self.image(index))
+        return stored.data
+
     def is_raw(self, index: int) -> bool:
         """Tell whether the image was stored without compression."""
         return self._stored[index].compression is None
@@ -88,13 +103,29 @@ class Images:
 
 
 class Recording:
-    """A session folder, sealed or not; a sample whose records were cut off is not there."""
+    """A session folder, sealed or not; a sample whose records were cut off or damaged is not there.
+
+    Raises
+    ------
+    RecordingError
+        It is no session, or it was sealed and is damaged.
+    """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.info: SessionInfo = read_info(folder)
         self._signals = scan(folder / SIGNALS_FILE)
         self._images = scan(folder / CAMERAS_FILE)
+        for name, found in ((SIGNALS_FILE, self._signals), (CAMERAS_FILE, self._images)):
+            if self.info.state != "recording":
+                _require_undamaged(folder, name, found)
+            _require_own(folder / name, found)
+
+    @property
+    def unchecked(self) -> int:
+        """Messages that no checksum covers, as in files that another program has written again without any."""
+        segments = [*self._signals.segments, *self._images.segments]
+        return sum(sum(map(len, one.offsets.values())) for one in segments if not one.checked)
 
     @property
     def events(self) -> list[Event]:
@@ -120,30 +151,65 @@ class Recording:
         with telling_damage(self.folder / CAMERAS_FILE):
             return cameras_of(self._images)
 
+    def camera_info(self, camera: str) -> NDArray[np.void]:
+        """Return the recorded intrinsics of a camera in the fields of ``CameraInfo``, (n,); mostly one or none."""
+        with telling_damage(self.folder / CAMERAS_FILE):
+            return _camera_info(self._images, camera)["body"]
+
     def images(self, camera: str) -> Images:
         """Return the images of one camera; raises RecordingError for an unknown one."""
-        if self._images.channel_id(f"/camera/{camera}/image") is None:
+        if camera not in self.cameras:
             raise RecordingError(f"{self.folder}: has no camera {camera!r}, only {', '.join(self.cameras)}")
         with telling_damage(self.folder / CAMERAS_FILE):
             return images_of(self._images, camera)
 
 
+def _camera_info(found: Scan, camera: str) -> NDArray[np.void]:
+    layout = rows.camera_info_layout(camera_frame(camera))
+    return messages_of(found, f"/camera/{camera}/camera_info", layout)
+
+
+def _require_undamaged(folder: Path, name: str, found: Scan) -> None:
+    """Raise RecordingError where a sealed file is not as it was sealed."""
+    faults = found.faults
+    if not faults and not found.sealed:
+        faults = ["its end is missing"]
+    if faults:
+        more = f", and {len(faults) - 1} more" if len(faults) > 1 else ""
+        raise RecordingError(
+            f"{folder / name}: is damaged ({faults[0]}{more}); restore it from a copy, or run "
+            f"`retract recover {folder}`, which keeps what is whole and tells what is lost"
+        )
+
+
+def _require_own(path: Path, found: Scan) -> None:
+    """Raise RecordingError where a file has messages, and none of a session."""
+    topics = [topic for topic, count in found.counts().items() if count]
+    if topics and not any(is_own_topic(topic) for topic in topics):
+        raise RecordingError(
+            f"{path}: is an MCAP file of profile {found.profile!r} by {found.library!r} with the topics "
+            f"{', '.join(topics[:4])}; only sessions that this software recorded are read"
+        )
+
+
 def events_of(found: Scan) -> list[Event]:
     """Return the events of a scan of the signals in the order of their recording."""
-    channel = found.channel_id(EVENTS)
-    events = []
-    for record in found.records(channel) if channel is not None else ():
+    events: dict[int, Event] = {}
+    records = found.records(EVENTS)
+    numbers = [sequence_of(record) for record in records]
+    for number, record in zip(numbers if any(numbers) else range(len(records)), records, strict=True):
         time_ns = int(np.frombuffer(record, RECORD, 1)["log_time"][0])
         details = json.loads(bytes(record[RECORD.itemsize :]))
-        events.append(Event(time_ns, details.pop("event"), details))
-    return events
+        events[number] = Event(time_ns, details.pop("event"), details)
+    return [event for _, event in sorted(events.items())]
 
 
 def force_of(found: Scan) -> WrenchBlock:
     """Return the force stream of a scan of the signals, sensor frame."""
-    wrench = _messages(found, "/force/wrench", rows.wrench_layout(FORCE_FRAME))
-    stamp = _messages(found, "/force/device", rows.stamp_layout(FORCE_FRAME))
-    wrench = wrench[: len(stamp)]
+    wrench, stamp = _samples(
+        messages_of(found, "/force/wrench", rows.wrench_layout(FORCE_FRAME)),
+        messages_of(found, "/force/device", rows.stamp_layout(FORCE_FRAME)),
+    )
     return WrenchBlock(
         counter=stamp["body"]["counter"],
         device_time_s=stamp["body"]["device_time_s"],
@@ -156,10 +222,11 @@ def force_of(found: Scan) -> WrenchBlock:
 
 def robot_of(found: Scan) -> PoseBlock:
     """Return the robot stream of a scan of the signals."""
-    poses = _messages(found, "/robot/pose", rows.pose_layout(ROBOT_FRAME))
-    joints = _messages(found, "/robot/joints", rows.joints_layout(ROBOT_FRAME))
-    stamp = _messages(found, "/robot/device", rows.stamp_layout(ROBOT_FRAME))
-    poses, joints = poses[: len(stamp)], joints[: len(stamp)]
+    poses, joints, stamp = _samples(
+        messages_of(found, "/robot/pose", rows.pose_layout(ROBOT_FRAME)),
+        messages_of(found, "/robot/joints", rows.joints_layout(ROBOT_FRAME)),
+        messages_of(found, "/robot/device", rows.stamp_layout(ROBOT_FRAME)),
+    )
     return PoseBlock(
         counter=stamp["body"]["counter"],
         device_time_s=stamp["body"]["device_time_s"],
@@ -173,29 +240,33 @@ def robot_of(found: Scan) -> PoseBlock:
 
 def cameras_of(found: Scan) -> tuple[str, ...]:
     """Return the names of the cameras that a scan knows of."""
-    topics = (channel.topic for channel in found.channels.values())
-    return tuple(topic.split("/")[2] for topic in topics if topic.endswith("/image"))
+    topics = (channel.topic.split("/") for channel in found.channels.values())
+    return tuple(dict.fromkeys(topic[2] for topic in topics if topic[1] == "camera" and topic[3:] in _IMAGES))
 
 
 def images_of(found: Scan, camera: str) -> Images:
     """Return the images of one camera in a scan of the cameras, none for an unknown one."""
-    stored = {
-        sequence_of(record): stored_image(record, compressed)
+    records = [
+        (record, compressed)
         for topic, compressed in (
             (f"/camera/{camera}/image_raw", False),
             (f"/camera/{camera}/image", True),
         )
-        if (channel := found.channel_id(topic)) is not None
-        for record in found.records(channel)
+        for record in found.records(topic)
+    ]
+    stamp = _in_order(messages_of(found, f"/camera/{camera}/device", rows.stamp_layout(camera_frame(camera))))
+    key = "sequence" if _numbered(stamp) else "log_time"
+    stored = {
+        int(np.frombuffer(record, RECORD, 1)[key][0]): stored_image(record, compressed)
+        for record, compressed in records
     }
-    stamp = _messages(found, f"/camera/{camera}/device", rows.stamp_layout(camera_frame(camera)))
-    stamp = stamp[np.isin(stamp["record"]["sequence"], list(stored))]
+    stamp = stamp[np.isin(stamp["record"][key], list(stored))]
     return Images(
         counter=stamp["body"]["counter"],
         device_time_s=stamp["body"]["device_time_s"],
         host_time_ns=_host_time_ns(stamp),
         backlog=stamp["body"]["status"],
-        _stored=[stored[sequence] for sequence in stamp["record"]["sequence"].tolist()],
+        _stored=[stored[number] for number in stamp["record"][key].tolist()],
     )
 
 
@@ -212,15 +283,50 @@ def open_recording(folder: Path) -> Recording:
     return Recording(folder)
 
 
-def _messages(found: Scan, topic: str, layout: CdrLayout) -> NDArray[np.void]:
-    """Return all messages of a topic as an array with the fields ``record`` and ``body``."""
+def messages_of(found: Scan, topic: str, layout: CdrLayout) -> NDArray[np.void]:
+    """Return all messages of a topic as an array with the fields ``record`` and ``body``, in the order of the file.
+
+    Raises
+    ------
+    RecordingError
+        They are of another layout.
+    """
     dtype = np.dtype([("record", RECORD), ("body", layout.dtype)])
-    channel = found.channel_id(topic)
     try:
-        records = b"" if channel is None else found.equal_records(channel, dtype.itemsize)
+        records = found.equal_records(topic, dtype.itemsize)
     except ValueError as error:
-        raise RecordingError(f"{topic}: {error}; another program wrote this file") from error
+        raise RecordingError(
+            f"{topic}: {error}, which the messages of a session have; the file is of profile {found.profile!r} by "
+            f"{found.library!r}, and only sessions that this software recorded are read"
+        ) from error
     return np.frombuffer(records, dtype=dtype)
+
+
+def _numbered(messages: NDArray[np.void]) -> bool:
+    """Tell whether messages carry their numbers, which some programs leave out when they write a file again."""
+    return len(messages) < 2 or bool(messages["record"]["sequence"].any())
+
+
+def _in_order(messages: NDArray[np.void]) -> NDArray[np.void]:
+    """Return messages in the order of their numbers, each once; most are so already."""
+    numbers = messages["record"]["sequence"].astype(np.int64)
+    if not _numbered(messages) or np.all(np.diff(numbers) > 0):
+        return messages
+    _, first = np.unique(numbers, return_index=True)
+    return messages[first]
+
+
+def _samples(*parts: NDArray[np.void]) -> list[NDArray[np.void]]:
+    """Return of the parts of samples those whose sample is whole, all in its order."""
+    if not all(_numbered(part) for part in parts):
+        shortest = min(len(part) for part in parts)
+        return [part[:shortest] for part in parts]
+    ordered = [_in_order(part) for part in parts]
+    numbers = [part["record"]["sequence"] for part in ordered]
+    if all(np.array_equal(numbers[0], others) for others in numbers[1:]):
+        return ordered
+    whole = reduce(np.intersect1d, numbers)
+    return [part[np.isin(one, whole)] for part, one in zip(ordered, numbers, strict=True)]
 
 
 def _host_time_ns(messages: NDArray[np.void]) -> IntArray:

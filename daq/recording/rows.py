@@ -96,7 +96,7 @@ class WrenchRows:
         rows = _stamped_rows(self._template, block.host_time_ns, first_sequence)
         rows["wrench_body"]["wrench"] = block.wrench
         _fill_stamp(rows["stamp_body"], block.counter, block.device_time_s, block.status, block.usable)
-        return _placed(rows)
+        return placed(rows)
 
 
 class PoseRows:
@@ -118,7 +118,7 @@ class PoseRows:
         moving = block.moving.astype(np.int64)
         usable = np.ones(len(block), dtype=np.bool_)
         _fill_stamp(rows["stamp_body"], block.counter, block.device_time_s, moving, usable)
-        return _placed(rows)
+        return placed(rows)
 
 
 class FrameRows:
@@ -149,8 +149,8 @@ class FrameRows:
             rows["image_body"]["step"] = frame.image.nbytes // height
         rows["image_body"]["size"] = encoded.data.nbytes
         rows["image_record"]["length"] += encoded.data.nbytes
-        placed = _placed(rows)
-        return Rows((*placed.parts, encoded.data), placed.placed)
+        records = placed(rows)
+        return Rows((*records.parts, encoded.data), records.placed)
 
     def _template(self, encoded: EncodedImage) -> NDArray[np.void]:
         stamp = (self._stamp_channel, stamp_layout(self._frame_id))
@@ -169,7 +169,12 @@ def camera_info_row(channel: int, frame_id: str, model: PinholeCamera, host_time
     body["D"], body["K"] = model.distortion, model.intrinsic_matrix.reshape(-1)
     body["R"] = np.eye(3).reshape(-1)
     body["P"] = np.column_stack([model.intrinsic_matrix, np.zeros(3)]).reshape(-1)
-    return _placed(rows)
+    return placed(rows)
+
+
+def message_rows(channel: int, layout: CdrLayout, time_ns: IntArray) -> NDArray[np.void]:
+    """Return messages of one channel, stamped and numbered, with the other fields of ``message_body`` still zero."""
+    return _stamped_rows(_row(message=(channel, layout)), time_ns, 0)
 
 
 class EventRows:
@@ -184,8 +189,8 @@ class EventRows:
         record = _record(self._channel, len(body))
         record["sequence"] = sequence
         record["log_time"] = record["publish_time"] = host_time_ns
-        placed = Placed(self._channel, np.array([host_time_ns]), np.array([0]))
-        return Rows((record.tobytes() + body,), (placed,))
+        where = Placed(self._channel, np.array([host_time_ns]), np.array([0]))
+        return Rows((record.tobytes() + body,), (where,))
 
 
 def _row(**messages: tuple[int, CdrLayout]) -> NDArray[np.void]:
@@ -222,16 +227,16 @@ def _stamped_rows(template: NDArray[np.void], host_time_ns: IntArray, first: int
     return rows
 
 
-def _placed(rows: NDArray[np.void]) -> Rows:
+def placed(rows: NDArray[np.void]) -> Rows:
     """Return the bytes of rows, and where the messages of each channel lie in them."""
     starts = np.arange(len(rows)) * rows.dtype.itemsize
-    placed = []
+    found = []
     for name, (_, place, *_) in (rows.dtype.fields or _NO_FIELDS).items():
         if name.endswith("_record"):
             record = rows[name]
             times = record["log_time"].astype(np.int64)
-            placed.append(Placed(int(record["channel"][0]), times, starts + place))
-    return Rows((rows.tobytes(),), tuple(placed))
+            found.append(Placed(int(record["channel"][0]), times, starts + place))
+    return Rows((rows.tobytes(),), tuple(found))
 
 
 def _fill_stamp(

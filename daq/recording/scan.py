@@ -1,49 +1,69 @@
 """Finding the messages of an MCAP file from its first byte on, whatever state the file is in.
 
-The summary at the end of a sealed file is not used, so a file that is still being written, or was cut at any byte,
-reads like any other. Of a chunk that was cut off, every whole message is found; a chunk at the end that is whole but
-damaged (its checksum is wrong, as after a loss of power) is left out.
+Every chunk is compared with its checksum. Behind damage, reading goes on at the next chunk that can be read; what lies
+between is told. The summary at the end of a sealed file only helps to tell what is missing, so a file that is still
+being written, or was cut at any byte, reads like any other: of a chunk that the end of the file cuts off, every whole
+message is found.
 """
 
 import mmap
-import struct
-import zlib
-from collections import defaultdict
-from dataclasses import dataclass, field
-from io import BytesIO
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import zstandard
-from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Channel, ChunkIndex, Schema
+from mcap.records import Channel, Header, Schema
 from mcap.writer import MCAP0_MAGIC
+from zlib_ng import zlib_ng
 
 from daq.errors import RecordingError
-from daq.recording.damage import telling_damage
-from daq.recording.segments import RECORD, Scan, Segment
+from daq.recording.recovery.chunk_reading import (
+    UnusableError,
+    chunk_head,
+    missing_of_chunk,
+    remains_of_chunk,
+)
+from daq.recording.recovery.recognition import Declared, recognise
+from daq.recording.recovery.records import Record, read_record, without_last
+from daq.recording.recovery.resuming import next_chunk, next_usable
+from daq.recording.recovery.summary import Summary, read_summary
+from daq.recording.segments import RECORD, Damage, Scan, Segment
 from estimator.errors import InputError
 from estimator.input_file import require_file
-from robot_drivers.protocols import IntArray
 
-_CHUNK = struct.Struct("<QQQII")
-_MESSAGE = struct.Struct("<HIQQ")
-_MESSAGE_INDEX = struct.Struct("<HI")
-_FOOTER_SIZE = 29
-_INDEX_ENTRY_SIZE = 16
-_LAST_OPCODE = max(Opcode)
-_MOST_CHUNK_BYTES = 1 << 30
+_DATA_END = (Opcode.DATA_END, 4)
+_SHOWN_BYTES = 16
 
 
 def scan(path: Path) -> Scan:
     """Scan a file; raises RecordingError where it is none of MCAP."""
     result = _opened(path)
-    with telling_damage(path):
-        if result.mapped is not None:
-            _scan_file(result.view, result)
-        if not result.sealed:
-            _leave_out_damaged(result)
+    if result.mapped is None:
+        return result
+    data = result.view
+    summary = read_summary(data)
+    trusted = Declared()
+    if summary is not None:
+        if summary.checked:
+            trusted = Declared(dict(summary.channels), dict(summary.schemas))
+        result.schemas.update(summary.schemas)
+        result.channels.update(summary.channels)
+        result.summary_fault = summary.fault
+    data_end = _scan_file(data, result, summary, trusted)
+    _leave_out_repeated(result)
+    _leave_out_unchecked(result, data_end)
+    result.damages = _joined(result.damages)
+    if not result.segments and data[: len(MCAP0_MAGIC)] != MCAP0_MAGIC and np.any(np.frombuffer(data, "u1")):
+        start = bytes(data[:_SHOWN_BYTES])
+        result.close()
+        raise RecordingError(
+            f"{path}: is no MCAP file; it begins with {start!r}, and no chunk of a recording is in it; put the right "
+            "file there, or take it away and recover what the session holds beside it"
+        )
+    recognise(result, trusted)
+    if summary is not None:
+        _compare(summary, result)
+    result.sealed = data_end is not None and summary is not None and not result.summary_fault
     return result
 
 
@@ -56,179 +76,245 @@ def scan_on(path: Path, before: Scan) -> Scan:
     Raises
     ------
     RecordingError
-        It is no file of MCAP.
+        It is no file of MCAP, or damaged.
     """
     result = _opened(path)
     result.channels, result.schemas = dict(before.channels), dict(before.schemas)
-    if result.mapped is not None:
-        result.complete_bytes = max(result.complete_bytes, before.complete_bytes)
-        with telling_damage(path):
-            _scan_file(result.view, result)
-    result.segments = [segment for segment in result.segments if segment.index is not None]
+    if result.mapped is None:
+        return result
+    data = result.view
+    if data[: len(MCAP0_MAGIC)] != MCAP0_MAGIC:
+        raise RecordingError(f"{path}: is no MCAP file; it begins with {bytes(data[:_SHOWN_BYTES])!r}")
+    result.complete_bytes = position = max(len(MCAP0_MAGIC), before.complete_bytes)
+    while position + RECORD.size <= len(data):
+        if RECORD.unpack_from(data, position) == _DATA_END:
+            summary = read_summary(data)
+            result.sealed = summary is not None and summary.data_end == position and not summary.fault
+            break
+        try:
+            record = read_record(data, position, frozenset())
+        except UnusableError as error:
+            if error.end is not None:
+                raise RecordingError(f"{path}: {error}; the recording is damaged there") from error
+            break
+        if record.segment is not None and not _has_its_indexes(record.segment):
+            break
+        _take(record, result, Declared())
+        position = result.complete_bytes = record.end
     return result
 
 
+def has_its_indexes(found: Scan) -> bool:
+    """Tell whether every message lies in a whole chunk with its message indexes behind it."""
+    return all(_has_its_indexes(segment) for segment in found.segments)
+
+
+def _has_its_indexes(segment: Segment) -> bool:
+    return segment.index is not None and segment.index.message_index_offsets.keys() == segment.offsets.keys()
+
+
 def _opened(path: Path) -> Scan:
-    """Return a scan that has looked at nothing but the first bytes; without a mapping where there are not all."""
+    """Return a scan that has looked at nothing; without a mapping where the file is too short to be one."""
     try:
-        require_file(path)
+        size = require_file(path)
         with path.open("rb") as file:
             start = file.read(len(MCAP0_MAGIC))
-            if not MCAP0_MAGIC.startswith(start):
-                raise RecordingError(f"{path}: is no MCAP file; it begins with {start!r}")
-            if len(start) < len(MCAP0_MAGIC):
-                return Scan(lost_bytes=len(start))
+            if size <= len(MCAP0_MAGIC):
+                if not MCAP0_MAGIC.startswith(start) and any(start):
+                    raise RecordingError(f"{path}: is no MCAP file; it begins with {start!r}")
+                what = "nothing but the first bytes of a recording" if size else "the file is empty"
+                whole = start == MCAP0_MAGIC
+                return Scan(damages=[] if whole else [Damage(0, size, what)])
             mapped = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
     except InputError as error:
         raise RecordingError(str(error)) from error
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read ({error})") from error
-    return Scan(complete_bytes=len(MCAP0_MAGIC), mapped=mapped, view=memoryview(mapped))
+    return Scan(mapped=mapped, view=memoryview(mapped))
 
 
-def _scan_file(data: memoryview, result: Scan) -> None:
-    """Go on collecting declarations and chunks up to the first incomplete record or the end of the data section."""
-    position = result.complete_bytes
-    while position + RECORD.size <= len(data):
-        opcode, length = RECORD.unpack_from(data, position)
-        body, end = position + RECORD.size, position + RECORD.size + length
-        if opcode == Opcode.CHUNK and body + _CHUNK.size <= len(data):
-            segment, end = _scan_chunk(data, position, min(end, len(data)), result)
-            if segment.offsets:
-                result.segments.append(segment)
-            if segment.index is None:
-                return
-        elif opcode == Opcode.DATA_END:
-            footer = data[-_FOOTER_SIZE - len(MCAP0_MAGIC) :]
-            result.sealed = footer[0] == Opcode.FOOTER and footer[_FOOTER_SIZE:] == MCAP0_MAGIC
-            return
-        elif not 0 < opcode <= _LAST_OPCODE or end > len(data):
-            break
-        elif opcode == Opcode.MESSAGE:
-            raise RecordingError("messages lie outside of chunks; another program wrote it, record anew")
+def _scan_file(data: memoryview, result: Scan, summary: Summary | None, trusted: Declared) -> int | None:
+    """Collect what can be used; return where the record lies that ends the data, None where there is none."""
+    known_end = None if summary is None else summary.data_end
+    begin_of_summary = None if summary is None else summary.begin
+    limit = next(end for end in (known_end, begin_of_summary, len(data)) if end is not None)
+    position, own_end = 0, None
+    while position < limit:
+        try:
+            if position == 0:
+                _check_magic(data)
+                position = len(MCAP0_MAGIC)
+                continue
+            if RECORD.size <= limit - position and RECORD.unpack_from(data, position) == _DATA_END:
+                if next_chunk(data[:limit], position) is None:
+                    result.complete_bytes = position
+                    return position
+                raise UnusableError(f"the data seem to end at byte {position}, and do not")
+            record = read_record(data, position, _loose(result))
+            if record.end > limit:
+                raise UnusableError(f"the record at byte {position} reaches into the summary")
+            if record.segment is None and data[position] != Opcode.ATTACHMENT:
+                _require_no_chunk_within(data[:limit], position, record.end)
+            _take(record, result, trusted)
+            position = record.end
+            if not result.damages:
+                result.complete_bytes = position
+        except UnusableError as error:
+            own_end = error.end
+            begin = position
+            position = next_usable(data, begin, own_end, limit, _loose(result))
+            _leave_out(data, begin, position, str(error), result)
+    return known_end
+
+
+def _require_no_chunk_within(data: memoryview, start: int, end: int) -> None:
+    """Refuse a record without a checksum whose length, or a piece that is gone of it, makes it reach over a chunk."""
+    if next_chunk(data, start + 1, end) is not None:
+        raise UnusableError(f"the record at byte {start} reaches over a chunk")
+
+
+def _check_magic(data: memoryview) -> None:
+    start = bytes(data[: len(MCAP0_MAGIC)])
+    if start != MCAP0_MAGIC:
+        raise UnusableError(f"the file begins with {start!r}", len(MCAP0_MAGIC))
+
+
+def _loose(result: Scan) -> frozenset[int]:
+    """Return the channels whose messages may lie outside of chunks: none in a file with chunks."""
+    has_chunks = any(segment.index is not None for segment in result.segments[:1])
+    return frozenset() if has_chunks else frozenset(result.channels)
+
+
+def _take(record: Record, result: Scan, trusted: Declared) -> None:
+    checked = record.segment is not None and record.segment.checked
+    for declaration in record.declarations:
+        if isinstance(declaration, Schema):
+            result.schemas.setdefault(declaration.id, declaration)
+            if checked:
+                trusted.schemas.setdefault(declaration.id, declaration)
+        elif isinstance(declaration, Channel):
+            result.channels.setdefault(declaration.id, declaration)
+            if checked:
+                trusted.channels.setdefault(declaration.id, declaration)
+        elif isinstance(declaration, Header):
+            result.profile, result.library = declaration.profile, declaration.library
+    if record.segment is not None and record.segment.offsets:
+        result.segments.append(record.segment)
+    if record.beside is not None:
+        result.beside.append(record.beside)
+    if record.fault:
+        result.notes.append(record.fault)
+
+
+def _leave_out(data: memoryview, start: int, end: int, what: str, result: Scan) -> None:
+    """Note damage, but for the whole messages of a chunk that the end of the file cuts off."""
+    is_chunk = data[start] == Opcode.CHUNK
+    remains = remains_of_chunk(data, start) if is_chunk and end == len(data) else None
+    missing = missing_of_chunk(data, start) if is_chunk and end == len(data) else 0
+    if remains is not None:
+        result.segments.append(remains)
+        what = f"{what}; {sum(map(len, remains.offsets.values()))} whole messages of it are kept, without a checksum"
+        start = remains.end
+    elif not np.any(np.frombuffer(data[start:end], "u1")):
+        what = "zeros"
+    result.damages.append(Damage(start, end - start, what, missing))
+
+
+def _leave_out_repeated(result: Scan) -> None:
+    """Leave out chunks that stand there before with the same records."""
+    before: dict[tuple[int, int], Segment] = {}
+    kept = []
+    for segment in result.segments:
+        key = (len(segment.data), _checksum(result, segment))
+        first = before.setdefault(key, segment)
+        if first is not segment and segment.checked and np.array_equal(_octets(first), _octets(segment)):
+            _reject(result, segment, f"repeats the chunk at byte {first.start}")
         else:
-            _declare(opcode, data[body:end], result)
-        position = result.complete_bytes = end
-    result.lost_bytes = len(data) - position
+            kept.append(segment)
+    result.segments = kept
 
 
-def _scan_chunk(data: memoryview, start: int, end: int, result: Scan) -> tuple[Segment, int]:
-    """Return a chunk, and where its message indexes end; only what is left of it where they are not all there."""
-    body = start + RECORD.size
-    start_time, end_time, size, _, name_length = _CHUNK.unpack_from(data, body)
-    records_start = body + _CHUNK.size + name_length + 8
-    compression = bytes(data[body + _CHUNK.size : body + _CHUNK.size + name_length]).decode(
-        "ascii", "replace"
-    )
-    stored = data[records_start:end]
-    if end < body + RECORD.unpack_from(data, start)[1]:
-        remains = _walk(stored, result) if not compression else Segment(stored[:0], {}, {}, None)
-        result.lost_bytes = len(stored) - len(remains.data)
-        return remains, start
-    records = _uncompressed(stored, compression, size)
-    indexes = _message_indexes(data, end)
-    offsets, log_times = indexes.offsets, indexes.log_times
-    if not indexes.followed or not offsets or not offsets.keys() <= result.channels.keys():
-        walked = _walk(records, result)
-        complete = {key: len(found) for key, found in offsets.items()} == {
-            key: len(found) for key, found in walked.offsets.items()
-        }
-        if not indexes.followed and not complete:
-            return walked, start
-        offsets, log_times = walked.offsets, walked.log_times
-    index = ChunkIndex(
-        chunk_length=end - start,
-        chunk_start_offset=start,
-        compression=compression,
-        compressed_size=len(stored),
-        message_end_time=end_time,
-        message_index_length=indexes.end - end,
-        message_index_offsets=indexes.positions,
-        message_start_time=start_time,
-        uncompressed_size=size,
-    )
-    return Segment(records, offsets, log_times, index), indexes.end
+def _leave_out_unchecked(result: Scan, data_end: int | None) -> None:
+    """Leave out what has no checksum where the rest has one, or where that of the whole file disagrees."""
+    unchecked = [one for one in result.segments if not one.checked and not _is_cut_off(result, one)]
+    if not unchecked:
+        return
+    data, behind = result.view, 0 if data_end is None else data_end + RECORD.size
+    whole = int.from_bytes(data[behind : behind + 4], "little") if behind else 0
+    agrees = whole != 0 and zlib_ng.crc32(data[:data_end]) == whole
+    if any(one.checked for one in result.segments):
+        what = "has no checksum, and the others have"
+    elif whole and not agrees:
+        what = "has no checksum of its own, and that of the whole file disagrees"
+    else:
+        _without_neighbours_of_damage(result)
+        if agrees:
+            result.segments = [replace(one, checked=True) for one in result.segments]
+        return
+    for segment in unchecked:
+        _reject(result, segment, f"what begins at byte {segment.start} {what}")
+    rejected = {segment.start for segment in unchecked}
+    result.segments = [one for one in result.segments if one.start not in rejected]
 
 
-@dataclass(slots=True)
-class _MessageIndexes:
-    """The message indexes behind a chunk, and whether another record follows them."""
-
-    end: int
-    offsets: dict[int, IntArray] = field(default_factory=dict)
-    log_times: dict[int, IntArray] = field(default_factory=dict)
-    positions: dict[int, int] = field(default_factory=dict)
-    followed: bool = False
-
-
-def _message_indexes(data: memoryview, position: int) -> _MessageIndexes:
-    found = _MessageIndexes(position)
-    while found.end + RECORD.size <= len(data):
-        opcode, length = RECORD.unpack_from(data, found.end)
-        body, after = found.end + RECORD.size, found.end + RECORD.size + length
-        whole = after <= len(data) and (length - _MESSAGE_INDEX.size) % _INDEX_ENTRY_SIZE == 0
-        if opcode != Opcode.MESSAGE_INDEX or not whole:
-            found.followed = 0 < opcode <= _LAST_OPCODE and opcode != Opcode.MESSAGE_INDEX
-            break
-        channel, _ = _MESSAGE_INDEX.unpack_from(data, body)
-        entries = np.frombuffer(data[body + _MESSAGE_INDEX.size : after], "<u8").reshape(-1, 2)
-        found.log_times[channel], found.offsets[channel] = entries.astype(np.int64).T
-        found.positions[channel] = found.end
-        found.end = after
-    return found
+def _without_neighbours_of_damage(result: Scan) -> None:
+    """Leave out messages without a checksum that damage follows at once: it may begin within them."""
+    begins = {damage.start: place for place, damage in enumerate(result.damages)}
+    kept = []
+    for segment in result.segments:
+        place = begins.get(segment.end)
+        if place is None or segment.index is not None or _is_cut_off(result, segment):
+            kept.append(segment)
+            continue
+        shorter, start = without_last(segment)
+        damage = result.damages[place]
+        result.damages[place] = replace(damage, start=start, size=damage.end - start)
+        if shorter is not None:
+            kept.append(shorter)
+    result.segments = kept
 
 
-def _walk(records: memoryview, result: Scan) -> Segment:
-    """Find the messages of a chunk one by one, up to the first that is incomplete."""
-    offsets: defaultdict[int, list[int]] = defaultdict(list)
-    log_times: defaultdict[int, list[int]] = defaultdict(list)
-    position = 0
-    while position + RECORD.size <= len(records):
-        opcode, length = RECORD.unpack_from(records, position)
-        body, end = position + RECORD.size, position + RECORD.size + length
-        if not 0 < opcode <= _LAST_OPCODE or end > len(records):
-            break
-        if opcode == Opcode.MESSAGE:
-            channel, _, log_time, _ = _MESSAGE.unpack_from(records, body)
-            offsets[channel].append(position)
-            log_times[channel].append(log_time)
+def _is_cut_off(result: Scan, segment: Segment) -> bool:
+    """Tell whether these are the remains of a chunk that the end of the file cuts off."""
+    return segment.index is None and result.view[segment.start] != Opcode.MESSAGE
+
+
+def _reject(result: Scan, segment: Segment, what: str) -> None:
+    result.damages.append(Damage(segment.start, segment.end - segment.start, what))
+
+
+def _checksum(result: Scan, segment: Segment) -> int:
+    return 0 if segment.index is None else chunk_head(result.view, segment.start).checksum
+
+
+def _octets(segment: Segment) -> np.ndarray[tuple[int], np.dtype[np.uint8]]:
+    return np.frombuffer(segment.data, np.uint8)
+
+
+def _joined(damages: list[Damage]) -> list[Damage]:
+    """Return damages in the order of the file, those without anything between them as one."""
+    joined: list[Damage] = []
+    for damage in sorted(damages, key=lambda one: one.start):
+        if joined and joined[-1].end >= damage.start:
+            last = joined.pop()
+            what = last.what if damage.what in last.what else f"{last.what}; {damage.what}"
+            size = max(last.end, damage.end) - last.start
+            joined.append(Damage(last.start, size, what, last.missing + damage.missing))
         else:
-            _declare(opcode, records[body:end], result)
-        position = end
-    return Segment(
-        records[:position],
-        {key: np.array(found) for key, found in offsets.items()},
-        {key: np.array(found) for key, found in log_times.items()},
-        None,
-    )
+            joined.append(damage)
+    return joined
 
 
-def _leave_out_damaged(result: Scan) -> None:
-    """Drop whole chunks at the end whose checksum is wrong."""
-    while result.segments and (index := result.segments[-1].index) is not None:
-        start = index.chunk_start_offset
-        crc = _CHUNK.unpack_from(result.view, start + RECORD.size)[3]
-        if crc == 0 or zlib.crc32(result.segments[-1].data) == crc:
-            return
-        result.lost_bytes += len(result.segments.pop().data)
-        result.complete_bytes = start
-
-
-def _declare(opcode: int, body: memoryview, result: Scan) -> None:
-    stream = ReadDataStream(BytesIO(body))
-    if opcode == Opcode.SCHEMA:
-        schema = Schema.read(stream)
-        result.schemas[schema.id] = schema
-    elif opcode == Opcode.CHANNEL:
-        channel = Channel.read(stream)
-        result.channels[channel.id] = channel
-
-
-def _uncompressed(stored: memoryview, compression: str, size: int) -> memoryview:
-    if size > _MOST_CHUNK_BYTES:
-        raise RecordingError(f"a chunk tells a size of {size} bytes; restore it from a copy")
-    if compression == "zstd":
-        return memoryview(zstandard.decompress(stored, max_output_size=size))
-    if compression:
-        raise RecordingError(f"a chunk is compressed by {compression!r}; recordings use zstd or nothing")
-    return stored
+def _compare(summary: Summary, result: Scan) -> None:
+    """Compare a summary with what the file holds; keep its counts where a checksum agrees with them."""
+    if summary.fault:
+        return
+    if summary.checked and summary.counts is not None:
+        result.told_counts = summary.counts
+    found = {
+        one.index.chunk_start_offset: one.index.message_start_time
+        for one in result.segments
+        if one.index is not None
+    }
+    if not result.damages and summary.chunks and summary.chunks != found:
+        result.summary_fault = "the summary tells of other chunks than there are"

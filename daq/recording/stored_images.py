@@ -41,7 +41,7 @@ def sequence_of(record: memoryview) -> int:
 
 def stored_image(record: memoryview, compressed: bool) -> StoredImage:
     """Take a message record apart."""
-    fields = _Fields(record[RECORD.itemsize :])
+    fields = Fields(record[RECORD.itemsize :])
     fields.string()  # of the header: the frame
     if compressed:
         pixel_format, _, compression = fields.string().partition("; ")
@@ -54,7 +54,7 @@ def stored_image(record: memoryview, compressed: bool) -> StoredImage:
     return StoredImage(pixel_format, None, fields.data(), shape)
 
 
-class _Fields:
+class Fields:
     """Reads the fields of a CDR message one behind the other, from behind the stamp of its header."""
 
     def __init__(self, body: memoryview) -> None:
@@ -62,17 +62,20 @@ class _Fields:
         self.position = len(ENCAPSULATION) + _STAMP_SIZE
 
     def uint32(self) -> int:
+        """Return the next number."""
         self.position += -(self.position - len(ENCAPSULATION)) % 4
         value: int = _UINT32.unpack_from(self._body, self.position)[0]
         self.position += 4
         return value
 
     def string(self) -> str:
+        """Return the next text."""
         length = self.uint32()
         text = bytes(self._body[self.position : self.position + length - 1]).decode()
         self.position += length
         return text
 
     def data(self) -> memoryview:
+        """Return the next sequence of bytes."""
         length = self.uint32()
         return self._body[self.position : self.position + length]

@@ -24,9 +24,10 @@ from pathlib import Path
 import numpy as np
 
 from daq.errors import RecordingError
-from daq.recording.folder import SessionInfo, recover_session, write_info
+from daq.recording.folder import SessionInfo, write_info
 from daq.recording.reader import Recording
 from daq.recording.recorder import Recorder
+from daq.recording.recovery.session import recover_session
 from daq.rig import make_devices, read_rig
 from daq.session.session import connected
 from daq.virtual_rig.load import Load, loaded_rig
@@ -94,7 +95,7 @@ def kill_one(rig_path: Path, session: Path, after_s: float) -> Kill:
             break
     else:
         raise RecordingError("the recording process has acknowledged nothing; see its messages above")
-    _, dropped_bytes = recover_session(session)
+    dropped_bytes = recover_session(session).left_out_bytes
     recovered, intact = _look(Recording(session))
     shutil.rmtree(session)
     return Kill(after_s, json.loads(told[-1]), recovered, dropped_bytes, intact)

@@ -19,7 +19,6 @@ from daq.recording.chunks import Rows
 from daq.recording.folder import (
     SessionInfo,
     read_info,
-    recover_session,
     seal_session,
     verify_checksums,
     write_info,
@@ -27,6 +26,7 @@ from daq.recording.folder import (
 from daq.recording.mcap_log import McapLog
 from daq.recording.reader import Recording
 from daq.recording.recorder import Recorder
+from daq.recording.recovery.session import recover_session
 from daq.recording.rows import EventRows, WrenchRows
 from daq.recording.scan import scan
 from daq.recording.seal import seal
@@ -155,7 +155,7 @@ def test_a_wrench_message_is_the_ros_2_message_byte_for_byte(tmp_path: Path) -> 
     path = tmp_path / "signals.mcap"
     write_signals(path, 1)
     found = scan(path)
-    (record,) = found.records(1)
+    (record,) = found.records("/force/wrench")
     header, body = bytes(record[:31]), bytes(record[31:])
     assert header == bytes.fromhex(
         "05 6a00000000000000 0100 00000000 0080c6a47e8d0300 0080c6a47e8d0300".replace(" ", "")
@@ -173,10 +173,10 @@ def test_a_file_cut_at_any_byte_gives_back_every_complete_message(tmp_path: Path
     whole = tmp_path / "whole.mcap"
     write_signals(whole, 5)
     data = whole.read_bytes()
-    ends = [record_end(data, record) for record in scan(whole).records(1)]
-    stamp_ends = [record_end(data, record) for record in scan(whole).records(2)]
+    ends = [record_end(data, record) for record in scan(whole).records("/force/wrench")]
+    stamp_ends = [record_end(data, record) for record in scan(whole).records("/force/device")]
     path = tmp_path / "cut.mcap"
-    first = min(data.index(bytes(record)) for record in scan(whole).records(1))
+    first = min(data.index(bytes(record)) for record in scan(whole).records("/force/wrench"))
     for cut in [*range(0, first, 16), *range(first, len(data) + 1)]:
         path.write_bytes(data[:cut])
         expected = sum(end <= cut for end in ends), sum(end <= cut for end in stamp_ends)
@@ -195,10 +195,10 @@ def test_a_cut_session_is_recovered_with_whole_samples_only(recorded: Path, tmp_
     force, images = len(Recording(recorded).force), len(Recording(recorded).images("left"))
     for name, cut in (("signals.mcap", 700), ("cameras.mcap", 350)):
         os.truncate(recorded / name, (recorded / name).stat().st_size - cut)
-    info, dropped_bytes = recover_session(recorded)
-    assert info.state == "recovered"
-    assert "cut off" in info.problems[0]
-    assert 0 < dropped_bytes < 800
+    recovery = recover_session(recorded)
+    assert recovery.info.state == "recovered"
+    assert "cut off" in recovery.info.problems[0]
+    assert 0 < recovery.left_out_bytes < 800
     recording = Recording(recorded)
     assert force - 5 <= len(recording.force) <= force
     assert images - 1 <= len(recording.images("left")) <= images

@@ -82,7 +82,7 @@ def test_a_raw_image_is_the_ros_2_message_byte_for_byte(tmp_path: Path) -> None:
     image = np.array([[1, 2, 3], [4, 5, 6]], dtype=np.uint8)
     recorded(tmp_path, [codec.raw(Frame(7, 0.0, 1_000_000_002, "mono8", image))])
     found = scan(tmp_path / "cameras.mcap")
-    (record,) = found.records(found.channel_id("/camera/left/image_raw") or 0)
+    (record,) = found.records("/camera/left/image_raw")
     assert bytes(record[31:]) == bytes.fromhex(
         "00010000"  # encapsulation: CDR, little-endian
         "01000000 02000000"  # 1 s, 2 ns

@@ -8,13 +8,13 @@ from daq.recording.chunks import Rows
 from daq.recording.folder import (
     SessionInfo,
     read_info,
-    recover_session,
     seal_session,
     verify_checksums,
     write_info,
 )
 from daq.recording.mcap_log import McapLog
 from daq.recording.reader import open_recording
+from daq.recording.recovery.session import recover_session
 from daq.recording.rows import EventRows
 from daq.recording.scan import scan
 from daq.recording.seal import seal
@@ -79,7 +79,7 @@ def test_a_disk_that_is_full_in_the_middle_of_a_chunk_leaves_a_whole_file(tmp_pa
         assert path.stat().st_size == before
         full.room = 10**6
         log.append(event(2))
-    assert [record[11] for record in scan(path).records(1)] == [0, 2]
+    assert [record[11] for record in scan(path).records("/events")] == [0, 2]
 
 
 class FullAfter:
@@ -132,8 +132,9 @@ def test_a_session_interrupted_at_its_checksums_is_finished_later_and_keeps_what
         with pytest.raises(KeyboardInterrupt):
             seal_session(tmp_path / "s", ("3 samples are missing",))
     assert read_info(tmp_path / "s").state == "recording"
-    info, left_out = recover_session(tmp_path / "s")
-    assert (info.state, left_out, info.samples) == ("recovered", 0, {"/events": 1})
+    recovery = recover_session(tmp_path / "s")
+    info = recovery.info
+    assert (info.state, recovery.left_out_bytes, info.samples) == ("recovered", 0, {"/events": 1})
     assert info.problems[0] == "3 samples are missing"
     assert verify_checksums(tmp_path / "s") == []
 

@@ -13,9 +13,10 @@ from stand_in_jobs import StandInJobs, without_processes
 from synthetic_session import SyntheticSession
 
 from daq.errors import RecordingError
-from daq.recording.folder import read_info, recover_session, seal_session
+from daq.recording.folder import read_info, seal_session
 from daq.recording.in_use import locked
 from daq.recording.reader import Recording
+from daq.recording.recovery.session import recover_session
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads
 from daq.virtual_rig.phantom import SpringPhantom
 from gui.computations import export_session, judge_session, repair_session
