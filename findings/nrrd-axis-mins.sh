@@ -42,7 +42,8 @@ seen = {}
 for name, extent in {"mins and maxs": "axis maxs: 12 22.5 42", "mins and spacings": "spacings: 0.5 0.5 2"}.items():
     Path("volume.nrrd").write_bytes(HEADER.format(extent=extent).encode() + bytes(120))
     image, grid = sitk.ReadImage("volume.nrrd"), pv.read("volume.nrrd")
-    seen[name] = (image.GetOrigin(), image.GetSpacing(), tuple(map(float, grid.origin)), tuple(map(float, grid.spacing)))
+    in_pyvista = tuple(map(float, grid.origin)), tuple(map(float, grid.spacing))
+    seen[name] = (image.GetOrigin(), image.GetSpacing(), *in_pyvista)
     print(f"{name:17s} SimpleITK origin {seen[name][0]} spacing {seen[name][1]}")
     print(f"{'':17s} pyvista   origin {seen[name][2]} spacing {seen[name][3]}")
 half, zero, one = (10.25, 20.25, 31.0), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)

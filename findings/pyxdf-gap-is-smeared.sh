@@ -37,7 +37,10 @@ HEADER = (
     "<info><name>FT</name><type>Force</type><channel_count>1</channel_count>"
     "<nominal_srate>{rate}</nominal_srate><channel_format>double64</channel_format></info>"
 )
-FOOTER = "<info><first_timestamp>{0}</first_timestamp><last_timestamp>{1}</last_timestamp><sample_count>{2}</sample_count></info>"
+FOOTER = (
+    "<info><first_timestamp>{0}</first_timestamp><last_timestamp>{1}</last_timestamp>"
+    "<sample_count>{2}</sample_count></info>"
+)
 
 
 def chunk(tag, content):

@@ -59,8 +59,8 @@ cases = {"elem": elem, "elem, reordered": elem[:, TO_VTK], ".grid": mesher.grid.
 seen = {}
 for name, cells in cases.items():
     parts = point_volumes(points, cells)
-    seen[name] = (misplaced(points, cells), parts.sum())
-    print(f"{name:15s} {seen[name][0]} of 6 edges misplaced, volume {seen[name][1]:.3f}, {(parts < 0).sum()} negative points")
+    wrong, volume = seen[name] = (misplaced(points, cells), parts.sum())
+    print(f"{name:15s} {wrong} of 6 edges misplaced, volume {volume:.3f}, {(parts < 0).sum()} negative points")
 if seen["elem"][0] == 0:
     raise SystemExit("changed: elem has VTK's order")
 if any(seen[name][0] or not np.isclose(seen[name][1], 1) for name in ("elem, reordered", ".grid")):
