@@ -21,7 +21,7 @@ def is_pinned_within_range(requirement: Requirement) -> bool:
 def test_the_lock_pins_every_declared_requirement_within_its_range() -> None:
     declared = PROJECT["dependencies"] + PROJECT["optional-dependencies"]["dev"]
     stale = [text for text in declared if not is_pinned_within_range(Requirement(text))]
-    assert stale == [], "compile requirements.lock again (README, Development)"
+    assert stale == [], "compile requirements.lock again (CONTRIBUTING.md, Set-up)"
 
 
 def test_every_pin_carries_hashes_and_names_no_index() -> None:
