@@ -58,15 +58,6 @@ def test_a_block_runs_or_says_why_not(
     carry_out(code, "a block of the documents", imports_alone=why is not None)
 
 
-def test_the_readme_prints_what_it_estimates(
-    workplace: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(workplace)
-    (code,) = [block.values[0] for block in BLOCKS if block.id == "README.md-0"]
-    carry_out(str(code), "README.md", imports_alone=False)
-    assert "youngs_modulus" in capsys.readouterr().out
-
-
 @pytest.mark.parametrize(
     "code", ["import estimator.nowhere\n", "from estimator.errors import Nothing\nrig()\n"]
 )

@@ -2,6 +2,7 @@
 
 import ast
 import io
+import re
 import runpy
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,6 +15,8 @@ from docutils.parsers.rst import Parser, roles
 from docutils.utils import new_document
 from numpydoc.docscrape_sphinx import SphinxDocString
 
+# What has a single line without any of these is shown as it stands.
+MARKS = re.compile(r"[`*_|\\\n]")
 ROOMS = ("robot_drivers", "estimator", "daq", "gui")
 as_written = runpy.run_path(str(ROOT / "docs" / "site" / "plain_docstrings.py"))["as_written"]
 
@@ -48,7 +51,7 @@ def test_every_docstring_of_a_room_can_be_shown(room: str) -> None:
         f"{path.relative_to(ROOT)}: {name}": complaint
         for path in sorted((ROOT / room).rglob("*.py"))
         for name, text in docstrings(path)
-        if (complaint := complaints(text, name == "module"))
+        if MARKS.search(text) and (complaint := complaints(text, name == "module"))
     }
     assert found == {}
 

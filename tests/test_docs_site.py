@@ -10,8 +10,10 @@ import pytest
 from doc_commands import ROOT
 
 PACKAGES = ("robot_drivers", "estimator.materials")  # all of them take minutes
+# What a browser would fetch of itself from another address, in a page or in a style sheet.
 FROM_ELSEWHERE = re.compile(
-    r"""<(?:script|img|link(?![^>]*rel="(?:canonical|license)"))[^>]*(?:src|href)="(https?:)?//|url\(["']?https?:|@import"""
+    r"""<(?:script|img|iframe|link\s+rel="(?:stylesheet|preload|icon)")[^>]*\s(?:src|href)="(?:https?:)?//"""
+    r"""|(?:url\(|@import\s+)["']?(?:https?:)?//"""
 )
 
 
@@ -31,6 +33,19 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def page(site: Path, name: str) -> str:
     return (site / "docs" / f"{name}.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '<link rel="stylesheet" type="text/css" href="https://fonts.example/a.css" />',
+        '<script defer src="//cdn.example/mathjax.js"></script>',
+        '@import "https://fonts.example/a.css";',
+        "src: url(https://fonts.example/a.woff2)",
+    ],
+)
+def test_what_a_browser_would_fetch_is_found(text: str) -> None:
+    assert FROM_ELSEWHERE.search(text)
 
 
 def test_its_front_page_leads_to_the_sections(site: Path) -> None:

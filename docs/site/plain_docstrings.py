@@ -37,7 +37,7 @@ def as_written(lines: list[str]) -> list[str]:
 
 
 def _process(app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
-    lines[:] = as_written(lines)
+    lines[:] = [*as_written(lines), ""]  # autodoc sets members directly below
 
 
 def _is_block(paragraph: str, before: list[str]) -> bool:
