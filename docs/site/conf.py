@@ -18,7 +18,7 @@ extensions = [
     "myst_parser",
     "sphinx_external_toc",
     "sphinx.ext.autodoc",
-    "numpydoc",
+    "sphinx.ext.napoleon",
     "plain_docstrings",
     "mathml",
 ]
@@ -29,13 +29,15 @@ suppress_warnings = ["etoc.toctree"]
 myst_heading_anchors = 4
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 
-autodoc_default_options = {"members": True}
+# each thing stands where it is defined, not where a package hands it on as well
+autodoc_default_options = {"members": True, "ignore-module-all": True}
 autodoc_member_order = "bysource"
-autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
-numpydoc_show_class_members = False
-numpydoc_attributes_as_param_list = True
-numpydoc_xref_param_type = False
+# what stands behind a name is prose with units, not the name of a type to link to
+napoleon_google_docstring = False
+napoleon_use_param = False
+napoleon_use_rtype = False
+napoleon_custom_sections = [("Attributes", "params_style"), ("Signals", "params_style")]
 toc_object_entries = False
 add_module_names = False
 

@@ -1,7 +1,7 @@
 """Docstrings are plain text that reads as it stands; this tells Sphinx which of it is a formula, code or a drawing.
 
 An indented block after a blank line is shown as it is written, so is a tree drawn with lines, and a bar is a bar (of an
-absolute value). A section *Signals* of a Qt object is one of attributes, since numpydoc knows no other name for it.
+absolute value). What stands behind a name in a section is what is said of it.
 """
 
 import re
@@ -9,7 +9,7 @@ from typing import Any
 
 from sphinx.application import Sphinx
 
-# before numpydoc, which hears the same event, reads the sections
+# before napoleon, which hears the same event, reads the sections
 _FIRST = 100
 
 
@@ -31,9 +31,10 @@ def as_written(lines: list[str]) -> list[str]:
         if literal and not out[-1].endswith("::"):
             out.append("::" if drawn or not out[-1].startswith(" ") else "")
         shown = re.sub("^", "    ", paragraph, flags=re.M) if drawn else paragraph
-        out.append(shown if literal else _with_bars(paragraph))
-    text = "\n\n".join(part for part in out if part)
-    return re.sub(r"^Signals\n-------$", "Attributes\n----------", text, flags=re.M).split("\n")
+        if in_sections:
+            shown = re.sub(r"^([\w, *]+) : (.+)$", r"\1\n    \2", shown, flags=re.M)
+        out.append(shown if literal else _with_bars(shown))
+    return "\n\n".join(part for part in out if part).split("\n")
 
 
 def _process(app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
