@@ -23,7 +23,7 @@ _COMPUTING = re.compile(
     r"tests/(estimator/"
     r"|daq/test_(calibration|cli_(benchmark|diagnose|estimate|simulate|study)|export_tables|running_sync"
     r"|session_report|sync|vision_)"
-    r"|test_(architecture|docs_pages|docs_reference|platforms))"
+    r"|test_(architecture|docs_(pages|python|reference|site)|platforms))"
 )
 _STEPS_BACK = 5  # of niceness: a quarter of a processor that the laboratory wants too
 

@@ -15,6 +15,7 @@ from daq.toml_tables import TomlFile
 
 DRIVERS = {**FORCE_SENSORS, **ROBOTS, **CAMERAS}
 FIRST_DAY = (ROOT / "docs" / "first-day.md").read_text(encoding="utf-8")
+MOST_WORDS = 150
 BLOCKS = [
     pytest.param(block, id=f"{path.name}-{number}")
     for path in DOCUMENTS
@@ -44,15 +45,72 @@ def test_what_a_document_links_to_is_there(path: Path) -> None:
             assert anchor in anchors(place.read_text(encoding="utf-8")), target
 
 
-def test_the_index_leads_to_every_document() -> None:
-    index = ROOT / "docs" / "README.md"
-    linked = {
-        (index.parent / t.partition("#")[0]).resolve()
-        for t in re.findall(r"\]\(([^)]+)\)", index.read_text())
+def linked_pages(path: Path) -> set[Path]:
+    """The documents that a document links to."""
+    targets = re.findall(r"\]\(([^)\s#]+)", path.read_text(encoding="utf-8"))
+    return {(path.parent / t).resolve() for t in targets if not t.startswith("http")} & set(DOCUMENTS)
+
+
+def test_links_lead_from_the_readme_to_every_document() -> None:
+    reached, ahead = set(), {ROOT / "README.md"}
+    while ahead:
+        reached |= ahead
+        ahead = set().union(*map(linked_pages, ahead)) - reached
+    assert set(DOCUMENTS) - reached == set()
+    assert ROOT / "docs" / "README.md" in linked_pages(ROOT / "README.md")
+
+
+def test_every_picture_is_shown_somewhere() -> None:
+    shown = {
+        (path.parent / target).resolve()
+        for path in DOCUMENTS
+        for target in re.findall(r"!\[[^\]]*\]\(([^)\s]+)\)", path.read_text(encoding="utf-8"))
     }
-    documents = {path for path in DOCUMENTS if path.is_relative_to(index.parent)} - {index}
-    assert documents - linked == set()
-    assert "docs/README.md" in (ROOT / "README.md").read_text(encoding="utf-8")
+    pictures = {p for p in (ROOT / "docs").rglob("*") if p.suffix in (".png", ".svg", ".jpg", ".gif")}
+    assert pictures - shown == set()
+
+
+def paragraphs(text: str) -> list[str]:
+    """The paragraphs and items of lists of a text, without code and tables."""
+    without_code = re.sub(r"^ *```.*?^ *```", "", text, flags=re.M | re.S)
+    prose = re.sub(r"^ *\|.*$", "", without_code, flags=re.M)
+    return re.split(r"\n\s*\n|\n(?=\s*(?:[-*]|\d+\.) )", prose)
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_no_paragraph_is_long(path: Path) -> None:
+    lengths = {part.strip()[:60]: len(part.split()) for part in paragraphs(path.read_text(encoding="utf-8"))}
+    assert {start: words for start, words in lengths.items() if words > MOST_WORDS} == {}
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("one two\nthree\n\nfour", [3, 1]),
+        ("* one\n* two three", [2, 3]),
+        ("a\n\n```sh\nmany words of code\n```\n\nb", [1, 1]),
+        ("a b\n\n| a | table |\n| - | - |\n", [2]),
+    ],
+)
+def test_a_paragraph_is_what_a_reader_takes_for_one(text: str, words: list[int]) -> None:
+    assert [len(part.split()) for part in paragraphs(text) if part.strip()] == words
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_a_file_of_the_project_that_a_document_names_is_there(path: Path) -> None:
+    rooms = "daq|docs|estimator|gui|robot_drivers|tests|benchmarks"
+    named = re.findall(
+        rf"`((?:{rooms})/[\w/.-]+\.(?:py|toml|yml|md|json))`", path.read_text(encoding="utf-8")
+    )
+    assert [name for name in named if not (ROOT / name).exists()] == []
+
+
+def test_the_version_stands_in_one_place_and_the_licence_is_one() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert not re.search(r"^version:", citation, re.M)
+    for text in (citation, *((ROOT / name).read_text(encoding="utf-8") for name in ("LICENSE", "README.md"))):
+        assert project["license"] in text
 
 
 @pytest.mark.parametrize("block", BLOCKS)

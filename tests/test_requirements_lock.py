@@ -36,7 +36,7 @@ def test_a_lock_pins_every_declared_requirement_within_its_range(lock: str, decl
         for requirement in wanted
         if not requirement.specifier.contains(pinned.get(canonicalize_name(requirement.name), "0"))
     ]
-    assert stale == [], "compile both locks again (README, Development)"
+    assert stale == [], "compile both locks again (CONTRIBUTING.md, Set-up)"
 
 
 def test_the_tests_run_with_the_versions_that_are_run() -> None:
