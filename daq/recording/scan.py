@@ -228,7 +228,8 @@ def _leave_out_repeated(result: Scan) -> None:
         key = (len(segment.data), _checksum(result, segment))
         first = before.setdefault(key, segment)
         if first is not segment and segment.checked and np.array_equal(_octets(first), _octets(segment)):
-            _reject(result, segment, f"repeats the chunk at byte {first.start}")
+            what = f"repeats the chunk at byte {first.start}"
+            result.damages.append(Damage(segment.start, segment.end - segment.start, what, repeated=True))
         else:
             kept.append(segment)
     result.segments = kept
@@ -299,7 +300,8 @@ def _joined(damages: list[Damage]) -> list[Damage]:
             last = joined.pop()
             what = last.what if damage.what in last.what else f"{last.what}; {damage.what}"
             size = max(last.end, damage.end) - last.start
-            joined.append(Damage(last.start, size, what, last.missing + damage.missing))
+            repeated = last.repeated and damage.repeated
+            joined.append(Damage(last.start, size, what, last.missing + damage.missing, repeated))
         else:
             joined.append(damage)
     return joined

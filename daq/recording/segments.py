@@ -27,12 +27,14 @@ class Damage:
     start, size : where it is, bytes
     what : what was found there
     missing : bytes that records there tell of and that the file does not have
+    repeated : whether the same records are elsewhere in the file, so that nothing is lost with it
     """
 
     start: int
     size: int
     what: str
     missing: int = 0
+    repeated: bool = False
 
     @property
     def end(self) -> int:

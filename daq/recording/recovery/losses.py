@@ -144,7 +144,7 @@ def _by_numbers(found: Scan, numbers: IntArray, starts: IntArray, dropped: int) 
 
     What is missing without damage around it was ``dropped`` by the recorder, or is lost with a whole chunk.
     """
-    damages = found.damages
+    damages = [damage for damage in found.damages if not damage.repeated]
     if not len(numbers):
         return StreamLoss(0, estimated=bool(damages))
     missing = elsewhere = 0

@@ -90,7 +90,8 @@ def recover_session(folder: Path) -> Recovery:
     for name in (RIG_FILE, *RECORDED_FILES):
         if (folder / name).exists():
             require_unused(folder / name)
-    examined = {name: _examined(folder / name, _told(info, name)) for name in RECORDED_FILES}
+    trusted = info if INFO_FILE not in altered else replace(info, samples={})
+    examined = {name: _examined(folder / name, _told(trusted, name)) for name in RECORDED_FILES}
     lines = [_beginning(info, examined), *described_anew, *told(examined)]
     if INFO_FILE in altered and not described_anew:
         lines.append(
@@ -179,8 +180,8 @@ def _require_beside(folder: Path, info: SessionInfo, altered: list[str]) -> None
             (wrong.discard if path.is_file() and sha256(path) == checksum else wrong.add)(name)
     if wrong:
         raise RecordingError(
-            f"{folder}: {', '.join(sorted(wrong))} differ from their checksums; restore them, or {INFO_FILE}, from a copy and "
-            "recover again; nothing was changed"
+            f"{folder}: {', '.join(sorted(wrong))} differ from their checksums; restore them, or "
+            f"{INFO_FILE}, from a copy and recover again; nothing was changed"
         )
 
 
