@@ -8,7 +8,7 @@ import zlib
 from collections.abc import Sequence
 from random import Random
 
-import lz4.block  # type: ignore[import-untyped]  # it carries no types
+import lz4.block
 
 from daq.bad_input.damage import Damage
 

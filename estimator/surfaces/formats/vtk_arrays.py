@@ -11,7 +11,7 @@ from itertools import pairwise
 from typing import Literal
 from xml.etree import ElementTree
 
-import lz4.block  # type: ignore[import-untyped]  # it carries no types
+import lz4.block
 import numpy as np
 from numpy.typing import NDArray
 
