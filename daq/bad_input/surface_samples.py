@@ -5,7 +5,7 @@ import struct
 from dataclasses import replace
 from pathlib import Path
 
-import lz4.block  # type: ignore[import-untyped]  # it carries no types
+import lz4.block
 import numpy as np
 from numpy.typing import NDArray
 
