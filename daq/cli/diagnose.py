@@ -4,12 +4,11 @@ import argparse
 import json
 from pathlib import Path
 
-from estimator.diagnosis.preparation import GRADING
-
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.versions import package_versions
 from estimator.diagnosis.conclusions.as_json import as_json
 from estimator.diagnosis.diagnose import diagnose
+from estimator.diagnosis.search.baseline import GRADING
 from estimator.experiment import read_case
 from estimator.forward.meshing import surface_notes
 from estimator.report.diagnosis.findings import summary_text
