@@ -5,21 +5,19 @@ import re
 from pathlib import Path
 
 from daq.plans import Trial
-from estimator.diagnosis.conclusions.design_of_experiments import MANOEUVRES, Manoeuvre
+from estimator.diagnosis.result import Manoeuvre
 
 _STEPS = 4
 _SETTLE_S, _MEASURE_S, _HOLD_S = 0.5, 0.8, 30.0
 _COLUMNS = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad", "settle_s", "measure_s", "phase")
 
 
-def advised_trial(words: str, folder: Path) -> Trial | None:
-    """Return the trial of a manoeuvre that was advised in these words; None for what no robot does.
+def advised_trial(manoeuvre: Manoeuvre, folder: Path) -> Trial:
+    """Return the trial of a manoeuvre that was advised.
 
     Its table is written into ``folder``, out in equal steps, a long hold, and back.
     """
-    manoeuvre = next((one for one in MANOEUVRES if one.words == words), None)
-    if manoeuvre is None:
-        return None
+    words = manoeuvre.words
     folder.mkdir(parents=True, exist_ok=True)
     table = folder / f"{re.sub('[^a-z0-9]+', '_', words.split(',')[0].lower()).strip('_')}.csv"
     with table.open("w", encoding="utf-8", newline="") as stream:

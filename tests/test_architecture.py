@@ -144,6 +144,7 @@ def test_no_file_names_a_machine_or_an_unfinished_thing(pattern: re.Pattern[str]
 LAYERS_OF_THE_DIAGNOSIS = (
     "declared_numbers",
     "settings",
+    "settings_page",
     "model",
     "sensitivity",
     "noise",

@@ -135,6 +135,15 @@ class Where:
 
 
 @dataclass(frozen=True)
+class Manoeuvre:
+    """A motion out and back: the farthest offset from the grasp (m), a turn (rad, about tissue axes), words."""
+
+    words: str
+    offset_m: tuple[float, float, float]
+    turn_rad: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
 class Advice:
     """A manoeuvre or measurement that would separate two remaining causes.
 
@@ -144,12 +153,14 @@ class Advice:
     separates : labels of the two
     sigma_now, sigma_then : their distance in standard deviations now, and with the manoeuvre; NaN where it is a
         measurement beside the rig, which cannot be rehearsed
+    motion : of the gripper, where that is what is advised
     """
 
     manoeuvre: str
     separates: tuple[str, str]
     sigma_now: float
     sigma_then: float
+    motion: Manoeuvre | None = None
 
 
 @dataclass(frozen=True, eq=False)

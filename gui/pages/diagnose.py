@@ -129,8 +129,8 @@ class DiagnosePage(QWidget):
         self.begin.setEnabled(bool(self.picker.chosen()) and self.strip.idle)
 
     def _queue(self, advice: Advice) -> None:
-        trial = advised_trial(advice.manoeuvre, self._context.sessions_folder / MANOEUVRES_FOLDER)
-        if trial is not None:
+        if advice.motion is not None:
+            trial = advised_trial(advice.motion, self._context.sessions_folder / MANOEUVRES_FOLDER)
             self._context.navigator.trial_requested.emit(trial)
 
     def _ask_where_to_save(self) -> None:

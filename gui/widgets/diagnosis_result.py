@@ -7,7 +7,6 @@ from pathlib import Path
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QTabWidget, QVBoxLayout, QWidget
 
-from estimator.diagnosis.conclusions.design_of_experiments import MANOEUVRES
 from estimator.diagnosis.result import Advice, Diagnosis
 from estimator.report.diagnosis.findings import (
     advice_text,
@@ -25,8 +24,6 @@ from gui.widgets.cause_details import CauseDetails
 from gui.widgets.ranking import Ranking, ranked_causes
 from gui.widgets.split import side_by_side
 from gui.widgets.tables import ReadTable
-
-_MANOEUVRES = frozenset(manoeuvre.words for manoeuvre in MANOEUVRES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +184,7 @@ class _Next(QWidget):
         card = Card()
         row = QHBoxLayout()
         row.addWidget(label(advice_text(advice)), 1)
-        if advice.manoeuvre in _MANOEUVRES:
+        if advice.motion is not None:
             put = button(
                 "Put into the queue", "primary", "Add this manoeuvre to the queue of the Acquire page"
             )

@@ -3,18 +3,19 @@
 import tomllib
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from estimator.diagnosis import settings as module
 from estimator.diagnosis.declared_numbers import KINDS
 from estimator.diagnosis.settings import DiagnosisSettings
+from estimator.diagnosis.settings_page import origins, page
 from estimator.errors import InputError
 
 SETTINGS = DiagnosisSettings()
 CALIBRATION = tomllib.loads(Path(module.__file__).with_name("calibration.toml").read_text(encoding="utf-8"))
-ROWS: dict[str, dict[str, Any]] = {name: row for name, row in CALIBRATION.items() if isinstance(row, dict)}
+ROWS = origins()
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "method" / "settings.md"
 
 
 def test_every_number_has_a_unit_a_kind_and_a_reason() -> None:
@@ -57,3 +58,7 @@ def test_a_grid_without_points_is_refused() -> None:
 def test_a_race_needs_as_many_shares_as_rounds() -> None:
     with pytest.raises(InputError, match="round_points, round_shares and round_forms"):
         replace(SETTINGS, search=replace(SETTINGS.search, round_points=(2, 5, 9)))
+
+
+def test_the_page_of_the_numbers_is_up_to_date() -> None:
+    assert PAGE.read_text(encoding="utf-8") == page()

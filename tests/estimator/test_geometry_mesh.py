@@ -21,13 +21,13 @@ from estimator.geometry import mesh_cache
 from estimator.geometry.bisection import refine
 from estimator.geometry.grading import EdgeLengths
 from estimator.geometry.holds import Painted
-from estimator.geometry.picture import draw_mesh
 from estimator.geometry.quality import MeshQuality, check_quality, quality_warnings, tetrahedron_volumes
 from estimator.geometry.shapes import block_surface, sphere_surface
 from estimator.geometry.tetrahedralise import TissueMesh, tetrahedralise
 from estimator.geometry.vtu import write_vtu
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
+from estimator.report.mesh_picture import draw_mesh
 from estimator.surfaces.repair import closed_surface
 from estimator.surfaces.surface import Surface
 

@@ -39,7 +39,7 @@ def with_manoeuvre() -> Diagnosis:
     return replace(
         inclusion(),
         next_experiment=(
-            Advice(MANOEUVRES[0].words, ("inhomogeneity", "modulus_gradient"), 3.4, 9.8),
+            Advice(MANOEUVRES[0].words, ("inhomogeneity", "modulus_gradient"), 3.4, 9.8, MANOEUVRES[0]),
             Advice("hang a known weight on the gripper", ("inhomogeneity", "anisotropy"), 5.0, float("nan")),
         ),
     )

@@ -24,7 +24,7 @@ from estimator.diagnosis.model.setup import Setup
 from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.noise.correlated_errors import correlated_errors_of
 from estimator.diagnosis.noise.estimation import Noise
-from estimator.diagnosis.result import Advice
+from estimator.diagnosis.result import Advice, Manoeuvre
 from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.search.screening import Trial
 from estimator.diagnosis.settings import ConclusionSettings
@@ -33,15 +33,6 @@ from estimator.errors import SolverError
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Manoeuvre:
-    """A motion out and back: the farthest offset from the grasp (m), a turn (rad, about tissue axes), words."""
-
-    words: str
-    offset_m: tuple[float, float, float]
-    turn_rad: tuple[float, float, float]
 
 
 MANOEUVRES: tuple[Manoeuvre, ...] = (
@@ -82,6 +73,7 @@ def advise(
                 (one, other),
                 now,
                 _with_manoeuvre(baseline, trials, needed, one, other, rehearsal),
+                manoeuvre,
             )
             for manoeuvre, rehearsal in zip(MANOEUVRES, rehearsed, strict=True)
             if rehearsal is not None
