@@ -204,7 +204,9 @@ def _used_before(original: Original, folder: Path) -> str:
             return f"before recovery {type(error).__name__}: {error}"
         if wrong := _wrong(original, found):
             return f"read without recovery: {wrong}"
-        if opener is sealed_recording:
+        listed = (folder / CHECKSUMS_FILE).read_bytes() if original.sealed else b""
+        # a list without a line of a file that is none of a session's says nothing wrong
+        if opener is sealed_recording and listed not in original.files[CHECKSUMS_FILE]:
             return "exported although it is not what was sealed"
     return ""
 
@@ -267,7 +269,7 @@ def _refused(original: Original, name: str, given: Mapping[str, bytes], told: st
         return f"refused although {name} holds whole chunks: {told[:200]}"
     # a description of another version, or with another checksum of the rig: nobody can tell which of both is damaged
     undecidable = name == INFO_FILE and ("is not of the format" in told or f"{RIG_FILE} differ" in told)
-    if name == CHECKSUMS_FILE or (name == INFO_FILE and "nothing to recover" not in told and not undecidable):
+    if name in (CHECKSUMS_FILE, INFO_FILE) and "nothing to recover" not in told and not undecidable:
         return f"refused because of {name}: {told[:200]}"
     return ""
 

@@ -223,14 +223,17 @@ def verify_checksums(folder: Path) -> list[str]:
         That file cannot be read.
     """
     try:
-        lines = read_input_text(folder / CHECKSUMS_FILE).splitlines()
+        text = read_input_text(folder / CHECKSUMS_FILE)
     except InputError as error:
         raise RecordingError(
             f"{error}; `retract recover {folder}` checks the recording and writes it anew"
         ) from error
     differing = []
+    lines = text.splitlines()
     listed = {line.partition("  ")[2] for line in lines}
-    if not listed >= {INFO_FILE, *RECORDED_FILES}:
+    beside = [folder / RIG_FILE, *(folder / CALIBRATION_FOLDER).glob("*")]
+    needed = {path.relative_to(folder).as_posix() for path in beside if path.exists()}
+    if not text.endswith("\n") or not listed >= {INFO_FILE, *RECORDED_FILES, *needed}:
         differing.append(CHECKSUMS_FILE)
     for line in lines:
         expected, _, name = line.partition("  ")

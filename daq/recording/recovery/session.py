@@ -36,7 +36,7 @@ from daq.recording.scan import scan
 from daq.recording.seal import SealReport, examine, seal
 from daq.recording.segments import Damage
 from estimator.errors import InputError
-from estimator.input_file import read_input_text
+from estimator.input_file import read_input_text, require_file
 
 _KEPT = f"{INFO_FILE}.damaged"
 _CUT_OFF = "the recording was cut off and has been recovered"
@@ -89,6 +89,7 @@ def recover_session(folder: Path) -> Recovery:
         )
     for name in (RIG_FILE, *RECORDED_FILES):
         if (folder / name).exists():
+            _require_file(folder / name)
             require_unused(folder / name)
     trusted = info if INFO_FILE not in altered else replace(info, samples={})
     examined = {name: _examined(folder / name, _told(trusted, name)) for name in RECORDED_FILES}
@@ -118,6 +119,14 @@ def recover_session(folder: Path) -> Recovery:
         for (name, report), found in zip(examined.items(), counts, strict=True)
     }
     return Recovery(finish(folder, noted, "recovered", noted.problems, reports), reports)
+
+
+def _require_file(path: Path) -> None:
+    """Refuse a folder, or a pipe that would have to be waited for, in the place of a file."""
+    try:
+        require_file(path)
+    except InputError as error:
+        raise RecordingError(str(error)) from error
 
 
 def _beginning(info: SessionInfo, reports: Mapping[str, SealReport]) -> str:
