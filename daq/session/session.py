@@ -165,8 +165,9 @@ class Session:
         models = _camera_models(self._rig)
         devices.force_sensor.start()
         # what gathered while nobody read is not of this session, nor is what has been lost of it
-        for device in (devices.robot, *devices.cameras.values()):
-            device.read(0.0)
+        devices.robot.read(0.0)
+        for camera in devices.cameras.values():
+            camera.read(0.0)
         _make_folder(self._rig, self._in_force, devices, trajectory, self.folder, self._label)
         with locked(self.folder / RIG_FILE):
             return self._record(targets, models, progress)
