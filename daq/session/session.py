@@ -117,6 +117,7 @@ class Session:
         self.folder = folder
         self._marks: list[str] = []
         self._before: Mapping[str, StreamStatistics] = {}
+        self._after: Mapping[str, StreamStatistics] | None = None
         serials = {role: device.identity.serial for role, device in devices.all().items()}
         self._in_force = calibrations_in_force(rig, serials)
         self._rig = rig = self._in_force.apply(rig)
@@ -235,7 +236,7 @@ class Session:
         if self._recorder is None:
             return self._in_force.warnings
         try:
-            losses = _losses(self._before, _statistics(self._devices))
+            losses = _losses(self._before, self._after or _statistics(self._devices))
         except DeviceError:
             losses = []  # a device that is lost is told as what ends the session
         return (*self._in_force.warnings, *losses, *_drops(self._recorder), *self._marks)
@@ -291,6 +292,8 @@ class Session:
         except OSError as error:
             problems.append(f"the end of the recording may not have reached the disk ({error})")
         self._devices.force_sensor.stop()
+        # while the recording is checked and sealed nobody reads, and what is lost then is not lost to it
+        self._after = _statistics(self._devices)
         return [*self.problems(), *problems]
 
 

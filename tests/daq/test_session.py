@@ -21,7 +21,7 @@ from daq.session.session import Label, Session, connected, run_session
 from daq.session_report import read_report
 from daq.trajectories import TWIST_AND_PULL
 from robot_drivers.errors import DeviceTimeoutError, MotionRefusedError
-from robot_drivers.protocols import Pose, PoseBlock, Speed, StreamStatistics, WrenchBlock
+from robot_drivers.protocols import Pose, Speed, StreamStatistics, WrenchBlock
 
 
 @pytest.fixture
@@ -288,19 +288,37 @@ def test_what_befell_the_messages_before_a_session_is_not_told_of_it(bench: Benc
 
 def test_what_befell_the_messages_during_a_session_is_told_by_device(bench: Bench) -> None:
     bench.robot.counts = StreamStatistics(lost=7, malformed=3, restarts=1)
-    observe = bench.robot.read
 
-    def read(timeout_s: float) -> PoseBlock:
+    def lose(words: str, done: int, total: int) -> None:
         bench.robot.counts = StreamStatistics(lost=9, malformed=4, restarts=2)
-        return observe(timeout_s)
 
-    bench.robot.read = read  # type: ignore[method-assign] # what comes is damaged in this test
-    bench.run()
+    bench.run(lose)
     assert read_info(bench.folder).problems == (
         "robot: 2 samples lost on the way",
         "robot: 1 messages not understood and left out",
         "robot: 1 times its stream or its clock began anew",
     )
+
+
+def test_a_problem_is_known_while_the_session_runs_and_nothing_that_comes_after_it_is_one(
+    bench: Bench,
+) -> None:
+    session = Session(bench.rig, bench.devices, bench.trajectory, bench.folder, Label("test"))
+    known: dict[str, tuple[str, ...]] = {}
+
+    def look(words: str, done: int, total: int) -> None:
+        known[words.partition(" ")[0]] = session.problems()
+        if words.startswith("step 1:"):
+            bench.force.counts = StreamStatistics(lost=3)
+            session.mark("the light was off")
+        if words.startswith("checking"):
+            bench.devices.cameras["left"].counts = StreamStatistics(lost=186)  # type: ignore[attr-defined]
+            known["later"] = session.problems()
+
+    info = session.run(look)
+    assert known["zeroing"] == ()
+    assert known["step"] == known["later"] == info.problems
+    assert info.problems == ("force sensor: 3 samples lost on the way", "the light was off")
 
 
 def test_a_stop_at_the_controller_is_noticed_though_the_robot_stands(bench: Bench) -> None:

@@ -129,7 +129,7 @@ class Operator:
         return self.context.link
 
     def wait_until(self, condition: Callable[[], bool], what: str) -> None:
-        wait_until(condition, what, 90.0)
+        wait_until(condition, what, 240.0)
 
     def begin_slow_pull(self) -> Path:
         """Record a pull that would take long, and return its folder once the robot moves."""
