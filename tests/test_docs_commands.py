@@ -27,6 +27,8 @@ ONLY_READ = {
     r"retract (simulate|estimate|diagnose|benchmark|study|mesh) ": "minutes of mechanics: tests/estimator",
     r"python -m (benchmarks|estimator\.|robot_drivers\.|daq\.|gui\.)": "measures for minutes or hours",
     r"pytest|ruff|mypy": "what runs this test, and what runs beside it",
+    r"du ": "measures what is installed",
+    r"retract recover ": "damages nothing to recover here: tests/daq/test_recording_damage.py",
     rf"python -m pip|({'|'.join(sorted(SYSTEM))})\b": "changes the computer, or asks for hardware",
 }
 

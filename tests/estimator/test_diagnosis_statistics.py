@@ -189,7 +189,7 @@ def test_the_bounded_minimum_is_that_of_a_general_solver(seed: int) -> None:
 
 def test_priors_sum_to_one_and_labels_share_alike() -> None:
     first, *_ = LABELS
-    prior = {name: float(np.exp(value)) for name, value in log_priors(LABELS).items()}
+    prior = {name: float(np.exp(value)) for name, value in log_priors(LABELS, SETTINGS.evidence).items()}
     assert sum(prior.values()) == pytest.approx(1.0)
     assert len({prior[label] for label in LABELS}) == 1
     assert prior[first] < prior["unknown"] < prior["none"]
@@ -320,7 +320,7 @@ def test_of_each_effect_the_best_start_is_tried_and_two_where_constants_are_sear
             (inclusion, 4.0),
         )
     ]
-    found = [(trial.signature.effect.label, trial.log_evidence) for trial in best_starts(trials)]
+    found = [(trial.signature.effect.label, trial.log_evidence) for trial in best_starts(trials, 2)]
     assert found == [("inhomogeneity", 5.0), ("inhomogeneity", 4.0), ("camera_scale", 3.0)]
 
 

@@ -77,7 +77,9 @@ def test_a_case_is_diagnosed_and_its_causes_are_drawn(
     example: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     # what a diagnosis finds has tests of its own, which take minutes
-    monkeypatch.setattr(diagnosing, "diagnose_experiments", lambda experiments, progress: inclusion())
+    monkeypatch.setattr(
+        diagnosing, "diagnose_experiments", lambda experiments, progress, **options: inclusion()
+    )
     measured = example.simulated(steps=1, mesh="coarse")
     assert [(one.name, one.order) for one in measured] == [("pull", 1), ("turning_pull", 2)]
     assert example.main(measured, tmp_path / "causes.png") == ("inhomogeneity",)
@@ -172,7 +174,9 @@ def test_every_verb_that_takes_a_law_takes_that_of_an_installed_package(tmp_path
     record = tmp_path / "record.csv"
     head = "Engineering strain (-),Engineering stress (kPa)"
     record.write_text("\n".join([*facts, head, *rows, ""]), encoding="utf-8")
-    told = told_with(tmp_path, COMMAND, "uniaxial", str(record), "--law", "demiray", "--json")
+    told = told_with(
+        tmp_path, COMMAND, "uniaxial", str(record), "--law", "demiray", "--mode", "tension", "--json"
+    )
     assert told.returncode == 0, told.stderr
     shape = json.loads(told.stdout)["laws"]["demiray"]["shape"]
     assert shape["a"]["value"] == pytest.approx(0.8, abs=0.02)
