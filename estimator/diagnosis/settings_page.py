@@ -1,5 +1,6 @@
 """The numbers of the diagnosis as a page: ``python -m estimator.diagnosis.settings_page > docs/method/settings.md``."""
 
+import argparse
 import sys
 import tomllib
 from collections.abc import Iterator
@@ -61,5 +62,13 @@ def _origin(name: str, row: dict[str, Any]) -> str:
     return f"| `{name}` | {row['commit']} | {since} | {row['statistic']} | {row['half']} | {row['twice']} |\n"
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Print the page."""
+    argparse.ArgumentParser(
+        description="Print the numbers of the diagnosis as a page in Markdown."
+    ).parse_args()
     sys.stdout.write(page())
+
+
+if __name__ == "__main__":
+    main()
