@@ -112,7 +112,9 @@ class Host:
         self._progress = ("ready", 0, 0)
         # a client before may have died, or the robot was held by somebody else
         self._held = "the robot was held before it was connected" if devices.robot.state().stopped else ""
-        self._silence = Silence(_WATCH_PERIOD_S, host_time_s)
+        self._silence = Silence(
+            _WATCH_PERIOD_S, host_time_s, waiting_is_excused=rig.laboratory_clock is not None
+        )
         self._closing = threading.Event()
 
     def run(self, commands: BinaryIO) -> None:

@@ -1,9 +1,12 @@
-"""How long the client has been silent while it could have spoken: a slow client is not a silent one.
+"""How long the client has been silent; of an emulated laboratory, how long while it could have spoken.
 
-A client gives a sign of life many times a second. On a busy computer it may have none to give because it waits for a
-processor; the kernel of Linux counts that for every thread, and it is taken off. Where it is not known, the time in
-which the watch itself came late is. What is frozen, stopped, blocked or caught in a computation waits for no processor,
-and is silent.
+A client gives a sign of life many times a second. On a real rig it is silent as soon as the last one is too old,
+whatever the reason: a window that gets no processor does not hear its STOP either.
+
+Where only emulated devices move, nobody is in danger, and a slow client is not a silent one. On a busy computer it may
+have no sign of life to give because it waits for a processor; the kernel of Linux counts that for every thread, and it
+is taken off. Where it is not known, the time in which the watch itself came late is. What is frozen, stopped, blocked
+or caught in a computation waits for no processor, and is silent.
 """
 
 import threading
@@ -14,7 +17,7 @@ LIMIT_S = 0.8
 """A client that is silent for longer is not there."""
 
 LONGEST_S = 2.0
-"""Nor is one without a sign of life for so long, whatever it waits for."""
+"""Nor, of an emulated laboratory, is one without a sign of life for so long, whatever it waits for."""
 
 _SOON_S = 0.2  # a client that was heard so recently is not looked into
 
@@ -43,6 +46,7 @@ class Silence:
     ----------
     period_s : between two looks, if they come in time
     now_s : host clock
+    waiting_is_excused : whether waiting for a processor is no silence: of emulated devices alone
     processor_time : what :func:`processor_time` returns of a thread
     """
 
@@ -50,8 +54,11 @@ class Silence:
         self,
         period_s: float,
         now_s: Callable[[], float],
+        *,
+        waiting_is_excused: bool,
         processor_time: ProcessorTime = processor_time,
     ) -> None:
+        self._waiting_is_excused = waiting_is_excused
         self._longest_step_s = 1.5 * period_s
         self._now_s = now_s
         self._processor_time = processor_time
@@ -74,7 +81,7 @@ class Silence:
         with self._lock:
             now_s = self._now_s()
             elapsed_s, self._looked_s = now_s - self._looked_s, now_s
-            waited_s = self._waited_s(now_s, elapsed_s)
+            waited_s = self._waited_s(now_s, elapsed_s) if self._waiting_is_excused else 0.0
             if waited_s is None:
                 self._silent_s += min(elapsed_s, self._longest_step_s)
             else:
