@@ -12,8 +12,8 @@ from daq.bad_input.machine_exports import (
     GelTest,
     bluehill,
     gel_test,
-    zwick_testxpert,
     workbook,
+    zwick_testxpert,
 )
 from estimator.errors import InputError
 from estimator.materials import LAWS
