@@ -28,7 +28,6 @@ ONLY_READ = {
     r"python -m (benchmarks|estimator\.|robot_drivers\.|daq\.|gui\.)": "measures for minutes or hours",
     r"pytest|ruff|mypy": "what runs this test, and what runs beside it",
     r"du ": "measures what is installed",
-    r"retract uniaxial gel": "asks for a record: tests/estimator/test_uniaxial_layouts.py",
     r"retract recover ": "damages nothing to recover here: tests/daq/test_recording_damage.py",
     rf"python -m pip|({'|'.join(sorted(SYSTEM))})\b": "changes the computer, or asks for hardware",
 }

@@ -174,7 +174,7 @@ def plain(test: GelTest) -> str:
 TEXT_LAYOUTS: Mapping[str, Callable[[GelTest], str]] = MappingProxyType(
     {
         "Bluehill": bluehill,
-        "Bluehill, load and travel": bluehill_load,
+        "Bluehill, load": bluehill_load,
         "testXpert": zwick_testxpert,
         "Trapezium": trapezium,
         "TestSuite": mts,

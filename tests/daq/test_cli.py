@@ -137,6 +137,34 @@ def test_uniaxial_finds_the_modulus_of_a_made_up_test(
     assert (tmp_path / "report" / "uniaxial.html").is_file()
 
 
+def test_uniaxial_asks_for_what_a_file_leaves_open_and_tells_what_it_supposed(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    stretch = 1.0 - np.linspace(0.0, 0.4, 60)
+    load_N = 20e3 / 3 * (stretch**-2 - stretch) * 1e-4
+    rows = "\n".join(f"{20 * (1 - s):.6f},{f:.6f}" for s, f in zip(stretch, load_N, strict=True))
+    path = tmp_path / "test.csv"
+    path.write_text(f"Compression (mm),Load (N)\n{rows}\n3,2\n")
+    for sizes, asked in (
+        ([], "--gauge-length"),
+        (["--gauge-length", "20 mm"], "--area"),
+        (["--area", "1"], "no unit"),
+    ):
+        status, out, told = run(capsys, "uniaxial", path, *sizes)
+        assert (status, out) == (2, "")
+        assert asked in told
+        assert told.count("\n") == 1
+    sizes = ["--gauge-length", "2 cm", "--area", "100 mm²"]
+    status, out, _ = run(capsys, "uniaxial", path, *sizes, "--law", "neo_hookean", "--json")
+    answer = json.loads(out)
+    assert status == 0
+    assert answer["laws"]["neo_hookean"]["youngs_modulus"]["value"] == pytest.approx(20e3, rel=1e-3)
+    assert answer["mode"] == "compression"
+    assert "Compression (mm)" in answer["mode_from"]
+    assert "line 62" in answer["left_out"][0]
+    assert answer["assumed"] == []
+
+
 class Options:
     """What argparse would give for ``record`` without options."""
 
