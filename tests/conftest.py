@@ -21,9 +21,9 @@ _MOTION = "--hardware-motion"
 # Modules that only compute. All others may run emulated devices, which live in real time, or look at a clock.
 _COMPUTING = re.compile(
     r"tests/(estimator/"
-    r"|daq/test_(calibration|cli_(benchmark|diagnose|estimate|simulate|study)|export_tables|running_sync"
-    r"|session_report|sync|vision_)"
-    r"|test_(architecture|docs_(pages|python|reference|site)|platforms))"
+    r"|daq/test_(bad_input|calibration|cli_(benchmark|calibrate|diagnose|estimate|simulate|study)|export_"
+    r"|recording_(damage|rewritten)|running_sync|session_report|sync|view_names|vision_)"
+    r"|test_(architecture|docs_(pages|python|reference|site)|platforms|requirements_lock|trust))"
 )
 _STEPS_BACK = 5  # of niceness: a quarter of a processor that the laboratory wants too
 
