@@ -36,10 +36,12 @@ hypothesis.settings.register_profile(
 )
 hypothesis.settings.load_profile("repeatable")
 
-# A job in the background of a shell starts with Ctrl-C ignored, and what it starts inherits that; the tests that end
-# programs by Ctrl-C would wait for ever.
+# A job in the background of a shell starts with Ctrl-C ignored, one that is to outlive its terminal with that ignored,
+# and what they start inherits it; the tests that end programs so would wait for ever.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 class OneLaboratory(LoadScopeScheduling):

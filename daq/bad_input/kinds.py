@@ -10,6 +10,7 @@ from daq.bad_input.damage import BINARY, TEXT, Damage
 from daq.bad_input.kind import Kind
 from daq.bad_input.layout_damage import MCAP, NUMBERS, PLY, STL, VTP
 from daq.bad_input.machine_exports import TEXT_LAYOUTS, YOUNGS_MODULUS
+from daq.bad_input.places import PLACES, enormous
 from daq.bad_input.recording_damage import RECORDING
 from daq.bad_input.rewriting import REWRITTEN
 from daq.bad_input.sheet_damage import SHEETS
@@ -42,6 +43,8 @@ from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 _SESSION = "session"
 _RIGHT = 0.02  # of the modulus
 _IN_TEXT = (*TEXT, *NUMBERS)
+# A recording has no largest size: recovery looks through twenty gigabytes, which takes a minute and is no finding.
+_PLACES_OF_RECORDINGS = tuple(place for place in PLACES if place is not enormous)
 
 
 def _read_plan(folder: Path) -> object:
@@ -271,6 +274,7 @@ KINDS: tuple[Kind, ...] = (
         },
         read=lambda folder: recover_session(folder / _SESSION),
         command=lambda given, out: ["recover", str(given / _SESSION)],
+        places=_PLACES_OF_RECORDINGS,
     ),
     Kind(
         "session for ROS 2",
@@ -289,6 +293,7 @@ KINDS: tuple[Kind, ...] = (
         },
         read=lambda folder: recover_session(folder / _SESSION),
         command=lambda given, out: ["recover", str(given / _SESSION)],
+        places=_PLACES_OF_RECORDINGS,
     ),
     _surface("STL", "body.stl", samples.stl, (*BINARY, *STL)),
     _surface("STL, text", "body.stl", samples.stl_text, _IN_TEXT),

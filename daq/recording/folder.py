@@ -20,6 +20,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal, get_args
 
+from mcap.writer import MCAP0_MAGIC
+
 from daq.errors import RecordingError
 from daq.recording.foreign_bags import require_no_foreign_bag
 from daq.recording.recorder import CAMERAS_FILE, SIGNALS_FILE
@@ -157,9 +159,16 @@ def _check_types(info: SessionInfo) -> None:
         raise TypeError("trajectory or state cannot be right")
 
 
-def _too_large(path: Path) -> bool:
-    """Tell whether a file is larger than any that belongs to a session; only recordings have no limit."""
-    return path.name not in RECORDED_FILES and path.stat().st_size > _MOST_BYTES_BESIDE
+def _as_sealed(path: Path) -> bool:
+    """Tell by a look whether a file may be what was sealed; only then all of it need be read.
+
+    A recording ends with the mark of its format, and has no limit in size; no other file of a session is large.
+    """
+    if path.name not in RECORDED_FILES:
+        return path.stat().st_size <= _MOST_BYTES_BESIDE
+    with path.open("rb") as file:
+        file.seek(max(0, path.stat().st_size - len(MCAP0_MAGIC)))
+        return file.read() == MCAP0_MAGIC
 
 
 def seal_session(folder: Path, problems: tuple[str, ...] = ()) -> SessionInfo:
@@ -239,7 +248,7 @@ def verify_checksums(folder: Path) -> list[str]:
         expected, _, name = line.partition("  ")
         path = folder / name
         inside = ".." not in path.parts and path.is_relative_to(folder)
-        if not inside or not path.is_file() or _too_large(path) or sha256(path) != expected:
+        if not inside or not path.is_file() or not _as_sealed(path) or sha256(path) != expected:
             differing.append(name)
     return differing
 
