@@ -1,5 +1,6 @@
 """Every number of the diagnosis says what it is, and the calibrated ones where they come from."""
 
+import doctest
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -62,3 +63,7 @@ def test_a_race_needs_as_many_shares_as_rounds() -> None:
 
 def test_the_page_of_the_numbers_is_up_to_date() -> None:
     assert PAGE.read_text(encoding="utf-8") == page()
+
+
+def test_their_example_runs() -> None:
+    assert doctest.testmod(module).failed == 0
