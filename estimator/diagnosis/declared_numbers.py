@@ -75,4 +75,6 @@ def check(number: Number) -> None:
     """
     values = number.value if isinstance(number.value, tuple) else (number.value,)
     if not values or not all(math.isfinite(value) and value >= 0.0 for value in values):
-        raise InputError(f"{number.name} is {number.value}; it must be positive")
+        raise InputError(
+            f"{number.name} is {number.value}; it must be finite and not negative, and a grid needs points"
+        )

@@ -230,7 +230,7 @@ class DiagnosisSettings:
     Raises
     ------
     InputError
-        A number is not finite or not positive, a share is more than one, or the rounds of a race differ in number.
+        A number is not finite or is negative, a grid has no points, or the rounds of a race differ in number.
     """
 
     solver: SolverSettings = field(default_factory=SolverSettings)

@@ -154,7 +154,7 @@ def material_quantities(
     }
 
 
-def _std_of_value(coordinate: FreeParameter, hypothesis: Hypothesis, deviation: float) -> float:
-    here, small = coordinate.get(hypothesis), 1e-6 * (deviation or 1.0)
-    slope = (coordinate.value_of(here + small) - coordinate.value_of(here - small)) / (2 * small)
+def _std_of_value(parameter: FreeParameter, hypothesis: Hypothesis, deviation: float) -> float:
+    here, small = parameter.get(hypothesis), 1e-6 * (deviation or 1.0)
+    slope = (parameter.value_of(here + small) - parameter.value_of(here - small)) / (2 * small)
     return abs(slope) * deviation

@@ -113,7 +113,7 @@ def linearisation_of(
 ) -> Linearisation:
     """Compare solved mechanics with the measurements; fields are those of the mechanics unless they are given."""
     free = free_parameters(hypothesis)
-    perturbations = [perturbed(hypothesis, coordinate) for coordinate in free]
+    perturbations = [perturbed(hypothesis, parameter) for parameter in free]
     return Linearisation(
         hypothesis,
         free,
@@ -136,14 +136,14 @@ def same_mechanics(one: Hypothesis, other: Hypothesis, near: float) -> bool:
     return abs(here - there) < near
 
 
-def perturbed(hypothesis: Hypothesis, coordinate: FreeParameter) -> Perturbation:
-    """Return the hypothesis a small step along a coordinate, away from a bound on which it stands."""
-    here = coordinate.get(hypothesis)
-    step = coordinate.step
-    if coordinate.value_of(here + step) > coordinate.upper:
+def perturbed(hypothesis: Hypothesis, parameter: FreeParameter) -> Perturbation:
+    """Return the hypothesis a small step along a parameter, away from a bound on which it stands."""
+    here = parameter.get(hypothesis)
+    step = parameter.step
+    if parameter.value_of(here + step) > parameter.upper:
         step = -step
-    effect = None if coordinate.effect is None else hypothesis.effects[coordinate.effect]
-    return Perturbation(coordinate.name, coordinate.put(hypothesis, here + step), effect, step)
+    effect = None if parameter.effect is None else hypothesis.effects[parameter.effect]
+    return Perturbation(parameter.name, parameter.put(hypothesis, here + step), effect, step)
 
 
 def predictions(case: Case, mechanics: Sequence[Mechanics], hypothesis: Hypothesis) -> list[FloatArray]:

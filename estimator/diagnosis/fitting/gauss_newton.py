@@ -109,19 +109,19 @@ def step_of_gram(
 
 def moved(hypothesis: Hypothesis, free: Sequence[FreeParameter], step: FloatArray) -> Hypothesis:
     """Return a hypothesis after a step (p,) of its internal variables."""
-    for coordinate, change in zip(free, step, strict=True):
-        hypothesis = coordinate.put(hypothesis, coordinate.get(hypothesis) + float(change))
+    for parameter, change in zip(free, step, strict=True):
+        hypothesis = parameter.put(hypothesis, parameter.get(hypothesis) + float(change))
     return hypothesis
 
 
 def _limits(
-    coordinate: FreeParameter, hypothesis: Hypothesis, settings: FittingSettings
+    parameter: FreeParameter, hypothesis: Hypothesis, settings: FittingSettings
 ) -> tuple[float, float]:
-    here = coordinate.get(hypothesis)
+    here = parameter.get(hypothesis)
     longest = settings.longest_step
-    if coordinate.scale is not None:
-        share = settings.longest_in_scales if coordinate.has_null else settings.longest_of_a_range
-        longest = share * coordinate.scale
-    low = coordinate.internal_of(coordinate.lower) if np.isfinite(coordinate.lower) else -np.inf
-    high = coordinate.internal_of(coordinate.upper) if np.isfinite(coordinate.upper) else np.inf
+    if parameter.scale is not None:
+        share = settings.longest_in_scales if parameter.has_null else settings.longest_of_a_range
+        longest = share * parameter.scale
+    low = parameter.internal_of(parameter.lower) if np.isfinite(parameter.lower) else -np.inf
+    high = parameter.internal_of(parameter.upper) if np.isfinite(parameter.upper) else np.inf
     return max(low - here, -longest), min(high - here, longest)

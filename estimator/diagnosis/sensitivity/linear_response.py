@@ -1,4 +1,4 @@
-"""What a change of the nodal forces does to a solved solution: the changed loads, and the answers to them.
+"""What a change of the nodal forces does to a solved experiment: the changed loads, and the response to them.
 
 Many perturbations go along a solution together. What does not depend on them, the forces of the hypothesis' own terms
 and the back-substitution's start, is done once for all.
