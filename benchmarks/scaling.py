@@ -14,7 +14,7 @@ from estimator.fem.equilibrium import EquilibriumSolver
 from estimator.fem.equilibrium_state import EquilibriumState
 from estimator.fem.problem import RetractionProblem
 from estimator.forward.meshing import mesh_experiment
-from estimator.studies.block import TRUTH
+from estimator.studies.paper_tables.block import TRUTH
 
 if sys.platform != "win32":
     import resource

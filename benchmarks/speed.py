@@ -9,16 +9,16 @@ from collections.abc import Iterator
 
 from benchmarks.felupe_peer import FelupePull, estimate_by_slsqp
 from benchmarks.pull import PULL, Timing, fastest, fastest_of_each, solve_pull, timed, unknowns
-from estimator.studies.block import TRUTH, measured
-from estimator.studies.fitting import fitted
-from estimator.studies.mesh_density import CELLS
-from estimator.studies.paper import HIGH_DENSITY, LOW_DENSITY
-from estimator.studies.tetrahedra import block_of_tetrahedra
+from estimator.studies.paper_tables.block import TRUTH, measured
+from estimator.studies.paper_tables.fitting import fitted
+from estimator.studies.paper_tables.mesh_density import CELLS
+from estimator.studies.paper_tables.paper import HIGH_DENSITY, LOW_DENSITY
+from estimator.studies.paper_tables.tetrahedra import block_of_tetrahedra
 
 _REPEATS = 6
 _FIRST_STATE = (
-    "from benchmarks.pull import PULL, solve_pull; from estimator.studies.block import TRUTH; "
-    "from estimator.studies.tetrahedra import block_of_tetrahedra; "
+    "from benchmarks.pull import PULL, solve_pull; from estimator.studies.paper_tables.block import TRUTH; "
+    "from estimator.studies.paper_tables.tetrahedra import block_of_tetrahedra; "
     "solve_pull(block_of_tetrahedra(PULL, (4, 4, 1)), TRUTH)"
 )
 

@@ -35,7 +35,7 @@ from estimator.blind.scoring.telling import score_text
 from estimator.experiment import read_case, read_experiment
 from estimator.fit import coverage
 from estimator.materials import law_named
-from estimator.studies.store import OutcomeStore
+from estimator.studies.running.store import OutcomeStore
 from estimator.surfaces.reading import read_surface
 from robot_drivers.cameras.opencv import OpenCVCamera
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings

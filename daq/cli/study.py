@@ -13,14 +13,14 @@ from daq.recording.folder import INFO_FILE
 from daq.versions import package_versions
 from estimator.errors import InputError
 from estimator.experiment import Experiment, read_case, read_experiment
-from estimator.studies.campaign import run_cases
-from estimator.studies.catalogue import ALL, DRAWS, STUDIES, studies_named
-from estimator.studies.cluster import dask_cluster
-from estimator.studies.recorded import recorded
-from estimator.studies.report import write_studies
-from estimator.studies.store import OutcomeStore
-from estimator.studies.study import Study, result_of
-from estimator.studies.telling import study_json, study_text
+from estimator.studies.running.campaign import run_cases
+from estimator.studies.paper_tables.catalogue import ALL, DRAWS, STUDIES, studies_named
+from estimator.studies.running.cluster import dask_cluster
+from estimator.studies.phantom_tables.recorded import recorded
+from estimator.studies.tables.report import write_studies
+from estimator.studies.running.store import OutcomeStore
+from estimator.studies.tables.study import Study, result_of
+from estimator.studies.tables.telling import study_json, study_text
 from estimator.workers import worker_pool
 
 _EXAMPLES = """  retract study table1

@@ -12,8 +12,8 @@ from synthetic_diagnoses import small_experiment
 
 from daq.cli import main
 from estimator.experiment import write_experiment
-from estimator.studies.case import Parametric, Row
-from estimator.studies.study import Group, Level, Study, Truth
+from estimator.studies.running.case import Parametric, Row
+from estimator.studies.tables.study import Group, Level, Study, Truth
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def test_recorded_experiments_are_a_study_of_their_phantoms(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "estimator.studies.recorded.RecordedRetraction.run", lambda case: Drawn(case.experiment.order).run()
+        "estimator.studies.phantom_tables.recorded.RecordedRetraction.run", lambda case: Drawn(case.experiment.order).run()
     )
     for order, name in enumerate(("pull", "again"), start=1):
         write_experiment(small_experiment(name, order), tmp_path / "P07" / name)

@@ -15,22 +15,22 @@ from estimator.fit.linearisation import silent
 from estimator.forward.meshing import mesh_experiment
 from estimator.geometry.rough import raised_block
 from estimator.simulation.simulate import Resolution
-from estimator.studies import paper
-from estimator.studies.block import MOTIONS, SIZE_M, TRUTH, block, measured
-from estimator.studies.campaign import run_cases
-from estimator.studies.case import Case, Parametric, Row, digest, run_case
-from estimator.studies.catalogue import STUDIES, studies_named
-from estimator.studies.complex_motion import ComplexMotion
-from estimator.studies.fitting import fitted
-from estimator.studies.grasp_error import GraspError, drawn_shift, grasp_error
-from estimator.studies.motion_noise import MotionNoise
-from estimator.studies.recorded import RecordedRetraction, recorded
-from estimator.studies.report import write_studies
-from estimator.studies.rough_surface import CELLS, on_surface
-from estimator.studies.store import OutcomeStore
-from estimator.studies.study import Group, Level, PaperFigure, Study, Truth, result_of
-from estimator.studies.telling import study_json, study_text
-from estimator.studies.tetrahedra import block_of_tetrahedra
+from estimator.studies.paper_tables import paper
+from estimator.studies.paper_tables.block import MOTIONS, SIZE_M, TRUTH, block, measured
+from estimator.studies.running.campaign import run_cases
+from estimator.studies.running.case import Case, Parametric, Row, digest, run_case
+from estimator.studies.paper_tables.catalogue import STUDIES, studies_named
+from estimator.studies.paper_tables.complex_motion import ComplexMotion
+from estimator.studies.paper_tables.fitting import fitted
+from estimator.studies.paper_tables.grasp_error import GraspError, drawn_shift, grasp_error
+from estimator.studies.paper_tables.motion_noise import MotionNoise
+from estimator.studies.phantom_tables.recorded import RecordedRetraction, recorded
+from estimator.studies.tables.report import write_studies
+from estimator.studies.paper_tables.rough_surface import CELLS, on_surface
+from estimator.studies.running.store import OutcomeStore
+from estimator.studies.tables.study import Group, Level, PaperFigure, Study, Truth, result_of
+from estimator.studies.tables.telling import study_json, study_text
+from estimator.studies.paper_tables.tetrahedra import block_of_tetrahedra
 
 TINY = Grading(grasp_m=8e-3, anchor_m=15e-3, largest_m=30e-3, growth=3.0, layers=1)
 

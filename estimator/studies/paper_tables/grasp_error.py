@@ -9,12 +9,12 @@ from estimator.experiment import Grasp
 from estimator.fem.block_mesh import Grading
 from estimator.fit.settings import Objective
 from estimator.forward.meshing import mesh_experiment
-from estimator.studies import paper
-from estimator.studies.block import MOTIONS, POISSON_RATIO, SIZE_M, YOUNGS_MODULUS, block, grasp_at, measured
-from estimator.studies.case import Parametric, Row
-from estimator.studies.fitting import fitted, row_of
-from estimator.studies.objectives import OBJECTIVES
-from estimator.studies.study import UNKNOWN, Group, Level, Study, Truth
+from estimator.studies.paper_tables import paper
+from estimator.studies.paper_tables.block import MOTIONS, POISSON_RATIO, SIZE_M, YOUNGS_MODULUS, block, grasp_at, measured
+from estimator.studies.running.case import Parametric, Row
+from estimator.studies.paper_tables.fitting import fitted, row_of
+from estimator.studies.paper_tables.objectives import OBJECTIVES
+from estimator.studies.tables.study import UNKNOWN, Group, Level, Study, Truth
 
 ERRORS_M = (5e-3, 10e-3, 20e-3)
 # Data and model share it, so that the discretisation leaves nothing in the estimate.

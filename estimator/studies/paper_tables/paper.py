@@ -6,7 +6,7 @@ trajectories and repeats of its tables VI and VII.
 
 from dataclasses import dataclass
 
-from estimator.studies.study import PaperFigure
+from estimator.studies.tables.study import PaperFigure
 
 # Section IV-A: 3563 and 13464 linear tetrahedra. The estimation with the finer model took the longer.
 LOW_DENSITY = PaperFigure(seconds=773.0)

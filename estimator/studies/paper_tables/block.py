@@ -30,7 +30,7 @@ SIZE_M = (0.10, 0.10, 0.01)
 GRASP_CENTRE = (0.04, 0.0, 0.0)
 _GRASP_HALF_M = (0.01, 0.01)
 _BEAD_ROWS_M = (-0.03, -0.01, 0.01, 0.03)
-_WITHOUT_DERIVATIVES = NewtonSettings(tangent_reuse=np.inf)
+WITHOUT_DERIVATIVES = NewtonSettings(tangent_reuse=np.inf)
 SENSOR = SensorNoise(force_std=0.02, torque_std=5e-4, fiducial_std=5e-5, position_std=3e-5)
 
 
@@ -73,9 +73,14 @@ def grasp_at(shift_m: tuple[float, float]) -> Grasp:
 def block(poses: Sequence[GripperPose], grasp: Grasp | None = None) -> Experiment:
     """Return the block with nothing measured yet, its left face anchored, one row for each pose."""
     half = np.array(SIZE_M) / 2
-    beads = np.array([(x, y, half[2]) for x in _BEAD_ROWS_M for y in _BEAD_ROWS_M])
     anchor = Box((-half[0], -half[1], -half[2]), (-half[0], half[1], half[2]))
+    beads = grid_of_beads(float(half[2]))
     return unmeasured(Phantom("block", SIZE_M), (anchor,), grasp or grasp_at((0.0, 0.0)), beads, poses)
+
+
+def grid_of_beads(height_m: float) -> FloatArray:
+    """Return the 4 × 4 beads (16, 3) at a height above the middle, m."""
+    return np.array([(x, y, height_m) for x in _BEAD_ROWS_M for y in _BEAD_ROWS_M])
 
 
 def unmeasured(
@@ -118,7 +123,7 @@ def measured(experiment: Experiment, problem: RetractionProblem, material: Mater
     """
     model = ForwardModel(problem, [experiment])
     schedule = model.schedules[0]
-    seen = model.predict(material, [range(len(schedule.poses))], newton=_WITHOUT_DERIVATIVES)[0]
+    seen = model.predict(material, [range(len(schedule.poses))], newton=WITHOUT_DERIVATIVES)[0]
     return replace(
         experiment,
         wrench=np.array([seen[state].wrench for state in schedule.state_of_row]),

@@ -8,12 +8,12 @@ from estimator.fem.block_mesh import Grading
 from estimator.fem.motion import GripperPose
 from estimator.fit.settings import Objective
 from estimator.forward.meshing import mesh_experiment
-from estimator.studies.block import MOTIONS, POISSON_RATIO, YOUNGS_MODULUS, block, measured
-from estimator.studies.case import Parametric, Row
-from estimator.studies.fitting import fitted, row_of
-from estimator.studies.grasp_error import GRADING
-from estimator.studies.objectives import OBJECTIVES
-from estimator.studies.study import Group, Level, Study, Truth
+from estimator.studies.paper_tables.block import MOTIONS, POISSON_RATIO, YOUNGS_MODULUS, block, measured
+from estimator.studies.running.case import Parametric, Row
+from estimator.studies.paper_tables.fitting import fitted, row_of
+from estimator.studies.paper_tables.grasp_error import GRADING
+from estimator.studies.paper_tables.objectives import OBJECTIVES
+from estimator.studies.tables.study import Group, Level, Study, Truth
 
 SHARES = (0.10, 0.25, 0.50)
 

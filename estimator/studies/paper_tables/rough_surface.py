@@ -11,11 +11,11 @@ from estimator.experiment import Box, Experiment
 from estimator.fit.settings import Objective
 from estimator.forward.meshing import mesh_experiment, surface_problem
 from estimator.geometry.rough import raised_block, rough_block
-from estimator.studies import paper
-from estimator.studies.block import MOTIONS, POISSON_RATIO, SIZE_M, YOUNGS_MODULUS, block, measured
-from estimator.studies.case import Parametric, Row
-from estimator.studies.fitting import fitted, row_of
-from estimator.studies.study import UNKNOWN, Group, Level, Study, Truth
+from estimator.studies.paper_tables import paper
+from estimator.studies.paper_tables.block import MOTIONS, POISSON_RATIO, SIZE_M, YOUNGS_MODULUS, block, measured
+from estimator.studies.running.case import Parametric, Row
+from estimator.studies.paper_tables.fitting import fitted, row_of
+from estimator.studies.tables.study import UNKNOWN, Group, Level, Study, Truth
 from estimator.surfaces.surface import Surface
 
 FloatArray = NDArray[np.float64]

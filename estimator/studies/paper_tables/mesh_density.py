@@ -9,12 +9,12 @@ from estimator.fem.problem import RetractionProblem
 from estimator.fit.settings import Objective
 from estimator.forward.meshing import mesh_experiment
 from estimator.simulation.simulate import TRUTH_GRADING
-from estimator.studies import paper
-from estimator.studies.block import MOTIONS, POISSON_RATIO, YOUNGS_MODULUS, block, measured
-from estimator.studies.case import Parametric, Row
-from estimator.studies.fitting import fitted, row_of
-from estimator.studies.study import UNKNOWN, Group, Level, PaperFigure, Study, Truth
-from estimator.studies.tetrahedra import block_of_tetrahedra
+from estimator.studies.paper_tables import paper
+from estimator.studies.paper_tables.block import MOTIONS, POISSON_RATIO, YOUNGS_MODULUS, block, measured
+from estimator.studies.running.case import Parametric, Row
+from estimator.studies.paper_tables.fitting import fitted, row_of
+from estimator.studies.tables.study import UNKNOWN, Group, Level, PaperFigure, Study, Truth
+from estimator.studies.paper_tables.tetrahedra import block_of_tetrahedra
 
 MeshName = Literal["low", "high", "default", "converged"]
 

@@ -5,8 +5,8 @@ from concurrent.futures import BrokenExecutor, Executor, Future, as_completed
 from contextlib import AbstractContextManager
 
 from estimator.errors import StudyError
-from estimator.studies.case import Case, Outcome, run_case
-from estimator.studies.store import OutcomeStore
+from estimator.studies.running.case import Case, Outcome, run_case
+from estimator.studies.running.store import OutcomeStore
 
 # Called with what is being done, how many of its cases are done, and how many there are.
 Progress = Callable[[str, int, int], None]

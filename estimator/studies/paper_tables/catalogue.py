@@ -4,13 +4,13 @@ from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 
 from estimator.errors import InputError
-from estimator.studies.complex_motion import complex_motion
-from estimator.studies.grasp_error import grasp_error
-from estimator.studies.liver import liver
-from estimator.studies.mesh_density import mesh_density
-from estimator.studies.motion_noise import motion_noise
-from estimator.studies.rough_surface import rough_surface
-from estimator.studies.study import Study
+from estimator.studies.paper_tables.complex_motion import complex_motion
+from estimator.studies.paper_tables.grasp_error import grasp_error
+from estimator.studies.paper_tables.liver import liver
+from estimator.studies.paper_tables.mesh_density import mesh_density
+from estimator.studies.paper_tables.motion_noise import motion_noise
+from estimator.studies.paper_tables.rough_surface import rough_surface
+from estimator.studies.tables.study import Study
 
 ALL = "all"
 DRAWS = 20

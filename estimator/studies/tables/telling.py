@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.studies.paper import SILICONES
-from estimator.studies.study import GroupResult, LevelResult, StudyResult, Truth
+from estimator.studies.paper_tables.paper import SILICONES
+from estimator.studies.tables.study import GroupResult, LevelResult, StudyResult, Truth
 
 FloatArray = NDArray[np.float64]
 

@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from estimator.report import page
 from estimator.report.page import Html
 from estimator.report.theme import COLOURS, PLOT_STYLE
-from estimator.studies.plot import draw_study, figure_size
-from estimator.studies.study import StudyResult
-from estimator.studies.telling import (
+from estimator.studies.tables.plot import draw_study, figure_size
+from estimator.studies.tables.study import StudyResult
+from estimator.studies.tables.telling import (
     HEAD,
     SILICONE_HEAD,
     failures,

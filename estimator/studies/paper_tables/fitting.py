@@ -9,7 +9,7 @@ from estimator.fit.estimate import estimate
 from estimator.fit.nuisances import DISCRETISATION, USUAL
 from estimator.fit.result import Estimate
 from estimator.fit.settings import FitSettings, Objective
-from estimator.studies.case import Row
+from estimator.studies.running.case import Row
 
 # No tissue widens where it is drawn; a search that looks there may find no equilibrium.
 _POISSON_RATIOS = (0.0, 0.4999)

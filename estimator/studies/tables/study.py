@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.studies.case import Case, Outcome
+from estimator.studies.running.case import Case, Outcome
 
 FloatArray = NDArray[np.float64]
 

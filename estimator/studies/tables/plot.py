@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from estimator.report.theme import ANCHOR, MEASURED, PREDICTED, TRUTH
-from estimator.studies.study import GroupResult, StudyResult
+from estimator.studies.tables.study import GroupResult, StudyResult
 
 FloatArray = NDArray[np.float64]
 

@@ -8,11 +8,11 @@ from estimator.fem.block_mesh import Grading
 from estimator.fit.settings import Objective
 from estimator.forward.meshing import DEFAULT_GRADING, mesh_experiment
 from estimator.simulation.simulate import TRUE_RESOLUTION, Resolution
-from estimator.studies.block import MOTIONS, POISSON_RATIO, YOUNGS_MODULUS, block, measured
-from estimator.studies.case import Parametric, Row
-from estimator.studies.fitting import fitted, row_of
-from estimator.studies.objectives import OBJECTIVES
-from estimator.studies.study import Group, Level, Study, Truth
+from estimator.studies.paper_tables.block import MOTIONS, POISSON_RATIO, YOUNGS_MODULUS, block, measured
+from estimator.studies.running.case import Parametric, Row
+from estimator.studies.paper_tables.fitting import fitted, row_of
+from estimator.studies.paper_tables.objectives import OBJECTIVES
+from estimator.studies.tables.study import Group, Level, Study, Truth
 
 
 @dataclass(frozen=True)

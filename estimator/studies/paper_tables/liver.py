@@ -12,11 +12,11 @@ from estimator.forward.meshing import FINE_GRADING, surface_problem
 from estimator.geometry.organ import organ_surface
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
-from estimator.studies.block import MOTIONS, measured, unmeasured
-from estimator.studies.case import Parametric, Row
-from estimator.studies.fitting import fitted, row_of
-from estimator.studies.objectives import OBJECTIVES
-from estimator.studies.study import Group, Level, Study, Truth
+from estimator.studies.paper_tables.block import MOTIONS, measured, unmeasured
+from estimator.studies.running.case import Parametric, Row
+from estimator.studies.paper_tables.fitting import fitted, row_of
+from estimator.studies.paper_tables.objectives import OBJECTIVES
+from estimator.studies.tables.study import Group, Level, Study, Truth
 from estimator.surfaces.surface import Surface
 
 FloatArray = NDArray[np.float64]

@@ -6,9 +6,9 @@ from hashlib import sha256
 
 from estimator.experiment import Experiment
 from estimator.fit.estimate import estimate
-from estimator.studies.case import Row
-from estimator.studies.fitting import row_of
-from estimator.studies.study import Group, Level, Study
+from estimator.studies.running.case import Row
+from estimator.studies.paper_tables.fitting import row_of
+from estimator.studies.tables.study import Group, Level, Study
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from estimator.errors import InputError
 from estimator.input_file import parse_json, read_input_text
-from estimator.studies.case import Case, Outcome, digest
+from estimator.studies.running.case import Case, Outcome, digest
 
 
 @dataclass(frozen=True, slots=True)

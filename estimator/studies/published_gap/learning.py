@@ -1,0 +1,243 @@
+"""Learns how each candidate and its size change what a retraction shows, from simulations at a few sizes.
+
+Between the simulated sizes the readings are interpolated, not the estimates: they follow an effect smoothly, while ν
+of the paper's estimator follows the readings steeply. Of several effects together the changes of the readings are
+added. The estimator then runs on interpolated readings as on any others, with its locking.
+"""
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+
+from estimator.errors import StudyError
+from estimator.studies.published_gap.candidates import Candidate
+from estimator.studies.published_gap.paper_estimator import (
+    LowDensityResponse,
+    Readings,
+    Region,
+    ResponseTable,
+    estimates,
+)
+from estimator.studies.published_gap.retractions import ANCHORINGS, MOTION_NAMES, SetUp
+from estimator.studies.published_gap.simulated import REFERENCE_PA, USUAL_RATIO, SimulatedMounting, stacked
+from estimator.studies.running.case import Case, Outcome
+
+FloatArray = NDArray[np.float64]
+
+# The tissue's own ν, which nobody measured: nearly incompressible.
+TISSUE_RATIOS = (0.495, USUAL_RATIO, 0.4999)
+CONDITIONS = tuple((anchoring, motion) for anchoring in ANCHORINGS for motion in MOTION_NAMES)
+
+
+def learning_cases(set_up: SetUp, candidates: Sequence[Candidate]) -> list[Case]:
+    """Return all simulations that the map is learnt from, and those that it is checked on."""
+    cases: list[Case] = [LowDensityResponse(set_up, anchoring, motion) for anchoring, motion in CONDITIONS]
+    cases += [
+        SimulatedMounting(set_up, anchoring, poisson_ratio=ratio)
+        for ratio in TISSUE_RATIOS
+        for anchoring in ANCHORINGS
+    ]
+    for candidate in candidates:
+        if candidate.effect:
+            for at in [*_grid(candidate), *candidate.checks]:
+                cases += [candidate.case(set_up, anchoring, at) for anchoring in ANCHORINGS]
+    return cases
+
+
+def _grid(candidate: Candidate) -> list[tuple[float, ...]]:
+    return list(itertools.product(*(size.nodes for size in candidate.sizes)))
+
+
+@dataclass(frozen=True)
+class Check:
+    """What the map says at sizes that were simulated and not learnt from: (6,) each, E as a ratio to the tissue's."""
+
+    candidate: Candidate
+    at: tuple[float, ...]
+    modulus_simulated: FloatArray
+    modulus_mapped: FloatArray
+    ratio_simulated: FloatArray
+    ratio_mapped: FloatArray
+
+    @property
+    def modulus_off(self) -> float:
+        """Largest relative error of E."""
+        return float(np.max(np.abs(self.modulus_mapped / self.modulus_simulated - 1)))
+
+    @property
+    def ratio_off(self) -> float:
+        """Largest error of ν."""
+        return float(np.max(np.abs(self.ratio_mapped - self.ratio_simulated)))
+
+
+class ResponseMap:
+    """From candidates and sizes at the reference modulus to what the paper's estimator reports.
+
+    Parameters
+    ----------
+    set_up, candidates : whose simulations were carried out
+    outcomes : of :func:`learning_cases`, in its order
+    region : of the estimator's scale factor
+
+    Raises
+    ------
+    StudyError
+        A simulation without which nothing can be learnt has failed.
+    """
+
+    def __init__(
+        self,
+        set_up: SetUp,
+        candidates: Sequence[Candidate],
+        outcomes: Mapping[str, Outcome],
+        region: Region | None = Region(),
+    ) -> None:
+        self.set_up = set_up
+        self.region = region
+        self._outcomes = outcomes
+        self.tables: list[ResponseTable] = []
+        for anchoring, motion in CONDITIONS:
+            case = LowDensityResponse(set_up, anchoring, motion)
+            self.tables.append(case.table(_row(case, outcomes)))
+        by_ratio = [
+            [SimulatedMounting(set_up, anchoring, poisson_ratio=ratio) for anchoring in ANCHORINGS]
+            for ratio in TISSUE_RATIOS
+        ]
+        self._by_ratio = [self._seen(cases) for cases in by_ratio]
+        self._free = self._by_ratio[TISSUE_RATIOS.index(USUAL_RATIO)]
+        self.missing: list[str] = []
+        self._changes = {
+            candidate.name: self._learn(candidate) for candidate in candidates if candidate.effect
+        }
+
+    @property
+    def locking(self) -> tuple[FloatArray, FloatArray]:
+        """E over that of the tissue, and ν, that the estimator finds without any other effect, (6,) each."""
+        modulus, ratio = self.estimates([])
+        return modulus[0], ratio[0]
+
+    @property
+    def by_tissue_ratio(self) -> tuple[FloatArray, FloatArray]:
+        """The same for each ν of :data:`TISSUE_RATIOS`, (3, 6) each."""
+        found = [estimates(self.tables, seen, self.region) for seen in self._by_ratio]
+        return np.concatenate([e for e, _ in found]) / REFERENCE_PA, np.concatenate([r for _, r in found])
+
+    def estimates(self, acting: Sequence[tuple[Candidate, FloatArray]]) -> tuple[FloatArray, FloatArray]:
+        """Return E over that of the tissue, and ν, (n, 6) each, where candidates act.
+
+        Parameters
+        ----------
+        acting : candidates with their sizes (n, s) at the reference modulus
+        """
+        count = len(acting[0][1]) if acting else 1
+        seen = []
+        for condition in range(len(CONDITIONS)):
+            total = self._free[condition].times(np.ones(count))
+            for candidate, sizes in acting:
+                if candidate.effect:
+                    total = total + self._changes[candidate.name].at(condition, sizes)
+            seen.append(total)
+        modulus, ratio = estimates(self.tables, seen, self.region)
+        return modulus / REFERENCE_PA, ratio
+
+    def simulated(self, cases: Sequence[SimulatedMounting]) -> tuple[FloatArray, FloatArray]:
+        """Return E over that of the tissue, and ν, (6,) each, of one simulation of each anchoring."""
+        modulus, ratio = estimates(self.tables, self._seen(cases), self.region)
+        return modulus[0] / REFERENCE_PA, ratio[0]
+
+    def checks(self, candidate: Candidate) -> list[Check]:
+        """Return the map beside simulations that it was not learnt from."""
+        found = []
+        for at in candidate.checks:
+            cases = [candidate.case(self.set_up, anchoring, at) for anchoring in ANCHORINGS]
+            if any(self._outcomes[case.identity].row is None for case in cases):
+                continue
+            modulus, ratio = self.simulated(cases)
+            mapped_modulus, mapped_ratio = self.estimates([(candidate, np.array([at]))])
+            found.append(Check(candidate, at, modulus, mapped_modulus[0], ratio, mapped_ratio[0]))
+        return found
+
+    def _seen(self, cases: Sequence[SimulatedMounting]) -> list[Readings]:
+        return [one for case in cases for one in case.readings(_row(case, self._outcomes))]
+
+    def _learn(self, candidate: Candidate) -> "_Changes":
+        shape = tuple(len(size.nodes) for size in candidate.sizes)
+        changes: list[list[Readings] | None] = []
+        for at in _grid(candidate):
+            cases = [candidate.case(self.set_up, anchoring, at) for anchoring in ANCHORINGS]
+            if failed := [case for case in cases if self._outcomes[case.identity].row is None]:
+                self.missing.append(f"{failed[0].name}: {self._outcomes[failed[0].identity].failure}")
+                changes.append(None)
+                continue
+            pairs = zip(self._seen(cases), self._free, strict=True)
+            changes.append([seen - free for seen, free in pairs])
+        return _Changes.of(candidate, shape, changes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Changes:
+    """Changes of the readings over the nodes of a candidate's sizes."""
+
+    axes: tuple[FloatArray, ...]
+    moved: tuple[FloatArray, ...]
+    force: tuple[FloatArray, ...]
+
+    @staticmethod
+    def of(
+        candidate: Candidate, shape: tuple[int, ...], changes: Sequence[list[Readings] | None]
+    ) -> "_Changes":
+        """Lay the changes on a grid, with none where the first size is zero; nodes that failed are left out."""
+        kept = np.array([change is not None for change in changes]).reshape(shape)
+        whole = [kept.all(axis=tuple(a for a in range(kept.ndim) if a != axis)) for axis in range(kept.ndim)]
+        if kept.ndim == 1:
+            use = [np.flatnonzero(kept)]
+        else:
+            use = [np.flatnonzero(whole[0]), np.arange(shape[1])]
+        if not all(len(one) for one in use):
+            raise StudyError(f"no size of {candidate.name} could be simulated; give it smaller ones")
+        chosen = [changes[int(np.ravel_multi_index(at, shape))] for at in itertools.product(*use)]
+        stacks = [stacked([one[c] for one in chosen if one is not None]) for c in range(len(CONDITIONS))]
+        size_of = tuple(len(one) for one in use)
+        axes = [np.array(s.nodes)[one] for s, one in zip(candidate.sizes, use, strict=True)]
+        place = int(np.searchsorted(axes[0], 0.0))
+        axes[0] = np.insert(axes[0], place, 0.0)
+
+        def laid(values: FloatArray) -> FloatArray:
+            grid = values.reshape(*size_of, *values.shape[1:])
+            return np.insert(grid, place, 0.0, axis=0)
+
+        return _Changes(
+            tuple(axes), tuple(laid(one.moved) for one in stacks), tuple(laid(one.force) for one in stacks)
+        )
+
+    def at(self, condition: int, sizes: FloatArray) -> Readings:
+        """Return the changes at sizes (n, s); beyond the simulated ones those of the farthest."""
+        return Readings(
+            self._interpolated(self.moved[condition], sizes), self._interpolated(self.force[condition], sizes)
+        )
+
+    def _interpolated(self, values: FloatArray, sizes: FloatArray) -> FloatArray:
+        ends = np.array([[axis[0], axis[-1]] for axis in self.axes])
+        inside = np.clip(sizes, ends[:, 0], ends[:, 1])
+        if len(self.axes) == 1:
+            return np.asarray(PchipInterpolator(self.axes[0], values, axis=0)(inside[:, 0]))
+        along = PchipInterpolator(self.axes[0], values, axis=0)(inside[:, 0])
+        logs = np.log(self.axes[1])
+        at = np.log(inside[:, 1])
+        number = np.clip(np.searchsorted(logs, at) - 1, 0, len(logs) - 2)
+        rows = np.arange(len(at))
+        share = (at - logs[number]) / (logs[number + 1] - logs[number])
+        low, high = along[rows, number], along[rows, number + 1]
+        weight = share.reshape(-1, *[1] * (low.ndim - 1))
+        return np.asarray((1 - weight) * low + weight * high)
+
+
+def _row(case: Case, outcomes: Mapping[str, Outcome]) -> Mapping[str, float | str]:
+    outcome = outcomes[case.identity]
+    if outcome.row is None:
+        raise StudyError(f"{case.name}: {outcome.failure}; nothing can be learnt without it")
+    return outcome.row
