@@ -58,7 +58,7 @@ class Size:
         return np.clip(scaled, lower, self.nodes[-1])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Candidate:
     """A cause that may have acted on the retractions, or on the bench test they are held against.
 
@@ -173,23 +173,15 @@ CANDIDATES: tuple[Candidate, ...] = (
             f"debonding_{where}",
             f"part of the anchored face has come off, {words}",
             "anchor_debonding:throughout",
-            Size("share", "of the area", (0.1, 0.25, 0.5, 0.75), 0.2),
-            (0.17, 0.4),
+            Size("share", "of the area", nodes, 0.2),
+            checks,
             "look along the anchored face under load",
             {"place": place},
         )
-        for where, words, place in (
-            ("end", "from its front end", 1.0),
-            ("middle", "in its middle", 0.5),
+        for where, words, place, nodes, checks in (
+            ("end", "from the far end of its rim", 1.0, (0.03, 0.06, 0.1, 0.14, 0.18, 0.22, 0.26), (0.08, 0.2)),
+            ("middle", "in its middle", 0.5, (0.1, 0.2, 0.25, 0.3, 0.36, 0.42, 0.5), (0.17, 0.39)),
         )
-    ),
-    _deformation(
-        "gravity_sag",
-        "the phantom hangs and sags under its weight",
-        "gravity_sag:beads_hanging",
-        Size("weight", "of its own", (0.05, 0.15, 0.4, 0.8, 1.3), 0.7, grows_with=-1),
-        (0.25, 0.6),
-        "measure the height of the beads at rest against that of the anchor",
     ),
     _deformation(
         "support_friction",
@@ -251,6 +243,14 @@ CANDIDATES: tuple[Candidate, ...] = (
         "test a fresh specimen twice in a row on the bench",
         {"width_over_modulus": 0.002},
         conditioned=True,
+    ),
+    _deformation(
+        "gravity_sag",
+        "the phantom hangs and sags under its weight",
+        "gravity_sag:beads_hanging",
+        Size("weight", "of its own", (0.03, 0.06, 0.12), 0.7, grows_with=-1),
+        (0.045,),
+        "measure the height of the beads at rest against that of the anchor",
     ),
     Candidate(
         "bench_strain",

@@ -8,6 +8,7 @@ added. The estimator then runs on interpolated readings as on any others, with i
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,6 +99,8 @@ class ResponseMap:
     ) -> None:
         self.set_up = set_up
         self.region = region
+        learnt = {name: outcome.row for name, outcome in outcomes.items()}
+        self.digest = sha256(repr((sorted(learnt.items()), region)).encode()).hexdigest()
         self._outcomes = outcomes
         self.tables: list[ResponseTable] = []
         for anchoring, motion in CONDITIONS:
@@ -148,6 +151,10 @@ class ResponseMap:
         """Return E over that of the tissue, and ν, (6,) each, of one simulation of each anchoring."""
         modulus, ratio = estimates(self.tables, self._seen(cases), self.region)
         return modulus[0] / REFERENCE_PA, ratio[0]
+
+    def __getstate__(self) -> dict[str, object]:
+        """Leave out what nothing more is learnt from: a map goes to other processes."""
+        return {**self.__dict__, "_outcomes": {}}
 
     def checks(self, candidate: Candidate) -> list[Check]:
         """Return the map beside simulations that it was not learnt from."""

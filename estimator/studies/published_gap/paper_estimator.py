@@ -15,6 +15,7 @@ over the region of interest, each minimum by a minimisation of its own.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +33,7 @@ FloatArray = NDArray[np.float64]
 
 # Where the low density is solved; between them its response is interpolated along −ln(1 − 2ν).
 _SOLVED_AT = (-0.06, 0.0, 0.1, 0.19, 0.26, 0.32, 0.37, 0.41, 0.44, 0.462, 0.478, 0.488, 0.4945, 0.498, 0.4995)
-_SEARCHED = 1500
+_SEARCHED = 800
 _UNIT_PA = 1e4
 LOW_DENSITY_CELLS = (17, 17, 2)
 
@@ -93,7 +94,8 @@ class LowDensityResponse(Parametric):
     def table(self, row: Row) -> "ResponseTable":
         """Return what :meth:`run` found as a table."""
         steps = self.set_up.steps
-        return ResponseTable.of(
+        return ResponseTable(
+            np.array(_SOLVED_AT),
             from_text(str(row["moved"]), (len(_SOLVED_AT), steps, -1, 3)),
             from_text(str(row["force"]), (len(_SOLVED_AT), steps, 3)) / _UNIT_PA,
         )
@@ -109,26 +111,42 @@ class Region:
 
 @dataclass(frozen=True, eq=False)
 class ResponseTable:
-    """Answers of a model at many ν.
+    """Answers of a model at some ν, and interpolated along −ln(1 − 2ν) at many.
 
     Attributes
     ----------
-    poisson_ratio : (k,), ascending
-    moved : (k, r·m·3), m
-    force : (k, r·3) for each Pa of E, N/Pa
+    solved_at : (s,) ν, ascending
+    solved_moved, solved_force : (s, r, m, 3), m, and (s, r, 3) for each Pa of E, N/Pa
     """
 
-    poisson_ratio: FloatArray
-    moved: FloatArray
-    force: FloatArray
+    solved_at: FloatArray
+    solved_moved: FloatArray
+    solved_force: FloatArray
 
-    @staticmethod
-    def of(moved: FloatArray, force: FloatArray) -> "ResponseTable":
-        """Interpolate answers at the ν of the solved table."""
-        nodes = -np.log1p(-2 * np.array(_SOLVED_AT))
-        at = np.linspace(nodes[0], nodes[-1], _SEARCHED)
-        flat = [CubicSpline(nodes, values.reshape(len(nodes), -1))(at) for values in (moved, force)]
-        return ResponseTable(-np.expm1(-at) / 2, flat[0], flat[1])
+    def __getstate__(self) -> dict[str, object]:
+        """Leave out what is interpolated: it is made anew in less time than it takes to send."""
+        solved = ("solved_at", "solved_moved", "solved_force")
+        return {name: value for name, value in self.__dict__.items() if name in solved}
+
+    @cached_property
+    def poisson_ratio(self) -> FloatArray:
+        """Many ν (k,), ascending."""
+        ends = -np.log1p(-2 * self.solved_at[[0, -1]])
+        return -np.expm1(-np.linspace(*ends, _SEARCHED)) / 2
+
+    @cached_property
+    def moved(self) -> FloatArray:
+        """How the beads move at each of them, (k, r·m·3), m."""
+        return self._interpolated(self.solved_moved)
+
+    @cached_property
+    def force(self) -> FloatArray:
+        """The forces there, (k, r·3), N/Pa."""
+        return self._interpolated(self.solved_force)
+
+    def _interpolated(self, values: FloatArray) -> FloatArray:
+        along = CubicSpline(-np.log1p(-2 * self.solved_at), values.reshape(len(values), -1))
+        return np.asarray(along(-np.log1p(-2 * self.poisson_ratio)))
 
     def estimate(self, seen: Readings, region: Region | None = None) -> tuple[FloatArray, FloatArray]:
         """Return E (Pa) and ν that the paper's objective finds, each (n,).

@@ -13,7 +13,7 @@ import numpy as np
 from estimator.fem.block_mesh import Grading
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
-from estimator.simulation.acting import acting_effect, read_effect
+from estimator.simulation.acting import read_effect
 from estimator.simulation.simulate import Resolution, exact_readings
 from estimator.studies.published_gap.arrays import as_text, from_text
 from estimator.studies.published_gap.paper_estimator import Readings
@@ -64,7 +64,10 @@ class SimulatedMounting(Parametric):
             farther = replace(self.set_up, way_m=_CONDITIONING * self.set_up.way_m)
             first = replace(retraction(farther, self.anchoring, "pull"), name="conditioning")
             planned = [first, *(replace(one, order=one.order + 1) for one in planned)]
-        acting = [acting_effect(read_effect(name).effect, dict(values)) for name, values in self.effects]
+        acting = [
+            read_effect(",".join([name, *(f"{parameter}={value!r}" for parameter, value in values)]))
+            for name, values in self.effects
+        ]
         tissue = Material(NeoHookean(), REFERENCE_PA, self.poisson_ratio)
         seen = exact_readings(planned, tissue, acting, resolution=Resolution(self.grading, "hex27"))
         row: dict[str, float | str] = {}
