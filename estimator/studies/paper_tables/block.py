@@ -43,6 +43,11 @@ class Motion:
     axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
     angle_rad: float = 0.0
 
+    @property
+    def angle_deg(self) -> float:
+        """How far it turns, in degrees."""
+        return math.degrees(self.angle_rad)
+
     def poses(self, centre: Sequence[float] = GRASP_CENTRE) -> list[GripperPose]:
         """Return the pose at rest and after every step."""
         turn = self.angle_rad * np.array(self.axis)
@@ -55,11 +60,25 @@ class Motion:
         ]
 
 
+def _tangent(degrees: float) -> Motion:
+    return Motion(20, 1e-3, (0.0, 0.0, 1.0), math.radians(degrees))
+
+
+def _twist(degrees: float) -> Motion:
+    return Motion(10, 2e-3, (1.0, 0.0, 0.0), math.radians(degrees))
+
+
+# The first three are the usual ones; the others read the angles, which the paper does not give, otherwise.
 MOTIONS = {
     "pull": Motion(10, 2e-3),
-    "gradual_tangent_pull": Motion(20, 1e-3, (0.0, 0.0, 1.0), math.radians(30.0)),
-    "twist_and_pull": Motion(10, 2e-3, (1.0, 0.0, 0.0), math.radians(45.0)),
+    "gradual_tangent_pull": _tangent(30.0),
+    "twist_and_pull": _twist(45.0),
+    "tangent_15": _tangent(15.0),
+    "tangent_60": _tangent(60.0),
+    "twist_20": _twist(20.0),
+    "twist_90": _twist(90.0),
 }
+USUAL_MOTIONS = ("pull", "gradual_tangent_pull", "twist_and_pull")
 
 
 def grasp_at(shift_m: tuple[float, float]) -> Grasp:

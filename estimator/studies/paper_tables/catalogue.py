@@ -4,17 +4,15 @@ from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 
 from estimator.errors import InputError
-from estimator.studies.paper_tables.complex_motion import complex_motion
+from estimator.studies.paper_tables.block_estimates import complex_motion, mesh_density
 from estimator.studies.paper_tables.grasp_error import grasp_error
 from estimator.studies.paper_tables.liver import liver
-from estimator.studies.paper_tables.mesh_density import mesh_density
 from estimator.studies.paper_tables.motion_noise import motion_noise
 from estimator.studies.paper_tables.rough_surface import rough_surface
 from estimator.studies.tables.study import Study
 
 ALL = "all"
 DRAWS = 20
-# Every relief needs a mesh of its own, which takes longer than all else.
 _MOST_RELIEFS = 3
 
 # A study with so many draws, where it draws.

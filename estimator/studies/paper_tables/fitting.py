@@ -1,5 +1,6 @@
 """E and ν on a given mesh, mostly as it is: what the discretisation does to them is what some studies look at."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -43,10 +44,25 @@ def fitted(
 
 
 def row_of(found: Estimate, **further: float | str) -> Row:
-    """Return what a table keeps of an estimate: E in Pa, ν, the wall time in s, and what else the case has to say."""
+    """Return what a table keeps of an estimate, and what else the case has to say.
+
+    E in Pa with its interval, ν with its own, wall time in s, root mean square lengths of what is left of the
+    fiducials' positions, m, and of the forces, N. A call is the solution of all states.
+    """
+    states = sum(len(fit.displacements) for fit in found.fits)
+    low, high = found.youngs_modulus.interval95
+    least, largest = found.poisson_ratio.interval95
     return {
         "youngs_modulus": found.youngs_modulus.value,
+        "youngs_modulus_low": low,
+        "youngs_modulus_high": high,
         "poisson_ratio": found.poisson_ratio.value,
+        "poisson_ratio_low": least,
+        "poisson_ratio_high": largest,
         "seconds": found.seconds,
+        "iterations": len(found.iterates) - 1,
+        "calls": math.ceil(found.forward_solves / states),
+        "rmse_fiducials": math.sqrt(3) * found.rmse.fiducials,
+        "rmse_force": math.sqrt(3) * found.rmse.force,
         **further,
     }

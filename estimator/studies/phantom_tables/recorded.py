@@ -6,8 +6,8 @@ from hashlib import sha256
 
 from estimator.experiment import Experiment
 from estimator.fit.estimate import estimate
-from estimator.studies.running.case import Row
 from estimator.studies.paper_tables.fitting import row_of
+from estimator.studies.running.case import Row
 from estimator.studies.tables.study import Group, Level, Study
 
 

@@ -1,4 +1,4 @@
-"""The candidate causes of a published gap: effects of the catalogue over a range of sizes, and factors on the bench test.
+"""The candidate causes of a published gap: effects of the catalogue over a range of sizes, and factors on the bench.
 
 What acts on the retraction is an effect of :mod:`estimator.effects`; its size is its first amplitude, with the prior of
 its catalogue entry: a normal distribution with the usual size as deviation, its positive half where the effect has a
@@ -128,11 +128,11 @@ CANDIDATES: tuple[Candidate, ...] = (
         "tissue slides in the gripper beyond a force",
         "gripper_slip:gradual",
         (
-            Size("slip_per_force", "m/N at 5 kPa", (6e-3, 1.6e-2, 3.2e-2), 0.02),
+            Size("slip_per_force", "m/N at 5 kPa", (4e-3, 9e-3, 1.5e-2), 8e-3),
             Size("threshold", "N", (0.02, 0.06, 0.12, 0.25, 0.5), 0.0, -1, between=(0.03, 3.0)),
         ),
         direct_check="mark the tissue at the jaws and measure the mark's way against the gripper's",
-        checks=((1e-2, 0.04), (2.4e-2, 0.09)),
+        checks=((6e-3, 0.04), (1.2e-2, 0.09)),
     ),
     _deformation(
         "gripper_compliance",
@@ -179,7 +179,13 @@ CANDIDATES: tuple[Candidate, ...] = (
             {"place": place},
         )
         for where, words, place, nodes, checks in (
-            ("end", "from the far end of its rim", 1.0, (0.03, 0.06, 0.1, 0.14, 0.18, 0.22, 0.26), (0.08, 0.2)),
+            (
+                "end",
+                "from the far end of its rim",
+                1.0,
+                (0.03, 0.06, 0.1, 0.14, 0.18, 0.22, 0.26),
+                (0.08, 0.2),
+            ),
             ("middle", "in its middle", 0.5, (0.1, 0.2, 0.25, 0.3, 0.36, 0.42, 0.5), (0.17, 0.39)),
         )
     ),
@@ -255,7 +261,9 @@ CANDIDATES: tuple[Candidate, ...] = (
     Candidate(
         "bench_strain",
         "the bench modulus was read at another strain, or scaled by another common factor",
-        sizes=(Size("log_factor", "ln E of the tissue over the bench's", (-1.5, 1.5), _BENCH, one_sided=False),),
+        sizes=(
+            Size("log_factor", "ln E of the tissue over the bench's", (-1.5, 1.5), _BENCH, one_sided=False),
+        ),
         on_bench="common",
         direct_check="fit the bench test's record over the strains of the retraction",
     ),

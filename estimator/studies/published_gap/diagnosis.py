@@ -155,7 +155,9 @@ def _models(
 def withheld_parts(table: PublishedTable) -> list[tuple[str, BoolArray]]:
     """Return what is withheld in turn: each anchoring, each material, where there is more than one of them."""
     anchoring = table.condition_of // 3
-    parts = [(ANCHORINGS[number].replace("_", " "), anchoring == number) for number in np.unique(anchoring)[::-1]]
+    parts = [
+        (ANCHORINGS[number].replace("_", " "), anchoring == number) for number in np.unique(anchoring)[::-1]
+    ]
     if len(parts) < 2:
         parts = []
     material = table.material_of

@@ -45,10 +45,14 @@ def draw_pattern(sheet: Figure, diagnosis: GapDiagnosis) -> None:
         bench = table.bench[material]
         modulus, ratio = panels[:, column]
         spread = bench.std_pa / bench.youngs_modulus_pa
-        modulus.axhspan(1 - spread, 1 + spread, color=MUTED, alpha=0.15, linewidth=0, label="bench test ± deviation")
+        modulus.axhspan(
+            1 - spread, 1 + spread, color=MUTED, alpha=0.15, linewidth=0, label="bench test ± deviation"
+        )
         places = table.condition_of[rows]
         published = np.exp(table.log_modulus[rows]) / bench.youngs_modulus_pa
-        modulus.plot(places, published, "_", color=MEASURED, markersize=26, markeredgewidth=2.4, label="published")
+        modulus.plot(
+            places, published, "_", color=MEASURED, markersize=26, markeredgewidth=2.4, label="published"
+        )
         ratio.plot(places, table.poisson_ratio[rows], "_", color=MEASURED, markersize=26, markeredgewidth=2.4)
         for result, label, colour, mark, shift, withheld in shown:
             chosen = rows if withheld is None else rows & withheld
@@ -66,7 +70,9 @@ def draw_pattern(sheet: Figure, diagnosis: GapDiagnosis) -> None:
     panels[1, 0].set_ylabel("Poisson's ratio ν")
     handles, labels = panels[0, 0].get_legend_handles_labels()
     unique = dict(zip(labels, handles, strict=True))
-    sheet.legend(list(unique.values()), list(unique), loc="upper left", ncols=2, fontsize=8, borderaxespad=0.3)
+    sheet.legend(
+        list(unique.values()), list(unique), loc="upper left", ncols=2, fontsize=8, borderaxespad=0.3
+    )
 
 
 def _draw_model(

@@ -17,6 +17,7 @@ from scipy.interpolate import PchipInterpolator
 from estimator.errors import StudyError
 from estimator.studies.published_gap.candidates import Candidate
 from estimator.studies.published_gap.paper_estimator import (
+    DEFAULT_REGION,
     LowDensityResponse,
     Readings,
     Region,
@@ -95,7 +96,7 @@ class ResponseMap:
         set_up: SetUp,
         candidates: Sequence[Candidate],
         outcomes: Mapping[str, Outcome],
-        region: Region | None = Region(),
+        region: Region | None = DEFAULT_REGION,
     ) -> None:
         self.set_up = set_up
         self.region = region
@@ -200,10 +201,8 @@ class _Changes:
         """Lay the changes on a grid, with none where the first size is zero; nodes that failed are left out."""
         kept = np.array([change is not None for change in changes]).reshape(shape)
         whole = [kept.all(axis=tuple(a for a in range(kept.ndim) if a != axis)) for axis in range(kept.ndim)]
-        if kept.ndim == 1:
-            use = [np.flatnonzero(kept)]
-        else:
-            use = [np.flatnonzero(whole[0]), np.arange(shape[1])]
+        of_first = kept if kept.ndim == 1 else whole[0]
+        use = [np.flatnonzero(of_first), *(np.arange(length) for length in shape[1:])]
         if not all(len(one) for one in use):
             raise StudyError(f"no size of {candidate.name} could be simulated; give it smaller ones")
         chosen = [changes[int(np.ravel_multi_index(at, shape))] for at in itertools.product(*use)]

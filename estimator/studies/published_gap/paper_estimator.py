@@ -5,8 +5,8 @@ of eq. (1),
 
     J(E, ν) = Σ ‖x(ν) − x_o‖² + C Σ ‖E f(ν) − f_o‖²,
 
-is therefore least in E at Ê(ν) = Σ f·f_o / Σ f·f for every ν, and what is left is a search along ν alone. Its minimum is
-that of the paper's sequential quadratic programming where that has converged. The scale factor of eq. (3) is
+is therefore least in E at Ê(ν) = Σ f·f_o / Σ f·f for every ν, and what is left is a search along ν alone. Its minimum
+is that of the paper's sequential quadratic programming where that has converged. The scale factor of eq. (3) is
 
     C = (max − min of Σ ‖x − x_o‖²) / (max − min of Σ ‖f − f_o‖²)
 
@@ -19,11 +19,8 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
-from estimator.forward.model import ForwardModel
-from estimator.materials import NeoHookean
-from estimator.materials.material import Material
+from estimator.studies.paper_tables.response import RATIOS, UnitResponse, solve_response
 from estimator.studies.paper_tables.tetrahedra import block_of_tetrahedra
 from estimator.studies.published_gap.arrays import as_text, from_text
 from estimator.studies.published_gap.retractions import Anchoring, MotionName, SetUp, retraction
@@ -31,8 +28,7 @@ from estimator.studies.running.case import Parametric, Row
 
 FloatArray = NDArray[np.float64]
 
-# Where the low density is solved; between them its response is interpolated along −ln(1 − 2ν).
-_SOLVED_AT = (-0.06, 0.0, 0.1, 0.19, 0.26, 0.32, 0.37, 0.41, 0.44, 0.462, 0.478, 0.488, 0.4945, 0.498, 0.4995)
+# Between the least and the largest ν that are solved.
 _SEARCHED = 800
 _UNIT_PA = 1e4
 LOW_DENSITY_CELLS = (17, 17, 2)
@@ -75,30 +71,22 @@ class LowDensityResponse(Parametric):
     @property
     def name(self) -> str:
         """Which retraction."""
-        return f"the low density's {self.motion.replace('_', ' ')}, {self.anchoring.replace('_', ' ')} anchored"
+        return (
+            f"the low density's {self.motion.replace('_', ' ')}, {self.anchoring.replace('_', ' ')} anchored"
+        )
 
     def run(self) -> Row:
-        """Solve it; E is 10 kPa."""
+        """Solve it; forces are those of 10 kPa."""
         planned = retraction(self.set_up, self.anchoring, self.motion)
-        model = ForwardModel(block_of_tetrahedra(planned, self.cells), [planned])
-        states = range(len(model.schedules[0].poses))
-        rest = planned.fiducials_rest
-        moved, force = [], []
-        for ratio in _SOLVED_AT:
-            material = Material(NeoHookean(), _UNIT_PA, ratio)
-            seen = model.predict(material, [states])[0]
-            moved.append([seen[state].fiducials - rest for state in states[1:]])
-            force.append([seen[state].wrench[:3] - seen[0].wrench[:3] for state in states[1:]])
-        return {"moved": as_text(np.array(moved)), "force": as_text(np.array(force))}
+        found = solve_response(block_of_tetrahedra(planned, self.cells), planned)
+        return {"moved": as_text(found.moved), "force": as_text(_UNIT_PA * found.force)}
 
     def table(self, row: Row) -> "ResponseTable":
         """Return what :meth:`run` found as a table."""
         steps = self.set_up.steps
-        return ResponseTable(
-            np.array(_SOLVED_AT),
-            from_text(str(row["moved"]), (len(_SOLVED_AT), steps, -1, 3)),
-            from_text(str(row["force"]), (len(_SOLVED_AT), steps, 3)) / _UNIT_PA,
-        )
+        moved = from_text(str(row["moved"]), (len(RATIOS), steps, -1, 3))
+        force = from_text(str(row["force"]), (len(RATIOS), steps, 3)) / _UNIT_PA
+        return ResponseTable(UnitResponse(np.array(RATIOS), moved, force))
 
 
 @dataclass(frozen=True)
@@ -109,44 +97,40 @@ class Region:
     poisson_ratio: tuple[float, float] = (0.0, 0.4995)
 
 
+DEFAULT_REGION = Region()
+
+
 @dataclass(frozen=True, eq=False)
 class ResponseTable:
-    """Answers of a model at some ν, and interpolated along −ln(1 − 2ν) at many.
+    """A model's answer to one retraction, and that answer at many ν.
 
     Attributes
     ----------
-    solved_at : (s,) ν, ascending
-    solved_moved, solved_force : (s, r, m, 3), m, and (s, r, 3) for each Pa of E, N/Pa
+    response : UnitResponse
     """
 
-    solved_at: FloatArray
-    solved_moved: FloatArray
-    solved_force: FloatArray
+    response: UnitResponse
 
     def __getstate__(self) -> dict[str, object]:
         """Leave out what is interpolated: it is made anew in less time than it takes to send."""
-        solved = ("solved_at", "solved_moved", "solved_force")
-        return {name: value for name, value in self.__dict__.items() if name in solved}
+        solved = self.response
+        return {"response": UnitResponse(solved.ratios, solved.moved, solved.force)}
 
     @cached_property
     def poisson_ratio(self) -> FloatArray:
         """Many ν (k,), ascending."""
-        ends = -np.log1p(-2 * self.solved_at[[0, -1]])
+        ends = -np.log1p(-2 * self.response.ratios[[0, -1]])
         return -np.expm1(-np.linspace(*ends, _SEARCHED)) / 2
 
     @cached_property
     def moved(self) -> FloatArray:
         """How the beads move at each of them, (k, r·m·3), m."""
-        return self._interpolated(self.solved_moved)
+        return self.response.at(self.poisson_ratio)[0]
 
     @cached_property
     def force(self) -> FloatArray:
         """The forces there, (k, r·3), N/Pa."""
-        return self._interpolated(self.solved_force)
-
-    def _interpolated(self, values: FloatArray) -> FloatArray:
-        along = CubicSpline(-np.log1p(-2 * self.solved_at), values.reshape(len(values), -1))
-        return np.asarray(along(-np.log1p(-2 * self.poisson_ratio)))
+        return self.response.at(self.poisson_ratio)[1]
 
     def estimate(self, seen: Readings, region: Region | None = None) -> tuple[FloatArray, FloatArray]:
         """Return E (Pa) and ν that the paper's objective finds, each (n,).
@@ -164,7 +148,7 @@ class ResponseTable:
         in_force = np.sum(force**2, axis=1)[:, None] - along * modulus
         scale = self._scale(moved, force, in_moved, in_force, modulus, region)
         left = in_moved + scale[:, None] * in_force
-        left[:, self.poisson_ratio < (region or Region()).poisson_ratio[0]] = np.inf
+        left[:, self.poisson_ratio < (region or DEFAULT_REGION).poisson_ratio[0]] = np.inf
         best = np.argmin(left, axis=1)
         ratio = _lowest(self.poisson_ratio, left, best)
         rows = np.arange(len(best))

@@ -2,8 +2,8 @@
 
     ln Ê_i = ln E_m + ln g_c(s E_m^p) + δ_k + ε_i,        ν̂_i = h_c(s E_m^p) + δ'_k + ε'_i
 
-for row i of material m under condition c in mounting k (a material under an anchoring). g and h are the learnt map, with
-locking always in it; s are the causes' sizes, common to all rows; ln E_m is normal about the bench test with its
+for row i of material m under condition c in mounting k (a material under an anchoring). g and h are the learnt map,
+with locking always in it; s are the causes' sizes, common to all rows; ln E_m is normal about the bench test with its
 deviation. δ and ε are scatter between specimens and between runs, normal, their deviations unknown. That of ν may grow
 as a power of how much softer a material is than the stiffest, since its forces drown the sooner.
 """
@@ -25,7 +25,12 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 # Even in the logarithm between these: of ln E and of ν, between runs and between mountings.
-_SCATTER = {"run_e": (0.01, 0.4), "run_nu": (0.01, 0.25), "mounting_e": (0.005, 0.4), "mounting_nu": (0.005, 0.25)}
+_SCATTER = {
+    "run_e": (0.01, 0.4),
+    "run_nu": (0.01, 0.25),
+    "mounting_e": (0.005, 0.4),
+    "mounting_nu": (0.005, 0.25),
+}
 # Points along a size on which the estimator is run once; between them its estimates are interpolated.
 _FINE, _COARSE, _ALONG_THRESHOLD = 41, 17, 9
 

@@ -143,9 +143,7 @@ def _from_toml(data: dict[str, Any], file: Path) -> PublishedTable:
     bench = {}
     for material, entry in bench_part.items():
         where = f"{file}: [bench.{material}]"
-        bench[material] = Bench(
-            _number(entry, "youngs_modulus_pa", where), _number(entry, "std_pa", where)
-        )
+        bench[material] = Bench(_number(entry, "youngs_modulus_pa", where), _number(entry, "std_pa", where))
     rows = tuple(_estimate(entry, f"{file}: estimate {n}") for n, entry in enumerate(estimates, start=1))
     if odd := set(set_up) - set(_SET_UP):
         raise InputError(f"{file}: set_up has no '{sorted(odd)[0]}'; it has {', '.join(_SET_UP)}")

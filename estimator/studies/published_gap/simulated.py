@@ -2,7 +2,7 @@
 
 Neo-Hookean tissue scales: without effects that carry a force or a compliance of their own, displacements do not depend
 on E, and forces are proportional to it. With such an effect they depend on it only through products (compliance × E,
-weight ÷ E), so that every simulation is made at one modulus, :data:`REFERENCE_PA`, with the effect's values scaled to it.
+weight ÷ E), so that every simulation is made at one modulus, :data:`REFERENCE_PA`, with the values scaled to it.
 """
 
 from collections.abc import Mapping, Sequence

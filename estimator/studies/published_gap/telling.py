@@ -14,7 +14,14 @@ from estimator.studies.tables.telling import aligned
 Rows = list[list[str]]
 
 _MODELS = 15
-MODEL_HEAD = ("model", "ln evidence over locking", "probability", "sizes, median and 90 % interval", "E closed", "ν closed")
+MODEL_HEAD = (
+    "model",
+    "ln evidence over locking",
+    "probability",
+    "sizes, median and 90 % interval",
+    "E closed",
+    "ν closed",
+)
 CAUSE_HEAD = ("cause", "in words", "takes part with probability", "alone: ln evidence over locking")
 PATTERN_HEAD = (
     "material",
@@ -28,7 +35,14 @@ PATTERN_HEAD = (
     "locking alone",
     "leading",
 )
-WITHHELD_HEAD = ("withheld", "model chosen on the rest", "as", "E closed", "ν closed", "ln density of the withheld over locking's")
+WITHHELD_HEAD = (
+    "withheld",
+    "model chosen on the rest",
+    "as",
+    "E closed",
+    "ν closed",
+    "ln density of the withheld over locking's",
+)
 CHECK_HEAD = ("cause", "sizes", "E off, %", "ν off")
 
 
@@ -113,7 +127,14 @@ def withheld_rows(withheld: Sequence[Withheld]) -> Rows:
             closed = result.closed(part.rows)
             gain = log_density(result, part) - log_density(locking, part)
             rows.append(
-                [part.name, result.model.name, role, _share(closed["E"]), _share(closed["nu"]), f"{gain:+.1f}"]
+                [
+                    part.name,
+                    result.model.name,
+                    role,
+                    _share(closed["E"]),
+                    _share(closed["nu"]),
+                    f"{gain:+.1f}",
+                ]
             )
     return rows
 

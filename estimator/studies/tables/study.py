@@ -1,42 +1,35 @@
 """A study: cases in levels of what is varied, in groups, and what the paper gives for them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.studies.paper_tables.figures import Figure
 from estimator.studies.running.case import Case, Outcome
 
 FloatArray = NDArray[np.float64]
 
-
-@dataclass(frozen=True, slots=True)
-class PaperFigure:
-    """What the paper gives for a level; None where we do not know it.
-
-    Attributes
-    ----------
-    change : of the mean E against the truth, a share
-    scatter : standard deviation of E over the draws, a share
-    seconds : of one estimation
-    """
-
-    change: float | None = None
-    scatter: float | None = None
-    seconds: float | None = None
-
-
-UNKNOWN = PaperFigure()
+# What a row may hold, beside E, ν and the seconds that each has: SI units.
+COLUMNS = (
+    "youngs_modulus",
+    "poisson_ratio",
+    "seconds",
+    "iterations",
+    "calls",
+    "rmse_fiducials",
+    "rmse_force",
+)
 
 
 @dataclass(frozen=True)
 class Level:
-    """Cases that differ in nothing but their draw, or one case alone."""
+    """Cases that differ in nothing but their draw, or one case alone; what the paper gives for them, if anything."""
 
     label: str
     cases: tuple[Case, ...]
-    paper: PaperFigure = UNKNOWN
+    paper: Figure | None = None
 
 
 @dataclass(frozen=True)
@@ -77,17 +70,27 @@ class LevelResult:
 
     Attributes
     ----------
-    youngs_modulus, poisson_ratio, seconds : of the cases that gave a row, (n,)
+    columns : of the cases that gave a row, (n,) each, by :data:`COLUMNS`; NaN where a row says nothing
+    rows : what they found
     failures : why the others gave none
     remarks : of the cases, each once
     """
 
     level: Level
-    youngs_modulus: FloatArray
-    poisson_ratio: FloatArray
-    seconds: FloatArray
+    columns: Mapping[str, FloatArray]
+    rows: tuple[Mapping[str, float | str], ...] = ()
     failures: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
+
+    @property
+    def youngs_modulus(self) -> FloatArray:
+        """E by case, Pa."""
+        return self.columns["youngs_modulus"]
+
+    @property
+    def poisson_ratio(self) -> FloatArray:
+        """Poisson's ratio by case."""
+        return self.columns["poisson_ratio"]
 
 
 @dataclass(frozen=True)
@@ -117,17 +120,8 @@ def result_of(study: Study, outcomes: Sequence[Outcome]) -> StudyResult:
 
 
 def _level_result(level: Level, outcomes: Sequence[Outcome]) -> LevelResult:
-    rows = [outcome.row for outcome in outcomes if outcome.row is not None]
-
-    def column(name: str) -> FloatArray:
-        return np.array([float(row[name]) for row in rows])
-
+    rows = tuple(outcome.row for outcome in outcomes if outcome.row is not None)
+    columns = {name: np.array([float(row.get(name, np.nan)) for row in rows]) for name in COLUMNS}
     remarks = [str(row["remark"]) for row in rows if row.get("remark")]
-    return LevelResult(
-        level,
-        column("youngs_modulus"),
-        column("poisson_ratio"),
-        column("seconds"),
-        tuple(outcome.failure for outcome in outcomes if outcome.row is None),
-        tuple(dict.fromkeys(remarks)),
-    )
+    failures = tuple(outcome.failure for outcome in outcomes if outcome.row is None)
+    return LevelResult(level, columns, rows, failures, tuple(dict.fromkeys(remarks)))

@@ -1,53 +1,44 @@
-"""A study's outcome in words: its table, as text and as JSON, and what the paper says of silicones."""
+"""A study's outcome in words: its tables, the paper's figures beside ours, as text and as JSON."""
 
 import math
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.studies.paper_tables.paper import SILICONES
+from estimator.studies.paper_tables.figures import Figure
 from estimator.studies.tables.study import GroupResult, LevelResult, StudyResult, Truth
 
 FloatArray = NDArray[np.float64]
 
-# Where there is no figure: none was found, or the paper's is not known.
+# Where there is no figure: none was found, or the paper gives none.
 NONE = "-"
 HEAD = (
     "level",
     "cases",
     "E, kPa",
+    "paper",
     "E off",
-    "± E",
-    "paper: E off",
-    "paper: ± E",
     "ν",
+    "paper",
     "ν off",
-    "± ν",
-    "s",
-    "paper: s",
+    "RMSE fiducials, mm",
+    "paper",
+    "RMSE force, mN",
+    "paper",
+    "iterations (calls)",
+    "paper",
+    "time, s",
+    "paper",
     "remark",
 )
-SILICONE_HEAD = ("Ecoflex 00-30 : thinner", "E by tension, kPa", "E by retraction, kPa", "ν by retraction")
 
 
 def table_rows(result: GroupResult) -> list[list[str]]:
     """Return the cells of a group's table, a row for each level, below :data:`HEAD`."""
     return [_cells(level, result.group.truth) for level in result.levels]
-
-
-def silicone_rows() -> list[list[str]]:
-    """Return what the paper found on its silicones, below :data:`SILICONE_HEAD`."""
-    return [
-        [
-            silicone.parts,
-            f"{silicone.tensile_pa[0] / 1e3:.2f} ± {silicone.tensile_pa[1] / 1e3:.2f}",
-            "{:.1f} to {:.1f}".format(*(1e-3 * end for end in silicone.youngs_modulus_pa)),
-            "{:.2f} to {:.2f}".format(*silicone.poisson_ratio),
-        ]
-        for silicone in SILICONES
-    ]
 
 
 def study_text(result: StudyResult) -> str:
@@ -56,8 +47,6 @@ def study_text(result: StudyResult) -> str:
     for group in result.groups:
         lines += ["", group.group.title, *aligned([list(HEAD), *table_rows(group)])]
     lines += [f"no estimate: {failure}" for failure in failures(result)]
-    if any(group.group.truth is None for group in result.groups):
-        lines += ["", "the paper's phantoms", *aligned([list(SILICONE_HEAD), *silicone_rows()])]
     return "\n".join(lines)
 
 
@@ -68,28 +57,8 @@ def study_json(result: StudyResult) -> dict[str, Any]:
         "groups": [
             {
                 "title": group.group.title,
-                "levels": [
-                    {
-                        "level": level.level.label,
-                        "youngs_modulus": level.youngs_modulus.tolist(),
-                        "poisson_ratio": level.poisson_ratio.tolist(),
-                        "seconds": level.seconds.tolist(),
-                        "failures": list(level.failures),
-                        "remarks": list(level.remarks),
-                        "paper": {
-                            "change": level.level.paper.change,
-                            "scatter": level.level.paper.scatter,
-                            "seconds": level.level.paper.seconds,
-                        },
-                    }
-                    for level in group.levels
-                ],
-                "truth": None
-                if group.group.truth is None
-                else {
-                    "youngs_modulus": group.group.truth.youngs_modulus,
-                    "poisson_ratio": group.group.truth.poisson_ratio,
-                },
+                "levels": [_level_json(level) for level in group.levels],
+                "truth": None if group.group.truth is None else asdict(group.group.truth),
             }
             for group in result.groups
         ],
@@ -113,39 +82,77 @@ def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
     return ["  " + "  ".join(row[n].ljust(width[n]) for n in kept).rstrip() for row in rows]
 
 
+def spread_of(values: FloatArray) -> float:
+    """Return the standard deviation of a sample; NaN for less than two values."""
+    known = values[np.isfinite(values)]
+    return float(known.std(ddof=1)) if len(known) > 1 else math.nan
+
+
+def _level_json(level: LevelResult) -> dict[str, Any]:
+    paper = level.level.paper
+    return {
+        "level": level.level.label,
+        **{
+            name: [None if math.isnan(value) else value for value in values.tolist()]
+            for name, values in level.columns.items()
+        },
+        "failures": list(level.failures),
+        "remarks": list(level.remarks),
+        "paper": None if paper is None else asdict(paper),
+    }
+
+
 def _cells(level: LevelResult, truth: Truth | None) -> list[str]:
-    modulus, ratio, paper = level.youngs_modulus, level.poisson_ratio, level.level.paper
-    mean_modulus = float(modulus.mean()) if len(modulus) else math.nan
-    mean_ratio = float(ratio.mean()) if len(ratio) else math.nan
-    off = math.nan if truth is None else mean_modulus / truth.youngs_modulus - 1
-    ratio_off = math.nan if truth is None else mean_ratio - truth.poisson_ratio
-    # Against the truth where there is one, as the paper has it.
-    reference = mean_modulus if truth is None else truth.youngs_modulus
+    paper = level.level.paper or Figure(math.nan, math.nan)
+    modulus, ratio = (_mean(level.columns[name]) for name in ("youngs_modulus", "poisson_ratio"))
+    off = math.nan if truth is None else modulus / truth.youngs_modulus - 1
+    ratio_off = math.nan if truth is None else ratio - truth.poisson_ratio
+    columns, spread = level.columns, paper.scatter
     return [
         level.level.label,
-        f"{len(modulus)} of {len(level.level.cases)}",
-        _number(mean_modulus / 1e3, ".2f"),
-        _percent(off),
-        _percent(_spread(modulus) / reference).lstrip("+"),
-        _percent(paper.change),
-        _percent(paper.scatter).lstrip("+"),
-        _number(mean_ratio, ".4f"),
-        _number(ratio_off, "+.4f"),
-        _number(_spread(ratio), ".4f"),
-        _number(float(np.median(level.seconds)) if len(level.seconds) else None, ".2f"),
-        _number(paper.seconds, ".0f"),
+        f"{len(level.youngs_modulus)} of {len(level.level.cases)}",
+        _ours(columns["youngs_modulus"], 1e-3, ".2f"),
+        _theirs(paper.youngs_modulus_pa, 1e-3, ".2f", spread.get("youngs_modulus")),
+        NONE if math.isnan(off) else f"{100 * off:+.1f} %",
+        _ours(columns["poisson_ratio"], 1.0, ".4f"),
+        _theirs(paper.poisson_ratio, 1.0, ".4f", spread.get("poisson_ratio")),
+        NONE if math.isnan(ratio_off) else f"{ratio_off:+.4f}",
+        _ours(columns["rmse_fiducials"], 1e3, ".3g"),
+        _theirs(paper.rmse_fiducials_m, 1e3, ".3g", spread.get("rmse_fiducials")),
+        _ours(columns["rmse_force"], 1e3, ".3g"),
+        _theirs(paper.rmse_force_n, 1e3, ".3g", spread.get("rmse_force")),
+        _counts(_mean(columns["iterations"]), _mean(columns["calls"])),
+        _counts(paper.iterations, paper.calls),
+        _ours(columns["seconds"], 1.0, ".3g"),
+        _theirs(paper.seconds, 1.0, ".0f", spread.get("seconds")),
         "; ".join(level.remarks),
     ]
 
 
-def _spread(values: FloatArray) -> float:
-    """Return the standard deviation of a sample; NaN for less than two values."""
-    return float(values.std(ddof=1)) if len(values) > 1 else math.nan
+def _mean(values: FloatArray) -> float:
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if len(known) else math.nan
 
 
-def _percent(share: float | None) -> str:
-    return NONE if share is None or math.isnan(share) else f"{100 * share:+.2f} %"
+def _ours(values: FloatArray, unit: float, form: str) -> str:
+    mean = _mean(values)
+    if math.isnan(mean):
+        return NONE
+    spread = spread_of(values)
+    return f"{unit * mean:{form}}" + ("" if math.isnan(spread) else _percent(spread / mean))
 
 
-def _number(value: float | None, form: str) -> str:
-    return NONE if value is None or math.isnan(value) else f"{value:{form}}"
+def _theirs(value: float | None, unit: float, form: str, spread: float | None) -> str:
+    if value is None or math.isnan(value):
+        return NONE
+    return f"{unit * value:{form}}" + ("" if spread is None else _percent(spread))
+
+
+def _percent(share: float) -> str:
+    return f" ± {100 * share:.0f} %"
+
+
+def _counts(iterations: float | None, calls: float | None) -> str:
+    if iterations is None or calls is None or math.isnan(iterations) or math.isnan(calls):
+        return NONE
+    return f"{iterations:.0f} ({calls:.0f})"
