@@ -57,6 +57,10 @@ class Size:
         lower = self.nodes[0] if self.between is not None else min(0.0, self.nodes[0])
         return np.clip(scaled, lower, self.nodes[-1])
 
+    def in_tissue(self, at_reference: FloatArray, modulus: float) -> FloatArray:
+        """Return the size in tissue of a modulus, Pa, that does what another does at the reference modulus."""
+        return np.asarray(at_reference * (modulus / REFERENCE_PA) ** -self.grows_with)
+
 
 @dataclass(frozen=True, eq=False)
 class Candidate:

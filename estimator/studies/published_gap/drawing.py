@@ -10,7 +10,7 @@ from estimator.studies.published_gap.diagnosis import GapDiagnosis
 from estimator.studies.published_gap.learning import CONDITIONS
 from estimator.studies.published_gap.pattern_fit import PatternResult
 
-FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 COLUMN_IN, HEIGHT_IN = 3.4, 5.8
 _SHORT = {"pull": "pull", "gradual_tangent_pull": "tangent", "twist_and_pull": "twist"}
@@ -30,7 +30,7 @@ def draw_pattern(sheet: Figure, diagnosis: GapDiagnosis) -> None:
     table, ranking = diagnosis.table, diagnosis.ranking
     panels = sheet.subplots(2, len(table.materials), squeeze=False, sharey="row", sharex=True)
     sheet.subplots_adjust(left=0.1, right=0.985, bottom=0.2, top=0.84, wspace=0.08, hspace=0.1)
-    shown = [
+    shown: list[tuple[PatternResult, str, str, str, float, BoolArray | None]] = [
         (ranking.best(0), "locking alone", TRUTH, "s", -0.24, None),
         (ranking.best(1), f"best single: {ranking.best(1).model.name}", ANCHOR, "^", -0.08, None),
         (ranking.best(2), f"best pair: {ranking.best(2).model.name}", PREDICTED, "D", 0.08, None),
@@ -79,7 +79,7 @@ def _draw_model(
     modulus: Axes,
     ratio: Axes,
     result: PatternResult,
-    rows: NDArray[np.bool_],
+    rows: BoolArray,
     bench_pa: float,
     label: str,
     style: dict[str, object],

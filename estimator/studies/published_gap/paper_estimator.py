@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from estimator.studies.paper_tables.response import RATIOS, UnitResponse, solve_response
 from estimator.studies.paper_tables.tetrahedra import block_of_tetrahedra
-from estimator.studies.published_gap.arrays import as_text, from_text
 from estimator.studies.published_gap.retractions import Anchoring, MotionName, SetUp, retraction
+from estimator.studies.running.arrays import as_text, from_text
 from estimator.studies.running.case import Parametric, Row
 
 FloatArray = NDArray[np.float64]
@@ -119,8 +119,8 @@ class ResponseTable:
     @cached_property
     def poisson_ratio(self) -> FloatArray:
         """Many ν (k,), ascending."""
-        ends = -np.log1p(-2 * self.response.ratios[[0, -1]])
-        return -np.expm1(-np.linspace(*ends, _SEARCHED)) / 2
+        first, last = (float(x) for x in -np.log1p(-2 * self.response.ratios[[0, -1]]))
+        return np.asarray(-np.expm1(-np.linspace(first, last, _SEARCHED)) / 2)
 
     @cached_property
     def moved(self) -> FloatArray:

@@ -7,9 +7,9 @@ from hashlib import sha256
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.studies.published_gap.arrays import as_text, from_text
 from estimator.studies.published_gap.pattern import PatternModel
 from estimator.studies.published_gap.sampling import sample_posterior
+from estimator.studies.running.arrays import as_text, from_text
 from estimator.studies.running.case import Row
 
 FloatArray = NDArray[np.float64]
@@ -84,10 +84,7 @@ class PatternResult:
 
     def sizes(self) -> dict[str, tuple[float, float, float]]:
         """Return of every size the median and the ends of its 90 % interval."""
-        return {
-            name: (float(np.median(v)), *(float(x) for x in np.quantile(v, (0.05, 0.95))))
-            for name, v in self.model.size_values(self.draws).items()
-        }
+        return {name: _interval(values) for name, values in self.model.size_values(self.draws).items()}
 
     def closed(self, rows: NDArray[np.bool_]) -> dict[str, tuple[float, float, float]]:
         """Return which share of the gap of some rows closes in E and in ν: median and 90 % interval.
@@ -104,12 +101,14 @@ class PatternResult:
         for name, mean in zip(("E", "nu"), self.means, strict=True):
             left = _root_mean_square((published[name] - mean)[:, rows])
             gap = _root_mean_square((published[name] - ideal[name])[None, rows])
-            share = 1 - left / gap
-            shares[name] = (
-                float(np.median(share)),
-                *(float(x) for x in np.quantile(share, (0.05, 0.95))),
-            )
+            shares[name] = _interval(1 - left / gap)
         return shares
+
+
+def _interval(values: FloatArray) -> tuple[float, float, float]:
+    """Return the median, and the ends of the 90 % interval."""
+    low, middle, high = (float(value) for value in np.quantile(values, (0.05, 0.5, 0.95)))
+    return middle, low, high
 
 
 def _root_mean_square(values: FloatArray) -> FloatArray:

@@ -20,7 +20,7 @@ file has the columns of ``[[estimate]]``, and ``bench_pa`` and ``bench_std_pa`` 
 import csv
 import io
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -148,8 +148,15 @@ def _from_toml(data: dict[str, Any], file: Path) -> PublishedTable:
     if odd := set(set_up) - set(_SET_UP):
         raise InputError(f"{file}: set_up has no '{sorted(odd)[0]}'; it has {', '.join(_SET_UP)}")
     given = {name: _number(set_up, name, f"{file}: [set_up]") for name in set_up}
-    known = {f.name for f in fields(SetUp)}
-    return PublishedTable(file.name, bench, rows, SetUp(**{k: v for k, v in given.items() if k in known}))
+    usual = SetUp()
+    stated = replace(
+        usual,
+        way_m=given.get("way_m", usual.way_m),
+        tangent_rad=given.get("tangent_rad", usual.tangent_rad),
+        twist_rad=given.get("twist_rad", usual.twist_rad),
+        density=given.get("density", usual.density),
+    )
+    return PublishedTable(file.name, bench, rows, stated)
 
 
 def _from_csv(text: str, file: Path) -> PublishedTable:
@@ -180,7 +187,8 @@ def _estimate(entry: object, where: str) -> PublishedEstimate:
         if not isinstance(value, str) or not value.strip():
             raise InputError(f"{where}: has no {name}; give it")
         texts.append(value.strip())
-    return PublishedEstimate(*texts, *(_number(entry, name, where) for name in _NUMBERS))
+    modulus, ratio = (_number(entry, name, where) for name in _NUMBERS)
+    return PublishedEstimate(texts[0], texts[1], texts[2], modulus, ratio)
 
 
 def _number(entry: object, name: str, where: str) -> float:

@@ -1,7 +1,7 @@
 """The page, the picture and the data of a diagnosed gap."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from estimator.studies.published_gap import telling
 from estimator.studies.published_gap.diagnosis import GapDiagnosis
 from estimator.studies.published_gap.drawing import draw_pattern, pattern_size
 from estimator.studies.published_gap.proposals import proposals
+from estimator.studies.published_gap.redone import REDONE_HEAD, Redone, redone_json, redone_rows
 
 PAGE_FILE, PICTURE_FILE, DATA_FILE = "gap.html", "gap.png", "gap.json"
 _DPI = 130
@@ -23,7 +24,9 @@ _CAPTION = (
 )
 
 
-def write_gap(diagnosis: GapDiagnosis, folder: Path, provenance: Mapping[str, str]) -> list[Path]:
+def write_gap(
+    diagnosis: GapDiagnosis, redone: Sequence[Redone], folder: Path, provenance: Mapping[str, str]
+) -> list[Path]:
     """Write page, picture and data; return the files."""
     folder.mkdir(parents=True, exist_ok=True)
     files = [folder / name for name in (PAGE_FILE, PICTURE_FILE, DATA_FILE)]
@@ -36,6 +39,7 @@ def write_gap(diagnosis: GapDiagnosis, folder: Path, provenance: Mapping[str, st
         page.table("withheld parts", telling.WITHHELD_HEAD, telling.withheld_rows(diagnosis.withheld)),
         page.table("published and predicted", telling.PATTERN_HEAD, telling.pattern_rows(diagnosis)),
         page.table("the estimator's elements alone", telling.LOCKING_HEAD, telling.locking_rows(diagnosis)),
+        page.table("the experiments redone with the leading model acting", REDONE_HEAD, redone_rows(redone)),
         page.table("the learnt map, checked", telling.CHECK_HEAD, telling.check_rows(diagnosis)),
         page.heading("What the laboratory should do"),
         *(page.note(line) for line in proposals(diagnosis)),
@@ -47,5 +51,6 @@ def write_gap(diagnosis: GapDiagnosis, folder: Path, provenance: Mapping[str, st
         sheet = Figure(figsize=size)
         draw_pattern(sheet, diagnosis)
         sheet.savefig(files[1], dpi=_DPI, facecolor=COLOURS["paper"].light)
-    files[2].write_text(json.dumps(telling.gap_json(diagnosis), indent=1), encoding="utf-8")
+    data = {**telling.gap_json(diagnosis), "redone": redone_json(redone)}
+    files[2].write_text(json.dumps(data, indent=1), encoding="utf-8")
     return files

@@ -15,9 +15,9 @@ from estimator.materials import NeoHookean
 from estimator.materials.material import Material
 from estimator.simulation.acting import read_effect
 from estimator.simulation.simulate import Resolution, exact_readings
-from estimator.studies.published_gap.arrays import as_text, from_text
 from estimator.studies.published_gap.paper_estimator import Readings
 from estimator.studies.published_gap.retractions import MOTION_NAMES, Anchoring, SetUp, mounting, retraction
+from estimator.studies.running.arrays import as_text, from_text
 from estimator.studies.running.case import Parametric, Row
 
 REFERENCE_PA = 5e3

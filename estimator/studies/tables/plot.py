@@ -18,6 +18,7 @@ COLUMN_IN, HEIGHT_IN = 3.7, 5.2
 _SPREAD = 0.5
 _PAPER_MARK = 0.36
 _LABEL_CHARACTERS = 11
+_TITLE_CHARACTERS = 40
 
 
 def figure_size(result: StudyResult) -> tuple[float, float]:
@@ -37,8 +38,9 @@ def draw_study(sheet: Figure, result: StudyResult) -> None:
         if truth is not None:
             modulus.axhline(truth.youngs_modulus / 1e3, color=TRUTH, linestyle=(0, (5, 3)), label="truth")
             ratio.axhline(truth.poisson_ratio, color=TRUTH, linestyle=(0, (5, 3)))
-            _draw_paper(modulus, group, truth.youngs_modulus / 1e3)
-        modulus.set_title(group.group.title)
+        _draw_paper(modulus, group, "youngs_modulus", 1e-3)
+        _draw_paper(ratio, group, "poisson_ratio", 1.0)
+        modulus.set_title(textwrap.fill(group.group.title, _TITLE_CHARACTERS), fontsize=9)
         ratio.set_xticks(
             np.arange(len(group.levels)),
             [textwrap.fill(level.level.label, _LABEL_CHARACTERS) for level in group.levels],
@@ -75,15 +77,15 @@ def _draw_levels(axes: Axes, levels: list[FloatArray]) -> None:
             )
 
 
-def _draw_paper(axes: Axes, group: GroupResult, truth_kpa: float) -> None:
+def _draw_paper(axes: Axes, group: GroupResult, name: str, unit: float) -> None:
     label: str | None = "the paper's mean"
     for place, level in enumerate(group.levels):
         figure = level.level.paper
-        if figure.change is None:
+        if figure is None:
             continue
-        value = [truth_kpa * (1 + figure.change)]
-        spread = None if figure.scatter is None else [truth_kpa * figure.scatter]
-        axes.errorbar(
-            [place + _PAPER_MARK], value, spread, fmt="D", color=ANCHOR, markersize=5, capsize=3, label=label
-        )
+        mean = figure.youngs_modulus_pa if name == "youngs_modulus" else figure.poisson_ratio
+        spread = figure.scatter.get(name)
+        error = None if spread is None else [unit * mean * spread]
+        at = [place + _PAPER_MARK]
+        axes.errorbar(at, [unit * mean], error, fmt="D", color=ANCHOR, markersize=5, capsize=3, label=label)
         label = None

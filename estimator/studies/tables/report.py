@@ -13,29 +13,24 @@ from estimator.report.page import Html
 from estimator.report.theme import COLOURS, PLOT_STYLE
 from estimator.studies.tables.plot import draw_study, figure_size
 from estimator.studies.tables.study import StudyResult
-from estimator.studies.tables.telling import (
-    HEAD,
-    SILICONE_HEAD,
-    failures,
-    silicone_rows,
-    study_json,
-    table_rows,
-)
+from estimator.studies.tables.telling import HEAD, failures, study_json, table_rows
 
 PAGE_FILE = "studies.html"
 _DPI = 130
-_CAPTION = (
-    "Every mark is one estimate; bars are mean and standard deviation over the draws, diamonds what the paper gives, "
-    "where that is known."
-)
+_CAPTION = "Every mark is one estimate; bars are mean and standard deviation over the draws, diamonds what the paper gives."
 
 
-def write_studies(results: Sequence[StudyResult], folder: Path, provenance: Mapping[str, str]) -> list[Path]:
-    """Write one page, and for each study a picture and its data; return the files."""
+def write_studies(
+    results: Sequence[StudyResult],
+    folder: Path,
+    provenance: Mapping[str, str],
+    further: Sequence[Html] = (),
+) -> list[Path]:
+    """Write one page, with further blocks at its end, and for each study a picture and its data; return the files."""
     folder.mkdir(parents=True, exist_ok=True)
     files = [folder / PAGE_FILE]
     blocks = [block for result in results for block in _blocks(result)]
-    text = page.page("Studies", [*blocks, page.facts("Made with", provenance)])
+    text = page.page("Studies", [*blocks, *further, page.facts("Made with", provenance)])
     files[0].write_text(text, encoding="utf-8")
     for result in results:
         picture = folder / f"{result.study.name}.png"
@@ -48,8 +43,6 @@ def write_studies(results: Sequence[StudyResult], folder: Path, provenance: Mapp
 
 def _blocks(result: StudyResult) -> list[Html]:
     tables = [page.table(group.group.title, HEAD, table_rows(group)) for group in result.groups]
-    if any(group.group.truth is None for group in result.groups):
-        tables.append(page.table("The paper's phantoms", SILICONE_HEAD, silicone_rows()))
     return [
         page.heading(result.study.title),
         *(page.note(note) for note in result.study.notes),

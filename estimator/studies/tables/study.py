@@ -71,16 +71,23 @@ class LevelResult:
     Attributes
     ----------
     columns : of the cases that gave a row, (n,) each, by :data:`COLUMNS`; NaN where a row says nothing
-    rows : what they found
-    failures : why the others gave none
-    remarks : of the cases, each once
+    outcomes : of all cases, in their order
     """
 
     level: Level
     columns: Mapping[str, FloatArray]
-    rows: tuple[Mapping[str, float | str], ...] = ()
-    failures: tuple[str, ...] = ()
-    remarks: tuple[str, ...] = ()
+    outcomes: tuple[Outcome, ...]
+
+    @property
+    def failures(self) -> list[str]:
+        """Why cases gave no row."""
+        return [outcome.failure for outcome in self.outcomes if outcome.row is None]
+
+    @property
+    def remarks(self) -> list[str]:
+        """What cases have to say, each once."""
+        rows = [outcome.row for outcome in self.outcomes if outcome.row is not None]
+        return list(dict.fromkeys(str(row["remark"]) for row in rows if row.get("remark")))
 
     @property
     def youngs_modulus(self) -> FloatArray:
@@ -120,8 +127,6 @@ def result_of(study: Study, outcomes: Sequence[Outcome]) -> StudyResult:
 
 
 def _level_result(level: Level, outcomes: Sequence[Outcome]) -> LevelResult:
-    rows = tuple(outcome.row for outcome in outcomes if outcome.row is not None)
+    rows = [outcome.row for outcome in outcomes if outcome.row is not None]
     columns = {name: np.array([float(row.get(name, np.nan)) for row in rows]) for name in COLUMNS}
-    remarks = [str(row["remark"]) for row in rows if row.get("remark")]
-    failures = tuple(outcome.failure for outcome in outcomes if outcome.row is None)
-    return LevelResult(level, columns, rows, failures, tuple(dict.fromkeys(remarks)))
+    return LevelResult(level, columns, tuple(outcomes))

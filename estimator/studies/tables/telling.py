@@ -96,8 +96,8 @@ def _level_json(level: LevelResult) -> dict[str, Any]:
             name: [None if math.isnan(value) else value for value in values.tolist()]
             for name, values in level.columns.items()
         },
-        "failures": list(level.failures),
-        "remarks": list(level.remarks),
+        "failures": level.failures,
+        "remarks": level.remarks,
         "paper": None if paper is None else asdict(paper),
     }
 
