@@ -18,6 +18,7 @@ from estimator.errors import StudyError
 from estimator.studies.published_gap.candidates import Candidate
 from estimator.studies.published_gap.paper_estimator import (
     DEFAULT_REGION,
+    LOW_DENSITY_CELLS,
     LowDensityResponse,
     Readings,
     Region,
@@ -35,9 +36,13 @@ TISSUE_RATIOS = (0.495, USUAL_RATIO, 0.4999)
 CONDITIONS = tuple((anchoring, motion) for anchoring in ANCHORINGS for motion in MOTION_NAMES)
 
 
-def learning_cases(set_up: SetUp, candidates: Sequence[Candidate]) -> list[Case]:
+def learning_cases(
+    set_up: SetUp, candidates: Sequence[Candidate], cells: tuple[int, int, int] = LOW_DENSITY_CELLS
+) -> list[Case]:
     """Return all simulations that the map is learnt from, and those that it is checked on."""
-    cases: list[Case] = [LowDensityResponse(set_up, anchoring, motion) for anchoring, motion in CONDITIONS]
+    cases: list[Case] = [
+        LowDensityResponse(set_up, anchoring, motion, cells) for anchoring, motion in CONDITIONS
+    ]
     cases += [
         SimulatedMounting(set_up, anchoring, poisson_ratio=ratio)
         for ratio in TISSUE_RATIOS
@@ -84,6 +89,7 @@ class ResponseMap:
     set_up, candidates : whose simulations were carried out
     outcomes : of :func:`learning_cases`, in its order
     region : of the estimator's scale factor
+    cells : of the estimator's mesh
 
     Raises
     ------
@@ -97,15 +103,16 @@ class ResponseMap:
         candidates: Sequence[Candidate],
         outcomes: Mapping[str, Outcome],
         region: Region | None = DEFAULT_REGION,
+        cells: tuple[int, int, int] = LOW_DENSITY_CELLS,
     ) -> None:
         self.set_up = set_up
         self.region = region
         learnt = {name: outcome.row for name, outcome in outcomes.items()}
-        self.digest = sha256(repr((sorted(learnt.items()), region)).encode()).hexdigest()
+        self._digest = sha256(repr((sorted(learnt.items()), region)).encode()).hexdigest()
         self._outcomes = outcomes
         self.tables: list[ResponseTable] = []
         for anchoring, motion in CONDITIONS:
-            case = LowDensityResponse(set_up, anchoring, motion)
+            case = LowDensityResponse(set_up, anchoring, motion, cells)
             self.tables.append(case.table(_row(case, outcomes)))
         by_ratio = [
             [SimulatedMounting(set_up, anchoring, poisson_ratio=ratio) for anchoring in ANCHORINGS]
@@ -117,6 +124,11 @@ class ResponseMap:
         self._changes = {
             candidate.name: self._learn(candidate) for candidate in candidates if candidate.effect
         }
+
+    @property
+    def digest(self) -> str:
+        """Everything that it was learnt from, in short."""
+        return self._digest
 
     @property
     def locking(self) -> tuple[FloatArray, FloatArray]:

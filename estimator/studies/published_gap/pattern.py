@@ -11,6 +11,7 @@ as a power of how much softer a material is than the stiffest, since its forces 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from scipy.interpolate import RegularGridInterpolator
 from scipy.stats import norm
 
 from estimator.studies.published_gap.candidates import Candidate, Size
-from estimator.studies.published_gap.learning import TISSUE_RATIOS, ResponseMap
+from estimator.studies.published_gap.learning import TISSUE_RATIOS
 from estimator.studies.published_gap.published import PublishedTable
 
 FloatArray = NDArray[np.float64]
@@ -33,6 +34,25 @@ _SCATTER = {
 }
 # Points along a size on which the estimator is run once; between them its estimates are interpolated.
 _FINE, _COARSE, _ALONG_THRESHOLD = 41, 17, 9
+
+
+class Map(Protocol):
+    """From causes and their sizes to what the estimator of a table reports, for the six conditions."""
+
+    @property
+    def digest(self) -> str:
+        """Everything that it was learnt from, in short."""
+
+    @property
+    def locking(self) -> tuple[FloatArray, FloatArray]:
+        """E over that of the tissue, and ν, (6,) each, where no cause acts."""
+
+    @property
+    def by_tissue_ratio(self) -> tuple[FloatArray, FloatArray]:
+        """The same for each ν of :data:`~.learning.TISSUE_RATIOS`, (3, 6) each."""
+
+    def estimates(self, acting: Sequence[tuple[Candidate, FloatArray]]) -> tuple[FloatArray, FloatArray]:
+        """Return the same, (n, 6) each, where candidates act with sizes (n, s) at the reference modulus."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +81,7 @@ class PatternModel:
 
     table: PublishedTable
     causes: tuple[Candidate, ...]
-    response: ResponseMap
+    response: Map
 
     @property
     def name(self) -> str:
