@@ -50,6 +50,7 @@ def learning_cases(
     ]
     for candidate in candidates:
         if candidate.effect:
+            cases += [candidate.undisturbed(set_up, anchoring) for anchoring in ANCHORINGS]
             for at in [*_grid(candidate), *candidate.checks]:
                 cases += [candidate.case(set_up, anchoring, at) for anchoring in ANCHORINGS]
     return cases
@@ -149,10 +150,16 @@ class ResponseMap:
         ----------
         acting : candidates with their sizes (n, s) at the reference modulus
         """
+        return self._estimates(self._free, acting)
+
+    def _estimates(
+        self, free: Sequence[Readings], acting: Sequence[tuple[Candidate, FloatArray]]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the same from what an undisturbed tissue shows."""
         count = len(acting[0][1]) if acting else 1
         seen = []
         for condition in range(len(CONDITIONS)):
-            total = self._free[condition].times(np.ones(count))
+            total = free[condition].times(np.ones(count))
             for candidate, sizes in acting:
                 if candidate.effect:
                     total = total + self._changes[candidate.name].at(condition, sizes)
@@ -177,7 +184,8 @@ class ResponseMap:
             if any(self._outcomes[case.identity].row is None for case in cases):
                 continue
             modulus, ratio = self.simulated(cases)
-            mapped_modulus, mapped_ratio = self.estimates([(candidate, np.array([at]))])
+            free = self._seen([candidate.undisturbed(self.set_up, anchoring) for anchoring in ANCHORINGS])
+            mapped_modulus, mapped_ratio = self._estimates(free, [(candidate, np.array([at]))])
             found.append(Check(candidate, at, modulus, mapped_modulus[0], ratio, mapped_ratio[0]))
         return found
 
@@ -187,13 +195,14 @@ class ResponseMap:
     def _learn(self, candidate: Candidate) -> "_Changes":
         shape = tuple(len(size.nodes) for size in candidate.sizes)
         changes: list[list[Readings] | None] = []
+        free = self._seen([candidate.undisturbed(self.set_up, anchoring) for anchoring in ANCHORINGS])
         for at in _grid(candidate):
             cases = [candidate.case(self.set_up, anchoring, at) for anchoring in ANCHORINGS]
             if failed := [case for case in cases if self._outcomes[case.identity].row is None]:
                 self.missing.append(f"{failed[0].name}: {self._outcomes[failed[0].identity].failure}")
                 changes.append(None)
                 continue
-            pairs = zip(self._seen(cases), self._free, strict=True)
+            pairs = zip(self._seen(cases), free, strict=True)
             changes.append([seen - free for seen, free in pairs])
         return _Changes.of(candidate, shape, changes)
 

@@ -17,7 +17,9 @@ from estimator.studies.tables.telling import HEAD, failures, study_json, table_r
 
 PAGE_FILE = "studies.html"
 _DPI = 130
-_CAPTION = "Every mark is one estimate; bars are mean and standard deviation over the draws, diamonds what the paper gives."
+_CAPTION = (
+    "Every mark is one estimate, bars are mean and standard deviation over the draws, diamonds the paper's."
+)
 
 
 def write_studies(
