@@ -144,11 +144,11 @@ CANDIDATES: tuple[Candidate, ...] = (
         "tissue slides in the gripper beyond a force",
         "gripper_slip:gradual",
         (
-            Size("slip_per_force", "m/N at 5 kPa", (4e-3, 9e-3, 1.5e-2), 8e-3),
+            Size("slip_per_force", "m/N at 5 kPa", (4e-3, 9e-3, 1.2e-2, 1.5e-2), 8e-3),
             Size("threshold", "N", (0.02, 0.06, 0.12, 0.25, 0.5), 0.0, -1, between=(0.03, 3.0)),
         ),
         direct_check="mark the tissue at the jaws and measure the mark's way against the gripper's",
-        checks=((6e-3, 0.04), (1.2e-2, 0.09)),
+        checks=((6e-3, 0.04), (1.05e-2, 0.09), (1.2e-2, 0.17)),
     ),
     _deformation(
         "gripper_compliance",
@@ -199,8 +199,8 @@ CANDIDATES: tuple[Candidate, ...] = (
                 "end",
                 "from the far end of its rim",
                 1.0,
-                (0.03, 0.06, 0.1, 0.14, 0.18, 0.22, 0.26),
-                (0.08, 0.2),
+                (0.03, 0.06, 0.1, 0.14, 0.17, 0.2, 0.23, 0.26),
+                (0.08, 0.185, 0.215),
             ),
             ("middle", "in its middle", 0.5, (0.1, 0.2, 0.25, 0.3, 0.36, 0.42, 0.5), (0.17, 0.39)),
         )

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from estimator.studies.published_gap.candidates import CANDIDATES, Candidate
-from estimator.studies.published_gap.learning import Check, ResponseMap, learning_cases
+from estimator.studies.published_gap.learning import Check, ResponseMap, learning_cases, pair_cases
 from estimator.studies.published_gap.pattern import PatternModel
 from estimator.studies.published_gap.pattern_fit import PatternFit, PatternResult
 from estimator.studies.published_gap.published import PublishedTable
@@ -28,7 +28,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _PAIRED = 4
-LOCKING = ""
+_PAIRS_CHECKED = 4
 
 Executors = Callable[[], AbstractContextManager[Executor]]
 
@@ -132,6 +132,7 @@ def diagnose_gap(
     everything = np.ones(len(table.estimates), dtype=bool)
     pairs = list(itertools.combinations(candidates, 2))
     ranking = Ranking.of(fitted(_models(table, response, candidates, pairs), everything))
+    checks += tuple(_pair_checks(ranking, response, store, executor, progress))
     withheld = []
     for name, rows in withheld_parts(table):
         singles = fitted(_models(table, response, candidates, []), ~rows)
@@ -140,6 +141,33 @@ def diagnose_gap(
         paired = fitted([PatternModel(table, pair, response) for pair in held], ~rows)
         withheld.append(Withheld(name, rows, Ranking.of([*singles, *paired])))
     return GapDiagnosis(table, response, checks, ranking, tuple(withheld))
+
+
+def _pair_checks(
+    ranking: Ranking, response: ResponseMap, store: OutcomeStore, executor: Executors, progress: Progress
+) -> list[Check]:
+    """Return the map beside simulations of the best pairs, at their median sizes in the material in the middle."""
+    best = [
+        result
+        for result in ranking.results
+        if len(result.model.causes) == 2 and all(cause.effect for cause in result.model.causes)
+    ][:_PAIRS_CHECKED]
+    found = []
+    for result in best:
+        modulus = np.median(np.median(result.model.true_modulus(result.draws), axis=0))
+        values = result.model.size_values(result.draws)
+        at = []
+        for cause in result.model.causes:
+            medians = [float(np.median(values[f"{cause.name} {size.name}"])) for size in cause.sizes]
+            scaled = [
+                float(f"{float(size.at_reference(np.array(median), np.array(modulus))):.2g}")
+                for size, median in zip(cause.sizes, medians, strict=True)
+            ]
+            at.append(tuple(scaled))
+        cases = pair_cases(response.set_up, result.model.causes, at)
+        check = response.pair_check(result.model.causes, at, run_cases(cases, store, executor, progress))
+        found += [] if check is None else [check]
+    return found
 
 
 def _models(

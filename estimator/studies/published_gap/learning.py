@@ -2,7 +2,7 @@
 
 Between the simulated sizes the readings are interpolated, not the estimates: they follow an effect smoothly, while ν
 of the paper's estimator follows the readings steeply. Of several effects together the changes of the readings are
-added. The estimator then runs on interpolated readings as on any others, with its locking.
+composed. The estimator then runs on interpolated readings as on any others, with its locking.
 """
 
 import itertools
@@ -31,6 +31,8 @@ from estimator.studies.running.case import Case, Outcome
 
 FloatArray = NDArray[np.float64]
 
+# Thresholds between the simulated ones, by monotone cubics; between these, linear.
+_ALONG_THRESHOLD = 33
 # The tissue's own ν, which nobody measured: nearly incompressible.
 TISSUE_RATIOS = (0.495, USUAL_RATIO, 0.4999)
 CONDITIONS = tuple((anchoring, motion) for anchoring in ANCHORINGS for motion in MOTION_NAMES)
@@ -60,11 +62,45 @@ def _grid(candidate: Candidate) -> list[tuple[float, ...]]:
     return list(itertools.product(*(size.nodes for size in candidate.sizes)))
 
 
+def pair_cases(
+    set_up: SetUp, pair: Sequence[Candidate], at: Sequence[tuple[float, ...]]
+) -> list[SimulatedMounting]:
+    """Return the simulations of two causes at once, one for each anchoring."""
+    cases = []
+    for anchoring in ANCHORINGS:
+        single = [one.case(set_up, anchoring, sizes) for one, sizes in zip(pair, at, strict=True)]
+        effects = tuple(effect for case in single for effect in case.effects)
+        conditioned = any(case.conditioned for case in single)
+        cases.append(SimulatedMounting(set_up, anchoring, effects, USUAL_RATIO, conditioned))
+    return cases
+
+
+def together(base: Readings, changes: Sequence[Readings]) -> Readings:
+    """Return what several changes do at once.
+
+    The part k of a change that is proportional to what is seen without any acts on all of the rest as well:
+    (1 + k₁)(1 + k₂) r + (1 + k₂) d₁ + (1 + k₁) d₂, where kᵢ r + dᵢ are the changes of r. Two causes that each take a
+    share of the force leave the product of what they leave, not the difference of what they take.
+    """
+    moved = _together(base.moved, [change.moved for change in changes])
+    return Readings(moved, _together(base.force, [change.force for change in changes]))
+
+
+def _together(base: FloatArray, changes: Sequence[FloatArray]) -> FloatArray:
+    axes = tuple(range(1, base.ndim))
+    total, scale = base, np.ones((len(base), *[1] * (base.ndim - 1)))
+    for change in changes:
+        along = np.sum(change * base, axis=axes, keepdims=True) / np.sum(base**2, axis=axes, keepdims=True)
+        total = (1 + along) * total + scale * (change - along * base)
+        scale = scale * (1 + along)
+    return total
+
+
 @dataclass(frozen=True)
 class Check:
     """What the map says at sizes that were simulated and not learnt from: (6,) each, E as a ratio to the tissue's."""
 
-    candidate: Candidate
+    name: str
     at: tuple[float, ...]
     modulus_simulated: FloatArray
     modulus_mapped: FloatArray
@@ -156,14 +192,12 @@ class ResponseMap:
         self, free: Sequence[Readings], acting: Sequence[tuple[Candidate, FloatArray]]
     ) -> tuple[FloatArray, FloatArray]:
         """Return the same from what an undisturbed tissue shows."""
+        changes = [(self._changes[one.name], sizes) for one, sizes in acting if one.effect]
         count = len(acting[0][1]) if acting else 1
         seen = []
-        for condition in range(len(CONDITIONS)):
-            total = free[condition].times(np.ones(count))
-            for candidate, sizes in acting:
-                if candidate.effect:
-                    total = total + self._changes[candidate.name].at(condition, sizes)
-            seen.append(total)
+        for condition, alone in enumerate(free):
+            base = alone.times(np.ones(count))
+            seen.append(together(base, [change.at(condition, sizes) for change, sizes in changes]))
         modulus, ratio = estimates(self.tables, seen, self.region)
         return modulus / REFERENCE_PA, ratio
 
@@ -171,6 +205,29 @@ class ResponseMap:
         """Return E over that of the tissue, and ν, (6,) each, of one simulation of each anchoring."""
         modulus, ratio = estimates(self.tables, self._seen(cases), self.region)
         return modulus[0] / REFERENCE_PA, ratio[0]
+
+    def pair_check(
+        self, pair: Sequence[Candidate], at: Sequence[tuple[float, ...]], outcomes: Sequence[Outcome]
+    ) -> Check | None:
+        """Return the map beside a simulation of two causes at once; None where that failed.
+
+        ``outcomes`` are those of :func:`pair_cases`.
+        """
+        cases = pair_cases(self.set_up, pair, at)
+        rows = [outcome.row for outcome in outcomes]
+        seen = [
+            one
+            for case, row in zip(cases, rows, strict=True)
+            if row is not None
+            for one in case.readings(row)
+        ]
+        if len(seen) < len(CONDITIONS):
+            return None
+        modulus, ratio = estimates(self.tables, seen, self.region)
+        mapped = self.estimates([(one, np.array([sizes])) for one, sizes in zip(pair, at, strict=True)])
+        name = " + ".join(one.name for one in pair)
+        sizes = tuple(size for one in at for size in one)
+        return Check(name, sizes, modulus[0] / REFERENCE_PA, mapped[0][0], ratio[0], mapped[1][0])
 
     def __getstate__(self) -> dict[str, object]:
         """Leave out what nothing more is learnt from: a map goes to other processes."""
@@ -186,7 +243,7 @@ class ResponseMap:
             modulus, ratio = self.simulated(cases)
             free = self._seen([candidate.undisturbed(self.set_up, anchoring) for anchoring in ANCHORINGS])
             mapped_modulus, mapped_ratio = self._estimates(free, [(candidate, np.array([at]))])
-            found.append(Check(candidate, at, modulus, mapped_modulus[0], ratio, mapped_ratio[0]))
+            found.append(Check(candidate.name, at, modulus, mapped_modulus[0], ratio, mapped_ratio[0]))
         return found
 
     def _seen(self, cases: Sequence[SimulatedMounting]) -> list[Readings]:
@@ -233,12 +290,16 @@ class _Changes:
         place = int(np.searchsorted(axes[0], 0.0))
         axes[0] = np.insert(axes[0], place, 0.0)
 
+        fine = [*axes[:1], *(np.geomspace(axis[0], axis[-1], _ALONG_THRESHOLD) for axis in axes[1:])]
+
         def laid(values: FloatArray) -> FloatArray:
-            grid = values.reshape(*size_of, *values.shape[1:])
-            return np.insert(grid, place, 0.0, axis=0)
+            grid = np.insert(values.reshape(*size_of, *values.shape[1:]), place, 0.0, axis=0)
+            if len(axes) == 1:
+                return grid
+            return np.asarray(PchipInterpolator(np.log(axes[1]), grid, axis=1)(np.log(fine[1])))
 
         return _Changes(
-            tuple(axes), tuple(laid(one.moved) for one in stacks), tuple(laid(one.force) for one in stacks)
+            tuple(fine), tuple(laid(one.moved) for one in stacks), tuple(laid(one.force) for one in stacks)
         )
 
     def at(self, condition: int, sizes: FloatArray) -> Readings:

@@ -34,6 +34,7 @@ _SCATTER = {
 }
 # Points along a size on which the estimator is run once; between them its estimates are interpolated.
 _FINE, _COARSE, _ALONG_THRESHOLD = 41, 17, 9
+_LEAST_GAIN = 0.01
 
 
 class Map(Protocol):
@@ -196,7 +197,10 @@ class PatternModel:
                 acting.append((cause, points[:, column : column + len(cause.sizes)]))
                 column += len(cause.sizes)
         gain, ratio = self.response.estimates(acting)
-        values = np.concatenate([np.log(gain), ratio], axis=1).reshape(*map(len, axes), -1)
+        # Two causes together may leave no pull at all, which no search reports.
+        values = np.concatenate([np.log(np.maximum(gain, _LEAST_GAIN)), ratio], axis=1).reshape(
+            *map(len, axes), -1
+        )
         scaled = [
             _scaled(axis[:, None], [size])[:, 0] for axis, (_, size) in zip(axes, deforming, strict=True)
         ]

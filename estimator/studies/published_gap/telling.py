@@ -159,7 +159,7 @@ def check_rows(diagnosis: GapDiagnosis) -> Rows:
     """Return how far the learnt map is off simulations that it was not learnt from."""
     return [
         [
-            check.candidate.name,
+            check.name,
             ", ".join(f"{x:g}" for x in check.at),
             f"{100 * check.modulus_off:.2f}",
             f"{check.ratio_off:.4f}",
