@@ -31,6 +31,7 @@ class KnownMap:
     """E falls by a share that grows with the first cause's size, ν by one that grows with the second's."""
 
     digest: str = "known"
+    missing: tuple[str, ...] = ()
 
     @property
     def locking(self) -> tuple[FloatArray, FloatArray]:

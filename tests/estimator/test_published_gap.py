@@ -1,21 +1,32 @@
 """A published table's gap: sampling, the map, recovery of what was planted, reading and telling."""
 
+import json
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from published_gaps import BENCH_OFF, NARROWER, SOFTER, KnownMap, planted
 
 from estimator.errors import InputError
 from estimator.studies.published_gap.candidates import CANDIDATES, Candidate, Size
-from estimator.studies.published_gap.diagnosis import Ranking, withheld_parts
-from estimator.studies.published_gap.learning import CONDITIONS, ResponseMap, learning_cases
+from estimator.studies.published_gap.diagnosis import GapDiagnosis, Ranking, Withheld, withheld_parts
+from estimator.studies.published_gap.learning import CONDITIONS, Check, ResponseMap, learning_cases, together
+from estimator.studies.published_gap.paper_estimator import Readings
 from estimator.studies.published_gap.pattern import PatternModel
 from estimator.studies.published_gap.pattern_fit import PatternFit, PatternResult
-from estimator.studies.published_gap.published import paper_table, read_table
+from estimator.studies.published_gap.proposals import proposals
+from estimator.studies.published_gap.published import PublishedEstimate, paper_table, read_table
+from estimator.studies.published_gap.redone import Redone
+from estimator.studies.published_gap.report import write_gap
 from estimator.studies.published_gap.retractions import SetUp
 from estimator.studies.published_gap.sampling import sample_posterior
+from estimator.studies.published_gap.telling import gap_text
 from estimator.studies.running.case import run_case
+
+FloatArray = NDArray[np.float64]
+Causes = tuple[Candidate, ...]
 
 
 @pytest.mark.parametrize(("dimension", "deviation"), [(1, 0.3), (3, 0.05), (6, 1.0)])
@@ -45,9 +56,7 @@ def test_a_posterior_of_two_modes_keeps_both() -> None:
     assert 0.35 < np.mean(found.draws > 0) < 0.65
 
 
-def fitted(
-    table_causes: tuple[Candidate, ...], model_causes: tuple[Candidate, ...], truth: np.ndarray
-) -> PatternResult:
+def fitted(table_causes: Causes, model_causes: Causes, truth: FloatArray) -> PatternResult:
     table = planted(table_causes, truth)
     fit = PatternFit(PatternModel(table, model_causes, KnownMap()), (True,) * 18)
     return fit.found(fit.run())
@@ -120,6 +129,57 @@ CSV = """material,anchoring,motion,youngs_modulus_pa,poisson_ratio,bench_pa,benc
 A,one_side,pull,25000,0.3,30000,2000
 A,two_sides,twist_and_pull,24000,0.31,30000,2000
 """
+
+
+def diagnosed() -> GapDiagnosis:
+    """Return a diagnosis of a table in which E falls with E, by models of none, one and two causes."""
+    truth = np.append(BASE, 1.0)
+    table = planted((SOFTER,), truth)
+    chosen: list[Causes] = [(), (SOFTER,), (NARROWER,), (BENCH_OFF,), (SOFTER, NARROWER)]
+
+    def learnt(rows: NDArray[np.bool_]) -> Ranking:
+        fits = [
+            PatternFit(PatternModel(table, causes, KnownMap()), tuple(map(bool, rows))) for causes in chosen
+        ]
+        return Ranking.of([fit.found(fit.run()) for fit in fits])
+
+    everything = np.ones(18, dtype=bool)
+    name, rows = withheld_parts(table)[0]
+    return GapDiagnosis(
+        table,
+        cast(ResponseMap, KnownMap()),
+        (Check("softer", (1.0,), np.ones(6), np.full(6, 1.002), np.full(6, 0.4), np.full(6, 0.401)),),
+        learnt(everything),
+        (Withheld(name, rows, learnt(~rows)),),
+    )
+
+
+def test_a_diagnosis_is_told_in_tables_drawn_and_written(tmp_path: Path) -> None:
+    diagnosis = diagnosed()
+    text = gap_text(diagnosis)
+    lines = text.splitlines()
+    assert sum(line.startswith(("  hard", "  middle", "  soft ")) for line in lines) >= 18
+    assert any(line.strip().startswith("softer") and "compliance" in line for line in lines)
+    assert any(line.strip().startswith("two sides") and "leading" in line for line in lines)
+    assert any(line.split() == ["softer", "1", "0.20", "0.0010"] for line in lines)
+    assert proposals(diagnosis)[0].startswith("The table")
+    one = PublishedEstimate("hard", "one_side", "pull", 3e4, 0.4)
+    redone = [Redone(one, 36e3, (28e3, 0.41), (np.nan, np.nan))]
+    files = write_gap(diagnosis, redone, tmp_path, {"retraction": "0"})
+    assert files[0].read_text(encoding="utf-8").count("<svg") == 1
+    assert files[1].stat().st_size > 10_000
+    data = json.loads(files[2].read_text(encoding="utf-8"))
+    assert sum(model["probability"] for model in data["models"]) == pytest.approx(1.0)
+    assert data["redone"][0]["ours"] == [None, None]
+
+
+def test_two_changes_together_leave_the_product_of_what_each_leaves() -> None:
+    random = np.random.default_rng(4)
+    base = Readings(random.normal(size=(1, 2, 4, 3)), random.normal(size=(1, 2, 3)))
+    both = together(base, [base.times(np.array([-0.2])), base.times(np.array([-0.3]))])
+    np.testing.assert_allclose(both.moved, 0.56 * base.moved)
+    other = Readings(random.normal(size=(1, 2, 4, 3)), random.normal(size=(1, 2, 3)))
+    np.testing.assert_allclose(together(base, [other]).force, base.force + other.force)
 
 
 def test_a_table_is_read_from_either_kind_of_file(tmp_path: Path) -> None:
