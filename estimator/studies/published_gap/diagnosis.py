@@ -27,7 +27,7 @@ from estimator.studies.running.store import OutcomeStore
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-_PAIRED = 2
+_PAIRED = 1
 _PAIRS_CHECKED = 4
 
 Executors = Callable[[], AbstractContextManager[Executor]]

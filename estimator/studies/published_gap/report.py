@@ -39,7 +39,15 @@ def write_gap(
         page.table("withheld parts", telling.WITHHELD_HEAD, telling.withheld_rows(diagnosis.withheld)),
         page.table("published and predicted", telling.PATTERN_HEAD, telling.pattern_rows(diagnosis)),
         page.table("the estimator's elements alone", telling.LOCKING_HEAD, telling.locking_rows(diagnosis)),
-        page.table("the experiments redone with the leading model acting", REDONE_HEAD, redone_rows(redone)),
+        *(
+            [
+                page.table(
+                    "the experiments redone with the leading model acting", REDONE_HEAD, redone_rows(redone)
+                )
+            ]
+            if redone
+            else []
+        ),
         page.table("the learnt map, checked", telling.CHECK_HEAD, telling.check_rows(diagnosis)),
         page.heading("What the laboratory should do"),
         *(page.note(line) for line in proposals(diagnosis)),
