@@ -7,7 +7,7 @@ from estimator.fem.block_mesh import Grading
 from estimator.fem.elements import ElementKind
 from estimator.fem.problem import RetractionProblem
 from estimator.forward.meshing import DEFAULT_GRADING, FINE_GRADING, mesh_experiment
-from estimator.studies.paper_tables.mesh_density import CELLS
+from estimator.studies.paper_tables.densities import CELLS
 from estimator.studies.paper_tables.tetrahedra import block_of_tetrahedra
 
 _COARSE = Grading(grasp_m=4e-3, anchor_m=8e-3, largest_m=20e-3, growth=2.0, layers=1)
