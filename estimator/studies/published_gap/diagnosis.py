@@ -2,7 +2,7 @@
 
 Every model holds locking. Locking alone, all single causes together and all pairs together have the same prior
 probability, within each class every model the same. For a withheld part of the table, models are chosen and learnt on
-the rest alone: every single cause, and every pair that holds one of the best few of them there.
+the rest alone: every single cause, and, where an anchoring is withheld, every pair that holds the best of them there.
 """
 
 import itertools
@@ -28,6 +28,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _PAIRED = 1
+_PAIRED_FOR = tuple(anchoring.replace("_", " ") for anchoring in ANCHORINGS)
 _PAIRS_CHECKED = 4
 
 Executors = Callable[[], AbstractContextManager[Executor]]
@@ -137,8 +138,9 @@ def diagnose_gap(
     for name, rows in withheld_parts(table):
         singles = fitted(_models(table, response, candidates, []), ~rows)
         best = [result.model.causes[0] for result in Ranking.of(singles).results if result.model.causes]
-        held = [pair for pair in pairs if set(pair) & set(best[:_PAIRED])]
-        paired = fitted([PatternModel(table, pair, response) for pair in held], ~rows)
+        led = set(best[:_PAIRED]) if name in _PAIRED_FOR else set()
+        held = [PatternModel(table, pair, response) for pair in pairs if set(pair) & led]
+        paired = fitted(held, ~rows) if held else []
         withheld.append(Withheld(name, rows, Ranking.of([*singles, *paired])))
     return GapDiagnosis(table, response, checks, ranking, tuple(withheld))
 

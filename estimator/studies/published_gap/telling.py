@@ -140,13 +140,10 @@ def withheld_rows(withheld: Sequence[Withheld]) -> Rows:
 
 
 def roles(ranking: Ranking) -> list[tuple[str, PatternResult]]:
-    """Return the models that are always reported."""
-    return [
-        ("leading", ranking.leading),
-        ("locking alone", ranking.best(0)),
-        ("best single", ranking.best(1)),
-        ("best pair", ranking.best(2)),
-    ]
+    """Return the models that are always reported, as far as they were learnt."""
+    names = {0: "locking alone", 1: "best single", 2: "best pair"}
+    counts = sorted({len(result.model.causes) for result in ranking.results})
+    return [("leading", ranking.leading), *((names[count], ranking.best(count)) for count in counts)]
 
 
 def log_density(result: PatternResult, part: Withheld) -> float:
