@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm
 
+from estimator.effects.catalogue import default_catalogue
 from estimator.studies.published_gap.retractions import Anchoring, SetUp
 from estimator.studies.published_gap.simulated import REFERENCE_PA, USUAL_RATIO, SimulatedMounting, written
 
@@ -90,6 +91,15 @@ class Candidate:
     direct_check: str = ""
     checks: tuple[tuple[float, ...], ...] = ()
     poisson_ratio: float = USUAL_RATIO
+
+    @property
+    def place(self) -> str:
+        """Where it sits, in words: how the phantom is held, elsewhere on the rig or in the tissue, or the bench."""
+        if not self.effect:
+            return "the bench test alone"
+        label = self.effect.partition(":")[0]
+        held = any(one.group in ("anchor", "grasp") for one in default_catalogue().forms(label))
+        return "how the phantom is held" if held else "tissue, table, cameras"
 
     def undisturbed(self, set_up: SetUp, anchoring: Anchoring) -> SimulatedMounting:
         """Return the simulation without it, in the same tissue."""

@@ -75,6 +75,15 @@ class Ranking:
                 total[cause.name] = total.get(cause.name, 0.0) + float(probability)
         return dict(sorted(total.items(), key=lambda item: -item[1]))
 
+    @property
+    def by_place(self) -> dict[str, float]:
+        """The probability that something of a place of the rig takes part, or of the bench test; the largest first."""
+        total: dict[str, float] = {}
+        for result, probability in zip(self.results, self.probability, strict=True):
+            for place in {cause.place for cause in result.model.causes}:
+                total[place] = total.get(place, 0.0) + float(probability)
+        return dict(sorted(total.items(), key=lambda item: -item[1]))
+
 
 @dataclass(frozen=True, eq=False)
 class Withheld:

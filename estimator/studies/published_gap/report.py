@@ -36,6 +36,7 @@ def write_gap(
         page.figure(partial(draw_pattern, diagnosis=diagnosis), size, _CAPTION),
         page.table("models, locking in each", telling.MODEL_HEAD, telling.model_rows(diagnosis.ranking)),
         page.table("causes", telling.CAUSE_HEAD, telling.cause_rows(diagnosis.ranking)),
+        page.table("where causes sit", telling.PLACE_HEAD, telling.place_rows(diagnosis.ranking)),
         page.table("withheld parts", telling.WITHHELD_HEAD, telling.withheld_rows(diagnosis.withheld)),
         page.table("published and predicted", telling.PATTERN_HEAD, telling.pattern_rows(diagnosis)),
         page.table("the estimator's elements alone", telling.LOCKING_HEAD, telling.locking_rows(diagnosis)),

@@ -23,6 +23,7 @@ MODEL_HEAD = (
     "ν closed",
 )
 CAUSE_HEAD = ("cause", "in words", "takes part with probability", "alone: ln evidence over locking")
+PLACE_HEAD = ("place", "something of it takes part with probability")
 PATTERN_HEAD = (
     "material",
     "anchored",
@@ -81,6 +82,11 @@ def cause_rows(ranking: Ranking) -> Rows:
         for name, probability in ranking.by_cause.items()
         if name in single
     ]
+
+
+def place_rows(ranking: Ranking) -> Rows:
+    """Return with what probability something of each place takes part."""
+    return [[place, f"{probability:.3f}"] for place, probability in ranking.by_place.items()]
 
 
 def sizes_in_words(result: PatternResult) -> list[str]:
@@ -187,6 +193,7 @@ def gap_text(diagnosis: GapDiagnosis) -> str:
     add("the estimator's own elements alone", LOCKING_HEAD, locking_rows(diagnosis))
     add("models of the pattern, locking in each", MODEL_HEAD, model_rows(diagnosis.ranking))
     add("causes", CAUSE_HEAD, cause_rows(diagnosis.ranking))
+    add("where causes sit", PLACE_HEAD, place_rows(diagnosis.ranking))
     add("published and predicted", PATTERN_HEAD, pattern_rows(diagnosis))
     add("withheld parts", WITHHELD_HEAD, withheld_rows(diagnosis.withheld))
     add("the learnt map beside simulations it was not learnt from", CHECK_HEAD, check_rows(diagnosis))
@@ -211,6 +218,7 @@ def gap_json(diagnosis: GapDiagnosis) -> dict[str, Any]:
             for result, probability in zip(ranking.results, ranking.probability, strict=True)
         ],
         "causes": ranking.by_cause,
+        "places": ranking.by_place,
         "withheld": [dict(zip(WITHHELD_HEAD, row, strict=True)) for row in withheld_rows(diagnosis.withheld)],
         "checks": [dict(zip(CHECK_HEAD, row, strict=True)) for row in check_rows(diagnosis)],
         "proposals": proposals(diagnosis),
