@@ -135,7 +135,7 @@ def diagnosed() -> GapDiagnosis:
     """Return a diagnosis of a table in which E falls with E, by models of none, one and two causes."""
     truth = np.append(BASE, 1.0)
     table = planted((SOFTER,), truth)
-    chosen: list[Causes] = [(), (SOFTER,), (NARROWER,), (BENCH_OFF,), (SOFTER, NARROWER)]
+    chosen: list[Causes] = [(), (SOFTER,), (SOFTER, NARROWER)]
 
     def learnt(rows: NDArray[np.bool_]) -> Ranking:
         fits = [
