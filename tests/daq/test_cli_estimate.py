@@ -6,7 +6,8 @@ import pytest
 
 from daq.cli import estimate, main
 from estimator.fit.nuisances import USUAL
-from estimator.fit.settings import FitSettings, Prior
+from estimator.fit.settings import FitSettings
+from estimator.inference.free_parameter import NormalPrior as Prior
 
 
 def settings(*options: str) -> FitSettings:

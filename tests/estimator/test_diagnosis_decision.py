@@ -17,7 +17,6 @@ from estimator.diagnosis.evidence.signatures import Signature
 from estimator.diagnosis.fitting.case import Linearisation
 from estimator.diagnosis.model.free_parameters import free_parameters
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.noise.whitening import Whitening
 from estimator.diagnosis.search.candidate import Candidate
 from estimator.diagnosis.search.comparison import Comparison
 from estimator.diagnosis.search.decision import Verdict, reach_verdict, weigh
@@ -28,6 +27,7 @@ from estimator.diagnosis.search.second_cause import adequate, starts_of_pairs
 from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.effects.effect import Effect
+from estimator.inference.whitening import Whitening
 
 MATERIAL = Hypothesis(1e4, 0.45)
 SETTINGS = DiagnosisSettings()

@@ -43,7 +43,7 @@ def consider(
 def _expected(context: Context, trial: Trial, floor: float) -> Outcome:
     baseline = context.baseline
     joint = beside(baseline, trial.signature)
-    step = np.array([c.get(trial.start) - c.get(joint.hypothesis) for c in joint.free_parameters])
+    step = np.array([c.of(trial.start).internal - c.internal for c in joint.free_parameters])
     change = [
         whitening.undo(columns @ step)
         for whitening, columns in zip(context.case.whitenings, joint.jacobian, strict=True)

@@ -14,7 +14,7 @@ from estimator.fem.body import with_modulus
 from estimator.fem.morph import with_beads_at
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.terms import Term
-from estimator.fit.parameters import YOUNGS_MODULUS
+from estimator.inference.material_parameters import YOUNGS_MODULUS
 from estimator.materials import NeoHookean
 from estimator.materials.law import Law
 from estimator.materials.material import Material

@@ -21,7 +21,7 @@ from estimator.fem.motion import GripperPose
 from estimator.fem.observation import Observation, observe
 from estimator.fem.problem import RetractionProblem
 from estimator.fem.terms import Term
-from estimator.fit.parameters import POISSON_RATIO
+from estimator.inference.material_parameters import POISSON_RATIO
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
@@ -100,8 +100,8 @@ class Mechanics:
         """
         ratio = after.youngs_modulus / before.youngs_modulus
         old, new = before.poisson_ratio, after.poisson_ratio
-        along = POISSON_RATIO.to_internal(new) - POISSON_RATIO.to_internal(old)
-        change = POISSON_RATIO.slope(old) * along
+        along = POISSON_RATIO.transform.internal_of(new) - POISSON_RATIO.transform.internal_of(old)
+        change = POISSON_RATIO.transform.slope(old) * along
         modulus = after.youngs_modulus
         return Mechanics(
             self.solution, tuple(_extrapolated(o, ratio, change, modulus) for o in self.observations)

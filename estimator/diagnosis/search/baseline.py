@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from estimator.diagnosis.evidence.noise_floor import white_floor
 from estimator.diagnosis.evidence.noise_selection import CaseLeaving, in_another_case
 from estimator.diagnosis.fitting.case import Case, Linearisation, linearisation_of, predictions
-from estimator.diagnosis.fitting.gauss_newton import refit
 from estimator.diagnosis.fitting.parallel import solved_by
+from estimator.diagnosis.fitting.refit import refit
 from estimator.diagnosis.model.grip_load import GripLoad, without_noise
 from estimator.diagnosis.model.hypothesis import LARGEST_POISSON_RATIO, Hypothesis
 from estimator.diagnosis.model.setup import Setup
@@ -44,11 +44,12 @@ from estimator.fem.block_mesh import Grading
 from estimator.fem.morph import beads_from_grasp
 from estimator.fit.estimate import fit_few_states
 from estimator.fit.linearisation import silent
-from estimator.fit.parameters import POISSON_RATIO
-from estimator.fit.residuals import measured_rows, state_means
+from estimator.fit.measurements import state_means
 from estimator.fit.settings import FitSettings
 from estimator.forward.meshing import FINE_GRADING, mesh_experiment
 from estimator.forward.model import ForwardModel
+from estimator.inference.channels import measured_rows
+from estimator.inference.material_parameters import POISSON_RATIO
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
@@ -210,7 +211,7 @@ def corrected_at_best(
 
 def _is_far(preparation: Preparation, hypothesis: Hypothesis) -> bool:
     known, settings = preparation.corrected_at, preparation.case.settings.noise
-    before, after = (POISSON_RATIO.to_internal(one.poisson_ratio) for one in (known, hypothesis))
+    before, after = (POISSON_RATIO.transform.internal_of(one.poisson_ratio) for one in (known, hypothesis))
     if abs(after - before) >= settings.far_in_ratio:
         return True
     problem = preparation.case.problem

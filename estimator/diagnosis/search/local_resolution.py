@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from estimator.diagnosis.fitting.case import Case
-from estimator.diagnosis.fitting.gauss_newton import refit
 from estimator.diagnosis.fitting.parallel import solved_by
+from estimator.diagnosis.fitting.refit import refit
 from estimator.diagnosis.search.baseline import GRADING
 from estimator.diagnosis.search.candidate import Candidate, candidate_of
 from estimator.diagnosis.search.context import Context
@@ -43,7 +43,7 @@ def resolved(context: Context, winner: Candidate) -> tuple[Case, Candidate]:
         return case, winner
     found = candidate_of(replace(context, case=finer), fit)
     # Of what changed from elements of 15 mm an error that falls with their edge leaves 0.76, one with its square 0.23.
-    changed = [c.get(fit.hypothesis) - c.get(hypothesis) for c in fit.free_parameters]
+    changed = [c.internal - c.of(hypothesis).internal for c in fit.free_parameters]
     return finer, replace(
         found, deviations=np.hypot(found.deviations, settings.resolving_left * np.array(changed))
     )

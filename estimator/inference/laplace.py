@@ -4,8 +4,8 @@ With residual r and derivatives Z at parameters θ̂, both whitened, and Gaussia
 
     ln p(y | j) = −½ min_δ (‖r − Z δ‖² + prior) − ½ ln det(I + T Zᵀ M Z T) − ½ ln det S,
 
-M projecting E and ν out (their prior is flat and common to all hypotheses), T the prior deviations, and S the
-covariance of a discrepancy that forgives the signature its inexactness. Its amplitude is integrated over a grid.
+M projecting out what has a flat prior that is common to all hypotheses (E and ν), T the prior deviations, and S the
+covariance by which residual and derivatives were whitened further.
 
 How large an effect is spans decades, and its amplitudes are large or small together: their prior is a mixture of
 normals from the usual size down. With the usual size alone an effect of three components that is a thirtieth of it
@@ -23,8 +23,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.evidence.discrepancy import ModelError, Moments, forgiven
 from estimator.inference.bounded_minimum import bounded_minimum
+from estimator.inference.free_parameter import FreeParameter
 
 FloatArray = NDArray[np.float64]
 
@@ -50,6 +50,25 @@ class Priors:
     amplitude_of: NDArray[np.int64]
     size_grid: tuple[float, ...]
     shows: float
+
+    @classmethod
+    def of(
+        cls,
+        free: Sequence[FreeParameter],
+        amplitude_of: Sequence[int],
+        size_grid: tuple[float, ...],
+        shows: float,
+    ) -> Priors:
+        """Return the priors of free parameters at their present values, and their bounds as seen from there."""
+        precision = np.array([parameter.prior_precision for parameter in free])
+        scale = np.divide(1.0, precision, out=np.full(len(free), np.inf), where=precision > 0)
+        lower, upper = np.array([parameter.limits for parameter in free]).T
+        centre = np.array([parameter.prior_offset for parameter in free])
+        return cls(centre, scale, lower, upper, np.array(amplitude_of), size_grid, shows)
+
+    def within(self, reach: FloatArray) -> Priors:
+        """Return the priors where no parameter may go farther than its reach (2 + k,)."""
+        return replace(self, lower=np.maximum(self.lower, -reach), upper=np.minimum(self.upper, reach))
 
     @cached_property
     def sizes(self) -> FloatArray:
@@ -92,22 +111,6 @@ class Priors:
         return np.where(np.isinf(self.scale), 0.0, 1.0 / self.scale)
 
 
-def log_evidence(
-    moments: Moments, priors: Priors, error: ModelError, amplitude: tuple[float, float]
-) -> float:
-    """Return ln p(y | hypothesis) up to a constant, with a discrepancy of given amplitude.
-
-    ``moments`` are those of the residual and, after it, of the derivatives by the parameters.
-    """
-    gram, log_determinant = forgiven(error, moments, amplitude)
-    return evidence_of_gram(gram, priors) - 0.5 * log_determinant
-
-
-def over_floors(moments: Moments, priors: Priors, error: ModelError) -> float:
-    """Return ln p(y | hypothesis) up to a constant, over all floors of what every model misses."""
-    return log_mean([log_evidence(moments, priors, error, floor) for floor in error.floors])
-
-
 def log_mean(log_values: Sequence[float] | FloatArray) -> float:
     """Return the logarithm of the mean of values whose logarithms are given: each is as likely as the others."""
     return float(np.logaddexp.reduce(np.asarray(log_values)) - np.log(len(log_values)))
@@ -134,44 +137,3 @@ def evidence_of_gram(gram: FloatArray, priors: Priors) -> float:
     one_sided = np.isfinite(priors.lower[~free]) ^ np.isfinite(priors.upper[~free])
     values = -0.5 * (misfit + prior + occam) + np.log(2.0) * one_sided.sum()
     return log_mean(values + priors.believed(information))
-
-
-def marginal_evidence(
-    moments: Moments, priors: Priors, error: ModelError, explained: FloatArray
-) -> tuple[float, tuple[float, float]]:
-    """Integrate the evidence of a named hypothesis over the floor and over the inexactness of its signature.
-
-    Parameters
-    ----------
-    explained : (2,) root mean square of what the effect explains in wrench and fiducials, units of one value's noise
-
-    Returns
-    -------
-    log_evidence : float
-    inexactness : the most probable amplitude of what it misses, in wrench and fiducials
-    """
-    found = {}
-    for share, floor in itertools.product(error.settings.inexact, error.floors):
-        wrench, fiducials = (float(np.hypot(f, share * e)) for f, e in zip(floor, explained, strict=True))
-        found[wrench, fiducials] = log_evidence(moments, priors, error, (wrench, fiducials))
-    return log_mean(list(found.values())), max(found, key=lambda key: found[key])
-
-
-def with_floor_borne_out(error: ModelError, moments: Moments, priors: Priors) -> ModelError:
-    """Return a model error whose floor is the one of all floors that a misfit makes most probable."""
-    return replace(
-        error, floor=max(error.floors, key=lambda floor: log_evidence(moments, priors, error, floor))
-    )
-
-
-def unknown_evidence(moments: Moments, priors: Priors, error: ModelError) -> float:
-    """Return the evidence of a smooth misfit of any size beyond the floor, over all floors."""
-    settings = error.settings
-    beyond = [
-        pair for pair in itertools.product(settings.unknown, repeat=2) if max(pair) > settings.least_unknown
-    ]
-    found = [
-        log_evidence(moments, priors, error, (float(np.hypot(wrench, w)), float(np.hypot(fiducials, f))))
-        for (wrench, fiducials), (w, f) in itertools.product(error.floors, beyond)
-    ]
-    return log_mean(found)

@@ -10,22 +10,18 @@ The estimate is linear in the measurements near its optimum, so that their covar
 G Σ Gᵀ with G = (Dᵀ W D)⁻¹ Dᵀ W, as for any least squares whose weights W are not the inverse covariance.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimator.errors import FitError
 from estimator.fem.observation import Observation
+from estimator.fit.linearised_fit import LinearisedFit, Predictions, Whitenings
+from estimator.fit.measurements import StateMean
 from estimator.fit.nuisances import FloatingNuisance, nuisance_columns
-from estimator.fit.residuals import (
-    Predictions,
-    Roots,
-    StateMean,
-    WhitenedSystem,
-    channels_by,
-    predicted_channels,
-)
+from estimator.inference.channels import channels_by, predicted_channels
+from estimator.inference.free_parameter import FreeParameter
 
 FloatArray = NDArray[np.float64]
 
@@ -33,16 +29,16 @@ FloatArray = NDArray[np.float64]
 def paper_system(
     means: Sequence[StateMean],
     predictions: Predictions,
-    slopes: Mapping[str, float],
+    free: Sequence[FreeParameter],
     fiducials_rest: FloatArray,
-) -> WhitenedSystem:
+) -> LinearisedFit:
     """Set up the least-squares problem whose sum of squares is Φ; it has no nuisances.
 
     Parameters
     ----------
     means : of all states
     predictions : of the states in use
-    slopes : derivative of each parameter by its internal variable
+    free : the parameters at their present values
     fiducials_rest : (m, 3), m
 
     Raises
@@ -56,39 +52,39 @@ def paper_system(
     for mean in used:
         observation = predictions[mean.experiment][mean.state]
         seen = (mean.count > 0) & (scale > 0)
-        derivative = [channels_by(observation, name) * slope for name, slope in slopes.items()]
+        derivative = [channels_by(observation, p.name) * p.slope for p in free]
         raw = np.column_stack([mean.mean - predicted_channels(observation), *derivative])
         blocks.append((scale * np.sqrt(mean.count))[seen, None] * raw[seen])
     system = np.concatenate(blocks)
-    return WhitenedSystem(system[:, 0], system[:, 1:], np.zeros((len(system), 0)))
+    return LinearisedFit.of(free, system[:, 0], system[:, 1:])
 
 
 def paper_covariance(
     means: Sequence[StateMean],
     predictions: Predictions,
-    slopes: Mapping[str, float],
+    free: Sequence[FreeParameter],
     fiducials_rest: FloatArray,
-    roots: Roots,
+    whitenings: Whitenings,
     nuisances: Sequence[FloatingNuisance],
 ) -> FloatArray:
     """Return the covariance (p, p) of the internal variables at the minimum of Φ.
 
     Parameters
     ----------
-    means, predictions, slopes, fiducials_rest : as for :func:`paper_system`; every state is predicted
-    roots : of the covariances of the states' means
+    means, predictions, free, fiducials_rest : as for :func:`paper_system`; every state is predicted
+    whitenings : of the states' means
     nuisances : errors that states have in common
     """
     weights = _weights(means, fiducials_rest)
-    size = len(slopes)
+    size = len(free)
     normal, spread, common = np.zeros((size, size)), np.zeros((size, size)), []
     for mean in means:
         observation = predictions[mean.experiment][mean.state]
         seen = mean.count > 0
-        derivative = np.stack([channels_by(observation, n) * s for n, s in slopes.items()], axis=1)[seen]
+        derivative = np.stack([channels_by(observation, p.name) * p.slope for p in free], axis=1)[seen]
         weighted = derivative.T * (weights * mean.count)[seen]
         normal += weighted @ derivative
-        noise = weighted @ roots[mean.experiment, mean.state]
+        noise = weighted @ whitenings[mean.experiment, mean.state].root()
         spread += noise @ noise.T
         common.append(weighted @ _nuisances(nuisances, mean, observation, len(predictions))[seen])
     together = sum(common, start=np.zeros_like(common[0]))

@@ -4,12 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from estimator.fem.observation import Observation, at_modulus
-from estimator.fit.parameters import YOUNGS_MODULUS, FitParameter
+from estimator.inference.free_parameter import FreeParameter
+from estimator.inference.material_parameters import YOUNGS_MODULUS
 
 
 def extrapolated(
     observation: Observation,
-    parameters: Sequence[FitParameter],
+    parameters: Sequence[FreeParameter],
     before: Mapping[str, float],
     after: Mapping[str, float],
 ) -> Observation:
@@ -29,11 +30,11 @@ def extrapolated(
         name = parameter.name
         if name == modulus:
             continue
-        slope = parameter.slope(before[name])
-        change = slope * (parameter.to_internal(after[name]) - parameter.to_internal(before[name]))
+        old, new = parameter.at(before[name]), parameter.at(after[name])
+        change = old.slope * (new.internal - old.internal)
         wrench = wrench + change * observation.wrench_by[name]
         fiducials = fiducials + change * observation.fiducials_by[name]
-        steeper = slope / parameter.slope(after[name])
+        steeper = old.slope / new.slope
         wrench_by[name] = steeper * observation.wrench_by[name]
         fiducials_by[name] = steeper * observation.fiducials_by[name]
     wrench_by[modulus] = wrench / before[modulus]

@@ -5,7 +5,7 @@ import pytest
 from bare_contexts import bare_case
 
 from estimator.diagnosis.fitting.case import Case, Linearisation
-from estimator.diagnosis.fitting.gauss_newton import refit
+from estimator.diagnosis.fitting.refit import refit
 from estimator.diagnosis.model.free_parameters import free_parameters
 from estimator.diagnosis.model.hypothesis import Hypothesis
 
@@ -22,7 +22,7 @@ class Problem:
 
     def solve(self, case: Case, at: Hypothesis, near: Linearisation | None) -> Linearisation:
         free = free_parameters(at)
-        gone = free[0].get(at) - free[0].get(START)
+        gone = free[0].internal - free[0].of(START).internal
         self.gone.append(gone)
         residual = np.array([self.misfit - self.share * gone * self.misfit, 0.0])
         return Linearisation(at, free, (), (residual,), (np.diag([self.misfit, 1.0]),), (), ())

@@ -1,8 +1,8 @@
-"""The whitening of one experiment: the inverse root of the covariance of its noise.
+"""Whitening: the inverse root of the covariance of what was measured, with errors that values share.
 
 A row's channels carry the sensors' noise, white or correlated with that of the row before. On top of it lie errors
-that many rows share. With these as U η, η ~ N(0, 1), and the white part scaled to one, the covariance is I + U Uᵀ, and
-its inverse root is I − Q (1 − (1 + λ)^−½) Qᵀ with the singular vectors Q and squared singular values λ of U.
+that many values share. With these as U η, η ~ N(0, 1), and the white part scaled to one, the covariance is I + U Uᵀ,
+and its inverse root is I − Q (1 − (1 + λ)^−½) Qᵀ with the singular vectors Q and squared singular values λ of U.
 """
 
 from dataclasses import dataclass
@@ -10,15 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.experiment import Experiment
-from estimator.fit.residuals import measured_rows
-
 FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Whitening:
-    """The inverse root of one experiment's covariance.
+    """The inverse root of the covariance of some rows.
 
     Attributes
     ----------
@@ -44,6 +41,11 @@ class Whitening:
         """Whiten columns (r, k) that were whitened before, by a whitening of other shared errors alone."""
         return shrunk(before._with_shared(columns), self.vectors, self.shrink)
 
+    def root(self) -> FloatArray:
+        """Return the root (r, r) of the covariance of what was seen, of rows without correlation."""
+        deviation = np.broadcast_to(self.deviation, self.seen.shape)[self.seen]
+        return np.asarray(deviation[:, None] * self._with_shared(np.eye(len(deviation))))
+
     def undo(self, whitened: FloatArray) -> FloatArray:
         """Return the channels (n, c) whose whitened values these (r,) are; NaN where nothing was measured."""
         channels = np.full(self.seen.shape, np.nan)
@@ -55,7 +57,7 @@ class Whitening:
         return channels * self.deviation
 
     def _with_shared(self, whitened: FloatArray) -> FloatArray:
-        """Return whitened columns (r, k) with the shared errors in them again: what was shrunk grows back."""
+        """Return columns (r, k) with the shared errors in them again: what was shrunk grows back."""
         return shrunk(whitened, self.vectors, -self.shrink / (1.0 - self.shrink))
 
     @property
@@ -68,9 +70,9 @@ class Whitening:
         """Logarithm of the determinant of I + U Uᵀ."""
         return float(-2.0 * np.log1p(-self.shrink).sum())
 
-    def residual(self, experiment: Experiment, predicted: FloatArray) -> FloatArray:
-        """Return the whitened misfit (r,) of predicted channels (n, c)."""
-        error = np.where(self.seen, measured_rows(experiment) - predicted, 0.0)
+    def residual(self, measured: FloatArray, predicted: FloatArray) -> FloatArray:
+        """Return the whitened misfit (r,) of channels (n, c), measured less predicted."""
+        error = np.where(self.seen, measured - predicted, 0.0)
         return self.apply(error[:, :, None])[:, 0]
 
 
