@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+# The end of an interval that says nothing may lie beyond what a number can be.
+_LARGEST_EXPONENT = 700.0
+
 
 @dataclass(frozen=True, slots=True)
 class Transform:
@@ -42,13 +45,17 @@ def _constant(slope: float, value: float) -> float:
     return slope
 
 
+def _exponential(internal: float) -> float:
+    return math.exp(min(internal, _LARGEST_EXPONENT))
+
+
 def in_units_of(unit: float) -> Transform:
     """Return the transformation of a value to its size in a unit."""
     return Transform(partial(_times, 1 / unit), partial(_times, unit), partial(_constant, unit))
 
 
 IDENTITY = Transform(_itself, _itself, partial(_constant, 1.0))
-LOGARITHM = Transform(math.log, math.exp, _itself)
+LOGARITHM = Transform(math.log, _exponential, _itself)
 
 
 class Prior(Protocol):
