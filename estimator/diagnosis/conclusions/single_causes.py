@@ -79,7 +79,9 @@ def _outcome(
 
 def _place(case: Case, hypothesis: Hypothesis) -> Place | None:
     found = hypothesis.effects[0].place(case.problem, hypothesis.values[0])
-    if found is None:
-        return None
-    x, y, z = found[0].tolist()
-    return Place((x, y, z), found[1])
+    return None if found is None else Place(_xyz(found[0]), found[1])
+
+
+def _xyz(point: FloatArray) -> tuple[float, float, float]:
+    x, y, z = point.tolist()
+    return x, y, z

@@ -137,9 +137,9 @@ def lost_on_held_out(fit: Linearisation, baseline: Linearisation, settings: Evid
     It is 0 where that grows, or where there is one experiment. A cause that shows in one experiment alone neither gains
     nor loses there; one that others have to speak against is no cause.
     """
-    if len(fit.residual) < 2:
-        return 0.0
-    return max(0.0, _log_density_of_left_out(baseline, settings) - _log_density_of_left_out(fit, settings))
+    some = (baseline, fit) if len(fit.residual) > 1 else ()
+    densities = [_log_density_of_left_out(one, settings) for one in some] or [0.0, 0.0]
+    return max(0.0, densities[0] - densities[1])
 
 
 def _log_density_of_left_out(fit: Linearisation, settings: EvidenceSettings) -> float:

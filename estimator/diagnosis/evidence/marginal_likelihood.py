@@ -61,9 +61,9 @@ def linear_model_within_reach(case: Case, fit: Linearisation, error: ModelError)
     At a kink the derivatives promise what no step keeps.
     """
     moments, priors = linear_model(case, fit, error)
-    if fit.next_share == 1.0:
-        return moments, priors
-    return moments, priors.within(fit.next_share * np.abs(newton_step(fit).step))
+    if fit.next_share < 1.0:
+        priors = priors.within(fit.next_share * np.abs(newton_step(fit).step))
+    return moments, priors
 
 
 def priors_within_a_step(free: Sequence[HypothesisParameter], settings: EvidenceSettings) -> Priors:

@@ -132,10 +132,9 @@ def same_mechanics(one: Hypothesis, other: Hypothesis, near: float) -> bool:
 
     ``near`` is the change of −ln(1 − 2ν) from which on it is not.
     """
-    if any(effect.acts_on_tissue for effect in (*one.effects, *other.effects)):
-        return False
+    on_tissue = any(effect.acts_on_tissue for effect in (*one.effects, *other.effects))
     here, there = (POISSON_RATIO.transform.internal_of(each.poisson_ratio) for each in (one, other))
-    return abs(here - there) < near
+    return not on_tissue and abs(here - there) < near
 
 
 def perturbed(hypothesis: Hypothesis, parameter: HypothesisParameter) -> Perturbation:

@@ -42,9 +42,8 @@ class HypothesisParameter(FreeParameter):
 
     def of(self, hypothesis: Hypothesis) -> HypothesisParameter:
         """Return the parameter as it is in a hypothesis."""
-        if self.effect is None:
-            return replace(self, value=float(getattr(hypothesis, self.key)))
-        return replace(self, value=hypothesis.values[self.effect][self.key])
+        values = hypothesis.of_material if self.effect is None else hypothesis.values[self.effect]
+        return replace(self, value=values[self.key])
 
     def put(self, hypothesis: Hypothesis, internal: float) -> Hypothesis:
         """Return the hypothesis with another internal value, kept within the bounds."""

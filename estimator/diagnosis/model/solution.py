@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -273,13 +274,12 @@ def _near(
     tangent = last.tangent if last is not None and _same_pose(last.pose, pose) else None
     if known is None and last is not None and tangent is not None:
         known = KnownField(last.displacement, last.response.pressure)
-    try:
-        if known is not None:
-            return solver.refine(pose, material, known.displacement, known.pressure, terms, tangent)
-    except SolverError:
-        # Too far for Newton's method in one step; the motion is followed instead.
-        return None
-    return None
+    found = None
+    if known is not None:
+        # Where it is too far for Newton's method in one step the motion is followed instead.
+        with suppress(SolverError):
+            found = solver.refine(pose, material, known.displacement, known.pressure, terms, tangent)
+    return found
 
 
 def _same_pose(one: GripperPose, other: GripperPose) -> bool:

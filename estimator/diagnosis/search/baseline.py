@@ -200,20 +200,22 @@ def corrected_at_best(
     none : log evidence of the baseline
     """
     case, settings = context.case, context.settings
-    if not candidates or candidates[0].log_evidence < none + settings.search.close:
-        return preparation
-    fit = candidates[0].fit
-    values = sum(len(residual) for residual in fit.residual)
-    if fit.chi2 > settings.noise.nearly_noise * values * white_floor(case) ** 2:
-        return preparation
-    return corrected_at(preparation, fit, context.executor)
+    for best in candidates[:1]:
+        values = sum(len(residual) for residual in best.fit.residual)
+        little = best.fit.chi2 <= settings.noise.nearly_noise * values * white_floor(case) ** 2
+        if little and best.log_evidence >= none + settings.search.close:
+            preparation = corrected_at(preparation, best.fit, context.executor)
+    return preparation
 
 
 def _is_far(preparation: Preparation, hypothesis: Hypothesis) -> bool:
     known, settings = preparation.corrected_at, preparation.case.settings.noise
     before, after = (POISSON_RATIO.transform.internal_of(one.poisson_ratio) for one in (known, hypothesis))
-    if abs(after - before) >= settings.far_in_ratio:
-        return True
+    return abs(after - before) >= settings.far_in_ratio or _moves_beads_at_rim(preparation, hypothesis)
+
+
+def _moves_beads_at_rim(preparation: Preparation, hypothesis: Hypothesis) -> bool:
+    known, settings = preparation.corrected_at, preparation.case.settings.noise
     problem = preparation.case.problem
     there, here = (beads_from_grasp(one.problem(problem)) for one in (known, hypothesis))
     beside = np.minimum(here, there) < settings.beside_rim_m

@@ -118,10 +118,10 @@ def compare(
     preparation = corrected_at_best(preparation, context, candidates, none)
     comparison = _with_most_probable_noise(comparison, preparation.cases)
     finer = _finer(comparison)
-    if finer is comparison:
-        return comparison
-    preparation = corrected_at_best(preparation, finer.context, finer.candidates, finer.none)
-    return _with_most_probable_noise(finer, preparation.cases)
+    if finer is not comparison:
+        preparation = corrected_at_best(preparation, finer.context, finer.candidates, finer.none)
+        finer = _with_most_probable_noise(finer, preparation.cases)
+    return finer
 
 
 def _finer(comparison: Comparison) -> Comparison:
@@ -186,10 +186,9 @@ def _with_most_probable_noise(comparison: Comparison, cases: CaseLeaving) -> Com
 
     Neither "none" nor "unknown" is less probable for a noise that was chosen to suit another answer.
     """
-    if not comparison.candidates:
-        return comparison
-    before = comparison.context
-    case = most_probable_noise(cases, before.case, comparison.candidates[0].fit)
+    before, case = comparison.context, comparison.context.case
+    for best in comparison.candidates[:1]:
+        case = most_probable_noise(cases, before.case, best.fit)
     if case is before.case:
         return comparison
     baseline = refitted_anew(before.baseline, before.case, case)

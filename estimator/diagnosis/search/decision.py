@@ -254,6 +254,6 @@ def _with_remainder(
 
 def _sharing(labels: tuple[str, ...], winner: Candidate, shared: Mapping[str, float]) -> Verdict:
     """Return the verdict for causes that share the probability with something unknown beside them."""
-    if UNKNOWN not in labels and next(iter(shared)) == UNKNOWN:
-        return Verdict((UNKNOWN,), None, shared)
-    return Verdict(tuple(dict.fromkeys((*labels, UNKNOWN))), winner, shared)
+    overtaken = UNKNOWN not in labels and next(iter(shared)) == UNKNOWN
+    left = () if overtaken else labels
+    return Verdict(tuple(dict.fromkeys((*left, UNKNOWN))), None if overtaken else winner, shared)

@@ -143,9 +143,12 @@ def _led_on(comparison: Comparison, best: Candidate, pairs: Sequence[Candidate])
     may stop where one with a second effect goes on: at a kink, where tissue comes off node by node, or far from a large
     pretension, which changes the tissue's shape.
     """
-    if not pairs or pairs[0].log_evidence <= best.log_evidence:
-        return []
-    starts = led_on_by(pairs[0].fit.hypothesis, comparison.candidates, comparison.settings.near)
+    starts = [
+        start
+        for pair in pairs[:1]
+        if pair.log_evidence > best.log_evidence
+        for start in led_on_by(pair.fit.hypothesis, comparison.candidates, comparison.settings.near)
+    ]
     return race(comparison.context, starts, best.log_evidence)
 
 

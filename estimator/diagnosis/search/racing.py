@@ -132,9 +132,7 @@ def is_linear(effect: Effect) -> bool:
 
 def _in_reach(candidates: Sequence[Candidate], bar: float, share: float, close: float) -> list[Candidate]:
     """Return those within a share of what the best has gained on the bar, or close to it."""
-    if not candidates:
-        return []
-    best = candidates[0].log_evidence
+    best = candidates[0].log_evidence if candidates else bar
     least = max(best - max(close, share * (best - bar)), bar - close)
     return [one for one in candidates if one.log_evidence > least]
 
