@@ -35,7 +35,7 @@ from estimator.fit.result import ParameterEstimate, interval
 from estimator.fit.search import Values, at_values, internal_change, moved, search, values_at
 from estimator.fit.settings import FitSettings
 from estimator.forward.meshing import mesh_experiment
-from estimator.inference.channels import channel_variance, measured_rows
+from estimator.inference.channels import channel_variance, side_by_side
 from estimator.inference.extrapolation import extrapolated
 from estimator.inference.gauss_newton import NewtonStep, Rule, newton_step
 from estimator.inference.material_parameters import law_parameters
@@ -225,13 +225,7 @@ def standing_rows(experiment: Experiment) -> Iterator[Rows]:
 
 
 def _mean(experiment: Experiment, rows: Rows, number: int) -> StateMean:
-    measured = replace(
-        experiment,
-        time=np.arange(len(rows.position), dtype=float),
-        wrench=rows.wrench,
-        fiducials=rows.fiducials,
-    )
-    values = measured_rows(measured)
+    values = side_by_side(rows.wrench, rows.fiducials)
     weights = np.isfinite(values).astype(np.float64)
     return mean_of_rows(
         0, number, values, weights, channel_variance(experiment), experiment.sensor.position_std

@@ -18,7 +18,13 @@ from estimator.fit.result import Z95, Estimate, ExperimentFit, Floated, Paramete
 from estimator.fit.search import Iterate, at_values, determined_step, internal_change
 from estimator.fit.settings import FitSettings
 from estimator.forward.model import ForwardModel
-from estimator.inference.channels import channel_variance, channels_by, measured_rows, predicted_channels
+from estimator.inference.channels import (
+    channel_variance,
+    channels_by,
+    measured_rows,
+    predicted_channels,
+    side_by_side,
+)
 from estimator.inference.free_parameter import FreeParameter, prior_information
 from estimator.inference.material_parameters import law_parameters
 
@@ -107,7 +113,9 @@ def summarise(
     # Profiles may have left it at another point.
     last = problem.likelihood(outcome.linearised_at)
     fits = tuple(_fit_of(outcome, number) for number in range(len(outcome.experiments)))
-    stacked = np.concatenate([measured_rows(f.experiment) - _predicted_rows(f) for f in fits])
+    stacked = np.concatenate(
+        [measured_rows(f.experiment) - side_by_side(f.wrench, f.fiducials) for f in fits]
+    )
     intervals = {
         parameter.name: interval(parameter, float(std))
         for parameter, std in zip(at_values(settings.free, values), found.std, strict=True)
@@ -245,10 +253,6 @@ def _fit_of(outcome: FitOutcome, number: int) -> ExperimentFit:
         std[:, :6],
         std[:, 6:].reshape(experiment.fiducials.shape),
     )
-
-
-def _predicted_rows(fit: ExperimentFit) -> FloatArray:
-    return np.hstack([fit.wrench, fit.fiducials.reshape(len(fit.wrench), -1)])
 
 
 def _profiled(

@@ -9,9 +9,14 @@ from estimator.fem.observation import Observation
 FloatArray = NDArray[np.float64]
 
 
+def side_by_side(wrench: FloatArray, fiducials: FloatArray) -> FloatArray:
+    """Return a wrench (n, 6) and fiducials (n, m, 3) side by side, (n, 6 + 3m)."""
+    return np.hstack([wrench, fiducials.reshape(len(wrench), -1)])
+
+
 def measured_rows(experiment: Experiment) -> FloatArray:
-    """Return wrench and fiducials side by side, (n, 6 + 3m); NaN where nothing was measured."""
-    return np.hstack([experiment.wrench, experiment.fiducials.reshape(len(experiment.time), -1)])
+    """Return what an experiment measured, (n, 6 + 3m); NaN where nothing was."""
+    return side_by_side(experiment.wrench, experiment.fiducials)
 
 
 def channel_variance(experiment: Experiment) -> FloatArray:
@@ -24,7 +29,7 @@ def channel_variance(experiment: Experiment) -> FloatArray:
 
 def predicted_channels(observation: Observation) -> FloatArray:
     """Return a prediction in the order of :func:`measured_rows`, (6 + 3m,)."""
-    return np.concatenate([observation.wrench, observation.fiducials.reshape(-1)])
+    return side_by_side(observation.wrench[None], observation.fiducials[None])[0]
 
 
 def channels_by(observation: Observation, name: str) -> FloatArray:
