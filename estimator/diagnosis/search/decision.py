@@ -108,16 +108,16 @@ def _of_causes(
     probability = probabilities(evidence, comparison.context.settings.evidence)
     leading = next(iter(probability))
     models = comparison.table.with_two(best, pairs, leading == UNKNOWN)
-    worthy = [model for model in models if model.worth]
-    if worthy and worthy[0].verdict == "believed":
-        standing = [model.fit for model in worthy if model.verdict == "believed" and model.fit is not None]
-        comparison = with_what_it_is_mistaken_for(comparison, standing[0])
+    believed = [both for both in zip(pairs, models, strict=True) if both[1].verdict == "believed"]
+    if believed and believed[0][1] is next(model for model in models if model.explains_more):
+        comparison = with_what_it_is_mistaken_for(comparison, believed[0][0])
         evidence = {**evidence, UNKNOWN: weigh(comparison)[UNKNOWN]}
-        verdict = _of_two(comparison, standing, evidence, probability)
+        verdict = _of_two(comparison, believed, evidence, probability)
     elif leading == UNKNOWN:
         verdict = Verdict((UNKNOWN,), recognised, probability)
     else:
-        alone = _with_remainder(comparison, best, leading, probability)
+        model = comparison.table.with_one(best)
+        alone = _with_remainder(comparison, (best, model), leading, probability)
         verdict = replace(alone, doubted=_doubted(comparison, best, models))
     return verdict
 
@@ -138,30 +138,31 @@ def _doubted(comparison: Comparison, best: Candidate, models: Sequence[Model]) -
 
 def _of_two(
     comparison: Comparison,
-    pairs: Sequence[Candidate],
+    pairs: Sequence[tuple[Candidate, Model]],
     evidence: Mapping[str, float],
     probability: Mapping[str, float],
 ) -> Verdict:
-    """Return the verdict for two causes, of pairs that are believed, the most probable first.
+    """Return the verdict for two causes, of pairs that are believed with their models, the most probable first.
 
     The stronger cause of each pair has the evidence of the pair, less what the choice among its forms costs: a rival is
     weighed with its own second cause too.
     """
-    of_stronger: dict[str, Candidate] = {}
-    for pair in pairs:
-        of_stronger.setdefault(max(pair.labels, key=lambda label: probability[label]), pair)
+    of_stronger: dict[str, tuple[Candidate, Model]] = {}
+    for both in pairs:
+        of_stronger.setdefault(max(both[0].labels, key=lambda label: probability[label]), both)
     cost = _cost_of_form(comparison)
     raised = {
-        label: max(evidence[label], pair.log_evidence - cost[label]) for label, pair in of_stronger.items()
+        label: max(evidence[label], pair.log_evidence - cost[label])
+        for label, (pair, _) in of_stronger.items()
     }
     shared = probabilities({**evidence, **raised}, comparison.context.settings.evidence)
     stronger = max(of_stronger, key=lambda label: shared[label])
-    pair = of_stronger[stronger]
+    pair, model = of_stronger[stronger]
     surplus = max(pair.log_evidence - evidence[stronger], 0.0) if UNKNOWN in pair.labels else 0.0
     if next(iter(shared)) == UNKNOWN and UNKNOWN not in of_stronger:
         verdict = Verdict((UNKNOWN,), _first_of(comparison, UNKNOWN), shared)
     else:
-        verdict = _with_remainder(comparison, pair, stronger, shared, surplus)
+        verdict = _with_remainder(comparison, (pair, model), stronger, shared, surplus)
     return verdict
 
 
@@ -231,19 +232,23 @@ def _first_of(comparison: Comparison, label: str) -> Candidate | None:
 
 def _with_remainder(
     comparison: Comparison,
-    winner: Candidate,
+    named: tuple[Candidate, Model],
     leading: str,
     probability: Mapping[str, float],
     by_outsider: float = 0.0,
 ) -> Verdict:
     """Return the verdict for a hypothesis, with "unknown" in it where something more stands out beside its causes.
 
-    ``by_outsider`` is what an effect without a label raises its log evidence by.
+    Parameters
+    ----------
+    named : the hypothesis refitted, and its model
+    by_outsider : what an effect without a label raises its log evidence by
     """
+    winner, alone = named
     labels = (leading, *(label for label in winner.labels if label != leading))
     verdict = Verdict(labels, winner, probability)
     if leading != UNKNOWN:
-        alone, beside = comparison.table.with_one(winner, by_outsider)
+        beside = comparison.table.beside(alone, winner, by_outsider)
         if UNKNOWN in labels or beside.verdict == "believed":
             explained = winner.log_evidence - comparison.none - by_outsider
             remainder = max(beside.log_evidence - alone.log_evidence, 0.0)

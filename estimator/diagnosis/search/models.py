@@ -8,7 +8,7 @@ may look like a second cause, or like something unknown beside them.
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -25,7 +25,7 @@ from estimator.diagnosis.search.context import Context
 Standing = Literal["believed", "explains too little", "foretells worse", "leaves too much"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Model:
     """One row of the table.
 
@@ -33,7 +33,6 @@ class Model:
     ----------
     causes : labels
     unknown : whether there is something unknown beside them
-    fit : with its causes refitted; None without any
     log_prior : with what inexact signatures may feign taken off
     log_evidence : log marginal likelihood
     verdict : whether it is believed beside the best model with fewer causes and beside something unknown, or why not
@@ -41,13 +40,12 @@ class Model:
 
     causes: tuple[str, ...]
     unknown: bool
-    fit: Candidate | None
     log_prior: float
     log_evidence: float
     verdict: Standing
 
     @property
-    def worth(self) -> bool:
+    def explains_more(self) -> bool:
         """Whether it explains enough more than fewer causes."""
         return self.verdict in ("believed", "leaves too much")
 
@@ -70,24 +68,34 @@ class ModelTable:
         """Return the models without a cause; ``rough`` is what no smooth misfit explains of the baseline's."""
         prior = log_priors(self.context.catalogue.labels, self.context.settings.evidence)
         more = max(self.unknown, self.none + rough)
+        plain: Standing = "leaves too much" if rough else "believed"
+        beside: Standing = "believed" if rough else "explains too little"
         return (
-            Model((), False, None, prior[NONE], self.none, "explains too little" if rough else "believed"),
-            Model((), True, None, prior[UNKNOWN], more, "believed" if rough else "explains too little"),
+            Model((), False, prior[NONE], self.none, plain),
+            Model((), True, prior[UNKNOWN], more, beside),
         )
 
-    def with_one(self, one: Candidate, explained_by_unknown: float = 0.0) -> tuple[Model, Model]:
-        """Return the models of a refitted hypothesis without and with something unknown beside it.
+    def with_one(self, one: Candidate) -> Model:
+        """Return the model of a single cause."""
+        return Model(one.labels, False, self._log_prior_of_one(), one.log_evidence, "believed")
 
-        ``explained_by_unknown`` is what an effect without a label among its causes raises its log evidence by.
+    def beside(self, model: Model, refitted: Candidate, explained_by_unknown: float = 0.0) -> Model:
+        """Return the model with the same causes and something unknown beside them.
+
+        Parameters
+        ----------
+        model, refitted : without it, and its hypothesis refitted
+        explained_by_unknown : what an effect without a label among the causes raises the log evidence by
         """
-        prior = self._log_prior_of_one()
-        explained = one.log_evidence - self.none - explained_by_unknown
-        more, asked = self.remainder(one), self.asked_of_unknown(explained)
-        beside: Standing = "believed" if more >= asked else "explains too little"
-        alone: Standing = "leaves too much" if more >= asked else "believed"
-        return (
-            Model(one.labels, False, one, prior, one.log_evidence, alone),
-            Model(one.labels, True, one, prior - asked, one.log_evidence + more, beside),
+        explained = model.log_evidence - self.none - explained_by_unknown
+        more = self.remainder(refitted)
+        asked = self.asked_of_unknown(explained)
+        return replace(
+            model,
+            unknown=True,
+            log_prior=model.log_prior - asked,
+            log_evidence=model.log_evidence + more,
+            verdict="believed" if more >= asked else "explains too little",
         )
 
     def with_two(self, one: Candidate, pairs: Sequence[Candidate], unknown_leads: bool) -> list[Model]:
@@ -97,7 +105,6 @@ class ModelTable:
             Model(
                 pair.labels,
                 False,
-                pair,
                 prior - self.asked_of_two(one, pair.labels),
                 pair.log_evidence,
                 self._standing(one, pair, unknown_leads),
