@@ -158,6 +158,11 @@ class FreeParameter:
         return 0.0 if self.prior is None else self.prior.precision(self.slope)
 
     @property
+    def prior_scale(self) -> float:
+        """The prior's deviation, internal units; infinite where it is flat."""
+        return 1.0 / self.prior_precision if self.prior_precision > 0 else math.inf
+
+    @property
     def prior_offset(self) -> float:
         """By how many deviations of its prior it stands off the prior's mean; 0 where the prior is flat."""
         return 0.0 if self.prior is None else self.prior.offset(self.value)

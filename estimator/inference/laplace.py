@@ -60,8 +60,7 @@ class Priors:
         shows: float,
     ) -> Priors:
         """Return the priors of free parameters at their present values, and their bounds as seen from there."""
-        precision = np.array([parameter.prior_precision for parameter in free])
-        scale = np.divide(1.0, precision, out=np.full(len(free), np.inf), where=precision > 0)
+        scale = np.array([parameter.prior_scale for parameter in free])
         lower, upper = np.array([parameter.limits for parameter in free]).T
         centre = np.array([parameter.prior_offset for parameter in free])
         return cls(centre, scale, lower, upper, np.array(amplitude_of), size_grid, shows)

@@ -121,7 +121,7 @@ def error_at_null(effect: Effect, constants: dict[str, float]) -> float:
     predicted = np.concatenate(
         [block[:, :, 0] for block in derivatives(BASELINE, null, [perturbation], ZEROS)]
     )
-    size = 0.02 * (coordinate.scale or 0.0)
+    size = 0.02 * coordinate.prior_scale
     slopes = []
     for amplitude in (size, size / 2):
         hypothesis = coordinate.put(null, amplitude)
@@ -155,7 +155,7 @@ def test_next_to_nothing_of_an_effect_changes_next_to_nothing_wherever_the_first
     readings = [predicted_readings(one, BASE, zero) for one, zero in zip(BASELINE, ZEROS, strict=True)]
     null = present(effect, effect.starts(readings)[0])
     free = next(c for c in free_parameters(null) if c.effect == 0 and c.pulled_to_null)
-    little = free.put(null, 1e-4 * (free.scale or 0.0))
+    little = free.put(null, 1e-4 * free.prior_scale)
     without, with_it = (
         read([mechanics_of(solve_case(Setup(experiments, PROBLEM, LOADS[:1]), one)[0])], one)
         for one in (null, little)

@@ -37,8 +37,7 @@ def leaves(left: float, first: str, second: str, explained: float = 100.0) -> Be
     null = MATERIAL.with_effect(other, {amplitude.name: 0.0 for amplitude in other.amplitudes})
     free = free_parameters(null)
     columns = np.linalg.qr(np.random.default_rng(3).normal(size=(400, 3)))[0]
-    scale = free[2].scale
-    assert scale is not None
+    scale = free[2].prior_scale
     # The usual size of the second cause is a hundred times what the measurements resolve: that alone would cost 4.6.
     along = columns[:, 2] * 100.0 / scale
     residual = np.sqrt(2.0 * (left + np.log(100.0))) * columns[:, 2]

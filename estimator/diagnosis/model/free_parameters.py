@@ -32,13 +32,11 @@ class HypothesisParameter(FreeParameter):
     effect : number of the effect it belongs to; None for the material
     key : its name there
     step : internal, small enough for a difference quotient
-    scale : deviation of its prior, internal units; None for the material, whose prior is flat
     """
 
     effect: int | None
     key: str
     step: float
-    scale: float | None
 
     def of(self, hypothesis: Hypothesis) -> HypothesisParameter:
         """Return the parameter as it is in a hypothesis."""
@@ -74,7 +72,6 @@ def free_parameters(
             effect=None,
             key=one.name,
             step=_STEP_OF_MATERIAL,
-            scale=None,
         )
         for one in MATERIAL
     ]
@@ -109,7 +106,6 @@ def _of_amplitude(
         effect=number,
         key=amplitude.name,
         step=_STEP * amplitude.scale,
-        scale=amplitude.scale,
     )
 
 
@@ -132,5 +128,4 @@ def _of_constant(
         effect=number,
         key=constant.name,
         step=_STEP * width,
-        scale=width,
     )

@@ -77,7 +77,7 @@ def _projected(moments: Moments, context: Context, signatures: Sequence[Signatur
     left = gram - gram[:, free] @ np.linalg.solve(gram[free, free], gram[free])
     scale = np.ones(len(gram))
     scale[own:] = [
-        context.settings.search.size_of_pairs * (c.scale or 0.0)
+        context.settings.search.size_of_pairs * c.prior_scale
         for one in signatures
         for c in one.free_parameters
     ]
