@@ -66,8 +66,8 @@ CHECKS = (
     ("-m", "ruff", "format", "--check"),
     ("-m", "mypy"),
 )
-# one process for what lives in real time, one for what computes: tests/conftest.py
-TESTS = ("-m", "pytest", "-n", "2")
+# two processes for what lives in real time and mostly waits, one for what computes: tests/conftest.py
+TESTS = ("-m", "pytest", "-n", "3")
 
 
 def main(arguments: list[str]) -> int:

@@ -99,7 +99,7 @@ class _Device:
         self._line = line
         self._settings = settings
         self.interrupt()
-        greeting = line.read_until_silent(_SILENT_S, _STOPPING_LIMIT_S)
+        greeting = line.read_until_silent(_SILENT_S, _STOPPING_LIMIT_S, settings.answer_timeout_s)
         if not greeting:
             raise DeviceTimeoutError("an empty command was not answered")
         if not greeting.endswith(_PROMPT):
@@ -174,7 +174,7 @@ class _Device:
     def _measure_bits(self) -> int:
         """Find the size of a count from one record: it fills what lies between echo and prompt."""
         self._line.write(b"QR\r")
-        reply = self._line.read_until_silent(_SILENT_S, _STOPPING_LIMIT_S)
+        reply = self._line.read_until_silent(_SILENT_S, _STOPPING_LIMIT_S, self._settings.answer_timeout_s)
         body = reply.removeprefix(b"QR").removesuffix(_PROMPT)
         for bits in (16, 24):
             if self._settings.record_format == "ascii":

@@ -90,9 +90,10 @@ class SerialLine:
         deadline_ns = host_time_ns() + round(timeout_s * 1e9)
         try:
             while len(received) < size:
+                before_ns = host_time_ns()  # who looks late still takes what came in time
                 received += self._port.read(size - len(received))
                 if len(received) < size:
-                    if host_time_ns() > deadline_ns:
+                    if before_ns > deadline_ns:
                         raise DeviceTimeoutError(
                             f"serial port {self.port}: {len(received)} of {size} bytes came in {timeout_s} s"
                         )
@@ -101,8 +102,12 @@ class SerialLine:
             raise self._gone(error) from error
         return received
 
-    def read_until_silent(self, silence_s: float = SILENCE_S, limit_s: float = SILENCE_LIMIT_S) -> bytes:
+    def read_until_silent(
+        self, silence_s: float = SILENCE_S, limit_s: float = SILENCE_LIMIT_S, answer_timeout_s: float = 0.0
+    ) -> bytes:
         """Return everything that comes until the line has been silent for ``silence_s``.
+
+        Where an answer is to come, its first byte may take ``answer_timeout_s``.
 
         Raises
         ------
@@ -111,17 +116,19 @@ class SerialLine:
         """
         received = b""
         begin_ns = last_ns = host_time_ns()
-        while (now_ns := host_time_ns()) - last_ns < silence_s * 1e9:
+        while True:
+            before_ns = host_time_ns()  # who looks late still takes what came in time
             if piece := self.read():
                 received += piece
-                last_ns = now_ns
-            if now_ns - begin_ns > limit_s * 1e9:
+                last_ns = host_time_ns()
+            elif before_ns - last_ns >= 1e9 * (silence_s if received else max(silence_s, answer_timeout_s)):
+                return received
+            if before_ns - begin_ns > limit_s * 1e9:
                 raise DeviceProtocolError(
                     f"serial port {self.port}: the device does not stop sending ({len(received)} bytes in "
                     f"{limit_s} s); check bit rate and kind of device"
                 )
             time.sleep(_LOOK_S)
-        return received
 
     def close(self) -> None:
         """Release the port."""

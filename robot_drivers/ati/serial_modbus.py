@@ -109,44 +109,47 @@ class ModbusMaster:
         for first in range(register, register + count, MAX_REGISTERS_READ):
             size = min(MAX_REGISTERS_READ, register + count - first)
             request = read_request(self._address, READ_HOLDING, first, size)
-            answer = self._ask(request, 3 + 2 * size)
-            if answer[2] != 2 * size:
-                raise DeviceProtocolError(
-                    f"Modbus: {answer[2]} bytes came for {size} registers from {first:#06x}"
-                )
-            chunks.append(answer[3:])
+            head = bytes([*request[:2], 2 * size])
+            chunks.append(self._ask(request, 3 + 2 * size, head)[3:])
         return b"".join(chunks)
 
     def write_holding(self, register: int, values: Sequence[int]) -> None:
         """Write 16-bit values to consecutive holding registers."""
         request = write_request(self._address, register, values)
-        if self._ask(request, 6) != request[:6]:
-            raise DeviceProtocolError(
-                f"Modbus: writing {len(values)} registers from {register:#06x} was not echoed"
-            )
+        self._ask(request, 6, request[:6])
 
     def command(self, function: int, value: int) -> None:
         """Have a function of the vendor carried out. What the device sends after its answer stays on the line."""
         request = vendor_request(self._address, function, value)
-        answer = self._ask(request, 3)
+        answer = self._ask(request, 3, request[:2])
         if answer[2] != _ACCEPTED:
             raise DeviceFaultError(
                 f"the device refused function {function:#04x} with {value:#04x}: {answer[2]}"
             )
 
-    def _ask(self, request: bytes, answer_size: int) -> bytes:
-        """Return the answer without its CRC; ask again when it was lost or damaged on its way."""
+    def _ask(self, request: bytes, answer_size: int, head: bytes) -> bytes:
+        """Return the answer without its CRC, which begins with ``head``.
+
+        It is asked for again when it was lost or damaged on its way, and when one came late, to an earlier question.
+        """
         for _ in range(_ATTEMPTS - 1):
             try:
-                return self._ask_once(request, answer_size)
+                return self._ask_once(request, answer_size, head)
             except (DeviceProtocolError, DeviceTimeoutError):
                 self._line.read_until_silent()
-        return self._ask_once(request, answer_size)
+        return self._ask_once(request, answer_size, head)
 
-    def _ask_once(self, request: bytes, answer_size: int) -> bytes:
+    def _ask_once(self, request: bytes, answer_size: int, expected: bytes) -> bytes:
         time.sleep(_PAUSE_S)
+        self._line.read()  # an answer that came late, to a question given up
         self._line.write(request)
         head = self._line.read_exactly(3, self._timeout_s)
         refused = head[0] == request[0] and head[1] == request[1] | _EXCEPTION_BIT
         rest = self._line.read_exactly(2 if refused else answer_size - 1, self._timeout_s)
-        return checked_answer(request, head + rest)
+        answer = checked_answer(request, head + rest)
+        if not answer.startswith(expected):
+            raise DeviceProtocolError(
+                f"Modbus: {request.hex(' ')} was answered with {answer.hex(' ')}, which answers another question; "
+                "is there a second master on the line?"
+            )
+        return answer

@@ -116,7 +116,9 @@ def serial_bench(emulator, make_sensor, rate_hz):
 
 def digital_ft_bench():
     return serial_bench(
-        DigitalFTEmulator(lambda _: LOAD), lambda port: DigitalFT(DigitalFTSettings(port=port)), 7000
+        DigitalFTEmulator(lambda _: LOAD),
+        lambda port: DigitalFT(DigitalFTSettings(port=port, answer_timeout_s=PATIENCE_S)),
+        7000,
     )
 
 
@@ -126,7 +128,9 @@ def controller_ft_bench():
     return serial_bench(
         ControllerFTEmulator(lambda _: LOAD, ControllerFTEmulatorSettings(**line)),
         lambda port: ControllerFT(
-            ControllerFTSettings(port=port, record_bits=16, record_rate_hz=rate_hz, **line)
+            ControllerFTSettings(
+                port=port, record_bits=16, record_rate_hz=rate_hz, answer_timeout_s=PATIENCE_S, **line
+            )
         ),
         rate_hz,
     )

@@ -73,6 +73,25 @@ def test_the_crc_sees_any_change_of_one_byte(data, position, change):
     assert modbus.framed(bytes(frame[:-2])) != frame
 
 
+def test_a_late_answer_to_another_question_is_not_taken_for_this_one():
+    late, echo = (
+        modbus.framed(bytes.fromhex("0a 10 0004 0002")),
+        modbus.framed(bytes.fromhex("0a 10 0006 0002")),
+    )
+    with device_that_answers(late.hex(), echo.hex()) as (master, heard, _):
+        master.write_holding(6, [0x886F, 1])
+    assert len(heard) == 2
+
+
+def test_an_answer_that_never_fits_is_told_with_what_it_was():
+    other = modbus.framed(bytes.fromhex("0a 10 0004 0002")).hex()
+    with (
+        device_that_answers(other, other, other) as (master, _, _),
+        pytest.raises(DeviceProtocolError, match="answers another question"),
+    ):
+        master.write_holding(6, [0x886F, 1])
+
+
 def test_requests_are_the_bytes_of_the_protocol():
     assert modbus.read_request(10, 0x04, 0x27, 6).hex() == "0a0400270006c178"
     assert modbus.vendor_request(10, 0x46, 0x55).hex() == "0a4655a39d"
