@@ -197,7 +197,7 @@ def test_the_distance_of_mesh_and_surface_is_judged_both_ways(
 
 def dented(depth_m: float) -> Surface:
     """A ball with a dent of 12 mm width from above, which goes out below where it is deeper than the ball."""
-    ball = sphere_surface(0.03, 4)
+    ball = sphere_surface(0.03, 3)
     x, y, z = ball.vertices.T
     dent = depth_m * np.exp(-(x**2 + y**2) / 0.006**2) * (z > 0)
     return closed_surface(np.column_stack([x, y, z - dent]), ball.triangles, "ball")
