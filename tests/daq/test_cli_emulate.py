@@ -28,6 +28,9 @@ posix = pytest.mark.skipif(
 )
 
 
+ANSWER_TIMEOUT_S = 2.0  # a busy machine lets emulated devices answer late
+
+
 @contextmanager
 def emulated(name: str, *arguments: str) -> Iterator[str]:
     """Run an emulator in this process, with options as the command line has them; give where it listens."""
@@ -92,10 +95,15 @@ def test_a_serial_sensor_is_found_at_its_pseudo_terminal(kind: str) -> None:
     with emulated(kind, "--wrench", "5", "0", "0", "0", "0", "0") as line:
         terminal = re.search(r"on (\S+):", line)[1]
         if kind == "digital_ft":
-            sensor = DigitalFT(DigitalFTSettings(port=terminal))
+            sensor = DigitalFT(DigitalFTSettings(port=terminal, answer_timeout_s=ANSWER_TIMEOUT_S))
         else:
             sensor = ControllerFT(
-                ControllerFTSettings(port=terminal, counts_per_newton=10.0, counts_per_newton_metre=500 / 3)
+                ControllerFTSettings(
+                    port=terminal,
+                    counts_per_newton=10.0,
+                    counts_per_newton_metre=500 / 3,
+                    answer_timeout_s=ANSWER_TIMEOUT_S,
+                )
             )
         with closing(sensor):
             wrench = first_block(sensor).wrench[0]
