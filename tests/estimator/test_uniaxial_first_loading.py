@@ -107,6 +107,95 @@ def test_slack_is_found_told_and_taken_off(
     assert any("zero strain lies where the specimen takes load" in sentence for sentence in record.assumed)
 
 
+def bent(strain: FloatArray, width: float) -> FloatArray:
+    """Return strain of a specimen that straightens around zero over a width of strain."""
+    return np.asarray(width * np.logaddexp(0.0, strain / width))
+
+
+@pytest.mark.parametrize("share_of_noise", [0.0, 0.002, 0.005])
+@pytest.mark.parametrize("width", [0.003, 0.006, 0.01])
+@pytest.mark.parametrize("slack", [0.02, 0.05, 0.1])
+def test_slack_that_ends_in_a_soft_bend_is_taken_off(
+    slack: float, width: float, share_of_noise: float, tmp_path: Path
+) -> None:
+    strain = ramp(0, 0.8 + slack, 200)
+    record = read(tmp_path, strain, pulled(bent(strain - slack, width)), (share_of_noise, 0.0))
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=0.04)
+    assert any("slack" in sentence for sentence in record.left_out)
+
+
+@pytest.mark.parametrize("share_of_noise", [0.0, 0.002])
+@pytest.mark.parametrize("reach", [0.1, 0.3, 0.6])
+@pytest.mark.parametrize("growth", [2.0, 4.0, 8.0])
+def test_a_material_that_begins_softly_and_stiffens_is_left_as_it_is(
+    growth: float, reach: float, share_of_noise: float, tmp_path: Path
+) -> None:
+    strain = ramp(0, reach, 150)
+    record = read(tmp_path, strain, 10 * np.expm1(growth * strain), (share_of_noise, 0.0))
+    assert record.assumed == ()
+    assert record.left_out == ()
+
+
+@pytest.mark.parametrize("noise", NOISE)
+@pytest.mark.parametrize("first", [-0.35, 0.15, 0.6])
+def test_travel_that_counts_from_anywhere_begins_where_no_load_is_borne(
+    first: float, noise: tuple[float, float], tmp_path: Path
+) -> None:
+    strain = ramp(0, 0.8, 100)
+    record = read(tmp_path, first + strain, pulled(strain), noise)
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=0.02)
+    assert any("zero strain lies there" in sentence for sentence in record.assumed)
+
+
+@pytest.mark.parametrize("noise", NOISE)
+def test_a_record_that_begins_later_keeps_its_strain(noise: tuple[float, float], tmp_path: Path) -> None:
+    strain = ramp(0.1, 0.8, 100)
+    record = read(tmp_path, strain, pulled(strain), noise)
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=0.02)
+    assert record.assumed == ()
+
+
+@pytest.mark.parametrize("gap", [0.05, 0.2])
+def test_plates_that_come_to_a_specimen_of_known_height_bear_nothing_before(
+    gap: float, tmp_path: Path
+) -> None:
+    strain = ramp(-gap, 0.4, 150)
+    load = neo_hookean_kPa(np.maximum(strain, 0.0), "compression") * 0.5
+    stated = Stated(area=5e-4, gauge_length=0.02)
+    record = read(tmp_path, 20 * (1 - strain), load, (0.002, 0.0), "Gap (mm),Load (N)", stated)
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=0.02)
+    assert np.abs(record.strain).min() < 0.02
+
+
+@pytest.mark.parametrize(
+    "before",
+    [
+        0.004 * np.random.default_rng(1).standard_normal(30),
+        np.concatenate([ramp(0, -0.03, 10), ramp(-0.03, 0, 10)]),
+        np.concatenate([ramp(0, 0.01, 4), ramp(0.01, 0, 4)] * 3),
+    ],
+    ids=["trembling", "the other way", "to and fro"],
+)
+def test_a_test_that_first_goes_to_and_fro_is_read_from_where_it_goes_off(
+    before: FloatArray, tmp_path: Path
+) -> None:
+    strain = np.concatenate([before, ramp(0, 0.8, 200)])
+    record = read(tmp_path, strain, pulled(strain), (0.002, 0.0))
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=0.015)
+    assert record.strain.max() > 0.78
+    assert any("before the test moves off" in sentence for sentence in record.left_out)
+
+
+@pytest.mark.parametrize("size", [0.5, 1.0])
+def test_noise_at_the_start_is_no_tear(size: float, tmp_path: Path) -> None:
+    strain = ramp(0, 0.8, 200)
+    stress = pulled(strain)
+    stress[:5] += size * np.array([1.0, -1.2, 0.8, -0.6, 0.4])
+    record = read(tmp_path, strain, stress, (0.002, 0.0))
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=0.015)
+    assert record.strain.max() > 0.78
+
+
 @pytest.mark.parametrize("noise", NOISE)
 @pytest.mark.parametrize(
     ("stress_of", "told"),
