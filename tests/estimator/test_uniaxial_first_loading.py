@@ -1,5 +1,6 @@
 """What of a test is its first loading, where its zeros lie, and whether it pulled or pushed."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -248,6 +249,53 @@ def test_a_curve_that_does_not_tell_its_mode_is_asked_for(tmp_path: Path) -> Non
         read(tmp_path, strain, 30 * strain, names=WORDLESS, stated=Stated(mode="compression")).mode
         == "compression"
     )
+
+
+FOAMS: dict[str, Callable[[FloatArray], FloatArray]] = {
+    "plateau": lambda strain: 5 * np.tanh(strain / 0.06) + 0.3 * strain,
+    "hyperfoam": lambda strain: np.abs((1 - strain) ** 7 - 1 / (1 - strain)),
+    "soft hyperfoam": lambda strain: np.abs((1 - strain) - 1 / (1 - strain)),
+    "straight": lambda strain: 20 * strain,
+}
+TISSUES: dict[str, Callable[[FloatArray], FloatArray]] = {
+    "exponential": lambda strain: np.expm1(8 * strain),
+    "slower exponential": lambda strain: np.expm1(4 * strain),
+    "Ogden": lambda strain: (1 + strain) ** 8 - (1 + strain) ** -5.5,
+}
+
+
+@pytest.mark.parametrize("reach", [0.2, 0.3, 0.4])
+@pytest.mark.parametrize("material", [*FOAMS, *TISSUES])
+def test_a_curve_that_either_mode_may_have_is_asked_for(material: str, reach: float, tmp_path: Path) -> None:
+    strain = np.linspace(0, reach, 100)
+    stress = {**FOAMS, **TISSUES}[material](strain)
+    with pytest.raises(InputError, match=r"nothing tells whether the test pulled or pushed; add --mode"):
+        read(tmp_path, strain, stress, (0.001, 0.0), WORDLESS)
+
+
+@pytest.mark.parametrize("reach", [0.3, 0.6, 0.9])
+@pytest.mark.parametrize("stiffening", [0.0, 0.1, 0.3])
+def test_a_solid_that_stiffens_far_out_bends_as_in_tension_at_first(
+    stiffening: float, reach: float, tmp_path: Path
+) -> None:
+    strain = np.linspace(0, reach, 120)
+    stretch = 1 + strain
+    law = 1 + stiffening * (stretch**2 + 2 / stretch - 3)
+    assert read(tmp_path, strain, law * pulled(strain), (0.001, 0.0), WORDLESS).mode == "tension"
+
+
+@pytest.mark.parametrize(
+    ("name", "mode"),
+    [("gel_compression_2", "compression"), ("Druckversuch 3", "compression"), ("tensile-01", "tension")],
+)
+def test_a_name_tells_the_mode_where_nothing_else_does(name: str, mode: str, tmp_path: Path) -> None:
+    strain = np.linspace(0, 0.3, 60)
+    file = tmp_path / f"{name}.csv"
+    rows = (f"{e:.6f},{20 * e:.6f}" for e in strain)
+    file.write_text("\n".join([WORDLESS, *rows]))
+    record = read_record(file)
+    assert record.mode == mode
+    assert any(f"the name {name!r}" in sentence for sentence in record.assumed)
 
 
 @pytest.mark.parametrize("signs", [(1, 1), (-1, -1), (-1, 1), (1, -1)])
