@@ -7,7 +7,7 @@ import numpy as np
 
 from estimator.errors import InputError
 from estimator.uniaxial.course import Course, course_of, without_preload
-from estimator.uniaxial.reading.blocks import Block, chosen_block, find_blocks, listed
+from estimator.uniaxial.reading.blocks import Block, chosen_block, find_blocks, listed, unknown_names
 from estimator.uniaxial.reading.choosing import ABSCISSAE, ORDINATES, choose
 from estimator.uniaxial.reading.columns import table_of
 from estimator.uniaxial.reading.curve import LARGEST_STRAIN, Curve, curve_of
@@ -45,6 +45,12 @@ def read_record(path: Path | str, stated: Stated = NOTHING_STATED) -> UniaxialRe
     grids = read_spreadsheet(file) if is_spreadsheet(file) else [read_text_layout(file)]
     blocks = find_blocks(grids)
     if not blocks:
+        names = unknown_names(grids)
+        if names:
+            raise InputError(
+                f"{names}, of which none is known as strain, travel or height, or none as stress or load; "
+                "name them so, with their units, as in 'strain (-)' and 'stress (kPa)'"
+            )
         raise InputError(
             f"{file}: no line names a strain and a stress column, or a load and a travel, above rows of numbers; "
             "write 'strain (-),stress (kPa)' above the table"
