@@ -108,11 +108,12 @@ def _joined(soup: PolygonSoup, longest: float, share: float, source: str) -> Rep
     triangles, joined = with_corners_joined(vertices, triangles, share * longest)
     if joined:
         repairs.append(f"split {joined} triangles at corners that lay on their edges")
-    triangles, flat = without_flat(vertices, triangles, longest)
+    triangles, flat, still_flat = without_flat(vertices, triangles, longest)
     if flat:
         repairs.append(f"removed {flat} triangles without area")
     surface, turned = one_body(vertices, triangles, source)
-    _check_no_flat(surface, longest, source)
+    if still_flat:
+        _check_no_flat(surface, longest, source)
     return RepairedSurface(surface, (*repairs, *turned))
 
 
