@@ -3,13 +3,15 @@
 Specimens stand below each other, beside each other, or on sheets of their own.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
+import numpy as np
+
 from estimator.errors import InputError
 from estimator.uniaxial.reading.grid import Grid, Row
-from estimator.uniaxial.reading.numbers import looks_like_number
+from estimator.uniaxial.reading.numbers import looks_like_number, rough_number
 from estimator.uniaxial.reading.titles import Title, understood
 from estimator.uniaxial.reading.units import dimension_of
 from estimator.uniaxial.reading.vocabulary import SPECIMEN_WORDS
@@ -18,6 +20,7 @@ from estimator.uniaxial.reading.words import has_word, words_of
 _LOADS = ("stress", "force")
 _LENGTHS = ("strain", "extension", "position", "height")
 _ROWS_BETWEEN = 4  # names, a second row of names, units, an empty row
+_LONGEST_PAUSE = 20.0  # in steps of time, between the parts of a table whose names are written again
 _MOST_SHOWN = 8
 _LONGEST_LABEL = 60
 _LABEL_WORDS = ("label", "name", "id", "nr", "nr.", "no", "no.", "number", "bezeichnung")
@@ -63,6 +66,18 @@ def find_blocks(grids: Sequence[Grid]) -> list[Block]:
     return blocks
 
 
+def unknown_names(grids: Sequence[Grid]) -> str:
+    """Return, for a message, the names of a table whose columns are not known; empty where there is none."""
+    for grid in grids:
+        for place, row in enumerate(grid.rows):
+            numbers = [r for r in grid.rows[place + 1 : place + 2 + _ROWS_BETWEEN] if _is_numbers(r)]
+            named = len(row.filled) > 1 and not any(map(looks_like_number, row.filled))
+            if named and numbers and not _is_units_row(row):
+                shown = ", ".join(map(repr, row.filled[:_MOST_SHOWN]))
+                return f"{grid.place(row.line)}: the columns are {shown}"
+    return ""
+
+
 def chosen_block(blocks: Sequence[Block], wanted: str | None, where: str) -> tuple[Block, int]:
     """Return the block that is wanted, the first by default, and its place among all.
 
@@ -95,6 +110,39 @@ def listed(blocks: Sequence[Block]) -> str:
 
 
 def _blocks_in(grid: Grid) -> Iterator[Block]:
+    for whole in _joined(_tables_in(grid)):
+        yield from _side_by_side(whole)
+
+
+def _joined(tables: Iterable[Block]) -> list[Block]:
+    """Join tables with the same names whose time goes on: names that are written again within one test."""
+    found: list[Block] = []
+    for table in tables:
+        if found and _goes_on(found[-1], table):
+            found[-1] = replace(found[-1], data=(*found[-1].data, *table.data), below=table.below)
+        else:
+            found.append(table)
+    return found
+
+
+def _goes_on(one: Block, other: Block) -> bool:
+    if [title.text for title in one.titles.values()] != [title.text for title in other.titles.values()]:
+        return False
+    column = next((column for column, title in one.titles.items() if title.quantity == "time"), None)
+    times = (
+        []
+        if column is None
+        else [rough_number(row.text(column)) for row in (*one.data, *other.data) if row.filled]
+    )
+    before, steps = sum(bool(row.filled) for row in one.data), np.diff(times)
+    return bool(
+        0 < before < len(times)
+        and np.all(steps >= 0)
+        and steps[before - 1] <= _LONGEST_PAUSE * np.median(steps[: before - 1] if before > 1 else steps)
+    )
+
+
+def _tables_in(grid: Grid) -> Iterator[Block]:
     rows = grid.rows
     headers = [i for i in range(len(rows)) if _is_header(rows, i)]
     begin = 0
@@ -110,7 +158,7 @@ def _blocks_in(grid: Grid) -> Iterator[Block]:
             for column in range(len(rows[header].cells))
         }
         left = tuple(row.line for row in rows[end:following] if row.filled) if following == len(rows) else ()
-        whole = Block(
+        yield Block(
             grid=grid,
             label="",
             titles=titles,
@@ -120,7 +168,6 @@ def _blocks_in(grid: Grid) -> Iterator[Block]:
             header_line=rows[header].line,
             below=left,
         )
-        yield from _side_by_side(whole)
         begin = end
 
 
@@ -204,7 +251,11 @@ def _side_by_side(block: Block) -> list[Block]:
     first_text = next(iter(texts.values()))
     starts = [column for column, text in texts.items() if text == first_text]
     length = starts[1] - starts[0] if len(starts) > 1 else 0
-    if not length or any(b - a != length for a, b in pairwise(starts)):
+    kinds = {
+        title.quantity for column, title in block.titles.items() if starts[0] <= column < starts[0] + length
+    }
+    whole = kinds.intersection(_LOADS) and kinds.intersection(_LENGTHS)
+    if not whole or any(b - a != length for a, b in pairwise(starts)):
         return [replace(block, label=_label_above(block.above))]
     found = []
     for number, start in enumerate(starts):

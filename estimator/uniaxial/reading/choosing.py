@@ -1,15 +1,19 @@
 """Which columns of a table are used: engineering before true, stress and strain before load and travel."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from estimator.errors import InputError
 from estimator.uniaxial.reading.blocks import Block
+from estimator.uniaxial.reading.numbers import rough_number
 from estimator.uniaxial.reading.titles import Title
 from estimator.uniaxial.reading.vocabulary import Quantity
 
 ABSCISSAE: tuple[Quantity, ...] = ("strain", "extension", "height", "position")
 ORDINATES: tuple[Quantity, ...] = ("stress", "force")
+
+_STANDS_STILL = 0.01  # range, of that of another column of the same kind
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +48,7 @@ def choose(block: Block, kinds: Sequence[Quantity]) -> Choice:
 
 
 def column_of(block: Block, kind: Quantity, *, true: bool = False) -> Choice | None:
-    """Return the column of a kind, engineering or true; None where the table has none."""
+    """Return the column of a kind, engineering or true, that changes; None where the table has none."""
     candidates = [
         (column, title)
         for column, title in block.titles.items()
@@ -52,5 +56,27 @@ def column_of(block: Block, kind: Quantity, *, true: bool = False) -> Choice | N
     ]
     if not candidates:
         return None
-    column, title = next(((c, t) for c, t in candidates if t.nominal), candidates[0])
+    live = _live(block, candidates)
+    column, title = next(((c, t) for c, t in live if t.nominal), live[0])
     return Choice(column, title, tuple(t.text for c, t in candidates if c != column))
+
+
+def _live(block: Block, candidates: Sequence[tuple[int, Title]]) -> Sequence[tuple[int, Title]]:
+    """Return the columns without those that stand still while another in the same unit moves: unused channels."""
+    if len(candidates) == 1:
+        return candidates
+    ranges = [_range(block, column) for column, _ in candidates]
+    return [
+        one
+        for one, mine in zip(candidates, ranges, strict=True)
+        if mine
+        >= _STANDS_STILL
+        * max(r for (_, title), r in zip(candidates, ranges, strict=True) if title.unit == one[1].unit)
+    ]
+
+
+def _range(block: Block, column: int) -> float:
+    """Return the range of a column whose decimal mark is not settled yet; 0 where it holds no numbers."""
+    values = [rough_number(row.text(column)) for row in block.data]
+    known = [value for value in values if math.isfinite(value)]
+    return max(known) - min(known) if known else 0.0

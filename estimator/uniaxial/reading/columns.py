@@ -78,12 +78,17 @@ def table_of(block: Block, needed: Sequence[int], stated: Stated) -> Table:
     InputError
         A row has more fields than there are names, or a field that is needed is missing in the middle.
     """
-    rows = [row for row in block.data if row.cells]
+    rows, totals = _without_totals([row for row in block.data if row.cells])
     for row in rows:
         if len(row.cells) > block.width:
             raise InputError(_surplus(block, row))
     filled = [all(row.text(column) for column in needed) for row in rows]
     end = max((i + 1 for i, full in enumerate(filled) if full), default=0)
+    if not end and rows:
+        raise InputError(
+            f"{block.grid.place(block.header_line)}: names {len(block.titles)} columns, and the rows below have "
+            f"{max(len(row.cells) for row in rows)}; part names and numbers alike, by tabs, semicolons or commas"
+        )
     for row, full in zip(rows[:end], filled[:end], strict=True):
         if not full:
             missing = next(column for column in needed if not row.text(column))
@@ -100,6 +105,10 @@ def table_of(block: Block, needed: Sequence[int], stated: Stated) -> Table:
     left_out = []
     if len(rows) - end == 1 and len(block.titles) >= block.width:
         left_out.append(f"line {rows[end].line}: the last row is incomplete")
+    if totals:
+        left_out.append(
+            f"{_lines([row.line for row in totals])}: named, as a maximum or a mean is, and no row of it"
+        )
     if block.below:
         left_out.append(f"{_lines(block.below)}: below the table, and no row of it")
     style = (
@@ -108,6 +117,16 @@ def table_of(block: Block, needed: Sequence[int], stated: Stated) -> Table:
         else settle(_cells(block, rows[:end]), block.grid.separator)
     )
     return Table(block, style, tuple(rows[:end]), tuple(left_out))
+
+
+def _without_totals(rows: Sequence[Row]) -> tuple[list[Row], list[Row]]:
+    """Part off the rows at the end whose first cell is a word, where all others begin with a number."""
+    end = len(rows)
+    while end and rows[end - 1].text(0) and not looks_like_number(rows[end - 1].text(0)):
+        end -= 1
+    if not all(looks_like_number(row.text(0)) for row in rows[:end]) or not end:
+        end = len(rows)
+    return list(rows[:end]), list(rows[end:])
 
 
 def _cells(block: Block, rows: Sequence[Row]) -> Iterator[tuple[str, int, Cell]]:

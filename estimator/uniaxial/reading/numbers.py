@@ -18,9 +18,10 @@ from estimator.uniaxial.reading.grid import Cell
 DecimalMark = Literal["point", "comma"]
 _MARKS: dict[DecimalMark, str] = {"point": ".", "comma": ","}
 _GAPS = " \u00a0\u202f'\u2019"
-_LOOKS = re.compile(rf"[+\-\u2212]?(\d[\d.,{_GAPS}]*|[.,]\d+)([eE][+-]?\d+)?\s?%?")
+_LOOKS = re.compile(rf"[+\-\u2212]?(\d[\d.,{_GAPS}]*|[.,]\d+)([eEdD][+-]?\d+)?\s?%?")
 _NO_VALUE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
-_PARTS = re.compile(r"([+-]?)([^eE]*)((?:[eE].*)?)", re.DOTALL)
+_PARTS = re.compile(r"([+-]?)([^eEdD]*)((?:[eEdD].*)?)", re.DOTALL)
+_FORTRAN = str.maketrans("dD", "ee")  # its exponents of double precision
 _THOUSAND = 3
 _MANY_WHOLE = 3
 _LONGEST = 400
@@ -31,6 +32,14 @@ def looks_like_number(cell: Cell) -> bool:
     if isinstance(cell, float):
         return True
     return len(cell) <= _LONGEST and bool(_LOOKS.fullmatch(cell) or _NO_VALUE.fullmatch(cell))
+
+
+def rough_number(cell: str) -> float:
+    """Return a number of a file whose decimal mark is not settled yet; NaN where it is none that can be told."""
+    try:
+        return float(cell.replace(",", "."))
+    except ValueError:
+        return float("nan")
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +74,7 @@ class NumberStyle:
             if not 1 <= len(groups[0]) <= _THOUSAND or any(len(group) != _THOUSAND for group in groups[1:]):
                 raise ValueError(f"{text!r} has no groups of three digits")
             whole = "".join(groups)
-        return f"{sign}{whole}{'.' if mark else ''}{fraction}{exponent}"
+        return f"{sign}{whole}{'.' if mark else ''}{fraction}{exponent.translate(_FORTRAN)}"
 
 
 def settle(cells: Iterable[tuple[str, int, Cell]], separator: str) -> NumberStyle:
@@ -139,7 +148,7 @@ def _line_of(where: str) -> str:
 
 def _mark_of(text: str) -> DecimalMark | None:
     """Return the decimal mark that a number has for certain; None where it has none, or it may part thousands."""
-    mantissa = re.split(r"[eE%]", text.lstrip("+-\u2212"))[0].strip()
+    mantissa = re.split(r"[eEdD%]", text.lstrip("+-\u2212"))[0].strip()
     places = [(mantissa.rfind(","), "comma"), (mantissa.rfind("."), "point")]
     commas, points = mantissa.count(","), mantissa.count(".")
     if commas and points:

@@ -14,6 +14,8 @@ from estimator.uniaxial.reading.words import folded
 _SPACES = "spaces"
 _SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", _SPACES: "spaces"}
 _BETWEEN_WORDS = re.compile(r"\s+(?![(\[])")
+_WIDE = re.compile(r"\s{2,}(?![(\[])")
+_COMMENT = re.compile(r"^\s*[#%]+\s+")
 _LONGEST_LINE = 100_000
 
 
@@ -51,10 +53,19 @@ def read_text_layout(file: Path) -> Grid:
 
 def _split(line: str, separator: str) -> list[Cell]:
     if separator == _SPACES:
-        return list(_BETWEEN_WORDS.split(line.strip())) if line.strip() else []
+        return _split_at_spaces(_COMMENT.sub("", line).strip())
     if '"' not in line:
         return list(line.split(separator))
     return list(next(csv.reader([line], delimiter=separator, skipinitialspace=separator != "\t"), []))
+
+
+def _split_at_spaces(line: str) -> list[Cell]:
+    """Split at every space between numbers, at the wide ones where names of several words have wide ones between."""
+    if not line:
+        return []
+    narrow = _BETWEEN_WORDS.split(line)
+    wide = _WIDE.split(line)
+    return list(narrow if len(wide) == 1 or all(map(looks_like_number, narrow)) else wide)
 
 
 def _fitting(rows: list[Row]) -> tuple[int, int]:

@@ -15,7 +15,27 @@ def spelt(text: str) -> str:
     inner = _BRACKETED.match(text)
     bare = inner[1] if inner else text.strip()
     bare = bare.replace("²", "2").replace("^2", "2").replace("**2", "2").replace("\u03bc", "µ")
-    return re.sub(r"\s+", "", bare).replace("sq.mm", "mm2")
+    name = re.sub(r"\s+", "", bare).replace("sq.mm", "mm2")
+    return (
+        name if any(name in units for units in UNITS.values()) else _OTHER_CASE.get(_without_case(name), name)
+    )
+
+
+def _without_case(name: str) -> str:
+    """Return a unit without case, but for a first letter that may be a prefix or a unit: ``mN`` is no ``MN``."""
+    return name[:1] + name[1:].casefold() if name[:1] in "mMnN" else name.casefold()
+
+
+def _unique_without_case() -> dict[str, str]:
+    """Return the units by their spelling without case, where only one dimension and factor has it."""
+    found: dict[str, list[tuple[Dimension, float, str]]] = {}
+    for dimension, units in UNITS.items():
+        for unit, factor in units.items():
+            found.setdefault(_without_case(unit), []).append((dimension, factor, unit))
+    return {key: each[0][2] for key, each in found.items() if len({one[:2] for one in each}) == 1}
+
+
+_OTHER_CASE = _unique_without_case()
 
 
 def dimension_of(unit: str) -> Dimension | None:
