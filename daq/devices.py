@@ -19,8 +19,7 @@ from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
 from robot_drivers.ati.netbox_can import NetBoxCan, NetBoxCanSettings
 from robot_drivers.ati.netcanoem import NetCANOEM, NetCANOEMSettings
-from robot_drivers.ati.netft import NetFT
-from robot_drivers.ati.netft_settings import NetFTSettings
+from robot_drivers.ati.netft import NetFT, NetFTSettings
 from robot_drivers.cameras.dc1394 import DC1394Camera, DC1394CameraSettings
 from robot_drivers.cameras.opencv import OpenCVCamera
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings

@@ -33,7 +33,7 @@ from daq.trajectories import Trajectory
 from gui import state as states
 from gui.link_thread import Exchange, Worker
 from gui.state import RigState
-from robot_drivers.ati.tare import TareRefusedError, TareStack
+from robot_drivers.ati.compensation.tare import TareRefusedError, TareStack
 
 _BEAT_MS = 33
 _SHOW_NS = 125_000_000

@@ -14,7 +14,7 @@ import numpy as np
 from daq.acquisition.messages import StreamCounts, Telemetry
 from daq.recording.streams import FORCE, ROBOT, camera_stream
 from daq.rig import Rig
-from robot_drivers.ati.tare import TareStack
+from robot_drivers.ati.compensation.tare import TareStack
 from robot_drivers.protocols import DeviceIdentity, FloatArray
 
 Phase = Literal["disconnected", "connecting", "ready", "running", "held", "closing"]

@@ -16,7 +16,7 @@ from daq.rig import read_rig
 from daq.stream_times import force_times, robot_times
 from daq.sync import gripper_in_tissue
 from daq.windows import in_window, measuring_windows, scatter_of_mean
-from robot_drivers.ati.compensation import gravity_in_sensor, identify_tool
+from robot_drivers.ati.compensation.gravity import gravity_in_sensor, identify_tool
 from robot_drivers.errors import ConfigurationError
 from robot_drivers.protocols import FloatArray
 

@@ -28,7 +28,7 @@ from daq.rig import (
 from estimator.experiment import Box, Environment, Grasp, Phantom
 from robot_drivers.abb.egm import EGMSettings
 from robot_drivers.abb.irb140 import IRB140Settings
-from robot_drivers.ati.netft_settings import NetFTSettings
+from robot_drivers.ati.netft import NetFTSettings
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.protocols import Pose
 

@@ -17,7 +17,7 @@ from gui.widgets.device_table import DeviceTable
 from gui.widgets.lamp import Lamp
 from gui.widgets.readings import PoseReadings, WrenchReadings
 from gui.widgets.split import BesideOrBelow
-from robot_drivers.ati.tare import TareStack
+from robot_drivers.ati.compensation.tare import TareStack
 
 
 class RigPage(QWidget):

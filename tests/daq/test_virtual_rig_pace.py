@@ -22,7 +22,7 @@ from daq.virtual_rig.phantom import PhantomState, SpringPhantom
 from daq.virtual_rig.processes import VirtualRigSettings
 from robot_drivers.abb.irb140 import IRB140Settings
 from robot_drivers.ati.digital_ft import DigitalFTSettings
-from robot_drivers.ati.netft_settings import NetFTSettings
+from robot_drivers.ati.netft import NetFTSettings
 from robot_drivers.cameras.dc1394_settings import DC1394CameraSettings
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.clock import host_time_ns, monotonic_time_ns

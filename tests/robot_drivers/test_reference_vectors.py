@@ -31,8 +31,8 @@ from robot_drivers.abb.emulator_egm import robot_message
 from robot_drivers.abb.emulator_settings import ArmSettings
 from robot_drivers.abb.guidance_session import EGMGuidanceSettings, GuidanceSession
 from robot_drivers.abb.protobuf import encode
-from robot_drivers.ati import rdt
 from robot_drivers.ati.emulator import EmulatorSettings, NetFTEmulator
+from robot_drivers.ati.netft import rdt
 from robot_drivers.errors import ConfigurationError
 
 MULTICAST = bytes.fromhex("12 34 80 02 00 00 00 00 E0 00 05 80 6E 5A")

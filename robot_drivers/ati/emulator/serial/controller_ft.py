@@ -9,10 +9,10 @@ from typing import Literal
 import numpy as np
 
 from robot_drivers.ati.emulator.box import WrenchSource
-from robot_drivers.ati.gages import FT33206
-from robot_drivers.ati.gamma import GAGE_NOISE_STD
-from robot_drivers.ati.serial_device_emulator import InterpolatedSource, SerialDeviceEmulator
-from robot_drivers.ati.serial_line_emulator import FarEnd
+from robot_drivers.ati.emulator.serial.device import InterpolatedSource, SerialDeviceEmulator
+from robot_drivers.ati.emulator.serial.line import FarEnd
+from robot_drivers.ati.transducer.gages import FT33206
+from robot_drivers.ati.transducer.gamma import GAGE_NOISE_STD
 from robot_drivers.protocols import FloatArray, IntArray
 
 _BITS_PER_BYTE = 10  # start, 8 data, stop

@@ -4,7 +4,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from robot_drivers.ati.can_link import Answer
+from robot_drivers.ati.can.link import Answer
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceError, DeviceTimeoutError
 

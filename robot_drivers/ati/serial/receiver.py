@@ -5,7 +5,7 @@ import time
 from collections import deque
 from dataclasses import dataclass
 
-from robot_drivers.ati.serial_line import SerialLine
+from robot_drivers.ati.serial.line import SerialLine
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceUnreachableError
 

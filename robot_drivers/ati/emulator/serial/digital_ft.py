@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from robot_drivers.ati.emulator.box import WrenchSource
-from robot_drivers.ati.gages import FT33206, GageCalibration
-from robot_drivers.ati.serial_device_emulator import InterpolatedSource, SerialDeviceEmulator
-from robot_drivers.ati.serial_line_emulator import FarEnd
+from robot_drivers.ati.emulator.serial.device import InterpolatedSource, SerialDeviceEmulator
+from robot_drivers.ati.emulator.serial.line import FarEnd
+from robot_drivers.ati.transducer.gages import FT33206, GageCalibration
 from robot_drivers.protocols import FloatArray
 
 _JAM_SIZE = 14

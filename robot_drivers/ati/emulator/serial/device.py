@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from robot_drivers.ati.emulator.box import WrenchSource
-from robot_drivers.ati.serial_line_emulator import FarEnd, FaultyWire, LineCounts, LineFaults, far_end
+from robot_drivers.ati.emulator.serial.line import FarEnd, FaultyWire, LineCounts, LineFaults, far_end
 from robot_drivers.clock import host_time_ns
 from robot_drivers.closing import ClosedAtExit
 from robot_drivers.protocols import FloatArray

@@ -7,7 +7,7 @@ import can
 import numpy as np
 
 from robot_drivers.ati.emulator.box import Box, Measurement, WrenchSource
-from robot_drivers.ati.emulator.can_node import AnswerCounts, CanNode, Frames, astray
+from robot_drivers.ati.emulator.can.node import AnswerCounts, CanNode, Frames, astray
 from robot_drivers.ati.emulator.faults import Faults
 from robot_drivers.ati.emulator.settings import EmulatorSettings
 from robot_drivers.closing import ClosedAtExit

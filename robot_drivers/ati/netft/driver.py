@@ -6,18 +6,18 @@ itself.
 
 import contextlib
 import socket
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from robot_drivers.ati import rdt
-from robot_drivers.ati.command_interface import CommandInterface
-from robot_drivers.ati.configuration import NetFTConfiguration, read_configuration, set_rdt_rate
-from robot_drivers.ati.netft_settings import NetFTSettings
-from robot_drivers.ati.receiver import DatagramReceiver, Datagrams
-from robot_drivers.ati.sequence import SequenceTracker
-from robot_drivers.ati.status import STATUS_MAPS, StatusMap, status_map
-from robot_drivers.ati.web import WebPages
+from robot_drivers.ati.netft import rdt
+from robot_drivers.ati.netft.command_interface import CommandInterface
+from robot_drivers.ati.netft.configuration import NetFTConfiguration, read_configuration, set_rdt_rate
+from robot_drivers.ati.netft.receiver import DatagramReceiver, Datagrams, LinkStatistics
+from robot_drivers.ati.netft.sequence import SequenceTracker
+from robot_drivers.ati.netft.settings import NetFTSettings
+from robot_drivers.ati.netft.web import WebPages
+from robot_drivers.ati.transducer.status import STATUS_MAPS, StatusMap, status_map
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import (
     ConfigurationError,
@@ -27,31 +27,9 @@ from robot_drivers.errors import (
 )
 from robot_drivers.protocols import DeviceIdentity, StreamStatistics, WrenchBlock
 
-__all__ = ["LinkStatistics", "NetFT", "NetFTSettings"]
-
 _LONGEST_PATIENCE_S = 10.0
 _LARGEST_COUNT = 2**31 - 2  # a channel at the end of its range is clipped
 _START_COMMANDS = {"real-time": rdt.Command.START_REAL_TIME, "buffered": rdt.Command.START_BUFFERED}
-
-
-@dataclass(frozen=True, slots=True)
-class LinkStatistics:
-    """What the network did since the stream started.
-
-    Attributes
-    ----------
-    foreign_datagrams : rejected because they came from someone else
-    repeated_starts : start requests sent again because of silence
-    local_port : UDP port that the records arrive at, which a firewall must let through
-    receive_buffer_bytes : what the system granted
-    kernel_stamps : whether host times are the kernel's
-    """
-
-    foreign_datagrams: int
-    repeated_starts: int
-    local_port: int
-    receive_buffer_bytes: int
-    kernel_stamps: bool
 
 
 class NetFT:
@@ -126,7 +104,7 @@ class NetFT:
         self._status_map = self._choose_status_map(configuration.product)
         self._si_per_count = configuration.scaling.si_per_count
         self._largest_usable = np.minimum(settings.rated_wrench, _LARGEST_COUNT * self._si_per_count)
-        self._silence_s = max(settings.silence_s, 3 * _datagram_period_s(configuration, settings.mode))
+        self._silence_s = max(settings.silence_s, 3 * configuration.datagram_period_s(settings.mode))
         self._configuration = configuration
 
     def start(self) -> None:
@@ -303,13 +281,3 @@ class NetFT:
             usable=self._status_map.usable(status) & (np.abs(wrench) <= self._largest_usable).all(axis=1),
             wrench=wrench,
         )
-
-
-def _datagram_period_s(configuration: NetFTConfiguration, mode: str) -> float:
-    """Return the time between two datagrams; 0 where the box did not tell its rate."""
-    if not configuration.rdt_rate_hz:
-        return 0.0
-    records = rdt.MAX_RECORDS_PER_DATAGRAM if mode == "buffered" else 1
-    if mode == "buffered" and configuration.rdt_buffer_size:
-        records = configuration.rdt_buffer_size
-    return records / configuration.rdt_rate_hz

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_drivers.ati import digital_ft_protocol as protocol
-from robot_drivers.ati.gages import saturated
-from robot_drivers.ati.serial_force_sensor import SerialForceSensor, SerialSettings
-from robot_drivers.ati.serial_line import SerialLine
-from robot_drivers.ati.serial_modbus import ModbusMaster
-from robot_drivers.ati.serial_stream import Samples
+from robot_drivers.ati.digital_ft import protocol as protocol
+from robot_drivers.ati.digital_ft.modbus import ModbusMaster
+from robot_drivers.ati.serial.force_sensor import SerialForceSensor, SerialSettings
+from robot_drivers.ati.serial.line import SerialLine
+from robot_drivers.ati.serial.stream import Samples
+from robot_drivers.ati.transducer.gages import saturated
 from robot_drivers.errors import ConfigurationError, DeviceError
 from robot_drivers.protocols import DeviceIdentity, FloatArray
 

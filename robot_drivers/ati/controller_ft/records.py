@@ -11,7 +11,7 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_drivers.ati.serial_framing import ByteArray, FrameSynchroniser, Records
+from robot_drivers.ati.serial.framing import ByteArray, FrameSynchroniser, Records
 
 _FIELD_WIDTHS = {16: 6, 24: 8}
 _LARGEST_FLAG = 9

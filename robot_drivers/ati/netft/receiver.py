@@ -40,6 +40,26 @@ class Datagrams:
     host_time_ns: IntArray
 
 
+@dataclass(frozen=True, slots=True)
+class LinkStatistics:
+    """What the network did since the stream started.
+
+    Attributes
+    ----------
+    foreign_datagrams : rejected because they came from someone else
+    repeated_starts : start requests sent again because of silence
+    local_port : UDP port that the records arrive at, which a firewall must let through
+    receive_buffer_bytes : what the system granted
+    kernel_stamps : whether host times are the kernel's
+    """
+
+    foreign_datagrams: int
+    repeated_starts: int
+    local_port: int
+    receive_buffer_bytes: int
+    kernel_stamps: bool
+
+
 class DatagramReceiver:
     """A UDP socket that hears one peer, on the network interface that leads to it.
 

@@ -9,8 +9,8 @@ import can
 import numpy as np
 
 from robot_drivers.ati.emulator.box import WrenchSource
-from robot_drivers.ati.emulator.can_node import AnswerCounts, CanNode, Frames, astray
-from robot_drivers.ati.gamma import GAGE_MATRIX
+from robot_drivers.ati.emulator.can.node import AnswerCounts, CanNode, Frames, astray
+from robot_drivers.ati.transducer.gamma import GAGE_MATRIX
 from robot_drivers.clock import host_time_ns
 from robot_drivers.closing import ClosedAtExit
 from robot_drivers.emulated_outages import Outages

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_drivers.ati.serial_framing import Decoder
-from robot_drivers.ati.serial_receiver import Chunk, SerialReceiver
+from robot_drivers.ati.serial.framing import Decoder
+from robot_drivers.ati.serial.receiver import Chunk, SerialReceiver
 from robot_drivers.clock import host_time_ns
 from robot_drivers.protocols import IntArray, StreamStatistics
 
@@ -29,7 +29,7 @@ class Samples:
     ----------
     counter : (n,) int64, from 0, with the missing records counted in
     host_time_ns : (n,) int64, when the last byte of each was found
-    status, values : as in :class:`~robot_drivers.ati.serial_framing.Records`
+    status, values : as in :class:`~robot_drivers.ati.serial.framing.Records`
     """
 
     counter: IntArray

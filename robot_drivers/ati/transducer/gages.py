@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robot_drivers.ati.gamma import GAGE_MATRIX, RATED_WRENCH
-from robot_drivers.ati.scaling import Scaling
+from robot_drivers.ati.transducer.gamma import GAGE_MATRIX, RATED_WRENCH
+from robot_drivers.ati.transducer.scaling import Scaling
 from robot_drivers.errors import DeviceProtocolError
 from robot_drivers.protocols import FloatArray
 

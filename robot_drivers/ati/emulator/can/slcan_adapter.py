@@ -10,7 +10,7 @@ import threading
 
 import can
 
-from robot_drivers.ati.serial_line_emulator import FarEnd, far_end
+from robot_drivers.ati.emulator.serial.line import FarEnd, far_end
 from robot_drivers.closing import ClosedAtExit
 
 _POLL_S = 0.001

@@ -9,10 +9,10 @@ from typing import Generic, Literal, Protocol, TypeVar
 from numpy import bool_
 from numpy.typing import NDArray
 
-from robot_drivers.ati.serial_framing import Decoder
-from robot_drivers.ati.serial_line import SILENCE_LIMIT_S, SILENCE_S, SerialLine
-from robot_drivers.ati.serial_receiver import SerialReceiver
-from robot_drivers.ati.serial_stream import Samples, SampleStream
+from robot_drivers.ati.serial.framing import Decoder
+from robot_drivers.ati.serial.line import SILENCE_LIMIT_S, SILENCE_S, SerialLine
+from robot_drivers.ati.serial.receiver import SerialReceiver
+from robot_drivers.ati.serial.stream import Samples, SampleStream
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import ConfigurationError, DeviceError, DeviceTimeoutError, DeviceUnreachableError
 from robot_drivers.protocols import DeviceIdentity, FloatArray, StreamStatistics, WrenchBlock
@@ -77,7 +77,7 @@ class SerialForceSensor(Generic[D]):
     """A :class:`~robot_drivers.protocols.ForceSensor` on a serial line, used from one thread.
 
     Records carry neither counter nor clock. The counter is the driver's own, with an estimate of what is missing
-    (:mod:`robot_drivers.ati.serial_stream`); the device time is that counter over the record rate.
+    (:mod:`robot_drivers.ati.serial.stream`); the device time is that counter over the record rate.
 
     Parameters
     ----------

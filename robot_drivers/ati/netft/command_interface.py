@@ -13,7 +13,7 @@ from typing import Self
 
 import numpy as np
 
-from robot_drivers.ati.scaling import FORCE_UNIT_BY_CODE, TORQUE_UNIT_BY_CODE, Scaling
+from robot_drivers.ati.transducer.scaling import FORCE_UNIT_BY_CODE, TORQUE_UNIT_BY_CODE, Scaling
 from robot_drivers.errors import (
     ConfigurationError,
     DeviceFaultError,

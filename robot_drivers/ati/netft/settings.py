@@ -4,9 +4,9 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from robot_drivers.ati.configuration import MAX_RDT_RATE_HZ
-from robot_drivers.ati.gamma import RATED_WRENCH
-from robot_drivers.ati.status import STATUS_MAPS
+from robot_drivers.ati.netft.configuration import MAX_RDT_RATE_HZ
+from robot_drivers.ati.transducer.gamma import RATED_WRENCH
+from robot_drivers.ati.transducer.status import STATUS_MAPS
 from robot_drivers.errors import ConfigurationError
 
 

@@ -9,10 +9,10 @@ import struct
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_drivers.ati.gages import GageCalibration, from_wire_order
-from robot_drivers.ati.scaling import FORCE_UNIT_BY_CODE, TORQUE_UNIT_BY_CODE, Scaling
-from robot_drivers.ati.serial_framing import ByteArray, FrameSynchroniser, Records
-from robot_drivers.ati.status import StatusMap
+from robot_drivers.ati.serial.framing import ByteArray, FrameSynchroniser, Records
+from robot_drivers.ati.transducer.gages import GageCalibration, from_wire_order
+from robot_drivers.ati.transducer.scaling import FORCE_UNIT_BY_CODE, TORQUE_UNIT_BY_CODE, Scaling
+from robot_drivers.ati.transducer.status import StatusMap
 from robot_drivers.errors import DeviceProtocolError
 
 GAINS_REGISTER, OFFSETS_REGISTER, STATUS_REGISTER = 0x0000, 0x0006, 0x001D

@@ -8,8 +8,8 @@ from typing import Generic, Protocol, TypeVar
 
 import can
 
-from robot_drivers.ati.can_link import Answer, CanLink, open_bus
-from robot_drivers.ati.can_poller import Poller, Sample
+from robot_drivers.ati.can.link import Answer, CanLink, open_bus
+from robot_drivers.ati.can.poller import Poller, Sample
 from robot_drivers.errors import ConfigurationError, DeviceError
 from robot_drivers.protocols import DeviceIdentity, StreamStatistics, WrenchBlock
 

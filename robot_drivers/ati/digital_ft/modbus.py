@@ -7,7 +7,7 @@ import struct
 import time
 from collections.abc import Sequence
 
-from robot_drivers.ati.serial_line import SerialLine
+from robot_drivers.ati.serial.line import SerialLine
 from robot_drivers.errors import DeviceFaultError, DeviceProtocolError, DeviceTimeoutError
 
 READ_HOLDING, WRITE_HOLDING = 0x03, 0x10

@@ -9,8 +9,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from robot_drivers.ati.scaling import Scaling
-from robot_drivers.ati.web import WebPages, parse_tags
+from robot_drivers.ati.netft.rdt import MAX_RECORDS_PER_DATAGRAM
+from robot_drivers.ati.netft.web import WebPages, parse_tags
+from robot_drivers.ati.transducer.scaling import Scaling
 from robot_drivers.decimal_text import decimal
 from robot_drivers.errors import ConfigurationError, DeviceProtocolError
 
@@ -43,6 +44,15 @@ class NetFTConfiguration:
     rdt_enabled: bool | None = None
     rdt_rate_hz: int | None = None
     rdt_buffer_size: int | None = None
+
+    def datagram_period_s(self, mode: str) -> float:
+        """Return the time between two datagrams of an RDT mode; 0 where the box did not tell its rate."""
+        if not self.rdt_rate_hz:
+            return 0.0
+        records = MAX_RECORDS_PER_DATAGRAM if mode == "buffered" else 1
+        if mode == "buffered" and self.rdt_buffer_size:
+            records = self.rdt_buffer_size
+        return records / self.rdt_rate_hz
 
 
 def read_configuration(web: WebPages, index: int | None = None) -> NetFTConfiguration:

@@ -12,16 +12,16 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_drivers.ati.controller_ft_records import (
+from robot_drivers.ati.controller_ft.records import (
     AsciiDecoder,
     BinaryDecoder,
     ascii_counts,
     binary_record_size,
 )
-from robot_drivers.ati.gamma import RATED_WRENCH
-from robot_drivers.ati.serial_force_sensor import SerialForceSensor, SerialSettings
-from robot_drivers.ati.serial_line import SerialLine
-from robot_drivers.ati.serial_stream import Samples
+from robot_drivers.ati.serial.force_sensor import SerialForceSensor, SerialSettings
+from robot_drivers.ati.serial.line import SerialLine
+from robot_drivers.ati.serial.stream import Samples
+from robot_drivers.ati.transducer.gamma import RATED_WRENCH
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import ConfigurationError, DeviceError, DeviceProtocolError, DeviceTimeoutError
 from robot_drivers.protocols import DeviceIdentity, FloatArray
@@ -49,7 +49,7 @@ class ControllerFTSettings(SerialSettings):
         them. A Gamma of 65 N and 5 N·m has 20 and 333.3; one of 130 N and 10 N·m should have half of that
     bit_rate : 9600 as delivered; the faster ones pay, since the line limits the record rate
     record_format : ``"ascii"``, or ``"binary"``, which is three times as fast and has no check of its own (see
-        :mod:`robot_drivers.ati.controller_ft_records`)
+        :mod:`robot_drivers.ati.controller_ft.records`)
     record_bits : size of a count, by the generation of the controller; None finds out from one record
     record_rate_hz : records per second; None measures it at connection to about a percent
     averaging : samples in the controller's moving average, 0 for none
