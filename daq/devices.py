@@ -11,8 +11,8 @@ from typing import Protocol
 from daq.errors import RigError
 from estimator.errors import InputError
 from estimator.plugins import Plugin, plugins
-from robot_drivers.abb.egm_guidance import EGMGuidedRobot
-from robot_drivers.abb.guidance_session import EGMGuidanceSettings
+from robot_drivers.abb.egm.guidance import EGMGuidedRobot
+from robot_drivers.abb.egm.guidance_session import EGMGuidanceSettings
 from robot_drivers.abb.irb140 import IRB140, IRB140Settings
 from robot_drivers.abb.open_abb import OpenABB, OpenABBSettings
 from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings

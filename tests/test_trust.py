@@ -16,8 +16,8 @@ from listening import Ear, ears
 from daq.bad_input import samples
 from daq.cli import main
 from estimator.report.page import figure, page
-from robot_drivers.abb.egm import EGMSettings, PositionStream
-from robot_drivers.abb.egm_guidance import EGMGuidanceSettings, EGMGuidedRobot
+from robot_drivers.abb.egm.guidance import EGMGuidanceSettings, EGMGuidedRobot
+from robot_drivers.abb.egm.position_stream import EGMSettings, PositionStream
 from robot_drivers.ati.netft.receiver import DatagramReceiver
 from robot_drivers.errors import ConfigurationError
 from robot_drivers.interfaces import address_towards, is_loopback
@@ -183,7 +183,7 @@ def test_a_robot_is_not_guided_from_the_network_by_anybody(address: str) -> None
 def test_sockets_of_the_drivers_are_bound_to_the_interface_of_their_device() -> None:
     program = (
         "import sys\n"
-        "from robot_drivers.abb.egm import EGMSettings, PositionStream\n"
+        "from robot_drivers.abb.egm.position_stream import EGMSettings, PositionStream\n"
         "from robot_drivers.ati.netft.receiver import DatagramReceiver\n"
         "streams = [PositionStream(EGMSettings(port=0)), PositionStream(EGMSettings(0, None, '127.0.0.1'))]\n"
         "[stream.open() for stream in streams]\n"

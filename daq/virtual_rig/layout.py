@@ -26,7 +26,7 @@ from daq.rig import (
     Vector,
 )
 from estimator.experiment import Box, Environment, Grasp, Phantom
-from robot_drivers.abb.egm import EGMSettings
+from robot_drivers.abb.egm.position_stream import EGMSettings
 from robot_drivers.abb.irb140 import IRB140Settings
 from robot_drivers.ati.netft import NetFTSettings
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings

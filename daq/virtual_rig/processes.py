@@ -36,9 +36,9 @@ from daq.virtual_rig.phantom import PhantomModel, PhantomSolver, PhantomState
 from daq.virtual_rig.scene import Scene, SceneSettings, flea2_pair
 from daq.virtual_rig.world import SimulatedTissue, SimulatedTransducer
 from estimator.errors import SolverError
-from robot_drivers.abb.emulator import ControllerEmulator
-from robot_drivers.abb.emulator_settings import ArmSettings
-from robot_drivers.abb.emulator_settings import EmulatorSettings as ControllerSettings
+from robot_drivers.abb.emulator.controller import ControllerEmulator
+from robot_drivers.abb.emulator.settings import ArmSettings
+from robot_drivers.abb.emulator.settings import EmulatorSettings as ControllerSettings
 from robot_drivers.ati.emulator import EmulatorSettings as SensorSettings
 from robot_drivers.ati.emulator import NetFTEmulator
 from robot_drivers.cameras.emulator import BusClock, CameraEmulator, CameraEmulatorSettings, ImageSource

@@ -29,8 +29,8 @@ from gui.pages.acquire import AcquirePage
 from gui.pages.rig import RigPage
 from gui.rehearsal import wait_until
 from gui.window import Window
-from robot_drivers.abb.egm import EGMSettings
-from robot_drivers.abb.irb140_session import IRB140Settings
+from robot_drivers.abb.egm.position_stream import EGMSettings
+from robot_drivers.abb.irb140.session import IRB140Settings
 from robot_drivers.real_time import prefer_this_process
 
 PATIENCE_S = 15.0

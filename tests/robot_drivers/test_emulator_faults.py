@@ -10,9 +10,9 @@ import can
 import numpy as np
 import pytest
 
-from robot_drivers.abb.egm_codec import decode_robot
-from robot_drivers.abb.emulator import ControllerEmulator
-from robot_drivers.abb.emulator_settings import ArmSettings, ControllerFaults, EmulatorSettings
+from robot_drivers.abb.egm.codec import decode_robot
+from robot_drivers.abb.emulator.controller import ControllerEmulator
+from robot_drivers.abb.emulator.settings import ArmSettings, ControllerFaults, EmulatorSettings
 from robot_drivers.ati.emulator import NetFTEmulator
 from robot_drivers.ati.emulator.can.netcanoem import BoardFaults, BoardSettings, NetCANOEMEmulator
 from robot_drivers.ati.emulator.can.slcan_adapter import SlcanAdapterEmulator

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_drivers.ati.digital_ft import modbus as modbus
+from robot_drivers.ati.digital_ft import modbus
 from robot_drivers.ati.serial.line import SerialLine
 from robot_drivers.errors import (
     ConfigurationError,

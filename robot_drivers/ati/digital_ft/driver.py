@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_drivers.ati.digital_ft import protocol as protocol
+from robot_drivers.ati.digital_ft import protocol
 from robot_drivers.ati.digital_ft.modbus import ModbusMaster
 from robot_drivers.ati.serial.force_sensor import SerialForceSensor, SerialSettings
 from robot_drivers.ati.serial.line import SerialLine
