@@ -25,7 +25,7 @@ from gui.stop_key import StopKey
 from gui.theme import DARK, LIGHT, apply_theme, theme_of
 from gui.widgets.cards import button, scrolled
 from gui.widgets.message_bar import Answer, MessageBar
-from gui.widgets.rig_bar import RigBar
+from gui.widgets.rig.rig_bar import RigBar
 
 P = TypeVar("P", bound=QWidget)
 

@@ -23,12 +23,12 @@ from gui.context import Context
 from gui.queue_runner import Labels, QueueRunner
 from gui.state import RigState
 from gui.widgets.cards import Card, button, label, set_role
-from gui.widgets.force_plot import ForcePlot
-from gui.widgets.queue_table import QueueTable
-from gui.widgets.readings import PoseReadings
+from gui.widgets.forms.queue_table import QueueTable
+from gui.widgets.forms.trial_panel import TrialPanel
+from gui.widgets.plots.force_plot import ForcePlot
+from gui.widgets.rig.readings import PoseReadings
 from gui.widgets.split import ScrolledSides
-from gui.widgets.stereo_preview import StereoPreview
-from gui.widgets.trial_panel import TrialPanel
+from gui.widgets.video.stereo_preview import StereoPreview
 from gui.work_queue import Queue, next_place
 from robot_drivers.protocols import Pose
 

@@ -19,11 +19,11 @@ from gui.laboratory import STANDARD, Laboratory
 from gui.messages import information
 from gui.state import RigState
 from gui.widgets.cards import Card, button, label, scrolled
-from gui.widgets.coverage_map import CoverageMap
-from gui.widgets.outcome_panel import OutcomePanel
-from gui.widgets.parameter_form import ParameterForm
+from gui.widgets.forms.parameter_form import ParameterForm
+from gui.widgets.plots.coverage_map import CoverageMap
+from gui.widgets.results.outcome_panel import OutcomePanel
 from gui.widgets.split import BesideOrBelow
-from gui.widgets.stereo_preview import StereoPreview
+from gui.widgets.video.stereo_preview import StereoPreview
 from robot_drivers.protocols import DeviceIdentity
 
 _BOARD_KINDS: tuple[Kind, ...] = ("cameras", "stereo")

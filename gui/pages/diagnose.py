@@ -15,10 +15,10 @@ from gui.computations import diagnose_sources, try_cause, write_diagnosis_page
 from gui.context import Context
 from gui.messages import information
 from gui.widgets.cards import Card, button, label
-from gui.widgets.diagnosis_result import Diagnosed, DiagnosisResult
+from gui.widgets.forms.source_picker import SourcePicker
 from gui.widgets.job_strip import WAIT, JobStrip
+from gui.widgets.results.diagnosis_result import Diagnosed, DiagnosisResult
 from gui.widgets.save_dialog import ask_where_to_save
-from gui.widgets.source_picker import SourcePicker
 from gui.widgets.split import side_by_side
 
 MANOEUVRES_FOLDER = "manoeuvres"

@@ -13,9 +13,9 @@ from gui.messages import Message, failure_told, information
 from gui.rig_check import check_rig
 from gui.state import RigState
 from gui.widgets.cards import Card, button, label, scrolled
-from gui.widgets.device_table import DeviceTable
 from gui.widgets.lamp import Lamp
-from gui.widgets.readings import PoseReadings, WrenchReadings
+from gui.widgets.rig.device_table import DeviceTable
+from gui.widgets.rig.readings import PoseReadings, WrenchReadings
 from gui.widgets.split import BesideOrBelow
 from robot_drivers.ati.compensation.tare import TareStack
 

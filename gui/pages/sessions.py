@@ -13,12 +13,12 @@ from gui.context import Context
 from gui.messages import Message, information
 from gui.session_list import SessionEntry
 from gui.widgets.cards import Card, button, label, scrolled
+from gui.widgets.forms.session_table import SessionTable
 from gui.widgets.job_strip import JobStrip, failed
-from gui.widgets.replay_pane import ReplayPane
 from gui.widgets.save_dialog import ask_where_to_save
-from gui.widgets.session_table import SessionTable
 from gui.widgets.split import side_by_side
 from gui.widgets.tables import Facts
+from gui.widgets.video.replay_pane import ReplayPane
 
 _FORMS = {
     "experiment": "Experiment folder",

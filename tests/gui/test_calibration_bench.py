@@ -15,7 +15,7 @@ from daq.vision.charuco import CharucoBoard
 from gui.calibration_bench import Begin, CalibrationBench, Finish, Judged, Keep, Kept, TakeTouch, TouchTaken
 from gui.companion import Companion
 from gui.job_process import Failed
-from gui.widgets.outcome_panel import OutcomePanel
+from gui.widgets.results.outcome_panel import OutcomePanel
 
 RIG = rig_description(Addresses(1, 2, 3, 4, 5, 6, ("tcp://a", "tcp://b")), Path("stereo.toml"))
 

@@ -19,8 +19,8 @@ from gui.computations import diagnose_sources, try_cause
 from gui.context import Context
 from gui.messages import Message
 from gui.pages.diagnose import DiagnosePage
-from gui.widgets.cause_details import cause_facts
-from gui.widgets.ranking import ranked_causes
+from gui.widgets.results.cause_details import cause_facts
+from gui.widgets.results.ranking import ranked_causes
 
 SOURCES = (Path("sessions/pull").absolute(), Path("sessions/twist").absolute())
 

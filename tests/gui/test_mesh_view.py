@@ -15,8 +15,8 @@ from estimator.report.scene import farthest_row
 from gui.films import Film, film_of_fit, film_of_trace, spread
 from gui.inks import ramp
 from gui.theme import DARK, LIGHT, Theme
-from gui.widgets.film_player import FilmPlayer
-from gui.widgets.mesh_view import MeshView
+from gui.widgets.view_3d.film_player import FilmPlayer
+from gui.widgets.view_3d.mesh_view import MeshView
 
 FIT = pull_fit(noise=1.0)
 

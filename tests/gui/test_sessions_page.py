@@ -27,8 +27,8 @@ from gui.messages import Message
 from gui.pages.sessions import SessionsPage
 from gui.playback import open_playback
 from gui.session_list import SessionEntry, entry_of, find_sessions, matching
-from gui.widgets.replay_pane import ReplayPane
-from gui.widgets.session_table import SessionTable
+from gui.widgets.forms.session_table import SessionTable
+from gui.widgets.video.replay_pane import ReplayPane
 from robot_drivers.protocols import Pose
 
 POSES = tuple(Pose((0.04 + way, 0.0, 0.0)) for way in (0.0, 0.003))

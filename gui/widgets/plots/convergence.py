@@ -8,8 +8,8 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from estimator.fit.result import Estimate, ParameterEstimate
 from estimator.report.facts import stage_starts
-from gui.widgets.legend import Legend
-from gui.widgets.plot_sheet import PlotSheet, Stroke
+from gui.widgets.plots.legend import Legend
+from gui.widgets.plots.plot_sheet import PlotSheet, Stroke
 
 FloatArray = NDArray[np.float64]
 

@@ -13,10 +13,10 @@ from daq.rig import Limits, Rig
 from daq.trajectories import STANDARD, Kind, Retraction, Trajectory
 from gui.motion_profile import in_words, motion_profile
 from gui.widgets.cards import Card, label
-from gui.widgets.parameter_form import ParameterForm, Range
-from gui.widgets.path_view import PathView
-from gui.widgets.retraction_card import RetractionCard
-from gui.widgets.time_view import TimeView
+from gui.widgets.forms.parameter_form import ParameterForm, Range
+from gui.widgets.forms.retraction_card import RetractionCard
+from gui.widgets.plots.time_view import TimeView
+from gui.widgets.view_3d.path_view import PathView
 
 
 class TrialPanel(QWidget):

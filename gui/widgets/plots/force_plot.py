@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from daq.rig import Limits
 from gui.theme import theme_of
-from gui.widgets.live_rows import LiveRows
+from gui.widgets.plots.live_rows import LiveRows
 from robot_drivers.protocols import FloatArray
 
 SPAN_S = 12.0

@@ -13,12 +13,12 @@ from estimator.report.findings import caveats, parameter_texts, step_text, taken
 from estimator.report.scene import farthest_row
 from gui.films import film_of_fit
 from gui.widgets.cards import Card, button, label, scrolled
-from gui.widgets.convergence import ConvergencePlots
-from gui.widgets.film_player import FilmPlayer
-from gui.widgets.plan_view import PlanView
-from gui.widgets.plot_sheet import Stroke
+from gui.widgets.plots.convergence import ConvergencePlots
+from gui.widgets.plots.plan_view import PlanView
+from gui.widgets.plots.plot_sheet import Stroke
+from gui.widgets.plots.wrench_curves import Curve, WrenchCurves
 from gui.widgets.tables import Facts, ReadTable
-from gui.widgets.wrench_curves import Curve, WrenchCurves
+from gui.widgets.view_3d.film_player import FilmPlayer
 
 _MEASURED, _PREDICTED = Stroke("measured"), Stroke("predicted", 1.6)
 _HINT = (

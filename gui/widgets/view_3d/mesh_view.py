@@ -14,7 +14,6 @@ from PySide6.QtGui import (
     QPainter,
     QPaintEvent,
     QPen,
-    QPolygonF,
     QWheelEvent,
 )
 from PySide6.QtWidgets import QSizePolicy, QWidget
@@ -24,6 +23,8 @@ from estimator.report.view import View, normals
 from gui.films import Film, Surface
 from gui.inks import colour, ramp
 from gui.theme import theme_of
+from gui.widgets.view_3d.colour_bar import ROOM, paint_colour_bar
+from gui.widgets.view_3d.strokes import arrow, polygon
 
 FloatArray = NDArray[np.float64]
 
@@ -32,7 +33,6 @@ _DEGREES_PER_PIXEL = 0.4
 _KEY_DEGREES = 10.0
 _ZOOM_STEP = 1.15
 _MARGIN = 0.06
-_BAR_WIDTH, _BAR_SHARE, _BAR_ROOM = 12, 0.55, 118
 _TRIAD_SHARE = 0.14
 _BEAD_RADIUS = 3.5
 _RIM_OPACITY = 60
@@ -147,7 +147,7 @@ class MeshView(QWidget):
         self.look(view, self.zoom)
 
     def _paint(self, painter: QPainter, film: Film) -> None:
-        room = self.rect().adjusted(0, 0, -_BAR_ROOM if film.scale is not None else 0, 0)
+        room = self.rect().adjusted(0, 0, -ROOM if film.scale is not None else 0, 0)
         scale, centre = self._fit(film.surface.points, room)
         middle = np.array([room.center().x(), room.center().y()])
 
@@ -162,8 +162,7 @@ class MeshView(QWidget):
             self._paint_place(painter, on_screen, centres[self._instant], radius)
         self._paint_beads(painter, film, on_screen)
         self._paint_triad(painter, film.surface, scale)
-        if film.scale is not None:
-            self._paint_bar(painter, film)
+        paint_colour_bar(painter, film, self.size(), theme_of(self))
 
     def _fit(self, points: FloatArray, room: QRect) -> tuple[float, FloatArray]:
         """Return pixels a millimetre, and what is to be in the middle, so that the body at rest fills the room."""
@@ -183,7 +182,7 @@ class MeshView(QWidget):
             paint = colours[number]
             painter.setPen(paint)
             painter.setBrush(paint)
-            painter.drawConvexPolygon(_polygon(screen[surface.pieces[number]]))
+            painter.drawConvexPolygon(polygon(screen[surface.pieces[number]]))
         rim = colour("ink", theme_of(self))
         rim.setAlpha(_RIM_OPACITY)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -191,7 +190,7 @@ class MeshView(QWidget):
         painter.setBrush(Qt.BrushStyle.NoBrush)
         turned = self.view.depth(normals(points[surface.rims])) > 0
         for corners_of in screen[surface.rims[turned]]:
-            painter.drawPolygon(_polygon(corners_of))
+            painter.drawPolygon(polygon(corners_of))
 
     def _colours(self, film: Film) -> list[QColor]:
         theme, parts = theme_of(self), film.surface.parts
@@ -208,7 +207,7 @@ class MeshView(QWidget):
         painter.setBrush(QBrush(colour("ink", theme_of(self)), Qt.BrushStyle.BDiagPattern))
         points = film.points_at(self._instant)
         for corners in points[film.surface.pieces[film.marked]]:
-            painter.drawConvexPolygon(_polygon(on_screen(corners)))
+            painter.drawConvexPolygon(polygon(on_screen(corners)))
 
     def _paint_place(
         self,
@@ -243,7 +242,7 @@ class MeshView(QWidget):
             painter.setPen(QPen(paper, 1.2))
             painter.setBrush(ink)
             painter.drawEllipse(QPointF(*start), _BEAD_RADIUS, _BEAD_RADIUS)
-            _arrow(painter, start, tip, arrow_ink)
+            arrow(painter, start, tip, arrow_ink)
 
     def _paint_triad(self, painter: QPainter, surface: Surface, scale: float) -> None:
         """Draw the axes of the tissue frame in the lower left corner, each of a round length."""
@@ -254,51 +253,8 @@ class MeshView(QWidget):
         origin = np.array([1.2 * reach + 8, self.height() - 0.6 * reach - 26])
         for (right, up), name in zip(self.view.project(np.eye(3)), "xyz", strict=True):
             tip = origin + reach * np.array([right, -up])
-            _arrow(painter, origin, tip, muted)
+            arrow(painter, origin, tip, muted)
             label = origin + (reach + 9) * np.array([right, -up])
             painter.drawText(QRectF(label[0] - 8, label[1] - 8, 16, 16), Qt.AlignmentFlag.AlignCenter, name)
         place = QRectF(origin[0] - 60, self.height() - 20, 120, 18)
         painter.drawText(place, Qt.AlignmentFlag.AlignCenter, f"{length:g} mm")
-
-    def _paint_bar(self, painter: QPainter, film: Film) -> None:
-        scale, theme = film.scale, theme_of(self)
-        assert scale is not None
-        high = _BAR_SHARE * self.height()
-        left, top = self.width() - _BAR_ROOM + 22, (self.height() - high) / 2
-        steps = np.linspace(1.0, 0.0, max(2, round(high)))
-        for line, rgb in enumerate(ramp(steps, theme).tolist()):
-            painter.fillRect(QRectF(left, top + line, _BAR_WIDTH, 1.5), QColor(*rgb))
-        painter.setPen(colour("ink", theme))
-        for share in (0.0, 0.5, 1.0):
-            text = f"{share * scale.top:g} {scale.unit}"
-            level = top + (1 - share) * high
-            painter.drawText(
-                QRectF(left + _BAR_WIDTH + 6, level - 9, 80, 18), Qt.AlignmentFlag.AlignVCenter, text
-            )
-        painter.setPen(colour("muted", theme))
-        wrap = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom | Qt.TextFlag.TextWordWrap
-        painter.drawText(QRectF(left, top - 62, _BAR_ROOM - 26, 52), wrap, scale.title)
-        if film.arrows.size:
-            wrap = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop | Qt.TextFlag.TextWordWrap
-            painter.drawText(
-                QRectF(left, top + high + 12, _BAR_ROOM - 26, 60), wrap, f"arrows × {film.magnified:g}"
-            )
-
-
-def _polygon(points: FloatArray) -> QPolygonF:
-    return QPolygonF([QPointF(x, y) for x, y in points.tolist()])
-
-
-def _arrow(painter: QPainter, start: FloatArray, tip: FloatArray, ink: QColor) -> None:
-    """Draw an arrow between two places on the screen; a very short one has no head."""
-    way = tip - start
-    length = float(np.hypot(*way))
-    if length < 1.0:
-        return
-    painter.setPen(QPen(ink, 1.4))
-    painter.drawLine(QPointF(*start), QPointF(*tip))
-    if length > 5.0:
-        along, across = way / length, np.array([-way[1], way[0]]) / length
-        head = [tip, tip - 5.0 * along + 2.4 * across, tip - 5.0 * along - 2.4 * across]
-        painter.setBrush(ink)
-        painter.drawPolygon(_polygon(np.array(head)))

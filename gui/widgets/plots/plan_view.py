@@ -11,8 +11,8 @@ from estimator.experiment import Experiment
 from estimator.report.rounding import round_figure
 from estimator.report.scene import MM, within_mm
 from gui.inks import Ink
-from gui.widgets.legend import Legend
-from gui.widgets.plot_sheet import PlotSheet, Stroke
+from gui.widgets.plots.legend import Legend
+from gui.widgets.plots.plot_sheet import PlotSheet, Stroke
 
 FloatArray = NDArray[np.float64]
 

@@ -20,8 +20,8 @@ from estimator.report.diagnosis.findings import (
 from estimator.report.diagnosis.quantities import closure_text, sigma
 from gui.comparison import comparison_rows
 from gui.widgets.cards import Card, button, label, scrolled
-from gui.widgets.cause_details import CauseDetails
-from gui.widgets.ranking import Ranking, ranked_causes
+from gui.widgets.results.cause_details import CauseDetails
+from gui.widgets.results.ranking import Ranking, ranked_causes
 from gui.widgets.split import side_by_side
 from gui.widgets.tables import ReadTable
 

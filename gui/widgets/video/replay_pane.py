@@ -11,9 +11,9 @@ from gui.background import Background
 from gui.playback import Instant, Playback, open_playback
 from gui.state import RigState
 from gui.widgets.cards import label
-from gui.widgets.force_plot import SPAN_S, ForcePlot
-from gui.widgets.readings import PoseReadings
-from gui.widgets.stereo_preview import StereoPreview
+from gui.widgets.plots.force_plot import SPAN_S, ForcePlot
+from gui.widgets.rig.readings import PoseReadings
+from gui.widgets.video.stereo_preview import StereoPreview
 
 _FRAME_MS = 40
 _SPEEDS = (0.5, 1.0, 2.0, 5.0, 10.0)

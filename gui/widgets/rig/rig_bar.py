@@ -9,7 +9,7 @@ from daq.rig import Limits
 from gui.state import RigState
 from gui.widgets.cards import button, set_role
 from gui.widgets.lamp import Lamp
-from gui.widgets.limit_bar import LimitBar
+from gui.widgets.rig.limit_bar import LimitBar
 
 STOP_KEYS = "Esc, Pause"
 _FEW_MINUTES = 10.0

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from estimator.report.channels import WRENCH_CHANNELS
-from gui.widgets.legend import Legend
-from gui.widgets.plot_sheet import PlotSheet, Stroke
+from gui.widgets.plots.legend import Legend
+from gui.widgets.plots.plot_sheet import PlotSheet, Stroke
 
 FloatArray = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QLabel, QWidget
 
 from gui.inks import colour
 from gui.theme import theme_of
-from gui.widgets.plot_sheet import Stroke
+from gui.widgets.plots.plot_sheet import Stroke
 
 
 class Legend(QLabel):

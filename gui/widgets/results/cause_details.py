@@ -20,11 +20,11 @@ from estimator.report.diagnosis.quantities import (
 from estimator.report.scene import MM, farthest_row
 from gui.films import film_of_trace
 from gui.widgets.cards import button, label
-from gui.widgets.film_player import FilmPlayer
-from gui.widgets.plan_view import Arrows, PlanView
-from gui.widgets.plot_sheet import Stroke
+from gui.widgets.plots.plan_view import Arrows, PlanView
+from gui.widgets.plots.plot_sheet import Stroke
+from gui.widgets.plots.wrench_curves import Curve, WrenchCurves
 from gui.widgets.tables import Facts
-from gui.widgets.wrench_curves import Curve, WrenchCurves
+from gui.widgets.view_3d.film_player import FilmPlayer
 
 # On a small screen the page is scrolled rather than the figures squeezed.
 _FIGURES_HEIGHT = 300

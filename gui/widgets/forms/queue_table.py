@@ -20,7 +20,7 @@ from daq.errors import DaqError
 from daq.plans import Trial
 from gui.motion_profile import in_words, motion_profile
 from gui.widgets.cards import button
-from gui.widgets.retraction_card import NAMES
+from gui.widgets.forms.retraction_card import NAMES
 from gui.work_queue import Entry, Queue, changed, moved, repeated, without
 
 _COLUMNS = ("state", "retraction", "duration", "notes", "session")
