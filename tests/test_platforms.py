@@ -227,7 +227,7 @@ ASCII_ALONE = {
     "run.py": "a digest",
     "daq/virtual_rig/benchmark.py": "what Linux tells of a process",
     "daq/acquisition/silence.py": "what Linux tells of a process",
-    "gui/soak_meter.py": "what Linux tells of a process",
+    "gui/soak/meter.py": "what Linux tells of a process",
 }
 
 

@@ -12,12 +12,12 @@ from daq.calibration.procedures import MOTIONS
 from daq.calibration.tool import FEWEST_TOUCHES, LEAST_TURN_DEG
 from daq.errors import DaqError
 from daq.vision.charuco import CharucoBoard
-from gui.calibration_bench import Judged, Kept, TouchTaken, ViewTaken
-from gui.calibration_wizard import CalibrationWizard
+from gui.calibration.bench import Judged, Kept, TouchTaken, ViewTaken
+from gui.calibration.wizard import CalibrationWizard
 from gui.context import Context
-from gui.laboratory import STANDARD, Laboratory
 from gui.messages import information
-from gui.state import RigState
+from gui.rig.laboratory import STANDARD, Laboratory
+from gui.rig.state import RigState
 from gui.widgets.cards import Card, button, label, scrolled
 from gui.widgets.forms.parameter_form import ParameterForm
 from gui.widgets.plots.coverage_map import CoverageMap

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QFileDialog, QListWidget, QSplitter, QVBoxLayout, 
 from daq.advised import advised_trial
 from estimator.diagnosis.result import Advice, Consideration, Diagnosis
 from estimator.report.diagnosis.findings import answer_words
-from gui.computations import diagnose_sources, try_cause, write_diagnosis_page
+from gui.analysis.computations import diagnose_sources, try_cause, write_diagnosis_page
 from gui.context import Context
 from gui.messages import information
 from gui.widgets.cards import Card, button, label

@@ -10,11 +10,11 @@ from estimator.errors import InputError
 from estimator.fit.online import OnlineEstimate
 from estimator.fit.result import Estimate
 from estimator.materials import LAWS, installed_laws
-from gui.computations import estimate_sources, write_estimate_page
+from gui.analysis.computations import estimate_sources, write_estimate_page
+from gui.analysis.following import FollowedStep, follow_session
 from gui.context import Context
-from gui.following import FollowedStep, follow_session
 from gui.messages import information
-from gui.state import RigState
+from gui.rig.state import RigState
 from gui.widgets.cards import button, label
 from gui.widgets.forms.source_picker import SourcePicker
 from gui.widgets.job_strip import WAIT, JobStrip

@@ -8,10 +8,10 @@ from daq.acquisition.messages import Failure
 from daq.device_checks import DeviceReport
 from daq.rig import Rig
 from gui.context import Context
-from gui.laboratory import ROBOT, Laboratory, roles
 from gui.messages import Message, failure_told, information
-from gui.rig_check import check_rig
-from gui.state import RigState
+from gui.rig.check import check_rig
+from gui.rig.laboratory import ROBOT, Laboratory, roles
+from gui.rig.state import RigState
 from gui.widgets.cards import Card, button, label, scrolled
 from gui.widgets.lamp import Lamp
 from gui.widgets.rig.device_table import DeviceTable

@@ -23,11 +23,11 @@ from daq.virtual_rig.processes import VirtualRigSettings
 from daq.virtual_rig.scene import flea2_pair
 from gui.app import Desk
 from gui.context import Context, Navigator
-from gui.jobs import Jobs
-from gui.link import AcquisitionLink
+from gui.jobs.running import Jobs
 from gui.pages.acquire import AcquirePage
 from gui.pages.rig import RigPage
 from gui.rehearsal import wait_until
+from gui.rig.link import AcquisitionLink
 from gui.window import Window
 from robot_drivers.abb.egm.position_stream import EGMSettings
 from robot_drivers.abb.irb140.session import IRB140Settings

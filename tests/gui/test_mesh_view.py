@@ -12,7 +12,7 @@ from synthetic_estimates import PULL_M, block, pull_fit
 
 from estimator.effects import blocks
 from estimator.report.scene import farthest_row
-from gui.films import Film, film_of_fit, film_of_trace, spread
+from gui.analysis.films import Film, film_of_fit, film_of_trace, spread
 from gui.inks import ramp
 from gui.theme import DARK, LIGHT, Theme
 from gui.widgets.view_3d.film_player import FilmPlayer

@@ -19,14 +19,14 @@ from daq.recording.reader import Recording
 from daq.recording.recovery.session import recover_session
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads
 from daq.virtual_rig.phantom import SpringPhantom
-from gui.computations import export_session, judge_session, repair_session
+from gui.analysis.computations import export_session, judge_session, repair_session
+from gui.analysis.following import FollowedStep, follow_session
 from gui.context import Context
-from gui.following import FollowedStep, follow_session
-from gui.job_process import Progressed, Reporter, Shown
+from gui.jobs.process import Progressed, Reporter, Shown
 from gui.messages import Message
 from gui.pages.sessions import SessionsPage
-from gui.playback import open_playback
-from gui.session_list import SessionEntry, entry_of, find_sessions, matching
+from gui.sessions.playback import open_playback
+from gui.sessions.session_list import SessionEntry, entry_of, find_sessions, matching
 from gui.widgets.forms.session_table import SessionTable
 from gui.widgets.video.replay_pane import ReplayPane
 from robot_drivers.protocols import Pose
@@ -133,7 +133,7 @@ def test_the_window_goes_on_while_a_slow_disk_lists_its_sessions(
         read.wait()
         return find_sessions(folder)
 
-    monkeypatch.setattr("gui.session_finder.find_sessions", find_slowly)
+    monkeypatch.setattr("gui.sessions.session_finder.find_sessions", find_slowly)
     table = SessionTable(sessions)
     qtbot.addWidget(table)
     table.show()

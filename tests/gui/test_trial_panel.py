@@ -9,7 +9,7 @@ from pytestqt.qtbot import QtBot
 from daq.plans import Trial
 from daq.trajectories import PULL, TWIST_AND_PULL, Dwell
 from daq.virtual_rig.layout import Addresses, rig_description
-from gui.motion_profile import in_words, motion_profile
+from gui.recording.motion_profile import in_words, motion_profile
 from gui.widgets.forms.parameter_form import ParameterForm
 from gui.widgets.forms.trial_panel import TrialPanel
 from robot_drivers.protocols import Speed

@@ -26,8 +26,8 @@ from gui.pages.diagnose import DiagnosePage
 from gui.pages.estimate import EstimatePage
 from gui.pages.rig import RigPage
 from gui.pages.sessions import SessionsPage
+from gui.recording.work_queue import Entry
 from gui.window import STOPPED
-from gui.work_queue import Entry
 
 STARVED = "the controlling program has been silent"
 """A window that gets no processor for most of a second has the robot held as well, as it should."""

@@ -18,10 +18,10 @@ from PySide6.QtWidgets import (
 
 from daq.errors import DaqError
 from daq.plans import Trial
-from gui.motion_profile import in_words, motion_profile
+from gui.recording.motion_profile import in_words, motion_profile
+from gui.recording.work_queue import Entry, Queue, changed, moved, repeated, without
 from gui.widgets.cards import button
 from gui.widgets.forms.retraction_card import NAMES
-from gui.work_queue import Entry, Queue, changed, moved, repeated, without
 
 _COLUMNS = ("state", "retraction", "duration", "notes", "session")
 

@@ -6,8 +6,8 @@ from typing import get_args
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLineEdit, QWidget
 
-from gui.session_finder import SessionFinder
-from gui.session_list import Condition, SessionEntry, entry_of, matching
+from gui.sessions.session_finder import SessionFinder
+from gui.sessions.session_list import Condition, SessionEntry, entry_of, matching
 from gui.widgets.cards import Card, button, label
 from gui.widgets.tables import ReadTable
 

@@ -6,8 +6,8 @@ from pathlib import Path
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLineEdit, QListWidget, QListWidgetItem, QWidget
 
-from gui.session_finder import SessionFinder
-from gui.session_list import SessionEntry, matching
+from gui.sessions.session_finder import SessionFinder
+from gui.sessions.session_list import SessionEntry, matching
 from gui.widgets.cards import Card, button, label
 
 _PATH = Qt.ItemDataRole.UserRole

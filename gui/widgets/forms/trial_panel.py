@@ -11,7 +11,7 @@ from daq.errors import TrajectoryError
 from daq.plans import Trial
 from daq.rig import Limits, Rig
 from daq.trajectories import STANDARD, Kind, Retraction, Trajectory
-from gui.motion_profile import in_words, motion_profile
+from gui.recording.motion_profile import in_words, motion_profile
 from gui.widgets.cards import Card, label
 from gui.widgets.forms.parameter_form import ParameterForm, Range
 from gui.widgets.forms.retraction_card import RetractionCard

@@ -5,7 +5,7 @@ import pyqtgraph as pg
 from PySide6.QtCore import QEvent
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
-from gui.motion_profile import MotionProfile
+from gui.recording.motion_profile import MotionProfile
 from gui.theme import theme_of
 
 _LEAST_HEIGHT = 140

@@ -18,7 +18,7 @@ from estimator.report.diagnosis.quantities import (
     slight_text,
 )
 from estimator.report.scene import MM, farthest_row
-from gui.films import film_of_trace
+from gui.analysis.films import film_of_trace
 from gui.widgets.cards import button, label
 from gui.widgets.plots.plan_view import Arrows, PlanView
 from gui.widgets.plots.plot_sheet import Stroke

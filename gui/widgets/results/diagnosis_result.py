@@ -18,7 +18,7 @@ from estimator.report.diagnosis.findings import (
     verdict_sentence,
 )
 from estimator.report.diagnosis.quantities import closure_text, sigma
-from gui.comparison import comparison_rows
+from gui.analysis.comparison import comparison_rows
 from gui.widgets.cards import Card, button, label, scrolled
 from gui.widgets.results.cause_details import CauseDetails
 from gui.widgets.results.ranking import Ranking, ranked_causes

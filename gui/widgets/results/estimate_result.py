@@ -11,7 +11,7 @@ from estimator.fit.result import Estimate
 from estimator.report.facts import fit_facts, residual_rows, specimen_facts
 from estimator.report.findings import caveats, parameter_texts, step_text, taken_up, verdict
 from estimator.report.scene import farthest_row
-from gui.films import film_of_fit
+from gui.analysis.films import film_of_fit
 from gui.widgets.cards import Card, button, label, scrolled
 from gui.widgets.plots.convergence import ConvergencePlots
 from gui.widgets.plots.plan_view import PlanView

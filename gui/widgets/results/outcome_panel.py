@@ -7,7 +7,7 @@ from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QWidget
 
 from daq.calibration.outcome import Figure
-from gui.calibration_bench import Judged
+from gui.calibration.bench import Judged
 from gui.widgets.cards import Card, button, label
 from gui.widgets.lamp import Lamp
 

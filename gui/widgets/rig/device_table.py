@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
 
-from gui.state import DeviceRow, RigState
+from gui.rig.state import DeviceRow, RigState
 from gui.widgets.cards import label, set_role
 from gui.widgets.lamp import Lamp
 
@@ -16,7 +16,7 @@ _FIGURES = ("rate", "age", "lost", "not written", "clock known to")
 
 
 class DeviceTable(QWidget):
-    """Renders the rows of a :class:`gui.state.RigState`.
+    """Renders the rows of a :class:`gui.rig.state.RigState`.
 
     Parameters
     ----------

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QWidget
 from daq.frames import rotation
 from daq.rig import Rig
 from daq.session.checks import gripper_in_tissue
-from gui.state import RigState
+from gui.rig.state import RigState
 from gui.widgets.cards import label
 from robot_drivers.protocols import Pose
 

@@ -6,7 +6,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from daq.rig import Limits
-from gui.state import RigState
+from gui.rig.state import RigState
 from gui.widgets.cards import button, set_role
 from gui.widgets.lamp import Lamp
 from gui.widgets.rig.limit_bar import LimitBar
@@ -17,7 +17,7 @@ _PROBLEMS_PX = 240
 
 
 class RigBar(QFrame):
-    """Renders a :class:`gui.state.RigState`; ``stop_pressed`` and ``release_pressed`` are its two buttons.
+    """Renders a :class:`gui.rig.state.RigState`; ``stop_pressed`` and ``release_pressed`` are its two buttons.
 
     Attributes
     ----------

@@ -7,9 +7,9 @@ from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QSlider, QToolButton, QVBoxLayout, QWidget
 
 from daq.rig import Rig
-from gui.background import Background
-from gui.playback import Instant, Playback, open_playback
-from gui.state import RigState
+from gui.jobs.background import Background
+from gui.rig.state import RigState
+from gui.sessions.playback import Instant, Playback, open_playback
 from gui.widgets.cards import label
 from gui.widgets.plots.force_plot import SPAN_S, ForcePlot
 from gui.widgets.rig.readings import PoseReadings

@@ -8,7 +8,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QImage, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
 
-from gui.bead_marks import BeadView, Marks
+from gui.rig.bead_marks import BeadView, Marks
 from gui.theme import theme_of
 from gui.widgets.cards import label
 

@@ -4,7 +4,7 @@ import numpy as np
 from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter
 
-from gui.films import Film
+from gui.analysis.films import Film
 from gui.inks import colour, ramp
 from gui.theme import Theme
 

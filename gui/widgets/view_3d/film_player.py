@@ -3,7 +3,7 @@
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QToolButton, QVBoxLayout, QWidget
 
-from gui.films import Film
+from gui.analysis.films import Film
 from gui.widgets.view_3d.mesh_view import MeshView
 
 _INSTANT_MS = 250

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from estimator.report.rounding import round_figure
 from estimator.report.view import View, normals
-from gui.films import Film, Surface
+from gui.analysis.films import Film, Surface
 from gui.inks import colour, ramp
 from gui.theme import theme_of
 from gui.widgets.view_3d.colour_bar import ROOM, paint_colour_bar

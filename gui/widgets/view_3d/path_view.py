@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from scipy.spatial.transform import Rotation
 
 from daq.rig import Specimen
-from gui.motion_profile import MotionProfile
+from gui.recording.motion_profile import MotionProfile
 from gui.theme import Theme, theme_of
 from robot_drivers.protocols import FloatArray
 

@@ -7,7 +7,7 @@ from PySide6.QtCore import QObject
 
 from gui.context import Context
 from gui.messages import problem_told
-from gui.state import RigState
+from gui.rig.state import RigState
 
 _NUMBER = re.compile(r"\d+")
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from daq.virtual_rig.launch import VirtualRig, virtual_rig
 from daq.virtual_rig.standard import calibration_settings, standard_settings
-from gui.laboratory import STANDARD
+from gui.rig.laboratory import STANDARD
 
 
 @contextmanager

@@ -18,7 +18,7 @@ from typing import Any
 
 from PySide6.QtCore import QCoreApplication, QObject, QTimer, Signal
 
-from gui.job_process import GRACE_S, Failed, Finished, Message, Progressed, Shown, run
+from gui.jobs.process import GRACE_S, Failed, Finished, Message, Progressed, Shown, run
 
 if sys.platform == "win32":
     _CONTEXT = multiprocessing.get_context("spawn")
@@ -26,7 +26,7 @@ else:
     from multiprocessing import forkserver
 
     _CONTEXT = multiprocessing.get_context("forkserver")
-    _CONTEXT.set_forkserver_preload(["gui.following"])
+    _CONTEXT.set_forkserver_preload(["gui.analysis.following"])
 
 _LISTEN_MS = 30
 _END_S = GRACE_S + 3.0
@@ -43,7 +43,7 @@ class Job(QObject):
     ----------
     title : what is being computed, for a person
     task : a function of a module, called there as ``task(reporter, *arguments)`` with a
-        :class:`gui.job_process.Reporter`; it, the arguments and the result are pickled
+        :class:`gui.jobs.process.Reporter`; it, the arguments and the result are pickled
     """
 
     progressed = Signal(str, int, int)

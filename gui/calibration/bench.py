@@ -1,6 +1,7 @@
 """Calibrations beside the window: views and touches are collected here, outcomes judged, drawn and kept.
 
-One :class:`CalibrationBench` lives in a process of its own (:mod:`gui.companion`); the requests and answers are below.
+One :class:`CalibrationBench` lives in a process of its own (:mod:`gui.jobs.companion`); the requests and answers are
+below.
 """
 
 import io

@@ -33,13 +33,13 @@ from daq.session.session import Label
 from daq.trajectories import PULL
 from daq.virtual_rig.load import Load, loaded_rig
 from gui.app import Desk
-from gui.link import AcquisitionLink
 from gui.rehearsal import application_without_display, wait_until
-from gui.soak_log import SoakLog
-from gui.soak_meter import Meter
-from gui.soak_plot import plot_soak
-from gui.soak_result import SoakResult, images_shown_per_s
-from gui.soak_series import series_of
+from gui.rig.link import AcquisitionLink
+from gui.soak.log import SoakLog
+from gui.soak.meter import Meter
+from gui.soak.plot import plot_soak
+from gui.soak.result import SoakResult, images_shown_per_s
+from gui.soak.series import series_of
 from gui.theme import LIGHT
 from robot_drivers.real_time import shorten_collections
 
@@ -181,7 +181,3 @@ def main(arguments: Sequence[str] | None = None) -> int:
         (output / "soak.txt").write_text(f"{result}\n", encoding="utf-8")
     sys.stdout.write(f"{json.dumps(result.as_json()) if options.json else result}\n")
     return 0 if result.passed else 1
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,6 +1,6 @@
 """One calibration at a time, from its beginning to its verdict: who is asked for what, and in which order.
 
-The devices belong to the acquisition process, the computation to :class:`gui.calibration_bench.CalibrationBench`, and
+The devices belong to the acquisition process, the computation to :class:`gui.calibration.bench.CalibrationBench`, and
 at an emulated laboratory its own person holds the board and touches the point.
 """
 
@@ -15,13 +15,13 @@ from daq.calibration.procedures import MOTIONS, serials_of
 from daq.routines import NAMED
 from daq.session.session import Label
 from daq.vision.charuco import CharucoBoard
-from gui import calibration_bench as bench
-from gui.calibration_bench import CalibrationBench, Judged, Kept, TouchTaken, ViewTaken
-from gui.companion import Companion
+from gui.calibration import bench
+from gui.calibration.bench import CalibrationBench, Judged, Kept, TouchTaken, ViewTaken
 from gui.context import Context
-from gui.job_process import Failed
-from gui.laboratory import Laboratory
+from gui.jobs.companion import Companion
+from gui.jobs.process import Failed
 from gui.messages import Message, failure_told
+from gui.rig.laboratory import Laboratory
 from robot_drivers.protocols import DeviceIdentity, Pose
 
 _SETTLE_MS = 1200

@@ -30,9 +30,9 @@ from daq.acquisition.messages import (
 from daq.rig import Rig
 from daq.session.session import Label
 from daq.trajectories import Trajectory
-from gui import state as states
-from gui.link_thread import Exchange, Worker
-from gui.state import RigState
+from gui.rig import state as states
+from gui.rig.link_thread import Exchange, Worker
+from gui.rig.state import RigState
 from robot_drivers.ati.compensation.tare import TareRefusedError, TareStack
 
 _BEAT_MS = 33

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gui.soak_meter import Second
+from gui.soak.meter import Second
 
 _PARTS = 10
 

@@ -3,9 +3,9 @@
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from daq.acquisition.messages import Seen
-from gui.bead_marks import BeadView, BeadViewer
-from gui.companion import Companion
-from gui.link import AcquisitionLink
+from gui.jobs.companion import Companion
+from gui.rig.bead_marks import BeadView, BeadViewer
+from gui.rig.link import AcquisitionLink
 
 _PERIOD_MS = 400
 
@@ -13,7 +13,7 @@ _PERIOD_MS = 400
 class BeadFinder(QObject):
     """Asks the link for a pair of images, has it looked at in another process, and asks for the next one.
 
-    ``found`` brings a :class:`gui.bead_marks.BeadView`. Nothing is asked for unless ``watch`` was called.
+    ``found`` brings a :class:`gui.rig.bead_marks.BeadView`. Nothing is asked for unless ``watch`` was called.
     """
 
     found = Signal(object)

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
-from gui.background import Background
-from gui.session_list import entry_of, find_sessions
+from gui.jobs.background import Background
+from gui.sessions.session_list import entry_of, find_sessions
 
 
 class SessionFinder(QObject):

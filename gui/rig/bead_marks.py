@@ -1,6 +1,6 @@
 """Where the beads are in a pair of live images, who they are, and how well the two cameras agree.
 
-Computed in a process of its own (:mod:`gui.companion`).
+Computed in a process of its own (:mod:`gui.jobs.companion`).
 """
 
 from dataclasses import dataclass

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from gui.soak_meter import Second
+from gui.soak.meter import Second
 from robot_drivers.closing import ClosedAtExit
 
 

@@ -20,8 +20,8 @@ from estimator.fit.estimate import estimate
 from estimator.fit.result import Estimate
 from estimator.fit.settings import FitSettings
 from estimator.materials import law_named
-from gui.job_process import Reporter
-from gui.sources import experiments_of
+from gui.analysis.sources import experiments_of
+from gui.jobs.process import Reporter
 
 EXPERIMENT = "experiment"
 EXPORTS: tuple[str, ...] = (EXPERIMENT, *FORMATS)

@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, QRunnable, QThreadPool, QTimer, Signal
 from daq.acquisition.live_view import IMAGE_STEP
 from daq.acquisition.messages import Telemetry
 from daq.recording.streams import FORCE, ROBOT
-from gui.state import RigState
+from gui.rig.state import RigState
 
 _PERIOD_MS = 5000
 _BYTES_PER_SAMPLE = {FORCE: 120.0, ROBOT: 220.0}

@@ -20,9 +20,9 @@ from estimator.experiment import SensorNoise
 from estimator.fit.estimate import estimate
 from estimator.fit.online import Following, OnlineEstimate, advance, follow_from, renewed, standing_rows
 from estimator.fit.result import Estimate
-from gui.job_process import Reporter
-from gui.session_list import entry_of
-from gui.sources import experiments_of
+from gui.analysis.sources import experiments_of
+from gui.jobs.process import Reporter
+from gui.sessions.session_list import entry_of
 
 _POLL_S = 0.05
 _PATIENCE_S = 30.0

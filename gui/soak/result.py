@@ -7,8 +7,8 @@ from statistics import median
 from typing import Any
 
 from daq.recording.streams import camera_stream
-from gui.soak_meter import LONGEST_BLOCK_S, Second
-from gui.soak_series import Series, table
+from gui.soak.meter import LONGEST_BLOCK_S, Second
+from gui.soak.series import Series, table
 
 _CAMERAS = 2
 _SHOWN_PER_S = 30.0

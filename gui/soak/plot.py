@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from gui.soak_meter import LONGEST_BLOCK_S, Second
+from gui.soak.meter import LONGEST_BLOCK_S, Second
 from robot_drivers.protocols import FloatArray
 
 _MOST_POINTS = 600

@@ -1,6 +1,6 @@
 """A process beside the window that answers one request after the other and remembers what it was told before.
 
-For a long computation with progress there is :mod:`gui.jobs`; this is for many short ones on the same things.
+For a long computation with progress there is :mod:`gui.jobs.running`; this is for many short ones on the same things.
 """
 
 import contextlib
@@ -17,7 +17,7 @@ from PySide6.QtCore import QObject, Signal
 from daq.errors import DaqError
 from daq.lifeline import leave_signals_to_parent
 from daq.progress import Progress
-from gui.job_process import Failed, Progressed, Reporter
+from gui.jobs.process import Failed, Progressed, Reporter
 from robot_drivers.errors import DeviceError
 from robot_drivers.real_time import give_way
 
@@ -37,7 +37,7 @@ class Companion(QObject):
     ----------
     make : of a module; called in the process with ``arguments``, and returns what answers the requests, called with
         one and a :class:`daq.progress.Progress`. All of these are pickled. An error of the laboratory is answered with
-        :class:`gui.job_process.Failed`.
+        :class:`gui.jobs.process.Failed`.
     """
 
     answered = Signal(object)

@@ -3,7 +3,7 @@
 from daq.device_checks import DeviceReport, check_devices
 from daq.rig import Rig, make_devices
 from daq.timing.laboratory_time import in_the_time_of
-from gui.job_process import Reporter
+from gui.jobs.process import Reporter
 
 _SECONDS = 2.0
 

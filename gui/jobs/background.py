@@ -1,6 +1,6 @@
 """Short work beside the interface thread, within the program: reading a file, decoding an image.
 
-Long computations belong into :mod:`gui.jobs`; what comes here must not hold the interpreter for long.
+Long computations belong into :mod:`gui.jobs.running`; what comes here must not hold the interpreter for long.
 """
 
 import queue

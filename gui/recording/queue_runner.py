@@ -11,10 +11,18 @@ from daq.plans import NAME_TEMPLATE, Plan, Trial, new_folder, runs
 from daq.session.session import Label
 from daq.session_report import read_report
 from daq.trajectories import Trajectory
-from gui import work_queue
 from gui.context import Context
 from gui.messages import failure_told, information, recorded_told
-from gui.work_queue import QUEUE_FILE, Queue, changed, next_place, read_queue, with_trial, write_queue
+from gui.recording import work_queue
+from gui.recording.work_queue import (
+    QUEUE_FILE,
+    Queue,
+    changed,
+    next_place,
+    read_queue,
+    with_trial,
+    write_queue,
+)
 
 _STOPPED = SoftwareStopError.__name__
 
