@@ -3,9 +3,9 @@
 import numpy as np
 
 from estimator.experiment import Box, Environment, Experiment, Grasp, Phantom, SensorNoise
-from estimator.fem.block_mesh import structured_mesh
-from estimator.fem.elements import ElementKind
-from estimator.fem.mesh import Mesh
+from estimator.fem.discretisation.block_mesh import structured_mesh
+from estimator.fem.discretisation.elements import ElementKind
+from estimator.fem.discretisation.mesh import Mesh
 from estimator.fit.gauss_newton import Iterate
 from estimator.fit.result import Estimate, ExperimentFit, ParameterEstimate, Rmse
 from estimator.report.findings import Truth

@@ -7,10 +7,10 @@ import numpy as np
 from daq.rig import Specimen
 from daq.virtual_rig.phantom import PhantomState
 from estimator.experiment import Experiment, SensorNoise
-from estimator.fem.block_mesh import Grading
-from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings
-from estimator.fem.motion import GripperPose
-from estimator.fem.observation import observe
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.equilibrium.newton import EquilibriumSolver, NewtonSettings
+from estimator.fem.equilibrium.observation import observe
 from estimator.forward.meshing import mesh_experiment
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material

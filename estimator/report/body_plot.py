@@ -14,8 +14,8 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from estimator.experiment import Box
-from estimator.fem.mesh import Mesh
-from estimator.fem.surface import boundary_faces, facets, outlines
+from estimator.fem.discretisation.mesh import Mesh
+from estimator.fem.discretisation.surface import boundary_faces, facets, outlines
 from estimator.fit.result import ExperimentFit
 from estimator.report.painter import Face, paint
 from estimator.report.rounding import round_figure

@@ -11,8 +11,8 @@ from matplotlib.patches import Patch
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]  # it carries no types
 from numpy.typing import NDArray
 
-from estimator.fem.mesh import Mesh
-from estimator.fem.surface import boundary_faces
+from estimator.fem.discretisation.mesh import Mesh
+from estimator.fem.discretisation.surface import boundary_faces
 from estimator.report.theme import ANCHOR, GRASP, INK, LINE
 
 FloatArray = NDArray[np.float64]

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.elements import evaluate, reference_element
-from estimator.fem.mesh import Mesh
+from estimator.fem.discretisation.elements import evaluate, reference_element
+from estimator.fem.discretisation.mesh import Mesh
 
 FloatArray = NDArray[np.float64]
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from estimator.diagnosis.result import DeformedMesh, Place, Trace
 from estimator.effects.blocks import Block
 from estimator.experiment import Box, Experiment
-from estimator.fem.mesh import Mesh, interpolation_rows
-from estimator.fem.surface import boundary_faces, facets, outlines
+from estimator.fem.discretisation.mesh import Mesh, interpolation_rows
+from estimator.fem.discretisation.surface import boundary_faces, facets, outlines
 from estimator.fit.result import ExperimentFit
 from estimator.report.rounding import round_figure, round_figure_above
 from estimator.report.scene import MM, gripped_surface

@@ -10,7 +10,7 @@ import pytest
 
 from daq.cli import main
 from estimator.experiment import read_case
-from estimator.fem.block_mesh import Grading
+from estimator.fem.discretisation.block_mesh import Grading
 from estimator.simulation.simulate import Resolution, simulate_case
 
 TINY = Resolution(Grading(8e-3, 15e-3, 30e-3, 3.0, 1), "hex27")

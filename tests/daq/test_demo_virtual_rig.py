@@ -23,7 +23,7 @@ from daq.virtual_rig.layout import GRASP_CENTRE, REST_TOOL, SPECIMEN, placed_bea
 from daq.virtual_rig.phantom import PhantomMotion, PhantomState, SpringPhantom
 from daq.virtual_rig.processes import VirtualRigSettings
 from estimator.experiment import Experiment
-from estimator.fem.block_mesh import Grading
+from estimator.fem.discretisation.block_mesh import Grading
 from robot_drivers.protocols import Pose
 
 PHANTOM = SpringPhantom(GRASP_CENTRE, placed_beads(1))

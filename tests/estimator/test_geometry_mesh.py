@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from estimator.errors import InputError
 from estimator.experiment import Box
-from estimator.fem.body import build_body, nodal_forces, respond
-from estimator.fem.elements import reference_element
-from estimator.fem.mesh import Mesh
-from estimator.fem.surface import boundary_faces
+from estimator.fem.assembly.body import build_body, nodal_forces, respond
+from estimator.fem.discretisation.elements import reference_element
+from estimator.fem.discretisation.mesh import Mesh
+from estimator.fem.discretisation.surface import boundary_faces
 from estimator.geometry import mesh_cache
 from estimator.geometry.bisection import refine
 from estimator.geometry.grading import EdgeLengths

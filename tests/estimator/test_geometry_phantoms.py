@@ -24,11 +24,11 @@ from estimator.experiment import (
     read_experiment,
     write_experiment,
 )
-from estimator.fem.block_mesh import Grading
-from estimator.fem.equilibrium import EquilibriumSolver
-from estimator.fem.motion import GripperPose
-from estimator.fem.observation import Observation, observe
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.equilibrium.newton import EquilibriumSolver
+from estimator.fem.equilibrium.observation import Observation, observe
 from estimator.forward.meshing import mesh_experiment, surface_notes
 from estimator.geometry.shapes import block_surface
 from estimator.materials import NeoHookean

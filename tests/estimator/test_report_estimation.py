@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from synthetic_estimates import PULL_M, SENSOR, TRUTH, at_its_end, block, estimate_of, pull_fit, stretched
 
-from estimator.fem.elements import ElementKind
+from estimator.fem.discretisation.elements import ElementKind
 from estimator.fit.result import Estimate, ParameterEstimate
 from estimator.report.body_plot import draw_body
 from estimator.report.channels import channel_residuals, worst_fiducial

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import NDArray
 
-from estimator.fem.elements import ElementKind, evaluate, reference_element
-from estimator.fem.mesh import Mesh
+from estimator.fem.discretisation.elements import ElementKind, evaluate, reference_element
+from estimator.fem.discretisation.mesh import Mesh
 
 FloatArray = NDArray[np.float64]
 

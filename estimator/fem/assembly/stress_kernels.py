@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from estimator.fem.kernels import cofactor
+from estimator.fem.assembly.kernels import cofactor
 
 FloatArray = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ from math import isqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.elements import ElementKind, reference_element
-from estimator.fem.mesh import Mesh
+from estimator.fem.discretisation.elements import ElementKind, reference_element
+from estimator.fem.discretisation.mesh import Mesh
 
 IntArray = NDArray[np.int64]
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.body import Body, Response, nodal_forces
-from estimator.fem.kernels import element_stiffness
-from estimator.fem.terms import Memoryless, TermStiffness
+from estimator.fem.assembly.body import Body, Response, nodal_forces
+from estimator.fem.assembly.kernels import element_stiffness, without_dilatation
+from estimator.fem.terms.term import Memoryless, TermStiffness
 
 FloatArray = NDArray[np.float64]
 
@@ -45,9 +45,7 @@ class Swelling(Memoryless):
             body.volume,
             self._slope(response),
             none,
-            body.basis[:, :, :0],
-            np.zeros(len(body.volume)),
-            response.law.dilatation_by,
+            without_dilatation(body.volume),
         )
         return TermStiffness(elements=elements)
 

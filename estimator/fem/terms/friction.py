@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.body import Response
-from estimator.fem.terms import TermStiffness
+from estimator.fem.assembly.body import Response
+from estimator.fem.terms.term import TermStiffness
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

@@ -16,15 +16,15 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.body import Body, Response, forces_of_stress, stress_of
-from estimator.fem.stress_kernels import first_piola
-from estimator.fem.stress_terms import (
+from estimator.fem.assembly.body import Body, Response, forces_of_stress, stress_of
+from estimator.fem.assembly.stress_kernels import first_piola
+from estimator.fem.terms.stress_terms import (
     geometric_stiffness,
     green_lagrange,
     product_stiffness,
     shear_energy,
 )
-from estimator.fem.terms import TermStiffness
+from estimator.fem.terms.term import TermStiffness
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]

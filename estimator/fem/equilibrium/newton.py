@@ -9,18 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.errors import SolverError
-from estimator.fem.body import Response, nodal_forces, pressure_after, respond, stiffness
-from estimator.fem.equilibrium_state import (
-    EquilibriumState,
-    Waypoint,
-    curvature,
-    linear_change,
-    rigid_modes,
-)
-from estimator.fem.motion import GripperPose
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.tangent import Tangent, TangentAssembler
-from estimator.fem.terms import Term, summed_stiffness
+from estimator.fem.assembly.body import Response, nodal_forces, pressure_after, respond, stiffness
+from estimator.fem.assembly.tangent import Tangent, TangentAssembler
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.state import EquilibriumState, Waypoint, curvature, linear_change, rigid_modes
+from estimator.fem.terms.term import Term, summed_stiffness
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]

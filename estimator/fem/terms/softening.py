@@ -25,10 +25,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf
 
-from estimator.fem.body import Body, Response, nodal_forces
-from estimator.fem.kernels import element_stiffness
-from estimator.fem.stress_terms import PartialEnergy, isochoric_energy, shear_energy, whole_energy
-from estimator.fem.terms import TermStiffness
+from estimator.fem.assembly.body import Body, Response, nodal_forces
+from estimator.fem.assembly.kernels import ProjectedDilatation, element_stiffness
+from estimator.fem.terms.stress_terms import PartialEnergy, isochoric_energy, shear_energy, whole_energy
+from estimator.fem.terms.term import TermStiffness
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
@@ -135,9 +135,7 @@ class Softening:
             self.body.volume,
             -lost * slope,
             curvature,
-            basis,
-            bulk,
-            response.law.dilatation_by,
+            ProjectedDilatation(basis, bulk, response.law.dilatation_by),
         )
         return TermStiffness(elements=elements)
 

@@ -6,16 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.errors import SolverError
-from estimator.fem.elements import reference_element
-from estimator.fem.kernels import (
+from estimator.fem.assembly.kernels import (
+    ProjectedDilatation,
     deformation_gradient,
     dilatation_rate,
     element_forces,
     element_stiffness,
     invariants,
 )
-from estimator.fem.mesh import Mesh
-from estimator.fem.stress_kernels import element_forces_of_stress, first_piola, second_piola
+from estimator.fem.assembly.stress_kernels import element_forces_of_stress, first_piola, second_piola
+from estimator.fem.discretisation.elements import reference_element
+from estimator.fem.discretisation.mesh import Mesh
 from estimator.materials.law import EnergyDerivatives
 from estimator.materials.material import Material
 
@@ -167,7 +168,8 @@ def stiffness(body: Body, material: Material, response: Response, pressure: Floa
         curvature += (lame * np.take(by, first) * np.take(by, second))[:, None, None]
     slope = response.slope + np.multiply.outer(by, pressure - response.pressure)
     bulk = np.full(count, lame)
-    return element_stiffness(response.F, body.gradient, body.volume, slope, curvature, body.basis, bulk, by)
+    dilatation = ProjectedDilatation(body.basis, bulk, by)
+    return element_stiffness(response.F, body.gradient, body.volume, slope, curvature, dilatation)
 
 
 def _summed_at_nodes(body: Body, per_element: FloatArray) -> FloatArray:

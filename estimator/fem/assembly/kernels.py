@@ -10,12 +10,36 @@ First Piola–Kirchhoff stress and tangent follow from the energy W(I1, I2, J) b
     G_1 = 2F,   G_2 = 2(I1 F − F C),   G_3 = cof F.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+
+class ProjectedDilatation(NamedTuple):
+    """What resists a change of volume that is projected in each element (a named tuple, which numba can unpack).
+
+    The dilatation θ adds Σ_r bulk_e (∂b_r/∂u)(∂b_r/∂u)ᵀ to the stiffness, with b_r = ∫ basis_r θ dV.
+
+    Attributes
+    ----------
+    basis : (e, q, r), functions that are orthonormal in each element
+    bulk : (e,), Pa
+    by : derivatives of θ by I1, I2 and J
+    """
+
+    basis: FloatArray
+    bulk: FloatArray
+    by: tuple[float, float, float]
+
+
+def without_dilatation(volume: FloatArray) -> ProjectedDilatation:
+    """Return what adds nothing, for elements with the volumes (e, q) of their integration points."""
+    return ProjectedDilatation(np.zeros((*volume.shape, 0)), np.zeros(len(volume)), (0.0, 0.0, 0.0))
 
 
 @njit(cache=True, fastmath={"contract", "reassoc", "nsz"})
@@ -163,12 +187,13 @@ def element_forces(F: FloatArray, gradient: FloatArray, volume: FloatArray, slop
 
 @njit(cache=True)
 def _elasticity(
-    F: FloatArray, G: FloatArray, w: FloatArray, h: FloatArray, b: FloatArray, c: FloatArray, A: FloatArray
+    F: FloatArray, G: FloatArray, w: FloatArray, h: FloatArray, strains: FloatArray, A: FloatArray
 ) -> None:
     """Fill A (9, 9), the derivative of P by F, from first (3,) and second (6,) derivatives of the energy.
 
-    The strains F Fᵀ and Fᵀ F are left in b and c, (3, 3).
+    F Fᵀ and Fᵀ F are left in ``strains`` (2, 3, 3).
     """
+    b, c = strains[0], strains[1]
     trace = 0.0
     for i in range(3):
         for j in range(3):
@@ -205,22 +230,20 @@ def element_stiffness(
     volume: FloatArray,
     slope: FloatArray,
     curvature: FloatArray,
-    basis: FloatArray,
-    bulk: FloatArray,
-    by: tuple[float, float, float],
+    dilatation: ProjectedDilatation,
 ) -> FloatArray:
     """Return the tangent stiffness of each element, (e, 3k, 3k), lower triangle filled.
 
-    ``curvature`` (6, e, q) holds the energy's second derivatives by I1I1, I1I2, I1J, I2I2, I2J, JJ. The projected
-    dilatation θ, with its derivatives ``by`` I1, I2 and J, adds Σ_r bulk_e (∂b_r/∂u)(∂b_r/∂u)ᵀ with
-    b_r = ∫ basis_r θ dV, ``basis`` (e, q, r) orthonormal in each element.
+    ``curvature`` (6, e, q) holds the energy's second derivatives by I1I1, I1I2, I1J, I2I2, I2J, JJ. ``dilatation`` is
+    what a projected dilatation adds; see :func:`without_dilatation`.
     """
+    basis, bulk, by = dilatation
     count, rule, nodes, _ = gradient.shape
     modes = basis.shape[2]
     size = 3 * nodes
     out = np.zeros((count, size, size))
     G, A, T, rate = np.empty((3, 3, 3)), np.empty((9, 9)), np.empty((9, size)), np.empty((3, 3))
-    w, h, b, c = np.empty(3), np.empty(6), np.empty((3, 3)), np.empty((3, 3))
+    w, h, strains = np.empty(3), np.empty(6), np.empty((2, 3, 3))
     D = np.empty((modes, size))
     for e in range(count):
         D[:] = 0.0
@@ -232,7 +255,7 @@ def element_stiffness(
             for n in range(6):
                 h[n] = curvature[n, e, q] * dv
             _invariant_gradients(F[e, q], G)
-            _elasticity(F[e, q], G, w, h, b, c, A)
+            _elasticity(F[e, q], G, w, h, strains, A)
             for i in range(3):
                 for j in range(3):
                     rate[i, j] = dv * (by[0] * G[0, i, j] + by[1] * G[1, i, j] + by[2] * G[2, i, j])
@@ -250,9 +273,9 @@ def element_stiffness(
                     target, t0, t1, t2 = K[3 * a + i], T[3 * i], T[3 * i + 1], T[3 * i + 2]
                     for column in range(last):
                         target[column] += g0 * t0[column] + g1 * t1[column] + g2 * t2[column]
-                    dilatation = rate[i, 0] * g0 + rate[i, 1] * g1 + rate[i, 2] * g2
+                    grown = rate[i, 0] * g0 + rate[i, 1] * g1 + rate[i, 2] * g2
                     for r in range(modes):
-                        D[r, 3 * a + i] += basis[e, q, r] * dilatation
+                        D[r, 3 * a + i] += basis[e, q, r] * grown
         for r in range(modes):
             for row in range(size):
                 factor = bulk[e] * D[r, row]

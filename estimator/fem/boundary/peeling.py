@@ -9,10 +9,10 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.anchorage import Rim, springs_of_partly_attached
-from estimator.fem.body import Response
-from estimator.fem.steady import NodalSprings
-from estimator.fem.terms import Memoryless, TermStiffness
+from estimator.fem.assembly.body import Response
+from estimator.fem.boundary.anchorage import Rim, springs_of_partly_attached
+from estimator.fem.terms.steady import NodalSprings
+from estimator.fem.terms.term import Memoryless, TermStiffness
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -30,7 +30,7 @@ class PeelingAnchor(Memoryless):
     rim : of the anchors
     freed : (n,) bool, nodes of the whole stretch, which the problem leaves free
     modulus : of the tissue, Pa
-    share, place : what is off in the end, as in :meth:`estimator.fem.anchorage.Rim.attached`
+    share, place : what is off in the end, as in :meth:`estimator.fem.boundary.anchorage.Rim.attached`
     waits_s : until it begins to come off; negative where it has begun, infinite where it does not in this experiment
     lasts_s : until all of it is off
     """

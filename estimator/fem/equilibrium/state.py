@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.body import Response
-from estimator.fem.motion import GripperPose
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.tangent import Tangent
+from estimator.fem.assembly.body import Response
+from estimator.fem.assembly.tangent import Tangent
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.problem import RetractionProblem
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.body import Body, Response, forces_of_stress
-from estimator.fem.stress_terms import geometric_stiffness, product_stiffness
-from estimator.fem.terms import Memoryless, TermStiffness
+from estimator.fem.assembly.body import Body, Response, forces_of_stress
+from estimator.fem.terms.stress_terms import geometric_stiffness, product_stiffness
+from estimator.fem.terms.term import Memoryless, TermStiffness
 
 FloatArray = NDArray[np.float64]
 

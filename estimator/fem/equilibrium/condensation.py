@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
 
-from estimator.fem.body import stiffness
-from estimator.fem.equilibrium_state import EquilibriumState, rigid_modes
-from estimator.fem.observation import interpolate
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.terms import Term, summed_stiffness
+from estimator.fem.assembly.body import stiffness
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.observation import interpolate
+from estimator.fem.equilibrium.state import EquilibriumState, rigid_modes
+from estimator.fem.terms.term import Term, summed_stiffness
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

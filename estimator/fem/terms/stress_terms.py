@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.body import Body, Response
-from estimator.fem.kernels import invariants
-from estimator.fem.stress_kernels import element_geometric_stiffness
+from estimator.fem.assembly.body import Body, Response
+from estimator.fem.assembly.kernels import invariants
+from estimator.fem.assembly.stress_kernels import element_geometric_stiffness
 from estimator.materials.law import EnergyDerivatives
 from estimator.materials.material import Material
 
@@ -47,7 +47,7 @@ def whole_energy(body: Body, material: Material, response: Response) -> PartialE
     """Return the whole energy, the pressure of the projected dilatation included.
 
     Where the dilatation is projected its second derivative joins no point's curvature: it is that of ``bulk`` in
-    :func:`estimator.fem.kernels.element_stiffness`.
+    :func:`estimator.fem.assembly.kernels.element_stiffness`.
     """
     shear = shear_energy(material, response)
     curvature = shear.curvature

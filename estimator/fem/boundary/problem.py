@@ -6,14 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.errors import InputError
-from estimator.fem.body import Body, build_body
-from estimator.fem.mesh import Mesh, interpolation_rows
-from estimator.fem.motion import GripperPose
-from estimator.fem.tangent import TangentPattern, tangent_pattern
+from estimator.fem.assembly.body import Body, build_body
+from estimator.fem.assembly.tangent import TangentPattern, tangent_pattern
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.discretisation.mesh import Mesh, interpolation_rows
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
+
+_FIDUCIAL_TOLERANCE_M = 1e-3
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,6 @@ def retraction_problem(
     grasp_centre: FloatArray,
     fiducials_rest: FloatArray,
     fiducials_gripped: BoolArray,
-    fiducial_tolerance_m: float = 1e-3,
 ) -> RetractionProblem:
     """Pose a retraction on a mesh; gripped nodes that are anchored as well count as gripped.
 
@@ -92,7 +93,7 @@ def retraction_problem(
     nodes = np.zeros((len(fiducials_rest), count), dtype=np.int64)
     weights = np.zeros((len(fiducials_rest), count))
     loose = ~fiducials_gripped
-    nodes[loose], weights[loose] = interpolation_rows(mesh, fiducials_rest[loose], fiducial_tolerance_m)
+    nodes[loose], weights[loose] = interpolation_rows(mesh, fiducials_rest[loose], _FIDUCIAL_TOLERANCE_M)
     return RetractionProblem(
         build_body(mesh),
         anchored,

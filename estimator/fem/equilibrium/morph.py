@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from estimator.experiment import Box
-from estimator.fem.body import build_body
-from estimator.fem.equilibrium import EquilibriumSolver
-from estimator.fem.equilibrium_state import linear_change
-from estimator.fem.mesh import interpolation_rows
-from estimator.fem.motion import GripperPose
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.assembly.body import build_body
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.discretisation.mesh import interpolation_rows
+from estimator.fem.equilibrium.newton import EquilibriumSolver
+from estimator.fem.equilibrium.state import linear_change
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.shares import nodal_areas
-from estimator.fem.surface import boundary_faces
-from estimator.fem.tangent import tangent_pattern
+from estimator.fem.assembly.tangent import tangent_pattern
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.discretisation.shares import nodal_areas
+from estimator.fem.discretisation.surface import boundary_faces
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

@@ -12,7 +12,7 @@ from typing import ClassVar, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.body import Response
+from estimator.fem.assembly.body import Response
 
 FloatArray = NDArray[np.float64]
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
 from scipy.sparse.linalg import SuperLU, splu
 
-from estimator.fem.kernels import gather
-from estimator.fem.mesh import Mesh
+from estimator.fem.assembly.kernels import gather
+from estimator.fem.discretisation.mesh import Mesh
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

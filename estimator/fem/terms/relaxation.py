@@ -20,11 +20,11 @@ from typing import Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.body import Body, Response, forces_of_stress, nodal_forces, stiffness
-from estimator.fem.kernels import element_stiffness
-from estimator.fem.stress_kernels import first_piola, second_piola
-from estimator.fem.stress_terms import geometric_stiffness, isochoric_energy, isochoric_slope
-from estimator.fem.terms import TermStiffness
+from estimator.fem.assembly.body import Body, Response, forces_of_stress, nodal_forces, stiffness
+from estimator.fem.assembly.kernels import element_stiffness, without_dilatation
+from estimator.fem.assembly.stress_kernels import first_piola, second_piola
+from estimator.fem.terms.stress_terms import geometric_stiffness, isochoric_energy, isochoric_slope
+from estimator.fem.terms.term import TermStiffness
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
@@ -122,9 +122,7 @@ class Relaxation:
             self.body.volume,
             energy.slope,
             energy.curvature,
-            self.body.basis[:, :, :0],
-            np.zeros(len(self.body.volume)),
-            response.law.dilatation_by,
+            without_dilatation(self.body.volume),
         )
 
 

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import NDArray
 
-from estimator.fem.elements import ElementKind, evaluate, reference_element
-from estimator.fem.mesh import Mesh
+from estimator.fem.discretisation.elements import ElementKind, evaluate, reference_element
+from estimator.fem.discretisation.mesh import Mesh
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -33,7 +33,7 @@ def nodal_areas(mesh: Mesh, faces: IntArray) -> tuple[FloatArray, FloatArray]:
     Parameters
     ----------
     mesh : Mesh
-    faces : (f, k) nodes, as :func:`estimator.fem.surface.boundary_faces` orders them
+    faces : (f, k) nodes, as :func:`estimator.fem.discretisation.surface.boundary_faces` orders them
 
     Returns
     -------

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from estimator.errors import InputError
 from estimator.experiment import Box
-from estimator.fem.elements import ElementKind
-from estimator.fem.mesh import Mesh
+from estimator.fem.discretisation.elements import ElementKind
+from estimator.fem.discretisation.mesh import Mesh
 
 FloatArray = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.body import Response
-from estimator.fem.terms import Memoryless, TermStiffness
+from estimator.fem.assembly.body import Response
+from estimator.fem.terms.term import Memoryless, TermStiffness
 
 FloatArray = NDArray[np.float64]
 

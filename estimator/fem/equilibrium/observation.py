@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.body import nodal_forces, slopes_by_parameter
-from estimator.fem.equilibrium_state import EquilibriumState, rigid_modes, turned
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.assembly.body import nodal_forces, slopes_by_parameter
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.state import EquilibriumState, rigid_modes, turned
 
 FloatArray = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from estimator.errors import InputError
-from estimator.fem.elements import ElementKind, evaluate, reference_element
+from estimator.fem.discretisation.elements import ElementKind, evaluate, reference_element
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -25,7 +25,7 @@ class Mesh:
     Attributes
     ----------
     points : (n, 3) float64, node positions at rest, tissue frame, m
-    cells : (e, k) int64, nodes of each element in the order of :mod:`estimator.fem.elements`
+    cells : (e, k) int64, nodes of each element in the order of :mod:`estimator.fem.discretisation.elements`
     kind : element kind
     """
 
