@@ -8,7 +8,7 @@ from estimator.fem.discretisation.elements import ElementKind
 from estimator.fem.discretisation.mesh import Mesh
 from estimator.fit.gauss_newton import Iterate
 from estimator.fit.result import Estimate, ExperimentFit, ParameterEstimate, Rmse
-from estimator.report.findings import Truth
+from estimator.report.estimation.findings import Truth
 
 TRUTH = Truth(20_100.0, 0.46)
 SENSOR = SensorNoise(force_std=0.02, torque_std=5e-4, fiducial_std=5e-5, position_std=3e-5)

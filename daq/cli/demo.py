@@ -17,8 +17,8 @@ from daq.versions import package_versions
 from daq.virtual_rig.launch import virtual_rig
 from daq.virtual_rig.standard import POISSON_RATIO, YOUNGS_MODULUS, standard_settings
 from estimator.fit.estimate import estimate
-from estimator.report.estimation import write_report
-from estimator.report.findings import Truth, summary_text
+from estimator.report.estimation.findings import Truth, summary_text
+from estimator.report.estimation.writing import write_report
 
 _EXAMPLES = """  retract demo
   retract demo --output runs/demo --seed 7"""

@@ -16,8 +16,8 @@ from estimator.fit.online import follow
 from estimator.fit.settings import OBJECTIVES, FitSettings, Prior
 from estimator.forward.meshing import surface_notes
 from estimator.materials import installed_laws, law_named
-from estimator.report.estimation import write_report
-from estimator.report.findings import step_text, summary_text
+from estimator.report.estimation.findings import step_text, summary_text
+from estimator.report.estimation.writing import write_report
 
 _EXAMPLES = """  retract estimate experiments/pull
   retract estimate experiments/pull --report runs/pull.html

@@ -15,7 +15,7 @@ from estimator.geometry.mesh_cache import tissue_mesh
 from estimator.geometry.quality import quality_warnings
 from estimator.geometry.tetrahedralise import TissueMesh, envelope_m
 from estimator.geometry.vtu import write_vtu
-from estimator.report.mesh_picture import draw_mesh
+from estimator.report.drawing.mesh_picture import draw_mesh
 from estimator.surfaces.reading import read_surface
 from estimator.surfaces.units import UNITS, Unit
 

@@ -47,7 +47,7 @@ def try_cause(
 
 def write_estimate_page(report: Reporter, found: Estimate, page: Path) -> Path:
     """Write the report of an estimation, and its numbers beside it; return the page."""
-    from estimator.report.estimation import write_report as write_page
+    from estimator.report.estimation.writing import write_report as write_page
 
     _require_new(page)
     report("writing the report", 0, 1)

@@ -16,8 +16,8 @@ from estimator.experiment import Box, Experiment
 from estimator.fem.discretisation.mesh import Mesh, interpolation_rows
 from estimator.fem.discretisation.surface import boundary_faces, facets, outlines
 from estimator.fit.result import ExperimentFit
-from estimator.report.rounding import round_figure, round_figure_above
-from estimator.report.scene import MM, gripped_surface
+from estimator.report.drawing.rounding import round_figure, round_figure_above
+from estimator.report.drawing.scene import MM, gripped_surface
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -27,7 +27,7 @@ from estimator.geometry.tetrahedralise import TissueMesh, tetrahedralise
 from estimator.geometry.vtu import write_vtu
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
-from estimator.report.mesh_picture import draw_mesh
+from estimator.report.drawing.mesh_picture import draw_mesh
 from estimator.surfaces.repair import closed_surface
 from estimator.surfaces.surface import Surface
 

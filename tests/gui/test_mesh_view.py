@@ -11,7 +11,7 @@ from synthetic_diagnoses import inclusion
 from synthetic_estimates import PULL_M, block, pull_fit
 
 from estimator.effects import blocks
-from estimator.report.scene import farthest_row
+from estimator.report.drawing.scene import farthest_row
 from gui.analysis.films import Film, film_of_fit, film_of_trace, spread
 from gui.inks import ramp
 from gui.theme import DARK, LIGHT, Theme

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from estimator.fit.result import Estimate, ParameterEstimate
-from estimator.report.facts import stage_starts
+from estimator.report.estimation.facts import stage_starts
 from gui.widgets.plots.legend import Legend
 from gui.widgets.plots.plot_sheet import PlotSheet, Stroke
 

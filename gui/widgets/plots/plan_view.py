@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from estimator.experiment import Experiment
-from estimator.report.rounding import round_figure
-from estimator.report.scene import MM, within_mm
+from estimator.report.drawing.rounding import round_figure
+from estimator.report.drawing.scene import MM, within_mm
 from gui.inks import Ink
 from gui.widgets.plots.legend import Legend
 from gui.widgets.plots.plot_sheet import PlotSheet, Stroke

@@ -17,7 +17,7 @@ from estimator.report.diagnosis.quantities import (
     sigma,
     slight_text,
 )
-from estimator.report.scene import MM, farthest_row
+from estimator.report.drawing.scene import MM, farthest_row
 from gui.analysis.films import film_of_trace
 from gui.widgets.cards import button, label
 from gui.widgets.plots.plan_view import Arrows, PlanView

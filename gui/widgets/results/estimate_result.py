@@ -8,9 +8,9 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QTabWidget, QVBoxLayout, Q
 
 from estimator.fit.online import OnlineEstimate
 from estimator.fit.result import Estimate
-from estimator.report.facts import fit_facts, residual_rows, specimen_facts
-from estimator.report.findings import caveats, parameter_texts, step_text, taken_up, verdict
-from estimator.report.scene import farthest_row
+from estimator.report.drawing.scene import farthest_row
+from estimator.report.estimation.facts import fit_facts, residual_rows, specimen_facts
+from estimator.report.estimation.findings import caveats, parameter_texts, step_text, taken_up, verdict
 from gui.analysis.films import film_of_fit
 from gui.widgets.cards import Card, button, label, scrolled
 from gui.widgets.plots.convergence import ConvergencePlots

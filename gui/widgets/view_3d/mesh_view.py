@@ -18,8 +18,8 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from estimator.report.rounding import round_figure
-from estimator.report.view import View, normals
+from estimator.report.drawing.rounding import round_figure
+from estimator.report.drawing.view import View, normals
 from gui.analysis.films import Film, Surface
 from gui.inks import colour, ramp
 from gui.theme import theme_of

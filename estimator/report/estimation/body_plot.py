@@ -17,12 +17,12 @@ from estimator.experiment import Box
 from estimator.fem.discretisation.mesh import Mesh
 from estimator.fem.discretisation.surface import boundary_faces, facets, outlines
 from estimator.fit.result import ExperimentFit
-from estimator.report.painter import Face, paint
-from estimator.report.rounding import round_figure
-from estimator.report.scene import MM, box_edges, farthest_row, gripped_surface
-from estimator.report.stretch import largest_stretch
+from estimator.report.drawing.painter import Face, paint
+from estimator.report.drawing.rounding import round_figure
+from estimator.report.drawing.scene import MM, box_edges, farthest_row, gripped_surface
+from estimator.report.drawing.stretch import largest_stretch
+from estimator.report.drawing.view import View
 from estimator.report.theme import ANCHOR, GRASP, MEASURED, MUTED, PREDICTED
-from estimator.report.view import View
 
 FloatArray = NDArray[np.float64]
 

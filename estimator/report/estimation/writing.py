@@ -6,15 +6,15 @@ from pathlib import Path
 
 from estimator.fit.result import Estimate, ExperimentFit
 from estimator.report import page
-from estimator.report.body_plot import draw_body
-from estimator.report.convergence_plot import draw_convergence
-from estimator.report.facts import fit_facts, specimen_facts
-from estimator.report.fiducial_plot import arrow_factor, draw_fiducials
-from estimator.report.findings import Truth, caveats, comparison, parameter_texts, verdict
-from estimator.report.identifiability import identifiability_section
+from estimator.report.estimation.body_plot import draw_body
+from estimator.report.estimation.convergence_plot import draw_convergence
+from estimator.report.estimation.facts import fit_facts, specimen_facts
+from estimator.report.estimation.fiducial_plot import arrow_factor, draw_fiducials
+from estimator.report.estimation.findings import Truth, caveats, comparison, parameter_texts, verdict
+from estimator.report.estimation.identifiability import identifiability_section
+from estimator.report.estimation.tables import experiment_table, residual_table
+from estimator.report.estimation.wrench_plot import draw_wrench
 from estimator.report.page import Html
-from estimator.report.tables import experiment_table, residual_table
-from estimator.report.wrench_plot import draw_wrench
 
 WRENCH_SIZE_IN = (11.4, 6.6)
 FIDUCIALS_SIZE_IN = (11.4, 5.6)

@@ -11,7 +11,7 @@ from estimator.experiment import Experiment
 from estimator.fit.gauss_newton import Iterate
 from estimator.fit.result import Estimate, ExperimentFit
 from estimator.report.channels import channel_residuals, root_mean_square, worst_fiducial
-from estimator.report.scene import MM, within_mm
+from estimator.report.drawing.scene import MM, within_mm
 
 # The units that people read, and how many of them make the SI unit.
 _DISPLAY = {"N": ("N", 1.0), "N·m": ("mN·m", 1e3), "m": ("µm", 1e6)}

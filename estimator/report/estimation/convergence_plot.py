@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from estimator.fit.result import Estimate, ParameterEstimate
-from estimator.report.facts import stage_starts
-from estimator.report.findings import Truth
+from estimator.report.estimation.facts import stage_starts
+from estimator.report.estimation.findings import Truth
 from estimator.report.theme import MEASURED, PREDICTED, TRUTH
 
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from estimator.fit.profile import CHI2_95
 from estimator.fit.result import Estimate
 from estimator.report import page
-from estimator.report.findings import SYMBOLS, taken_up
+from estimator.report.estimation.findings import SYMBOLS, taken_up
 from estimator.report.page import Html
 from estimator.report.theme import MEASURED, PREDICTED
 

@@ -4,8 +4,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from estimator.experiment import Experiment
-from estimator.report.marks import phase_legend, shade_phases
-from estimator.report.scene import MM
+from estimator.report.drawing.marks import phase_legend, shade_phases
+from estimator.report.drawing.scene import MM
 
 SIZE_IN = (11.4, 3.4)
 

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from numpy.typing import NDArray
 
-from estimator.report.view import View, normals
+from estimator.report.drawing.view import View, normals
 
 FloatArray = NDArray[np.float64]
 RGBA = tuple[float, float, float, float]

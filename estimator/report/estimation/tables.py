@@ -7,9 +7,9 @@ import numpy as np
 from estimator.experiment import Experiment
 from estimator.fit.result import Estimate
 from estimator.report import page
-from estimator.report.facts import residual_rows
+from estimator.report.drawing.scene import farthest_row
+from estimator.report.estimation.facts import residual_rows
 from estimator.report.page import Html
-from estimator.report.scene import farthest_row
 
 
 def residual_table(estimate: Estimate) -> Html:

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from estimator.experiment import Experiment
 from estimator.fit.result import ExperimentFit
 from estimator.report.channels import fiducial_residual, root_mean_square
-from estimator.report.marks import plot_measured, shade_phases
+from estimator.report.drawing.marks import plot_measured, shade_phases
+from estimator.report.drawing.rounding import round_figure
+from estimator.report.drawing.scene import MM, farthest_row, within_mm
 from estimator.report.page import SWITCHED
-from estimator.report.rounding import round_figure
-from estimator.report.scene import MM, farthest_row, within_mm
 from estimator.report.theme import ANCHOR, GRASP, INK, MUTED, PREDICTED
 
 FloatArray = NDArray[np.float64]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from estimator.experiment import Experiment
 from estimator.fit.result import ExperimentFit
 from estimator.report.channels import WRENCH_CHANNELS, wrench_residual
-from estimator.report.marks import phase_legend, plot_measured, shade_phases, too_many
+from estimator.report.drawing.marks import phase_legend, plot_measured, shade_phases, too_many
 from estimator.report.theme import INK, MEASURED, MUTED, PREDICTED
 
 FloatArray = NDArray[np.float64]
