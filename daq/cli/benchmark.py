@@ -6,8 +6,8 @@ from pathlib import Path
 from daq.cli.benchmark_scoring import add_run, add_score
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from estimator.blind.making.making import make_cases
-from estimator.blind.making.plan import CHOICES, deck_size
-from estimator.blind.making.sizing import LEVELS
+from estimator.blind.making.plan import CHOICES, deck_size, plan
+from estimator.blind.making.scenes.sizing import LEVELS
 
 _MAKE_EXAMPLES = """  retract benchmark make --seed 7 --out sealed/cases --keys sealed/keys
   retract benchmark make --seed 8 --out trial --cases 3 --only none viscoelasticity --quick"""
@@ -48,14 +48,12 @@ def _add_make(actions: Verbs) -> None:
 def run_make(options: argparse.Namespace) -> Result:
     """Make the cases that are not there yet."""
     keys = options.keys or options.out.with_name(f"{options.out.name}-keys")
+    cases = plan(options.seed, options.cases, options.only, options.level)
     with progress() as tell:
         done = make_cases(
-            options.seed,
+            cases,
             options.out,
             keys,
-            count=options.cases,
-            only=options.only,
-            levels=options.level,
             processes=options.processes,
             quick=options.quick,
             progress=tell,

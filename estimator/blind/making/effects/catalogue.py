@@ -1,21 +1,15 @@
 """Every form of every effect that the maker knows, by the labels of the diagnosis."""
 
-from estimator.blind.making import (
-    material_effects,
-    motion_effects,
-    mounting_effects,
-    outside_effects,
-    sensing_effects,
-)
-from estimator.blind.making.scene import Form
+from estimator.blind.making.effects import material, motion, mounting, outside, sensing
+from estimator.blind.making.scenes.scene import Form
 
 UNKNOWN = "unknown"
 
 FORMS: dict[str, tuple[Form, ...]] = {
-    **material_effects.FORMS,
-    **mounting_effects.FORMS,
-    **motion_effects.FORMS,
-    **sensing_effects.FORMS,
+    **material.FORMS,
+    **mounting.FORMS,
+    **motion.FORMS,
+    **sensing.FORMS,
 }
 
 # What a laboratory would act on; the two of a double are of different groups.
@@ -52,5 +46,5 @@ GROUP_OF: dict[str, str] = {label: group for group, labels in GROUPS.items() for
 
 def form_named(label: str, name: str) -> Form:
     """Return one form of the effect with this label, which may be "unknown"."""
-    forms = outside_effects.FORMS.values() if label == UNKNOWN else FORMS[label]
+    forms = outside.FORMS.values() if label == UNKNOWN else FORMS[label]
     return next(form for form in forms if form.name == name)

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from estimator.blind.making.body import Body
-from estimator.blind.making.brick_mesh import NEAREST_TO_A_FACE, Break, BrickMesh, brick_mesh
-from estimator.blind.making.equilibrium import Solver, State, along
-from estimator.blind.making.holding import HeldBody, Pose
-from estimator.blind.making.response import Instant, Material
-from estimator.blind.making.retraction import GRIPPER_AT_REST, Rows
-from estimator.blind.making.scene import GRASP_X, GRASP_Y, SIZE, Mechanics, Readings, Scene
-from estimator.blind.making.surfaces import LoadedFace
+from estimator.blind.making.mechanics.body import Body
+from estimator.blind.making.mechanics.brick_mesh import NEAREST_TO_A_FACE, Break, BrickMesh, brick_mesh
+from estimator.blind.making.mechanics.equilibrium import Solver, State, along
+from estimator.blind.making.mechanics.holding import HeldBody, Pose
+from estimator.blind.making.mechanics.response import Instant, Material
+from estimator.blind.making.mechanics.surfaces import LoadedFace
+from estimator.blind.making.scenes.retraction import GRIPPER_AT_REST, Rows
+from estimator.blind.making.scenes.scene import GRASP_X, GRASP_Y, SIZE, Mechanics, Readings, Scene
 
 FloatArray = NDArray[np.float64]
 

@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.blind.making.noise import correlation_of
-from estimator.blind.making.retraction import Rows
-from estimator.blind.making.scene import Drawn, Form, Mechanics, Readings, Scene
-from estimator.blind.making.setup import SENSOR, Setup
-from estimator.blind.making.simulate import PILOT, Carried, Resolution, carry_out, read
-from estimator.blind.making.whitening import length, whitened, whitening_of
+from estimator.blind.making.scenes.noise import correlation_of
+from estimator.blind.making.scenes.retraction import Rows
+from estimator.blind.making.scenes.scene import Drawn, Form, Mechanics, Readings, Scene
+from estimator.blind.making.scenes.setup import SENSOR, Setup
+from estimator.blind.making.scenes.simulate import PILOT, Carried, Resolution, carry_out, read
+from estimator.blind.making.scenes.whitening import length, whitened, whitening_of
 from estimator.errors import SolverError
 
 FloatArray = NDArray[np.float64]

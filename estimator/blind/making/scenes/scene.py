@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from estimator.blind.making.brick_mesh import Break
-from estimator.blind.making.grip import Grip
-from estimator.blind.making.laws import Fibres, Law, Term
-from estimator.blind.making.response import Instant, PermanentSet, Relaxation, Softening
-from estimator.blind.making.retraction import Rows
-from estimator.blind.making.surfaces import Traction
+from estimator.blind.making.mechanics.brick_mesh import Break
+from estimator.blind.making.mechanics.grip import Grip
+from estimator.blind.making.mechanics.laws import Fibres, Law, Term
+from estimator.blind.making.mechanics.response import Instant, PermanentSet, Relaxation, Softening
+from estimator.blind.making.mechanics.surfaces import Traction
+from estimator.blind.making.scenes.retraction import Rows
 
 FloatArray = NDArray[np.float64]
 Vector = tuple[float, float, float]

@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from estimator.blind.making import response
-from estimator.blind.making.brick_mesh import Break
-from estimator.blind.making.drawing import Draw, FloatArray, Random
-from estimator.blind.making.laws import (
+from estimator.blind.making.effects.drawing import Draw, FloatArray, Random
+from estimator.blind.making.mechanics import response
+from estimator.blind.making.mechanics.brick_mesh import Break
+from estimator.blind.making.mechanics.laws import (
     Curve,
     Fibres,
     Term,
@@ -21,7 +21,7 @@ from estimator.blind.making.laws import (
     power,
     tension_only,
 )
-from estimator.blind.making.scene import SIZE, Drawn, Form, Mechanics, Scene
+from estimator.blind.making.scenes.scene import SIZE, Drawn, Form, Mechanics, Scene
 
 
 def _with_terms(*terms: Term) -> Callable[[Scene], Scene]:

@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.blind.making.brick_mesh import Face
+from estimator.blind.making.mechanics.brick_mesh import Face
 
 FloatArray = NDArray[np.float64]
 

@@ -6,9 +6,16 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from estimator.blind.making.drawing import Draw, FloatArray, Random, drawn_direction, drawn_sign, read_as
-from estimator.blind.making.retraction import KINDS
-from estimator.blind.making.scene import BEADS, GRAVITY, Drawn, Form, Mechanics, Reading, Readings
+from estimator.blind.making.effects.drawing import (
+    Draw,
+    FloatArray,
+    Random,
+    drawn_direction,
+    drawn_sign,
+    read_as,
+)
+from estimator.blind.making.scenes.retraction import KINDS
+from estimator.blind.making.scenes.scene import BEADS, GRAVITY, Drawn, Form, Mechanics, Reading, Readings
 
 TOOL_CENTRE = (0.0, 0.0, 0.06)
 _AXES = ("fx", "fy", "fz", "tx", "ty", "tz")

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from estimator.blind.making.brick_mesh import Break
-from estimator.blind.making.drawing import Draw, FloatArray, Random, drawn_sign
-from estimator.blind.making.response import Instant
-from estimator.blind.making.scene import GRASP_X, GRASP_Y, SIZE, Drawn, Mechanics, Scene
-from estimator.blind.making.surfaces import Patch, Pocket
+from estimator.blind.making.effects.drawing import Draw, FloatArray, Random, drawn_sign
+from estimator.blind.making.mechanics.brick_mesh import Break
+from estimator.blind.making.mechanics.response import Instant
+from estimator.blind.making.mechanics.surfaces import Patch, Pocket
+from estimator.blind.making.scenes.scene import GRASP_X, GRASP_Y, SIZE, Drawn, Mechanics, Scene
 
 
 def _shrinkage(random: Random, size: float, base: Mechanics) -> Drawn:

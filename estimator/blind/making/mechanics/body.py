@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.blind.making.brick_mesh import BrickMesh, Quadrature
+from estimator.blind.making.mechanics.brick_mesh import BrickMesh, Quadrature
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -3,9 +3,9 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from estimator.blind.making.drawing import Draw, FloatArray, Random, drawn_sign, moved_as
-from estimator.blind.making.retraction import Rows
-from estimator.blind.making.scene import Drawn, Form, Mechanics
+from estimator.blind.making.effects.drawing import Draw, FloatArray, Random, drawn_sign, moved_as
+from estimator.blind.making.scenes.retraction import Rows
+from estimator.blind.making.scenes.scene import Drawn, Form, Mechanics
 
 
 def play(values: FloatArray, width: float, start: float) -> FloatArray:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.blind.making.retraction import Rows
+from estimator.blind.making.scenes.retraction import Rows
 from estimator.experiment import SensorNoise
 
 FloatArray = NDArray[np.float64]

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from estimator.blind.making import outside_tissue
-from estimator.blind.making.drawing import Draw, FloatArray, Random, drawn_sign, read_as
-from estimator.blind.making.retraction import KINDS, Rows
-from estimator.blind.making.scene import BEADS, Drawn, Form, Mechanics, Readings
+from estimator.blind.making.effects import outside_tissue
+from estimator.blind.making.effects.drawing import Draw, FloatArray, Random, drawn_sign, read_as
+from estimator.blind.making.scenes.retraction import KINDS, Rows
+from estimator.blind.making.scenes.scene import BEADS, Drawn, Form, Mechanics, Readings
 
 
 def _lens(random: Random, size: float, base: Mechanics) -> Drawn:

@@ -6,7 +6,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.blind.making.scene import Readings
+from estimator.blind.making.scenes.scene import Readings
 from estimator.experiment import SensorNoise
 
 FloatArray = NDArray[np.float64]

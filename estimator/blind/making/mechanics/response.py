@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.blind.making.laws import Law
+from estimator.blind.making.mechanics.laws import Law
 
 FloatArray = NDArray[np.float64]
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.blind.making.retraction import Rows
-from estimator.blind.making.scene import Drawn, Mechanics, Reading
+from estimator.blind.making.scenes.retraction import Rows
+from estimator.blind.making.scenes.scene import Drawn, Mechanics, Reading
 
 FloatArray = NDArray[np.float64]
 Random = np.random.Generator

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.blind.making.laws import Law
-from estimator.blind.making.noise import NOISE_KINDS, NoiseKind
-from estimator.blind.making.retraction import KINDS, Manner, Rows, rows_of
-from estimator.blind.making.scene import Form, Mechanics
+from estimator.blind.making.mechanics.laws import Law
+from estimator.blind.making.scenes.noise import NOISE_KINDS, NoiseKind
+from estimator.blind.making.scenes.retraction import KINDS, Manner, Rows, rows_of
+from estimator.blind.making.scenes.scene import Form, Mechanics
 from estimator.experiment import SensorNoise
 from estimator.experiment.model import TrajectoryKind
 

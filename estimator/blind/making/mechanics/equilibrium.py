@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.blind.making.body import Body
-from estimator.blind.making.factor import FreeStiffness, NotPositiveDefiniteError
-from estimator.blind.making.holding import HeldBody, Pose
-from estimator.blind.making.laws import InvertedError
-from estimator.blind.making.response import Instant, Memory, at_rest, respond, rested
+from estimator.blind.making.mechanics.body import Body
+from estimator.blind.making.mechanics.factor import FreeStiffness, NotPositiveDefiniteError
+from estimator.blind.making.mechanics.holding import HeldBody, Pose
+from estimator.blind.making.mechanics.laws import InvertedError
+from estimator.blind.making.mechanics.response import Instant, Memory, at_rest, respond, rested
 from estimator.errors import SolverError
 
 FloatArray = NDArray[np.float64]

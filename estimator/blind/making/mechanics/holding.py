@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
-from estimator.blind.making.body import Body
-from estimator.blind.making.grip import Grip
-from estimator.blind.making.response import Material
-from estimator.blind.making.surfaces import LoadedFace
+from estimator.blind.making.mechanics.body import Body
+from estimator.blind.making.mechanics.grip import Grip
+from estimator.blind.making.mechanics.response import Material
+from estimator.blind.making.mechanics.surfaces import LoadedFace
 
 FloatArray = NDArray[np.float64]
 

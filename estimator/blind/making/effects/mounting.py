@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.blind.making.brick_mesh import Break
-from estimator.blind.making.drawing import Draw, FloatArray, Random, drawn_sign
-from estimator.blind.making.grip import Grip, Jaws, SlippingOnce, Springs
-from estimator.blind.making.scene import DENSITY, GRAVITY, SIZE, Drawn, Form, Mechanics, Scene
-from estimator.blind.making.surfaces import Friction, Glue, Layer, Traction
+from estimator.blind.making.effects.drawing import Draw, FloatArray, Random, drawn_sign
+from estimator.blind.making.mechanics.brick_mesh import Break
+from estimator.blind.making.mechanics.grip import Grip, Jaws, SlippingOnce, Springs
+from estimator.blind.making.mechanics.surfaces import Friction, Glue, Layer, Traction
+from estimator.blind.making.scenes.scene import DENSITY, GRAVITY, SIZE, Drawn, Form, Mechanics, Scene
 
 # Of glue before it fails, over the tissue's modulus, 1/m: 25 micrometres of tissue would yield as much, which no
 # camera sees and nobody would call a compliant anchor.
