@@ -19,7 +19,7 @@ from daq.plans import journal_path
 from daq.rig import write_rig
 from daq.toml_tables import toml_text
 from daq.virtual_rig.layout import SPECIMEN, Addresses, rig_description
-from daq.virtual_rig.scene import flea2_pair
+from daq.virtual_rig.rendering.scene import flea2_pair
 from estimator.blind.scoring.keys import open_keys
 from estimator.effects.force.force_bias import ForceBias
 from estimator.effects.motion.gripper_slip import GripperSlip

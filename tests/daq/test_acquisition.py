@@ -25,7 +25,7 @@ from daq.session_report import read_report
 from daq.trajectories import PULL, Dwell
 from daq.virtual_rig.launch import virtual_rig
 from daq.virtual_rig.layout import GRASP_CENTRE, REST_TOOL, placed_beads
-from daq.virtual_rig.phantom import SpringPhantom
+from daq.virtual_rig.physics.phantom import SpringPhantom
 from daq.virtual_rig.processes import VirtualRigSettings
 from robot_drivers.clock import host_time_s
 from robot_drivers.protocols import Speed

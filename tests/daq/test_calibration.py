@@ -29,8 +29,6 @@ from daq.rig import Rig
 from daq.routines import marker_poses, tare_poses
 from daq.timing.event_times import estimate_event_times
 from daq.trajectories import Trajectory
-from daq.virtual_rig.board_scene import BoardScene
-from daq.virtual_rig.free_air import FreeAir
 from daq.virtual_rig.layout import (
     FRAMES,
     GRASP_CENTRE,
@@ -41,8 +39,10 @@ from daq.virtual_rig.layout import (
     rig_description,
 )
 from daq.virtual_rig.operator import BOARD, BOARD_AT_REST, board_pose, touching_pose
-from daq.virtual_rig.phantom import SpringPhantom
-from daq.virtual_rig.scene import flea2_pair
+from daq.virtual_rig.physics.free_air import FreeAir
+from daq.virtual_rig.physics.phantom import SpringPhantom
+from daq.virtual_rig.rendering.board_scene import BoardScene
+from daq.virtual_rig.rendering.scene import flea2_pair
 from robot_drivers.protocols import Pose
 
 MARKER = (-0.012, 0.004, 0.015)

@@ -17,10 +17,10 @@ from daq.recording.reader import Recording
 from daq.rig import Rig, make_devices, read_rig
 from daq.session.session import Label, connected, run_session
 from daq.trajectories import PULL, Dwell
-from daq.virtual_rig.fem_phantom import FemPhantom
 from daq.virtual_rig.launch import virtual_rig
 from daq.virtual_rig.layout import GRASP_CENTRE, REST_TOOL, SPECIMEN, placed_beads
-from daq.virtual_rig.phantom import PhantomMotion, PhantomState, SpringPhantom
+from daq.virtual_rig.physics.fem_phantom import FemPhantom
+from daq.virtual_rig.physics.phantom import PhantomMotion, PhantomState, SpringPhantom
 from daq.virtual_rig.processes import VirtualRigSettings
 from estimator.experiment import Experiment
 from estimator.fem.discretisation.block_mesh import Grading

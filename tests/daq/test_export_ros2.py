@@ -20,7 +20,7 @@ from daq.recording.folder import SessionInfo, seal_session, write_info
 from daq.recording.mcap_log import McapLog
 from daq.recording.reader import Recording
 from daq.recording.rows import FrameRows, WrenchRows, camera_info_row
-from daq.virtual_rig.scene import flea2_pair
+from daq.virtual_rig.rendering.scene import flea2_pair
 from robot_drivers.protocols import Frame, WrenchBlock
 
 TYPES = {

@@ -16,7 +16,7 @@ from daq.recording.folder import seal_session
 from daq.recording.mcap_log import McapLog
 from daq.recording.reader import Recording
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads
-from daq.virtual_rig.phantom import SpringPhantom
+from daq.virtual_rig.physics.phantom import SpringPhantom
 from estimator.errors import InputError
 from robot_drivers.protocols import Pose
 

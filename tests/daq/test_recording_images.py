@@ -12,7 +12,7 @@ from daq.recording.mcap_log import McapLog
 from daq.recording.reader import Recording
 from daq.recording.rows import FrameRows, camera_info_row
 from daq.recording.scan import scan
-from daq.virtual_rig.scene import flea2_pair
+from daq.virtual_rig.rendering.scene import flea2_pair
 from robot_drivers.protocols import Frame
 
 

@@ -13,7 +13,7 @@ from daq.recording.reader import Recording
 from daq.recording.recorder import Recorder
 from daq.replay import ReplayClock, replayed
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads
-from daq.virtual_rig.phantom import SpringPhantom
+from daq.virtual_rig.physics.phantom import SpringPhantom
 from robot_drivers.errors import MotionRefusedError
 from robot_drivers.protocols import Pose, Speed
 

@@ -22,7 +22,7 @@ from daq.recording.segments import Scan
 from daq.running_sync import PAIRS_PER_S, RunningSynchronisation
 from daq.sync import Synchronised, synchronise
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads
-from daq.virtual_rig.phantom import SpringPhantom
+from daq.virtual_rig.physics.phantom import SpringPhantom
 from daq.vision.fiducials import FiducialObservation, FiducialTracker
 from robot_drivers.protocols import Pose
 

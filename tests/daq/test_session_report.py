@@ -18,8 +18,8 @@ from daq.recording.rows import EventRows, FrameRows, PoseRows, WrenchRows
 from daq.rig import read_rig, write_rig
 from daq.session_report import SessionReport, StreamQuality, read_report, report_session, write_report
 from daq.virtual_rig.layout import FRAMES, GRASP_CENTRE, Addresses, placed_beads, rig_description
-from daq.virtual_rig.phantom import SpringPhantom
-from daq.virtual_rig.scene import flea2_pair
+from daq.virtual_rig.physics.phantom import SpringPhantom
+from daq.virtual_rig.rendering.scene import flea2_pair
 from robot_drivers.protocols import Frame, Pose, PoseBlock, WrenchBlock
 
 PHANTOM = SpringPhantom(GRASP_CENTRE, placed_beads(1))

@@ -17,7 +17,7 @@ from daq.recording.reader import Recording
 from daq.stereo_images import StereoImages
 from daq.sync import Synchronised, synchronise
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads
-from daq.virtual_rig.phantom import SpringPhantom
+from daq.virtual_rig.physics.phantom import SpringPhantom
 from estimator.experiment import read_experiment
 from robot_drivers.protocols import Pose
 

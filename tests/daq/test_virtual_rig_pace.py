@@ -18,7 +18,7 @@ from daq.trajectories import PULL, Dwell
 from daq.virtual_rig.launch import virtual_rig
 from daq.virtual_rig.layout import GRASP_CENTRE, Addresses, placed_beads, rig_description
 from daq.virtual_rig.pace import Follower, Pace
-from daq.virtual_rig.phantom import PhantomState, SpringPhantom
+from daq.virtual_rig.physics.phantom import PhantomState, SpringPhantom
 from daq.virtual_rig.processes import VirtualRigSettings
 from robot_drivers.abb.irb140 import IRB140Settings
 from robot_drivers.ati.digital_ft import DigitalFTSettings

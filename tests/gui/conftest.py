@@ -18,9 +18,9 @@ from daq.rig import Rig, make_devices, read_rig, write_rig
 from daq.session.session import connected
 from daq.virtual_rig.launch import VirtualRig, virtual_rig
 from daq.virtual_rig.layout import GRASP_CENTRE, Addresses, placed_beads, rig_description
-from daq.virtual_rig.phantom import SpringPhantom
+from daq.virtual_rig.physics.phantom import SpringPhantom
 from daq.virtual_rig.processes import VirtualRigSettings
-from daq.virtual_rig.scene import flea2_pair
+from daq.virtual_rig.rendering.scene import flea2_pair
 from gui.app import Desk
 from gui.context import Context, Navigator
 from gui.jobs.running import Jobs

@@ -18,7 +18,7 @@ from daq.recording.in_use import locked
 from daq.recording.reader import Recording
 from daq.recording.recovery.session import recover_session
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads
-from daq.virtual_rig.phantom import SpringPhantom
+from daq.virtual_rig.physics.phantom import SpringPhantom
 from gui.analysis.computations import export_session, judge_session, repair_session
 from gui.analysis.following import FollowedStep, follow_session
 from gui.context import Context

@@ -11,7 +11,7 @@ from multiprocessing.connection import Connection
 import numpy as np
 
 from daq.rig import Frames, Tool, Vector
-from daq.virtual_rig.phantom import PhantomMotion, PhantomState, increment
+from daq.virtual_rig.physics.phantom import PhantomMotion, PhantomState, increment
 from estimator.errors import SolverError
 from robot_drivers.abb.motion import poses
 from robot_drivers.clock import host_time_ns

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from daq.rig import Specimen
-from daq.virtual_rig.phantom import PhantomState
+from daq.virtual_rig.physics.phantom import PhantomState
 from estimator.experiment import Experiment, SensorNoise
 from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.discretisation.block_mesh import Grading

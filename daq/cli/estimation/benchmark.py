@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from daq.cli.benchmark_scoring import add_run, add_score
+from daq.cli.estimation.benchmark_scoring import add_run, add_score
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from estimator.blind.making.making import make_cases
 from estimator.blind.making.plan import CHOICES, deck_size, plan

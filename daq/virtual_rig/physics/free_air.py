@@ -6,7 +6,7 @@ import numpy as np
 
 from daq.frames import rotation
 from daq.rig import Vector
-from daq.virtual_rig.phantom import PhantomState
+from daq.virtual_rig.physics.phantom import PhantomState
 from robot_drivers.protocols import Pose
 
 

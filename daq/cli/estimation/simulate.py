@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from daq.cli.record import trajectory_name
+from daq.cli.sessions.record import trajectory_name
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.planned import planned_experiment
 from daq.plans import Trial
