@@ -4,7 +4,8 @@ Other installed packages add theirs by entry points that name a :class:`~robot_d
 ``retract.force_sensors``, ``retract.robots`` and ``retract.cameras``.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, is_dataclass
 from typing import Protocol
 
@@ -46,6 +47,16 @@ class Devices:
         """Return every device by its role."""
         cameras = {f"camera {name}": camera for name, camera in self.cameras.items()}
         return {"force sensor": self.force_sensor, "robot": self.robot, **cameras}
+
+
+@contextmanager
+def connected(devices: Devices) -> Iterator[Devices]:
+    """Connect all devices, and close them in the end. Nothing moves."""
+    with ExitStack() as stack:
+        for device in devices.all().values():
+            stack.callback(device.close)
+            device.connect()
+        yield devices
 
 
 FORCE_SENSORS: Mapping[str, Driver] = {

@@ -63,7 +63,7 @@ def test_nothing_in_a_file_is_ever_evaluated() -> None:
 
 def test_the_only_program_that_is_run_from_a_file_is_a_function_of_a_trajectory() -> None:
     found = {module for module, name, _ in CALLS if name.endswith("exec_module") or name == "runpy.run_path"}
-    assert found == {"daq/own_trajectories.py"}
+    assert found == {"daq/trajectories/own.py"}
 
 
 def test_pickles_are_read_from_pipes_of_the_own_program_alone() -> None:

@@ -15,17 +15,17 @@ from daq.bad_input.recording_damage import RECORDING
 from daq.bad_input.rewriting import REWRITTEN
 from daq.bad_input.sheet_damage import SHEETS
 from daq.bad_input.value_damage import JSON, JSON_LINES, TABLE, TOML
-from daq.calibration.in_force import calibrations_in_force
 from daq.calibration.stored_views import find_views
+from daq.calibration_files.in_force import calibrations_in_force
 from daq.export import sealed_recording
 from daq.faults.campaign import read_results
-from daq.own_trajectories import read_table
 from daq.plans import due_runs, journal_path, read_plan
 from daq.recording.folder import RIG_FILE
 from daq.recording.reader import open_recording
 from daq.recording.recovery.session import recover_session
 from daq.rig import make_devices, read_rig
 from daq.session_report import read_report
+from daq.trajectories.own import read_table
 from daq.vision.camera_model import StereoCalibration
 from estimator import result_lines, uniaxial
 from estimator.blind.scoring.keys import OPENINGS_FILE

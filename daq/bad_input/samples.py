@@ -10,14 +10,14 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from daq.bad_input.machine_exports import TEXT_LAYOUTS, gel_test, workbook
-from daq.calibration.outcome import Figure, Kind
-from daq.calibration.record import FORMAT, CalibrationRecord, Serial
-from daq.calibration.results import ForceResult, StreamLatency, TimeResult
+from daq.calibration_files.outcome import Figure, Kind
+from daq.calibration_files.record import FORMAT, CalibrationRecord, Serial
+from daq.calibration_files.results import ForceResult, StreamLatency, TimeResult
 from daq.faults.campaign import keep
 from daq.faults.trial import Outcome as FaultOutcome
+from daq.files.toml_tables import toml_text
 from daq.plans import journal_path
 from daq.rig import write_rig
-from daq.toml_tables import toml_text
 from daq.virtual_rig.layout import SPECIMEN, Addresses, rig_description
 from daq.virtual_rig.rendering.scene import flea2_pair
 from estimator.blind.scoring.keys import open_keys

@@ -10,11 +10,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.png import grey_png, is_whole_png
+from daq.files.png import grey_png, is_whole_png
 from robot_drivers.protocols import Frame
 
 PLANES = "planes"
-# as daq.png writes grey images
+# as daq.files.png writes grey images
 _COLOUR_PNG = (
     cv2.IMWRITE_PNG_COMPRESSION, 1,
     cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_HUFFMAN_ONLY,

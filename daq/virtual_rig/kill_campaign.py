@@ -23,13 +23,13 @@ from pathlib import Path
 
 import numpy as np
 
+from daq.devices import connected
 from daq.errors import RecordingError
 from daq.recording.folder import SessionInfo, write_info
 from daq.recording.reader import Recording
 from daq.recording.recorder import Recorder
 from daq.recording.recovery.session import recover_session
 from daq.rig import make_devices, read_rig
-from daq.session.session import connected
 from daq.virtual_rig.load import Load, loaded_rig
 
 _TELL_PERIOD_S = 0.01

@@ -8,13 +8,13 @@ from pathlib import Path
 from daq.errors import SessionError
 from daq.frames import IDENTITY
 from daq.one_thread import compute_in_one_thread
-from daq.planned import planned_experiment
 from daq.recording.folder import INFO_FILE, RIG_FILE
 from daq.recording.recorder import CAMERAS_FILE, SIGNALS_FILE
 from daq.rig import Specimen, read_rig
-from daq.running_sync import RunningSynchronisation
-from daq.sync import Synchronised
+from daq.synchronisation.experiment_rows import Synchronised
+from daq.synchronisation.running import RunningSynchronisation
 from daq.trajectories import STANDARD_SPEED, Step, Trajectory
+from daq.trajectories.planned import planned_experiment
 from estimator.errors import FitError, SolverError
 from estimator.experiment import SensorNoise
 from estimator.fit.estimate import estimate

@@ -17,10 +17,10 @@ from matplotlib.figure import Figure as Plot
 from numpy.typing import NDArray
 
 from daq.calibration.cameras import BoardCalibration, ViewFigures, grey, lying_on_phantom
-from daq.calibration.keeping import keep
-from daq.calibration.outcome import Figure, Kind, Outcome
 from daq.calibration.procedures import evaluate
 from daq.calibration.tool import PivotFigures, ToolCalibration, flange_tool
+from daq.calibration_files.keeping import keep
+from daq.calibration_files.outcome import Figure, Kind, Outcome
 from daq.errors import CalibrationError
 from daq.progress import Progress, silent
 from daq.recording.reader import open_recording

@@ -10,10 +10,10 @@ from pathlib import Path
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from daq.acquisition.messages import Ended, Seen
-from daq.calibration.outcome import Kind
 from daq.calibration.procedures import MOTIONS, serials_of
-from daq.routines import NAMED
+from daq.calibration_files.outcome import Kind
 from daq.session.session import Label
+from daq.trajectories.routines import NAMED
 from daq.vision.charuco import CharucoBoard
 from gui.calibration import bench
 from gui.calibration.bench import CalibrationBench, Judged, Kept, TouchTaken, ViewTaken

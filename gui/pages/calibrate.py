@@ -6,10 +6,10 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
 
 from daq.acquisition.messages import Telemetry
-from daq.calibration.in_force import calibrations_in_force
-from daq.calibration.outcome import KINDS, Kind
 from daq.calibration.procedures import MOTIONS
 from daq.calibration.tool import FEWEST_TOUCHES, LEAST_TURN_DEG
+from daq.calibration_files.in_force import calibrations_in_force
+from daq.calibration_files.outcome import KINDS, Kind
 from daq.errors import DaqError
 from daq.vision.charuco import CharucoBoard
 from gui.calibration.bench import Judged, Kept, TouchTaken, ViewTaken

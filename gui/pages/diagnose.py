@@ -8,7 +8,7 @@ from typing import ClassVar
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QListWidget, QSplitter, QVBoxLayout, QWidget
 
-from daq.advised import advised_trial
+from daq.plans.advised import advised_trial
 from estimator.diagnosis.result import Advice, Consideration, Diagnosis
 from estimator.report.diagnosis.findings import answer_words
 from gui.analysis.computations import diagnose_sources, try_cause, write_diagnosis_page

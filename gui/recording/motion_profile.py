@@ -6,8 +6,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from daq.frames import rotation
-from daq.planned import move_duration_s
 from daq.trajectories import Trajectory
+from daq.trajectories.planned import move_duration_s
 from robot_drivers.protocols import FloatArray
 
 _SAMPLES_PER_MOVE = 8

@@ -9,8 +9,8 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from daq.atomic import replace_text
 from daq.errors import RecordingError
+from daq.files.atomic import replace_text
 from daq.plans import Trial
 from estimator.errors import InputError
 from estimator.input_file import parse_json, read_input_text

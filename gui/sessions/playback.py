@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.errors import DaqError, RecordingError, SynchronisationError
+from daq.recording.events import MEASURE_BEGIN, MOVE_BEGIN
 from daq.recording.folder import RIG_FILE
 from daq.recording.reader import Event, Images, Recording
 from daq.rig import Rig, read_rig
-from daq.session.steps import MEASURE_BEGIN, MOVE_BEGIN
-from daq.windows import measuring_windows
+from daq.synchronisation.windows import measuring_windows
 from robot_drivers.protocols import FloatArray, IntArray, PoseBlock, WrenchBlock
 
 _PERIOD_NS = 5_000_000

@@ -10,15 +10,15 @@ from pathlib import Path
 import pytest
 
 from daq.bad_input import samples, session_sample
-from daq.calibration.in_force import calibrations_in_force
+from daq.calibration_files.in_force import calibrations_in_force
 from daq.errors import RecordingError, RigError, TrajectoryError
-from daq.own_trajectories import load_function
+from daq.files.png import is_whole_png
 from daq.plans import due_runs, journal_path, read_plan
-from daq.png import is_whole_png
 from daq.recording.folder import read_info, verify_checksums
 from daq.recording.recovery.session import recover_session
 from daq.rig import read_rig
 from daq.session_report import read_report
+from daq.trajectories.own import load_function
 from estimator.blind.scoring.answers import read_answers
 from estimator.blind.scoring.keys import OPENINGS_FILE, open_keys
 from estimator.errors import InputError

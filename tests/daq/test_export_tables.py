@@ -100,7 +100,7 @@ def test_what_exists_is_not_overwritten_and_nothing_is_left_half_written(
     def full_disk(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("daq.table_formats.csv.writer", full_disk)
+    monkeypatch.setattr("daq.export.table_formats.csv.writer", full_disk)
     with pytest.raises(OSError, match="No space"):
         export_tables(session, "csv", tmp_path / "csv", silent)
     assert [path.name for path in tmp_path.iterdir()] == ["s.h5"]

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from daq.devices import connected
 from daq.errors import RigError
 from daq.progress import silent
 from daq.recording.folder import read_info
 from daq.rig import CameraDevice, Device, Rig, make_devices, read_rig, write_rig
-from daq.session.session import Label, connected, run_session
+from daq.session.session import Label, run_session
 from daq.session_report import read_report
 from daq.timing.laboratory_time import in_the_time_of
 from daq.trajectories import PULL, Dwell

@@ -14,8 +14,8 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from pytestqt.qtbot import QtBot
 
+from daq.devices import connected
 from daq.rig import Rig, make_devices, read_rig, write_rig
-from daq.session.session import connected
 from daq.virtual_rig.launch import VirtualRig, virtual_rig
 from daq.virtual_rig.layout import GRASP_CENTRE, Addresses, placed_beads, rig_description
 from daq.virtual_rig.physics.phantom import SpringPhantom

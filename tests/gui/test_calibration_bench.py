@@ -7,7 +7,7 @@ from job_tasks import tells_its_priority
 from pytestqt.qtbot import QtBot
 from shiboken6 import delete
 
-from daq.calibration.record import read_record
+from daq.calibration_files.record import read_record
 from daq.errors import CalibrationError
 from daq.virtual_rig.layout import FRAMES, Addresses, rig_description
 from daq.virtual_rig.operator import TOUCHES, touching_pose

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from daq.frames import IDENTITY, pose
 from daq.recording.folder import read_info
-from daq.routines import NAMED, through
 from daq.trajectories import Trajectory
+from daq.trajectories.routines import NAMED, through
 from daq.virtual_rig.launch import VirtualRig
 from daq.virtual_rig.standard import calibration_settings
 from gui.calibration.bench import Judged, Kept

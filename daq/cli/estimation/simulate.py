@@ -11,10 +11,10 @@ from typing import Any
 
 from daq.cli.sessions.record import trajectory_name
 from daq.cli.verb import Result, Verbs, add_verb, progress
-from daq.planned import planned_experiment
 from daq.plans import Trial
-from daq.routines import NAMED
 from daq.trajectories import STANDARD
+from daq.trajectories.planned import planned_experiment
+from daq.trajectories.routines import NAMED
 from daq.virtual_rig.layout import SPECIMEN, placed_beads
 from estimator.effects.catalogue import default_catalogue
 from estimator.errors import InputError

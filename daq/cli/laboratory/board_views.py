@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from daq.acquisition.stereo_look import StereoLook
 from daq.calibration.cameras import BoardCalibration, grey, lying_on_phantom
-from daq.calibration.outcome import Outcome
 from daq.calibration.stored_views import StoredViews, find_views
+from daq.calibration_files.outcome import Outcome
 from daq.cli.verb import progress
 from daq.devices import Devices
 from daq.errors import CalibrationError

@@ -10,19 +10,18 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, Protocol
 
-from daq.calibration.keeping import keep
-from daq.calibration.outcome import KINDS, Outcome
 from daq.calibration.procedures import MOTIONS, evaluate, record_motion, serials_of
 from daq.calibration.tool import ToolCalibration, flange_tool
 from daq.calibration.view_names import TOLERANCE_S
+from daq.calibration_files.keeping import keep
+from daq.calibration_files.outcome import KINDS, Outcome
 from daq.cli.laboratory.board_views import from_live, from_stored
 from daq.cli.rigs import VIRTUAL, add_rig
 from daq.cli.verb import Result, Verbs, add_verb, progress
-from daq.devices import Devices
+from daq.devices import Devices, connected
 from daq.errors import CalibrationError
 from daq.recording.reader import open_recording
 from daq.rig import Rig, make_devices, read_rig
-from daq.session.session import connected
 from daq.virtual_rig.launch import virtual_rig
 from daq.virtual_rig.standard import calibration_settings
 from daq.vision.charuco import CharucoBoard

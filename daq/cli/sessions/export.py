@@ -6,7 +6,7 @@ from pathlib import Path
 
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.export import export_experiment, export_ros2, export_tables
-from daq.table_formats import FORMATS
+from daq.export.table_formats import FORMATS
 
 _EXAMPLES = """  retract export sessions/2026-05-04_143210_P07_pull --output experiments/pull
   retract export sessions/2026-05-04_143210_P07_pull --format hdf5 --output pull.h5

@@ -12,10 +12,10 @@ from daq.errors import TrajectoryError
 from daq.plans import Trial, due_runs, journal_path, read_plan, run_plan, runs
 from daq.recording.folder import SessionInfo, read_info
 from daq.rig import Rig
-from daq.routines import NAMED
 from daq.session.session import Label
 from daq.session_report import read_report
 from daq.trajectories import Trajectory
+from daq.trajectories.routines import NAMED
 
 _EXAMPLES = """  retract record lab.toml --trajectory pull --order 1
   retract record --rig lab.toml --trajectory pull --repeat 3

@@ -6,7 +6,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QWidget
 
-from daq.calibration.outcome import Figure
+from daq.calibration_files.outcome import Figure
 from gui.calibration.bench import Judged
 from gui.widgets.cards import Card, button, label
 from gui.widgets.lamp import Lamp

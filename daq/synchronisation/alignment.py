@@ -11,14 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from daq.errors import DaqError, SynchronisationError
-from daq.fiducial_windows import track_fiducials
 from daq.progress import Progress
+from daq.recording.events import MOVE_BEGIN, MOVE_END
 from daq.recording.reader import Event, Recording
 from daq.rig import Rig
-from daq.robot_motion import bead_motion, robot_motion
-from daq.session.steps import MOVE_BEGIN, MOVE_END
-from daq.stereo_images import StereoImages
-from daq.stream_times import force_times
+from daq.synchronisation.fiducial_windows import track_fiducials
+from daq.synchronisation.robot_motion import bead_motion, robot_motion
+from daq.synchronisation.stereo_images import StereoImages
+from daq.synchronisation.stream_times import force_times
 from daq.timing.latency import main_motion
 from robot_drivers.protocols import FloatArray, IntArray
 

@@ -12,9 +12,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import cast
 
-from daq.calibration.outcome import KINDS, Kind
-from daq.calibration.record import CalibrationRecord, kept, read_record
-from daq.calibration.results import ForceResult, RobotResult, TimeResult, ToolResult
+from daq.calibration_files.outcome import KINDS, Kind
+from daq.calibration_files.record import CalibrationRecord, kept, read_record
+from daq.calibration_files.results import ForceResult, RobotResult, TimeResult, ToolResult
 from daq.rig import Latencies, Rig, Tool, Transform
 
 _LATENCY_OF = {"force sensor": "force_s", "cameras": "cameras_s"}

@@ -11,17 +11,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from daq.errors import SynchronisationError
-from daq.fiducial_windows import FiducialMeans, fiducial_means
 from daq.frames import inverse, quaternions_wxyz, rotation
 from daq.progress import Progress
 from daq.recording.folder import RIG_FILE, SessionInfo
 from daq.recording.reader import Recording
 from daq.rig import Frames, Rig, read_rig
-from daq.stream_times import force_times, robot_times
+from daq.synchronisation.fiducial_windows import FiducialMeans, fiducial_means
+from daq.synchronisation.stream_times import force_times, robot_times
+from daq.synchronisation.windows import Means, Window, in_window, measuring_windows, window_means
+from daq.synchronisation.wrenches import WrenchCompensation
 from daq.timing.event_times import EventTimes
 from daq.trajectories import experiment_kind
-from daq.windows import Means, Window, in_window, measuring_windows, window_means
-from daq.wrenches import WrenchCompensation
 from estimator.experiment import Experiment, SensorNoise
 from robot_drivers.protocols import FloatArray, PoseBlock, WrenchBlock
 

@@ -14,7 +14,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from daq.stream_tables import Column, Table
+from daq.export.stream_tables import Column, Table
 
 Write = Callable[[Sequence[Table], Path], None]
 

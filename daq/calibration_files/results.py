@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from daq.calibration.outcome import Kind
+from daq.calibration_files.outcome import Kind
 from daq.rig import Transform, Vector
 from daq.vision.camera_model import StereoCalibration
 

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from daq.errors import TrajectoryError
 from daq.frames import IDENTITY, pose, rotation
-from daq.trajectories import STANDARD, STANDARD_SPEED, Phase, Step, Trajectory
+from daq.trajectories.trajectory import STANDARD, STANDARD_SPEED, Phase, Step, Trajectory
 from robot_drivers.protocols import Pose, Speed
 
 PIECE_M = 0.005

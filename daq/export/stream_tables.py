@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from daq.recording.reader import Images, Recording
-from daq.stream_times import clock_times
+from daq.synchronisation.stream_times import clock_times
 from daq.timing.event_times import EventTimes, estimate_event_times
 from estimator.experiment import Experiment
 from robot_drivers.protocols import FloatArray, IntArray, PoseBlock, WrenchBlock

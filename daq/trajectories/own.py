@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from daq.errors import TrajectoryError
 from daq.frames import IDENTITY, pose
-from daq.trajectories import STANDARD_SPEED, Dwell, Step, Trajectory
+from daq.trajectories.trajectory import STANDARD_SPEED, Dwell, Step, Trajectory
 from estimator.errors import InputError
 from estimator.input_file import parse_number, read_input_text
 from robot_drivers.protocols import Pose, Speed

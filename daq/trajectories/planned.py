@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from daq.frames import IDENTITY, rotation
 from daq.rig import Specimen
-from daq.trajectories import Trajectory, experiment_kind
+from daq.trajectories.trajectory import Trajectory, experiment_kind
 from estimator.experiment import Experiment, SensorNoise
 from robot_drivers.protocols import FloatArray, Pose
 

@@ -2,8 +2,9 @@
 
 A pair of images is looked at once, as soon as it is there, also in a window that is still being measured, and of fast
 cameras only :data:`PAIRS_PER_S`. Clocks are estimated anew from all stamps whenever a window has ended, which costs
-little; so the rows are those that :func:`daq.sync.synchronise` makes of the same recording with as many pairs. Nothing
-of a later window is looked at before an earlier one is a row, and who has fallen a window behind looks at fewer pairs.
+little; so the rows are those that :func:`~daq.synchronisation.experiment_rows.synchronise` makes of the same recording
+with as many pairs. Nothing of a later window is looked at before an earlier one is a row, and who has fallen a window
+behind looks at fewer pairs.
 """
 
 from collections import Counter
@@ -13,16 +14,16 @@ from pathlib import Path
 
 import numpy as np
 
-from daq.fiducial_windows import FiducialTrack, means_of_track, needed_pairs
 from daq.recording.folder import RIG_FILE
 from daq.recording.running import RunningRecording
 from daq.rig import Rig, read_rig
-from daq.stereo_images import StereoImages
-from daq.stream_times import force_times, robot_times
-from daq.sync import Synchronised, brought_together, signal_means
+from daq.synchronisation.experiment_rows import Synchronised, brought_together, signal_means
+from daq.synchronisation.fiducial_windows import FiducialTrack, means_of_track, needed_pairs
+from daq.synchronisation.stereo_images import StereoImages
+from daq.synchronisation.stream_times import force_times, robot_times
+from daq.synchronisation.windows import UNDER_WAY, Window, measuring_windows, windows_begun
 from daq.vision.camera_model import StereoCalibration
 from daq.vision.fiducials import FiducialTracker
-from daq.windows import UNDER_WAY, Window, measuring_windows, windows_begun
 from robot_drivers.protocols import FloatArray, IntArray
 
 # Estimated times move a little as more stamps come: pairs this close to a window are looked at in case they are in it.
@@ -58,7 +59,7 @@ class RunningSynchronisation:
         RecordingError
             What is recorded cannot be read.
         SynchronisationError, VisionError
-            As :func:`daq.sync.synchronise`.
+            As :func:`~daq.synchronisation.experiment_rows.synchronise`.
         """
         return self._read(self._passed)
 

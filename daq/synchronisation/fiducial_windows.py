@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from daq.errors import SynchronisationError
 from daq.progress import Progress
 from daq.rig import Rig
-from daq.stereo_images import RecordedImages, StereoImages
+from daq.synchronisation.stereo_images import RecordedImages, StereoImages
+from daq.synchronisation.windows import Means, Window
 from daq.timing.event_times import EventTimes
 from daq.vision.camera_model import StereoCalibration
 from daq.vision.fiducials import FiducialTracker
-from daq.windows import Means, Window
 from robot_drivers.protocols import FloatArray, IntArray
 
 _FOLLOW_NS = 400_000_000

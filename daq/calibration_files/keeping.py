@@ -9,11 +9,11 @@ from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Plot
 
-from daq.atomic import replace_text
-from daq.calibration.outcome import Kind, Outcome
-from daq.calibration.record import FORMAT, CalibrationRecord, Serial
+from daq.calibration_files.outcome import Kind, Outcome
+from daq.calibration_files.record import FORMAT, CalibrationRecord, Serial
 from daq.errors import CalibrationError
-from daq.toml_tables import toml_text
+from daq.files.atomic import replace_text
+from daq.files.toml_tables import toml_text
 
 VALIDITY: Mapping[Kind, timedelta] = {
     "cameras": timedelta(days=365),

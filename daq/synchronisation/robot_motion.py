@@ -7,8 +7,8 @@ import numpy as np
 from daq.errors import SynchronisationError
 from daq.recording.reader import Recording
 from daq.rig import Rig
-from daq.stream_times import robot_times
-from daq.sync import gripper_in_tissue
+from daq.synchronisation.experiment_rows import gripper_in_tissue
+from daq.synchronisation.stream_times import robot_times
 from daq.timing.latency import Latency, estimate_latency, main_motion
 from robot_drivers.protocols import FloatArray, IntArray
 

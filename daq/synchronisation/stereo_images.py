@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from daq.errors import SynchronisationError
 from daq.recording.reader import Images
 from daq.rig import Rig
-from daq.stream_times import exposure_times
+from daq.synchronisation.stream_times import exposure_times
 from daq.timing.pairing import pair_by_time
 from robot_drivers.protocols import IntArray
 

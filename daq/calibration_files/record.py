@@ -10,9 +10,9 @@ from datetime import datetime
 from pathlib import Path
 from typing import Literal
 
-from daq.calibration.outcome import Figure, Kind
-from daq.calibration.results import RESULTS
-from daq.toml_tables import TomlFile
+from daq.calibration_files.outcome import Figure, Kind
+from daq.calibration_files.results import RESULTS
+from daq.files.toml_tables import TomlFile
 
 FORMAT = "retraction-calibration/1"
 
@@ -27,7 +27,7 @@ class Serial:
 
 @dataclass(frozen=True, slots=True)
 class CalibrationRecord:
-    """A kept calibration; ``result`` is of the type that :data:`daq.calibration.results.RESULTS` has for the kind."""
+    """A kept calibration; the type of ``result`` is that of its kind in ``daq.calibration_files.results.RESULTS``."""
 
     format: str
     kind: Kind

@@ -3,16 +3,16 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from daq.atomic import appearing
 from daq.errors import RecordingError, SynchronisationError
+from daq.export.stream_tables import Table, stream_tables, synchronised_table
+from daq.export.table_formats import FORMATS
+from daq.files.atomic import appearing
+from daq.files.toml_tables import toml_text
 from daq.progress import Progress
 from daq.recording.folder import CHECKSUMS_FILE, sha256, verify_checksums
 from daq.recording.reader import Recording, open_recording
 from daq.recording.ros2_bag import Ros2Bag, write_ros2_bag
-from daq.stream_tables import Table, stream_tables, synchronised_table
-from daq.sync import Synchronised, synchronise
-from daq.table_formats import FORMATS
-from daq.toml_tables import toml_text
+from daq.synchronisation.experiment_rows import Synchronised, synchronise
 from daq.versions import package_versions
 from estimator.experiment import Experiment, read_experiment, write_experiment
 
