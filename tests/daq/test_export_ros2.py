@@ -9,7 +9,7 @@ from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-from daq.bad_input.session_sample import Extent, cut_session
+from daq.bad_input.samples.sessions import Extent, cut_session
 from daq.cli import main
 from daq.export import export_ros2
 from daq.progress import silent

@@ -8,7 +8,7 @@ from random import Random
 
 import openpyxl
 
-from daq.bad_input.damage import BINARY, Damage, overwritten
+from daq.bad_input.damage.any_file import BINARY, Damage, overwritten
 
 _SHEET = re.compile(r"xl/worksheets/sheet\d+\.xml")
 _CELLS = (

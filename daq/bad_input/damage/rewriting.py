@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from random import Random
 
-from daq.bad_input.damage import (
+from daq.bad_input.damage.any_file import (
     Damage,
     as_utf16,
     doubled,

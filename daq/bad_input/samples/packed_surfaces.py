@@ -9,7 +9,7 @@ import lz4.block
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.bad_input.samples import experiment_of_surface
+from daq.bad_input.samples.experiments import experiment_of_surface
 from daq.virtual_rig.layout import SPECIMEN
 from estimator.geometry.shapes import block_surface, sphere_surface
 from estimator.surfaces.writing import write_ply

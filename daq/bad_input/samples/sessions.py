@@ -8,7 +8,7 @@ import numpy as np
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
-from daq.bad_input.samples import rig
+from daq.bad_input.samples.laboratory import rig
 from daq.recording import schemas
 from daq.recording.chunks import Rows
 from daq.recording.codec import compressed, raw

@@ -8,7 +8,7 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from daq.bad_input.damage import Damage
+from daq.bad_input.damage.any_file import Damage
 
 CANARY = "executed-by-bad-input"
 """Name of the file that appears where something in an input was executed, or a path in it was followed."""

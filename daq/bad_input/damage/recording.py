@@ -6,7 +6,7 @@ from random import Random
 
 from mcap.opcode import Opcode
 
-from daq.bad_input.damage import Damage, cut_short, emptied, with_rubbish_behind, zeroed
+from daq.bad_input.damage.any_file import Damage, cut_short, emptied, with_rubbish_behind, zeroed
 
 _LONGEST = 6000
 

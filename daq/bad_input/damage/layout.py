@@ -10,7 +10,7 @@ from random import Random
 
 import lz4.block
 
-from daq.bad_input.damage import Damage
+from daq.bad_input.damage.any_file import Damage
 
 _HUGE = (0, 1, 3, 255, 2**16, 2**24, 2**31 - 1, 2**31, 2**32 - 1)
 _NUMBER = re.compile(rb"(?<![\w.])-?[0-9]+(\.[0-9]*)?(e[+-]?[0-9]+)?(?![\w.])")
