@@ -143,9 +143,7 @@ class Host:
         except DeviceError as error:
             connections.on_failure(FORCE, error)
         try:
-            with Streams(
-                devices.force_sensor, devices.robot, devices.cameras, (self._live, self._connections)
-            ):
+            with Streams(devices, (self._live, self._connections)):
                 while True:
                     try:
                         asked = self._starts.get(timeout=_CONNECT_AGAIN_S)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from daq.errors import RecordingError, SynchronisationError
+from daq.export.ros2_bag import Ros2Bag, write_ros2_bag
 from daq.export.stream_tables import Table, stream_tables, synchronised_table
 from daq.export.table_formats import FORMATS
 from daq.files.atomic import appearing
@@ -11,7 +12,6 @@ from daq.files.toml_tables import toml_text
 from daq.progress import Progress
 from daq.recording.folder import CHECKSUMS_FILE, sha256, verify_checksums
 from daq.recording.reader import Recording, open_recording
-from daq.recording.ros2_bag import Ros2Bag, write_ros2_bag
 from daq.synchronisation.experiment_rows import Synchronised, synchronise
 from daq.versions import package_versions
 from estimator.experiment import Experiment, read_experiment, write_experiment

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from daq.recording.reader import Images, Recording
+from daq.recording.reader import Recording
+from daq.recording.stored_streams import Images
 from daq.synchronisation.stream_times import clock_times
 from daq.timing.event_times import EventTimes, estimate_event_times
 from estimator.experiment import Experiment

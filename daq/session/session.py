@@ -172,9 +172,7 @@ class Session:
         self._before, began = statistics(devices), Instant.now()
         recorder = self._recorder = Recorder(
             self.folder,
-            devices.force_sensor,
-            devices.robot,
-            devices.cameras,
+            devices,
             (self._guard, *self._observers),
             models,
             tell_failure=lambda failure: self._guard.hold(str(failure)),

@@ -13,7 +13,8 @@ import numpy as np
 from daq.errors import DaqError, SynchronisationError
 from daq.progress import Progress
 from daq.recording.events import MOVE_BEGIN, MOVE_END
-from daq.recording.reader import Event, Recording
+from daq.recording.reader import Recording
+from daq.recording.stored_streams import Event
 from daq.rig import Rig
 from daq.synchronisation.fiducial_windows import track_fiducials
 from daq.synchronisation.robot_motion import bead_motion, robot_motion

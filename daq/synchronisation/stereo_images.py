@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.errors import SynchronisationError
-from daq.recording.reader import Images
+from daq.recording.stored_streams import Images
 from daq.rig import Rig
 from daq.synchronisation.stream_times import exposure_times
 from daq.timing.pairing import pair_by_time

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from daq.recording.reader import Images
+from daq.recording.stored_streams import Images
 from daq.rig import Rig
 from daq.timing.event_times import EventTimes, estimate_event_times
 from robot_drivers.protocols import FloatArray, IntArray, PoseBlock, WrenchBlock

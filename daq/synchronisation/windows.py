@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from daq.errors import SynchronisationError
 from daq.recording.events import MEASURE_BEGIN, MEASURE_END
-from daq.recording.reader import Event
+from daq.recording.stored_streams import Event
 from daq.timing.event_times import EventTimes
 from robot_drivers.protocols import FloatArray
 

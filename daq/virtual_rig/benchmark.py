@@ -131,9 +131,7 @@ def _record(running: LoadedRig, session: Path, seconds: float) -> BenchmarkResul
         devices.force_sensor.start()
         guard = Guard(rig.limits, rig.frames, devices.robot)
         began_s, began_cpu_s = time.monotonic(), time.process_time()
-        with Recorder(
-            session, devices.force_sensor, devices.robot, devices.cameras, (guard, LiveView())
-        ) as recorder:
+        with Recorder(session, devices, (guard, LiveView())) as recorder:
             guard.watch_rest()
             time.sleep(_REST_S)
             guard.arm()

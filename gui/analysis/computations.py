@@ -7,7 +7,7 @@ from pathlib import Path
 from daq.export import export_experiment, export_tables
 from daq.export.table_formats import FORMATS
 from daq.recording.reader import Recording
-from daq.recording.recovery.session import recover_session
+from daq.recording.recovery import recover_session
 from daq.session_report import SessionReport, write_report
 from daq.versions import package_versions
 from estimator.diagnosis.conclusions.as_json import as_json

@@ -9,7 +9,7 @@ from daq.errors import SessionError
 from daq.frames import IDENTITY
 from daq.one_thread import compute_in_one_thread
 from daq.recording.folder import INFO_FILE, RIG_FILE
-from daq.recording.recorder import CAMERAS_FILE, SIGNALS_FILE
+from daq.recording.layout import CAMERAS_FILE, SIGNALS_FILE
 from daq.rig import Specimen, read_rig
 from daq.synchronisation.experiment_rows import Synchronised
 from daq.synchronisation.running import RunningSynchronisation

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from daq.errors import DaqError, RecordingError, SynchronisationError
 from daq.recording.events import MEASURE_BEGIN, MOVE_BEGIN
 from daq.recording.folder import RIG_FILE
-from daq.recording.reader import Event, Images, Recording
+from daq.recording.reader import Recording
+from daq.recording.stored_streams import Event, Images
 from daq.rig import Rig, read_rig
 from daq.synchronisation.windows import measuring_windows
 from robot_drivers.protocols import FloatArray, IntArray, PoseBlock, WrenchBlock

@@ -9,7 +9,7 @@ from typing import Literal
 from daq.errors import RecordingError
 from daq.recording.folder import INFO_FILE, RIG_FILE, SessionInfo, read_info
 from daq.recording.in_use import is_in_use
-from daq.recording.recorder import SIGNALS_FILE
+from daq.recording.layout import SIGNALS_FILE
 
 Condition = Literal["recording", "sealing", "cut off", "sealed", "recovered", "unreadable"]
 

@@ -15,7 +15,7 @@ from daq.errors import RecordingError, RigError, TrajectoryError
 from daq.files.png import is_whole_png
 from daq.plans import due_runs, journal_path, read_plan
 from daq.recording.folder import read_info, verify_checksums
-from daq.recording.recovery.session import recover_session
+from daq.recording.recovery import recover_session
 from daq.rig import read_rig
 from daq.session_report import read_report
 from daq.trajectories.own import load_function

@@ -23,7 +23,7 @@ from daq.calibration_files.results import ForceResult, TimeResult, ToolResult
 from daq.errors import CalibrationError, RigError
 from daq.frames import rotation
 from daq.progress import silent
-from daq.recording.mcap_log import McapLog
+from daq.recording.mcap.log import McapLog
 from daq.recording.reader import Recording
 from daq.rig import Rig
 from daq.timing.event_times import estimate_event_times

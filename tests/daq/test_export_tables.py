@@ -11,9 +11,9 @@ from synthetic_session import SyntheticSession
 from daq.cli import main
 from daq.export import export_experiment, export_tables
 from daq.progress import silent
-from daq.recording import schemas
 from daq.recording.folder import seal_session
-from daq.recording.mcap_log import McapLog
+from daq.recording.mcap import schemas
+from daq.recording.mcap.log import McapLog
 from daq.recording.reader import Recording
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads
 from daq.virtual_rig.physics.phantom import SpringPhantom

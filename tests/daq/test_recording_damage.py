@@ -23,8 +23,8 @@ from daq.export import export_tables, sealed_recording
 from daq.progress import silent
 from daq.recording.folder import read_info
 from daq.recording.reader import Recording, open_recording
-from daq.recording.recovery.session import recover_session
-from daq.recording.scan import scan
+from daq.recording.recovery import recover_session
+from daq.recording.scanning.scan import scan
 
 EXTENT = Extent(samples=60, samples_in_chunk=6, images=6)
 

@@ -17,8 +17,8 @@ from daq.frames import pose
 from daq.progress import silent
 from daq.recording.reader import Recording
 from daq.recording.running import RunningRecording
-from daq.recording.scan import scan, scan_on
-from daq.recording.segments import Scan
+from daq.recording.scanning.scan import scan, scan_on
+from daq.recording.scanning.segments import Scan
 from daq.synchronisation.experiment_rows import Synchronised, synchronise
 from daq.synchronisation.running import PAIRS_PER_S, RunningSynchronisation
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads

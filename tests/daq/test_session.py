@@ -11,10 +11,10 @@ from session_bench import SHORT, Bench, silent
 
 from daq.devices import connected
 from daq.errors import MotionLimitError, RecordingError, SessionError, SoftwareStopError
-from daq.recording.chunks import Rows
 from daq.recording.folder import read_info, verify_checksums
 from daq.recording.in_use import is_in_use
-from daq.recording.mcap_log import McapLog
+from daq.recording.mcap.chunks import Rows
+from daq.recording.mcap.log import McapLog
 from daq.recording.reader import Recording, open_recording
 from daq.rig import read_rig
 from daq.session.checks import gripper_in_tissue

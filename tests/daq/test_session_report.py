@@ -8,12 +8,12 @@ from synthetic_session import START_NS, rendered_scene
 
 from daq.frames import compose, inverse
 from daq.progress import silent
-from daq.recording import schemas
-from daq.recording.codec import compressed
 from daq.recording.folder import SessionInfo, seal_session, verify_checksums, write_info
-from daq.recording.mcap_log import McapLog
+from daq.recording.mcap import schemas
+from daq.recording.mcap.log import McapLog
+from daq.recording.messages.codec import compressed
+from daq.recording.messages.rows import EventRows, FrameRows, PoseRows, WrenchRows
 from daq.recording.reader import Recording
-from daq.recording.rows import EventRows, FrameRows, PoseRows, WrenchRows
 from daq.rig import read_rig, write_rig
 from daq.session_report import SessionReport, StreamQuality, read_report, report_session, write_report
 from daq.synchronisation.alignment import check_alignment

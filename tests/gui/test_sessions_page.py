@@ -16,7 +16,7 @@ from daq.errors import RecordingError
 from daq.recording.folder import read_info, seal_session
 from daq.recording.in_use import locked
 from daq.recording.reader import Recording
-from daq.recording.recovery.session import recover_session
+from daq.recording.recovery import recover_session
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads
 from daq.virtual_rig.physics.phantom import SpringPhantom
 from gui.analysis.computations import export_session, judge_session, repair_session

@@ -14,7 +14,7 @@ from daq.bad_input.samples import sessions
 from daq.export import sealed_recording
 from daq.recording.folder import RIG_FILE
 from daq.recording.reader import open_recording
-from daq.recording.recovery.session import recover_session
+from daq.recording.recovery import recover_session
 from daq.rig import read_rig
 from daq.session_report import read_report
 

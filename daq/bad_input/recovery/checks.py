@@ -18,9 +18,9 @@ from daq.bad_input.recovery.originals import Original, Streams, streams_of
 from daq.errors import DaqError, RecordingError
 from daq.export import sealed_recording
 from daq.recording.folder import CHECKSUMS_FILE, INFO_FILE, RECORDED_FILES, RIG_FILE, read_info
+from daq.recording.layout import CAMERAS_FILE, SIGNALS_FILE
 from daq.recording.reader import Recording
-from daq.recording.recorder import CAMERAS_FILE, SIGNALS_FILE
-from daq.recording.recovery.session import Recovery, recover_session
+from daq.recording.recovery import Recovery, recover_session
 from estimator.errors import EstimatorError
 
 _INTERRUPTED_SHARE = 0.3

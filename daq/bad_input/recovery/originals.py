@@ -10,7 +10,7 @@ import numpy as np
 from daq.bad_input.samples.sessions import Extent, cut_session, sealed_session
 from daq.recording.folder import RECORDED_FILES
 from daq.recording.reader import Recording
-from daq.recording.scan import scan
+from daq.recording.scanning.scan import scan
 
 Sample: TypeAlias = tuple[object, ...]
 Streams: TypeAlias = dict[str, dict[int, Sample]]

@@ -9,14 +9,14 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
 from daq.bad_input.samples.laboratory import rig
-from daq.recording import schemas
-from daq.recording.chunks import Rows
-from daq.recording.codec import compressed, raw
 from daq.recording.folder import RIG_FILE, SessionInfo, seal_session, sha256, write_info
-from daq.recording.mcap_log import McapLog
+from daq.recording.mcap import schemas
+from daq.recording.mcap.chunks import Rows
+from daq.recording.mcap.log import McapLog
+from daq.recording.messages.codec import compressed, raw
+from daq.recording.messages.rows import EventRows, FrameRows, PoseRows, WrenchRows
 from daq.recording.reader import open_recording
-from daq.recording.recovery.session import recover_session
-from daq.recording.rows import EventRows, FrameRows, PoseRows, WrenchRows
+from daq.recording.recovery import recover_session
 from daq.session_report import write_report
 from robot_drivers.protocols import Frame, PoseBlock, WrenchBlock
 

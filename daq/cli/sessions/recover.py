@@ -5,7 +5,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from daq.cli.verb import Result, Verbs, add_verb
-from daq.recording.recovery.session import Recovery, recover_session
+from daq.recording.recovery import Recovery, recover_session
 
 _EXAMPLES = """  retract recover sessions/2026-05-04_143210_P07_pull"""
 

@@ -5,8 +5,6 @@ damaged is looked for among its copies, and an index counts only where its messa
 """
 
 import struct
-from collections import defaultdict
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import lz4.frame
@@ -16,24 +14,22 @@ from mcap.opcode import Opcode
 from mcap.records import ChunkIndex
 from zlib_ng import zlib_ng
 
-from daq.recording.rows import RECORD as MESSAGE_RECORD
-from daq.recording.segments import RECORD, Segment, heads_at
+from daq.recording.messages.rows import RECORD as MESSAGE_RECORD
+from daq.recording.scanning.segments import RECORD, Segment, heads_at
+from daq.recording.scanning.walking import MESSAGE_HEAD, Walk, walk
 from robot_drivers.protocols import IntArray
 
-# channel, sequence, log time and publish time of a message
-MESSAGE_HEAD = struct.Struct("<HIQQ")
 _HEAD = struct.Struct("<QQQII")
 _SIZE = struct.Struct("<Q")
 _MESSAGE_INDEX = struct.Struct("<HI")
 _WHOLE_HEAD = struct.Struct("<BQHIQQ")
 _INDEX_ENTRY_SIZE = 16
-_LAST_OPCODE = max(Opcode)
 _MOST_CHUNK_BYTES = 1 << 30
 _COMPRESSIONS = {b"": 0, b"lz4": 3, b"zstd": 4}
 
 
 class UnusableError(Exception):
-    """A record that cannot be used; the text says what was found. Never leaves this package and the scan.
+    """A record that cannot be used; the text says what was found. Never leaves this package.
 
     Attributes
     ----------
@@ -238,51 +234,6 @@ def _fitting(
         and (heads["log_time"].astype(np.int64) == log_times[order]).all()
     )
     return (found, {key: indexes.log_times[key] for key in found}) if fits else None
-
-
-@dataclass(frozen=True, slots=True)
-class Walk:
-    """Records found one by one: messages, the others with opcode and body, and where the last whole one ends."""
-
-    offsets: dict[int, IntArray]
-    log_times: dict[int, IntArray]
-    others: list[tuple[int, memoryview]]
-    end: int
-
-
-def walk(records: memoryview) -> Walk:
-    """Find the records of a chunk one by one, up to the first that is incomplete or none."""
-    offsets: defaultdict[int, list[int]] = defaultdict(list)
-    log_times: defaultdict[int, list[int]] = defaultdict(list)
-    others: list[tuple[int, memoryview]] = []
-    end = 0
-    for opcode, start, after in _records(records):
-        if opcode == Opcode.MESSAGE:
-            head = MESSAGE_HEAD.unpack_from(records, start + RECORD.size)
-            offsets[head[0]].append(start)
-            log_times[head[0]].append(head[2])
-        else:
-            others.append((opcode, records[start + RECORD.size : after]))
-        end = after
-    return Walk(
-        {key: np.array(found) for key, found in offsets.items()},
-        {key: np.array(found, np.uint64).astype(np.int64) for key, found in log_times.items()},
-        others,
-        end,
-    )
-
-
-def _records(records: memoryview) -> Iterator[tuple[int, int, int]]:
-    """Yield opcode, start and end of each whole record."""
-    start = 0
-    while start + RECORD.size <= len(records):
-        opcode, length = RECORD.unpack_from(records, start)
-        end = start + RECORD.size + length
-        too_short = opcode == Opcode.MESSAGE and length < MESSAGE_HEAD.size
-        if not 0 < opcode <= _LAST_OPCODE or end > len(records) or too_short:
-            return
-        yield opcode, start, end
-        start = end
 
 
 def remains_of_chunk(data: memoryview, start: int) -> Segment | None:

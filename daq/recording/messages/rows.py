@@ -13,9 +13,9 @@ import numpy as np
 from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
-from daq.recording.cdr import CdrLayout
-from daq.recording.chunks import Placed, Rows
-from daq.recording.codec import EncodedImage
+from daq.recording.mcap.chunks import Placed, Rows
+from daq.recording.messages.cdr import CdrLayout
+from daq.recording.messages.codec import EncodedImage
 from daq.vision.camera_model import PinholeCamera
 from robot_drivers.protocols import FloatArray, IntArray, PoseBlock, WrenchBlock
 

@@ -1,7 +1,7 @@
 """Recovering a session: one that was cut off, or whose files were damaged after it was sealed.
 
 Nothing is written before both recordings have been looked through; each damaged file is replaced only by what was read
-back and compared (:mod:`daq.recording.recovery.rewriting`).
+back and compared (:mod:`daq.recording.sealing.rewriting`).
 """
 
 import re
@@ -29,12 +29,12 @@ from daq.recording.folder import (
 )
 from daq.recording.foreign_bags import require_no_foreign_bag
 from daq.recording.in_use import require_unused
-from daq.recording.mcap_log import McapLog
-from daq.recording.recorder import CAMERAS_FILE, SIGNALS_FILE
-from daq.recording.recovery.losses import StreamLoss
-from daq.recording.scan import scan
-from daq.recording.seal import SealReport, examine, seal
-from daq.recording.segments import Damage
+from daq.recording.layout import CAMERAS_FILE, SIGNALS_FILE
+from daq.recording.mcap.log import McapLog
+from daq.recording.scanning.scan import scan
+from daq.recording.scanning.segments import Damage
+from daq.recording.sealing.losses import StreamLoss
+from daq.recording.sealing.seal import SealReport, examine, seal
 from estimator.errors import InputError
 from estimator.input_file import read_input_text, require_file
 

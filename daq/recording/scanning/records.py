@@ -12,9 +12,10 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Header, Metadata, Schema
 from zlib_ng import zlib_ng
 
-from daq.recording.mcap_log import encoded
-from daq.recording.recovery.chunk_reading import MESSAGE_HEAD, UnusableError, read_chunk
-from daq.recording.segments import RECORD, Segment
+from daq.recording.mcap.log import encoded
+from daq.recording.scanning.chunk_reading import UnusableError, read_chunk
+from daq.recording.scanning.segments import RECORD, Segment
+from daq.recording.scanning.walking import MESSAGE_HEAD
 
 Declaration: TypeAlias = Header | Schema | Channel
 

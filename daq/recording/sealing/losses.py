@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from daq.recording.recorder import EVENTS
-from daq.recording.rows import RECORD
-from daq.recording.segments import Damage, Scan
+from daq.recording.layout import EVENTS
+from daq.recording.messages.rows import RECORD
+from daq.recording.scanning.segments import Damage, Scan
 from robot_drivers.protocols import IntArray
 
 _CAMERA = re.compile(r"/camera/(?P<name>[^/]+)/(image|image_raw|device)")

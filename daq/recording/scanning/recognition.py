@@ -13,13 +13,14 @@ from dataclasses import dataclass, field
 from mcap.records import Channel
 from mcap.records import Schema as SchemaRecord
 
-from daq.recording import rows, schemas
-from daq.recording.cdr import ENCAPSULATION, CdrLayout
-from daq.recording.recorder import EVENTS, FORCE_FRAME, ROBOT_FRAME
-from daq.recording.rows import RECORD
-from daq.recording.schemas import Schema
-from daq.recording.segments import Scan, Segment
-from daq.recording.stored_images import Fields
+from daq.recording.layout import EVENTS, FORCE_FRAME, ROBOT_FRAME
+from daq.recording.mcap import schemas
+from daq.recording.mcap.schemas import Schema
+from daq.recording.messages import rows
+from daq.recording.messages.cdr import ENCAPSULATION, CdrLayout
+from daq.recording.messages.rows import RECORD
+from daq.recording.messages.stored_images import Fields
+from daq.recording.scanning.segments import Scan, Segment
 
 _CAMERA_FRAME = "camera_"
 _LENGTH_COUNTS_FROM = 9

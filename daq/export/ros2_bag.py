@@ -16,14 +16,16 @@ from numpy.typing import NDArray
 
 from daq.errors import RecordingError
 from daq.progress import Progress
-from daq.recording import rows, schemas
-from daq.recording.chunks import Rows
-from daq.recording.mcap_log import McapLog
-from daq.recording.reader import Images, Recording
-from daq.recording.recorder import FORCE_FRAME, ROBOT_FRAME, camera_frame
-from daq.recording.rows import message_rows, placed
-from daq.recording.schemas import Schema
-from daq.recording.seal import seal
+from daq.recording.layout import FORCE_FRAME, ROBOT_FRAME, camera_frame
+from daq.recording.mcap import schemas
+from daq.recording.mcap.chunks import Rows
+from daq.recording.mcap.log import McapLog
+from daq.recording.mcap.schemas import Schema
+from daq.recording.messages import rows
+from daq.recording.messages.rows import message_rows, placed
+from daq.recording.reader import Recording
+from daq.recording.sealing.seal import seal
+from daq.recording.stored_streams import Images
 from robot_drivers.protocols import IntArray
 
 _BAG_FILE = "recording_0.mcap"

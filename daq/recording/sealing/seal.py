@@ -12,12 +12,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from daq.errors import RecordingError
-from daq.recording.mcap_log import preamble
-from daq.recording.recovery.ending import Ending, ending_of
-from daq.recording.recovery.losses import StreamLoss, losses
-from daq.recording.recovery.rewriting import draft_of, require_same, rewrite
-from daq.recording.scan import has_its_indexes, scan
-from daq.recording.segments import Damage, Scan
+from daq.recording.mcap.log import preamble
+from daq.recording.scanning.scan import has_its_indexes, scan
+from daq.recording.scanning.segments import Damage, Scan
+from daq.recording.sealing.ending import Ending, ending_of
+from daq.recording.sealing.losses import StreamLoss, losses
+from daq.recording.sealing.rewriting import draft_of, require_same, rewrite
 
 # of what is behind the last whole chunk, to be put back where sealing fails: many times what a recorder writes at once
 _MOST_KEPT_BYTES = 256_000_000

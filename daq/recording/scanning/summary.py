@@ -14,7 +14,7 @@ from mcap.records import Channel, ChunkIndex, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC
 from zlib_ng import zlib_ng
 
-from daq.recording.segments import RECORD
+from daq.recording.scanning.segments import RECORD
 
 _FOOTER = struct.Struct("<QQI")
 _FOOTER_SIZE = RECORD.size + _FOOTER.size

@@ -9,8 +9,8 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, ChunkIndex, DataEnd, Footer, McapRecord, Schema, Statistics, SummaryOffset
 from mcap.writer import MCAP0_MAGIC
 
-from daq.recording.mcap_log import encoded
-from daq.recording.segments import Scan
+from daq.recording.mcap.log import encoded
+from daq.recording.scanning.segments import Scan
 
 _FOOTER_WITHOUT_CRC = 25
 

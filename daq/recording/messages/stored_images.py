@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.recording import codec
-from daq.recording.cdr import ENCAPSULATION
-from daq.recording.rows import RECORD
+from daq.recording.messages import codec
+from daq.recording.messages.cdr import ENCAPSULATION
+from daq.recording.messages.rows import RECORD
 
 _UINT32 = struct.Struct("<I")
 _SEQUENCE = struct.Struct("<I")

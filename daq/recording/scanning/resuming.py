@@ -5,9 +5,9 @@ from collections.abc import Iterator
 
 from mcap.opcode import Opcode
 
-from daq.recording.recovery.chunk_reading import UnusableError, chunk_head
-from daq.recording.recovery.records import loose_message, read_record
-from daq.recording.segments import RECORD
+from daq.recording.scanning.chunk_reading import UnusableError, chunk_head
+from daq.recording.scanning.records import loose_message, read_record
+from daq.recording.scanning.segments import RECORD
 
 # Opcode, length, two times, uncompressed size, checksum, compression, size: lengths below a terabyte.
 _CHUNK_HEAD = re.compile(

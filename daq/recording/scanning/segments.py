@@ -9,8 +9,8 @@ import numpy as np
 from mcap.records import Channel, ChunkIndex, Schema
 from numpy.typing import NDArray
 
-from daq.recording.chunks import Placed, Rows
-from daq.recording.rows import RECORD as MESSAGE_RECORD
+from daq.recording.mcap.chunks import Placed, Rows
+from daq.recording.messages.rows import RECORD as MESSAGE_RECORD
 from robot_drivers.closing import ClosedAtExit
 from robot_drivers.protocols import IntArray
 

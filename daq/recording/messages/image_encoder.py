@@ -4,8 +4,8 @@ import queue
 import threading
 from collections.abc import Callable, Sequence
 
-from daq.recording import codec
-from daq.recording.codec import EncodedImage
+from daq.recording.messages import codec
+from daq.recording.messages.codec import EncodedImage
 from robot_drivers.protocols import Frame
 
 RAW_FROM_BACKLOG = 4

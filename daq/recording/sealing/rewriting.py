@@ -11,11 +11,11 @@ import numpy as np
 from mcap.records import ChunkIndex
 
 from daq.errors import RecordingError
-from daq.recording.chunks import chunk_head_bytes, encode_chunk, message_indexes
-from daq.recording.mcap_log import preamble
-from daq.recording.recovery.ending import all_encoded, ending_of
-from daq.recording.scan import scan
-from daq.recording.segments import Scan, Segment
+from daq.recording.mcap.chunks import chunk_head_bytes, encode_chunk, message_indexes
+from daq.recording.mcap.log import preamble
+from daq.recording.scanning.scan import scan
+from daq.recording.scanning.segments import Scan, Segment
+from daq.recording.sealing.ending import all_encoded, ending_of
 from daq.recording.sync_names import sync_names
 
 

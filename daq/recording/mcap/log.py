@@ -13,9 +13,9 @@ from mcap.records import Channel, Header, McapRecord
 from mcap.records import Schema as SchemaRecord
 from mcap.writer import LIBRARY_IDENTIFIER, MCAP0_MAGIC
 
-from daq.recording.chunks import Rows, encode_chunk
 from daq.recording.in_use import lock
-from daq.recording.schemas import Schema
+from daq.recording.mcap.chunks import Rows, encode_chunk
+from daq.recording.mcap.schemas import Schema
 from robot_drivers.closing import ClosedAtExit
 
 
