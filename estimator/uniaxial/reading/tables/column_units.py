@@ -1,11 +1,11 @@
 """The unit of a column: the file's, else the user's; an unknown or contradictory one is refused."""
 
 from estimator.errors import InputError
-from estimator.uniaxial.reading.choosing import Choice
-from estimator.uniaxial.reading.columns import Table
+from estimator.uniaxial.reading.language.units import factor_of, shown
+from estimator.uniaxial.reading.language.vocabulary import DIMENSION_OF, Dimension
 from estimator.uniaxial.reading.stated import Stated
-from estimator.uniaxial.reading.units import factor_of, shown
-from estimator.uniaxial.reading.vocabulary import DIMENSION_OF, Dimension
+from estimator.uniaxial.reading.tables.choosing import Choice
+from estimator.uniaxial.reading.tables.columns import Table
 
 _OPTIONS: dict[Dimension, str] = {
     "strain": "--strain-unit",

@@ -3,8 +3,8 @@
 import re
 from dataclasses import dataclass
 
-from estimator.uniaxial.reading.units import dimension_of, spelt
-from estimator.uniaxial.reading.vocabulary import (
+from estimator.uniaxial.reading.language.units import dimension_of, spelt
+from estimator.uniaxial.reading.language.vocabulary import (
     COLUMN_WORDS,
     MODE_WORDS,
     NOMINAL_WORDS,
@@ -13,7 +13,7 @@ from estimator.uniaxial.reading.vocabulary import (
     Dimension,
     Quantity,
 )
-from estimator.uniaxial.reading.words import has_word
+from estimator.uniaxial.reading.language.words import has_word
 from estimator.uniaxial.records import Mode
 
 _BRACKETS = re.compile(r"[(\[{]([^()\[\]{}]*)[)\]}]")

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.errors import InputError
-from estimator.uniaxial.reading.blocks import Block
-from estimator.uniaxial.reading.grid import Cell, Row, as_text
-from estimator.uniaxial.reading.numbers import NumberStyle, looks_like_number, settle
+from estimator.uniaxial.reading.cells.grid import Cell, Row, as_text
+from estimator.uniaxial.reading.cells.numbers import NumberStyle, looks_like_number, settle
 from estimator.uniaxial.reading.stated import Stated
+from estimator.uniaxial.reading.tables.blocks import Block
 from estimator.uniaxial.records import FloatArray
 
 _LONGEST_SHOWN = 40

@@ -4,7 +4,7 @@ import re
 
 from estimator.errors import InputError
 from estimator.input_file import parse_number
-from estimator.uniaxial.reading.vocabulary import UNITS, Dimension
+from estimator.uniaxial.reading.language.vocabulary import UNITS, Dimension
 
 _BRACKETED = re.compile(r"^\s*[(\[{<]\s*(.*?)\s*[)\]}>]\s*$")
 _QUANTITY = re.compile(r"\s*([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*")

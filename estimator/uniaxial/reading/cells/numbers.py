@@ -13,7 +13,7 @@ from typing import Literal
 
 from estimator.errors import InputError
 from estimator.input_file import parse_number
-from estimator.uniaxial.reading.grid import Cell
+from estimator.uniaxial.reading.cells.grid import Cell
 
 DecimalMark = Literal["point", "comma"]
 _MARKS: dict[DecimalMark, str] = {"point": ".", "comma": ","}

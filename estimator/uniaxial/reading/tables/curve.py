@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.errors import InputError
-from estimator.uniaxial.reading.choosing import ABSCISSAE, ORDINATES, Choice, choose, column_of
-from estimator.uniaxial.reading.column_units import missing_unit, required_factor, unit_of
-from estimator.uniaxial.reading.columns import Table
+from estimator.uniaxial.reading.language.units import factor_of
+from estimator.uniaxial.reading.language.vocabulary import CROSSHEAD_WORDS
+from estimator.uniaxial.reading.language.words import has_word
 from estimator.uniaxial.reading.specimen import Specimen
-from estimator.uniaxial.reading.units import factor_of
-from estimator.uniaxial.reading.vocabulary import CROSSHEAD_WORDS
-from estimator.uniaxial.reading.words import has_word
+from estimator.uniaxial.reading.tables.choosing import ABSCISSAE, ORDINATES, Choice, choose, column_of
+from estimator.uniaxial.reading.tables.column_units import missing_unit, required_factor, unit_of
+from estimator.uniaxial.reading.tables.columns import Table
 from estimator.uniaxial.records import FloatArray
 
 LARGEST_STRAIN = 20.0

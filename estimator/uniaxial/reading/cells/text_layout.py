@@ -6,10 +6,10 @@ from collections import Counter
 from pathlib import Path
 
 from estimator.errors import InputError
-from estimator.uniaxial.reading.decoding import decoded
-from estimator.uniaxial.reading.grid import Cell, Grid, Row, row_of
-from estimator.uniaxial.reading.numbers import looks_like_number
-from estimator.uniaxial.reading.words import folded
+from estimator.uniaxial.reading.cells.decoding import decoded
+from estimator.uniaxial.reading.cells.grid import Cell, Grid, Row, row_of
+from estimator.uniaxial.reading.cells.numbers import looks_like_number
+from estimator.uniaxial.reading.language.words import folded
 
 _SPACES = "spaces"
 _SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", _SPACES: "spaces"}

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from estimator.errors import InputError
-from estimator.uniaxial.reading.grid import Grid, Row
-from estimator.uniaxial.reading.numbers import looks_like_number
-from estimator.uniaxial.reading.titles import Title, understood
-from estimator.uniaxial.reading.units import dimension_of
-from estimator.uniaxial.reading.vocabulary import SPECIMEN_WORDS
-from estimator.uniaxial.reading.words import has_word, words_of
+from estimator.uniaxial.reading.cells.grid import Grid, Row
+from estimator.uniaxial.reading.cells.numbers import looks_like_number
+from estimator.uniaxial.reading.language.titles import Title, understood
+from estimator.uniaxial.reading.language.units import dimension_of
+from estimator.uniaxial.reading.language.vocabulary import SPECIMEN_WORDS
+from estimator.uniaxial.reading.language.words import has_word, words_of
 
 _LOADS = ("stress", "force")
 _LENGTHS = ("strain", "extension", "position", "height")

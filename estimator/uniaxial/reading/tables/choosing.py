@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from estimator.errors import InputError
-from estimator.uniaxial.reading.blocks import Block
-from estimator.uniaxial.reading.titles import Title
-from estimator.uniaxial.reading.vocabulary import Quantity
+from estimator.uniaxial.reading.language.titles import Title
+from estimator.uniaxial.reading.language.vocabulary import Quantity
+from estimator.uniaxial.reading.tables.blocks import Block
 
 ABSCISSAE: tuple[Quantity, ...] = ("strain", "extension", "height", "position")
 ORDINATES: tuple[Quantity, ...] = ("stress", "force")

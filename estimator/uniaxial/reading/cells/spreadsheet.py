@@ -12,7 +12,7 @@ from openpyxl.cell.cell import Cell as SheetCell
 
 from estimator.errors import InputError
 from estimator.input_file import MOST_TEXT_BYTES, read_input, require_file
-from estimator.uniaxial.reading.grid import Cell, Grid, row_of
+from estimator.uniaxial.reading.cells.grid import Cell, Grid, row_of
 
 SUFFIXES = (".xlsx", ".xlsm")
 _MAGIC = b"PK\x03\x04"
