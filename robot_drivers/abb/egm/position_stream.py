@@ -103,7 +103,7 @@ class PositionStream:
 
     @property
     def generation(self) -> str:
-        """What the last message tells of the controller: the letter of the layout in :mod:`egm_codec`."""
+        """What the last message tells of the controller: the letter of the layout in :mod:`~robot_drivers.abb.egm.codec`."""
         return "" if self._newest_message is None else classify(self._newest_message)
 
     def receive(self, timeout_s: float) -> list[EGMSample]:

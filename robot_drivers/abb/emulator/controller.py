@@ -84,7 +84,7 @@ class ControllerEmulator(ClosedAtExit):
         self._thread.start()
 
     def start_egm_stream(self, host: str, port: int, generation: str = "B'") -> None:
-        """Send the position stream to a PC, in a layout of :mod:`egm_codec`; numbers begin at 0.
+        """Send the position stream to a PC, in a layout of :mod:`~robot_drivers.abb.egm.codec`; numbers begin at 0.
 
         Raises
         ------

@@ -59,7 +59,7 @@ class ControllerSample:
 def robot_message(generation: str, seqno: int, sample: ControllerSample) -> EgmRobot:
     """Return what a controller without force control tells about one sample.
 
-    The generations are those of :mod:`egm_codec`. A and B have neither Euler angles nor utilization, so
+    The generations are those of :mod:`~robot_drivers.abb.egm.codec`. A and B have neither Euler angles nor utilization, so
     that a message of B has 301 bytes.
     """
     since_610, since_614, newest = generation not in "AB", generation in "CD", generation == "D"
