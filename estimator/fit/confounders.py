@@ -16,8 +16,8 @@ from estimator.effects.motion.motion_scale import MotionScale
 from estimator.effects.shared.axes import WRENCH_CHANNELS
 from estimator.effects.vision.camera_scale import CameraScale
 from estimator.experiment import Experiment
-from estimator.fem.motion import GripperPose
-from estimator.fem.observation import Observation
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.equilibrium.observation import Observation
 from estimator.fit.residuals import StateMean, channels_by_position
 from estimator.forward.schedule import PoseSchedule
 

@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.equilibrium import NewtonSettings
-from estimator.fem.observation import Observation
+from estimator.fem.equilibrium.newton import NewtonSettings
+from estimator.fem.equilibrium.observation import Observation
 from estimator.fit.residuals import predicted_channels
 from estimator.forward.model import ForwardModel
 from estimator.forward.schedule import spread_states, travel

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from estimator.errors import FitError
 from estimator.experiment import Experiment
-from estimator.fem.equilibrium import NewtonSettings
+from estimator.fem.equilibrium.newton import NewtonSettings
 from estimator.fit.gauss_newton import marginal_step
 from estimator.fit.losses import LINEAR
 from estimator.fit.nuisances import GRIPPER_POSITION, floating, nuisance_columns

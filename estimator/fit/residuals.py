@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from estimator.experiment import Experiment
-from estimator.fem.observation import Observation
+from estimator.fem.equilibrium.observation import Observation
 from estimator.fit.nuisances import USUAL, FloatingNuisance, floating, nuisance_columns
 from estimator.forward.schedule import PoseSchedule
 

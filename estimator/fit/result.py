@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.experiment import Experiment
-from estimator.fem.mesh import Mesh
+from estimator.fem.discretisation.mesh import Mesh
 from estimator.fit.gauss_newton import Iterate
 from estimator.fit.identifiability import Absorption
 from estimator.fit.parameters import FitParameter

@@ -16,8 +16,7 @@ from daq.cli import main
 from robot_drivers.abb.irb140 import IRB140, IRB140Settings
 from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
-from robot_drivers.ati.netft import NetFT
-from robot_drivers.ati.netft_settings import NetFTSettings
+from robot_drivers.ati.netft import NetFT, NetFTSettings
 from robot_drivers.cameras.opencv import OpenCVCamera
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.dataclass_options import add_options, read_options

@@ -11,8 +11,8 @@ from retraction_cases import SMALL_BLOCK, straight_pull, turning_pull, with_rows
 
 from estimator.errors import FitError, SolverError
 from estimator.experiment import Experiment
-from estimator.fem.motion import GripperPose
-from estimator.fem.observation import Observation
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.equilibrium.observation import Observation
 from estimator.fit.gauss_newton import marginal_step, minimise, moved
 from estimator.fit.parameters import POISSON_RATIO, YOUNGS_MODULUS, FitParameter
 from estimator.fit.residuals import (

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from daq.bad_input.machine_exports import YOUNGS_MODULUS, neo_hookean_kPa
+from daq.bad_input.samples.machine_exports import YOUNGS_MODULUS, neo_hookean_kPa
 from estimator.errors import InputError
 from estimator.materials import LAWS
 from estimator.uniaxial import Stated, UniaxialRecord, fit_record, read_record

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from daq.bad_input.machine_exports import (
+from daq.bad_input.samples.machine_exports import (
     TEXT_LAYOUTS,
     YOUNGS_MODULUS,
     GelTest,

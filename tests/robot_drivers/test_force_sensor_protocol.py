@@ -15,16 +15,16 @@ import pytest
 from numpy.typing import NDArray
 
 from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
-from robot_drivers.ati.controller_ft_emulator import ControllerFTEmulator, ControllerFTEmulatorSettings
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
-from robot_drivers.ati.digital_ft_emulator import DigitalFTEmulator
 from robot_drivers.ati.emulator import EmulatorSettings, NetFTEmulator
-from robot_drivers.ati.emulator.netbox_can import NetBoxCanEmulator, NetBoxCanEmulatorSettings
-from robot_drivers.ati.emulator.netcanoem import BoardSettings, NetCANOEMEmulator
+from robot_drivers.ati.emulator.can.netbox_can import NetBoxCanEmulator, NetBoxCanEmulatorSettings
+from robot_drivers.ati.emulator.can.netcanoem import BoardSettings, NetCANOEMEmulator
+from robot_drivers.ati.emulator.serial.controller_ft import ControllerFTEmulator, ControllerFTEmulatorSettings
+from robot_drivers.ati.emulator.serial.digital_ft import DigitalFTEmulator
+from robot_drivers.ati.emulator.serial.line import LineFaults
 from robot_drivers.ati.netbox_can import NetBoxCan, NetBoxCanSettings
 from robot_drivers.ati.netcanoem import NetCANOEM, NetCANOEMSettings
 from robot_drivers.ati.netft import NetFT, NetFTSettings
-from robot_drivers.ati.serial_line_emulator import LineFaults
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import ForceSensor, WrenchBlock

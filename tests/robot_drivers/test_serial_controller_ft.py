@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from sensor_blocks import ANSWER_TIMEOUT_S, gathered, read_for
 
 from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
-from robot_drivers.ati.controller_ft_emulator import ControllerFTEmulator, ControllerFTEmulatorSettings
-from robot_drivers.ati.controller_ft_records import AsciiDecoder, BinaryDecoder, ascii_counts
-from robot_drivers.ati.serial_line_emulator import LineFaults
+from robot_drivers.ati.controller_ft.records import AsciiDecoder, BinaryDecoder, ascii_counts
+from robot_drivers.ati.emulator.serial.controller_ft import ControllerFTEmulator, ControllerFTEmulatorSettings
+from robot_drivers.ati.emulator.serial.line import LineFaults
 from robot_drivers.errors import ConfigurationError, DeviceError, DeviceProtocolError, DeviceUnreachableError
 
 LOAD = np.array([10.0, -20.0, 30.0, 0.3, -0.6, 0.9])

@@ -10,15 +10,15 @@ import serial
 from sensor_blocks import ANSWER_TIMEOUT_S, gathered, read_for, read_until
 
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
-from robot_drivers.ati.digital_ft_emulator import (
+from robot_drivers.ati.digital_ft.protocol import STATUS_MAP, calibration_register, parse_calibration
+from robot_drivers.ati.emulator.serial.device import SerialDeviceEmulator
+from robot_drivers.ati.emulator.serial.digital_ft import (
     DigitalFTEmulator,
     DigitalFTEmulatorSettings,
     calibration_record,
 )
-from robot_drivers.ati.digital_ft_protocol import STATUS_MAP, calibration_register, parse_calibration
-from robot_drivers.ati.gages import FT33206
-from robot_drivers.ati.serial_device_emulator import SerialDeviceEmulator
-from robot_drivers.ati.serial_line_emulator import LineFaults, TcpPort
+from robot_drivers.ati.emulator.serial.line import LineFaults, TcpPort
+from robot_drivers.ati.transducer.gages import FT33206
 from robot_drivers.errors import (
     ConfigurationError,
     DeviceError,

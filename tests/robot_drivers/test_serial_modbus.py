@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_drivers.ati import serial_modbus as modbus
-from robot_drivers.ati.serial_line import SerialLine
+from robot_drivers.ati.digital_ft import modbus
+from robot_drivers.ati.serial.line import SerialLine
 from robot_drivers.errors import (
     ConfigurationError,
     DeviceFaultError,

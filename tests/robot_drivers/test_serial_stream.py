@@ -11,11 +11,11 @@ import serial
 from sensor_blocks import ANSWER_TIMEOUT_S
 
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
-from robot_drivers.ati.digital_ft_emulator import DigitalFTEmulator
-from robot_drivers.ati.digital_ft_protocol import SampleDecoder
-from robot_drivers.ati.serial_line_emulator import FaultyWire, LineFaults, PseudoTerminal, TcpPort
-from robot_drivers.ati.serial_receiver import Chunk
-from robot_drivers.ati.serial_stream import SampleStream
+from robot_drivers.ati.digital_ft.protocol import SampleDecoder
+from robot_drivers.ati.emulator.serial.digital_ft import DigitalFTEmulator
+from robot_drivers.ati.emulator.serial.line import FaultyWire, LineFaults, PseudoTerminal, TcpPort
+from robot_drivers.ati.serial.receiver import Chunk
+from robot_drivers.ati.serial.stream import SampleStream
 from robot_drivers.clock import host_time_ns
 
 SAMPLE = bytes.fromhex("0001 0003 0005 0002 FFFC FFFA 7F")

@@ -11,11 +11,11 @@ from scipy.interpolate import PchipInterpolator
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import Mechanics
 from estimator.experiment import Experiment
-from estimator.fem.block_mesh import Grading
-from estimator.fem.equilibrium import EquilibriumSolver
-from estimator.fem.motion import GripperPose
-from estimator.fem.observation import observe
-from estimator.fem.terms import Memoryless
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.equilibrium.newton import EquilibriumSolver
+from estimator.fem.equilibrium.observation import observe
+from estimator.fem.terms.term import Memoryless
 from estimator.fit.residuals import predicted_channels
 from estimator.forward.meshing import mesh_experiment
 from estimator.forward.schedule import schedule_poses, spread_states, travel

@@ -7,20 +7,20 @@ import numpy as np
 
 from estimator.errors import InputError
 from estimator.uniaxial.course import Course, course_of, without_preload
-from estimator.uniaxial.reading.blocks import Block, chosen_block, find_blocks, listed, unknown_names
-from estimator.uniaxial.reading.choosing import ABSCISSAE, ORDINATES, choose
-from estimator.uniaxial.reading.columns import table_of
-from estimator.uniaxial.reading.curve import LARGEST_STRAIN, Curve, curve_of
+from estimator.uniaxial.reading.cells.grid import Grid, Row
+from estimator.uniaxial.reading.cells.spreadsheet import is_spreadsheet, read_spreadsheet
+from estimator.uniaxial.reading.cells.text_layout import read_text_layout
 from estimator.uniaxial.reading.facts import facts_of, mode_of_facts, sizes_of
-from estimator.uniaxial.reading.grid import Grid, Row
+from estimator.uniaxial.reading.language.titles import Title, mode_in
+from estimator.uniaxial.reading.language.vocabulary import LENGTHENING_WORDS
+from estimator.uniaxial.reading.language.words import has_word, words_of
 from estimator.uniaxial.reading.mode import Evidence, decide_mode
 from estimator.uniaxial.reading.specimen import Specimen
-from estimator.uniaxial.reading.spreadsheet import is_spreadsheet, read_spreadsheet
 from estimator.uniaxial.reading.stated import NOTHING_STATED, Stated
-from estimator.uniaxial.reading.text_layout import read_text_layout
-from estimator.uniaxial.reading.titles import Title, mode_in
-from estimator.uniaxial.reading.vocabulary import LENGTHENING_WORDS
-from estimator.uniaxial.reading.words import has_word, words_of
+from estimator.uniaxial.reading.tables.blocks import Block, chosen_block, find_blocks, listed, unknown_names
+from estimator.uniaxial.reading.tables.choosing import ABSCISSAE, ORDINATES, choose
+from estimator.uniaxial.reading.tables.columns import table_of
+from estimator.uniaxial.reading.tables.curve import LARGEST_STRAIN, Curve, curve_of
 from estimator.uniaxial.records import DEFAULT_STRAIN_FIT, Mode, UniaxialRecord
 
 _FEWEST_ROWS = 6
