@@ -98,7 +98,7 @@ def measured(command: Sequence[str], tree: Path) -> tuple[Cost, str]:
         env=_environment_of(tree),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        text=True,
+        encoding="utf-8",
     ) as process:
         watch = _MemoryWatch(process.pid)
         printed, complaints = process.communicate()
@@ -136,7 +136,7 @@ def _tree_of(process_id: int) -> list[int]:
     """Return a process and everything below it."""
     try:
         children = " ".join(
-            file.read_text() for file in (_PROC / str(process_id) / "task").glob("*/children")
+            file.read_text(encoding="ascii") for file in (_PROC / str(process_id) / "task").glob("*/children")
         ).split()
     except OSError:
         return []
@@ -145,7 +145,7 @@ def _tree_of(process_id: int) -> list[int]:
 
 def _proportional_mb(process_id: int) -> float:
     try:
-        text = (_PROC / str(process_id) / "smaps_rollup").read_text()
+        text = (_PROC / str(process_id) / "smaps_rollup").read_text(encoding="ascii")
     except OSError:
         return 0.0
     return sum(float(line.split()[1]) for line in text.splitlines() if line.startswith("Pss:")) / 1024.0
@@ -159,7 +159,7 @@ def _checked_out(commit: str, build: Path) -> tuple[Path, Path]:
             ["git", "worktree", "add", "--detach", str(tree), commit],
             cwd=_ROOT,
             capture_output=True,
-            text=True,
+            encoding="utf-8",
             check=False,
         )
         if added.returncode:

@@ -10,11 +10,11 @@ import unicodedata
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import PurePosixPath
 
 import numpy as np
 
+from daq.calibration.name_times import time_in_name_ns
 from daq.errors import CalibrationError
 from daq.timing.pairing import pair_by_time
 
@@ -40,14 +40,6 @@ _FEWEST_PAIRS = 3
 _NUMBERED = re.compile(r"(?<![a-z])(cam|camera|c)[ _-]?(\d+)(?!\d)", re.IGNORECASE)
 _NUMBERED_FOLDER = re.compile(r"\b(images?|img|cam[a-z]*)[ _-]?(\d+)(?=/)", re.IGNORECASE)
 _LEAST_SERIAL_DIGITS = 5
-
-_CALENDAR = re.compile(
-    r"(?<!\d)((?:19|20)\d\d)[-_.]?(\d\d)[-_.]?(\d\d)[T _-]?(\d\d)[-_:.h]?(\d\d)[-_:.m]?(\d\d)"
-    r"(?:[._,-]?(\d{3}|\d{6}|\d{9}))?(?!\d)"
-)
-_SINCE_1970 = re.compile(r"(?<!\d)(?:(\d{10})(?:[._](\d{3,9}))?|(\d{13})|(\d{16})|(\d{19}))(?!\d)")
-_SECONDS = re.compile(r"(?<![\d.])(\d{1,9})\.(\d{3,9})(?!\d)")
-_PLAUSIBLE_NS = (10**18, 4 * 10**18)  # 2001 to 2096
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +79,7 @@ def pair_names(
     if found is None:
         raise CalibrationError(_no_sides(names, marks))
     sides, rests, told_by = found
-    times = [{name: _time_ns(rests[name]) for name in side} for side in sides]
+    times = [{name: time_in_name_ns(rests[name]) for name in side} for side in sides]
     if _all_told(times):
         moments = [{name: time for name, time in side.items() if time is not None} for side in times]
         pairs = _by_time(moments, tolerance_s)
@@ -234,31 +226,6 @@ def _all_told(times: Sequence[Mapping[str, int | None]]) -> bool:
         if not told or len(told) <= len(side) / 2 or len(set(told)) < len(told):
             return False
     return True
-
-
-def _time_ns(rest: str) -> int | None:
-    """Return the time that a name holds, ns; None where it holds none."""
-    if match := _CALENDAR.search(rest):
-        try:
-            moment = datetime(*map(int, match.groups()[:6]), tzinfo=UTC)  # type: ignore[misc, arg-type] # six numbers
-        except ValueError:
-            return None
-        return int(moment.timestamp()) * 10**9 + _fraction_ns(match.group(7))
-    if match := _SINCE_1970.search(rest):
-        seconds, fraction, ms, us, ns = match.groups()
-        found = (
-            int(seconds) * 10**9 + _fraction_ns(fraction)
-            if seconds
-            else int(ms or us or ns) * 10 ** (6 if ms else 3 if us else 0)
-        )
-        return found if _PLAUSIBLE_NS[0] <= found < _PLAUSIBLE_NS[1] else None
-    if match := _SECONDS.search(rest):
-        return int(match.group(1)) * 10**9 + _fraction_ns(match.group(2))
-    return None
-
-
-def _fraction_ns(digits: str | None) -> int:
-    return int((digits or "0").ljust(9, "0"))
 
 
 def _by_time(moments: Sequence[Mapping[str, int]], tolerance_s: float) -> tuple[tuple[str, str], ...]:
