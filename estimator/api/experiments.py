@@ -13,7 +13,7 @@ from estimator.api.tables import dataframe, known
 from estimator.errors import InputError
 from estimator.experiment import model, reading
 from estimator.experiment.observations import columns_of
-from estimator.fem.motion import GripperPose
+from estimator.fem.boundary.motion import GripperPose
 from estimator.studies.block import GRASP_CENTRE, block
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ class Experiment(model.Experiment):
     def plot(self) -> "Drawing":
         """Return a matplotlib figure of the gripper's way, the force and the torque against time."""
         from estimator.api.drawings import drawing
-        from estimator.report.experiment_plot import SIZE_IN, draw_experiment
+        from estimator.report.drawing.experiment_plot import SIZE_IN, draw_experiment
 
         return drawing(lambda sheet: draw_experiment(sheet, self), SIZE_IN)
 

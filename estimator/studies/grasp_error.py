@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from estimator.experiment import Grasp
-from estimator.fem.block_mesh import Grading
+from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fit.settings import Objective
 from estimator.forward.meshing import mesh_experiment
 from estimator.studies import paper

@@ -5,7 +5,7 @@ from functools import cache
 from typing import Literal
 
 from estimator.experiment import Experiment
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fit.settings import Objective
 from estimator.forward.meshing import mesh_experiment
 from estimator.simulation.simulate import TRUTH_GRADING

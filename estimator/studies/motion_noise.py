@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from estimator.fem.block_mesh import Grading
-from estimator.fem.motion import GripperPose
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fit.settings import Objective
 from estimator.forward.meshing import mesh_experiment
 from estimator.studies.block import MOTIONS, POISSON_RATIO, YOUNGS_MODULUS, block, measured

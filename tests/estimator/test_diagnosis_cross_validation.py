@@ -26,7 +26,7 @@ from estimator.diagnosis.sensitivity.readings import channels, predicted_reading
 from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.force.torque_centre import TorqueCentre
-from estimator.fem.block_mesh import Grading
+from estimator.fem.discretisation.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
 from estimator.inference.whitening import Whitening
 from estimator.workers import worker_pool

@@ -20,9 +20,9 @@ from estimator.diagnosis.settings import DiagnosisSettings, SolverSettings
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.effects.effect import Effect
 from estimator.experiment import Experiment
-from estimator.fem.block_mesh import Grading
-from estimator.fem.morph import with_beads_at
-from estimator.fem.motion import GripperPose
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.equilibrium.morph import with_beads_at
 from estimator.forward.meshing import mesh_experiment
 
 FloatArray = NDArray[np.float64]

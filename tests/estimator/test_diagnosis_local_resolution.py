@@ -22,8 +22,8 @@ from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect
 from estimator.experiment import Experiment, SensorNoise
-from estimator.fem.block_mesh import Grading
-from estimator.fem.observation import observe
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.equilibrium.observation import observe
 from estimator.forward.meshing import mesh_experiment
 from estimator.materials import NEO_HOOKEAN
 

@@ -76,10 +76,3 @@ MAY_KNOW = (
     # the words of a sample answer
     "daq.bad_input.samples",
 )
-
-
-def test_no_folder_of_effects_has_more_than_fifteen_modules() -> None:
-    folders: dict[Path, int] = {}
-    for module in filter(of_effects, MODULES):
-        folders[MODULES[module].parent] = folders.get(MODULES[module].parent, 0) + 1
-    assert {folder.name: count for folder, count in folders.items() if count > 15} == {}

@@ -8,9 +8,9 @@ from retraction_cases import COARSE_GRADING, SMALL_BLOCK, follow, recorded, turn
 
 from estimator.errors import InputError
 from estimator.experiment import Experiment
-from estimator.fem.equilibrium import EquilibriumSolver
-from estimator.fem.observation import observe
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.newton import EquilibriumSolver
+from estimator.fem.equilibrium.observation import observe
 from estimator.fit.estimate import estimate
 from estimator.fit.losses import loss_named
 from estimator.fit.nuisances import USUAL

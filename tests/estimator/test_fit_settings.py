@@ -9,9 +9,9 @@ from retraction_cases import COARSE_GRADING, SMALL_BLOCK, follow, recorded, stra
 
 from estimator.errors import InputError
 from estimator.experiment import Experiment
-from estimator.fem.equilibrium import EquilibriumSolver
-from estimator.fem.observation import Observation, observe
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.newton import EquilibriumSolver
+from estimator.fem.equilibrium.observation import Observation, observe
 from estimator.fit import estimate as whole
 from estimator.fit.losses import LOSSES, Loss, loss_named
 from estimator.fit.nuisances import USUAL

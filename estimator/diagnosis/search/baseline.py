@@ -40,8 +40,8 @@ from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.settings import DiagnosisSettings, NoiseSettings
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
-from estimator.fem.block_mesh import Grading
-from estimator.fem.morph import beads_from_grasp
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.equilibrium.morph import beads_from_grasp
 from estimator.fit.estimate import fit_few_states
 from estimator.fit.linearisation import silent
 from estimator.fit.measurements import state_means

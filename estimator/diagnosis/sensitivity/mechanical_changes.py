@@ -19,7 +19,7 @@ from estimator.diagnosis.sensitivity.constraint_release import changes_by_releas
 from estimator.diagnosis.sensitivity.linear_response import changes_by_loads, linear_response
 from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, Perturbation, no_change
 from estimator.effects.effect import Effect
-from estimator.fem.body import stress_of
+from estimator.fem.assembly.body import stress_of
 
 FloatArray = NDArray[np.float64]
 
