@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from estimator.errors import InputError
 from estimator.experiment import Experiment
-from estimator.fem.equilibrium import NewtonSettings
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.newton import NewtonSettings
 from estimator.fit.linearisation import Linearisation, Progress, silent
 from estimator.fit.measurements import StateMean, state_means
 from estimator.fit.nuisances import DISCRETISATION

@@ -19,7 +19,7 @@ from estimator.effects.shared.axes import WRENCH_CHANNELS
 from estimator.effects.shared.one_state import OneState, change_of_channels
 from estimator.effects.vision.camera_scale import CameraScale
 from estimator.experiment import Experiment
-from estimator.fem.observation import Observation
+from estimator.fem.equilibrium.observation import Observation
 from estimator.fit.linearised_fit import LinearisedFit
 from estimator.fit.measurements import StateMean
 from estimator.forward.schedule import PoseSchedule

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from estimator.errors import FitError
 from estimator.experiment import Experiment
-from estimator.fem.equilibrium import NewtonSettings
+from estimator.fem.equilibrium.newton import NewtonSettings
 from estimator.fit.linearised_fit import LinearisedFit, Predictions, Whitenings, linearised_fit, whitenings_of
 from estimator.fit.losses import LINEAR
 from estimator.fit.measurements import StateMean, row_deviation, row_residuals, state_means

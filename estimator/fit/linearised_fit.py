@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.observation import Observation
+from estimator.fem.equilibrium.observation import Observation
 from estimator.fit.measurements import StateMean
 from estimator.fit.nuisances import USUAL, FloatingNuisance, floating, nuisance_columns
 from estimator.inference.channels import channels_by, channels_by_position, predicted_channels

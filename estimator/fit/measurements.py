@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.experiment import Experiment
-from estimator.fem.observation import Observation
+from estimator.fem.equilibrium.observation import Observation
 from estimator.forward.schedule import PoseSchedule
 from estimator.inference.channels import channel_variance, channels_by_position, measured_rows
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.errors import InputError
-from estimator.fem.observation import Observation
+from estimator.fem.equilibrium.observation import Observation
 from estimator.inference.channels import of_wrench, offsets
 
 FloatArray = NDArray[np.float64]

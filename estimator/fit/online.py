@@ -22,11 +22,11 @@ from scipy.spatial.transform import Rotation
 
 from estimator.errors import InputError
 from estimator.experiment import Experiment
-from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings
-from estimator.fem.equilibrium_state import EquilibriumState
-from estimator.fem.motion import GripperPose
-from estimator.fem.observation import Observation, observe
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.newton import EquilibriumSolver, NewtonSettings
+from estimator.fem.equilibrium.observation import Observation, observe
+from estimator.fem.equilibrium.state import EquilibriumState
 from estimator.fit.linearised_fit import LinearisedFit, linearised_fit, whitenings_of
 from estimator.fit.losses import LINEAR
 from estimator.fit.measurements import StateMean, mean_of_rows

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.experiment import Experiment
-from estimator.fem.mesh import Mesh
+from estimator.fem.discretisation.mesh import Mesh
 from estimator.fit.identifiability import Absorption
 from estimator.fit.profile import Profile
 from estimator.fit.search import Iterate

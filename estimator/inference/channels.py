@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.experiment import Experiment
-from estimator.fem.observation import Observation
+from estimator.fem.equilibrium.observation import Observation
 
 FloatArray = NDArray[np.float64]
 

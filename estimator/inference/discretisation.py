@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from estimator.fem.equilibrium import NewtonSettings
-from estimator.fem.observation import Observation
+from estimator.fem.equilibrium.newton import NewtonSettings
+from estimator.fem.equilibrium.observation import Observation
 from estimator.forward.model import ForwardModel
 from estimator.forward.schedule import PoseSchedule, spread_states, travel
 from estimator.inference.channels import predicted_channels

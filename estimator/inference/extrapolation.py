@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from estimator.fem.observation import Observation, at_modulus
+from estimator.fem.equilibrium.observation import Observation, at_modulus
 from estimator.inference.free_parameter import FreeParameter
 from estimator.inference.material_parameters import YOUNGS_MODULUS
 

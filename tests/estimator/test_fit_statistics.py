@@ -11,8 +11,8 @@ from retraction_cases import SMALL_BLOCK, straight_pull, turning_pull, with_rows
 
 from estimator.errors import FitError, SolverError
 from estimator.experiment import Experiment
-from estimator.fem.motion import GripperPose
-from estimator.fem.observation import Observation
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.equilibrium.observation import Observation
 from estimator.fit.linearised_fit import LinearisedFit, linearised_fit, whitenings_of
 from estimator.fit.measurements import StateMean, state_means
 from estimator.fit.search import at_values, determined_step, minimise, moved

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from estimator.effects.effect import Effect, Motion, Readings
 from estimator.experiment import Experiment
-from estimator.fem.body import with_modulus
-from estimator.fem.morph import with_beads_at
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.terms import Term
+from estimator.fem.assembly.body import with_modulus
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.morph import with_beads_at
+from estimator.fem.terms.term import Term
 from estimator.inference.material_parameters import POISSON_RATIO, YOUNGS_MODULUS
 from estimator.materials import NeoHookean
 from estimator.materials.law import Law

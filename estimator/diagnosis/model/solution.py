@@ -16,12 +16,12 @@ from estimator.diagnosis.model.term_history import TermHistory
 from estimator.diagnosis.settings import SolverSettings
 from estimator.effects.effect import Motion
 from estimator.errors import SolverError
-from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings
-from estimator.fem.equilibrium_state import EquilibriumState, linear_change
-from estimator.fem.motion import GripperPose
-from estimator.fem.observation import Observation, observe
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.terms import Term
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.newton import EquilibriumSolver, NewtonSettings
+from estimator.fem.equilibrium.observation import Observation, observe
+from estimator.fem.equilibrium.state import EquilibriumState, linear_change
+from estimator.fem.terms.term import Term
 from estimator.inference.material_parameters import POISSON_RATIO
 from estimator.materials.material import Material
 

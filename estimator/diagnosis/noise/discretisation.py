@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import Mechanics
 from estimator.experiment import Experiment
-from estimator.fem.block_mesh import Grading
-from estimator.fem.equilibrium import EquilibriumSolver
-from estimator.fem.motion import GripperPose
-from estimator.fem.observation import observe
-from estimator.fem.terms import Memoryless
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.equilibrium.newton import EquilibriumSolver
+from estimator.fem.equilibrium.observation import observe
+from estimator.fem.terms.term import Memoryless
 from estimator.forward.meshing import mesh_experiment
 from estimator.forward.schedule import schedule_poses, spread_states
 from estimator.inference.channels import predicted_channels

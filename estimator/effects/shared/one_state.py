@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from estimator.effects.effect import Effect, Motion, Readings, Values
 from estimator.experiment import Experiment
-from estimator.fem.motion import GripperPose
-from estimator.fem.observation import Observation
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.equilibrium.observation import Observation
 
 FloatArray = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.errors import FitError
-from estimator.fem.observation import Observation
+from estimator.fem.equilibrium.observation import Observation
 from estimator.fit.linearised_fit import LinearisedFit, Predictions, Whitenings
 from estimator.fit.measurements import StateMean
 from estimator.fit.nuisances import FloatingNuisance, nuisance_columns
