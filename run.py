@@ -25,11 +25,11 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import TextIO
 
-OLDEST_PYTHON = (3, 11)
-THIS_PYTHON = sys.version_info[:2]
+OLDEST_PYTHON, THIS_PYTHON = (3, 11), sys.version_info[:2]
 ROOT = Path(__file__).resolve().parent
 VENV = ROOT / ".venv"
 WINDOWS = os.name == "nt"
@@ -52,22 +52,21 @@ SYSTEM_LIBRARIES = {
     "libfontconfig.so.1": "libfontconfig1",
     "libgomp.so.1": "libgomp1",
 }
-# What the tests need beside those, to show the window on an X display of their own.
-TEST_LIBRARIES = {
+# What the tests need beside those, libraries and a program, to show the window on an X display of their own.
+TEST_NEEDS = {
     "libxcb-cursor.so.0": "libxcb-cursor0",
     "libxcb-icccm.so.4": "libxcb-icccm4",
     "libxcb-keysyms.so.1": "libxcb-keysyms1",
     "libxcb-shape.so.0": "libxcb-shape0",
     "libxkbcommon-x11.so.0": "libxkbcommon-x11-0",
+    "Xvfb": "xvfb",
 }
-TEST_PROGRAMS = {"Xvfb": "xvfb"}
-CHECKS = (
-    ("-m", "ruff", "check"),
-    ("-m", "ruff", "format", "--check"),
-    ("-m", "mypy"),
-)
-# one process for what lives in real time, one for what computes: tests/conftest.py
-TESTS = ("-m", "pytest", "-n", "2")
+CHECKS = (("-m", "ruff", "check"), ("-m", "ruff", "format", "--check"), ("-m", "mypy"))
+# what pip says of a package: its name, and how much of it was fetched
+LOOKED_UP = r"(?:Collecting|Requirement already satisfied:|Processing (?:\S*[/\\])?) ?(\w[\w.]*)"
+FETCHED = r"\s*(?:Downloading|Using cached) \S+\.whl \(([\d.]+) ([kM]?B)\)"
+# two processes for what lives in real time and mostly waits, one for what computes: tests/conftest.py
+TESTS = ("-m", "pytest", "-n", "3")
 
 
 def main(arguments: list[str]) -> int:
@@ -85,7 +84,7 @@ def main(arguments: list[str]) -> int:
 
 def test(pytest_arguments: list[str]) -> int:
     """Run every check, also after one has failed; return 0 only if all passed."""
-    install_system_packages(missing_test_packages())
+    install_system_packages(packages_missing(TEST_NEEDS))
     return max(abs(status_of(check)) for check in (*CHECKS, (*TESTS, *pytest_arguments)))
 
 
@@ -95,11 +94,10 @@ def status_of(check: tuple[str, ...]) -> int:
     with subprocess.Popen([PYTHON, *check], cwd=ROOT) as process:
         try:
             return process.wait()
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, SystemExit) as ended:
+            if isinstance(ended, SystemExit):
+                process.terminate()
             process.wait()
-            raise
-        except SystemExit:
-            process.terminate()
             raise
 
 
@@ -117,16 +115,17 @@ def set_up(lock: Path) -> None:
         stop(f"this is Python {sys.version.split()[0]}, but 3.11 or newer is needed: python3.11 run.py ...")
     if PYTHON.exists() and STAMP.exists() and fingerprint(lock) in STAMP.read_text().split():
         return
-    install_system_packages(missing_system_packages())
+    missing = packages_missing(SYSTEM_LIBRARIES)
+    if importlib.util.find_spec("ensurepip") is None:
+        missing.append("python{}.{}-venv".format(*THIS_PYTHON))
+    install_system_packages(missing)
     if not venv_is_usable():
         say(f"Making {VENV}")
         run(sys.executable, "-m", "venv", "--clear", str(VENV))
     STAMP.unlink(missing_ok=True)
     forget_half_installed()
-    say(
-        f"Installing the packages pinned in {lock.name} into .venv; the first time this takes a minute or two"
-    )
-    with LOG.open("w", encoding="utf-8") as log:
+    say(f"Installing the packages of {lock.name} into .venv; the first time this takes a minute or two")
+    with LOG.open("w", buffering=1, encoding="utf-8") as log:
         pip(log, "--require-hashes", "--only-binary=:all:", "--requirement", str(lock))
         pip(log, "--no-index", "--no-deps", "--no-build-isolation", "--editable", str(ROOT))
     STAMP.write_text("\n".join(fingerprint(one) for one in {TO_RUN, lock}))
@@ -134,10 +133,8 @@ def set_up(lock: Path) -> None:
 
 def fingerprint(lock: Path) -> str:
     """Return what the contents of .venv depend on, as a digest."""
-    digest = hashlib.sha256(f"{ROOT} {THIS_PYTHON}".encode())
-    for source in (lock, ROOT / "pyproject.toml"):
-        digest.update(source.read_bytes())
-    return digest.hexdigest()
+    contents = lock.read_bytes() + (ROOT / "pyproject.toml").read_bytes()
+    return hashlib.sha256(f"{ROOT} {THIS_PYTHON}".encode() + contents).hexdigest()
 
 
 def forget_half_installed() -> None:
@@ -155,24 +152,17 @@ def installed() -> Iterator[Path]:
     return VENV.glob("Lib/site-packages/*.dist-info" if WINDOWS else "lib/python*/site-packages/*.dist-info")
 
 
-def missing_system_packages() -> list[str]:
-    """Return the Debian packages that this Linux still needs, found by trying."""
-    missing = [package for soname, package in SYSTEM_LIBRARIES.items() if not loads(soname)]
-    if importlib.util.find_spec("ensurepip") is None:
-        missing.append("python{}.{}-venv".format(*THIS_PYTHON))
-    return missing
+def packages_missing(needs: dict[str, str]) -> list[str]:
+    """Return the Debian packages of what this Linux does not have, found by trying."""
+    return [package for name, package in needs.items() if not is_there(name)]
 
 
-def missing_test_packages() -> list[str]:
-    """Return the Debian packages that the tests still need on this Linux, found by trying."""
-    missing = [package for soname, package in TEST_LIBRARIES.items() if not loads(soname)]
-    return missing + [package for program, package in TEST_PROGRAMS.items() if shutil.which(program) is None]
-
-
-def loads(soname: str) -> bool:
-    """Tell whether the dynamic linker finds a shared library."""
+def is_there(name: str) -> bool:
+    """Tell whether the dynamic linker finds a shared library, or the search path a program."""
+    if ".so." not in name:
+        return shutil.which(name) is not None
     try:
-        ctypes.CDLL(soname)
+        ctypes.CDLL(name)
     except OSError:
         return False
     return True
@@ -195,34 +185,23 @@ def install_system_packages(missing: list[str]) -> None:
 
 def venv_is_usable() -> bool:
     """Tell whether .venv holds this version of Python, with pip."""
-    if not PYTHON.exists():
-        return False
     probe = f"import pip, sys; sys.exit(sys.version_info[:2] != {THIS_PYTHON})"
-    return subprocess.run([PYTHON, "-c", probe], stderr=subprocess.DEVNULL, check=False).returncode == 0
+    return PYTHON.exists() and subprocess.call([PYTHON, "-c", probe], stderr=subprocess.DEVNULL) == 0
 
 
 def pip(log: TextIO, *arguments: str) -> None:
-    """Install into .venv and tell how far it is; what pip says goes into the log. Stop if it fails.
-
-    Modules are compiled when they are first imported: most never are, and half of the time would go into that.
-    """
+    """Install into .venv and tell how far it is, stop if it fails; what pip says goes into the log."""
+    # modules are compiled when they are first imported: most never are, and half of the time would go into that
     command = [str(PYTHON), "-m", "pip", "install", "--disable-pip-version-check", "--no-color"]
     command += ["--progress-bar", "off", "--no-compile", *arguments]
-    process = subprocess.Popen(
-        command,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        errors="replace",
-    )
+    quiet, pipe, both = subprocess.DEVNULL, subprocess.PIPE, subprocess.STDOUT
+    process = subprocess.Popen(command, stdin=quiet, stdout=pipe, stderr=both, text=True, errors="replace")
     lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
     threading.Thread(target=pass_on, args=(process.stdout, lines), daemon=True).start()
     shown, errors = Installation(), []
     try:
         while (line := next_line(lines)) is not None:
             log.write(line)
-            log.flush()
             shown.hear(line)
             errors += [line.strip()] if line.startswith("ERROR") else []
     except BaseException:
@@ -239,9 +218,8 @@ def pip(log: TextIO, *arguments: str) -> None:
 
 def pass_on(said: TextIO, lines: queue.SimpleQueue[str | None]) -> None:
     """Put what a process says into a queue, line by line, and None at its end."""
-    for line in said:
+    for line in chain(said, [None]):
         lines.put(line)
-    lines.put(None)
 
 
 def next_line(lines: queue.SimpleQueue[str | None]) -> str | None:
@@ -264,12 +242,10 @@ class Installation:
 
     def hear(self, line: str) -> None:
         """Take a line of pip's, empty where time has passed, and tell how it stands now and then."""
-        if match := re.match(
-            r"(?:Collecting|Requirement already satisfied:|Processing (?:\S*[/\\])?) ?(\w[\w.]*)", line
-        ):
+        if match := re.match(LOOKED_UP, line):
             self._found += 1
             self._newest = match[1]
-        elif match := re.match(r"\s*(?:Downloading|Using cached) \S+\.whl \(([\d.]+) ([kM]?B)\)", line):
+        elif match := re.match(FETCHED, line):
             self._mb += float(match[1]) * {"B": 1e-6, "kB": 1e-3, "MB": 1.0}[match[2]]
         elif line.startswith("Installing collected packages:"):
             self._wanted = line.count(",") + 1
@@ -278,8 +254,7 @@ class Installation:
             now = f"{max(done, 0)} of {self._wanted} packages installed, {self._mb:.0f} MB fetched"
         else:
             now = f"{self._found} packages looked up, {self._mb:.0f} MB fetched; now {self._newest}"
-        every_s = 0.2 if sys.stderr.isatty() else 5.0
-        if time.monotonic() - self._told_s >= every_s:
+        if time.monotonic() - self._told_s >= (0.2 if sys.stderr.isatty() else 5.0):
             self._tell(now)
 
     def end(self) -> None:
@@ -294,8 +269,7 @@ class Installation:
         words = f"  {self._told_s - self._began_s:4.0f} s: {now}"
         if sys.stderr.isatty():
             width = shutil.get_terminal_size().columns - 1
-            sys.stderr.write(f"\r{words[:width]:{width}}")
-            sys.stderr.flush()
+            say(f"\r{words[:width]:{width}}", end="")
         else:
             say(words)
 
@@ -307,9 +281,9 @@ def run(*command: str) -> None:
         stop(f"set-up failed (status {status}) at: {' '.join(command)}")
 
 
-def say(message: str) -> None:
+def say(message: str, end: str = "\n") -> None:
     """Print to standard error; standard output belongs to what is run."""
-    sys.stderr.write(message + "\n")
+    sys.stderr.write(message + end)
     sys.stderr.flush()
 
 

@@ -3,9 +3,9 @@
 from collections.abc import Callable, Iterator
 
 from benchmarks.pull import PULL, errors, quadratic_tetrahedra, reference, solve_pull, tissue, unknowns
-from estimator.fem.block_mesh import Grading
-from estimator.fem.elements import ElementKind
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.discretisation.elements import ElementKind
 from estimator.forward.meshing import DEFAULT_GRADING, FINE_GRADING, mesh_experiment
 from estimator.studies.paper_tables.densities import CELLS
 from estimator.studies.paper_tables.tetrahedra import block_of_tetrahedra

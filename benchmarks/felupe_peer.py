@@ -9,7 +9,7 @@ from scipy.sparse import csr_matrix, tril
 
 from benchmarks.pull import POSES
 from estimator.experiment import Experiment
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.problem import RetractionProblem
 from estimator.materials.material import Material, make_material
 from estimator.materials.neo_hookean import NeoHookean
 

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from estimator.experiment import Experiment
-from estimator.fem.equilibrium import EquilibriumSolver
-from estimator.fem.equilibrium_state import EquilibriumState
-from estimator.fem.mesh import Mesh
-from estimator.fem.observation import observe
-from estimator.fem.problem import RetractionProblem, retraction_problem
+from estimator.fem.boundary.problem import RetractionProblem, retraction_problem
+from estimator.fem.discretisation.mesh import Mesh
+from estimator.fem.equilibrium.newton import EquilibriumSolver
+from estimator.fem.equilibrium.observation import observe
+from estimator.fem.equilibrium.state import EquilibriumState
 from estimator.materials.material import Material
 from estimator.studies.paper_tables.block import GRASP_CENTRE, MOTIONS, TRUTH, block
 from estimator.studies.paper_tables.tetrahedra import block_of_tetrahedra

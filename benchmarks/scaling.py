@@ -9,10 +9,10 @@ from itertools import pairwise
 from multiprocessing import get_context
 
 from benchmarks.pull import POSES, PULL, timed, unknowns
-from estimator.fem.block_mesh import Grading
-from estimator.fem.equilibrium import EquilibriumSolver
-from estimator.fem.equilibrium_state import EquilibriumState
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.equilibrium.newton import EquilibriumSolver
+from estimator.fem.equilibrium.state import EquilibriumState
 from estimator.forward.meshing import mesh_experiment
 from estimator.studies.paper_tables.block import TRUTH
 

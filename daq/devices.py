@@ -4,23 +4,23 @@ Other installed packages add theirs by entry points that name a :class:`~robot_d
 ``retract.force_sensors``, ``retract.robots`` and ``retract.cameras``.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, is_dataclass
 from typing import Protocol
 
 from daq.errors import RigError
 from estimator.errors import InputError
 from estimator.plugins import Plugin, plugins
-from robot_drivers.abb.egm_guidance import EGMGuidedRobot
-from robot_drivers.abb.guidance_session import EGMGuidanceSettings
+from robot_drivers.abb.egm.guidance import EGMGuidedRobot
+from robot_drivers.abb.egm.guidance_session import EGMGuidanceSettings
 from robot_drivers.abb.irb140 import IRB140, IRB140Settings
 from robot_drivers.abb.open_abb import OpenABB, OpenABBSettings
 from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
 from robot_drivers.ati.netbox_can import NetBoxCan, NetBoxCanSettings
 from robot_drivers.ati.netcanoem import NetCANOEM, NetCANOEMSettings
-from robot_drivers.ati.netft import NetFT
-from robot_drivers.ati.netft_settings import NetFTSettings
+from robot_drivers.ati.netft import NetFT, NetFTSettings
 from robot_drivers.cameras.dc1394 import DC1394Camera, DC1394CameraSettings
 from robot_drivers.cameras.opencv import OpenCVCamera
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
@@ -47,6 +47,16 @@ class Devices:
         """Return every device by its role."""
         cameras = {f"camera {name}": camera for name, camera in self.cameras.items()}
         return {"force sensor": self.force_sensor, "robot": self.robot, **cameras}
+
+
+@contextmanager
+def connected(devices: Devices) -> Iterator[Devices]:
+    """Connect all devices, and close them in the end. Nothing moves."""
+    with ExitStack() as stack:
+        for device in devices.all().values():
+            stack.callback(device.close)
+            device.connect()
+        yield devices
 
 
 FORCE_SENSORS: Mapping[str, Driver] = {

@@ -12,7 +12,8 @@ import numpy as np
 
 from daq.devices import Devices
 from daq.errors import RecordingError
-from daq.recording.reader import Images, Recording
+from daq.recording.reader import Recording
+from daq.recording.stored_streams import Images
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import MotionRefusedError
 from robot_drivers.protocols import (

@@ -11,8 +11,8 @@ from typing import Any, TypeVar
 
 from daq.devices import CAMERA, FORCE_SENSOR, ROBOT, Devices, Role, installed_drivers
 from daq.errors import RigError
-from daq.names import check_name
-from daq.toml_tables import Keys, TomlFile, toml_text
+from daq.files.names import check_name
+from daq.files.toml_tables import Keys, TomlFile, toml_text
 from daq.vision.fiducials import FiducialSettings
 from estimator.experiment import Box, Environment, Grasp, Phantom
 from robot_drivers.protocols import Pose
@@ -158,7 +158,7 @@ class Rig:
 
     ``stereo_calibration`` is the file of the two cameras' calibration, ``cameras`` are left and right of it, and
     ``vision`` says what their images show. ``calibration`` is the folder of the calibration files, None for none;
-    what is in force there goes before what the rig file says (:mod:`daq.calibration.in_force`).
+    what is in force there goes before what the rig file says (:mod:`daq.calibration_files.in_force`).
     ``laboratory_clock`` is the file of an emulated laboratory's clock (:mod:`daq.timing.laboratory_time`), and None for
     real devices.
     """

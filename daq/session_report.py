@@ -13,14 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from daq.alignment import WARN_BEYOND_S, Alignment, check_alignment
 from daq.errors import DaqError, RecordingError
 from daq.progress import Progress
+from daq.recording.events import GUARD_LATENCY, PACE
 from daq.recording.folder import DERIVED_FOLDER, RIG_FILE
 from daq.recording.reader import Recording
 from daq.rig import read_rig
-from daq.session.guard import GUARD_LATENCY, PACE
-from daq.stream_times import SECOND_NS, clock_times, robot_times
+from daq.synchronisation.alignment import WARN_BEYOND_S, Alignment, check_alignment
+from daq.synchronisation.stream_times import SECOND_NS, clock_times, robot_times
 from daq.timing.event_times import EventTimes, clock_starts, estimate_event_times
 from estimator.errors import InputError
 from estimator.input_file import parse_json, read_input_text

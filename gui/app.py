@@ -13,9 +13,7 @@ from daq.errors import DaqError
 from daq.rig import Rig, read_rig
 from gui.collector import Collector
 from gui.context import Context, Navigator
-from gui.jobs import Jobs
-from gui.laboratory import CALIBRATIONS_FOLDER, Laboratory, roles
-from gui.link import AcquisitionLink
+from gui.jobs.running import Jobs
 from gui.messages import Message
 from gui.opening import STARTING, Opening
 from gui.pages.acquire import AcquirePage
@@ -24,8 +22,10 @@ from gui.pages.diagnose import DiagnosePage
 from gui.pages.estimate import EstimatePage
 from gui.pages.rig import RigPage
 from gui.pages.sessions import SessionsPage
+from gui.rig.laboratory import CALIBRATIONS_FOLDER, Laboratory, roles
+from gui.rig.link import AcquisitionLink
+from gui.rig.virtual_laboratory import run_emulators
 from gui.theme import DARK, LIGHT, apply_theme, system_theme
-from gui.virtual_laboratory import run_emulators
 from gui.window import Window
 from robot_drivers.real_time import prefer_this_process, shorten_collections
 

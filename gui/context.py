@@ -16,8 +16,8 @@ from daq.rig import Rig
 from gui.messages import Message
 
 if TYPE_CHECKING:  # both are handed on, not used here
-    from gui.jobs import Jobs
-    from gui.link import AcquisitionLink
+    from gui.jobs.running import Jobs
+    from gui.rig.link import AcquisitionLink
 
 
 class Navigator(QObject):

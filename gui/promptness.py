@@ -129,7 +129,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     options = parser.parse_args(arguments)
     # its processes import what this program does, which those of ``python -m gui`` need not
-    multiprocessing.set_forkserver_preload(["gui.following", "gui.app"])
+    multiprocessing.set_forkserver_preload(["gui.analysis.following", "gui.app"])
     settings = replace(standard_settings(), force_rate_hz=options.rate, frames_per_s=options.frames)
     try:
         with application_without_display(LIGHT), tempfile.TemporaryDirectory(prefix="promptness-") as folder:

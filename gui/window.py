@@ -17,15 +17,15 @@ from PySide6.QtWidgets import (
 
 from daq.acquisition.messages import Failure, Telemetry
 from gui.context import Context
-from gui.disk import DiskWatch
 from gui.messages import Message, failure_told
-from gui.recording_watch import RecordingWatch
-from gui.state import RigState
+from gui.recording.watch import RecordingWatch
+from gui.rig.disk import DiskWatch
+from gui.rig.state import RigState
 from gui.stop_key import StopKey
 from gui.theme import DARK, LIGHT, apply_theme, theme_of
 from gui.widgets.cards import button, scrolled
 from gui.widgets.message_bar import Answer, MessageBar
-from gui.widgets.rig_bar import RigBar
+from gui.widgets.rig.rig_bar import RigBar
 
 P = TypeVar("P", bound=QWidget)
 

@@ -18,7 +18,8 @@ from robot_drivers.real_time import give_way
 _RIG = "--hardware"
 _MOTION = "--hardware-motion"
 
-# Modules that only compute. All others may run emulated devices, which live in real time, or look at a clock.
+# Modules that only compute. All others may run emulated devices, which live in real time, or look at a clock: they wait
+# more than they compute.
 _COMPUTING = re.compile(
     r"tests/(estimator/"
     r"|daq/test_(bad_input|calibration|cli_(benchmark|calibrate|diagnose|estimate|simulate|study)|export_"
@@ -44,16 +45,23 @@ if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_I
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
-class OneLaboratory(LoadScopeScheduling):
-    """Deals modules that compute out one by one; all the rest goes to one worker, in the order of a single process."""
+class TwoLaboratories(LoadScopeScheduling):
+    """Deals modules that compute out one by one; devices and window are one row for one worker, sessions another.
+
+    Each row keeps the order of a single process.
+    """
 
     def _split_scope(self, nodeid: str) -> str:
-        return nodeid.partition("::")[0] if _COMPUTING.match(nodeid) else "the laboratory"
+        if _COMPUTING.match(nodeid):
+            return nodeid.partition("::")[0]
+        return (
+            "devices and window" if nodeid.startswith(("tests/robot_drivers/", "tests/gui/")) else "sessions"
+        )
 
 
 @pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> OneLaboratory:
-    return OneLaboratory(config, log)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> TwoLaboratories:
+    return TwoLaboratories(config, log)
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
@@ -63,7 +71,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 @cache
 def _step_back() -> None:
-    """Let this process come second to the laboratory of the other worker, from now on."""
+    """Let this process come second to the laboratories of the other workers, from now on."""
     give_way(_STEPS_BACK)
 
 

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from estimator.experiment import Box, Environment, Experiment, Grasp, Phantom, SensorNoise
-from estimator.fem.block_mesh import Grading
-from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings
-from estimator.fem.equilibrium_state import EquilibriumState
-from estimator.fem.motion import GripperPose
-from estimator.fem.observation import Observation
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.equilibrium.newton import EquilibriumSolver, NewtonSettings
+from estimator.fem.equilibrium.observation import Observation
+from estimator.fem.equilibrium.state import EquilibriumState
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]

@@ -22,7 +22,7 @@ from estimator.diagnosis.result import (
     Where,
 )
 from estimator.experiment import Box, Environment, Experiment, Grasp, Phantom, SensorNoise
-from estimator.fem.block_mesh import structured_mesh
+from estimator.fem.discretisation.block_mesh import structured_mesh
 
 SENSOR = SensorNoise(force_std=0.02, torque_std=5e-4, fiducial_std=5e-5, position_std=3e-5)
 DEVIATION = np.array([SENSOR.force_std] * 3 + [SENSOR.torque_std] * 3 + [SENSOR.fiducial_std] * 48)

@@ -3,12 +3,12 @@
 import numpy as np
 
 from estimator.experiment import Box, Environment, Experiment, Grasp, Phantom, SensorNoise
-from estimator.fem.block_mesh import structured_mesh
-from estimator.fem.elements import ElementKind
-from estimator.fem.mesh import Mesh
-from estimator.fit.gauss_newton import Iterate
+from estimator.fem.discretisation.block_mesh import structured_mesh
+from estimator.fem.discretisation.elements import ElementKind
+from estimator.fem.discretisation.mesh import Mesh
 from estimator.fit.result import Estimate, ExperimentFit, ParameterEstimate, Rmse
-from estimator.report.findings import Truth
+from estimator.fit.search import Iterate
+from estimator.report.estimation.findings import Truth
 
 TRUTH = Truth(20_100.0, 0.46)
 SENSOR = SensorNoise(force_std=0.02, torque_std=5e-4, fiducial_std=5e-5, position_std=3e-5)

@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 
 from daq.frames import compose, inverse, rotation
-from daq.recording import schemas
-from daq.recording.codec import compressed
 from daq.recording.folder import SessionInfo, write_info
-from daq.recording.mcap_log import McapLog
-from daq.recording.rows import EventRows, FrameRows, PoseRows, WrenchRows
+from daq.recording.mcap import schemas
+from daq.recording.mcap.log import McapLog
+from daq.recording.messages.codec import compressed
+from daq.recording.messages.rows import EventRows, FrameRows, PoseRows, WrenchRows
 from daq.rig import Rig, write_rig
 from daq.virtual_rig.layout import FRAMES, SPECIMEN, TOOL, Addresses, rig_description
-from daq.virtual_rig.phantom import SpringPhantom
-from daq.virtual_rig.scene import Scene, SceneSettings, flea2_pair
+from daq.virtual_rig.physics.phantom import SpringPhantom
+from daq.virtual_rig.rendering.scene import Scene, SceneSettings, flea2_pair
 from daq.vision.camera_model import PinholeCamera
 from robot_drivers.protocols import Frame, Pose, PoseBlock, WrenchBlock
 

@@ -1,6 +1,8 @@
 import ast
 import re
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -15,7 +17,13 @@ FORBIDDEN_IMPORTS = {
     "daq": {"gui", "tests"} | QT,
     "gui": {"tests"},
 }
-MOST_LINES = 400
+MOST_LINES = 300
+MOST_MODULES_IN_A_FOLDER = 15
+MOST_PARAMETERS = 6
+# These are being taken apart; nothing is added here.
+BEING_REBUILT = ("estimator.fit", "estimator.studies", "estimator.diagnosis.what_if")
+# What scripts and notebooks call: each keyword is one wish of theirs, and none need be known that is not used.
+CALLED_BY_SCRIPTS = ("estimator.api.estimating.estimate", "estimator.api.simulating.simulate")
 SIMULATED = re.compile(r"emulators?$|^virtual_|^testing$")
 CHOOSES_SIMULATION = re.compile(
     r"(daq\.(bad_input|cli|demo|faults)|gui\.(app|promptness|soak|screenshots)|robot_drivers\.ati\.benchmark)\b"
@@ -31,7 +39,12 @@ def module_name(path: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-MODULES = {module_name(path): path for room in ROOMS for path in sorted((ROOT / room).rglob("*.py"))}
+def modules_below(*folders: str) -> dict[str, Path]:
+    return {module_name(path): path for folder in folders for path in sorted((ROOT / folder).rglob("*.py"))}
+
+
+MODULES = modules_below(*ROOMS)
+SOURCES = {**MODULES, **modules_below("benchmarks"), "run": ROOT / "run.py"}
 
 
 def imports(source: str, module: str, is_package: bool = False) -> Iterator[str]:
@@ -46,6 +59,7 @@ def imports(source: str, module: str, is_package: bool = False) -> Iterator[str]
             yield from (f"{base}.{alias.name}" for alias in node.names)
 
 
+@cache
 def imported_by(module: str) -> set[str]:
     path = MODULES[module]
     return set(imports(path.read_text(encoding="utf-8"), module, path.name == "__init__.py"))
@@ -96,16 +110,88 @@ def test_what_runs_on_the_real_rig_never_imports_a_simulated_device() -> None:
 
 
 def test_no_module_imports_itself_through_others() -> None:
-    graph = {module: {own for name in imported_by(module) if (own := own_module(name))} for module in MODULES}
+    assert circle_of((module, own) for module in MODULES for own in own_modules_imported_by(module)) == ""
+
+
+def test_packages_import_each_other_in_one_direction() -> None:
+    packages = {module.rpartition(".")[0] for module in MODULES} - {""}
+    circles = {package: circle_of(imports_between_parts_of(package)) for package in sorted(packages)}
+    assert {package: circle for package, circle in circles.items() if circle} == {}
+
+
+def test_a_circle_is_told() -> None:
+    assert circle_of([("a", "b"), ("b", "c"), ("c", "b")]) in (
+        "b imports c imports b",
+        "c imports b imports c",
+    )
+    assert circle_of([("a", "b"), ("a", "c"), ("b", "c")]) == ""
+
+
+def circle_of(imported: Iterable[tuple[str, str]]) -> str:
+    """Who imports itself through others, empty where nobody does."""
+    sorter: TopologicalSorter[str] = TopologicalSorter()
+    for module, other in imported:
+        sorter.add(module, other)
     try:
-        TopologicalSorter(graph).prepare()
+        sorter.prepare()
     except CycleError as error:
-        pytest.fail(" imports ".join(reversed(error.args[1])))
+        return " imports ".join(reversed(error.args[1]))
+    return ""
+
+
+def own_modules_imported_by(module: str) -> set[str]:
+    return {own for name in imported_by(module) if (own := own_module(name))}
+
+
+def imports_between_parts_of(package: str) -> Iterator[tuple[str, str]]:
+    """The imports between what lies directly in a package: its modules, and packages within it as a whole."""
+    parts = len(package.split(".")) + 1
+    for module in modules_within(package):
+        for other in own_modules_imported_by(module):
+            part, of_other = (".".join(name.split(".")[:parts]) for name in (module, other))
+            if other.startswith(f"{package}.") and part != of_other:
+                yield part, of_other
+
+
+def settled(sources: dict[str, Path]) -> dict[str, Path]:
+    return {module: path for module, path in sources.items() if not module.startswith(BEING_REBUILT)}
 
 
 def test_a_module_is_short_enough_to_be_read_in_one_sitting() -> None:
-    lines = {module: len(path.read_text(encoding="utf-8").splitlines()) for module, path in MODULES.items()}
+    lines = {
+        module: len(path.read_text(encoding="utf-8").splitlines())
+        for module, path in settled(SOURCES).items()
+    }
     assert {module: count for module, count in lines.items() if count > MOST_LINES} == {}
+
+
+def test_a_folder_holds_no_more_modules_than_one_keeps_in_mind() -> None:
+    held = Counter(path.parent for path in settled(SOURCES).values() if path.name != "__init__.py")
+    too_many = {folder: count for folder, count in held.items() if count > MOST_MODULES_IN_A_FOLDER}
+    assert {str(folder.relative_to(ROOT)): count for folder, count in too_many.items()} == {}
+
+
+def test_a_function_asks_for_few_things() -> None:
+    found = [
+        (f"{module}.{name}", count)
+        for module, path in settled(SOURCES).items()
+        for name, count in parameters(path.read_text(encoding="utf-8"))
+        if count > MOST_PARAMETERS
+    ]
+    assert [function for function in found if function[0] not in CALLED_BY_SCRIPTS] == []
+
+
+def test_parameters_are_counted_but_for_the_object_itself() -> None:
+    source = "class A:\n    def f(self, a, /, b, *args, c=0, **more): ...\nasync def g(a): ...\n"
+    assert dict(parameters(source)) == {"f": 3, "g": 1}
+
+
+def parameters(source: str) -> Iterator[tuple[str, int]]:
+    """Each function in a source with how many parameters it has; the object or class of a method is none."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            names = [one.arg for one in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)]
+            yield node.name, len(names) - (names[:1] in (["self"], ["cls"]))
 
 
 def test_a_module_begins_with_what_it_is_for() -> None:
@@ -177,11 +263,85 @@ def layer_of(module: str) -> int:
 
 
 def test_what_every_inference_shares_knows_none_of_them() -> None:
-    below = ("estimator.fit", "estimator.diagnosis", "estimator.studies", "estimator.report")
+    above = (
+        "estimator.fit",
+        "estimator.diagnosis",
+        "estimator.effects",
+        "estimator.simulation",
+        "estimator.studies",
+        "estimator.report",
+    )
     found = {
         (module, name)
         for module in modules_within("estimator.inference")
         for name in imported_by(module)
-        if name.startswith(below)
+        if name.startswith(above)
     }
     assert found == set()
+
+
+# Where the estimator infers something, its pieces are smaller than elsewhere.
+INFERRING = ("estimator.inference", "estimator.fit", "estimator.diagnosis")
+MOST_LINES_OF_INFERRING, MOST_PARAMETERS, MOST_MODULES = 300, 6, 15
+
+
+@pytest.mark.parametrize("package", INFERRING)
+def test_what_infers_is_written_in_small_pieces(package: str) -> None:
+    modules = modules_within(package)
+    long = [m for m in modules if len(MODULES[m].read_text("utf-8").splitlines()) > MOST_LINES_OF_INFERRING]
+    folders = Counter(MODULES[module].parent for module in modules)
+    many = [
+        (module, function.name)
+        for module in modules
+        for function in functions_of(module)
+        if parameters_of(function) > MOST_PARAMETERS
+    ]
+    assert (long, many) == ([], [])
+    assert {folder.name: count for folder, count in folders.items() if count > MOST_MODULES} == {}
+
+
+# Returns of functions that have more than one, of all that a case runs through in the diagnosis: each but the last of a
+# function is an early exit, a case apart. Returns of functions within functions count as those of their own.
+MOST_RETURNS_OF_SEVERAL = 55
+BESIDE_THE_WAY = ("settings_page", "what_if", "declared_numbers")
+
+
+def test_a_case_goes_through_the_diagnosis_with_few_cases_apart() -> None:
+    several = {
+        (module, function.name): count
+        for module in modules_within("estimator.diagnosis")
+        if module.split(".")[2] not in BESIDE_THE_WAY
+        for function in functions_of(module)
+        if (count := returns_of(function)) > 1
+    }
+    assert sum(several.values()) <= MOST_RETURNS_OF_SEVERAL, several
+
+
+def test_the_counter_of_returns_leaves_out_those_of_inner_functions() -> None:
+    source = "def f(a):\n    def g():\n        return 1\n    if a:\n        return g\n    return None\n"
+    outer, inner = (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.FunctionDef))
+    assert (returns_of(outer), returns_of(inner)) == (2, 1)
+
+
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+def functions_of(module: str) -> list[Function]:
+    tree = ast.parse(MODULES[module].read_text(encoding="utf-8"), filename=module)
+    return [node for node in ast.walk(tree) if isinstance(node, Function)]
+
+
+def parameters_of(function: Function) -> int:
+    given = [*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs]
+    return len([one for one in given if one.arg not in ("self", "cls")])
+
+
+def returns_of(function: Function) -> int:
+    pending: list[ast.AST] = list(function.body)
+    found = 0
+    while pending:
+        node = pending.pop()
+        if not isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Lambda)):
+            found += isinstance(node, ast.Return)
+            pending += ast.iter_child_nodes(node)
+    return found

@@ -10,7 +10,7 @@ from synthetic_session import SyntheticSession
 
 from daq.cli import main
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads
-from daq.virtual_rig.phantom import SpringPhantom
+from daq.virtual_rig.physics.phantom import SpringPhantom
 from robot_drivers.protocols import Pose
 
 COMMANDS = commands()

@@ -10,8 +10,8 @@ import pytest
 from doc_commands import DOCUMENTS, ROOT
 
 from daq.devices import CAMERAS, FORCE_SENSORS, ROBOTS
+from daq.files.toml_tables import TomlFile
 from daq.plans import read_plan
-from daq.toml_tables import TomlFile
 
 DRIVERS = {**FORCE_SENSORS, **ROBOTS, **CAMERAS}
 FIRST_DAY = (ROOT / "docs" / "first-day.md").read_text(encoding="utf-8")

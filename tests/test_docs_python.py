@@ -10,8 +10,8 @@ from doc_commands import DOCUMENTS, ROOT
 from retraction_cases import SMALL_BLOCK, follow, from_rest, recorded, straight_pull
 
 from estimator.experiment import write_experiment
-from estimator.fem.equilibrium import EquilibriumSolver
-from estimator.fem.observation import observe
+from estimator.fem.equilibrium.newton import EquilibriumSolver
+from estimator.fem.equilibrium.observation import observe
 from estimator.forward.meshing import mesh_experiment
 from estimator.materials import law_named
 from estimator.materials.material import make_material

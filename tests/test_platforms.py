@@ -28,9 +28,9 @@ QUESTIONS = {"sys.platform", "os.name", "hasattr", "getattr", "KERNEL_STAMPS", "
 
 # What is reached only through a guard in another place, and which one.
 GUARDED_ELSEWHERE = {
-    ("robot_drivers/ati/serial_line_emulator.py", "PseudoTerminal"): "far_end makes it, off Windows only",
-    ("robot_drivers/abb/udp.py", "_receive_stamped"): "chosen where KERNEL_STAMPS says so",
-    ("robot_drivers/ati/receiver.py", "_receive_stamped"): "chosen where KERNEL_STAMPS says so",
+    ("robot_drivers/ati/emulator/serial/line.py", "PseudoTerminal"): "far_end makes it, off Windows only",
+    ("robot_drivers/abb/egm/udp.py", "_receive_stamped"): "chosen where KERNEL_STAMPS says so",
+    ("robot_drivers/ati/netft/receiver.py", "_receive_stamped"): "chosen where KERNEL_STAMPS says so",
     (
         "robot_drivers/kernel_stamps.py",
         "_stamped_on_arrival",
@@ -227,7 +227,7 @@ ASCII_ALONE = {
     "run.py": "a digest",
     "daq/virtual_rig/benchmark.py": "what Linux tells of a process",
     "daq/acquisition/silence.py": "what Linux tells of a process",
-    "gui/soak_meter.py": "what Linux tells of a process",
+    "gui/soak/meter.py": "what Linux tells of a process",
 }
 
 

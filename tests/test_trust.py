@@ -13,12 +13,12 @@ from pathlib import Path
 import pytest
 from listening import Ear, ears
 
-from daq.bad_input import samples
+from daq.bad_input.samples import benchmarks, uniaxial
 from daq.cli import main
 from estimator.report.page import figure, page
-from robot_drivers.abb.egm import EGMSettings, PositionStream
-from robot_drivers.abb.egm_guidance import EGMGuidanceSettings, EGMGuidedRobot
-from robot_drivers.ati.receiver import DatagramReceiver
+from robot_drivers.abb.egm.guidance import EGMGuidanceSettings, EGMGuidedRobot
+from robot_drivers.abb.egm.position_stream import EGMSettings, PositionStream
+from robot_drivers.ati.netft.receiver import DatagramReceiver
 from robot_drivers.errors import ConfigurationError
 from robot_drivers.interfaces import address_towards, is_loopback
 
@@ -63,7 +63,7 @@ def test_nothing_in_a_file_is_ever_evaluated() -> None:
 
 def test_the_only_program_that_is_run_from_a_file_is_a_function_of_a_trajectory() -> None:
     found = {module for module, name, _ in CALLS if name.endswith("exec_module") or name == "runpy.run_path"}
-    assert found == {"daq/own_trajectories.py"}
+    assert found == {"daq/trajectories/own.py"}
 
 
 def test_pickles_are_read_from_pipes_of_the_own_program_alone() -> None:
@@ -134,16 +134,16 @@ def test_every_page_is_made_by_the_one_maker_of_pages() -> None:
         for path in MODULES
         if re.search(r"<html|<head>", path.read_text("utf-8"))
     }
-    assert makers - {"daq/bad_input/damage.py"} == {"estimator/report/page.py"}
+    assert makers - {"daq/bad_input/damage/any_file.py"} == {"estimator/report/page.py"}
 
 
 def test_pages_of_the_verbs_refer_to_nothing_outside(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    samples.uniaxial(tmp_path)
+    uniaxial.uniaxial(tmp_path)
     record, report = str(tmp_path / "record.csv"), tmp_path / "report"
     assert main(["uniaxial", record, "--law", "neo_hookean", "--output", str(report)]) == 0
-    samples.benchmark(tmp_path)
+    benchmarks.benchmark(tmp_path)
     folders = [str(tmp_path / "answers"), str(tmp_path / "keys")]
     assert main(["benchmark", "score", *folders, "--output", str(report / "score.html")]) == 0
     capsys.readouterr()
@@ -183,8 +183,8 @@ def test_a_robot_is_not_guided_from_the_network_by_anybody(address: str) -> None
 def test_sockets_of_the_drivers_are_bound_to_the_interface_of_their_device() -> None:
     program = (
         "import sys\n"
-        "from robot_drivers.abb.egm import EGMSettings, PositionStream\n"
-        "from robot_drivers.ati.receiver import DatagramReceiver\n"
+        "from robot_drivers.abb.egm.position_stream import EGMSettings, PositionStream\n"
+        "from robot_drivers.ati.netft.receiver import DatagramReceiver\n"
         "streams = [PositionStream(EGMSettings(port=0)), PositionStream(EGMSettings(0, None, '127.0.0.1'))]\n"
         "[stream.open() for stream in streams]\n"
         "receiver = DatagramReceiver(('127.0.0.1', 49152), frozenset({36}), 0.0)\n"

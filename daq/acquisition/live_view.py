@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from daq.acquisition.stereo_look import StereoLook
 from daq.blocks import joined
 from daq.timing.clock_watch import ClockWatch
-from robot_drivers.ati.tare import Tare, take_tare
+from robot_drivers.ati.compensation.tare import Tare, take_tare
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import FloatArray, Frame, IntArray, PoseBlock, WrenchBlock

@@ -14,7 +14,7 @@ from daq.recording.folder import SessionInfo
 from daq.rig import Rig
 from daq.session.session import Label
 from daq.trajectories import Trajectory
-from robot_drivers.ati.tare import Tare
+from robot_drivers.ati.compensation.tare import Tare
 from robot_drivers.protocols import DeviceIdentity, FloatArray
 
 VERSION = 3

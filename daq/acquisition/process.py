@@ -13,6 +13,7 @@ from typing import BinaryIO
 
 from daq.acquisition.connections import Connections
 from daq.acquisition.counting import Counting
+from daq.acquisition.link import Link, failure_of
 from daq.acquisition.live_view import LiveView
 from daq.acquisition.messages import (
     VERSION,
@@ -22,7 +23,6 @@ from daq.acquisition.messages import (
     Close,
     Command,
     Ended,
-    Failure,
     Hold,
     Look,
     Mark,
@@ -31,7 +31,6 @@ from daq.acquisition.messages import (
     Opened,
     Refused,
     Release,
-    Report,
     Seen,
     Start,
     TakeTare,
@@ -39,12 +38,12 @@ from daq.acquisition.messages import (
     Telemetry,
 )
 from daq.acquisition.silence import Silence
-from daq.devices import Devices
+from daq.devices import Devices, connected
 from daq.errors import DaqError, SessionError
 from daq.recording.folder import read_info
 from daq.recording.streams import FORCE, Streams
 from daq.rig import Rig, make_devices
-from daq.session.session import Label, Session, connected
+from daq.session.session import Label, Session
 from daq.timing.laboratory_time import in_the_time_of
 from robot_drivers.clock import host_time_ns, host_time_s
 from robot_drivers.errors import DeviceError
@@ -76,25 +75,7 @@ def serve(commands: BinaryIO, reports: BinaryIO) -> None:
             )
             host.run(commands)
     except (DaqError, DeviceError) as error:
-        link.send(Refused(_failure(error)))
-
-
-class Link:
-    """Sends reports, one at a time; a client that is gone is left to those who watch it."""
-
-    def __init__(self, reports: BinaryIO) -> None:
-        self._reports = reports
-        self._lock = threading.Lock()
-
-    def send(self, report: Report) -> None:
-        """Send a report; waits for a client that does not read."""
-        data = pickle.dumps(report)
-        with self._lock:
-            try:
-                self._reports.write(data)
-                self._reports.flush()
-            except (BrokenPipeError, ValueError):
-                return
+        link.send(Refused(failure_of(error)))
 
 
 class Host:
@@ -162,9 +143,7 @@ class Host:
         except DeviceError as error:
             connections.on_failure(FORCE, error)
         try:
-            with Streams(
-                devices.force_sensor, devices.robot, devices.cameras, (self._live, self._connections)
-            ):
+            with Streams(devices, (self._live, self._connections)):
                 while True:
                     try:
                         asked = self._starts.get(timeout=_CONNECT_AGAIN_S)
@@ -184,7 +163,7 @@ class Host:
             # never made: a session makes its folder only when it runs
             Session(self._rig, self._devices, check.trajectory, Path(), Label("check")).check()
         except (DaqError, DeviceError) as error:
-            return Checked(check.trajectory, _failure(error))
+            return Checked(check.trajectory, failure_of(error))
         return Checked(check.trajectory, None)
 
     def _carry_out(self, start: Start) -> Ended:
@@ -202,7 +181,7 @@ class Host:
             )
             return Ended(session.run(self._show_progress), None)
         except (DaqError, DeviceError) as error:
-            failure = _failure(error)
+            failure = failure_of(error)
             if (held := self._session) is not None and held.stop is not None:
                 self._held = str(error)
         finally:
@@ -251,7 +230,7 @@ class Host:
                 case Alive():
                     pass
         except (DaqError, DeviceError) as error:
-            self._link.send(Refused(_failure(error)))
+            self._link.send(Refused(failure_of(error)))
 
     def _note(self, text: str) -> None:
         if self._session is None:
@@ -301,7 +280,3 @@ class Host:
             zero=session.zero if session is not None else None,
             problems=session.problems() if session is not None else (),
         )
-
-
-def _failure(error: Exception) -> Failure:
-    return Failure(type(error).__name__, str(error))

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 
+from daq.bad_input.damage.value import CANARY
 from daq.bad_input.kind import Kind
-from daq.bad_input.value_damage import CANARY
 from daq.bad_input.watch import watched
 from daq.cli import main
 from daq.cli.verb import Result, concluded

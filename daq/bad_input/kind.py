@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from daq.bad_input.damage import Damage
-from daq.bad_input.places import PLACES, Place
+from daq.bad_input.damage.any_file import Damage
+from daq.bad_input.damage.places import PLACES, Place
 
 
 @dataclass(frozen=True, slots=True)

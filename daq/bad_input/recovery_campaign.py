@@ -22,7 +22,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 
-from daq.bad_input.recovery_checks import Original, judge, originals
+from daq.bad_input.recovery.checks import judge
+from daq.bad_input.recovery.originals import Original, originals
 from estimator.result_lines import append_result, read_results
 
 _IN_MEMORY = Path("/dev/shm")  # a disk would have to be waited for ten times a session
@@ -30,7 +31,7 @@ _IN_MEMORY = Path("/dev/shm")  # a disk would have to be waited for ten times a 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of one damaged session; as :class:`~daq.bad_input.recovery_checks.Verdict`, with what repeats it."""
+    """What came of one damaged session; as :class:`~daq.bad_input.recovery.checks.Verdict`, with what repeats it."""
 
     seed: int
     number: int

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure as Plot
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from daq.calibration.outcome import Figure, Outcome
-from daq.calibration.results import CamerasResult, Lens
+from daq.calibration_files.outcome import Figure, Outcome
+from daq.calibration_files.results import CamerasResult, Lens
 from daq.errors import CalibrationError
 from daq.frames import pose
 from daq.progress import Progress, silent

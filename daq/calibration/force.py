@@ -5,18 +5,18 @@ import math
 import numpy as np
 from matplotlib.figure import Figure as Plot
 
-from daq.calibration.outcome import Figure, Outcome
-from daq.calibration.results import ForceResult, Six
+from daq.calibration_files.outcome import Figure, Outcome
+from daq.calibration_files.results import ForceResult, Six
 from daq.errors import CalibrationError
 from daq.frames import quaternions_wxyz, rotation
 from daq.progress import Progress, silent
 from daq.recording.folder import RIG_FILE
 from daq.recording.reader import Recording
 from daq.rig import read_rig
-from daq.stream_times import force_times, robot_times
-from daq.sync import gripper_in_tissue
-from daq.windows import in_window, measuring_windows, scatter_of_mean
-from robot_drivers.ati.compensation import gravity_in_sensor, identify_tool
+from daq.synchronisation.experiment_rows import gripper_in_tissue
+from daq.synchronisation.stream_times import force_times, robot_times
+from daq.synchronisation.windows import in_window, measuring_windows, scatter_of_mean
+from robot_drivers.ati.compensation.gravity import gravity_in_sensor, identify_tool
 from robot_drivers.errors import ConfigurationError
 from robot_drivers.protocols import FloatArray
 
@@ -30,7 +30,7 @@ _CHANNELS = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 
 
 def calibrate_force(recording: Recording, progress: Progress = silent) -> Outcome[ForceResult]:
-    """Find what hangs on the force sensor from a recording of :func:`daq.routines.tare_poses` in free air.
+    """Find what hangs on the force sensor from a recording of :func:`daq.trajectories.routines.tare_poses` in free air.
 
     ``progress`` is told what is done; the tool follows in closed form, without iterations.
 

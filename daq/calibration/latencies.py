@@ -7,19 +7,19 @@ import numpy as np
 from matplotlib.figure import Figure as Plot
 from numpy.typing import NDArray
 
-from daq.calibration.outcome import Figure, Outcome
-from daq.calibration.results import StreamLatency, TimeResult
+from daq.calibration_files.outcome import Figure, Outcome
+from daq.calibration_files.results import StreamLatency, TimeResult
 from daq.errors import CalibrationError
-from daq.fiducial_windows import track_fiducials
 from daq.progress import Progress
 from daq.recording.folder import RIG_FILE
 from daq.recording.reader import Recording
 from daq.rig import Rig, read_rig
-from daq.robot_motion import bead_motion, robot_motion
-from daq.stereo_images import StereoImages
-from daq.stream_times import force_times
+from daq.synchronisation.fiducial_windows import track_fiducials
+from daq.synchronisation.robot_motion import bead_motion, robot_motion
+from daq.synchronisation.stereo_images import StereoImages
+from daq.synchronisation.stream_times import force_times
+from daq.synchronisation.windows import measuring_windows
 from daq.timing.latency import Latency, main_motion
-from daq.windows import measuring_windows
 from robot_drivers.protocols import IntArray
 
 MOST_STD_S = 5e-4
@@ -30,7 +30,7 @@ _EDGE_S = 0.3
 
 
 def calibrate_time(recording: Recording, progress: Progress) -> Outcome[TimeResult]:
-    """Find the latencies from a recording of :func:`daq.routines.sway` or :func:`daq.routines.tap`.
+    """Find the latencies from a recording of :func:`~daq.trajectories.routines.sway` or ``tap``.
 
     The latencies that the rig file states already are taken off first and added to what is found, so the result is the
     whole latency.

@@ -9,22 +9,22 @@ from typing import Any
 
 from daq.calibration.force import calibrate_force
 from daq.calibration.latencies import calibrate_time
-from daq.calibration.outcome import Kind, Outcome
 from daq.calibration.registration import calibrate_robot
+from daq.calibration_files.outcome import Kind, Outcome
 from daq.devices import Devices
 from daq.errors import CalibrationError
 from daq.progress import Progress
 from daq.recording.reader import Recording
 from daq.rig import Rig
-from daq.routines import NAMED
 from daq.session.session import Label, run_session
+from daq.trajectories.routines import NAMED
 
 MOTIONS: Mapping[Kind, tuple[str, ...]] = {
     "force": ("tare_poses",),
     "robot": ("marker_poses",),
     "time": ("sway", "tap"),
 }
-"""The trajectories of :data:`daq.routines.NAMED` that a calibration can be made from, the usual one first."""
+"""The trajectories of :data:`~daq.trajectories.routines.NAMED` that a calibration can be made from, the usual first."""
 
 SERIALS: Mapping[Kind, tuple[str, ...]] = {
     "cameras": ("camera",),

@@ -7,26 +7,27 @@ frame follows from the same. Without cameras, points of known place in the tissu
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure as Plot
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from daq.calibration.outcome import Figure, Outcome
-from daq.calibration.results import RobotResult
+from daq.calibration_files.outcome import Figure, Outcome
+from daq.calibration_files.results import RobotResult
 from daq.errors import CalibrationError
 from daq.frames import compose, inverse, pose, rotation
 from daq.progress import Progress, silent
 from daq.recording.folder import RIG_FILE
 from daq.recording.reader import Recording
 from daq.rig import Rig, Transform, Vector, read_rig
-from daq.stereo_images import StereoImages
-from daq.stream_times import robot_times
+from daq.synchronisation.stereo_images import StereoImages
+from daq.synchronisation.stream_times import robot_times
+from daq.synchronisation.windows import Window, in_window, measuring_windows
 from daq.vision.beads import detect_beads
 from daq.vision.camera_model import StereoCalibration
 from daq.vision.stereo import match
-from daq.windows import Window, in_window, measuring_windows
 from robot_drivers.protocols import FloatArray, Pose
 
 FEWEST_POSES = 8
@@ -45,7 +46,7 @@ _SEEN_AGAIN = 3  # a point has to be seen in so many images of a window, or in a
 
 
 def calibrate_robot(recording: Recording, progress: Progress = silent) -> Outcome[RobotResult]:
-    """Register robot, cameras and tissue from a recording of :func:`daq.routines.marker_poses`.
+    """Register robot, cameras and tissue from a recording of :func:`daq.trajectories.routines.marker_poses`.
 
     One marker has to sit on the gripper; what stands still through all poses is not it. ``progress`` is told each pose.
 
@@ -115,7 +116,8 @@ def register_marker(
     left = solution.fun.reshape(-1, 3)
     covariance = np.sum(left**2) / max(left.size - 9, 1) * np.linalg.inv(jacobian.T @ jacobian)
     T_base_tissue = pose(solution.x[3:6], Rotation.from_rotvec(solution.x[:3]))
-    return _outcome(T_base_tissue, stereo, solution.x[6:], covariance[:6, :6], left, points, MOST_RMS_M)
+    found = _Registration(T_base_tissue, solution.x[6:], covariance[:6, :6], points, left)
+    return _outcome(found, stereo, MOST_RMS_M)
 
 
 def register_landmarks(
@@ -140,26 +142,41 @@ def register_landmarks(
     left = touched - turn.apply(landmarks) - origin
     jacobian = np.concatenate([np.hstack([_cross(turn.apply(point)), np.eye(3)]) for point in landmarks])
     covariance = np.sum(left**2) / (left.size - 6) * np.linalg.inv(jacobian.T @ jacobian)
-    return _outcome(pose(origin, turn), stereo, np.zeros(3), covariance, left, landmarks, MOST_TOUCH_RMS_M)
+    found = _Registration(pose(origin, turn), np.zeros(3), covariance, landmarks, left)
+    return _outcome(found, stereo, MOST_TOUCH_RMS_M)
 
 
-def _outcome(
-    T_base_tissue: Pose,
-    stereo: StereoCalibration,
-    marker: FloatArray,
-    covariance: FloatArray,
-    left: FloatArray,
-    points: FloatArray,
-    most_rms_m: float,
-) -> Outcome[RobotResult]:
-    """Judge a registration; ``covariance`` (6, 6) is of the frame's turn, rad, and of its origin, m."""
-    std, rms = float(np.sqrt(np.diag(covariance)[3:].max())), float(np.sqrt(np.mean(left**2)))
-    turn_std_deg = math.degrees(float(np.sqrt(np.diag(covariance)[:3].max())))
-    T_base_camera = compose(T_base_tissue, inverse(stereo.left.T_cam_tissue))
-    result = RobotResult(_transform(T_base_tissue), _transform(T_base_camera), _vector(marker), std, rms)
-    spread = float(np.sqrt(np.linalg.eigvalsh(np.cov(points.T))[1]))
+@dataclass(frozen=True, slots=True)
+class _Registration:
+    """Where the tissue frame was found, and how well.
+
+    Attributes
+    ----------
+    T_base_tissue : Pose
+    marker : (3,) the marker in the gripper's frame, m
+    covariance : (6, 6) of the frame's turn, rad, and of its origin, m
+    points, left : (n, 3) what it was registered from, and what is not explained of that, m
+    """
+
+    T_base_tissue: Pose
+    marker: FloatArray
+    covariance: FloatArray
+    points: FloatArray
+    left: FloatArray
+
+
+def _outcome(found: _Registration, stereo: StereoCalibration, most_rms_m: float) -> Outcome[RobotResult]:
+    """Judge a registration."""
+    variance, left = np.diag(found.covariance), found.left
+    std, rms = float(np.sqrt(variance[3:].max())), float(np.sqrt(np.mean(left**2)))
+    turn_std_deg = math.degrees(float(np.sqrt(variance[:3].max())))
+    T_base_camera = compose(found.T_base_tissue, inverse(stereo.left.T_cam_tissue))
+    result = RobotResult(
+        _transform(found.T_base_tissue), _transform(T_base_camera), _vector(found.marker), std, rms
+    )
+    spread = float(np.sqrt(np.linalg.eigvalsh(np.cov(found.points.T))[1]))
     figures = (
-        Figure("poses", float(len(points)), "", least=float(FEWEST_LANDMARKS)),
+        Figure("poses", float(len(found.points)), "", least=float(FEWEST_LANDMARKS)),
         Figure("spread of the points across", spread, "m", least=LEAST_SPREAD_M),
         Figure("not explained, rms a coordinate", rms, "m", most=most_rms_m),
         Figure("origin of the tissue frame, standard deviation", std, "m", most=MOST_STD_RATIO * most_rms_m),

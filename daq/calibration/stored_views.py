@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from daq.calibration.view_names import TOLERANCE_S, PairedNames, pair_names
 from daq.errors import CalibrationError
-from daq.png import is_whole_png
+from daq.files.png import is_whole_png
 from estimator.input_file import read_input
 
 _MOST_IMAGE_BYTES = 100_000_000

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.figure import Figure as Plot
 
-from daq.calibration.outcome import Figure, Outcome
-from daq.calibration.results import ToolResult
+from daq.calibration_files.outcome import Figure, Outcome
+from daq.calibration_files.results import ToolResult
 from daq.errors import CalibrationError
 from daq.frames import IDENTITY, distance, rotation
 from daq.rig import Rig

@@ -6,14 +6,15 @@ Two images are never a pair for their places in a list: where one is lost, all a
 """
 
 import re
+import unicodedata
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import PurePosixPath
 
 import numpy as np
 
+from daq.calibration.name_times import time_in_name_ns
 from daq.errors import CalibrationError
 from daq.timing.pairing import pair_by_time
 
@@ -22,19 +23,23 @@ TOLERANCE_S = 0.02
 Sides = tuple[list[str], list[str]]
 Key = tuple[tuple[int, int, str], ...]
 
-_TOKEN = re.compile(r"\d+|[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+")
-_WORDS = ({"left": 0, "right": 1}, {"l": 0, "r": 1})
+_TOKEN = re.compile(r"\d+|[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|[左右]|[^\W\d_A-Za-z左右]+")
+_LEFT = (
+    "left", "lft", "lhs", "links", "linke", "gauche", "izquierda", "izq", "sinistra", "sx", "esquerda", "vanster",
+    "venstre", "lewa", "lewy", "leva", "levy", "левая", "левыи", "лев", "左", "왼쪽",
+)  # fmt: skip
+_RIGHT = (
+    "right", "rgt", "rhs", "rechts", "rechte", "droite", "derecha", "der", "destra", "dx", "direita", "hoger", "hoyre",
+    "hojre", "prawa", "prawy", "prava", "pravy", "правая", "правыи", "прав", "右", "오른쪽",
+)  # fmt: skip
+_WORDS = ({**dict.fromkeys(_LEFT, 0), **dict.fromkeys(_RIGHT, 1)}, {"l": 0, "r": 1})
+_STROKED = str.maketrans("øØłŁ", "oOlL")  # letters that are not taken apart
+# What cameras are counted by, the left one first.
+_COUNTED = (("0", "1"), ("1", "2"), ("a", "b"))
+_FEWEST_PAIRS = 3
 _NUMBERED = re.compile(r"(?<![a-z])(cam|camera|c)[ _-]?(\d+)(?!\d)", re.IGNORECASE)
 _NUMBERED_FOLDER = re.compile(r"\b(images?|img|cam[a-z]*)[ _-]?(\d+)(?=/)", re.IGNORECASE)
 _LEAST_SERIAL_DIGITS = 5
-
-_CALENDAR = re.compile(
-    r"(?<!\d)((?:19|20)\d\d)[-_.]?(\d\d)[-_.]?(\d\d)[T _-]?(\d\d)[-_:.h]?(\d\d)[-_:.m]?(\d\d)"
-    r"(?:[._,-]?(\d{3}|\d{6}|\d{9}))?(?!\d)"
-)
-_SINCE_1970 = re.compile(r"(?<!\d)(?:(\d{10})(?:[._](\d{3,9}))?|(\d{13})|(\d{16})|(\d{19}))(?!\d)")
-_SECONDS = re.compile(r"(?<![\d.])(\d{1,9})\.(\d{3,9})(?!\d)")
-_PLAUSIBLE_NS = (10**18, 4 * 10**18)  # 2001 to 2096
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +79,7 @@ def pair_names(
     if found is None:
         raise CalibrationError(_no_sides(names, marks))
     sides, rests, told_by = found
-    times = [{name: _time_ns(rests[name]) for name in side} for side in sides]
+    times = [{name: time_in_name_ns(rests[name]) for name in side} for side in sides]
     if _all_told(times):
         moments = [{name: time for name, time in side.items() if time is not None} for side in times]
         pairs = _by_time(moments, tolerance_s)
@@ -112,26 +117,74 @@ class _Look:
         self._pattern, self._sides = pattern, sides
 
     def __call__(self, name: str) -> tuple[int | None, str]:
-        stem = str(PurePosixPath(name).with_suffix(""))
+        stem = _stem(name)
         marks = [m for m in self._pattern.finditer(stem) if m.group(0).lower() in self._sides]
-        told = {self._sides[mark.group(0).lower()] for mark in marks}
+        # a folder of both cameras may be called after both
+        in_file = [mark for mark in marks if mark.start() > stem.rfind("/")]
+        told = {self._sides[mark.group(0).lower()] for mark in in_file or marks}
         rest = stem
         for mark in reversed(marks):
             rest = f"{rest[: mark.start()]} {rest[mark.end() :]}"
         return (told.pop() if len(told) == 1 else None), rest
 
 
-def _schemes(names: Sequence[str], marks: tuple[str, str] | None) -> Iterator[tuple[str, _Look]]:
+class _ColumnLook:
+    """Tells the side by the word or number at one place of all names, and what remains of them."""
+
+    def __init__(self, column: int, counted: tuple[str, str]) -> None:
+        self._column, self._counted = column, counted
+
+    def __call__(self, name: str) -> tuple[int | None, str]:
+        stem = _stem(name)
+        mark = list(_TOKEN.finditer(stem))[self._column]
+        return self._counted.index(_plain(mark.group(0))), f"{stem[: mark.start()]} {stem[mark.end() :]}"
+
+
+def _stem(name: str) -> str:
+    """Return a name without its suffix and without accents."""
+    return _without_accents(str(PurePosixPath(name).with_suffix("")))
+
+
+def _without_accents(text: str) -> str:
+    bare = "".join(one for one in unicodedata.normalize("NFKD", text) if not unicodedata.combining(one))
+    return unicodedata.normalize("NFC", bare).translate(_STROKED)
+
+
+def _plain(token: str) -> str:
+    """Return a word without case, a number without zeros before it."""
+    return str(int(token)) if token.isdigit() else token.lower()
+
+
+def _columns(names: Sequence[str]) -> Iterator[tuple[str, _ColumnLook]]:
+    """Yield how to tell two cameras that are counted: by a place at which, apart from it, the names go in pairs."""
+    tokens = [_TOKEN.findall(_stem(name)) for name in names]
+    if len(set(map(len, tokens))) != 1:
+        return
+    for column in range(len(tokens[0])):
+        counted = tuple(sorted({_plain(row[column]) for row in tokens}))
+        rests = Counter(tuple(map(_plain, row[:column] + row[column + 1 :])) for row in tokens)
+        pairs = sum(times == 2 for times in rests.values())
+        if counted in _COUNTED and max(rests.values()) == 2 and pairs >= max(_FEWEST_PAIRS, len(rests) / 2):
+            first, second = counted
+            told_by = f"{first} is taken for the left camera, {second} for the right one"
+            yield told_by, _ColumnLook(column, (first, second))
+
+
+def _schemes(
+    names: Sequence[str], marks: tuple[str, str] | None
+) -> Iterator[tuple[str, _Look | _ColumnLook]]:
     if marks is not None:
-        left, right = (mark.lower() for mark in marks)
-        pattern = re.compile("|".join(map(re.escape, marks)), re.IGNORECASE)
+        left, right = (_without_accents(mark).lower() for mark in marks)
+        pattern = re.compile("|".join(map(re.escape, (left, right))), re.IGNORECASE)
         yield (
             f"{marks[0]!r} is the left camera, {marks[1]!r} the right one",
             _Look(pattern, {left: 0, right: 1}),
         )
         return
     for words in _WORDS:
-        yield f"{' and '.join(words)} in the names tell the camera", _Look(_TOKEN, words)
+        used = {token.lower() for name in names for token in _TOKEN.findall(_stem(name))}
+        shown = " and ".join(word for word in words if word in used)
+        yield f"{shown} in the names tell the camera", _Look(_TOKEN, words)
     for pattern in (_NUMBERED, _NUMBERED_FOLDER):
         found = sorted({mark.group(0).lower() for name in names for mark in pattern.finditer(name)}, key=_key)
         if len(found) == 2:
@@ -140,13 +193,14 @@ def _schemes(names: Sequence[str], marks: tuple[str, str] | None) -> Iterator[tu
                 f"{found[0]} is taken for the left camera, {found[1]} for the right one",
                 _Look(pattern, sides),
             )
+    yield from _columns(names)
 
 
 def _no_sides(names: Sequence[str], marks: tuple[str, str] | None) -> str:
     """Say why the names do not tell the cameras, with what would help."""
     if marks is not None:
         return f"{names[0]} and others: {marks[0]!r} and {marks[1]!r} are not each in some names; look at --sides"
-    words = [_TOKEN.findall(str(PurePosixPath(name).with_suffix(""))) for name in names]
+    words = [_TOKEN.findall(_stem(name)) for name in names]
     for column in zip(*words, strict=False):
         serials = Counter(column)
         if len(serials) == 2 and all(
@@ -172,31 +226,6 @@ def _all_told(times: Sequence[Mapping[str, int | None]]) -> bool:
         if not told or len(told) <= len(side) / 2 or len(set(told)) < len(told):
             return False
     return True
-
-
-def _time_ns(rest: str) -> int | None:
-    """Return the time that a name holds, ns; None where it holds none."""
-    if match := _CALENDAR.search(rest):
-        try:
-            moment = datetime(*map(int, match.groups()[:6]), tzinfo=UTC)  # type: ignore[misc, arg-type] # six numbers
-        except ValueError:
-            return None
-        return int(moment.timestamp()) * 10**9 + _fraction_ns(match.group(7))
-    if match := _SINCE_1970.search(rest):
-        seconds, fraction, ms, us, ns = match.groups()
-        found = (
-            int(seconds) * 10**9 + _fraction_ns(fraction)
-            if seconds
-            else int(ms or us or ns) * 10 ** (6 if ms else 3 if us else 0)
-        )
-        return found if _PLAUSIBLE_NS[0] <= found < _PLAUSIBLE_NS[1] else None
-    if match := _SECONDS.search(rest):
-        return int(match.group(1)) * 10**9 + _fraction_ns(match.group(2))
-    return None
-
-
-def _fraction_ns(digits: str | None) -> int:
-    return int((digits or "0").ljust(9, "0"))
 
 
 def _by_time(moments: Sequence[Mapping[str, int]], tolerance_s: float) -> tuple[tuple[str, str], ...]:

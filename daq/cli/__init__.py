@@ -9,25 +9,26 @@ from daq.cli.ending import interrupted_by_signals
 from daq.cli.verb import concluded, fail
 from estimator.errors import EstimatorError
 
-_VERBS = (
-    "demo",
-    "gui",
-    "devices",
-    "emulate",
-    "calibrate",
-    "record",
-    "recover",
-    "replay",
-    "export",
-    "simulate",
-    "estimate",
-    "diagnose",
-    "uniaxial",
-    "mesh",
-    "study",
-    "benchmark",
-    "faults",
-)
+# every verb, and the package of its family
+_VERBS = {
+    "demo": "laboratory",
+    "gui": "laboratory",
+    "devices": "laboratory",
+    "emulate": "laboratory",
+    "calibrate": "laboratory",
+    "record": "sessions",
+    "recover": "sessions",
+    "replay": "sessions",
+    "export": "sessions",
+    "simulate": "estimation",
+    "estimate": "estimation",
+    "diagnose": "estimation",
+    "uniaxial": "estimation",
+    "mesh": "estimation",
+    "study": "estimation",
+    "benchmark": "estimation",
+    "faults": "laboratory",
+}
 
 _EXAMPLES = """examples:
   retract demo                               the whole chain on a virtual laboratory, a minute and a half
@@ -57,7 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     verbs = parser.add_subparsers(metavar="VERB", required=True)
     try:
         for verb in _wanted(arguments):
-            import_module(f"daq.cli.{verb}").add_parser(verbs)
+            import_module(f"daq.cli.{_VERBS[verb]}.{verb}").add_parser(verbs)
         options = parser.parse_args(arguments)
     except EstimatorError as error:
         # another package adds effects or laws that cannot be
@@ -68,4 +69,4 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _wanted(arguments: Sequence[str]) -> Sequence[str]:
     """Return the verb that is called, else all: to import all takes seconds, for which no device should wait."""
-    return arguments[:1] if arguments and arguments[0] in _VERBS else _VERBS
+    return arguments[:1] if arguments and arguments[0] in _VERBS else tuple(_VERBS)

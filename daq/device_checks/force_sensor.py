@@ -8,7 +8,7 @@ import numpy as np
 from daq.device_checks.report import Check
 from daq.device_checks.streams import collected, counting_rate_hz, identity_check, losses_check, rate_check
 from daq.rig import Rig
-from robot_drivers.ati.gamma import GAGE_NOISE_STD, RATED_WRENCH
+from robot_drivers.ati.transducer.gamma import GAGE_NOISE_STD, RATED_WRENCH
 from robot_drivers.protocols import FloatArray, ForceSensor
 
 _NOISE_ALLOWANCE = 8.0

@@ -23,10 +23,10 @@ from daq.rig import CameraDevice, Latencies, Rig, write_rig
 from daq.virtual_rig.child_processes import end_all, free_udp_port, told
 from daq.virtual_rig.layout import FORCE_FILTER_S, REST_TOOL, T_FLANGE_TOOL, Addresses, rig_description
 from daq.virtual_rig.load import in_turn
-from daq.virtual_rig.scene import flea2_pair
-from robot_drivers.abb.emulator import ControllerEmulator
-from robot_drivers.abb.emulator_settings import ArmSettings
-from robot_drivers.abb.emulator_settings import EmulatorSettings as ControllerSettings
+from daq.virtual_rig.rendering.scene import flea2_pair
+from robot_drivers.abb.emulator.controller import ControllerEmulator
+from robot_drivers.abb.emulator.settings import ArmSettings
+from robot_drivers.abb.emulator.settings import EmulatorSettings as ControllerSettings
 from robot_drivers.abb.irb140 import IRB140Settings
 from robot_drivers.ati.emulator import EmulatorSettings as SensorSettings
 from robot_drivers.ati.emulator import NetFTEmulator

@@ -17,7 +17,7 @@ from daq.faults.bench import Bench
 from daq.lifeline import with_lifeline
 from daq.progress import silent
 from daq.recording.folder import INFO_FILE
-from daq.recording.recorder import CAMERAS_FILE
+from daq.recording.layout import CAMERAS_FILE
 from daq.recording.running import RunningRecording
 from daq.session.session import Label
 from daq.trajectories import STANDARD_SPEED, Dwell, Retraction

@@ -4,7 +4,7 @@ import time
 
 from daq.faults.bench import CAMERA_SILENCE_S, FORCE, LEFT, RIGHT, ROBOT, SILENCE_S, WATCHDOG_S
 from daq.faults.fault import Act, Expectation, Fault, Scene
-from robot_drivers.abb.emulator_settings import ControllerFaults
+from robot_drivers.abb.emulator.settings import ControllerFaults
 from robot_drivers.ati.emulator import Faults as SensorFaults
 from robot_drivers.cameras.emulator import CameraFaults
 

@@ -14,7 +14,7 @@ from daq.faults.fault import Fault, Scene
 from daq.faults.linux_only import load_average
 from daq.progress import silent
 from daq.recording.reader import Recording
-from daq.recording.recovery.session import recover_session
+from daq.recording.recovery import recover_session
 from daq.session_report import report_session
 from daq.trajectories import Retraction
 from daq.virtual_rig.layout import REST_TOOL

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from string import Formatter
 
-from daq.names import check_name
+from daq.files.names import check_name
+from daq.files.toml_tables import TomlFile
 from daq.plans.trial import MOST_SESSIONS, Trial
-from daq.toml_tables import TomlFile
 
 FORMAT = "retraction-plan/1"
 NAME_TEMPLATE = "{date}_{time}_{phantom}_{trajectory}_{repeat}"

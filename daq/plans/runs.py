@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from daq.atomic import replace_text
 from daq.errors import TrajectoryError
+from daq.files.atomic import replace_text
 from daq.plans.plan import Plan
 from daq.plans.trial import Trial
 from daq.progress import Progress

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TypeVar
 
 from daq.errors import TrajectoryError
-from daq.own_trajectories import load_function, read_table
-from daq.routines import NAMED, repeated
 from daq.trajectories import STANDARD, STANDARD_SPEED, Dwell, Trajectory, lay_out
+from daq.trajectories.own import load_function, read_table
+from daq.trajectories.routines import NAMED, repeated
 from robot_drivers.protocols import Speed
 
 T = TypeVar("T")
@@ -24,7 +24,7 @@ class Trial:
 
     Attributes
     ----------
-    trajectory : a name of :data:`daq.routines.NAMED`, a CSV table, or ``file.py:function``
+    trajectory : a name of :data:`daq.trajectories.routines.NAMED`, a CSV table, or ``file.py:function``
     repeat : how many sessions
     rounds : how often the steps are gone through within one session
     steps, step_length_m, angle_rad, return_steps, speed_m_s : of a standard retraction; a function takes steps,

@@ -24,8 +24,8 @@ from mcap.writer import MCAP0_MAGIC
 
 from daq.errors import RecordingError
 from daq.recording.foreign_bags import require_no_foreign_bag
-from daq.recording.recorder import CAMERAS_FILE, SIGNALS_FILE
-from daq.recording.seal import SealReport, seal
+from daq.recording.layout import CAMERAS_FILE, SIGNALS_FILE
+from daq.recording.sealing.seal import SealReport, seal
 from daq.recording.sync_names import sync_names
 from estimator.errors import InputError
 from estimator.input_file import parse_json, read_input_text

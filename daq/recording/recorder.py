@@ -1,10 +1,4 @@
-"""Recording: what the streams bring is packed, images after compression, and handed to the writer.
-
-Topics: ``/force/wrench``, ``/robot/pose``, ``/robot/joints``, and for each camera ``/camera/<name>/image``,
-``/camera/<name>/image_raw`` for images that were not compressed, and ``/camera/<name>/camera_info``; each device with
-its ``…/device`` stamps beside; and ``/events``. Force, robot and events go to ``signals.mcap``, the cameras to
-``cameras.mcap``.
-"""
+"""Recording: what the streams bring is packed, images after compression, and handed to the writer."""
 
 import threading
 from collections.abc import Callable, Mapping, Sequence
@@ -12,24 +6,19 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from daq.errors import RecordingError
-from daq.recording import schemas
-from daq.recording.codec import EncodedImage
-from daq.recording.image_encoder import ImageEncoder
-from daq.recording.mcap_log import McapLog
-from daq.recording.rows import EventRows, FrameRows, PoseRows, WrenchRows, camera_info_row
-from daq.recording.streams import FORCE, ROBOT, Observer, Streams, camera_stream
+from daq.recording.layout import CAMERAS_FILE, EVENTS, FORCE_FRAME, ROBOT_FRAME, SIGNALS_FILE, camera_frame
+from daq.recording.mcap import schemas
+from daq.recording.mcap.log import McapLog
+from daq.recording.messages.codec import EncodedImage
+from daq.recording.messages.image_encoder import ImageEncoder
+from daq.recording.messages.rows import EventRows, FrameRows, PoseRows, WrenchRows, camera_info_row
+from daq.recording.streams import FORCE, ROBOT, Observer, StreamingDevices, Streams, camera_stream
 from daq.recording.writer import Packet, RecordWriter
 from daq.vision.camera_model import PinholeCamera
 from robot_drivers.clock import host_time_ns
 from robot_drivers.closing import ClosedAtExit
 from robot_drivers.errors import DeviceError
-from robot_drivers.protocols import Camera, ForceSensor, Frame, PoseBlock, Robot, WrenchBlock
-
-SIGNALS_FILE = "signals.mcap"
-CAMERAS_FILE = "cameras.mcap"
-EVENTS = "/events"
-FORCE_FRAME = "force_sensor"
-ROBOT_FRAME = "robot_base"
+from robot_drivers.protocols import Frame, PoseBlock, WrenchBlock
 
 _FULL_ENOUGH = 0.25
 
@@ -48,9 +37,7 @@ class Recorder(ClosedAtExit):
     def __init__(
         self,
         folder: Path,
-        force_sensor: ForceSensor,
-        robot: Robot,
-        cameras: Mapping[str, Camera],
+        devices: StreamingDevices,
         observers: Sequence[Observer] = (),
         models: Mapping[str, PinholeCamera] | None = None,
         tell_failure: Callable[[RecordingError], None] = lambda failure: None,
@@ -72,12 +59,12 @@ class Recorder(ClosedAtExit):
             signals.add_channel("/robot/device", schemas.DEVICE_STAMP),
             frame_id=ROBOT_FRAME,
         )
-        frame_rows = {name: self._frame_rows(name) for name in cameras}
+        frame_rows = {name: self._frame_rows(name) for name in devices.cameras}
         for name, model in (models or {}).items():
             self._describe_camera(name, model)
         self._writer = RecordWriter((signals, self._images), self._dropped_packet, tell_failure=tell_failure)
         self._encoders = {name: self._encoder(name, rows) for name, rows in frame_rows.items()}
-        self._streams = Streams(force_sensor, robot, cameras, (*observers, self))
+        self._streams = Streams(devices, (*observers, self))
 
     def event(self, name: str, **details: object) -> int:
         """Record that something happened now; return the time, ns of the host clock."""
@@ -169,8 +156,3 @@ class Recorder(ClosedAtExit):
 
     def _dropped_packet(self, dropped: dict[str, int]) -> Packet:
         return self._event_packet({"event": "samples_dropped", "samples": dropped}, host_time_ns())
-
-
-def camera_frame(name: str) -> str:
-    """Return the frame id that a camera's messages carry."""
-    return f"camera_{name}"

@@ -6,10 +6,10 @@ from daq.blocks import joined
 from daq.errors import RecordingError
 from daq.recording.damage import telling_damage
 from daq.recording.folder import SessionInfo, read_info
-from daq.recording.reader import Event, Images, cameras_of, events_of, force_of, images_of, robot_of
-from daq.recording.recorder import CAMERAS_FILE, SIGNALS_FILE
-from daq.recording.scan import scan_on
-from daq.recording.segments import Scan
+from daq.recording.layout import CAMERAS_FILE, SIGNALS_FILE
+from daq.recording.scanning.scan import scan_on
+from daq.recording.scanning.segments import Scan
+from daq.recording.stored_streams import Event, Images, cameras_of, events_of, force_of, images_of, robot_of
 from robot_drivers.protocols import PoseBlock, WrenchBlock
 
 

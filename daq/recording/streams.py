@@ -35,19 +35,29 @@ class Observer(Protocol):
         """Learn that a device has failed; nothing more comes from it."""
 
 
+class StreamingDevices(Protocol):
+    """The devices whose streams are read; the cameras by their names."""
+
+    @property
+    def force_sensor(self) -> ForceSensor:
+        """The force sensor."""
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+
+    @property
+    def cameras(self) -> Mapping[str, Camera]:
+        """The cameras."""
+
+
 class Streams(ClosedAtExit):
     """Reads connected, streaming devices from construction to :meth:`close`; a context manager.
 
     The observers see every block in their order, before the next one is read.
     """
 
-    def __init__(
-        self,
-        force_sensor: ForceSensor,
-        robot: Robot,
-        cameras: Mapping[str, Camera],
-        observers: Sequence[Observer],
-    ) -> None:
+    def __init__(self, devices: StreamingDevices, observers: Sequence[Observer]) -> None:
         self._observers = observers
         self._failures: list[DeviceError] = []
         self._stopping = threading.Event()
@@ -55,10 +65,10 @@ class Streams(ClosedAtExit):
         pose_shows = [observer.on_pose for observer in observers]
         # The guard sits in these two, which therefore go before other programs.
         loops = [
-            self._loop(FORCE, force_sensor.read, wrench_shows, prefer_this_thread),
-            self._loop(ROBOT, robot.read, pose_shows, prefer_this_thread),
+            self._loop(FORCE, devices.force_sensor.read, wrench_shows, prefer_this_thread),
+            self._loop(ROBOT, devices.robot.read, pose_shows, prefer_this_thread),
         ]
-        for name, camera in cameras.items():
+        for name, camera in devices.cameras.items():
             shows = _frame_shows(observers, name)
             loops.append(self._loop(camera_stream(name), camera.read, shows, _as_others))
         self._threads = [threading.Thread(target=loop, name=f"read-{n}") for n, loop in enumerate(loops)]

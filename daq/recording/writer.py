@@ -11,8 +11,8 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from daq.errors import RecordingError
-from daq.recording.chunks import Rows
-from daq.recording.mcap_log import McapLog
+from daq.recording.mcap.chunks import Rows
+from daq.recording.mcap.log import McapLog
 
 _BUFFER_BYTES = 256 * 2**20
 _BATCH_PERIOD_S = 0.02

@@ -19,10 +19,6 @@ from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import FloatArray, Frame, IntArray, Pose, PoseBlock, Robot, WrenchBlock
 
-GUARD_LATENCY = "guard_latency"
-PACE = "laboratory_pace"
-"""Event: how many times slower than real time an emulated laboratory ran."""
-
 _SPEED_BASE_S = 0.02
 _RATE_BASE_S = 0.02
 _STREAMS = {FORCE: "force sensor", ROBOT: "robot"}

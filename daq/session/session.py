@@ -4,38 +4,38 @@ Rest window, from which the guard takes its zero; for each step move, settle, me
 the windows; nothing is averaged here. Whatever ends a session, the robot stands and the recording is sealed.
 """
 
-import shutil
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Protocol
 
-from daq.calibration.in_force import InForce, calibrations_in_force
+from daq.calibration_files.in_force import calibrations_in_force
 from daq.devices import Devices
 from daq.errors import RecordingError, SessionError
 from daq.progress import Progress, silent
+from daq.recording.events import GUARD_LATENCY, PACE
 from daq.recording.folder import (
-    CALIBRATION_FOLDER,
     RIG_FILE,
     SessionInfo,
     seal_session,
-    sha256,
     write_info,
 )
 from daq.recording.in_use import locked
 from daq.recording.reader import Recording
 from daq.recording.recorder import Recorder
 from daq.recording.streams import Observer
-from daq.rig import Rig, write_rig
+from daq.rig import Rig
 from daq.session.checks import check_limits, require_rest, tool_targets
-from daq.session.guard import GUARD_LATENCY, PACE, Guard, Stop
+from daq.session.folder import make_folder
+from daq.session.guard import Guard, Stop
+from daq.session.losses import drops, losses_between, statistics
+from daq.session.pace import Instant
 from daq.session.steps import StepRunner
 from daq.session_report import write_report
 from daq.trajectories import Trajectory
 from daq.versions import package_versions
 from daq.vision.camera_model import PinholeCamera, StereoCalibration
-from robot_drivers.clock import host_time_ns, monotonic_time_ns, wait_until
+from robot_drivers.clock import host_time_ns, wait_until
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import FloatArray, Pose, StreamStatistics
 
@@ -53,23 +53,6 @@ class Label:
     notes: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class _Instant:
-    """The host clock, and the computer's own, which runs on where an emulated laboratory waits; ns."""
-
-    host_ns: int
-    monotonic_ns: int
-
-    @classmethod
-    def now(cls) -> "_Instant":
-        return cls(host_time_ns(), monotonic_time_ns())
-
-    def slowdown_since(self) -> float:
-        """Return how many times slower than the computer's the host clock has run since."""
-        now = _Instant.now()
-        return (now.monotonic_ns - self.monotonic_ns) / max(1, now.host_ns - self.host_ns)
-
-
 class RecordSession(Protocol):
     """Carries out one session with devices that it knows, as :meth:`Session.run` does."""
 
@@ -77,16 +60,6 @@ class RecordSession(Protocol):
         self, trajectory: Trajectory, folder: Path, label: Label, progress: Progress, /
     ) -> SessionInfo:
         """Record one retraction into a new folder."""
-
-
-@contextmanager
-def connected(devices: Devices) -> Iterator[Devices]:
-    """Connect all devices, and close them in the end. Nothing moves."""
-    with ExitStack() as stack:
-        for device in devices.all().values():
-            stack.callback(device.close)
-            device.connect()
-        yield devices
 
 
 def run_session(
@@ -161,7 +134,7 @@ class Session:
         KeyboardInterrupt
             The same.
         """
-        devices, trajectory = self._devices, self._trajectory
+        devices = self._devices
         targets = self.check()
         models = _camera_models(self._rig)
         devices.force_sensor.start()
@@ -169,21 +142,37 @@ class Session:
         devices.robot.read(0.0)
         for camera in devices.cameras.values():
             camera.read(0.0)
-        _make_folder(self._rig, self._in_force, devices, trajectory, self.folder, self._label)
+        self._make_folder()
         with locked(self.folder / RIG_FILE):
             return self._record(targets, models, progress)
+
+    def _make_folder(self) -> None:
+        """Make the session folder with its description and copies of what is in force."""
+        checksums = make_folder(self.folder, self._rig, self._in_force)
+        label = self._label
+        info = SessionInfo(
+            name=label.name,
+            phantom_id=self._rig.specimen.phantom_id,
+            order=label.order,
+            operator=label.operator,
+            notes=label.notes,
+            trajectory=asdict(self._trajectory),
+            versions=package_versions(),
+            calibrations=self._in_force.describe(),
+            devices={role: device.identity for role, device in self._devices.all().items()},
+            checksums=checksums,
+        )
+        write_info(self.folder, info)
 
     def _record(
         self, targets: Sequence[Pose], models: Mapping[str, PinholeCamera], progress: Progress
     ) -> SessionInfo:
         """Record into the folder, and seal it, however the retraction ends."""
         devices, trajectory = self._devices, self._trajectory
-        self._before, began = _statistics(devices), _Instant.now()
+        self._before, began = statistics(devices), Instant.now()
         recorder = self._recorder = Recorder(
             self.folder,
-            devices.force_sensor,
-            devices.robot,
-            devices.cameras,
+            devices,
             (self._guard, *self._observers),
             models,
             tell_failure=lambda failure: self._guard.hold(str(failure)),
@@ -236,10 +225,10 @@ class Session:
         if self._recorder is None:
             return self._in_force.warnings
         try:
-            losses = _losses(self._before, self._after or _statistics(self._devices))
+            losses = losses_between(self._before, self._after or statistics(self._devices))
         except DeviceError:
             losses = []  # a device that is lost is told as what ends the session
-        return (*self._in_force.warnings, *losses, *_drops(self._recorder), *self._marks)
+        return (*self._in_force.warnings, *losses, *drops(self._recorder), *self._marks)
 
     def written(self) -> dict[str, int]:
         """Return the samples of each stream that are in the file."""
@@ -272,7 +261,7 @@ class Session:
         wait_until(host_time_ns() + _AFTER_STOP_NS)
         return reason
 
-    def _end(self, recorder: Recorder, began: "_Instant") -> list[str]:
+    def _end(self, recorder: Recorder, began: Instant) -> list[str]:
         """Stop recording, and return a line for everything that an analyst must know."""
         latency, problems = self._guard.latency, []
         try:
@@ -293,63 +282,10 @@ class Session:
             problems.append(f"the end of the recording may not have reached the disk ({error})")
         self._devices.force_sensor.stop()
         # while the recording is checked and sealed nobody reads, and what is lost then is not lost to it
-        self._after = _statistics(self._devices)
+        self._after = statistics(self._devices)
         return [*self.problems(), *problems]
 
 
 def _camera_models(rig: Rig) -> dict[str, PinholeCamera]:
     pair = StereoCalibration.load(rig.stereo_calibration)
     return {rig.cameras[0].name: pair.left, rig.cameras[1].name: pair.right}
-
-
-def _make_folder(
-    rig: Rig, in_force: InForce, devices: Devices, trajectory: Trajectory, folder: Path, label: Label
-) -> None:
-    """Make the session folder with its description and copies of what is in force."""
-    calibration = folder / CALIBRATION_FOLDER / rig.stereo_calibration.name
-    try:
-        folder.mkdir(parents=True)
-        calibration.parent.mkdir()
-        shutil.copyfile(rig.stereo_calibration, calibration)
-        copies = {calibration, *in_force.copy_to(calibration.parent)}
-    except OSError as error:
-        raise RecordingError(f"{folder}: no session can be put there ({error}); name a new folder") from error
-    kept = replace(rig, stereo_calibration=calibration, calibration=calibration.parent, laboratory_clock=None)
-    write_rig(kept, folder / RIG_FILE)
-    info = SessionInfo(
-        name=label.name,
-        phantom_id=rig.specimen.phantom_id,
-        order=label.order,
-        operator=label.operator,
-        notes=label.notes,
-        trajectory=asdict(trajectory),
-        versions=package_versions(),
-        calibrations=in_force.describe(),
-        devices={role: device.identity for role, device in devices.all().items()},
-        checksums={
-            path.relative_to(folder).as_posix(): sha256(path) for path in (folder / RIG_FILE, *sorted(copies))
-        },
-    )
-    write_info(folder, info)
-
-
-def _statistics(devices: Devices) -> dict[str, StreamStatistics]:
-    return {role: device.statistics() for role, device in devices.all().items()}
-
-
-def _losses(before: Mapping[str, StreamStatistics], after: Mapping[str, StreamStatistics]) -> list[str]:
-    """Return a line for everything that befell the messages of a device meanwhile: they are counted from connecting."""
-    told = []
-    for role, count in after.items():
-        words = {
-            "samples lost on the way": count.lost - before[role].lost,
-            "messages not understood and left out": count.malformed - before[role].malformed,
-            "times its stream or its clock began anew": count.restarts - before[role].restarts,
-        }
-        told += [f"{role}: {number} {what}" for what, number in words.items() if number > 0]
-    return told
-
-
-def _drops(recorder: Recorder) -> list[str]:
-    """Return a line for every stream of which samples were received but not written."""
-    return [f"{name}: {count} samples not written" for name, count in recorder.dropped().items()]

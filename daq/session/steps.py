@@ -7,17 +7,13 @@ from dataclasses import asdict, dataclass
 from daq.errors import SessionError, SoftwareStopError
 from daq.frames import distance
 from daq.progress import Progress
+from daq.recording.events import MEASURE_BEGIN, MEASURE_END, MOVE_BEGIN, MOVE_END
 from daq.recording.recorder import Recorder
 from daq.session.guard import Guard
 from daq.trajectories import Step, Trajectory
 from robot_drivers.clock import host_time_ns, seconds_until
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import Pose, Robot, Speed
-
-MOVE_BEGIN = "move_begin"
-MOVE_END = "move_end"
-MEASURE_BEGIN = "measure_begin"
-MEASURE_END = "measure_end"
 
 _POLL_S = 0.02
 _MOVE_PATIENCE_S = 5.0

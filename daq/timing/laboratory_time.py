@@ -8,7 +8,7 @@ from urllib.parse import urlsplit
 from daq.errors import RigError
 from daq.rig import Rig
 from robot_drivers.abb.irb140 import IRB140Settings
-from robot_drivers.ati.netft_settings import NetFTSettings
+from robot_drivers.ati.netft import NetFTSettings
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.clock import living_on
 from robot_drivers.errors import ConfigurationError

@@ -22,12 +22,12 @@ from pathlib import Path
 import numpy as np
 
 from daq.acquisition.live_view import LiveView
+from daq.devices import connected
 from daq.recording.folder import SessionInfo, seal_session, write_info
 from daq.recording.reader import Recording
 from daq.recording.recorder import Recorder
 from daq.rig import make_devices
 from daq.session.guard import Guard
-from daq.session.session import connected
 from daq.virtual_rig.load import Load, LoadedRig, loaded_rig
 from robot_drivers.protocols import IntArray
 from robot_drivers.real_time import prefer_this_process, shorten_collections, shorten_turns
@@ -131,9 +131,7 @@ def _record(running: LoadedRig, session: Path, seconds: float) -> BenchmarkResul
         devices.force_sensor.start()
         guard = Guard(rig.limits, rig.frames, devices.robot)
         began_s, began_cpu_s = time.monotonic(), time.process_time()
-        with Recorder(
-            session, devices.force_sensor, devices.robot, devices.cameras, (guard, LiveView())
-        ) as recorder:
+        with Recorder(session, devices, (guard, LiveView())) as recorder:
             guard.watch_rest()
             time.sleep(_REST_S)
             guard.arm()

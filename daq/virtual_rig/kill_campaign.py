@@ -23,13 +23,13 @@ from pathlib import Path
 
 import numpy as np
 
+from daq.devices import connected
 from daq.errors import RecordingError
 from daq.recording.folder import SessionInfo, write_info
 from daq.recording.reader import Recording
 from daq.recording.recorder import Recorder
-from daq.recording.recovery.session import recover_session
+from daq.recording.recovery import recover_session
 from daq.rig import make_devices, read_rig
-from daq.session.session import connected
 from daq.virtual_rig.load import Load, loaded_rig
 
 _TELL_PERIOD_S = 0.01
@@ -132,7 +132,7 @@ def record(rig_path: Path, session: Path) -> None:
         session.mkdir()
         write_info(session, SessionInfo("killed", "none", 1))
         devices.force_sensor.start()
-        with Recorder(session, devices.force_sensor, devices.robot, devices.cameras) as recorder:
+        with Recorder(session, devices) as recorder:
             while True:
                 recorder.check()
                 sys.stdout.write(f"{json.dumps(recorder.written())}\n")

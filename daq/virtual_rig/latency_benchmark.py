@@ -15,13 +15,13 @@ import numpy as np
 
 from daq.calibration.latencies import CAMERAS, FORCE, calibrate_time
 from daq.calibration.procedures import MOTIONS, record_motion
+from daq.devices import connected
 from daq.progress import silent
 from daq.recording.folder import RIG_FILE
 from daq.recording.reader import Recording
 from daq.rig import make_devices, read_rig
-from daq.session.session import connected
-from daq.stereo_images import StereoImages
-from daq.stream_times import force_times, robot_times
+from daq.synchronisation.stereo_images import StereoImages
+from daq.synchronisation.stream_times import force_times, robot_times
 from daq.virtual_rig.launch import virtual_rig
 from daq.virtual_rig.layout import FORCE_FILTER_S
 from daq.virtual_rig.processes import DeviceClocks

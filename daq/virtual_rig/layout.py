@@ -26,9 +26,9 @@ from daq.rig import (
     Vector,
 )
 from estimator.experiment import Box, Environment, Grasp, Phantom
-from robot_drivers.abb.egm import EGMSettings
+from robot_drivers.abb.egm.position_stream import EGMSettings
 from robot_drivers.abb.irb140 import IRB140Settings
-from robot_drivers.ati.netft_settings import NetFTSettings
+from robot_drivers.ati.netft import NetFTSettings
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.protocols import Pose
 

@@ -20,10 +20,10 @@ from daq.lifeline import leave_signals_to_parent
 from daq.rig import Rig, read_rig, write_rig
 from daq.virtual_rig.child_processes import end_all, free_udp_port, told
 from daq.virtual_rig.layout import REST_TOOL, T_FLANGE_TOOL, Addresses, placed_beads, rig_description
-from daq.virtual_rig.scene import Scene, SceneSettings, flea2_pair
-from robot_drivers.abb.emulator import ControllerEmulator
-from robot_drivers.abb.emulator_settings import ArmSettings
-from robot_drivers.abb.emulator_settings import EmulatorSettings as ControllerSettings
+from daq.virtual_rig.rendering.scene import Scene, SceneSettings, flea2_pair
+from robot_drivers.abb.emulator.controller import ControllerEmulator
+from robot_drivers.abb.emulator.settings import ArmSettings
+from robot_drivers.abb.emulator.settings import EmulatorSettings as ControllerSettings
 from robot_drivers.ati.emulator import EmulatorSettings as SensorSettings
 from robot_drivers.ati.emulator import NetFTEmulator
 from robot_drivers.cameras.emulator import BusClock, CameraEmulator, CameraEmulatorSettings

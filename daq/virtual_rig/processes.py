@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from daq.lifeline import leave_signals_to_parent
 from daq.one_thread import compute_in_one_thread
-from daq.virtual_rig.board_scene import BoardScene
 from daq.virtual_rig.child_processes import free_udp_port
 from daq.virtual_rig.layout import (
     CAMERA_READOUT_S,
@@ -32,13 +31,14 @@ from daq.virtual_rig.layout import (
 )
 from daq.virtual_rig.operator import BOARD, Jog
 from daq.virtual_rig.pace import Follower, Pace
-from daq.virtual_rig.phantom import PhantomModel, PhantomSolver, PhantomState
-from daq.virtual_rig.scene import Scene, SceneSettings, flea2_pair
-from daq.virtual_rig.world import SimulatedTissue, SimulatedTransducer
+from daq.virtual_rig.physics.phantom import PhantomModel, PhantomSolver, PhantomState
+from daq.virtual_rig.physics.world import SimulatedTissue, SimulatedTransducer
+from daq.virtual_rig.rendering.board_scene import BoardScene
+from daq.virtual_rig.rendering.scene import Scene, SceneSettings, flea2_pair
 from estimator.errors import SolverError
-from robot_drivers.abb.emulator import ControllerEmulator
-from robot_drivers.abb.emulator_settings import ArmSettings
-from robot_drivers.abb.emulator_settings import EmulatorSettings as ControllerSettings
+from robot_drivers.abb.emulator.controller import ControllerEmulator
+from robot_drivers.abb.emulator.settings import ArmSettings
+from robot_drivers.abb.emulator.settings import EmulatorSettings as ControllerSettings
 from robot_drivers.ati.emulator import EmulatorSettings as SensorSettings
 from robot_drivers.ati.emulator import NetFTEmulator
 from robot_drivers.cameras.emulator import BusClock, CameraEmulator, CameraEmulatorSettings, ImageSource

@@ -1,9 +1,9 @@
 """The virtual rig that the command line runs."""
 
-from daq.virtual_rig.fem_phantom import FemPhantom
-from daq.virtual_rig.free_air import FreeAir
 from daq.virtual_rig.layout import GRASP_CENTRE, SPECIMEN, placed_beads
-from daq.virtual_rig.phantom import SpringPhantom
+from daq.virtual_rig.physics.fem_phantom import FemPhantom
+from daq.virtual_rig.physics.free_air import FreeAir
+from daq.virtual_rig.physics.phantom import SpringPhantom
 from daq.virtual_rig.processes import VirtualRigSettings
 
 YOUNGS_MODULUS = 15e3

@@ -15,7 +15,7 @@ from typing import get_args
 import numpy as np
 
 from daq.virtual_rig.layout import SPECIMEN, placed_beads
-from daq.virtual_rig.scene import Scene, SceneSettings, flea2_pair
+from daq.virtual_rig.rendering.scene import Scene, SceneSettings, flea2_pair
 from daq.vision.beads import BeadSettings, detect_beads
 from daq.vision.fiducials import FiducialSettings, FiducialTracker
 from robot_drivers.cameras.pixel_formats import RawPixelFormat

@@ -21,6 +21,7 @@ _MOST_SQUARES = 40
 _MOST_OFF = 0.15  # squares, of a marker from its place on the right board; a lens bends that little
 _MOST_TRIES = 200  # with most markers in place, the first few suffice
 _LEAST_SHARE = 0.8  # of the markers; one that is read wrong is somewhere else
+_USUAL_CHESSBOARDS = ((10, 7), (9, 7), (9, 6), (8, 8), (8, 7), (8, 6), (7, 6), (12, 9))  # squares
 _FEWEST_SQUARES = 3  # a board has as many or more each way
 
 
@@ -106,6 +107,19 @@ def _share_in_place(markers: Markers, board: CharucoBoard) -> float:
 
 def _without_markers(image: NDArray[np.uint8], board: CharucoBoard, count: int) -> str:
     """Say which other dictionary's markers are seen, if any are."""
+    for turned, words in (
+        (
+            image[:, ::-1],
+            "the image is mirrored; turn mirroring off in the camera's program, or flip the images back",
+        ),
+        (
+            255 - image,
+            "the board is a negative, light where it should be dark; print it black on white, or invert the images",
+        ),
+    ):
+        found = len(markers_in(np.ascontiguousarray(turned), board.dictionary).numbers)
+        if found >= max(_FEWEST_MARKERS, 2 * count):
+            return f"{count or 'no'} markers of {board.dictionary} are seen, {found} once that is undone: {words}"
     best, seen = "", 0
     for name in _families():
         numbers = markers_in(image, name).numbers
@@ -116,10 +130,23 @@ def _without_markers(image: NDArray[np.uint8], board: CharucoBoard, count: int) 
             f"{seen} markers of {best} are seen, {count or 'none'} of {board.dictionary}; the board is of another "
             f"dictionary: --dictionary {best}"
         )
+    if not count and (squares := _bare_chessboard(image, board)):
+        return (
+            f"a chessboard of {squares[0]} x {squares[1]} squares without markers is seen; a ChArUco board is needed, "
+            "whose white squares hold markers"
+        )
     return (
         f"{count or 'no'} markers of {board.dictionary} are seen, and hardly any of another dictionary; check light "
         "and focus, and that the board is in the image, not mirrored and not covered"
     )
+
+
+def _bare_chessboard(image: NDArray[np.uint8], board: CharucoBoard) -> tuple[int, int] | None:
+    """Return the squares of a chessboard of the shape of the board, or of a usual one, that has no markers."""
+    for columns, rows in dict.fromkeys(((board.columns, board.rows), *_USUAL_CHESSBOARDS)):
+        if cv2.findChessboardCornersSB(image, (columns - 1, rows - 1))[0]:
+            return columns, rows
+    return None
 
 
 def _families() -> list[str]:

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from daq import frames
-from daq.toml_tables import TomlFile, toml_text
+from daq.files.toml_tables import TomlFile, toml_text
 from robot_drivers.protocols import Pose
 
 FloatArray = NDArray[np.float64]

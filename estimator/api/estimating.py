@@ -13,7 +13,8 @@ from estimator.fit.estimate import estimate as fit_experiments
 from estimator.fit.linearisation import Progress
 from estimator.fit.losses import loss_named
 from estimator.fit.nuisances import USUAL
-from estimator.fit.settings import FitSettings, Prior
+from estimator.fit.settings import FitSettings
+from estimator.inference.free_parameter import NormalPrior
 from estimator.materials import Law, law_named
 
 if TYPE_CHECKING:
@@ -62,11 +63,11 @@ class Estimate(result.Estimate):
             There is no such figure.
         """
         from estimator.api.drawings import chosen
-        from estimator.report import estimation as report
-        from estimator.report.body_plot import draw_body
-        from estimator.report.convergence_plot import draw_convergence
-        from estimator.report.fiducial_plot import draw_fiducials
-        from estimator.report.wrench_plot import draw_wrench
+        from estimator.report.estimation import writing as report
+        from estimator.report.estimation.body_plot import draw_body
+        from estimator.report.estimation.convergence_plot import draw_convergence
+        from estimator.report.estimation.fiducial_plot import draw_fiducials
+        from estimator.report.estimation.wrench_plot import draw_wrench
 
         fit = self.fits[experiment]
         return chosen(
@@ -83,12 +84,13 @@ class Estimate(result.Estimate):
         )
 
     def __repr__(self) -> str:
-        from estimator.report.findings import parameter_texts
+        from estimator.report.estimation.findings import parameter_texts
 
         return f"<Estimate {'; '.join(parameter_texts(self))}>"
 
     def _repr_html_(self) -> str:
-        from estimator.report import findings, page
+        from estimator.report import page
+        from estimator.report.estimation import findings
 
         sentences = [f"{', '.join(findings.parameter_texts(self))}.", findings.verdict(self)]
         return "".join([*map(page.headline, sentences), page.warnings(findings.caveats(self))])
@@ -146,7 +148,7 @@ def estimate(
     settings = FitSettings(
         law=law_named(law) if isinstance(law, str) else law,
         fixed=dict(fixed or {}),
-        priors={name: Prior(*pair) for name, pair in (priors or {}).items()},
+        priors={name: NormalPrior(*pair) for name, pair in (priors or {}).items()},
         bounds=dict(bounds or {}),
         loss=loss_named(loss),
         nuisances=frozenset(nuisances),

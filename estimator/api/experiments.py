@@ -113,7 +113,7 @@ class Experiment(model.Experiment):
     def plot(self) -> "Drawing":
         """Return a matplotlib figure of the gripper's way, the force and the torque against time."""
         from estimator.api.drawings import drawing
-        from estimator.report.experiment_plot import SIZE_IN, draw_experiment
+        from estimator.report.drawing.experiment_plot import SIZE_IN, draw_experiment
 
         return drawing(lambda sheet: draw_experiment(sheet, self), SIZE_IN)
 

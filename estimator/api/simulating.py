@@ -6,7 +6,7 @@ from typing import Literal
 from estimator.api.experiments import Experiment, several
 from estimator.effects.effect import Effect
 from estimator.experiment import model
-from estimator.fem.block_mesh import Grading
+from estimator.fem.discretisation.block_mesh import Grading
 from estimator.forward.model import Progress
 from estimator.materials import Law, law_named
 from estimator.materials.material import make_material

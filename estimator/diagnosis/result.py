@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from estimator.diagnosis.evidence.rivals import Rivals
 from estimator.diagnosis.noise.errors_left import ErrorsLeft
 from estimator.experiment import Experiment
-from estimator.fem.mesh import Mesh
+from estimator.fem.discretisation.mesh import Mesh
 
 FloatArray = NDArray[np.float64]
 State = Literal["present", "negligible", "absent", "cannot_tell"]

@@ -22,8 +22,8 @@ from scipy.spatial.transform import Rotation
 
 from estimator.effects.blocks import GROUPS, Block, Group
 from estimator.experiment import Experiment
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.terms import Term
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.terms.term import Term
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]

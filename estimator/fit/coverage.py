@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from estimator.errors import EstimatorError, InputError
 from estimator.experiment import Box, Environment, Experiment, Grasp, Phantom, SensorNoise
-from estimator.fem.block_mesh import Grading
+from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fit.estimate import estimate
 from estimator.fit.result import Z95
 from estimator.fit.settings import FitSettings, material_of

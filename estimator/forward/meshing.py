@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.experiment import Experiment
-from estimator.fem.block_mesh import Grading, block_mesh, snapped_to_block
-from estimator.fem.elements import ElementKind
-from estimator.fem.problem import RetractionProblem, retraction_problem
+from estimator.fem.boundary.problem import RetractionProblem, retraction_problem
+from estimator.fem.discretisation.block_mesh import Grading, block_mesh, snapped_to_block
+from estimator.fem.discretisation.elements import ElementKind
 from estimator.geometry.grading import EdgeLengths
 from estimator.geometry.holds import Region
 from estimator.geometry.mesh_cache import tissue_mesh

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
-from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings
-from estimator.fem.equilibrium_state import EquilibriumState
-from estimator.fem.observation import Observation, observe
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.newton import EquilibriumSolver, NewtonSettings
+from estimator.fem.equilibrium.observation import Observation, observe
+from estimator.fem.equilibrium.state import EquilibriumState
 from estimator.forward.schedule import PoseSchedule, schedule_poses
 from estimator.forward.solution import Guess, Solution, between, carried_over
 from estimator.materials.material import Material

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from estimator.experiment import Experiment
-from estimator.fem.motion import GripperPose
+from estimator.fem.boundary.motion import GripperPose
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.equilibrium import NewtonSettings
-from estimator.fem.equilibrium_state import EquilibriumState
-from estimator.fem.motion import GripperPose
-from estimator.fem.observation import Observation, at_modulus
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.newton import NewtonSettings
+from estimator.fem.equilibrium.observation import Observation, at_modulus
+from estimator.fem.equilibrium.state import EquilibriumState
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]

@@ -18,7 +18,7 @@ import numpy as np
 
 from estimator.errors import InputError
 from estimator.experiment import Box
-from estimator.fem.mesh import Mesh
+from estimator.fem.discretisation.mesh import Mesh
 from estimator.geometry.grading import EdgeLengths
 from estimator.geometry.holds import Region
 from estimator.geometry.quality import MeshQuality, check_quality

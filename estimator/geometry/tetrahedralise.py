@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from estimator.errors import InputError
 from estimator.experiment import Box
-from estimator.fem.mesh import Mesh
-from estimator.fem.surface import boundary_faces
+from estimator.fem.discretisation.mesh import Mesh
+from estimator.fem.discretisation.surface import boundary_faces
 from estimator.geometry.bisection import TETRAHEDRON_EDGES, refine
 from estimator.geometry.fitting import fitted
 from estimator.geometry.grading import EdgeLengthField, EdgeLengths

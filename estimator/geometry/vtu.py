@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.errors import InputError
-from estimator.fem.mesh import Mesh
+from estimator.fem.discretisation.mesh import Mesh
 
 # VTK's numbers of the kinds of cells; it orders the nodes of a quadratic tetrahedron as we do.
 _CELL_TYPES = {"tet4": 10, "tet10": 24}

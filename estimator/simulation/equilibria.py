@@ -11,9 +11,9 @@ from estimator.diagnosis.model.setup import Setup
 from estimator.diagnosis.model.solution import KnownField, KnownFields, Solution, reported_motion, solve_case
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
-from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings
-from estimator.fem.equilibrium_state import EquilibriumState, rigid_modes
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.newton import EquilibriumSolver, NewtonSettings
+from estimator.fem.equilibrium.state import EquilibriumState, rigid_modes
 from estimator.forward.model import Progress
 from estimator.simulation.truth import Truth
 

@@ -14,8 +14,8 @@ from estimator.effects.effect import Readings
 from estimator.effects.shared.instants import bead_constant
 from estimator.errors import InputError
 from estimator.experiment import Experiment
-from estimator.fem.block_mesh import Grading
-from estimator.fem.elements import ElementKind
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.discretisation.elements import ElementKind
 from estimator.forward.meshing import mesh_experiment
 from estimator.forward.model import Progress
 from estimator.materials.material import Material

@@ -3,6 +3,7 @@
 import manifold3d  # type: ignore[import-not-found]  # one compiled module, without types
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from estimator.errors import InputError
 from estimator.surfaces.queries import nearest
@@ -18,6 +19,7 @@ MOST_TRIANGLES = 200_000
 _TOLERANCES = (1e-3, 2e-3, 3e-3)
 _ENOUGH = 100_000
 _SAMPLES = 20_000
+_NEIGHBOURS = 12
 
 
 def decimated(surface: Surface, source: str) -> tuple[Surface, list[str]]:
@@ -65,7 +67,13 @@ def decimated(surface: Surface, source: str) -> tuple[Surface, list[str]]:
 
 def _farthest(one: Surface, other: Surface) -> float:
     """Return how far the vertices and the centres of the triangles of one lie from the other at most, m, sampled."""
-    points = np.concatenate([one.vertices, one.corners.mean(axis=1)])
-    points = points[:: max(1, len(points) // _SAMPLES)]
-    _, foot = nearest(other.corners, points)
+    every = max(1, (len(one.vertices) + len(one.triangles)) // _SAMPLES)
+    centres = one.vertices[one.triangles[::every]].mean(axis=1)
+    points = np.concatenate([one.vertices[::every], centres])
+    corners = other.corners
+    if len(corners) > _NEIGHBOURS * len(points):
+        # those around each point: building a tree of all takes longer than the query
+        around = cKDTree(corners.mean(axis=1), balanced_tree=False, compact_nodes=False)
+        corners = corners[np.unique(around.query(points, k=_NEIGHBOURS)[1])]
+    _, foot = nearest(corners, points)
     return float(np.linalg.norm(points - foot, axis=1).max())

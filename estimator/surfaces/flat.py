@@ -29,8 +29,8 @@ def flat_triangles(vertices: FloatArray, triangles: IntArray, longest: float) ->
     return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2 <= _FLAT * longest * edge)
 
 
-def without_flat(vertices: FloatArray, triangles: IntArray, longest: float) -> tuple[IntArray, int]:
-    """Return the triangles with the flat ones turned into their neighbours, and how many these were.
+def without_flat(vertices: FloatArray, triangles: IntArray, longest: float) -> tuple[IntArray, int, int]:
+    """Return the triangles with the flat ones turned into their neighbours, how many these were, and how many are left.
 
     Those remain flat whose third corner lies on an edge of none or of several triangles.
     """
@@ -42,7 +42,7 @@ def without_flat(vertices: FloatArray, triangles: IntArray, longest: float) -> t
         if not turned or now >= left:
             break
         left = now
-    return triangles, begun - left
+    return triangles, begun - left, left
 
 
 def _turned(vertices: FloatArray, triangles: IntArray, flat: BoolArray) -> tuple[IntArray, bool]:

@@ -1,10 +1,12 @@
 """Where points lie relative to a surface: inside or outside, and how far away."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from estimator.surfaces.bounding_tree import bounding_tree
+from estimator.surfaces.bounding_tree import BoundingTree, bounding_tree
 from estimator.surfaces.surface import Surface
 
 FloatArray = NDArray[np.float64]
@@ -13,6 +15,30 @@ BoolArray = NDArray[np.bool_]
 
 # In radii of a node: from there on its triangles count together.
 _FAR = 3.0
+
+
+class _Runs(NamedTuple):
+    """The nodes of a :class:`BoundingTree` without their boxes, as a named tuple, which numba can unpack."""
+
+    order: IntArray
+    first: IntArray
+    last: IntArray
+    child: IntArray
+
+
+class _Dipoles(NamedTuple):
+    """What the triangles of each node of a tree are from afar.
+
+    Attributes
+    ----------
+    centres : (m, 3) of their area, m
+    moments : (m, 3) their area vectors, m²
+    radii : (m,) how far their boxes reach from the centre, m
+    """
+
+    centres: FloatArray
+    moments: FloatArray
+    radii: FloatArray
 
 
 def inside(surface: Surface, points: FloatArray) -> BoolArray:
@@ -27,10 +53,9 @@ def inside(surface: Surface, points: FloatArray) -> BoolArray:
         return result
     corners, tree = surface.corners, bounding_tree(surface.corners)
     centres, moments, radii = _dipoles(tree.order, tree.first, tree.last, tree.lower, tree.upper, corners)
-    result[result] = _winding_number(
-        np.ascontiguousarray(points[result]), corners, tree.order, tree.first, tree.last, tree.child,
-        centres, moments, radii,
-    ) > 0.5  # fmt: skip
+    dipoles = _Dipoles(centres, moments, radii)
+    numbers = _winding_number(np.ascontiguousarray(points[result]), corners, _runs_of(tree), dipoles)
+    result[result] = numbers > 0.5
     return result
 
 
@@ -49,9 +74,12 @@ def nearest(corners: FloatArray, points: FloatArray) -> tuple[IntArray, FloatArr
     """
     tree = bounding_tree(corners)
     return _nearest(
-        np.ascontiguousarray(corners), np.ascontiguousarray(points),
-        tree.order, tree.first, tree.last, tree.child, tree.lower, tree.upper,
-    )  # fmt: skip
+        np.ascontiguousarray(corners), np.ascontiguousarray(points), _runs_of(tree), tree.lower, tree.upper
+    )
+
+
+def _runs_of(tree: BoundingTree) -> _Runs:
+    return _Runs(tree.order, tree.first, tree.last, tree.child)
 
 
 @njit(cache=True)
@@ -91,18 +119,10 @@ def _dipoles(
 
 
 @njit(cache=True)
-def _winding_number(
-    points: FloatArray,
-    corners: FloatArray,
-    order: IntArray,
-    first: IntArray,
-    last: IntArray,
-    child: IntArray,
-    centres: FloatArray,
-    moments: FloatArray,
-    radii: FloatArray,
-) -> FloatArray:
+def _winding_number(points: FloatArray, corners: FloatArray, runs: _Runs, dipoles: _Dipoles) -> FloatArray:
     """Sum solid angles over 4π: near ones exactly (van Oosterom & Strackee 1983, eq. 8), far ones together."""
+    order, first, last, child = runs
+    centres, moments, radii = dipoles
     out = np.empty(len(points))
     stack = np.empty(128, np.int64)
     for p in range(len(points)):
@@ -144,16 +164,10 @@ def _half_solid_angle(c: FloatArray, x: float, y: float, z: float) -> float:
 
 @njit(cache=True)
 def _nearest(
-    corners: FloatArray,
-    points: FloatArray,
-    order: IntArray,
-    first: IntArray,
-    last: IntArray,
-    child: IntArray,
-    lower: FloatArray,
-    upper: FloatArray,
+    corners: FloatArray, points: FloatArray, runs: _Runs, lower: FloatArray, upper: FloatArray
 ) -> tuple[IntArray, FloatArray]:
     """Go down the tree, the nearer child first, and leave out the boxes that lie farther than the best so far."""
+    order, first, last, child = runs
     triangle = np.empty(len(points), np.int64)
     foot = np.empty((len(points), 3))
     stack = np.empty(128, np.int64)

@@ -1,6 +1,6 @@
 """From a polygon soup to the closed surface of one body: repaired where that has one meaning, refused where not."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from estimator.surfaces.decimation import decimated
 from estimator.surfaces.doubles import without_doubles
 from estimator.surfaces.flat import flat_triangles, with_corners_joined, without_flat
 from estimator.surfaces.formats.soup import PolygonSoup, soup_of_triangles
-from estimator.surfaces.shells import near, one_body
+from estimator.surfaces.shells import OpenSurfaceError, near, one_body
 from estimator.surfaces.surface import Surface, used_vertices
 from estimator.surfaces.triangulation import triangulate
 from estimator.surfaces.units import METRES, Unit, unit_of
@@ -22,6 +22,8 @@ IntArray = NDArray[np.int64]
 _MOST_TRIANGLES = 5_000_000
 # Vertices closer than this share of the longest edge of the surface are one.
 _WELD = 1e-7
+# A surface that is open otherwise is welded so far: vertices that were rounded apart.
+_WIDER_WELDS = (1e-6, 1e-5, 1e-4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,13 +60,41 @@ def repaired(soup: PolygonSoup, source: str, unit: Unit | None = None) -> Repair
         surface is open, branches, is one-sided, encloses nothing, or is of several bodies.
     """
     vertices, scaling = in_metres(soup, source, unit)
-    repairs = [*soup.remarks, *scaling]
-    longest = float(np.ptp(vertices[used_vertices(soup.nodes, len(vertices))], axis=0).max())
-    vertices, became = weld(vertices, _WELD * longest)
+    used = used_vertices(soup.nodes, len(vertices))
+    soup = replace(soup, vertices=vertices[used], nodes=np.searchsorted(used, soup.nodes))
+    longest = float(np.ptp(soup.vertices, axis=0).max())
+    found = _closed(soup, longest, source)
+    surface, fewer = decimated(found.surface, source)
+    return RepairedSurface(surface, (*soup.remarks, *scaling, *found.repairs, *fewer))
+
+
+def _closed(soup: PolygonSoup, longest: float, source: str) -> RepairedSurface:
+    """Close a surface, with vertices welded from farther off where it is open otherwise and no face is lost by that."""
+    try:
+        return _joined(soup, longest, _WELD, source)
+    except OpenSurfaceError as first:
+        for share in _WIDER_WELDS:
+            try:
+                found = _joined(soup, longest, share, source)
+            except InputError:
+                continue
+            told = f"joined vertices up to {share * longest * 1e3:.2g} mm apart, between which the surface was open"
+            return RepairedSurface(found.surface, (*found.repairs, told))
+        if soup.remarks:
+            raise InputError(f"{first}; in the file {'; '.join(soup.remarks)}") from None
+        raise
+
+
+def _joined(soup: PolygonSoup, longest: float, share: float, source: str) -> RepairedSurface:
+    """Make the closed surface of a soup, m, whose vertices are welded up to a share of its longest edge apart."""
+    repairs = list[str]()
+    vertices, became = weld(soup.vertices, share * longest)
     if soup.shares_vertices and (doubled := len(became) - len(vertices)):
         repairs.append(f"merged {doubled} vertices that stood twice")
     nodes, ends, lost = _without_repeated_corners(became[soup.nodes], soup.ends)
     triangles = triangulate(vertices, nodes, ends, source)
+    if lost and share > _WELD:
+        raise InputError(f"{source}: welding leaves {lost} faces without area")
     if lost:
         repairs.append(f"left out {lost} faces whose corners coincide")
     triangles, doubled = without_doubles(triangles)
@@ -75,16 +105,16 @@ def repaired(soup: PolygonSoup, source: str, unit: Unit | None = None) -> Repair
             f"{source}: {len(triangles)} triangles; a closed surface takes 4 to {_MOST_TRIANGLES}: "
             "export it complete, or decimate it"
         )
-    triangles, joined = with_corners_joined(vertices, triangles, _WELD * longest)
+    triangles, joined = with_corners_joined(vertices, triangles, share * longest)
     if joined:
         repairs.append(f"split {joined} triangles at corners that lay on their edges")
-    triangles, flat = without_flat(vertices, triangles, longest)
+    triangles, flat, still_flat = without_flat(vertices, triangles, longest)
     if flat:
         repairs.append(f"removed {flat} triangles without area")
     surface, turned = one_body(vertices, triangles, source)
-    _check_no_flat(surface, longest, source)
-    surface, fewer = decimated(surface, source)
-    return RepairedSurface(surface, (*repairs, *turned, *fewer))
+    if still_flat:
+        _check_no_flat(surface, longest, source)
+    return RepairedSurface(surface, (*repairs, *turned))
 
 
 def closed_surface(vertices: FloatArray, triangles: IntArray, source: str) -> Surface:

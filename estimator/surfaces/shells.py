@@ -22,6 +22,11 @@ _ISLAND = 1e-3
 _NOTHING = 1e-12
 _SAMPLES = 12
 _MOST_SHELLS = 2_000
+_OPEN = "is open at"
+
+
+class OpenSurfaceError(InputError):
+    """The surface has an edge that only one triangle has."""
 
 
 def one_body(vertices: FloatArray, triangles: IntArray, source: str) -> tuple[Surface, list[str]]:
@@ -96,10 +101,10 @@ def _consistent(vertices: FloatArray, triangles: IntArray, source: str) -> tuple
 def _neighbours(vertices: FloatArray, triangles: IntArray, source: str) -> tuple[IntArray, IntArray]:
     """Return the pairs of directed edges that are one edge of the surface."""
     edges = edges_of(triangles)
-    for wrong, fault in ((edges.uses == 1, "is open at"), (edges.uses > 2, "branches at")):
+    for wrong, fault in ((edges.uses == 1, _OPEN), (edges.uses > 2, "branches at")):
         if wrong.any():
             place = vertices[edges.ends(np.flatnonzero(wrong)[:1])].mean(axis=(0, 1))
-            raise InputError(
+            raise (OpenSurfaceError if fault == _OPEN else InputError)(
                 f"{source}: the surface {fault} {np.count_nonzero(wrong)} edges, the first {near(place)}; "
                 "repair it to one closed shell"
             )

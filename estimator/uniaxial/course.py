@@ -6,7 +6,7 @@ import numpy as np
 
 from estimator.uniaxial.loading import IndexArray, first_loading, lines_told, runs_backwards
 from estimator.uniaxial.records import FloatArray, Mode
-from estimator.uniaxial.zero import find_preload, find_slack
+from estimator.uniaxial.zero import find_preload, find_slack, find_start
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,12 +83,13 @@ def without_preload(course: Course, mode: Mode, reach: float) -> Course:
 def _without_slack(course: Course, strain: FloatArray, stress: FloatArray) -> Course:
     slack = find_slack(strain, stress)
     if slack is None:
-        return course
+        return _from_its_start(course)
     loose = course.strain < slack.strain + slack.toe
-    told = f"{lines_told(course.lines[loose])}: slack, no load up to a strain of {slack.strain:.3g}"
+    end = f"{course.strain_sign * slack.strain:.3g}"
+    told = f"{lines_told(course.lines[loose])}: slack, no load up to a strain of {end}"
     if slack.toe:
         told = f"{told}, and the bend behind it"
-    moved = f"zero strain lies where the specimen takes load, at {slack.strain:.3g} of the file"
+    moved = f"zero strain lies where the specimen takes load, at {end} of the file"
     offset = slack.stress if abs(slack.stress) > _least_offset(stress) else 0.0
     zero = f"; stress counts from the {offset / 1e3:.3g} kPa that are read before" if offset else ""
     return replace(
@@ -99,6 +100,15 @@ def _without_slack(course: Course, strain: FloatArray, stress: FloatArray) -> Co
         assumed=(*course.assumed, moved + zero),
         left_out=(*course.left_out, *([told] if loose.any() else [])),
     )
+
+
+def _from_its_start(course: Course) -> Course:
+    """Return a course whose strain counts from its first row where no load is borne there."""
+    start = find_start(course.strain, course.stress)
+    if start is None:
+        return course
+    told = f"no load is borne at the first strain, {course.strain_sign * start:.3g}: zero strain lies there"
+    return replace(course, strain=course.strain - start, assumed=(*course.assumed, told))
 
 
 def _least_offset(stress: FloatArray) -> float:

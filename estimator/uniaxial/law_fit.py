@@ -99,7 +99,7 @@ def fit_law(law: Law, strain: FloatArray, stress: FloatArray, slack_limit: float
     Raises
     ------
     FitError
-        The search did not converge.
+        The search did not converge, or stress does not rise over these strains.
     """
     problem = _problem(law, strain, stress, slack_limit)
     every = np.arange(len(strain))
@@ -167,6 +167,11 @@ class _Problem:
 def _problem(law: Law, strain: FloatArray, stress: FloatArray, slack_limit: float) -> _Problem:
     unit = uniaxial_stress(NeoHookean(), 1.0, np.empty(0), specimen_stretch(strain, 0.0))
     modulus = float(unit @ stress / (unit @ unit))
+    if not modulus > 0:
+        raise FitError(
+            "stress does not rise with strain over the fitted range, as if the specimen bore no load; "
+            "check which columns hold load and travel, or fit from a larger strain"
+        )
     shape = law.shape_parameters
     upper = _admitted(law, specimen_stretch(strain, -slack_limit))
     unknowns = [

@@ -5,7 +5,7 @@ in the noise of the data, told from their third differences, in which a smooth c
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,11 @@ _HOLD_ROWS = 8
 _HOLD_SLOWNESS = 5.0
 _RATE_WINDOW = 5
 _FEWEST_MOVING = 12
+_FEWEST_LOADED = 6
+_NOISY_BEGINNING = (
+    0.03  # of the range of strain: a fall of stress up to there, with far more to come, is no tear
+)
+_FAR_MORE = 4.0
 
 IndexArray = NDArray[np.intp]
 
@@ -59,6 +64,15 @@ def first_loading(strain: FloatArray, stress: FloatArray, lines: IndexArray) -> 
     lines : (n,) where they stand, to tell what is left out
     """
     strain_sign = _direction(strain)
+    begin = _departure(strain_sign * (strain - strain[0]), stress)
+    if begin:
+        rest = first_loading(strain[begin:], stress[begin:], lines[begin:])
+        return replace(
+            rest,
+            rows=rest.rows + begin,
+            waiting=np.concatenate([np.arange(begin), rest.waiting + begin]),
+            left_out=(f"{lines_told(lines[:begin])}: before the test moves off", *rest.left_out),
+        )
     course = strain_sign * (strain - strain[0])
     turn = _first_reversal(course)
     stress_sign = _sign_of(stress[: turn + 1])
@@ -71,7 +85,7 @@ def first_loading(strain: FloatArray, stress: FloatArray, lines: IndexArray) -> 
     resting = _holds(course[: turn + 1], load[: turn + 1])
     kept, waiting, told = _without_holds(course[: turn + 1], resting, lines)
     left_out.extend(told)
-    torn = _fall(load[kept])
+    torn = _fall(load[kept], course[kept])
     if torn is not None:
         peak, fallen = torn
         behind = kept[peak + 1 :]
@@ -102,6 +116,22 @@ def _direction(strain: FloatArray) -> float:
     return -1.0 if len(far) and away[far[0]] < 0 else 1.0
 
 
+def _departure(course: FloatArray, stress: FloatArray) -> int:
+    """Return the place from which on a test goes off that first goes to and fro, without loading; 0 for all others."""
+    reach = float(course.max(initial=0.0))
+    gone = np.flatnonzero(_median3(course) > _DIRECTION * reach)
+    turn = _first_reversal(course)
+    if not len(gone) or turn >= gone[0] or np.abs(course[: gone[0]]).max() > _DIRECTION * reach:
+        return 0
+    risen = float(np.abs(stress[turn] - stress[0]))
+    if turn >= _FEWEST_LOADED and risen > max(6 * noise_of(stress), 0.01 * float(np.ptp(stress))):
+        return 0
+    smooth = _median3(course)[: gone[0]]
+    farthest = np.maximum.accumulate(smooth)
+    back = int(np.flatnonzero(farthest - smooth > _least_reversal(course))[-1])
+    return back + int(np.argmax(np.append(smooth[back:] >= farthest[back], True)))
+
+
 def _sign_of(stress: FloatArray) -> float:
     """Return the sign of the largest stress, from where it starts; what a torn specimen bears later is less."""
     away = _median3(stress) - np.median(stress[:3])
@@ -112,9 +142,7 @@ def _first_reversal(course: FloatArray) -> int:
     """Return the place of the largest strain before it first falls by more than noise; the last where it never does."""
     smooth = _median3(course)
     fallen = np.maximum.accumulate(smooth) - smooth
-    reversed_at = np.flatnonzero(
-        fallen > max(_IN_NOISE * noise_of(course), _LEAST_REVERSAL * float(np.ptp(course)))
-    )
+    reversed_at = np.flatnonzero(fallen > _least_reversal(course))
     if not len(reversed_at):
         return len(course) - 1
     peak = int(np.argmax(smooth[: int(reversed_at[0]) + 1]))
@@ -123,6 +151,10 @@ def _first_reversal(course: FloatArray) -> int:
     if peak + 1 < len(course) and 0 < course[peak + 1] - course[peak] <= 2 * usual:
         peak += 1
     return peak
+
+
+def _least_reversal(course: FloatArray) -> float:
+    return max(_IN_NOISE * noise_of(course), _LEAST_REVERSAL * float(np.ptp(course)))
 
 
 def _holds(course: FloatArray, load: FloatArray) -> list[tuple[int, int]]:
@@ -186,13 +218,20 @@ def _without_holds(
     return every[moving], waiting, told
 
 
-def _fall(load: FloatArray) -> tuple[int, float] | None:
+def _fall(load: FloatArray, course: FloatArray) -> tuple[int, float] | None:
     """Return the place of the largest stress before it first falls by more than noise, and by which share."""
     smooth = _median3(load)
     peak = np.maximum.accumulate(smooth)
     fallen = peak - smooth
     torn = np.flatnonzero((fallen > _LEAST_FALL * np.abs(peak)) & (fallen > _IN_NOISE * noise_of(load)))
     torn = torn[peak[torn] > 0.02 * float(smooth.max(initial=0.0))]
+    if not len(torn):
+        return None
+    # noise while the test begins
+    peak_at = np.maximum.accumulate(np.where(smooth == peak, np.arange(len(smooth)), 0))
+    early = (course - course[:1])[peak_at] <= _NOISY_BEGINNING * float(np.ptp(course))
+    later = np.maximum.accumulate(smooth[::-1])[::-1]
+    torn = torn[~(early[torn] & (later[torn] > _FAR_MORE * peak[torn]))]
     if not len(torn):
         return None
     place = int(np.argmax(smooth[: torn[0]]))

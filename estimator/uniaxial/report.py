@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from estimator.report import page
-from estimator.report.marks import plot_measured
+from estimator.report.drawing.marks import plot_measured
 from estimator.report.theme import ANCHOR, COLOURS, GRASP, INK, MUTED, PLOT_STYLE, PREDICTED, TRUTH
 from estimator.uniaxial.fit import RankedLaw, UniaxialFit
 from estimator.uniaxial.law_fit import Estimate, FloatArray

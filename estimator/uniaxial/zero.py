@@ -9,6 +9,7 @@ Neo-Hookean curve tells which. A curve that merely begins softly is left as it i
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 from estimator.uniaxial.loading import noise_of
 from estimator.uniaxial.records import FloatArray, Mode
@@ -26,6 +27,13 @@ _SURE = 4.0  # standard errors
 _LEAST_STRESS = 0.01  # of the stress at the end of the range
 _PRELOADS = 400
 _TOES = (0.0, 0.01, 0.02, 0.04, 0.08)
+_TOE_STEP = 0.005
+_MISSED = 6.0  # mean square over a soft beginning, over what noise alone would make of it
+_STEEP = 0.75  # slope there, over the one up to the end
+_SOFT = 0.5  # slope of a beginning that is being taken up, over the one right behind it
+_LONGEST_TOE = 0.12  # of the range of strain; a longer one may be the material
+_MOST_BEARABLE = 0.1  # of the stress that a strain from the file's zero would have made
+_FAR_FROM_ZERO = 0.02  # of the range of strain
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +73,28 @@ def find_slack(strain: FloatArray, stress: FloatArray) -> Slack | None:
     ----------
     strain, stress : (n,) magnitudes of the first loading, rows before it moved included
     """
+    return _flat_beginning(strain, stress) or _soft_beginning(strain, stress)
+
+
+def find_start(strain: FloatArray, stress: FloatArray) -> float | None:
+    """Return the strain at which a record begins without load though far from zero, as travel does; None otherwise.
+
+    Parameters
+    ----------
+    strain, stress : (n,) magnitudes of the first loading, without slack
+    """
+    start, reach = float(strain[0]), float(np.ptp(strain))
+    used = strain <= start + min(_FARTHEST, reach / 2)
+    if abs(start) <= _FAR_FROM_ZERO * reach or used.sum() < 2 * _BEGINNING:
+        return None
+    values, errors = _polynomial(strain[used] - start, stress[used])
+    borne = abs(float(values[0])) - _SURE * float(errors[0])
+    if values[1] <= 0 or borne > _MOST_BEARABLE * values[1] * abs(start):
+        return None
+    return start
+
+
+def _flat_beginning(strain: FloatArray, stress: FloatArray) -> Slack | None:
     onset = _onset(strain, stress)
     if onset < _FEWEST_FLAT:
         return None
@@ -93,7 +123,7 @@ def find_slack(strain: FloatArray, stress: FloatArray) -> Slack | None:
     end = float(x.max()) - kink
     secant = float(_cubic(values, np.array(end))) / end if end > 0 else 0.0
     significant = none_cost > cost * (1 + _SIGNIFICANT / len(x))
-    if flat < _FEWEST_FLAT or abs(kink) < _LEAST_SLACK:
+    if flat < _FEWEST_FLAT or kink - min(begin, 0.0) < _LEAST_SLACK:
         return None
     if not significant or secant <= 0 or values[1] < _KINK * secant or toe > kink - begin:
         return None
@@ -104,6 +134,62 @@ def find_slack(strain: FloatArray, stress: FloatArray) -> Slack | None:
     if _slope(x[before], y[before]) > _FLAT * values[1]:
         return None
     return Slack(kink, float(values[0]), toe)
+
+
+def _soft_beginning(strain: FloatArray, stress: FloatArray) -> Slack | None:
+    """Find a bend at the very beginning, behind which the curve is a cubic that is steepest there.
+
+    A material that begins softly goes on to stiffen; what is soft over some hundredths of strain only, and no longer
+    behind them, is a specimen that straightens or faces that come to bear.
+    """
+    begin, reach = float(strain.min()), float(strain.max())
+    level = float(np.median(stress[:_FEWEST_FLAT]))
+    end = begin + min(_FARTHEST, (reach - begin) / 2)
+    x, y = strain[strain <= end] - begin, stress[strain <= end] - level
+    if len(x) < 4 * _BEGINNING or abs(level) > max(
+        _LEAST_STRESS * float(np.ptp(stress)), 4 * noise_of(stress)
+    ):
+        return None
+    allowed = max(1.5 * noise_of(stress), _NEGLIGIBLE / 2 * float(np.ptp(stress)))
+    for toe in np.arange(_TOE_STEP, _LONGEST_TOE * (reach - begin), _TOE_STEP):
+        if len(np.unique(x[x >= toe])) < 4 * _BEGINNING:
+            return None
+        kink = _kink_of_bend(x, y, float(toe), allowed)
+        if kink is not None:
+            return Slack(begin + kink, level, float(toe) - kink)
+    return None
+
+
+def _kink_of_bend(x: FloatArray, y: FloatArray, toe: float, allowed: float) -> float | None:
+    """Return where the cubic through all rows behind a toe has its zero, if those before it begin much more softly.
+
+    Parameters
+    ----------
+    x, y : (n,) strain from the first on, and stress
+    allowed : root mean square error of the cubic
+    """
+    behind = x >= toe
+    course = Polynomial.fit(x[behind], y[behind], 3)
+    cost = float(np.sum((course(x[behind]) - y[behind]) ** 2)) / (int(behind.sum()) - 4)
+    roots = np.asarray(course.roots(), dtype=np.complex128)
+    kink = float(roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real < toe)].max(initial=0.0))
+    # a bend reaches behind its kink as far as half of what lies before
+    if cost > allowed**2 or not _LEAST_SLACK <= kink <= toe / 1.5:
+        return None
+    before = x <= kink
+    # rows at few strains, as in a staircase, do not tell where between them load began
+    widest = float(np.diff(np.sort(x[x < toe]), prepend=0.0, append=toe).max())
+    if before.sum() < _FEWEST_FLAT or widest > kink / 2:
+        return None
+    slope, chord = float(course.deriv()(kink)), float(course(x.max())) / (float(x.max()) - kink)
+    error = float(np.sqrt(cost) / np.linalg.norm(x[before] - x[before].mean()))
+    missed = float(np.mean((course(x[x < toe]) - y[x < toe]) ** 2))
+    # what noise alone makes of a cubic that is followed back over the toe
+    powers = (x[:, None] / x.max()) ** np.arange(4)
+    spread = np.linalg.pinv(powers[behind].T @ powers[behind])
+    expected = cost * (1 + float(np.mean(np.sum(powers[~behind] @ spread * powers[~behind], axis=1))))
+    soft = _slope(x[before], y[before]) - error < _SOFT * slope
+    return kink if soft and missed >= _MISSED * expected and slope >= _STEEP * chord else None
 
 
 def find_preload(strain: FloatArray, stress: FloatArray, mode: Mode, reach: float) -> Preload | None:

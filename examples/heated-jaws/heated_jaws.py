@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from estimator import Amplitude, Effect
 from estimator.effects.effect import Constant, Values
 from estimator.experiment import Experiment
-from estimator.fem.body import Body, Response, nodal_forces
-from estimator.fem.kernels import element_stiffness
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.quadrature import quadrature_points
-from estimator.fem.stress_terms import isochoric_energy, isochoric_slope
-from estimator.fem.terms import Memoryless, Term, TermStiffness
+from estimator.fem.assembly.body import Body, Response, nodal_forces
+from estimator.fem.assembly.kernels import element_stiffness, without_dilatation
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.discretisation.quadrature import quadrature_points
+from estimator.fem.terms.stress_terms import isochoric_energy, isochoric_slope
+from estimator.fem.terms.term import Memoryless, Term, TermStiffness
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
@@ -62,9 +62,7 @@ class Softened(Memoryless):
             self.body.volume,
             -self._present * energy.slope,
             -self._present * energy.curvature,
-            self.body.basis[:, :, :0],
-            np.zeros(len(self.body.volume)),
-            response.law.dilatation_by,
+            without_dilatation(self.body.volume),
         )
         return TermStiffness(elements=elements)
 

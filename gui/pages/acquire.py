@@ -18,18 +18,18 @@ from daq.plans import Trial
 from daq.rig import Rig
 from daq.session.checks import check_limits, tool_targets
 from daq.trajectories import Trajectory
-from gui.bead_finder import BeadFinder
 from gui.context import Context
-from gui.queue_runner import Labels, QueueRunner
-from gui.state import RigState
+from gui.recording.queue_runner import Labels, QueueRunner
+from gui.recording.work_queue import Queue, next_place
+from gui.rig.bead_finder import BeadFinder
+from gui.rig.state import RigState
 from gui.widgets.cards import Card, button, label, set_role
-from gui.widgets.force_plot import ForcePlot
-from gui.widgets.queue_table import QueueTable
-from gui.widgets.readings import PoseReadings
+from gui.widgets.forms.queue_table import QueueTable
+from gui.widgets.forms.trial_panel import TrialPanel
+from gui.widgets.plots.force_plot import ForcePlot
+from gui.widgets.rig.readings import PoseReadings
 from gui.widgets.split import ScrolledSides
-from gui.widgets.stereo_preview import StereoPreview
-from gui.widgets.trial_panel import TrialPanel
-from gui.work_queue import Queue, next_place
+from gui.widgets.video.stereo_preview import StereoPreview
 from robot_drivers.protocols import Pose
 
 

@@ -6,24 +6,24 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
 
 from daq.acquisition.messages import Telemetry
-from daq.calibration.in_force import calibrations_in_force
-from daq.calibration.outcome import KINDS, Kind
 from daq.calibration.procedures import MOTIONS
 from daq.calibration.tool import FEWEST_TOUCHES, LEAST_TURN_DEG
+from daq.calibration_files.in_force import calibrations_in_force
+from daq.calibration_files.outcome import KINDS, Kind
 from daq.errors import DaqError
 from daq.vision.charuco import CharucoBoard
-from gui.calibration_bench import Judged, Kept, TouchTaken, ViewTaken
-from gui.calibration_wizard import CalibrationWizard
+from gui.calibration.bench import Judged, Kept, TouchTaken, ViewTaken
+from gui.calibration.wizard import CalibrationWizard
 from gui.context import Context
-from gui.laboratory import STANDARD, Laboratory
 from gui.messages import information
-from gui.state import RigState
+from gui.rig.laboratory import STANDARD, Laboratory
+from gui.rig.state import RigState
 from gui.widgets.cards import Card, button, label, scrolled
-from gui.widgets.coverage_map import CoverageMap
-from gui.widgets.outcome_panel import OutcomePanel
-from gui.widgets.parameter_form import ParameterForm
+from gui.widgets.forms.parameter_form import ParameterForm
+from gui.widgets.plots.coverage_map import CoverageMap
+from gui.widgets.results.outcome_panel import OutcomePanel
 from gui.widgets.split import BesideOrBelow
-from gui.widgets.stereo_preview import StereoPreview
+from gui.widgets.video.stereo_preview import StereoPreview
 from robot_drivers.protocols import DeviceIdentity
 
 _BOARD_KINDS: tuple[Kind, ...] = ("cameras", "stereo")

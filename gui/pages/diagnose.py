@@ -8,17 +8,17 @@ from typing import ClassVar
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QListWidget, QSplitter, QVBoxLayout, QWidget
 
-from daq.advised import advised_trial
+from daq.plans.advised import advised_trial
 from estimator.diagnosis.result import Advice, Consideration, Diagnosis
 from estimator.report.diagnosis.findings import answer_words
-from gui.computations import diagnose_sources, try_cause, write_diagnosis_page
+from gui.analysis.computations import diagnose_sources, try_cause, write_diagnosis_page
 from gui.context import Context
 from gui.messages import information
 from gui.widgets.cards import Card, button, label
-from gui.widgets.diagnosis_result import Diagnosed, DiagnosisResult
+from gui.widgets.forms.source_picker import SourcePicker
 from gui.widgets.job_strip import WAIT, JobStrip
+from gui.widgets.results.diagnosis_result import Diagnosed, DiagnosisResult
 from gui.widgets.save_dialog import ask_where_to_save
-from gui.widgets.source_picker import SourcePicker
 from gui.widgets.split import side_by_side
 
 MANOEUVRES_FOLDER = "manoeuvres"

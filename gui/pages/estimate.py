@@ -10,16 +10,16 @@ from estimator.errors import InputError
 from estimator.fit.online import OnlineEstimate
 from estimator.fit.result import Estimate
 from estimator.materials import LAWS, installed_laws
-from gui.computations import estimate_sources, write_estimate_page
+from gui.analysis.computations import estimate_sources, write_estimate_page
+from gui.analysis.following import FollowedStep, follow_session
 from gui.context import Context
-from gui.following import FollowedStep, follow_session
 from gui.messages import information
-from gui.state import RigState
+from gui.rig.state import RigState
 from gui.widgets.cards import button, label
-from gui.widgets.estimate_result import EstimateResult
+from gui.widgets.forms.source_picker import SourcePicker
 from gui.widgets.job_strip import WAIT, JobStrip
+from gui.widgets.results.estimate_result import EstimateResult
 from gui.widgets.save_dialog import ask_where_to_save
-from gui.widgets.source_picker import SourcePicker
 from gui.widgets.split import side_by_side
 from robot_drivers.clock import host_time_ns
 

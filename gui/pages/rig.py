@@ -8,16 +8,16 @@ from daq.acquisition.messages import Failure
 from daq.device_checks import DeviceReport
 from daq.rig import Rig
 from gui.context import Context
-from gui.laboratory import ROBOT, Laboratory, roles
 from gui.messages import Message, failure_told, information
-from gui.rig_check import check_rig
-from gui.state import RigState
+from gui.rig.check import check_rig
+from gui.rig.laboratory import ROBOT, Laboratory, roles
+from gui.rig.state import RigState
 from gui.widgets.cards import Card, button, label, scrolled
-from gui.widgets.device_table import DeviceTable
 from gui.widgets.lamp import Lamp
-from gui.widgets.readings import PoseReadings, WrenchReadings
+from gui.widgets.rig.device_table import DeviceTable
+from gui.widgets.rig.readings import PoseReadings, WrenchReadings
 from gui.widgets.split import BesideOrBelow
-from robot_drivers.ati.tare import TareStack
+from robot_drivers.ati.compensation.tare import TareStack
 
 
 class RigPage(QWidget):

@@ -8,17 +8,17 @@ from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QTabWidget, Q
 
 from daq.errors import RecordingError
 from daq.session_report import SessionReport, read_report
-from gui.computations import EXPORTS, export_session, judge_session, repair_session
+from gui.analysis.computations import EXPORTS, export_session, judge_session, repair_session
 from gui.context import Context
 from gui.messages import Message, information
-from gui.session_list import SessionEntry
+from gui.sessions.session_list import SessionEntry
 from gui.widgets.cards import Card, button, label, scrolled
+from gui.widgets.forms.session_table import SessionTable
 from gui.widgets.job_strip import JobStrip, failed
-from gui.widgets.replay_pane import ReplayPane
 from gui.widgets.save_dialog import ask_where_to_save
-from gui.widgets.session_table import SessionTable
 from gui.widgets.split import side_by_side
 from gui.widgets.tables import Facts
+from gui.widgets.video.replay_pane import ReplayPane
 
 _FORMS = {
     "experiment": "Experiment folder",

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QWidget
 
-from gui.jobs import Job
+from gui.jobs.running import Job
 from gui.messages import Message
 from gui.widgets.cards import button, label
 

@@ -4,7 +4,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from gui.state import Health
+from gui.rig.state import Health
 from gui.theme import theme_of
 
 _WORDS = {"off": "off", "good": "good", "doubtful": "to be looked at", "bad": "bad"}

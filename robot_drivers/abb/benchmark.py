@@ -25,10 +25,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from robot_drivers.abb import egm_load
-from robot_drivers.abb.egm import EGMSettings
-from robot_drivers.abb.egm_guidance import EGMGuidedRobot
-from robot_drivers.abb.guidance_session import EGMGuidanceSettings
-from robot_drivers.abb.udp import StampedSocket
+from robot_drivers.abb.egm.guidance import EGMGuidedRobot
+from robot_drivers.abb.egm.guidance_session import EGMGuidanceSettings
+from robot_drivers.abb.egm.position_stream import EGMSettings
+from robot_drivers.abb.egm.udp import StampedSocket
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import Pose, Speed
 from robot_drivers.real_time import shorten_collections
@@ -83,7 +83,7 @@ def run(seconds: float, loaded: bool) -> AnswerTimes:
         command = [
             sys.executable,
             "-m",
-            "robot_drivers.abb.emulator_pacer",
+            "robot_drivers.abb.emulator.pacer",
             "127.0.0.1",
             str(port),
             str(seconds),

@@ -8,14 +8,14 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_drivers.ati.controller_ft_emulator import ControllerFTEmulator, ControllerFTEmulatorSettings
-from robot_drivers.ati.digital_ft_emulator import DigitalFTEmulator, DigitalFTEmulatorSettings
 from robot_drivers.ati.emulator import EmulatorSettings, Faults, NetFTEmulator, WrenchSource
-from robot_drivers.ati.emulator.netbox_can import CanFaults, NetBoxCanEmulator, NetBoxCanEmulatorSettings
-from robot_drivers.ati.emulator.netcanoem import BoardFaults, BoardSettings, NetCANOEMEmulator
-from robot_drivers.ati.gages import FT33206, HIGHEST_GAGE
-from robot_drivers.ati.serial_line_emulator import LineFaults
-from robot_drivers.ati.slcan_adapter_emulator import SlcanAdapterEmulator
+from robot_drivers.ati.emulator.can.netbox_can import CanFaults, NetBoxCanEmulator, NetBoxCanEmulatorSettings
+from robot_drivers.ati.emulator.can.netcanoem import BoardFaults, BoardSettings, NetCANOEMEmulator
+from robot_drivers.ati.emulator.can.slcan_adapter import SlcanAdapterEmulator
+from robot_drivers.ati.emulator.serial.controller_ft import ControllerFTEmulator, ControllerFTEmulatorSettings
+from robot_drivers.ati.emulator.serial.digital_ft import DigitalFTEmulator, DigitalFTEmulatorSettings
+from robot_drivers.ati.emulator.serial.line import LineFaults
+from robot_drivers.ati.transducer.gages import FT33206, HIGHEST_GAGE
 from robot_drivers.emulated_outages import Outages
 from robot_drivers.emulators.kind import EmulatorKind, Running
 

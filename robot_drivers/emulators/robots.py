@@ -5,10 +5,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from robot_drivers.abb.emulator import ControllerEmulator
-from robot_drivers.abb.emulator_guidance import GuidanceMode, GuidanceSettings, GuidanceState
-from robot_drivers.abb.emulator_settings import ArmSettings, ControllerFaults, EmulatorSettings
-from robot_drivers.abb.open_abb_emulator import OpenABBEmulator, OpenABBEmulatorSettings
+from robot_drivers.abb.emulator.controller import ControllerEmulator
+from robot_drivers.abb.emulator.guidance import GuidanceMode, GuidanceSettings, GuidanceState
+from robot_drivers.abb.emulator.open_abb import OpenABBEmulator, OpenABBEmulatorSettings
+from robot_drivers.abb.emulator.settings import ArmSettings, ControllerFaults, EmulatorSettings
 from robot_drivers.emulators.kind import EmulatorKind, Running
 from robot_drivers.errors import ConfigurationError
 

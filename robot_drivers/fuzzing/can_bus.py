@@ -7,7 +7,7 @@ from random import Random
 import can
 import numpy as np
 
-from robot_drivers.ati.can_link import CanLink
+from robot_drivers.ati.can.link import CanLink
 from robot_drivers.ati.netbox_can.frames import LONG_ORDER, decode_long, decode_short
 from robot_drivers.ati.netcanoem.frames import (
     DEFAULT_BASE,

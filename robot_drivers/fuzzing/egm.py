@@ -4,8 +4,8 @@ import struct
 from collections.abc import Container
 from random import Random
 
-from robot_drivers.abb.egm import EGMSample, classify, to_sample
-from robot_drivers.abb.egm_codec import EgmRobot, decode_robot, decode_sensor
+from robot_drivers.abb.egm.codec import EgmRobot, decode_robot, decode_sensor
+from robot_drivers.abb.egm.position_stream import EGMSample, classify, to_sample
 from robot_drivers.abb.sequence import SequenceAccount
 from robot_drivers.fuzzing.mutations import mutated, overwritten
 from robot_drivers.fuzzing.target import Target, WrongValueError, agree

@@ -4,7 +4,7 @@ import math
 import re
 from random import Random
 
-from robot_drivers.abb.open_abb_messages import find_info, parse_joints, parse_pose, parse_reply
+from robot_drivers.abb.open_abb.messages import find_info, parse_joints, parse_pose, parse_reply
 from robot_drivers.fuzzing.mutations import mutated, overwritten
 from robot_drivers.fuzzing.target import Target, WrongValueError, agree
 

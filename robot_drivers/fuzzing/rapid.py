@@ -5,8 +5,8 @@ import struct
 from collections.abc import Callable
 from random import Random
 
-from robot_drivers.abb.kinematics import Joints
-from robot_drivers.abb.rapid_frames import FrameSplitter, TextReply, decode_reply, decode_state
+from robot_drivers.abb.motion.kinematics import Joints
+from robot_drivers.abb.rapid_socket.frames import FrameSplitter, TextReply, decode_reply, decode_state
 from robot_drivers.fuzzing.mutations import mutated, overwritten
 from robot_drivers.fuzzing.target import Target, WrongValueError, agree
 from robot_drivers.protocols import Pose

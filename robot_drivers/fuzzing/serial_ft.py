@@ -8,11 +8,11 @@ from random import Random
 
 import numpy as np
 
-from robot_drivers.ati import digital_ft_protocol, serial_modbus
-from robot_drivers.ati.controller_ft_records import AsciiDecoder, BinaryDecoder
-from robot_drivers.ati.digital_ft_protocol import SampleDecoder
-from robot_drivers.ati.gages import FT33206
-from robot_drivers.ati.serial_framing import Decoder
+from robot_drivers.ati.controller_ft.records import AsciiDecoder, BinaryDecoder
+from robot_drivers.ati.digital_ft.modbus import checked_answer
+from robot_drivers.ati.digital_ft.protocol import SampleDecoder, parse_calibration
+from robot_drivers.ati.serial.framing import Decoder
+from robot_drivers.ati.transducer.gages import FT33206
 from robot_drivers.errors import DeviceFaultError, DeviceProtocolError
 from robot_drivers.fuzzing.mutations import mutated, overwritten
 from robot_drivers.fuzzing.target import Target, WrongValueError, agree
@@ -37,7 +37,7 @@ def _modbus_answer(random: Random) -> bytes:
 
 
 def _check_modbus_answer(answer: bytes) -> bool:
-    content = serial_modbus.checked_answer(_REQUEST, answer)
+    content = checked_answer(_REQUEST, answer)
     agree(answer[-2:], struct.pack("<H", _crc(answer[:-2])), "checksum of what was taken")
     agree((answer[:2], content), (_REQUEST[:2], answer[:-2]), "answer")
     return True
@@ -58,7 +58,7 @@ def _reversed_bits(value: int, width: int) -> int:
 
 
 def _check_calibration(record: bytes) -> bool:
-    calibration = digital_ft_protocol.parse_calibration(record)
+    calibration = parse_calibration(record)
     agree(calibration.matrix.astype(">f4").tobytes(), record[64:208], "calibration matrix")
     agree(struct.pack(">6H", *calibration.gains), record[242:254], "gains")
     agree(struct.pack(">6H", *calibration.offsets), record[254:266], "offsets")

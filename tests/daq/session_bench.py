@@ -12,7 +12,7 @@ from daq.rig import Rig
 from daq.session.session import Label, run_session
 from daq.trajectories import PULL, Dwell, Trajectory
 from daq.virtual_rig.layout import REST_TOOL, Addresses, rig_description
-from daq.virtual_rig.scene import flea2_pair
+from daq.virtual_rig.rendering.scene import flea2_pair
 
 SHORT = replace(
     PULL, steps=3, return_steps=1, step_length=0.002, dwell=Dwell(rest_s=0.1, settle_s=0.02, measure_s=0.05)

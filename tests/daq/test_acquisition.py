@@ -15,17 +15,18 @@ from listening import ears
 from session_endings import stop_of, wait_until_sealed
 
 from daq.acquisition.client import Acquisition
+from daq.devices import connected
 from daq.errors import MotionLimitError, SessionError, SoftwareStopError
 from daq.progress import silent
 from daq.recording.folder import read_info, verify_checksums
 from daq.recording.reader import Recording, open_recording
 from daq.rig import Rig, make_devices, read_rig
-from daq.session.session import Label, connected
+from daq.session.session import Label
 from daq.session_report import read_report
 from daq.trajectories import PULL, Dwell
 from daq.virtual_rig.launch import virtual_rig
 from daq.virtual_rig.layout import GRASP_CENTRE, REST_TOOL, placed_beads
-from daq.virtual_rig.phantom import SpringPhantom
+from daq.virtual_rig.physics.phantom import SpringPhantom
 from daq.virtual_rig.processes import VirtualRigSettings
 from robot_drivers.clock import host_time_s
 from robot_drivers.protocols import Speed

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from daq.advised import advised_trial
 from daq.frames import rotation
+from daq.plans.advised import advised_trial
 from estimator.diagnosis.conclusions.design_of_experiments import MANOEUVRES
 from estimator.diagnosis.result import Manoeuvre
 

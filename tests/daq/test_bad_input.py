@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from daq.bad_input.campaign import run_kind
-from daq.bad_input.damage import emptied
+from daq.bad_input.damage.any_file import emptied
 from daq.bad_input.kind import Kind
 from daq.bad_input.kinds import KINDS
 from daq.cli.verb import Result, concluded

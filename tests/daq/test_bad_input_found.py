@@ -9,16 +9,16 @@ from pathlib import Path
 
 import pytest
 
-from daq.bad_input import samples, session_sample
-from daq.calibration.in_force import calibrations_in_force
+from daq.bad_input.samples import benchmarks, experiments, laboratory, sessions, surfaces
+from daq.calibration_files.in_force import calibrations_in_force
 from daq.errors import RecordingError, RigError, TrajectoryError
-from daq.own_trajectories import load_function
+from daq.files.png import is_whole_png
 from daq.plans import due_runs, journal_path, read_plan
-from daq.png import is_whole_png
 from daq.recording.folder import read_info, verify_checksums
-from daq.recording.recovery.session import recover_session
+from daq.recording.recovery import recover_session
 from daq.rig import read_rig
 from daq.session_report import read_report
+from daq.trajectories.own import load_function
 from estimator.blind.scoring.answers import read_answers
 from estimator.blind.scoring.keys import OPENINGS_FILE, open_keys
 from estimator.errors import InputError
@@ -37,11 +37,11 @@ def edited(file: Path, old: str, new: str) -> None:
 
 @pytest.mark.parametrize("number", ["1" + "0" * 400, "9" * 5000, "1e308"])
 def test_a_number_beyond_all_quantities_is_refused(tmp_path: Path, number: str) -> None:
-    samples.rig(tmp_path)
+    laboratory.rig(tmp_path)
     edited(tmp_path / "rig.toml", "mass_kg = 0.35", f"mass_kg = {number}")
     with pytest.raises(RigError):
         read_rig(tmp_path / "rig.toml")
-    samples.experiment(tmp_path)
+    experiments.experiment(tmp_path)
     edited(tmp_path / "pull" / "experiment.toml", "density = ", f"density = {number} # ")
     with pytest.raises(InputError):
         read_experiment(tmp_path / "pull")
@@ -53,7 +53,7 @@ def test_a_number_beyond_all_quantities_is_refused(tmp_path: Path, number: str) 
 def test_a_phantom_whose_name_would_lead_out_of_the_folder_of_sessions_is_refused(
     tmp_path: Path, name: str
 ) -> None:
-    samples.rig(tmp_path)
+    laboratory.rig(tmp_path)
     edited(tmp_path / "rig.toml", 'phantom_id = "virtual"', f'phantom_id = "{name}"')
     with pytest.raises(RigError, match=r"rig\.toml, line \d+: specimen is refused: phantom_id"):
         read_rig(tmp_path / "rig.toml")
@@ -72,7 +72,7 @@ def test_a_phantom_whose_name_would_lead_out_of_the_folder_of_sessions_is_refuse
     ],
 )
 def test_a_template_that_is_no_plain_name_is_refused(tmp_path: Path, template: str) -> None:
-    samples.plan(tmp_path)
+    laboratory.plan(tmp_path)
     edited(tmp_path / "plan.toml", "{date}_{phantom}_{trial:02d}_{repeat}", template)
     with pytest.raises(RigError, match="name"):
         read_plan(tmp_path / "plan.toml")
@@ -82,14 +82,14 @@ def test_a_template_that_is_no_plain_name_is_refused(tmp_path: Path, template: s
     "program", ["../mine.py:sway", "/elsewhere/mine.py:sway", "a/../../mine.py:sway", "C:/mine.py:sway"]
 )
 def test_a_plan_runs_no_program_outside_of_its_folder(tmp_path: Path, program: str) -> None:
-    samples.plan(tmp_path)
+    laboratory.plan(tmp_path)
     edited(tmp_path / "plan.toml", "mine.py:sway", program)
     with pytest.raises(RigError, match="outside of the plan's folder"):
         read_plan(tmp_path / "plan.toml")
 
 
 def test_no_program_of_a_plan_runs_where_the_plan_is_refused(tmp_path: Path) -> None:
-    samples.plan(tmp_path)
+    laboratory.plan(tmp_path)
     (tmp_path / "mine.py").write_text("from pathlib import Path\nPath(__file__).with_name('ran').touch()\n")
     edited(tmp_path / "plan.toml", "first_order = 1", "first_order = 'one'")
     with pytest.raises(RigError):
@@ -99,7 +99,7 @@ def test_no_program_of_a_plan_runs_where_the_plan_is_refused(tmp_path: Path) -> 
 
 @pytest.mark.parametrize("count", ["100000000000", "99999999"])
 def test_a_plan_of_sessions_without_end_is_refused(tmp_path: Path, count: str) -> None:
-    samples.plan(tmp_path)
+    laboratory.plan(tmp_path)
     edited(tmp_path / "plan.toml", "repeat = 2", f"repeat = {count}")
     with pytest.raises(RigError, match="at most"):
         read_plan(tmp_path / "plan.toml")
@@ -117,14 +117,14 @@ def test_a_function_that_fails_is_told_in_one_line(tmp_path: Path, source: str) 
 
 @pytest.mark.parametrize("text", ["", "[]", '{"a": 1}', '{"a": "b", "a": "c"}', "\\xff", "[" * 100_000])
 def test_a_damaged_journal_is_refused_before_anything_is_recorded(tmp_path: Path, text: str) -> None:
-    samples.plan(tmp_path)
+    laboratory.plan(tmp_path)
     journal_path(tmp_path / "plan.toml").write_text(text)
     with pytest.raises(TrajectoryError, match=r"plan\.journal\.json"):
         due_runs(read_plan(tmp_path / "plan.toml"), journal_path(tmp_path / "plan.toml"), tmp_path)
 
 
 def test_a_latency_of_an_unknown_stream_is_refused(tmp_path: Path) -> None:
-    samples.calibration(tmp_path)
+    laboratory.calibration(tmp_path)
     edited(next(tmp_path.glob("time_*.toml")), '"force sensor"', '"wind"')
     with pytest.raises(RigError, match="stream must be one of"):
         calibrations_in_force(_with_calibrations(tmp_path), {})
@@ -136,7 +136,7 @@ def _with_calibrations(folder: Path):
 
 
 def test_nothing_is_sealed_where_one_of_the_recordings_cannot_be(tmp_path: Path) -> None:
-    session_sample.cut_session(tmp_path)
+    sessions.cut_session(tmp_path)
     session = tmp_path / "session"
     (session / "cameras.mcap").write_bytes(b"no recording at all")
     before = (session / "signals.mcap").read_bytes()
@@ -150,14 +150,14 @@ def test_nothing_is_sealed_where_one_of_the_recordings_cannot_be(tmp_path: Path)
     "line", ["0000  ../rig.toml", "0000  /dev/zero", "no line of it", "0000  signals.mcap"]
 )
 def test_a_list_of_checksums_leads_nowhere_but_into_its_session(tmp_path: Path, line: str) -> None:
-    session_sample.sealed_session(tmp_path)
+    sessions.sealed_session(tmp_path)
     (tmp_path / "session" / "CHECKSUMS.sha256").write_text(f"{line}\n")
     altered = [line.partition("  ")[2]]
     assert verify_checksums(tmp_path / "session") == ["CHECKSUMS.sha256", *altered]
 
 
 def test_a_file_larger_than_any_of_a_session_counts_as_altered_and_is_not_read(tmp_path: Path) -> None:
-    session_sample.sealed_session(tmp_path)
+    sessions.sealed_session(tmp_path)
     with (tmp_path / "session" / "rig.toml").open("r+b") as file:
         file.truncate(1_000_000_000_000)
     assert verify_checksums(tmp_path / "session") == ["rig.toml"]
@@ -165,7 +165,7 @@ def test_a_file_larger_than_any_of_a_session_counts_as_altered_and_is_not_read(t
 
 @pytest.mark.parametrize("text", ["[]", "{", '{"streams": {}}', "null", "[" * 100_000])
 def test_a_report_of_a_recording_that_is_none_is_refused(tmp_path: Path, text: str) -> None:
-    session_sample.reported_session(tmp_path)
+    sessions.reported_session(tmp_path)
     session = tmp_path / "session"
     assert read_report(session).streams
     (session / "derived" / "report.json").write_text(text)
@@ -176,7 +176,7 @@ def test_a_report_of_a_recording_that_is_none_is_refused(tmp_path: Path, text: s
 @pytest.mark.skipif(sys.platform == "win32", reason="no such pipes")
 @pytest.mark.parametrize("source", ["image%02d.png", "image01.png"])
 def test_a_pipe_in_the_place_of_an_image_is_not_waited_for(tmp_path: Path, source: str) -> None:
-    samples.image_sequence(tmp_path)
+    laboratory.image_sequence(tmp_path)
     (tmp_path / "image01.png").unlink()
     os.mkfifo(tmp_path / "image01.png")
     with pytest.raises(DeviceError, match=r"image01\.png is a pipe"):
@@ -199,7 +199,7 @@ def test_a_film_that_is_a_list_of_addresses_connects_to_none_of_them(tmp_path: P
 def test_an_image_of_a_sequence_that_cannot_be_decoded_is_told_by_the_driver_alone(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    samples.image_sequence(tmp_path)
+    laboratory.image_sequence(tmp_path)
     (tmp_path / "image00.png").write_bytes(b"no image")
     camera = OpenCVCamera(OpenCVCameraSettings(source=str(tmp_path / "image%02d.png"), fps=25.0))
     with pytest.raises(DeviceError, match=r"cannot be decoded|cannot open it"):
@@ -211,7 +211,7 @@ def test_an_image_of_a_sequence_that_cannot_be_decoded_is_told_by_the_driver_alo
     "key, value", [("order", "one"), ("problems", [3]), ("state", "new"), ("samples", {"/force": "x"})]
 )
 def test_a_session_description_of_other_types_is_refused(tmp_path: Path, key: str, value: object) -> None:
-    session_sample.sealed_session(tmp_path)
+    sessions.sealed_session(tmp_path)
     file = tmp_path / "session" / "session.json"
     file.write_text(json.dumps({**json.loads(file.read_text()), key: value}))
     with pytest.raises(RecordingError, match=r"session\.json"):
@@ -219,7 +219,7 @@ def test_a_session_description_of_other_types_is_refused(tmp_path: Path, key: st
 
 
 def test_an_answer_of_other_types_is_refused(tmp_path: Path) -> None:
-    samples.benchmark(tmp_path)
+    benchmarks.benchmark(tmp_path)
     edited(tmp_path / "answers" / "one.json", '"closure_held_out": 0.8', '"closure_held_out": "much"')
     with pytest.raises(InputError, match=r"one\.json: is no diagnosis"):
         read_answers(tmp_path / "answers")
@@ -233,7 +233,7 @@ def test_an_answer_of_other_types_is_refused(tmp_path: Path) -> None:
     ],
 )
 def test_an_answer_whose_probabilities_are_none_is_refused(tmp_path: Path, old: str, new: str) -> None:
-    samples.benchmark(tmp_path)
+    benchmarks.benchmark(tmp_path)
     edited(tmp_path / "answers" / "one.json", old, new)
     with pytest.raises(InputError, match=r"one\.json: is no diagnosis"):
         read_answers(tmp_path / "answers")
@@ -249,7 +249,7 @@ def test_an_answer_whose_probabilities_are_none_is_refused(tmp_path: Path, old: 
     ],
 )
 def test_a_key_that_states_no_truth_is_refused(tmp_path: Path, old: str, new: str, complaint: str) -> None:
-    samples.benchmark(tmp_path)
+    benchmarks.benchmark(tmp_path)
     edited(tmp_path / "keys" / "two.toml", old, new)
     with pytest.raises(InputError, match=rf"two\.toml: .*{complaint}"):
         open_keys(tmp_path / "keys", "nobody")
@@ -259,7 +259,7 @@ def test_a_key_that_states_no_truth_is_refused(tmp_path: Path, old: str, new: st
 def test_a_list_of_openings_that_is_none_is_neither_counted_nor_continued(
     tmp_path: Path, content: bytes
 ) -> None:
-    samples.benchmark(tmp_path)
+    benchmarks.benchmark(tmp_path)
     file = tmp_path / "keys" / OPENINGS_FILE
     file.write_bytes(content)
     with pytest.raises(InputError, match=r"openings\.txt"):
@@ -268,7 +268,7 @@ def test_a_list_of_openings_that_is_none_is_neither_counted_nor_continued(
 
 
 def test_an_opening_is_counted_where_the_end_of_the_last_line_is_missing(tmp_path: Path) -> None:
-    samples.benchmark(tmp_path)
+    benchmarks.benchmark(tmp_path)
     (tmp_path / "keys" / OPENINGS_FILE).write_text("a first one", encoding="utf-8")
     assert [open_keys(tmp_path / "keys", "a test")[1] for _ in range(2)] == [2, 3]
 
@@ -280,7 +280,7 @@ OUTSIDE = '<!DOCTYPE VTKFile [<!ENTITY b SYSTEM "file:///etc/hostname">]>'
 @pytest.mark.parametrize("declaration", [ENTITIES, OUTSIDE], ids=["growing", "external"])
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
 def test_a_vtp_file_declares_no_entities(tmp_path: Path, declaration: str, encoding: str) -> None:
-    samples.vtp(tmp_path)
+    surfaces.vtp(tmp_path)
     file = tmp_path / "body.vtp"
     text = file.read_text().replace("\n", declaration, 1).replace("</DataArray>", "&b;</DataArray>", 1)
     file.write_bytes(text.encode(encoding))
@@ -289,7 +289,7 @@ def test_a_vtp_file_declares_no_entities(tmp_path: Path, declaration: str, encod
 
 
 def test_a_vtp_file_whose_numbers_exceed_their_type_is_refused(tmp_path: Path) -> None:
-    samples.vtp(tmp_path)
+    surfaces.vtp(tmp_path)
     edited(tmp_path / "body.vtp", 'type="Int64" Name="offsets"', 'type="Int8" Name="offsets"')
     with pytest.raises(InputError, match=r"body\.vtp: cannot be read as VTP"):
         read_surface(tmp_path / "body.vtp")
@@ -297,7 +297,7 @@ def test_a_vtp_file_whose_numbers_exceed_their_type_is_refused(tmp_path: Path) -
 
 @pytest.mark.parametrize("count", ["1000000000000", "-1"])
 def test_a_count_that_lies_takes_no_memory(tmp_path: Path, count: str) -> None:
-    samples.ply(tmp_path)
+    surfaces.ply(tmp_path)
     file = tmp_path / "body.ply"
     content = file.read_bytes()
     file.write_bytes(content.replace(b"element vertex 42", b"element vertex " + count.encode(), 1))

@@ -12,25 +12,23 @@ from synthetic_session import START_NS, SyntheticSession
 
 from daq.calibration.cameras import BoardCalibration, lying_on_phantom
 from daq.calibration.force import calibrate_force
-from daq.calibration.in_force import calibrations_in_force
-from daq.calibration.keeping import keep
 from daq.calibration.latencies import calibrate_time
-from daq.calibration.outcome import Figure, Outcome
-from daq.calibration.record import read_record
 from daq.calibration.registration import calibrate_robot, register_landmarks
-from daq.calibration.results import ForceResult, TimeResult, ToolResult
 from daq.calibration.tool import ToolCalibration
+from daq.calibration_files.in_force import calibrations_in_force
+from daq.calibration_files.keeping import keep
+from daq.calibration_files.outcome import Figure, Outcome
+from daq.calibration_files.record import read_record
+from daq.calibration_files.results import ForceResult, TimeResult, ToolResult
 from daq.errors import CalibrationError, RigError
 from daq.frames import rotation
 from daq.progress import silent
-from daq.recording.mcap_log import McapLog
+from daq.recording.mcap.log import McapLog
 from daq.recording.reader import Recording
 from daq.rig import Rig
-from daq.routines import marker_poses, tare_poses
 from daq.timing.event_times import estimate_event_times
 from daq.trajectories import Trajectory
-from daq.virtual_rig.board_scene import BoardScene
-from daq.virtual_rig.free_air import FreeAir
+from daq.trajectories.routines import marker_poses, tare_poses
 from daq.virtual_rig.layout import (
     FRAMES,
     GRASP_CENTRE,
@@ -41,8 +39,10 @@ from daq.virtual_rig.layout import (
     rig_description,
 )
 from daq.virtual_rig.operator import BOARD, BOARD_AT_REST, board_pose, touching_pose
-from daq.virtual_rig.phantom import SpringPhantom
-from daq.virtual_rig.scene import flea2_pair
+from daq.virtual_rig.physics.free_air import FreeAir
+from daq.virtual_rig.physics.phantom import SpringPhantom
+from daq.virtual_rig.rendering.board_scene import BoardScene
+from daq.virtual_rig.rendering.scene import flea2_pair
 from robot_drivers.protocols import Pose
 
 MARKER = (-0.012, 0.004, 0.015)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from daq.cli import main
-from daq.cli.record import chosen_trial
+from daq.cli.sessions.record import chosen_trial
 from daq.recording.folder import SessionInfo, read_info, write_info
 from daq.rig import write_rig
 from daq.trajectories import PULL
@@ -96,7 +96,7 @@ def test_an_interrupt_ends_with_one_line_and_status_130(
     def interrupted(folder: Path) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("daq.cli.recover.recover_session", interrupted)
+    monkeypatch.setattr("daq.cli.sessions.recover.recover_session", interrupted)
     status, out, err = run(capsys, "recover", cut_session)
     assert (status, out, err) == (130, "", "retract: interrupted\n")
 

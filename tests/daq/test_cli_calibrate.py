@@ -11,10 +11,10 @@ import pytest
 
 from daq.cli import main
 from daq.rig import write_rig
-from daq.virtual_rig.board_scene import BoardScene
 from daq.virtual_rig.layout import Addresses, rig_description
 from daq.virtual_rig.operator import BOARD, board_pose
-from daq.virtual_rig.scene import flea2_pair
+from daq.virtual_rig.rendering.board_scene import BoardScene
+from daq.virtual_rig.rendering.scene import flea2_pair
 
 VIEWS = 18
 

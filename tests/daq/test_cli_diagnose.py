@@ -26,8 +26,8 @@ def refuses(experiments: Sequence[Experiment], tell: Progress | None) -> Diagnos
 
 @pytest.fixture
 def case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr("daq.cli.diagnose.diagnose", stand_in)
-    monkeypatch.setattr("daq.cli.benchmark_scoring.diagnose", stand_in)
+    monkeypatch.setattr("daq.cli.estimation.diagnose.diagnose", stand_in)
+    monkeypatch.setattr("daq.cli.estimation.benchmark_scoring.diagnose", stand_in)
     folder = tmp_path / "cases" / "P07"
     for order, name in enumerate(("pull", "twist"), start=1):
         write_experiment(small_experiment(name, order), folder / name)
@@ -74,7 +74,7 @@ def test_a_case_that_is_not_there_and_a_diagnosis_that_fails_are_one_line(
     status, out, err = run(capsys, "diagnose", case / "nowhere")
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert "nowhere" in err
-    monkeypatch.setattr("daq.cli.diagnose.diagnose", refuses)
+    monkeypatch.setattr("daq.cli.estimation.diagnose.diagnose", refuses)
     status, out, err = run(capsys, "diagnose", case)
     assert (status, out) == (2, "")
     assert err == "retract: the data do not determine the parameters; add an experiment\n"
@@ -106,7 +106,7 @@ def test_a_set_of_cases_is_answered_and_scored(
 def test_cases_that_cannot_be_diagnosed_are_told_and_the_status_says_so(
     capsys: pytest.CaptureFixture[str], case: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("daq.cli.benchmark_scoring.diagnose", refuses)
+    monkeypatch.setattr("daq.cli.estimation.benchmark_scoring.diagnose", refuses)
     status, out, _ = run(capsys, "benchmark", "run", case.parent)
     assert status == 1
     assert "no answer to P07: the data do not determine the parameters" in out

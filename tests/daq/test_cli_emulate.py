@@ -16,8 +16,7 @@ from daq.cli import main
 from robot_drivers.abb.irb140 import IRB140, IRB140Settings
 from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
-from robot_drivers.ati.netft import NetFT
-from robot_drivers.ati.netft_settings import NetFTSettings
+from robot_drivers.ati.netft import NetFT, NetFTSettings
 from robot_drivers.cameras.opencv import OpenCVCamera
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.dataclass_options import add_options, read_options
@@ -26,6 +25,9 @@ from robot_drivers.emulators import KINDS
 posix = pytest.mark.skipif(
     sys.platform == "win32", reason="pseudo-terminals and SIGINT are a matter of POSIX"
 )
+
+
+ANSWER_TIMEOUT_S = 2.0  # a busy machine lets emulated devices answer late
 
 
 @contextmanager
@@ -92,10 +94,15 @@ def test_a_serial_sensor_is_found_at_its_pseudo_terminal(kind: str) -> None:
     with emulated(kind, "--wrench", "5", "0", "0", "0", "0", "0") as line:
         terminal = re.search(r"on (\S+):", line)[1]
         if kind == "digital_ft":
-            sensor = DigitalFT(DigitalFTSettings(port=terminal))
+            sensor = DigitalFT(DigitalFTSettings(port=terminal, answer_timeout_s=ANSWER_TIMEOUT_S))
         else:
             sensor = ControllerFT(
-                ControllerFTSettings(port=terminal, counts_per_newton=10.0, counts_per_newton_metre=500 / 3)
+                ControllerFTSettings(
+                    port=terminal,
+                    counts_per_newton=10.0,
+                    counts_per_newton_metre=500 / 3,
+                    answer_timeout_s=ANSWER_TIMEOUT_S,
+                )
             )
         with closing(sensor):
             wrench = first_block(sensor).wrench[0]

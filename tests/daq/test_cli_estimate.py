@@ -4,9 +4,11 @@ import argparse
 
 import pytest
 
-from daq.cli import estimate, main
+from daq.cli import main
+from daq.cli.estimation import estimate
 from estimator.fit.nuisances import USUAL
-from estimator.fit.settings import FitSettings, Prior
+from estimator.fit.settings import FitSettings
+from estimator.inference.free_parameter import NormalPrior as Prior
 
 
 def settings(*options: str) -> FitSettings:

@@ -10,7 +10,7 @@ import pytest
 
 from daq.cli import main
 from estimator.experiment import read_case
-from estimator.fem.block_mesh import Grading
+from estimator.fem.discretisation.block_mesh import Grading
 from estimator.simulation.simulate import Resolution, simulate_case
 
 TINY = Resolution(Grading(8e-3, 15e-3, 30e-3, 3.0, 1), "hex27")
@@ -18,7 +18,7 @@ TINY = Resolution(Grading(8e-3, 15e-3, 30e-3, 3.0, 1), "hex27")
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("daq.cli.simulate.simulate_case", partial(simulate_case, resolution=TINY))
+    monkeypatch.setattr("daq.cli.estimation.simulate.simulate_case", partial(simulate_case, resolution=TINY))
 
 
 @pytest.fixture

@@ -63,8 +63,8 @@ def threads(workers: int | None) -> Iterator[Executor]:
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("daq.cli.study.studies_named", one_study)
-    monkeypatch.setattr("daq.cli.study.worker_pool", threads)
+    monkeypatch.setattr("daq.cli.estimation.study.studies_named", one_study)
+    monkeypatch.setattr("daq.cli.estimation.study.worker_pool", threads)
 
 
 def run(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from daq.devices import connected
 from daq.errors import SoftwareStopError
 from daq.export import export_experiment
 from daq.frames import pose
@@ -15,15 +16,15 @@ from daq.progress import silent
 from daq.recording.folder import read_info
 from daq.recording.reader import Recording
 from daq.rig import Rig, make_devices, read_rig
-from daq.session.session import Label, connected, run_session
+from daq.session.session import Label, run_session
 from daq.trajectories import PULL, Dwell
-from daq.virtual_rig.fem_phantom import FemPhantom
 from daq.virtual_rig.launch import virtual_rig
 from daq.virtual_rig.layout import GRASP_CENTRE, REST_TOOL, SPECIMEN, placed_beads
-from daq.virtual_rig.phantom import PhantomMotion, PhantomState, SpringPhantom
+from daq.virtual_rig.physics.fem_phantom import FemPhantom
+from daq.virtual_rig.physics.phantom import PhantomMotion, PhantomState, SpringPhantom
 from daq.virtual_rig.processes import VirtualRigSettings
 from estimator.experiment import Experiment
-from estimator.fem.block_mesh import Grading
+from estimator.fem.discretisation.block_mesh import Grading
 from robot_drivers.protocols import Pose
 
 PHANTOM = SpringPhantom(GRASP_CENTRE, placed_beads(1))

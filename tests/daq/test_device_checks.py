@@ -12,8 +12,8 @@ from daq.device_checks import DeviceReport, check_devices
 from daq.devices import Devices
 from daq.rig import Rig
 from daq.virtual_rig.layout import REST_TOOL, Addresses, rig_description
-from daq.virtual_rig.scene import flea2_pair
-from robot_drivers.ati.gamma import GAGE_NOISE_STD
+from daq.virtual_rig.rendering.scene import flea2_pair
+from robot_drivers.ati.transducer.gamma import GAGE_NOISE_STD
 from robot_drivers.errors import DeviceUnreachableError
 from robot_drivers.protocols import DeviceIdentity, RobotState, StreamStatistics, WrenchBlock
 

@@ -9,7 +9,7 @@ import pytest
 
 from daq.devices import FORCE_SENSOR, with_plugins
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads
-from daq.virtual_rig.phantom import SpringPhantom
+from daq.virtual_rig.physics.phantom import SpringPhantom
 from daq.virtual_rig.processes import VirtualRigSettings
 from estimator.plugins import Plugin
 

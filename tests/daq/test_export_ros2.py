@@ -9,18 +9,18 @@ from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-from daq.bad_input.session_sample import Extent, cut_session
+from daq.bad_input.samples.sessions import Extent, cut_session
 from daq.cli import main
 from daq.export import export_ros2
 from daq.progress import silent
-from daq.recording import schemas
-from daq.recording.chunks import Rows
-from daq.recording.codec import compressed
 from daq.recording.folder import SessionInfo, seal_session, write_info
-from daq.recording.mcap_log import McapLog
+from daq.recording.mcap import schemas
+from daq.recording.mcap.chunks import Rows
+from daq.recording.mcap.log import McapLog
+from daq.recording.messages.codec import compressed
+from daq.recording.messages.rows import FrameRows, WrenchRows, camera_info_row
 from daq.recording.reader import Recording
-from daq.recording.rows import FrameRows, WrenchRows, camera_info_row
-from daq.virtual_rig.scene import flea2_pair
+from daq.virtual_rig.rendering.scene import flea2_pair
 from robot_drivers.protocols import Frame, WrenchBlock
 
 TYPES = {

@@ -11,12 +11,12 @@ from synthetic_session import SyntheticSession
 from daq.cli import main
 from daq.export import export_experiment, export_tables
 from daq.progress import silent
-from daq.recording import schemas
 from daq.recording.folder import seal_session
-from daq.recording.mcap_log import McapLog
+from daq.recording.mcap import schemas
+from daq.recording.mcap.log import McapLog
 from daq.recording.reader import Recording
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads
-from daq.virtual_rig.phantom import SpringPhantom
+from daq.virtual_rig.physics.phantom import SpringPhantom
 from estimator.errors import InputError
 from robot_drivers.protocols import Pose
 
@@ -100,7 +100,7 @@ def test_what_exists_is_not_overwritten_and_nothing_is_left_half_written(
     def full_disk(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("daq.table_formats.csv.writer", full_disk)
+    monkeypatch.setattr("daq.export.table_formats.csv.writer", full_disk)
     with pytest.raises(OSError, match="No space"):
         export_tables(session, "csv", tmp_path / "csv", silent)
     assert [path.name for path in tmp_path.iterdir()] == ["s.h5"]

@@ -15,7 +15,7 @@ from daq.recording.folder import read_info
 from daq.rig import Rig, write_rig
 from daq.session.session import run_session
 from daq.virtual_rig.layout import REST_TOOL, Addresses, rig_description
-from daq.virtual_rig.scene import flea2_pair
+from daq.virtual_rig.rendering.scene import flea2_pair
 
 SHORT = Trial("pull", steps=1, return_steps=1, step_length_m=0.002, settle_s=0.0, measure_s=0.02)
 

@@ -13,9 +13,8 @@ import pytest
 from fake_devices import FakeCamera, FakeForceSensor, FakeRobot
 from mcap.reader import make_reader
 
+from daq.devices import Devices
 from daq.errors import RecordingError
-from daq.recording import schemas
-from daq.recording.chunks import Rows
 from daq.recording.folder import (
     SessionInfo,
     read_info,
@@ -23,13 +22,15 @@ from daq.recording.folder import (
     verify_checksums,
     write_info,
 )
-from daq.recording.mcap_log import McapLog
+from daq.recording.mcap import schemas
+from daq.recording.mcap.chunks import Rows
+from daq.recording.mcap.log import McapLog
+from daq.recording.messages.rows import EventRows, WrenchRows
 from daq.recording.reader import Recording
 from daq.recording.recorder import Recorder
-from daq.recording.recovery.session import recover_session
-from daq.recording.rows import EventRows, WrenchRows
-from daq.recording.scan import scan
-from daq.recording.seal import seal
+from daq.recording.recovery import recover_session
+from daq.recording.scanning.scan import scan
+from daq.recording.sealing.seal import seal
 from daq.recording.writer import Packet, RecordWriter
 from robot_drivers.errors import DeviceTimeoutError
 from robot_drivers.protocols import Frame, Pose, WrenchBlock
@@ -81,7 +82,9 @@ def recorded(tmp_path: Path) -> Path:
     make_session(folder)
     force, robot = FakeForceSensor(), FakeRobot(REST)
     force.wrench[:] = 1, 2, 3, 4, 5, 6
-    with Recorder(folder, force, robot, {"left": FakeCamera(), "right": FakeCamera("bgr8")}) as recorder:
+    with Recorder(
+        folder, Devices(force, robot, {"left": FakeCamera(), "right": FakeCamera("bgr8")})
+    ) as recorder:
         recorder.event("begin", text="Ω", value=1.5)
         wait_for_samples(recorder, {"force": 50, "robot": 20, "camera/left": 4, "camera/right": 4})
         recorder.event("end")
@@ -235,10 +238,10 @@ WRITING_PROCESS = """
 import sys, pathlib
 sys.path[:0] = {paths!r}
 from test_recording import wrench_block
-from daq.recording import schemas
-from daq.recording.chunks import Rows
-from daq.recording.mcap_log import McapLog
-from daq.recording.rows import EventRows, WrenchRows
+from daq.recording.mcap import schemas
+from daq.recording.mcap.chunks import Rows
+from daq.recording.mcap.log import McapLog
+from daq.recording.messages.rows import EventRows, WrenchRows
 log = McapLog(pathlib.Path({path!r}))
 channels = log.add_channel("/force/wrench", schemas.WRENCH), log.add_channel("/force/device", schemas.DEVICE_STAMP)
 rows = WrenchRows(*channels, "force_sensor")
@@ -331,7 +334,9 @@ def test_a_device_that_fails_is_told_in_the_recording_and_to_the_session(tmp_pat
 
     make_session(tmp_path / "s")
     with (
-        Recorder(tmp_path / "s", FakeForceSensor(), FakeRobot(REST), {"left": FailingCamera()}) as recorder,
+        Recorder(
+            tmp_path / "s", Devices(FakeForceSensor(), FakeRobot(REST), {"left": FailingCamera()})
+        ) as recorder,
         pytest.raises(DeviceTimeoutError, match="unplugged"),
     ):
         for _ in range(6000):

@@ -12,18 +12,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from daq.bad_input.recording_damage import chunks
+from daq.bad_input.damage.recording import chunks
+from daq.bad_input.recovery.checks import judge_damage
+from daq.bad_input.recovery.originals import Original, originals, streams_of
 from daq.bad_input.recovery_campaign import main as campaign
-from daq.bad_input.recovery_checks import Original, judge_damage, originals, streams_of
-from daq.bad_input.session_sample import Extent, cut_session, sealed_session
+from daq.bad_input.samples.sessions import Extent, cut_session, sealed_session
 from daq.cli import main
 from daq.errors import RecordingError
 from daq.export import export_tables, sealed_recording
 from daq.progress import silent
 from daq.recording.folder import read_info
 from daq.recording.reader import Recording, open_recording
-from daq.recording.recovery.session import recover_session
-from daq.recording.scan import scan
+from daq.recording.recovery import recover_session
+from daq.recording.scanning.scan import scan
 
 EXTENT = Extent(samples=60, samples_in_chunk=6, images=6)
 

@@ -4,15 +4,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from daq.recording import codec, schemas
-from daq.recording.codec import EncodedImage
 from daq.recording.folder import SessionInfo, write_info
-from daq.recording.image_encoder import MOST_WAITING, RAW_FROM_BACKLOG, ImageEncoder
-from daq.recording.mcap_log import McapLog
+from daq.recording.mcap import schemas
+from daq.recording.mcap.log import McapLog
+from daq.recording.messages import codec
+from daq.recording.messages.codec import EncodedImage
+from daq.recording.messages.image_encoder import MOST_WAITING, RAW_FROM_BACKLOG, ImageEncoder
+from daq.recording.messages.rows import FrameRows, camera_info_row
 from daq.recording.reader import Recording
-from daq.recording.rows import FrameRows, camera_info_row
-from daq.recording.scan import scan
-from daq.virtual_rig.scene import flea2_pair
+from daq.recording.scanning.scan import scan
+from daq.virtual_rig.rendering.scene import flea2_pair
 from robot_drivers.protocols import Frame
 
 

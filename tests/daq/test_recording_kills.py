@@ -3,8 +3,7 @@ from pathlib import Path
 import pytest
 
 from daq.errors import RecordingError
-from daq.recording import folder, schemas
-from daq.recording.chunks import Rows
+from daq.recording import folder
 from daq.recording.folder import (
     SessionInfo,
     read_info,
@@ -12,12 +11,14 @@ from daq.recording.folder import (
     verify_checksums,
     write_info,
 )
-from daq.recording.mcap_log import McapLog
+from daq.recording.mcap import schemas
+from daq.recording.mcap.chunks import Rows
+from daq.recording.mcap.log import McapLog
+from daq.recording.messages.rows import EventRows
 from daq.recording.reader import open_recording
-from daq.recording.recovery.session import recover_session
-from daq.recording.rows import EventRows
-from daq.recording.scan import scan
-from daq.recording.seal import seal
+from daq.recording.recovery import recover_session
+from daq.recording.scanning.scan import scan
+from daq.recording.sealing.seal import seal
 from daq.virtual_rig.kill_campaign import campaign
 from daq.virtual_rig.load import Load
 

@@ -6,13 +6,13 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, IndexType, Writer
 
-from daq.bad_input.recovery_checks import streams_of
-from daq.bad_input.session_sample import Extent, cut_session, write_again
+from daq.bad_input.recovery.originals import streams_of
+from daq.bad_input.samples.sessions import Extent, cut_session, write_again
 from daq.errors import RecordingError
 from daq.export import sealed_recording
 from daq.recording.reader import Recording
-from daq.recording.recovery.session import recover_session
-from daq.recording.scan import scan
+from daq.recording.recovery import recover_session
+from daq.recording.scanning.scan import scan
 
 EXTENT = Extent(samples=60, samples_in_chunk=6, images=6)
 FORMS = {

@@ -13,7 +13,7 @@ from daq.recording.reader import Recording
 from daq.recording.recorder import Recorder
 from daq.replay import ReplayClock, replayed
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads
-from daq.virtual_rig.phantom import SpringPhantom
+from daq.virtual_rig.physics.phantom import SpringPhantom
 from robot_drivers.errors import MotionRefusedError
 from robot_drivers.protocols import Pose, Speed
 
@@ -45,7 +45,7 @@ def test_a_recorded_replay_is_the_recording_again(session: Path, tmp_path: Path)
     original = Recording(session)
     write_info(tmp_path, SessionInfo("again", "P1", 1))
     devices, clock = replayed(original, speed=2.0)
-    with Recorder(tmp_path, devices.force_sensor, devices.robot, devices.cameras) as recorder:
+    with Recorder(tmp_path, devices) as recorder:
         wait_for_the_end(clock)
         wait_for_all_of(original, recorder)
     again = Recording(tmp_path)

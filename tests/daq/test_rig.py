@@ -6,8 +6,8 @@ import pytest
 from daq.errors import RigError
 from daq.rig import CameraDevice, Device, Rig, make_devices, read_rig, write_rig
 from daq.virtual_rig.layout import Addresses, rig_description
-from robot_drivers.abb.egm_guidance import EGMGuidedRobot
-from robot_drivers.abb.guidance_session import EGMGuidanceSettings
+from robot_drivers.abb.egm.guidance import EGMGuidedRobot
+from robot_drivers.abb.egm.guidance_session import EGMGuidanceSettings
 from robot_drivers.abb.irb140 import IRB140
 from robot_drivers.abb.open_abb import OpenABB, OpenABBSettings
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings

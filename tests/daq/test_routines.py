@@ -7,10 +7,20 @@ import pytest
 
 from daq.errors import TrajectoryError
 from daq.frames import distance
-from daq.own_trajectories import load_function, read_table
-from daq.routines import NAMED, PIECE_M, PIECE_RAD, lift, relaxation, repeated, sway, tap, tare_poses
 from daq.trajectories import PULL, Dwell, Trajectory, experiment_kind, lay_out
-from robot_drivers.ati.compensation import SMALLEST_SPREAD, gravity_in_sensor
+from daq.trajectories.own import load_function, read_table
+from daq.trajectories.routines import (
+    NAMED,
+    PIECE_M,
+    PIECE_RAD,
+    lift,
+    relaxation,
+    repeated,
+    sway,
+    tap,
+    tare_poses,
+)
+from robot_drivers.ati.compensation.gravity import SMALLEST_SPREAD, gravity_in_sensor
 from robot_drivers.protocols import Pose
 
 

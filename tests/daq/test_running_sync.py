@@ -11,18 +11,18 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 from synthetic_session import MOVE_S, START_NS, WINDOW_S, SyntheticSession
 
-import daq.running_sync
+import daq.synchronisation.running
 from daq.errors import RecordingError
 from daq.frames import pose
 from daq.progress import silent
 from daq.recording.reader import Recording
 from daq.recording.running import RunningRecording
-from daq.recording.scan import scan, scan_on
-from daq.recording.segments import Scan
-from daq.running_sync import PAIRS_PER_S, RunningSynchronisation
-from daq.sync import Synchronised, synchronise
+from daq.recording.scanning.scan import scan, scan_on
+from daq.recording.scanning.segments import Scan
+from daq.synchronisation.experiment_rows import Synchronised, synchronise
+from daq.synchronisation.running import PAIRS_PER_S, RunningSynchronisation
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads
-from daq.virtual_rig.phantom import SpringPhantom
+from daq.virtual_rig.physics.phantom import SpringPhantom
 from daq.vision.fiducials import FiducialObservation, FiducialTracker
 from robot_drivers.protocols import Pose
 
@@ -140,7 +140,7 @@ def test_no_pair_of_images_is_looked_at_twice(growing: Growing, monkeypatch: pyt
             times.append(time_s)
             return super().update(left_image, right_image, time_s)
 
-    monkeypatch.setattr(daq.running_sync, "FiducialTracker", Counting)
+    monkeypatch.setattr(daq.synchronisation.running, "FiducialTracker", Counting)
     running = RunningSynchronisation(growing.folder)
     for half in range(2 * len(POSES) * 2):
         growing.until(0.5 * half)

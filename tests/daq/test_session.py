@@ -9,15 +9,16 @@ import numpy as np
 import pytest
 from session_bench import SHORT, Bench, silent
 
+from daq.devices import connected
 from daq.errors import MotionLimitError, RecordingError, SessionError, SoftwareStopError
-from daq.recording.chunks import Rows
 from daq.recording.folder import read_info, verify_checksums
 from daq.recording.in_use import is_in_use
-from daq.recording.mcap_log import McapLog
+from daq.recording.mcap.chunks import Rows
+from daq.recording.mcap.log import McapLog
 from daq.recording.reader import Recording, open_recording
 from daq.rig import read_rig
 from daq.session.checks import gripper_in_tissue
-from daq.session.session import Label, Session, connected, run_session
+from daq.session.session import Label, Session, run_session
 from daq.session_report import read_report
 from daq.trajectories import TWIST_AND_PULL
 from robot_drivers.errors import DeviceTimeoutError, MotionRefusedError

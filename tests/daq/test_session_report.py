@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 from synthetic_session import START_NS, rendered_scene
 
-from daq.alignment import check_alignment
 from daq.frames import compose, inverse
 from daq.progress import silent
-from daq.recording import schemas
-from daq.recording.codec import compressed
 from daq.recording.folder import SessionInfo, seal_session, verify_checksums, write_info
-from daq.recording.mcap_log import McapLog
+from daq.recording.mcap import schemas
+from daq.recording.mcap.log import McapLog
+from daq.recording.messages.codec import compressed
+from daq.recording.messages.rows import EventRows, FrameRows, PoseRows, WrenchRows
 from daq.recording.reader import Recording
-from daq.recording.rows import EventRows, FrameRows, PoseRows, WrenchRows
 from daq.rig import read_rig, write_rig
 from daq.session_report import SessionReport, StreamQuality, read_report, report_session, write_report
+from daq.synchronisation.alignment import check_alignment
 from daq.virtual_rig.layout import FRAMES, GRASP_CENTRE, Addresses, placed_beads, rig_description
-from daq.virtual_rig.phantom import SpringPhantom
-from daq.virtual_rig.scene import flea2_pair
+from daq.virtual_rig.physics.phantom import SpringPhantom
+from daq.virtual_rig.rendering.scene import flea2_pair
 from robot_drivers.protocols import Frame, Pose, PoseBlock, WrenchBlock
 
 PHANTOM = SpringPhantom(GRASP_CENTRE, placed_beads(1))

@@ -8,6 +8,7 @@ import pytest
 from fake_devices import FakeCamera, FakeForceSensor, FakeRobot
 
 import daq.recording.streams as streams
+from daq.devices import Devices
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import Frame, Pose, PoseBlock, WrenchBlock
 
@@ -59,7 +60,7 @@ def test_the_guards_threads_go_before_others_once_what_had_gathered_is_read(
     watcher = Watcher()
     monkeypatch.setattr(streams, "prefer_this_thread", watcher.prefer)
     robot = FakeRobot(Pose((0.5, 0.0, 0.3)))
-    with streams.Streams(FakeForceSensor(), robot, {"left": FakeCamera()}, (watcher,)):
+    with streams.Streams(Devices(FakeForceSensor(), robot, {"left": FakeCamera()}), (watcher,)):
         wait_until(lambda: all(watcher.shown(one) > 1 for one in ("force", "robot", "camera")))
     for stream in ("force", "robot"):
         told = watcher.of_thread_with(stream)

@@ -14,10 +14,10 @@ from daq.frames import pose
 from daq.progress import silent
 from daq.recording.folder import seal_session
 from daq.recording.reader import Recording
-from daq.stereo_images import StereoImages
-from daq.sync import Synchronised, synchronise
+from daq.synchronisation.experiment_rows import Synchronised, synchronise
+from daq.synchronisation.stereo_images import StereoImages
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads
-from daq.virtual_rig.phantom import SpringPhantom
+from daq.virtual_rig.physics.phantom import SpringPhantom
 from estimator.experiment import read_experiment
 from robot_drivers.protocols import Pose
 

@@ -21,6 +21,17 @@ BY_NUMBER = {
     "folders and names": ("left/left_{n:04d}.png", "right/right_{n:04d}.png"),
     "numbered folders": ("image_00/data/{n:010d}.png", "image_01/data/{n:010d}.png"),
     "serials beside": ("left_13021234_{n}.png", "right_13021235_{n}.png"),
+    "a folder of both": ("left_and_right/left_{n}.png", "left_and_right/right_{n}.png"),
+    "German": ("links_{n}.png", "rechts_{n}.png"),
+    "French": ("gauche_{n:03d}.png", "droite_{n:03d}.png"),
+    "Spanish": ("Izquierda/{n}.png", "Derecha/{n}.png"),
+    "Italian, short": ("sx{n}.png", "dx{n}.png"),
+    "Swedish": ("vänster_{n}.png", "höger_{n}.png"),
+    "Danish": ("venstre_{n}.png", "højre_{n}.png"),
+    "Polish": ("lewa_{n}.png", "prawa_{n}.png"),
+    "Russian": ("левый_{n}.png", "правый_{n}.png"),
+    "Japanese": ("左カメラ_{n}.png", "右カメラ_{n}.png"),
+    "Korean": ("왼쪽_{n}.png", "오른쪽_{n}.png"),
     "a date before": ("2026-05-04_143210_left_{n:04d}.png", "2026-05-04_143210_right_{n:04d}.png"),
 }
 # the same with the time of the moment in s
@@ -115,3 +126,40 @@ def test_an_image_of_no_camera_is_left_out_by_name() -> None:
     found = pair_names(["left_1.png", "right_1.png", "the board.png", "left_and_right_2.png"])
     assert found.pairs == (("left_1.png", "right_1.png"),)
     assert found.alone == ("left_and_right_2.png", "the board.png")
+
+
+# counted cameras that no word announces; told by most of the names going in pairs
+COUNTED = {
+    "infrared": ("rs_Infrared_1_{n}.png", "rs_Infrared_2_{n}.png"),
+    "letters": ("camA_{n}.png", "camB_{n}.png"),
+    "bare folders": ("0/{n}.png", "1/{n}.png"),
+    "behind the number": ("view{n:03d}_0.png", "view{n:03d}_1.png"),
+}
+
+
+@pytest.mark.parametrize("naming", COUNTED.values(), ids=COUNTED)
+@pytest.mark.parametrize(("lost_left", "lost_right"), [(set(), set()), ({3, 7}, {5}), (set(), {1, 2, 20})])
+def test_counted_cameras_are_told_by_the_names_going_in_pairs(
+    naming: tuple[str, str], lost_left: set[int], lost_right: set[int]
+) -> None:
+    left, right = naming
+    names = [left.format(n=n) for n in range(1, 21) if n not in lost_left]
+    names += [right.format(n=n) for n in range(1, 21) if n not in lost_right]
+    found = pair_names(names)
+    both = [n for n in range(1, 21) if n not in lost_left | lost_right]
+    assert found.pairs == tuple((left.format(n=n), right.format(n=n)) for n in both)
+    assert "is taken for the left camera" in found.told_by
+
+
+@pytest.mark.parametrize(
+    "names",
+    [[f"img_{n}.png" for n in range(20)], ["a_1.png", "a_2.png"], ["x0_1.png", "x1_1.png", "x1_2.png"]],
+)
+def test_numbers_of_moments_are_not_taken_for_cameras(names: list[str]) -> None:
+    with pytest.raises(CalibrationError, match=r"do not tell the left camera from the right one"):
+        pair_names(names)
+
+
+def test_marks_with_accents_are_found() -> None:
+    names = [f"{side}_{n}.png" for side in ("Münze", "Küche") for n in range(4)]
+    assert len(pair_names(names, ("Münze", "Küche")).pairs) == 4

@@ -7,22 +7,23 @@ from pathlib import Path
 
 import pytest
 
+from daq.devices import connected
 from daq.errors import RigError
 from daq.progress import silent
 from daq.recording.folder import read_info
 from daq.rig import CameraDevice, Device, Rig, make_devices, read_rig, write_rig
-from daq.session.session import Label, connected, run_session
+from daq.session.session import Label, run_session
 from daq.session_report import read_report
 from daq.timing.laboratory_time import in_the_time_of
 from daq.trajectories import PULL, Dwell
 from daq.virtual_rig.launch import virtual_rig
 from daq.virtual_rig.layout import GRASP_CENTRE, Addresses, placed_beads, rig_description
 from daq.virtual_rig.pace import Follower, Pace
-from daq.virtual_rig.phantom import PhantomState, SpringPhantom
+from daq.virtual_rig.physics.phantom import PhantomState, SpringPhantom
 from daq.virtual_rig.processes import VirtualRigSettings
 from robot_drivers.abb.irb140 import IRB140Settings
 from robot_drivers.ati.digital_ft import DigitalFTSettings
-from robot_drivers.ati.netft_settings import NetFTSettings
+from robot_drivers.ati.netft import NetFTSettings
 from robot_drivers.cameras.dc1394_settings import DC1394CameraSettings
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.clock import host_time_ns, monotonic_time_ns

@@ -9,8 +9,8 @@ import pytest
 
 from daq.frames import compose, inverse
 from daq.virtual_rig.layout import FRAMES, GRASP_CENTRE, placed_beads
-from daq.virtual_rig.phantom import SpringPhantom
-from daq.virtual_rig.world import SimulatedTissue
+from daq.virtual_rig.physics.phantom import SpringPhantom
+from daq.virtual_rig.physics.world import SimulatedTissue
 from robot_drivers.clock import host_time_ns
 from robot_drivers.protocols import Pose
 

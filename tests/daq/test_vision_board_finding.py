@@ -103,3 +103,22 @@ def test_an_image_without_a_board_is_told_as_that() -> None:
 def test_a_board_of_more_markers_than_its_dictionary_has_is_refused() -> None:
     with pytest.raises(ValueError, match="20 x 20 squares needs 200 markers, DICT_4X4_100 has 100"):
         board(20, 20)
+
+
+@pytest.mark.parametrize(
+    ("columns", "rows", "legacy"), [(11, 8, False), (11, 8, True), (9, 6, False), (14, 7, False)]
+)
+def test_a_mirrored_image_and_a_negative_are_told(columns: int, rows: int, legacy: bool) -> None:
+    printed = board(columns, rows, legacy=legacy)
+    mirrored = np.ascontiguousarray(image_of(printed)[:, ::-1])
+    assert "the image is mirrored" in find_out(mirrored, printed).words
+    assert "the board is a negative" in find_out(255 - image_of(printed), printed).words
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(11, 8), (9, 6)])
+def test_a_chessboard_without_markers_is_told(columns: int, rows: int) -> None:
+    squares = (np.indices((rows, columns)).sum(axis=0) % 2 * 255).astype(np.uint8)
+    print_px = np.kron(squares, np.ones((60, 60), np.uint8))
+    seen = cv2.copyMakeBorder(print_px, *(60,) * 4, cv2.BORDER_CONSTANT, value=(255.0,))
+    words = find_out(np.asarray(seen, dtype=np.uint8), board(11, 8)).words
+    assert f"a chessboard of {columns} x {rows} squares without markers" in words

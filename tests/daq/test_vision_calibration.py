@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from daq import frames
-from daq.virtual_rig.scene import flea2_pair
+from daq.virtual_rig.rendering.scene import flea2_pair
 from daq.vision.calibration import BoardPair, CalibrationReport, calibrate
 from daq.vision.camera_model import PinholeCamera
 from daq.vision.charuco import BoardView, CharucoBoard

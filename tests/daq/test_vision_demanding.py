@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from daq.virtual_rig.layout import SPECIMEN
-from daq.virtual_rig.scene import Scene, SceneSettings, flea2_pair
+from daq.virtual_rig.rendering.scene import Scene, SceneSettings, flea2_pair
 from daq.virtual_rig.vision_benchmark import (
     DEFOCUSED_AND_GLOSSY,
     DISTURBANCES,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from daq.virtual_rig.scene import Scene, SceneSettings, flea2_pair
+from daq.virtual_rig.rendering.scene import Scene, SceneSettings, flea2_pair
 from daq.vision.beads import BeadSettings
 from daq.vision.errors import VisionError
 from daq.vision.fiducials import FiducialObservation, FiducialSettings, FiducialTracker, average_rest

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from daq.virtual_rig.scene import Scene, SceneSettings, flea2_pair
+from daq.virtual_rig.rendering.scene import Scene, SceneSettings, flea2_pair
 
 # a part of the sensor suffices, and is rendered faster
 CAMERA = replace(flea2_pair().left, width=320, height=240, principal_point=(162.0, 118.0))

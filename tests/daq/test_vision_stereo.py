@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from daq.virtual_rig.scene import flea2_pair
+from daq.virtual_rig.rendering.scene import flea2_pair
 from daq.vision.beads import Detections
 from daq.vision.camera_model import PinholeCamera
 from daq.vision.stereo import StereoSettings, epipolar_distance_px, match, triangulate

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from estimator.blind.making.laws import Law
-from estimator.blind.making.retraction import GRIPPER_AT_REST, KINDS, Rows
-from estimator.blind.making.scene import Drawn, Form, Mechanics, Readings, Scene
-from estimator.blind.making.simulate import TRIAL, carry_out, read
+from estimator.blind.making.mechanics.laws import Law
+from estimator.blind.making.scenes.retraction import GRIPPER_AT_REST, KINDS, Rows
+from estimator.blind.making.scenes.scene import Drawn, Form, Mechanics, Readings, Scene
+from estimator.blind.making.scenes.simulate import TRIAL, carry_out, read
 from estimator.experiment.model import TrajectoryKind
 
 FloatArray = NDArray[np.float64]

@@ -21,15 +21,15 @@ from blind_scenes import (
     with_effect,
 )
 
-from estimator.blind.making import outside_effects
-from estimator.blind.making.catalogue import FORMS, GROUP_OF, UNKNOWN, form_named
-from estimator.blind.making.motion_effects import play
-from estimator.blind.making.retraction import Rows
-from estimator.blind.making.scene import Form, Scene
+from estimator.blind.making.effects import outside
+from estimator.blind.making.effects.catalogue import FORMS, GROUP_OF, UNKNOWN, form_named
+from estimator.blind.making.effects.motion import play
+from estimator.blind.making.scenes.retraction import Rows
+from estimator.blind.making.scenes.scene import Form, Scene
 
 ALL = [
     *((label, form) for label, forms in FORMS.items() for form in forms),
-    *((UNKNOWN, form) for form in outside_effects.FORMS.values()),
+    *((UNKNOWN, form) for form in outside.FORMS.values()),
 ]
 SIZED = [(label, form) for label, form in ALL if form.range[0] < form.range[1]]
 # Slip, failure and clipping begin at a threshold, and a threshold at size zero is not nothing.
@@ -82,7 +82,7 @@ def test_every_label_has_a_group_and_all_but_one_have_two_forms() -> None:
     assert set(GROUP_OF) == set(FORMS)
     assert [label for label, forms in FORMS.items() if len(forms) < 2] == ["thickness_error"]
     assert len(FORMS) == 32
-    assert len(outside_effects.FORMS) >= 8
+    assert len(outside.FORMS) >= 8
 
 
 @pytest.mark.parametrize("name", ["yeoh", "gent", "exponential"])
@@ -265,7 +265,7 @@ def test_a_scaled_camera_scales_about_the_origin() -> None:
 
 
 def test_shrinkage_tightens_the_later_experiments() -> None:
-    form = outside_effects.FORMS["thermal_shrinkage"]
+    form = outside.FORMS["thermal_shrinkage"]
     seen = with_effect(form, 1.0, THREE)
     each = drawn(form).parameters["linear_strain_per_experiment"]
     np.testing.assert_allclose(seen.readings[0].wrench, baseline(THREE).readings[0].wrench, atol=1e-5)
@@ -274,17 +274,17 @@ def test_shrinkage_tightens_the_later_experiments() -> None:
 
 
 def test_a_cut_softens_and_a_sticky_patch_stiffens() -> None:
-    cut, patch = (with_effect(outside_effects.FORMS[name], 2.0) for name in ("cut", "sticky_patch"))
+    cut, patch = (with_effect(outside.FORMS[name], 2.0) for name in ("cut", "sticky_patch"))
     assert abs(cut.fx[FULL]) < abs(baseline().fx[FULL]) < abs(patch.fx[FULL])
 
 
 def test_a_tear_does_not_heal() -> None:
-    seen = with_effect(outside_effects.FORMS["tearing"], 2.0)
+    seen = with_effect(outside.FORMS["tearing"], 2.0)
     assert abs(seen.fx[BACK]) < abs(seen.fx[HALF])
 
 
 def test_an_air_pocket_lifts_the_beads_above_it() -> None:
-    effect = drawn(outside_effects.FORMS["air_pocket"], 1.0)
+    effect = drawn(outside.FORMS["air_pocket"], 1.0)
     seen = see(effect.change(Scene(BASELINE)))
     lifted = (seen.readings[0].beads - baseline().readings[0].beads)[REST]
     above = int(np.argmin(np.linalg.norm(BEADS[:, :2] - effect.where["centre"][:2], axis=1)))
@@ -292,7 +292,7 @@ def test_an_air_pocket_lifts_the_beads_above_it() -> None:
 
 
 def test_stale_images_show_the_beads_behind_while_they_move() -> None:
-    seen = with_effect(outside_effects.FORMS["stale_images"], 2.0, THREE)
+    seen = with_effect(outside.FORMS["stale_images"], 2.0, THREE)
     pairs = list(zip(seen.readings, baseline(THREE).readings, strict=True))
     stale = np.concatenate([np.abs(one.beads - true.beads).max(axis=(1, 2)) > 1e-6 for one, true in pairs])
     assert 0.0 < stale.mean() < 0.5

@@ -9,9 +9,9 @@ from blind_scenes import BEADS, COARSE
 from scipy.spatial.transform import Rotation
 
 from estimator.blind import making
-from estimator.blind.making.equilibrium import Solver
-from estimator.blind.making.holding import Pose
-from estimator.blind.making.laws import (
+from estimator.blind.making.mechanics.equilibrium import Solver
+from estimator.blind.making.mechanics.holding import Pose
+from estimator.blind.making.mechanics.laws import (
     Fibres,
     Law,
     Term,
@@ -21,10 +21,10 @@ from estimator.blind.making.laws import (
     power,
     tension_only,
 )
-from estimator.blind.making.response import Instant
-from estimator.blind.making.retraction import GRIPPER_AT_REST
-from estimator.blind.making.scene import Mechanics
-from estimator.blind.making.simulate import Resolution, held_body
+from estimator.blind.making.mechanics.response import Instant
+from estimator.blind.making.scenes.retraction import GRIPPER_AT_REST
+from estimator.blind.making.scenes.scene import Mechanics
+from estimator.blind.making.scenes.simulate import Resolution, held_body
 
 LAWS = {
     "baseline": Law(1e4, 0.4),
@@ -137,7 +137,7 @@ def test_a_turned_grasp_is_as_wide_as_ever() -> None:
 
 def test_the_maker_shares_no_mechanics_with_the_estimator() -> None:
     shared = {"blind", "experiment", "errors", "workers"}
-    for path in Path(making.__file__).parent.glob("*.py"):
+    for path in Path(making.__file__).parent.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             names = []
             if isinstance(node, ast.ImportFrom):

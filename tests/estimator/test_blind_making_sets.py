@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from blind_scenes import baseline
 
-from estimator.blind.making.catalogue import FORMS, GROUP_OF
+from estimator.blind.making.effects.catalogue import FORMS, GROUP_OF
 from estimator.blind.making.making import make_cases
-from estimator.blind.making.noise import NOISE_KINDS, NoiseKind, with_noise
 from estimator.blind.making.plan import deck_size, plan
-from estimator.blind.making.retraction import KINDS, Manner, rows_of
-from estimator.blind.making.scene import Scene
-from estimator.blind.making.setup import SENSOR, draw_setup
-from estimator.blind.making.simulate import PILOT, carry_out
-from estimator.blind.making.sizing import Pilot
+from estimator.blind.making.scenes.noise import NOISE_KINDS, NoiseKind, with_noise
+from estimator.blind.making.scenes.retraction import KINDS, Manner, rows_of
+from estimator.blind.making.scenes.scene import Scene
+from estimator.blind.making.scenes.setup import SENSOR, draw_setup
+from estimator.blind.making.scenes.simulate import PILOT, carry_out
+from estimator.blind.making.scenes.sizing import Pilot
 from estimator.errors import InputError
 from estimator.experiment import read_case
 from estimator.experiment.model import TrajectoryKind
@@ -88,7 +88,7 @@ def test_a_set_can_be_broken_off_and_comes_out_the_same(tmp_path: Path) -> None:
     out, keys = tmp_path / "cases", tmp_path / "keys"
 
     def make() -> tuple[tuple[str, ...], tuple[str, ...]]:
-        done = make_cases(5, out, keys, count=2, only=["none"], processes=2, quick=True)
+        done = make_cases(plan(5, 2, ["none"]), out, keys, processes=2, quick=True)
         assert done.failed == {}
         return done.made, done.present
 
@@ -123,4 +123,4 @@ def test_a_region_stands_out_in_proportion_to_how_much_stiffer_it_is() -> None:
 
 def test_answers_among_the_cases_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="among the cases"):
-        make_cases(1, tmp_path, tmp_path / "keys", count=1)
+        make_cases(plan(1, 1), tmp_path, tmp_path / "keys")

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from estimator.blind.making.retraction import Manner, rows_of
-from estimator.blind.making.setup import SENSOR
-from estimator.blind.making.whitening import pose_of_row, whitened, whitening_of
+from estimator.blind.making.scenes.retraction import Manner, rows_of
+from estimator.blind.making.scenes.setup import SENSOR
+from estimator.blind.making.scenes.whitening import pose_of_row, whitened, whitening_of
 
 ROWS = rows_of("pull", 1, Manner())
 BEADS = 16

@@ -17,7 +17,7 @@ from estimator.diagnosis.search.baseline import Preparation, corrected_at, prepa
 from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import CATALOGUE
 from estimator.experiment import Experiment
-from estimator.fem.observation import observe
+from estimator.fem.equilibrium.observation import observe
 from estimator.forward.meshing import FINE_GRADING, mesh_experiment
 from estimator.materials import NEO_HOOKEAN
 

@@ -12,9 +12,9 @@ from estimator.diagnosis.diagnose import diagnose
 from estimator.diagnosis.result import Diagnosis
 from estimator.diagnosis.what_if import what_if
 from estimator.experiment import Experiment
-from estimator.fem.equilibrium import EquilibriumSolver
-from estimator.fem.motion import GripperPose
-from estimator.fem.observation import observe
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.equilibrium.newton import EquilibriumSolver
+from estimator.fem.equilibrium.observation import observe
 from estimator.forward.meshing import mesh_experiment
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material

@@ -11,7 +11,7 @@ from estimator.diagnosis.model.grip_load import without_noise
 from estimator.diagnosis.noise.errors_left import AT_MOST
 from estimator.diagnosis.search.baseline import prepare
 from estimator.diagnosis.settings import DiagnosisSettings
-from estimator.fem.observation import observe
+from estimator.fem.equilibrium.observation import observe
 from estimator.forward.meshing import mesh_experiment
 from estimator.materials import NEO_HOOKEAN, NeoHookean
 from estimator.materials.material import Material

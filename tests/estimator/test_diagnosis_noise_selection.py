@@ -22,7 +22,7 @@ from estimator.diagnosis.noise.correlated_errors import CorrelatedErrors
 from estimator.diagnosis.noise.errors_left import AT_MOST, ErrorsLeft
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.problem import RetractionProblem
 
 FloatArray = NDArray[np.float64]
 EXPERIMENT = there_and_back().experiment

@@ -23,7 +23,7 @@ from estimator.effects.force.torque_centre import TorqueCentre
 from estimator.effects.mounting.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
 from estimator.effects.tissue.permanent_set import PERMANENT_SET
 from estimator.errors import SolverError
-from estimator.fem.block_mesh import Grading
+from estimator.fem.discretisation.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
 
 SETTINGS = DiagnosisSettings()

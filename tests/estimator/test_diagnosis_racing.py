@@ -16,7 +16,7 @@ from estimator.diagnosis.search.refinements import at_the_place_of, past_kinks
 from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect
-from estimator.fem.block_mesh import Grading
+from estimator.fem.discretisation.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
 
 MATERIAL = Hypothesis(15e3, 0.45)

@@ -13,7 +13,7 @@ from estimator.diagnosis.sensitivity.readings import channels, predicted_reading
 from estimator.effects.effect import Effect, Values
 from estimator.effects.mounting.support_friction import SUPPORT_FRICTION
 from estimator.effects.tissue.permanent_set import PERMANENT_SET
-from estimator.fem.block_mesh import Grading
+from estimator.fem.discretisation.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
 
 COARSE = Grading(grasp_m=6e-3, anchor_m=10e-3, largest_m=30e-3, growth=3.0, layers=1)

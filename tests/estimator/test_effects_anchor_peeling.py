@@ -17,8 +17,8 @@ from estimator.diagnosis.sensitivity.readings import predicted_readings
 from estimator.effects.catalogue import default_catalogue
 from estimator.effects.effect import Effect, Readings, Values
 from estimator.effects.mounting.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
-from estimator.fem.block_mesh import Grading
-from estimator.fem.motion import GripperPose
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.discretisation.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
 
 FloatArray = NDArray[np.float64]

@@ -70,16 +70,9 @@ KINDS = ("tissue", "mounting", "motion", "force", "vision", "outside")
 MAY_KNOW = (
     "estimator.effects.",
     # errors that a fit is asked about
-    "estimator.fit.confounders",
+    "estimator.fit.identifiability",
     # how the edges of the grasp, where meshes differ, may move
     "estimator.diagnosis.",
     # the words of a sample answer
     "daq.bad_input.samples",
 )
-
-
-def test_no_folder_of_effects_has_more_than_fifteen_modules() -> None:
-    folders: dict[Path, int] = {}
-    for module in filter(of_effects, MODULES):
-        folders[MODULES[module].parent] = folders.get(MODULES[module].parent, 0) + 1
-    assert {folder.name: count for folder, count in folders.items() if count > 15} == {}

@@ -18,11 +18,11 @@ from estimator.effects.mounting.support_friction import SUPPORT_FRICTION
 from estimator.effects.tissue.prestretch import PRESTRETCH
 from estimator.effects.tissue.thickness_error import THICKNESS_ERROR
 from estimator.experiment import Box, Experiment, Grasp
-from estimator.fem.anchorage import rim_of
-from estimator.fem.block_mesh import Grading
-from estimator.fem.motion import GripperPose
-from estimator.fem.observation import Observation, observe
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.anchorage import rim_of
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.equilibrium.observation import Observation, observe
 from estimator.forward.meshing import mesh_experiment
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material

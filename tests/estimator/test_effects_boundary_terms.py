@@ -17,18 +17,18 @@ from estimator.effects.mounting.support_friction import SUPPORT_FRICTION
 from estimator.effects.shared.on_table import area_on_table
 from estimator.errors import InputError
 from estimator.experiment import Box
-from estimator.fem.anchorage import anchored_areas, rim_of
-from estimator.fem.block_mesh import Grading, structured_mesh
-from estimator.fem.body import respond
-from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings
-from estimator.fem.equilibrium_state import EquilibriumState
-from estimator.fem.friction import LaidDownAnew, LyingOnTable
-from estimator.fem.motion import GripperPose
-from estimator.fem.observation import observe
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.shares import nodal_areas, nodal_volumes
-from estimator.fem.surface import boundary_faces
-from estimator.fem.terms import Term
+from estimator.fem.assembly.body import respond
+from estimator.fem.boundary.anchorage import anchored_areas, rim_of
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.discretisation.block_mesh import Grading, structured_mesh
+from estimator.fem.discretisation.shares import nodal_areas, nodal_volumes
+from estimator.fem.discretisation.surface import boundary_faces
+from estimator.fem.equilibrium.newton import EquilibriumSolver, NewtonSettings
+from estimator.fem.equilibrium.observation import observe
+from estimator.fem.equilibrium.state import EquilibriumState
+from estimator.fem.terms.friction import LaidDownAnew, LyingOnTable
+from estimator.fem.terms.term import Term
 from estimator.forward.meshing import mesh_experiment
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material

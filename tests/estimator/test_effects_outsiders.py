@@ -21,8 +21,8 @@ from estimator.effects.outside.modulus_drift import ModulusDrift
 from estimator.effects.outside.slanted_view import SlantedView
 from estimator.effects.outside.sticky_patch import StickyPatch
 from estimator.effects.outside.zero_jump import ZeroJump
-from estimator.fem.block_mesh import Grading
-from estimator.fem.quadrature import quadrature_points
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.discretisation.quadrature import quadrature_points
 from estimator.forward.meshing import mesh_experiment
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material

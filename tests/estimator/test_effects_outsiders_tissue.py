@@ -21,11 +21,11 @@ from tissue_effects import (
 from estimator.effects.outside.air_pocket import AirPocket
 from estimator.effects.outside.jammed_joint import JammedJoint
 from estimator.effects.outside.shrinkage import Shrinkage
-from estimator.fem.block_mesh import Grading
-from estimator.fem.body import respond
-from estimator.fem.equilibrium import EquilibriumSolver
-from estimator.fem.motion import GripperPose
-from estimator.fem.swelling import Swelling
+from estimator.fem.assembly.body import respond
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.equilibrium.newton import EquilibriumSolver
+from estimator.fem.terms.swelling import Swelling
 from estimator.forward.meshing import mesh_experiment
 
 AT_REST = GripperPose(np.array(REFERENCE_BLOCK.grasp.centre), there_and_back().rotation[0])

@@ -14,9 +14,9 @@ from estimator.effects.tissue.inhomogeneity import INHOMOGENEITY, Inhomogeneity
 from estimator.effects.tissue.modulus_gradient import MODULUS_GRADIENT
 from estimator.effects.tissue.second_invariant import SECOND_INVARIANT
 from estimator.effects.tissue.strain_stiffening import STRAIN_STIFFENING, StrainStiffening
-from estimator.fem.body import with_modulus
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.quadrature import quadrature_points
+from estimator.fem.assembly.body import with_modulus
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.discretisation.quadrature import quadrature_points
 from estimator.materials import NeoHookean
 
 LAWS = (*STRAIN_STIFFENING, *SECOND_INVARIANT)

@@ -20,12 +20,12 @@ from estimator.effects.tissue.anisotropy import ANISOTROPY
 from estimator.effects.tissue.permanent_set import PERMANENT_SET
 from estimator.effects.tissue.stress_softening import STRESS_SOFTENING
 from estimator.effects.tissue.viscoelasticity import VISCOELASTICITY, Viscoelasticity
-from estimator.fem.body import forces_of_stress, nodal_forces, stress_of
-from estimator.fem.fibres import Fibres
-from estimator.fem.relaxation import RelaxingPart
-from estimator.fem.stress_kernels import second_piola
-from estimator.fem.stress_terms import isochoric_energy
-from estimator.fem.terms import Term
+from estimator.fem.assembly.body import forces_of_stress, nodal_forces, stress_of
+from estimator.fem.assembly.stress_kernels import second_piola
+from estimator.fem.terms.fibres import Fibres
+from estimator.fem.terms.relaxation import RelaxingPart
+from estimator.fem.terms.stress_terms import isochoric_energy
+from estimator.fem.terms.term import Term
 from estimator.materials.material import Material, make_material
 from estimator.materials.veronda_westmann import VerondaWestmann
 

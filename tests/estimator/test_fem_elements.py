@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from estimator.errors import SolverError
-from estimator.fem.block_mesh import structured_mesh
-from estimator.fem.body import Body, build_body, nodal_forces, respond, stiffness
-from estimator.fem.elements import ElementKind, evaluate, reference_element
-from estimator.fem.mesh import Mesh, interpolation_rows
-from estimator.fem.quadrature import points_of_parts
+from estimator.fem.assembly.body import Body, build_body, nodal_forces, respond, stiffness
+from estimator.fem.discretisation.block_mesh import structured_mesh
+from estimator.fem.discretisation.elements import ElementKind, evaluate, reference_element
+from estimator.fem.discretisation.mesh import Mesh, interpolation_rows
+from estimator.fem.discretisation.quadrature import points_of_parts
 from estimator.materials import LAWS, NeoHookean
 from estimator.materials.law import Law
 from estimator.materials.material import Material

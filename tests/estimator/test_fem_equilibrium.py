@@ -13,11 +13,11 @@ from retraction_cases import (
 )
 
 from estimator.errors import InputError, SolverError
-from estimator.fem.block_mesh import Grading
-from estimator.fem.equilibrium import EquilibriumSolver
-from estimator.fem.equilibrium_state import EquilibriumState
-from estimator.fem.motion import GripperPose
-from estimator.fem.problem import RetractionProblem, retraction_problem
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.problem import RetractionProblem, retraction_problem
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.equilibrium.newton import EquilibriumSolver
+from estimator.fem.equilibrium.state import EquilibriumState
 from estimator.forward.meshing import mesh_experiment
 from estimator.materials import Gent, NeoHookean
 from estimator.materials.material import Material

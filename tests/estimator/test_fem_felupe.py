@@ -8,11 +8,11 @@ import pytest
 from numpy.typing import NDArray
 from retraction_cases import REFERENCE_BLOCK, follow, turning_pull
 
-from estimator.fem.block_mesh import Grading
-from estimator.fem.elements import ElementKind, reference_element
-from estimator.fem.mesh import Mesh
-from estimator.fem.motion import GripperPose
-from estimator.fem.problem import RetractionProblem, retraction_problem
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.problem import RetractionProblem, retraction_problem
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.discretisation.elements import ElementKind, reference_element
+from estimator.fem.discretisation.mesh import Mesh
 from estimator.forward.meshing import mesh_experiment
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material

@@ -8,10 +8,10 @@ from scipy.spatial.transform import Rotation
 
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
-from estimator.fem.block_mesh import Grading
-from estimator.fem.equilibrium import EquilibriumSolver
-from estimator.fem.motion import GripperPose
-from estimator.fem.observation import Observation, observe
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.equilibrium.newton import EquilibriumSolver
+from estimator.fem.equilibrium.observation import Observation, observe
 from estimator.forward.meshing import mesh_experiment
 from estimator.forward.model import ForwardModel
 from estimator.forward.schedule import schedule_poses, spread_states, travel

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from retraction_cases import COARSE_GRADING, REFERENCE_BLOCK, REFERENCE_PATHS, follow, turning_pull
 from scipy.spatial.transform import Rotation
 
-from estimator.fem.block_mesh import Grading
-from estimator.fem.equilibrium import EquilibriumSolver, NewtonSettings
-from estimator.fem.equilibrium_state import EquilibriumState
-from estimator.fem.motion import GripperPose
-from estimator.fem.observation import Observation, observe
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.equilibrium.newton import EquilibriumSolver, NewtonSettings
+from estimator.fem.equilibrium.observation import Observation, observe
+from estimator.fem.equilibrium.state import EquilibriumState
 from estimator.forward.meshing import mesh_experiment
 from estimator.materials import LAWS, NeoHookean
 from estimator.materials.law import Law

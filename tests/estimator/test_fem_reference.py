@@ -8,11 +8,11 @@ import pytest
 from numpy.typing import NDArray
 from retraction_cases import COARSE_GRADING, REFERENCE_BLOCK, REFERENCE_PATHS, follow, straight_pull
 
-from estimator.fem.block_mesh import Grading
-from estimator.fem.elements import ElementKind
-from estimator.fem.mesh import Mesh
-from estimator.fem.observation import observe
-from estimator.fem.problem import RetractionProblem, retraction_problem
+from estimator.fem.boundary.problem import RetractionProblem, retraction_problem
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.discretisation.elements import ElementKind
+from estimator.fem.discretisation.mesh import Mesh
+from estimator.fem.equilibrium.observation import observe
 from estimator.forward.meshing import DEFAULT_GRADING, mesh_experiment
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material

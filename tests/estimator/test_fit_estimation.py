@@ -19,11 +19,11 @@ from retraction_cases import (
 
 from estimator.errors import FitError, InputError
 from estimator.experiment import Experiment
-from estimator.fem.block_mesh import Grading
-from estimator.fem.equilibrium import EquilibriumSolver
-from estimator.fem.motion import GripperPose
-from estimator.fem.observation import Observation, observe
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.equilibrium.newton import EquilibriumSolver
+from estimator.fem.equilibrium.observation import Observation, observe
 from estimator.fit.estimate import estimate
 from estimator.fit.result import Estimate
 from estimator.forward.meshing import mesh_experiment

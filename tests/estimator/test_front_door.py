@@ -168,7 +168,7 @@ def test_a_motion_that_cannot_be_is_refused(way: object, turn: object, complaint
 def test_an_estimate_is_the_object_that_the_command_prints(
     estimate: Estimate, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("daq.cli.estimate.estimate", lambda experiments, tell, settings: estimate)
+    monkeypatch.setattr("daq.cli.estimation.estimate.estimate", lambda experiments, tell, settings: estimate)
     folder = write_experiment(small_experiment(), tmp_path / "pull").path
     assert main(["estimate", str(folder), "--json"]) == 0
     # the command reads the phantom's surface, and tells what was repaired of it
@@ -179,7 +179,7 @@ def test_an_estimate_is_the_object_that_the_command_prints(
 def test_a_diagnosis_is_the_object_that_the_command_prints(
     diagnosis: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("daq.cli.diagnose.diagnose", lambda experiments, tell: inclusion())
+    monkeypatch.setattr("daq.cli.estimation.diagnose.diagnose", lambda experiments, tell: inclusion())
     folder = write_experiment(small_experiment(), tmp_path / "pull").path
     assert main(["diagnose", str(folder), "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {**diagnosis.to_dict(), "surface": []}

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from estimator.errors import InputError
 from estimator.experiment import Box
-from estimator.fem.body import build_body, nodal_forces, respond
-from estimator.fem.elements import reference_element
-from estimator.fem.mesh import Mesh
-from estimator.fem.surface import boundary_faces
+from estimator.fem.assembly.body import build_body, nodal_forces, respond
+from estimator.fem.discretisation.elements import reference_element
+from estimator.fem.discretisation.mesh import Mesh
+from estimator.fem.discretisation.surface import boundary_faces
 from estimator.geometry import mesh_cache
 from estimator.geometry.bisection import refine
 from estimator.geometry.grading import EdgeLengths
@@ -27,7 +27,7 @@ from estimator.geometry.tetrahedralise import TissueMesh, tetrahedralise
 from estimator.geometry.vtu import write_vtu
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
-from estimator.report.mesh_picture import draw_mesh
+from estimator.report.drawing.mesh_picture import draw_mesh
 from estimator.surfaces.repair import closed_surface
 from estimator.surfaces.surface import Surface
 
@@ -197,7 +197,7 @@ def test_the_distance_of_mesh_and_surface_is_judged_both_ways(
 
 def dented(depth_m: float) -> Surface:
     """A ball with a dent of 12 mm width from above, which goes out below where it is deeper than the ball."""
-    ball = sphere_surface(0.03, 4)
+    ball = sphere_surface(0.03, 3)
     x, y, z = ball.vertices.T
     dent = depth_m * np.exp(-(x**2 + y**2) / 0.006**2) * (z > 0)
     return closed_surface(np.column_stack([x, y, z - dent]), ball.triangles, "ball")

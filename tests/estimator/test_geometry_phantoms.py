@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from surface_files import ply_file
 
-from daq.cli.mesh import add_parser
+from daq.cli.estimation.mesh import add_parser
 from daq.cli.verb import Result
 from estimator.errors import InputError
 from estimator.experiment import (
@@ -24,11 +24,11 @@ from estimator.experiment import (
     read_experiment,
     write_experiment,
 )
-from estimator.fem.block_mesh import Grading
-from estimator.fem.equilibrium import EquilibriumSolver
-from estimator.fem.motion import GripperPose
-from estimator.fem.observation import Observation, observe
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.equilibrium.newton import EquilibriumSolver
+from estimator.fem.equilibrium.observation import Observation, observe
 from estimator.forward.meshing import mesh_experiment, surface_notes
 from estimator.geometry.shapes import block_surface
 from estimator.materials import NeoHookean

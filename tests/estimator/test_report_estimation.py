@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from synthetic_estimates import PULL_M, SENSOR, TRUTH, at_its_end, block, estimate_of, pull_fit, stretched
 
-from estimator.fem.elements import ElementKind
+from estimator.fem.discretisation.elements import ElementKind
 from estimator.fit.result import Estimate, ParameterEstimate
-from estimator.report.body_plot import draw_body
 from estimator.report.channels import channel_residuals, worst_fiducial
-from estimator.report.estimation import write_report
-from estimator.report.findings import Truth, caveats, summary_text
+from estimator.report.drawing.stretch import largest_stretch
+from estimator.report.estimation.body_plot import draw_body
+from estimator.report.estimation.findings import Truth, caveats, summary_text
+from estimator.report.estimation.writing import write_report
 from estimator.report.page import figure
-from estimator.report.stretch import largest_stretch
 
 
 def written(estimate: Estimate, folder: Path, truth: Truth | None = TRUTH) -> str:

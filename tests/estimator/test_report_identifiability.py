@@ -7,11 +7,11 @@ import numpy as np
 from test_report_estimation import estimate_of, pull_fit, words, written
 
 from estimator.fit.identifiability import Absorption, identifiability
-from estimator.fit.parameters import POISSON_RATIO, YOUNGS_MODULUS, law_parameters
 from estimator.fit.profile import Profile
 from estimator.fit.result import Estimate, Floated, ParameterEstimate
+from estimator.inference.material_parameters import POISSON_RATIO, YOUNGS_MODULUS, law_parameters
 from estimator.materials import law_named
-from estimator.report.findings import summary_text
+from estimator.report.estimation.findings import summary_text
 
 GAIN = Absorption("force gain", "1 %", 1.0, 0.0, {"youngs_modulus": 0.01, "poisson_ratio": 1e-14})
 TRAVEL = Absorption("gripper travel", "1 %", 0.2, 9.0, {"youngs_modulus": 0.002, "poisson_ratio": -0.003})

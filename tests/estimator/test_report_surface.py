@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from estimator.fem.block_mesh import structured_mesh
-from estimator.fem.elements import ElementKind, reference_element
-from estimator.fem.mesh import Mesh
-from estimator.fem.surface import boundary_faces, facets, outlines
+from estimator.fem.discretisation.block_mesh import structured_mesh
+from estimator.fem.discretisation.elements import ElementKind, reference_element
+from estimator.fem.discretisation.mesh import Mesh
+from estimator.fem.discretisation.surface import boundary_faces, facets, outlines
 
 FloatArray = NDArray[np.float64]
 EDGES = [np.array([0.0, 2.0, 3.0]), np.array([0.0, 1.0]), np.array([0.0, 0.5])]

@@ -14,7 +14,7 @@ from estimator.diagnosis.sensitivity.readings import channels, predicted_reading
 from estimator.effects.catalogue import CATALOGUE, LABELS
 from estimator.errors import InputError
 from estimator.experiment import Experiment, check_experiment
-from estimator.fem.block_mesh import Grading
+from estimator.fem.discretisation.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
 from estimator.materials import NeoHookean, Yeoh
 from estimator.materials.material import make_material

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from estimator.errors import FitError, InputError
-from estimator.fem.block_mesh import Grading
+from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fit.linearisation import silent
 from estimator.forward.meshing import mesh_experiment
 from estimator.simulation.simulate import Resolution

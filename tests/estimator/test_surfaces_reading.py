@@ -344,3 +344,59 @@ def test_a_unit_that_cannot_be_told_or_does_not_fit_is_refused_with_those_that_d
     with pytest.raises(InputError) as caught:
         read_surface(file, unit)
     assert found in str(caught.value)
+
+
+@pytest.mark.parametrize("count", [0, 1, 6, 11, 13, 40, 2**32 - 1])
+def test_a_wrong_count_of_a_whole_stl_file_is_told_and_all_is_read(count: int, tmp_path: Path) -> None:
+    content = stl_binary(CORNERS, count=count)
+    file = tmp_path / "a.stl"
+    file.write_bytes(content)
+    found = read_surface(file)
+    assert found.surface.volume_m3 == pytest.approx(BLOCK_VOLUME, rel=1e-6)
+    assert found.repairs[0].startswith(f"the header counts {count} triangles; the 12 for which")
+
+
+@pytest.mark.parametrize("missing", [1, 2, 5])
+def test_a_count_that_does_not_fit_an_open_surface_is_named_with_it(missing: int, tmp_path: Path) -> None:
+    file = tmp_path / "a.stl"
+    file.write_bytes(stl_binary(CORNERS[:-missing], count=12))
+    with pytest.raises(
+        InputError, match=rf"is open at .*; in the file the header counts 12 triangles; the {12 - missing}"
+    ):
+        read_surface(file)
+
+
+@pytest.mark.parametrize("tail", [bytes(50), bytes(100), np.full(25, 9e9, "<f4").tobytes(), b"\xff" * 50])
+def test_what_is_no_triangle_behind_the_last_one_is_left_out(tail: bytes, tmp_path: Path) -> None:
+    file = tmp_path / "a.stl"
+    file.write_bytes(STL + tail)
+    found = read_surface(file)
+    assert found.surface.volume_m3 == pytest.approx(BLOCK_VOLUME, rel=1e-6)
+    assert found.repairs == (f"{len(tail)} bytes behind the last triangle were left out",)
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("a.obj", lambda text: text.replace("\nf 1 4 3 2", "\nf 1 4 3 2 # below")),
+        ("a.obj", lambda text: text.replace("\nv 0.05 0.04 0.005", "\nv 0.05 0.04 0.005 # corner 7")),
+        ("a.obj", lambda text: text.replace("\nf ", "\nfo ")),
+        ("a.obj", lambda text: f"{text}p 1 2\nl 1 2 3\n"),
+        ("a.obj", lambda text: f"{text}v nan nan nan\nv 1e30 0 0\n"),
+    ],
+)
+def test_obj_files_are_read_as_programs_write_them(
+    name: str, change: Callable[[str], str], tmp_path: Path
+) -> None:
+    file = tmp_path / name
+    file.write_text(change(OBJ))
+    assert read_surface(file).surface.volume_m3 == pytest.approx(BLOCK_VOLUME, rel=1e-6)
+
+
+@pytest.mark.parametrize("form", ["ascii", "binary_little_endian", "binary_big_endian"])
+@pytest.mark.parametrize("comment", ["comment before end_header of it", "obj_info end_header"])
+def test_a_comment_of_a_ply_file_does_not_end_its_header(comment: str, form: str, tmp_path: Path) -> None:
+    file = tmp_path / "a.ply"
+    content = ply_file(BLOCK_VERTICES, BLOCK_FACES, form)
+    file.write_bytes(content.replace(b"comment a block", comment.encode()))
+    assert read_surface(file).surface.volume_m3 == pytest.approx(BLOCK_VOLUME, rel=1e-6)

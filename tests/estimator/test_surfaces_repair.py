@@ -360,3 +360,19 @@ def test_the_nearest_point_of_a_block_is_found() -> None:
 def test_triangles_given_by_number_are_read_as_they_stand() -> None:
     block = block_surface(SIZE)
     assert repaired(soup_of_triangles(block.vertices, block.triangles), "block").repairs == ()
+
+
+@pytest.mark.parametrize("apart", [1e-10, 1e-9, 1e-8, 1e-7, 1e-6])
+def test_vertices_that_were_rounded_apart_are_joined_and_told(apart: float) -> None:
+    corners = sphere_surface(0.05, 3).corners
+    moved = corners + apart * np.random.default_rng(3).uniform(-0.4, 0.4, corners.shape)
+    found = of_corners(moved)
+    assert_closed_and_outward(found.surface)
+    assert found.surface.volume_m3 == pytest.approx(
+        repaired(soup_of_corners(corners), "a").surface.volume_m3, rel=1e-3
+    )
+    assert any("joined vertices" in word for word in found.repairs) == (apart >= 1e-7)
+
+
+def test_a_hole_is_not_joined_over() -> None:
+    assert "is open at" in complaint(sphere_surface(0.05, 3).corners[:-1])

@@ -1,12 +1,13 @@
 """What of a test is its first loading, where its zeros lie, and whether it pulled or pushed."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from daq.bad_input.machine_exports import YOUNGS_MODULUS, neo_hookean_kPa
+from daq.bad_input.samples.machine_exports import YOUNGS_MODULUS, neo_hookean_kPa
 from estimator.errors import InputError
 from estimator.materials import LAWS
 from estimator.uniaxial import Stated, UniaxialRecord, fit_record, read_record
@@ -107,6 +108,95 @@ def test_slack_is_found_told_and_taken_off(
     assert any("zero strain lies where the specimen takes load" in sentence for sentence in record.assumed)
 
 
+def bent(strain: FloatArray, width: float) -> FloatArray:
+    """Return strain of a specimen that straightens around zero over a width of strain."""
+    return np.asarray(width * np.logaddexp(0.0, strain / width))
+
+
+@pytest.mark.parametrize("share_of_noise", [0.0, 0.002, 0.005])
+@pytest.mark.parametrize("width", [0.003, 0.006, 0.01])
+@pytest.mark.parametrize("slack", [0.02, 0.05, 0.1])
+def test_slack_that_ends_in_a_soft_bend_is_taken_off(
+    slack: float, width: float, share_of_noise: float, tmp_path: Path
+) -> None:
+    strain = ramp(0, 0.8 + slack, 200)
+    record = read(tmp_path, strain, pulled(bent(strain - slack, width)), (share_of_noise, 0.0))
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=0.04)
+    assert any("slack" in sentence for sentence in record.left_out)
+
+
+@pytest.mark.parametrize("share_of_noise", [0.0, 0.002])
+@pytest.mark.parametrize("reach", [0.1, 0.3, 0.6])
+@pytest.mark.parametrize("growth", [2.0, 4.0, 8.0])
+def test_a_material_that_begins_softly_and_stiffens_is_left_as_it_is(
+    growth: float, reach: float, share_of_noise: float, tmp_path: Path
+) -> None:
+    strain = ramp(0, reach, 150)
+    record = read(tmp_path, strain, 10 * np.expm1(growth * strain), (share_of_noise, 0.0))
+    assert record.assumed == ()
+    assert record.left_out == ()
+
+
+@pytest.mark.parametrize("noise", NOISE)
+@pytest.mark.parametrize("first", [-0.35, 0.15, 0.6])
+def test_travel_that_counts_from_anywhere_begins_where_no_load_is_borne(
+    first: float, noise: tuple[float, float], tmp_path: Path
+) -> None:
+    strain = ramp(0, 0.8, 100)
+    record = read(tmp_path, first + strain, pulled(strain), noise)
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=0.02)
+    assert any("zero strain lies there" in sentence for sentence in record.assumed)
+
+
+@pytest.mark.parametrize("noise", NOISE)
+def test_a_record_that_begins_later_keeps_its_strain(noise: tuple[float, float], tmp_path: Path) -> None:
+    strain = ramp(0.1, 0.8, 100)
+    record = read(tmp_path, strain, pulled(strain), noise)
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=0.02)
+    assert record.assumed == ()
+
+
+@pytest.mark.parametrize("gap", [0.05, 0.2])
+def test_plates_that_come_to_a_specimen_of_known_height_bear_nothing_before(
+    gap: float, tmp_path: Path
+) -> None:
+    strain = ramp(-gap, 0.4, 150)
+    load = neo_hookean_kPa(np.maximum(strain, 0.0), "compression") * 0.5
+    stated = Stated(area=5e-4, gauge_length=0.02)
+    record = read(tmp_path, 20 * (1 - strain), load, (0.002, 0.0), "Gap (mm),Load (N)", stated)
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=0.02)
+    assert np.abs(record.strain).min() < 0.02
+
+
+@pytest.mark.parametrize(
+    "before",
+    [
+        0.004 * np.random.default_rng(1).standard_normal(30),
+        np.concatenate([ramp(0, -0.03, 10), ramp(-0.03, 0, 10)]),
+        np.concatenate([ramp(0, 0.01, 4), ramp(0.01, 0, 4)] * 3),
+    ],
+    ids=["trembling", "the other way", "to and fro"],
+)
+def test_a_test_that_first_goes_to_and_fro_is_read_from_where_it_goes_off(
+    before: FloatArray, tmp_path: Path
+) -> None:
+    strain = np.concatenate([before, ramp(0, 0.8, 200)])
+    record = read(tmp_path, strain, pulled(strain), (0.002, 0.0))
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=0.015)
+    assert record.strain.max() > 0.78
+    assert any("before the test moves off" in sentence for sentence in record.left_out)
+
+
+@pytest.mark.parametrize("size", [0.5, 1.0])
+def test_noise_at_the_start_is_no_tear(size: float, tmp_path: Path) -> None:
+    strain = ramp(0, 0.8, 200)
+    stress = pulled(strain)
+    stress[:5] += size * np.array([1.0, -1.2, 0.8, -0.6, 0.4])
+    record = read(tmp_path, strain, stress, (0.002, 0.0))
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=0.015)
+    assert record.strain.max() > 0.78
+
+
 @pytest.mark.parametrize("noise", NOISE)
 @pytest.mark.parametrize(
     ("stress_of", "told"),
@@ -159,6 +249,53 @@ def test_a_curve_that_does_not_tell_its_mode_is_asked_for(tmp_path: Path) -> Non
         read(tmp_path, strain, 30 * strain, names=WORDLESS, stated=Stated(mode="compression")).mode
         == "compression"
     )
+
+
+FOAMS: dict[str, Callable[[FloatArray], FloatArray]] = {
+    "plateau": lambda strain: 5 * np.tanh(strain / 0.06) + 0.3 * strain,
+    "hyperfoam": lambda strain: np.abs((1 - strain) ** 7 - 1 / (1 - strain)),
+    "soft hyperfoam": lambda strain: np.abs((1 - strain) - 1 / (1 - strain)),
+    "straight": lambda strain: 20 * strain,
+}
+TISSUES: dict[str, Callable[[FloatArray], FloatArray]] = {
+    "exponential": lambda strain: np.expm1(8 * strain),
+    "slower exponential": lambda strain: np.expm1(4 * strain),
+    "Ogden": lambda strain: (1 + strain) ** 8 - (1 + strain) ** -5.5,
+}
+
+
+@pytest.mark.parametrize("reach", [0.2, 0.3, 0.4])
+@pytest.mark.parametrize("material", [*FOAMS, *TISSUES])
+def test_a_curve_that_either_mode_may_have_is_asked_for(material: str, reach: float, tmp_path: Path) -> None:
+    strain = np.linspace(0, reach, 100)
+    stress = {**FOAMS, **TISSUES}[material](strain)
+    with pytest.raises(InputError, match=r"nothing tells whether the test pulled or pushed; add --mode"):
+        read(tmp_path, strain, stress, (0.001, 0.0), WORDLESS)
+
+
+@pytest.mark.parametrize("reach", [0.3, 0.6, 0.9])
+@pytest.mark.parametrize("stiffening", [0.0, 0.1, 0.3])
+def test_a_solid_that_stiffens_far_out_bends_as_in_tension_at_first(
+    stiffening: float, reach: float, tmp_path: Path
+) -> None:
+    strain = np.linspace(0, reach, 120)
+    stretch = 1 + strain
+    law = 1 + stiffening * (stretch**2 + 2 / stretch - 3)
+    assert read(tmp_path, strain, law * pulled(strain), (0.001, 0.0), WORDLESS).mode == "tension"
+
+
+@pytest.mark.parametrize(
+    ("name", "mode"),
+    [("gel_compression_2", "compression"), ("Druckversuch 3", "compression"), ("tensile-01", "tension")],
+)
+def test_a_name_tells_the_mode_where_nothing_else_does(name: str, mode: str, tmp_path: Path) -> None:
+    strain = np.linspace(0, 0.3, 60)
+    file = tmp_path / f"{name}.csv"
+    rows = (f"{e:.6f},{20 * e:.6f}" for e in strain)
+    file.write_text("\n".join([WORDLESS, *rows]))
+    record = read_record(file)
+    assert record.mode == mode
+    assert any(f"the name {name!r}" in sentence for sentence in record.assumed)
 
 
 @pytest.mark.parametrize("signs", [(1, 1), (-1, -1), (-1, 1), (1, -1)])

@@ -2,11 +2,12 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from daq.bad_input.machine_exports import (
+from daq.bad_input.samples.machine_exports import (
     TEXT_LAYOUTS,
     YOUNGS_MODULUS,
     GelTest,
@@ -238,3 +239,117 @@ def test_a_row_with_a_field_too_many_is_refused_with_its_line(extra: str, tmp_pa
     lines[20] = extra
     with pytest.raises(InputError, match=r"line 21: 3 fields, and 2 names"):
         read(tmp_path, "\n".join(lines))
+
+
+@pytest.mark.parametrize(
+    ("encoding", "above", "names"),
+    [
+        ("cp932", "試験種類,引張", "時間(sec),変位(mm),試験力(N)"),
+        ("gb18030", "试验类型,拉伸试验", "时间(s),位移(mm),力(N)"),
+        ("cp949", "시험,인장", "시간(s),변위(mm),하중(N)"),
+        ("cp1251", "испытание,растяжение", "время (с),перемещение (мм),нагрузка (Н)"),
+        ("cp1250", "Próba rozciągania,1", "Czas (s),Przemieszczenie (mm),Siła (N)"),
+        ("cp850", "Prüfart,Zugversuch", "Prüfzeit (s),Längenänderung (mm),Kraft (N)"),
+        ("cp1252", "Ensaio,tração", "Tempo (s),Deslocamento (mm),Força (N)"),
+        ("utf-8", "Trekproef,1", "Tijd (s),Verplaatsing (mm),Kracht (N)"),
+        ("cp1252", "Dragprov,1", "Tid (s),Förskjutning (mm),Kraft (N)"),
+        ("cp1252", "Prova,trazione", "Tempo (s),Spostamento (mm),Forza (N)"),
+        ("cp1250", "Zkouška,tah", "Čas (s),Posunutí (mm),Síla (N)"),
+    ],
+)
+def test_older_encodings_are_told_by_the_words_that_they_give(
+    encoding: str, above: str, names: str, tmp_path: Path
+) -> None:
+    text = f"{above}\n{table(names, PULLED.time_s, PULLED.travel_mm, PULLED.load_N)}"
+    record = read(tmp_path, text.encode(encoding), Stated(gauge_length=0.02, area=2e-5))
+    assert record.mode == "tension"
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=1e-3)
+
+
+@pytest.mark.parametrize("end", [b"", b"\x1a", b"\r\n\x1a\x1a"])
+def test_the_mark_of_an_end_of_file_is_no_text(end: bytes, tmp_path: Path) -> None:
+    text = table("Strain (-),Tensile stress (kPa)", PULLED.strain, PULLED.stress)
+    assert modulus(read(tmp_path, text.encode() + end)) == pytest.approx(YOUNGS_MODULUS, rel=1e-3)
+
+
+@pytest.mark.parametrize("write", ["{:.6E}", "{:.9e}", "{:+.6E}"])
+@pytest.mark.parametrize("letter", ["E", "e", "D", "d"])
+@pytest.mark.parametrize("decimal", [".", ","])
+def test_exponents_of_every_language_are_numbers(
+    decimal: str, letter: str, write: str, tmp_path: Path
+) -> None:
+    rows = (
+        "\t".join(write.format(value).upper().replace("E", letter).replace(".", decimal) for value in row)
+        for row in zip(PULLED.strain, PULLED.stress, strict=True)
+    )
+    record = read(tmp_path, "\n".join(["Strain (-)\tTensile stress (kPa)", *rows]))
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "Time        Axial Displacement   Axial Force\ns           mm                   N",
+        "Time (s)   Axial Displacement (mm)   Axial Force (N)",
+        "# Time (s)  Axial Displacement (mm)  Axial Force (N)",
+        "Time Displacement Force\nSec mm N",
+        "% Time_s Displacement_mm Force_N",
+    ],
+)
+def test_columns_parted_by_spaces_are_read_whatever_their_names(head: str, tmp_path: Path) -> None:
+    rows = table("", PULLED.time_s, PULLED.travel_mm, PULLED.load_N, separator="   ")
+    stated = Stated(gauge_length=0.02, area=2e-5, mode="tension")
+    assert modulus(read(tmp_path, head + rows, stated)) == pytest.approx(YOUNGS_MODULUS, rel=1e-3)
+
+
+def test_names_that_cannot_be_parted_are_named(tmp_path: Path) -> None:
+    rows = table("Axial Displacement Axial Force", PULLED.travel_mm, PULLED.load_N, separator=" ")
+    with pytest.raises(InputError, match=r"names 4 columns, and the rows below have 2; part names"):
+        read(tmp_path, rows, Stated(gauge_length=0.02, area=2e-5, force_unit="N", length_unit="mm"))
+
+
+def test_names_that_are_not_known_are_named(tmp_path: Path) -> None:
+    text = table("Punto,Carga utile,Ampiezza", PULLED.time_s, PULLED.travel_mm, PULLED.load_N)
+    with pytest.raises(InputError, match=r"line 1: the columns are 'Punto', .*, of which none is known as"):
+        read(tmp_path, text.replace("Carga utile", "Peso"))
+
+
+@pytest.mark.parametrize(
+    ("unit", "per_N"),
+    [("lbF", 1 / 4.4482216152605), ("LBF", 1 / 4.4482216152605), ("KGF", 1 / 9.80665), ("MN", 1e-6)],
+)
+def test_units_are_known_in_other_capitals_too(unit: str, per_N: float, tmp_path: Path) -> None:
+    text = table(f"Tensile extension [MM],Load [{unit}]", PULLED.travel_mm, per_N * PULLED.load_N, digits=12)
+    record = read(tmp_path, text, Stated(gauge_length=0.02, area=2e-5))
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=1e-3)
+
+
+@pytest.mark.parametrize("parts", [2, 3, 5])
+@pytest.mark.parametrize("between", ["", "\n", "Data Acquisition\tTimed\n"])
+def test_names_that_are_written_again_within_a_test_part_nothing(
+    between: str, parts: int, tmp_path: Path
+) -> None:
+    names = "Time (s)\tTensile strain (-)\tStress (kPa)\n"
+    rows = table("", PULLED.time_s, PULLED.strain, PULLED.stress, separator="\t").strip().split("\n")
+    size = -(-len(rows) // parts)
+    blocks = ["\n".join(rows[begin : begin + size]) for begin in range(0, len(rows), size)]
+    record = read(tmp_path, between.join(f"{names}{block}\n" for block in blocks))
+    assert len(record.strain) == len(rows)
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=1e-3)
+
+
+@pytest.mark.parametrize("totals", ["Maximum,0.8,14.9", "Mean,0.4,7\nStd. dev.,0.2,4\nMinimum,0,0"])
+def test_totals_below_a_table_are_no_rows_of_it(totals: str, tmp_path: Path) -> None:
+    text = table("Time (s),Tensile strain (-),Stress (kPa)", PULLED.time_s, PULLED.strain, PULLED.stress)
+    record = read(tmp_path, text + totals)
+    assert len(record.strain) == len(PULLED.strain)
+    assert any("no row of it" in sentence for sentence in record.left_out)
+
+
+@pytest.mark.parametrize("dead", [0.0, 1e-3])
+def test_a_channel_that_stands_still_is_not_taken(dead: float, tmp_path: Path) -> None:
+    still = dead * np.sin(PULLED.time_s)
+    text = table("Tensile extension (mm),Force X (N),Force Z (N)", PULLED.travel_mm, still, PULLED.load_N)
+    record = read(tmp_path, text, Stated(gauge_length=0.02, area=2e-5))
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=1e-3)
+    assert any("(not 'Force X (N)')" in sentence for sentence in record.found)

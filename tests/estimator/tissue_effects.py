@@ -7,14 +7,14 @@ from numpy.typing import NDArray
 from retraction_cases import REFERENCE_BLOCK
 from scipy.spatial.transform import Rotation
 
-from estimator.fem.block_mesh import Grading
-from estimator.fem.body import Response, respond
-from estimator.fem.equilibrium import EquilibriumSolver
-from estimator.fem.equilibrium_state import EquilibriumState
-from estimator.fem.motion import GripperPose
-from estimator.fem.observation import observe
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.terms import Term
+from estimator.fem.assembly.body import Response, respond
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.equilibrium.newton import EquilibriumSolver
+from estimator.fem.equilibrium.observation import observe
+from estimator.fem.equilibrium.state import EquilibriumState
+from estimator.fem.terms.term import Term
 from estimator.forward.meshing import mesh_experiment
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material, make_material

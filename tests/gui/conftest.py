@@ -14,23 +14,23 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 from pytestqt.qtbot import QtBot
 
+from daq.devices import connected
 from daq.rig import Rig, make_devices, read_rig, write_rig
-from daq.session.session import connected
 from daq.virtual_rig.launch import VirtualRig, virtual_rig
 from daq.virtual_rig.layout import GRASP_CENTRE, Addresses, placed_beads, rig_description
-from daq.virtual_rig.phantom import SpringPhantom
+from daq.virtual_rig.physics.phantom import SpringPhantom
 from daq.virtual_rig.processes import VirtualRigSettings
-from daq.virtual_rig.scene import flea2_pair
+from daq.virtual_rig.rendering.scene import flea2_pair
 from gui.app import Desk
 from gui.context import Context, Navigator
-from gui.jobs import Jobs
-from gui.link import AcquisitionLink
+from gui.jobs.running import Jobs
 from gui.pages.acquire import AcquirePage
 from gui.pages.rig import RigPage
 from gui.rehearsal import wait_until
+from gui.rig.link import AcquisitionLink
 from gui.window import Window
-from robot_drivers.abb.egm import EGMSettings
-from robot_drivers.abb.irb140_session import IRB140Settings
+from robot_drivers.abb.egm.position_stream import EGMSettings
+from robot_drivers.abb.irb140.session import IRB140Settings
 from robot_drivers.real_time import prefer_this_process
 
 PATIENCE_S = 15.0

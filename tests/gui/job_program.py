@@ -6,7 +6,7 @@ from pathlib import Path
 from job_tasks import break_down, clear_up_when_interrupted
 from PySide6.QtCore import QCoreApplication
 
-from gui.jobs import Jobs
+from gui.jobs.running import Jobs
 
 
 def main() -> None:

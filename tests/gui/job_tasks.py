@@ -7,7 +7,7 @@ from pathlib import Path
 
 from daq.errors import RecordingError
 from estimator.workers import worker_pool
-from gui.job_process import Reporter
+from gui.jobs.process import Reporter
 
 
 def count(report: Reporter, most: int) -> int:

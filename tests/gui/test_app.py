@@ -6,8 +6,8 @@ from pytestqt.qtbot import QtBot
 
 from daq.virtual_rig.layout import Addresses, rig_description
 from gui.app import main
-from gui.laboratory import FORCE_SENSOR, ROBOT, mixed, roles
 from gui.opening import Opening
+from gui.rig.laboratory import FORCE_SENSOR, ROBOT, mixed, roles
 
 VIRTUAL = rig_description(Addresses(1, 2, 3, 4, 5, 6, ("tcp://a", "tcp://b")), Path("virtual.toml"))
 OWN = replace(

@@ -7,15 +7,15 @@ from job_tasks import tells_its_priority
 from pytestqt.qtbot import QtBot
 from shiboken6 import delete
 
-from daq.calibration.record import read_record
+from daq.calibration_files.record import read_record
 from daq.errors import CalibrationError
 from daq.virtual_rig.layout import FRAMES, Addresses, rig_description
 from daq.virtual_rig.operator import TOUCHES, touching_pose
 from daq.vision.charuco import CharucoBoard
-from gui.calibration_bench import Begin, CalibrationBench, Finish, Judged, Keep, Kept, TakeTouch, TouchTaken
-from gui.companion import Companion
-from gui.job_process import Failed
-from gui.widgets.outcome_panel import OutcomePanel
+from gui.calibration.bench import Begin, CalibrationBench, Finish, Judged, Keep, Kept, TakeTouch, TouchTaken
+from gui.jobs.companion import Companion
+from gui.jobs.process import Failed
+from gui.widgets.results.outcome_panel import OutcomePanel
 
 RIG = rig_description(Addresses(1, 2, 3, 4, 5, 6, ("tcp://a", "tcp://b")), Path("stereo.toml"))
 

@@ -10,11 +10,11 @@ from scipy.spatial.transform import Rotation
 
 from daq.frames import IDENTITY, pose
 from daq.recording.folder import read_info
-from daq.routines import NAMED, through
 from daq.trajectories import Trajectory
+from daq.trajectories.routines import NAMED, through
 from daq.virtual_rig.launch import VirtualRig
 from daq.virtual_rig.standard import calibration_settings
-from gui.calibration_bench import Judged, Kept
+from gui.calibration.bench import Judged, Kept
 from gui.pages.acquire import AcquirePage
 from gui.pages.calibrate import CalibratePage
 from robot_drivers.protocols import Speed

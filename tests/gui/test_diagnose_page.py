@@ -14,13 +14,13 @@ from synthetic_diagnoses import inclusion, no_gap, outcome, two_causes, unexplai
 from daq.plans import Trial
 from estimator.diagnosis.conclusions.design_of_experiments import MANOEUVRES
 from estimator.diagnosis.result import Advice, Consideration, Diagnosis
-from gui.comparison import comparison_rows
-from gui.computations import diagnose_sources, try_cause
+from gui.analysis.comparison import comparison_rows
+from gui.analysis.computations import diagnose_sources, try_cause
 from gui.context import Context
 from gui.messages import Message
 from gui.pages.diagnose import DiagnosePage
-from gui.widgets.cause_details import cause_facts
-from gui.widgets.ranking import ranked_causes
+from gui.widgets.results.cause_details import cause_facts
+from gui.widgets.results.ranking import ranked_causes
 
 SOURCES = (Path("sessions/pull").absolute(), Path("sessions/twist").absolute())
 

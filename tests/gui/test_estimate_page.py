@@ -16,14 +16,14 @@ from estimator.experiment import write_experiment
 from estimator.fit.online import OnlineEstimate
 from estimator.fit.result import ParameterEstimate
 from estimator.materials import LAWS, Law, Yeoh
-from gui.computations import estimate_sources, write_estimate_page
+from gui.analysis.computations import estimate_sources, write_estimate_page
+from gui.analysis.following import FollowedStep, follow_session
+from gui.analysis.sources import experiments_of
 from gui.context import Context
-from gui.following import FollowedStep, follow_session
-from gui.job_process import Progressed, Reporter
+from gui.jobs.process import Progressed, Reporter
 from gui.messages import Message
 from gui.pages.estimate import EstimatePage
-from gui.sources import experiments_of
-from gui.state import RigState
+from gui.rig.state import RigState
 from robot_drivers.clock import host_time_ns
 
 

@@ -5,7 +5,7 @@ import pyqtgraph as pg
 from pytestqt.qtbot import QtBot
 
 from daq.virtual_rig.layout import LIMITS
-from gui.widgets.force_plot import ForcePlot
+from gui.widgets.plots.force_plot import ForcePlot
 
 ZERO = np.array([1.0, 0.0, 0.0, 0.01, 0.0, 0.0])
 

@@ -11,7 +11,7 @@ from job_tasks import clear_up_when_interrupted, count, ended, fail, wait_for_fi
 from PySide6.QtCore import QTimer
 from pytestqt.qtbot import QtBot
 
-from gui.jobs import Job, Jobs
+from gui.jobs.running import Job, Jobs
 
 PATIENCE_MS = 60_000
 PROGRAM = [sys.executable, str(Path(__file__).with_name("job_program.py"))]

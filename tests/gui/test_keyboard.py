@@ -19,10 +19,10 @@ from PySide6.QtWidgets import (
 )
 
 from daq.virtual_rig.layout import Addresses, rig_description
-from daq.virtual_rig.scene import flea2_pair
+from daq.virtual_rig.rendering.scene import flea2_pair
 from gui.app import Desk
 from gui.rehearsal import wait_until
-from gui.widgets.retraction_card import RetractionCard
+from gui.widgets.forms.retraction_card import RetractionCard
 from gui.widgets.tables import ReadTable
 from gui.window import Window
 

@@ -10,7 +10,7 @@ from pytestqt.qtbot import QtBot
 
 from daq.rig import Rig, write_rig
 from daq.virtual_rig.layout import Addresses, rig_description
-from gui.laboratory import CALIBRATIONS_FOLDER, STANDARD, Laboratory, roles
+from gui.rig.laboratory import CALIBRATIONS_FOLDER, STANDARD, Laboratory, roles
 
 ADDRESSES = Addresses(1, 2, 3, 4, 5, 6, ("tcp://127.0.0.1:7", "tcp://127.0.0.1:8"))
 CLOCK = Path("clock")

@@ -11,12 +11,12 @@ from synthetic_diagnoses import inclusion
 from synthetic_estimates import PULL_M, block, pull_fit
 
 from estimator.effects import blocks
-from estimator.report.scene import farthest_row
-from gui.films import Film, film_of_fit, film_of_trace, spread
+from estimator.report.drawing.scene import farthest_row
+from gui.analysis.films import Film, film_of_fit, film_of_trace, spread
 from gui.inks import ramp
 from gui.theme import DARK, LIGHT, Theme
-from gui.widgets.film_player import FilmPlayer
-from gui.widgets.mesh_view import MeshView
+from gui.widgets.view_3d.film_player import FilmPlayer
+from gui.widgets.view_3d.mesh_view import MeshView
 
 FIT = pull_fit(noise=1.0)
 

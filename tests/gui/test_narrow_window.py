@@ -11,7 +11,7 @@ from pytestqt.qtbot import QtBot
 
 from daq.rig import read_rig, write_rig
 from daq.virtual_rig.layout import Addresses, rig_description
-from daq.virtual_rig.scene import flea2_pair
+from daq.virtual_rig.rendering.scene import flea2_pair
 from gui.app import Desk
 from gui.pages.acquire import AcquirePage
 from gui.widgets.split import BesideOrBelow, ScrolledSides

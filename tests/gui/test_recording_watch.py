@@ -8,11 +8,11 @@ import pytest
 from daq.recording.folder import SessionInfo
 from gui.context import Context
 from gui.messages import Message, recorded_told
-from gui.recording_watch import RecordingWatch
-from gui.session_list import SessionEntry
-from gui.state import RigState
-from gui.widgets.rig_bar import RigBar
-from gui.widgets.session_table import texts_of
+from gui.recording.watch import RecordingWatch
+from gui.rig.state import RigState
+from gui.sessions.session_list import SessionEntry
+from gui.widgets.forms.session_table import texts_of
+from gui.widgets.rig.rig_bar import RigBar
 
 FIRST, SECOND = Path("sessions/a"), Path("sessions/b")
 

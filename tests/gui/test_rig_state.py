@@ -7,8 +7,8 @@ import pytest
 from daq.acquisition.messages import StreamCounts, Telemetry
 from daq.rig import Rig
 from daq.virtual_rig.layout import Addresses, rig_description
-from gui.state import RigState, connecting, disconnected, opened, told
-from robot_drivers.ati.tare import Tare, TareStack
+from gui.rig.state import RigState, connecting, disconnected, opened, told
+from robot_drivers.ati.compensation.tare import Tare, TareStack
 from robot_drivers.protocols import DeviceIdentity, FloatArray
 
 NONE = np.empty((0, 7))

@@ -16,19 +16,19 @@ from daq.errors import RecordingError
 from daq.recording.folder import read_info, seal_session
 from daq.recording.in_use import locked
 from daq.recording.reader import Recording
-from daq.recording.recovery.session import recover_session
+from daq.recording.recovery import recover_session
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads
-from daq.virtual_rig.phantom import SpringPhantom
-from gui.computations import export_session, judge_session, repair_session
+from daq.virtual_rig.physics.phantom import SpringPhantom
+from gui.analysis.computations import export_session, judge_session, repair_session
+from gui.analysis.following import FollowedStep, follow_session
 from gui.context import Context
-from gui.following import FollowedStep, follow_session
-from gui.job_process import Progressed, Reporter, Shown
+from gui.jobs.process import Progressed, Reporter, Shown
 from gui.messages import Message
 from gui.pages.sessions import SessionsPage
-from gui.playback import open_playback
-from gui.session_list import SessionEntry, entry_of, find_sessions, matching
-from gui.widgets.replay_pane import ReplayPane
-from gui.widgets.session_table import SessionTable
+from gui.sessions.playback import open_playback
+from gui.sessions.session_list import SessionEntry, entry_of, find_sessions, matching
+from gui.widgets.forms.session_table import SessionTable
+from gui.widgets.video.replay_pane import ReplayPane
 from robot_drivers.protocols import Pose
 
 POSES = tuple(Pose((0.04 + way, 0.0, 0.0)) for way in (0.0, 0.003))
@@ -133,7 +133,7 @@ def test_the_window_goes_on_while_a_slow_disk_lists_its_sessions(
         read.wait()
         return find_sessions(folder)
 
-    monkeypatch.setattr("gui.session_finder.find_sessions", find_slowly)
+    monkeypatch.setattr("gui.sessions.session_finder.find_sessions", find_slowly)
     table = SessionTable(sessions)
     qtbot.addWidget(table)
     table.show()

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from gui.soak_log import SoakLog
-from gui.soak_meter import Resources, Second
-from gui.soak_plot import plot_soak
-from gui.soak_result import SoakResult, images_shown_per_s
-from gui.soak_series import series_of
+from gui.soak.log import SoakLog
+from gui.soak.meter import Resources, Second
+from gui.soak.plot import plot_soak
+from gui.soak.result import SoakResult, images_shown_per_s
+from gui.soak.series import series_of
 
 SECOND = Second(
     time_s=1.0,

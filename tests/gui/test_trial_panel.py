@@ -9,9 +9,9 @@ from pytestqt.qtbot import QtBot
 from daq.plans import Trial
 from daq.trajectories import PULL, TWIST_AND_PULL, Dwell
 from daq.virtual_rig.layout import Addresses, rig_description
-from gui.motion_profile import in_words, motion_profile
-from gui.widgets.parameter_form import ParameterForm
-from gui.widgets.trial_panel import TrialPanel
+from gui.recording.motion_profile import in_words, motion_profile
+from gui.widgets.forms.parameter_form import ParameterForm
+from gui.widgets.forms.trial_panel import TrialPanel
 from robot_drivers.protocols import Speed
 
 RIG = rig_description(Addresses(1, 2, 3, 4, 5, 6, ("tcp://a", "tcp://b")), Path("stereo.toml"))

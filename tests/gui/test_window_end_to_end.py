@@ -16,8 +16,8 @@ from daq.recording.reader import Recording
 from daq.virtual_rig.launch import VirtualRig
 from daq.virtual_rig.layout import REST_TOOL
 from estimator.experiment import Experiment, read_experiment, write_experiment
-from estimator.fem.equilibrium import EquilibriumSolver
-from estimator.fem.observation import observe
+from estimator.fem.equilibrium.newton import EquilibriumSolver
+from estimator.fem.equilibrium.observation import observe
 from estimator.forward.meshing import mesh_experiment
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
@@ -26,8 +26,8 @@ from gui.pages.diagnose import DiagnosePage
 from gui.pages.estimate import EstimatePage
 from gui.pages.rig import RigPage
 from gui.pages.sessions import SessionsPage
+from gui.recording.work_queue import Entry
 from gui.window import STOPPED
-from gui.work_queue import Entry
 
 STARVED = "the controlling program has been silent"
 """A window that gets no processor for most of a second has the robot held as well, as it should."""

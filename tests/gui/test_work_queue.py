@@ -5,7 +5,7 @@ import pytest
 
 from daq.errors import RecordingError
 from daq.plans import Trial
-from gui.work_queue import (
+from gui.recording.work_queue import (
     Entry,
     changed,
     moved,

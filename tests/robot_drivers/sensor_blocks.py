@@ -4,6 +4,9 @@ import time
 
 import numpy as np
 
+ANSWER_TIMEOUT_S = 2.0
+"""For emulated devices: a busy machine lets them answer late."""
+
 
 def read_for(sensor, seconds):
     """The blocks of some time that were not empty."""

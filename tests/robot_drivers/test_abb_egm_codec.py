@@ -8,7 +8,7 @@ from abb_robot_client._egm_protobuf import egm_pb2
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_drivers.abb.egm_codec import (
+from robot_drivers.abb.egm.codec import (
     EgmCartesian,
     EgmClock,
     EgmEuler,
@@ -28,7 +28,7 @@ from robot_drivers.abb.egm_codec import (
     decode_robot,
     decode_sensor,
 )
-from robot_drivers.abb.protobuf import encode
+from robot_drivers.abb.egm.protobuf import encode
 from robot_drivers.errors import DeviceProtocolError
 
 POSITION = "0a1b 090000000000207c40 110000000000003440 190000000000c08240"

@@ -11,9 +11,7 @@ import numpy as np
 import pytest
 from abb_robot_client.egm import EGM
 
-from robot_drivers.abb import kinematics, poses
-from robot_drivers.abb.egm import EGMSample, EGMSettings
-from robot_drivers.abb.egm_codec import (
+from robot_drivers.abb.egm.codec import (
     EgmCartesian,
     EgmHeader,
     EgmJoints,
@@ -25,20 +23,22 @@ from robot_drivers.abb.egm_codec import (
     EgmState,
     decode_sensor,
 )
-from robot_drivers.abb.egm_guidance import EGMGuidedRobot
-from robot_drivers.abb.emulator import ControllerEmulator
-from robot_drivers.abb.emulator_arm import CYCLE_S, Arm
-from robot_drivers.abb.emulator_guidance import (
+from robot_drivers.abb.egm.guidance import EGMGuidedRobot
+from robot_drivers.abb.egm.guidance_session import EGMGuidanceSettings, GuidanceSession
+from robot_drivers.abb.egm.position_stream import EGMSample, EGMSettings
+from robot_drivers.abb.egm.protobuf import encode
+from robot_drivers.abb.emulator.arm import CYCLE_S, Arm
+from robot_drivers.abb.emulator.controller import ControllerEmulator
+from robot_drivers.abb.emulator.guidance import (
     NO_DATA_FROM_DEVICE,
     Guidance,
     GuidanceMode,
     GuidanceSettings,
     GuidanceState,
 )
-from robot_drivers.abb.emulator_settings import ArmSettings
-from robot_drivers.abb.guidance_session import EGMGuidanceSettings, GuidanceSession
-from robot_drivers.abb.line_interpolator import LineInterpolator
-from robot_drivers.abb.protobuf import encode
+from robot_drivers.abb.emulator.settings import ArmSettings
+from robot_drivers.abb.motion import kinematics, poses
+from robot_drivers.abb.motion.line_interpolator import LineInterpolator
 from robot_drivers.errors import (
     DeviceFaultError,
     DeviceTimeoutError,

@@ -10,9 +10,7 @@ import numpy as np
 import pytest
 from abb_robot_client.egm import EGM
 
-from robot_drivers.abb import kinematics, poses
-from robot_drivers.abb.egm import EGMSettings, PositionStream, classify
-from robot_drivers.abb.egm_codec import (
+from robot_drivers.abb.egm.codec import (
     EgmCartesian,
     EgmClock,
     EgmHeader,
@@ -22,11 +20,13 @@ from robot_drivers.abb.egm_codec import (
     EgmQuaternion,
     EgmRobot,
 )
-from robot_drivers.abb.emulator import ControllerEmulator
-from robot_drivers.abb.emulator_arm import Reading
-from robot_drivers.abb.emulator_egm import GENERATIONS, robot_message
-from robot_drivers.abb.emulator_settings import ArmSettings, ControllerFaults, EmulatorSettings
-from robot_drivers.abb.protobuf import encode
+from robot_drivers.abb.egm.position_stream import EGMSettings, PositionStream, classify
+from robot_drivers.abb.egm.protobuf import encode
+from robot_drivers.abb.emulator.arm import Reading
+from robot_drivers.abb.emulator.controller import ControllerEmulator
+from robot_drivers.abb.emulator.egm import GENERATIONS, ControllerSample, robot_message
+from robot_drivers.abb.emulator.settings import ArmSettings, ControllerFaults, EmulatorSettings
+from robot_drivers.abb.motion import kinematics, poses
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import ConfigurationError, DeviceUnreachableError
 
@@ -234,7 +234,7 @@ def test_a_closed_stream_says_so():
 
 def test_the_emulator_sends_the_301_bytes_of_the_reference():
     reading = Reading((450.0, 20.0, 600.0), (1.0, 0.0, 0.0, 0.0), JOINTS_DEG)
-    datagram = encode(robot_message("B", 0, 28397216500, reading, reading, True, True))
+    datagram = encode(robot_message("B", 0, ControllerSample(28397216500, reading, reading)))
     block = (
         "8701 0a36 090000000000000000 090000000000002440 090000000000003440 090000000000000000"
         "090000000000804640 090000000000000000 1243 0a1b 090000000000207c40 110000000000003440"

@@ -9,9 +9,9 @@ import time
 import numpy as np
 import pytest
 
-from robot_drivers.abb.emulator import ControllerEmulator
-from robot_drivers.abb.emulator_arm import CYCLE_S, Arm, Motion
-from robot_drivers.abb.emulator_settings import ArmSettings, EmulatorSettings
+from robot_drivers.abb.emulator.arm import CYCLE_S, Arm, Motion
+from robot_drivers.abb.emulator.controller import ControllerEmulator
+from robot_drivers.abb.emulator.settings import ArmSettings, EmulatorSettings
 from robot_drivers.protocols import Pose
 
 HELLO, GET_STATE, IDENTIFY, SET_LIMITS, MOVE_L, STOP, RESUME = range(1, 8)

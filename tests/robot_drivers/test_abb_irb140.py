@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from abb_motions import moving, shifted, stands, wait_until
 
-from robot_drivers.abb import poses
-from robot_drivers.abb.egm import EGMSettings
-from robot_drivers.abb.emulator import ControllerEmulator
-from robot_drivers.abb.emulator_settings import ArmSettings, ControllerFaults, EmulatorSettings
+from robot_drivers.abb.egm.position_stream import EGMSettings
+from robot_drivers.abb.emulator.controller import ControllerEmulator
+from robot_drivers.abb.emulator.settings import ArmSettings, ControllerFaults, EmulatorSettings
 from robot_drivers.abb.irb140 import IRB140, IRB140Settings, MotionInterruptedError
-from robot_drivers.abb.limits import Box, MotionLimits
+from robot_drivers.abb.motion import poses
+from robot_drivers.abb.motion.limits import Box, MotionLimits
 from robot_drivers.errors import (
     ConfigurationError,
     DeviceFaultError,

@@ -8,7 +8,7 @@ import pytest
 from py_opw_kinematics import KinematicModel, Robot
 from scipy.spatial.transform import Rotation
 
-from robot_drivers.abb import kinematics, poses
+from robot_drivers.abb.motion import kinematics, poses
 from robot_drivers.errors import MotionRefusedError
 from robot_drivers.protocols import Pose
 

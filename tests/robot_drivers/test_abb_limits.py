@@ -5,8 +5,8 @@ import math
 
 import pytest
 
-from robot_drivers.abb import kinematics, poses
-from robot_drivers.abb.limits import Box, MotionLimits, check_on_line, check_trajectory
+from robot_drivers.abb.motion import kinematics, poses
+from robot_drivers.abb.motion.limits import Box, MotionLimits, check_on_line, check_trajectory
 from robot_drivers.errors import ConfigurationError, DeviceFaultError, MotionRefusedError
 from robot_drivers.protocols import Pose, Speed
 

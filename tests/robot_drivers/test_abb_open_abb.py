@@ -11,13 +11,12 @@ import numpy as np
 import pytest
 from abb_motions import moving, shifted, stands
 
-from robot_drivers.abb import open_abb_messages as messages
-from robot_drivers.abb import poses
-from robot_drivers.abb.arrival import MotionInterruptedError
-from robot_drivers.abb.emulator_settings import ArmSettings
-from robot_drivers.abb.limits import MotionLimits
-from robot_drivers.abb.open_abb import OpenABB, OpenABBSettings
-from robot_drivers.abb.open_abb_emulator import OpenABBEmulator, OpenABBEmulatorSettings
+from robot_drivers.abb.emulator.open_abb import OpenABBEmulator, OpenABBEmulatorSettings
+from robot_drivers.abb.emulator.settings import ArmSettings
+from robot_drivers.abb.motion import poses
+from robot_drivers.abb.motion.arrival import MotionInterruptedError
+from robot_drivers.abb.motion.limits import MotionLimits
+from robot_drivers.abb.open_abb import OpenABB, OpenABBSettings, messages
 from robot_drivers.errors import (
     ConfigurationError,
     DeviceFaultError,

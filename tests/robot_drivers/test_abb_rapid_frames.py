@@ -8,16 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_drivers.abb.emulator_arm import Arm
-from robot_drivers.abb.emulator_rapid import RapidServer
-from robot_drivers.abb.emulator_settings import ArmSettings, EmulatorSettings
-from robot_drivers.abb.limits import Box, MotionLimits
-from robot_drivers.abb.rapid_frames import (
-    Code,
-    Command,
+from robot_drivers.abb.emulator.arm import Arm
+from robot_drivers.abb.emulator.rapid import RapidServer
+from robot_drivers.abb.emulator.settings import ArmSettings, EmulatorSettings
+from robot_drivers.abb.motion.limits import Box, MotionLimits
+from robot_drivers.abb.rapid_socket.codes import Code, Command, ReplyKind, Status
+from robot_drivers.abb.rapid_socket.frames import (
     FrameSplitter,
-    ReplyKind,
-    Status,
     TextReply,
     decode_reply,
     decode_state,

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 import robot_drivers.abb
-from robot_drivers.abb import rapid_frames
-from robot_drivers.abb.rapid_frames import Code, Command, ReplyKind, Status
+from robot_drivers.abb.rapid_socket import frames
+from robot_drivers.abb.rapid_socket.codes import Code, Command, ReplyKind, Status
 
 FOLDER = Path(robot_drivers.abb.__file__).parent / "rapid"
 MODULES = sorted([*FOLDER.glob("*.mod"), *FOLDER.glob("*.sys")])
@@ -74,12 +74,12 @@ def test_the_numbers_on_the_wire_are_those_of_the_driver(prefix, values: type[In
 
 
 def test_the_sizes_are_those_of_the_driver():
-    assert CONSTANTS["RT_PROTOCOL_VERSION"] == rapid_frames.PROTOCOL_VERSION
-    assert CONSTANTS["RT_REQUEST_BYTES"] == len(rapid_frames.encode_request(1, Command.MOVE_L))
-    assert CONSTANTS["RT_REPLY_BYTES"] == rapid_frames.REPLY_BYTES
-    assert CONSTANTS["RT_STATE_BYTES"] == rapid_frames.STATE_BYTES
-    assert CONSTANTS["RT_TEXT_BYTES"] == rapid_frames.TEXT_BYTES
-    assert CONSTANTS["RT_MOVE_SEQUENCES"] == rapid_frames.LARGEST_MOVE_SEQUENCE
+    assert CONSTANTS["RT_PROTOCOL_VERSION"] == frames.PROTOCOL_VERSION
+    assert CONSTANTS["RT_REQUEST_BYTES"] == len(frames.encode_request(1, Command.MOVE_L))
+    assert CONSTANTS["RT_REPLY_BYTES"] == frames.REPLY_BYTES
+    assert CONSTANTS["RT_STATE_BYTES"] == frames.STATE_BYTES
+    assert CONSTANTS["RT_TEXT_BYTES"] == frames.TEXT_BYTES
+    assert CONSTANTS["RT_MOVE_SEQUENCES"] == frames.LARGEST_MOVE_SEQUENCE
 
 
 def test_the_world_zone_is_larger_than_the_box():

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_drivers.ati import command_interface as ci
 from robot_drivers.ati.emulator import BoxConfiguration, EmulatorSettings, NetFTEmulator
+from robot_drivers.ati.netft import command_interface as ci
 from robot_drivers.errors import (
     ConfigurationError,
     DeviceFaultError,

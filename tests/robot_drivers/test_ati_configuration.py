@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_drivers.ati.configuration import read_configuration, set_rdt_rate
 from robot_drivers.ati.emulator import BoxConfiguration, EmulatorSettings, NetFTEmulator
-from robot_drivers.ati.scaling import Scaling
-from robot_drivers.ati.web import MAX_PAGE_BYTES, WebPages, parse_tags
+from robot_drivers.ati.netft.configuration import read_configuration, set_rdt_rate
+from robot_drivers.ati.netft.web import MAX_PAGE_BYTES, WebPages, parse_tags
+from robot_drivers.ati.transducer.scaling import Scaling
 from robot_drivers.errors import ConfigurationError, DeviceProtocolError, DeviceUnreachableError
 
 NEWTON_MILLIMETRES = BoxConfiguration(

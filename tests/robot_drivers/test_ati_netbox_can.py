@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from sensor_blocks import first_block
 
 from robot_drivers.ati.emulator import EmulatorSettings, Faults
-from robot_drivers.ati.emulator.netbox_can import CanFaults, NetBoxCanEmulator, NetBoxCanEmulatorSettings
+from robot_drivers.ati.emulator.can.netbox_can import CanFaults, NetBoxCanEmulator, NetBoxCanEmulatorSettings
 from robot_drivers.ati.netbox_can import NetBoxCan, NetBoxCanSettings, frames
 from robot_drivers.ati.netbox_can.sample_clock import SampleClock
 from robot_drivers.clock import host_time_ns

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sensor_blocks import first_block, read_for
 
-from robot_drivers.ati.emulator.netcanoem import BoardFaults, BoardSettings, NetCANOEMEmulator
-from robot_drivers.ati.gamma import GAGE_MATRIX
+from robot_drivers.ati.emulator.can.netcanoem import BoardFaults, BoardSettings, NetCANOEMEmulator
 from robot_drivers.ati.netcanoem import NetCANOEM, NetCANOEMSettings, frames
+from robot_drivers.ati.transducer.gamma import GAGE_MATRIX
 from robot_drivers.errors import (
     ConfigurationError,
     DeviceFaultError,
@@ -68,7 +68,7 @@ def test_unknown_unit_codes_are_refused(units):
 @pytest.mark.parametrize("entry", [0.0, float("nan"), float("inf")])
 def test_a_matrix_that_no_transducer_has_is_refused(entry, monkeypatch):
     matrix = np.full((6, 6), entry)
-    monkeypatch.setattr("robot_drivers.ati.emulator.netcanoem.GAGE_MATRIX", matrix)
+    monkeypatch.setattr("robot_drivers.ati.emulator.can.netcanoem.GAGE_MATRIX", matrix)
     with pytest.raises(DeviceProtocolError, match="calibration FT33206: the matrix"), connected():
         pass
 

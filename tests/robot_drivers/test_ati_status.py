@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from robot_drivers.ati.status import AXIA, NET_FT, status_map
+from robot_drivers.ati.transducer.status import AXIA, NET_FT, status_map
 
 
 @pytest.mark.parametrize(

@@ -10,17 +10,17 @@ import can
 import numpy as np
 import pytest
 
-from robot_drivers.abb.egm_codec import decode_robot
-from robot_drivers.abb.emulator import ControllerEmulator
-from robot_drivers.abb.emulator_settings import ArmSettings, ControllerFaults, EmulatorSettings
-from robot_drivers.ati.digital_ft_emulator import DigitalFTEmulator
+from robot_drivers.abb.egm.codec import decode_robot
+from robot_drivers.abb.emulator.controller import ControllerEmulator
+from robot_drivers.abb.emulator.settings import ArmSettings, ControllerFaults, EmulatorSettings
 from robot_drivers.ati.emulator import NetFTEmulator
-from robot_drivers.ati.emulator.netcanoem import BoardFaults, BoardSettings, NetCANOEMEmulator
+from robot_drivers.ati.emulator.can.netcanoem import BoardFaults, BoardSettings, NetCANOEMEmulator
+from robot_drivers.ati.emulator.can.slcan_adapter import SlcanAdapterEmulator
+from robot_drivers.ati.emulator.serial.digital_ft import DigitalFTEmulator
+from robot_drivers.ati.emulator.serial.line import LineFaults
 from robot_drivers.ati.netcanoem import NetCANOEM, NetCANOEMSettings
 from robot_drivers.ati.netft import NetFT, NetFTSettings
-from robot_drivers.ati.serial_line import SerialLine
-from robot_drivers.ati.serial_line_emulator import LineFaults
-from robot_drivers.ati.slcan_adapter_emulator import SlcanAdapterEmulator
+from robot_drivers.ati.serial.line import SerialLine
 from robot_drivers.cameras.emulator import CameraEmulator, CameraEmulatorSettings, CameraFaults
 from robot_drivers.cameras.opencv import OpenCVCamera
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings

@@ -15,16 +15,16 @@ import pytest
 from numpy.typing import NDArray
 
 from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
-from robot_drivers.ati.controller_ft_emulator import ControllerFTEmulator, ControllerFTEmulatorSettings
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
-from robot_drivers.ati.digital_ft_emulator import DigitalFTEmulator
 from robot_drivers.ati.emulator import EmulatorSettings, NetFTEmulator
-from robot_drivers.ati.emulator.netbox_can import NetBoxCanEmulator, NetBoxCanEmulatorSettings
-from robot_drivers.ati.emulator.netcanoem import BoardSettings, NetCANOEMEmulator
+from robot_drivers.ati.emulator.can.netbox_can import NetBoxCanEmulator, NetBoxCanEmulatorSettings
+from robot_drivers.ati.emulator.can.netcanoem import BoardSettings, NetCANOEMEmulator
+from robot_drivers.ati.emulator.serial.controller_ft import ControllerFTEmulator, ControllerFTEmulatorSettings
+from robot_drivers.ati.emulator.serial.digital_ft import DigitalFTEmulator
+from robot_drivers.ati.emulator.serial.line import LineFaults
 from robot_drivers.ati.netbox_can import NetBoxCan, NetBoxCanSettings
 from robot_drivers.ati.netcanoem import NetCANOEM, NetCANOEMSettings
 from robot_drivers.ati.netft import NetFT, NetFTSettings
-from robot_drivers.ati.serial_line_emulator import LineFaults
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import ForceSensor, WrenchBlock
@@ -116,7 +116,9 @@ def serial_bench(emulator, make_sensor, rate_hz):
 
 def digital_ft_bench():
     return serial_bench(
-        DigitalFTEmulator(lambda _: LOAD), lambda port: DigitalFT(DigitalFTSettings(port=port)), 7000
+        DigitalFTEmulator(lambda _: LOAD),
+        lambda port: DigitalFT(DigitalFTSettings(port=port, answer_timeout_s=PATIENCE_S)),
+        7000,
     )
 
 
@@ -126,7 +128,9 @@ def controller_ft_bench():
     return serial_bench(
         ControllerFTEmulator(lambda _: LOAD, ControllerFTEmulatorSettings(**line)),
         lambda port: ControllerFT(
-            ControllerFTSettings(port=port, record_bits=16, record_rate_hz=rate_hz, **line)
+            ControllerFTSettings(
+                port=port, record_bits=16, record_rate_hz=rate_hz, answer_timeout_s=PATIENCE_S, **line
+            )
         ),
         rate_hz,
     )

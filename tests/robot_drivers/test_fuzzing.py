@@ -13,12 +13,12 @@ from google.protobuf.message import DecodeError
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robot_drivers.abb.egm_codec import EgmHeader, EgmRobot, decode_robot
-from robot_drivers.abb.protobuf import encode
-from robot_drivers.abb.rapid_frames import decode_reply
+from robot_drivers.abb.egm.codec import EgmHeader, EgmRobot, decode_robot
+from robot_drivers.abb.egm.protobuf import encode
+from robot_drivers.abb.rapid_socket.frames import decode_reply
 from robot_drivers.abb.sequence import SequenceAccount
-from robot_drivers.ati.can_link import CanLink, Request
-from robot_drivers.ati.command_interface import parse_calibration
+from robot_drivers.ati.can.link import CanLink, Request
+from robot_drivers.ati.netft.command_interface import parse_calibration
 from robot_drivers.cameras.pixel_formats import as_pixel_format
 from robot_drivers.errors import DeviceProtocolError, DeviceTimeoutError
 from robot_drivers.fuzzing import campaign

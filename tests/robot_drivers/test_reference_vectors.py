@@ -10,8 +10,7 @@ import socket
 
 import pytest
 
-from robot_drivers.abb.egm import EGMSettings, to_sample
-from robot_drivers.abb.egm_codec import (
+from robot_drivers.abb.egm.codec import (
     EgmCartesian,
     EgmCartesianSpeed,
     EgmEuler,
@@ -26,13 +25,14 @@ from robot_drivers.abb.egm_codec import (
     decode_robot,
     decode_sensor,
 )
-from robot_drivers.abb.emulator_arm import Arm
-from robot_drivers.abb.emulator_egm import robot_message
-from robot_drivers.abb.emulator_settings import ArmSettings
-from robot_drivers.abb.guidance_session import EGMGuidanceSettings, GuidanceSession
-from robot_drivers.abb.protobuf import encode
-from robot_drivers.ati import rdt
+from robot_drivers.abb.egm.guidance_session import EGMGuidanceSettings, GuidanceSession
+from robot_drivers.abb.egm.position_stream import EGMSettings, to_sample
+from robot_drivers.abb.egm.protobuf import encode
+from robot_drivers.abb.emulator.arm import Arm
+from robot_drivers.abb.emulator.egm import ControllerSample, robot_message
+from robot_drivers.abb.emulator.settings import ArmSettings
 from robot_drivers.ati.emulator import EmulatorSettings, NetFTEmulator
+from robot_drivers.ati.netft import rdt
 from robot_drivers.errors import ConfigurationError
 
 MULTICAST = bytes.fromhex("12 34 80 02 00 00 00 00 E0 00 05 80 6E 5A")
@@ -70,7 +70,7 @@ def test_the_emulated_box_streams_to_the_destination_and_not_to_who_asked() -> N
 @pytest.mark.parametrize(("generation", "sizes"), [("B", {301}), ("B'", {367, 368, 369})])
 def test_the_emulated_controller_sends_messages_of_the_sizes_seen(generation: str, sizes: set[int]) -> None:
     reading = Arm(ArmSettings()).measure()
-    message = robot_message(generation, 0, 28397216500, reading, reading, True, True)
+    message = robot_message(generation, 0, ControllerSample(28397216500, reading, reading))
     assert len(encode(message)) in sizes
 
 

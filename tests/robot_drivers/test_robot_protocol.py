@@ -17,16 +17,16 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from robot_drivers.abb.egm import EGMSettings
-from robot_drivers.abb.egm_guidance import EGMGuidedRobot
-from robot_drivers.abb.emulator import ControllerEmulator
-from robot_drivers.abb.emulator_guidance import GuidanceSettings
-from robot_drivers.abb.emulator_settings import EmulatorSettings
-from robot_drivers.abb.guidance_session import EGMGuidanceSettings
+from robot_drivers.abb.egm.guidance import EGMGuidedRobot
+from robot_drivers.abb.egm.guidance_session import EGMGuidanceSettings
+from robot_drivers.abb.egm.position_stream import EGMSettings
+from robot_drivers.abb.emulator.controller import ControllerEmulator
+from robot_drivers.abb.emulator.guidance import GuidanceSettings
+from robot_drivers.abb.emulator.open_abb import OpenABBEmulator, OpenABBEmulatorSettings
+from robot_drivers.abb.emulator.settings import EmulatorSettings
 from robot_drivers.abb.irb140 import IRB140, IRB140Settings
-from robot_drivers.abb.limits import MotionLimits
+from robot_drivers.abb.motion.limits import MotionLimits
 from robot_drivers.abb.open_abb import OpenABB, OpenABBSettings
-from robot_drivers.abb.open_abb_emulator import OpenABBEmulator, OpenABBEmulatorSettings
 from robot_drivers.errors import (
     DeviceError,
     DeviceFaultError,

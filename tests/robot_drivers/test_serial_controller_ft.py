@@ -8,12 +8,12 @@ import pytest
 import serial
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sensor_blocks import gathered, read_for
+from sensor_blocks import ANSWER_TIMEOUT_S, gathered, read_for
 
 from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
-from robot_drivers.ati.controller_ft_emulator import ControllerFTEmulator, ControllerFTEmulatorSettings
-from robot_drivers.ati.controller_ft_records import AsciiDecoder, BinaryDecoder, ascii_counts
-from robot_drivers.ati.serial_line_emulator import LineFaults
+from robot_drivers.ati.controller_ft.records import AsciiDecoder, BinaryDecoder, ascii_counts
+from robot_drivers.ati.emulator.serial.controller_ft import ControllerFTEmulator, ControllerFTEmulatorSettings
+from robot_drivers.ati.emulator.serial.line import LineFaults
 from robot_drivers.errors import ConfigurationError, DeviceError, DeviceProtocolError, DeviceUnreachableError
 
 LOAD = np.array([10.0, -20.0, 30.0, 0.3, -0.6, 0.9])
@@ -32,7 +32,13 @@ AFTER_STREAM = bytes.fromhex("06 0D 0A 3E")
 @contextmanager
 def connected(source=lambda _: LOAD, box=None, **wanted):
     """An emulated controller with a sensor connected to it, not yet streaming."""
-    wanted = {"record_bits": 16, "record_rate_hz": 256.0, **FAST, **wanted}
+    wanted = {
+        "record_bits": 16,
+        "record_rate_hz": 256.0,
+        "answer_timeout_s": ANSWER_TIMEOUT_S,
+        **FAST,
+        **wanted,
+    }
     with (
         ControllerFTEmulator(source, box or ControllerFTEmulatorSettings(**FAST)) as emulator,
         closing(ControllerFT(ControllerFTSettings(port=emulator.port, **wanted))) as sensor,
@@ -258,7 +264,13 @@ def test_a_stream_left_by_a_crashed_client_is_ended_first():
         with wired_to(emulator) as port:
             port.write(b"CD B\rQS\r")
             port.read(100)
-        wanted = ControllerFTSettings(port=emulator.port, record_bits=16, record_rate_hz=256.0, **FAST)
+        wanted = ControllerFTSettings(
+            port=emulator.port,
+            record_bits=16,
+            record_rate_hz=256.0,
+            answer_timeout_s=ANSWER_TIMEOUT_S,
+            **FAST,
+        )
         with closing(ControllerFT(wanted)) as sensor:
             sensor.connect()
             sensor.start()

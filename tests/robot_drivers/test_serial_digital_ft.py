@@ -7,18 +7,18 @@ from contextlib import closing, contextmanager
 import numpy as np
 import pytest
 import serial
-from sensor_blocks import gathered, read_for, read_until
+from sensor_blocks import ANSWER_TIMEOUT_S, gathered, read_for, read_until
 
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
-from robot_drivers.ati.digital_ft_emulator import (
+from robot_drivers.ati.digital_ft.protocol import STATUS_MAP, calibration_register, parse_calibration
+from robot_drivers.ati.emulator.serial.device import SerialDeviceEmulator
+from robot_drivers.ati.emulator.serial.digital_ft import (
     DigitalFTEmulator,
     DigitalFTEmulatorSettings,
     calibration_record,
 )
-from robot_drivers.ati.digital_ft_protocol import STATUS_MAP, calibration_register, parse_calibration
-from robot_drivers.ati.gages import FT33206
-from robot_drivers.ati.serial_device_emulator import SerialDeviceEmulator
-from robot_drivers.ati.serial_line_emulator import LineFaults, TcpPort
+from robot_drivers.ati.emulator.serial.line import LineFaults, TcpPort
+from robot_drivers.ati.transducer.gages import FT33206
 from robot_drivers.errors import (
     ConfigurationError,
     DeviceError,
@@ -55,12 +55,16 @@ def record_of_ft33206():
     return bytes(record)
 
 
+def settings_of(emulator, **settings):
+    return DigitalFTSettings(**{"port": emulator.port, "answer_timeout_s": ANSWER_TIMEOUT_S, **settings})
+
+
 @contextmanager
 def connected(source=lambda _: LOAD, transducer=None, **settings):
     """An emulated transducer with a sensor connected to it, not yet streaming."""
     with (
         DigitalFTEmulator(source, transducer) as emulator,
-        closing(DigitalFT(DigitalFTSettings(port=emulator.port, **settings))) as sensor,
+        closing(DigitalFT(settings_of(emulator, **settings))) as sensor,
     ):
         sensor.connect()
         yield emulator, sensor
@@ -184,7 +188,7 @@ def test_the_amplifier_settings_of_the_calibration_are_loaded_before_streaming()
             port.write(START)
             bare = port.read(5 + 13)[5:]
         assert abs(struct.unpack(">6h", bare[:12])[0]) > 1000  # the amplifiers' offsets at power-up
-        with closing(DigitalFT(DigitalFTSettings(port=emulator.port))) as sensor:
+        with closing(DigitalFT(settings_of(emulator))) as sensor:
             sensor.connect()
             sensor.start()
             assert np.abs(sensor.read(1.0).wrench).max() < 0.2
@@ -196,7 +200,7 @@ def test_a_stream_left_by_a_crashed_client_is_ended_first():
             port.write(START)
             port.read(5)
         time.sleep(0.3)
-        with closing(DigitalFT(DigitalFTSettings(port=emulator.port))) as sensor:
+        with closing(DigitalFT(settings_of(emulator))) as sensor:
             sensor.connect()
             sensor.start()
             block = sensor.read(1.0)
@@ -354,7 +358,7 @@ class Babbler:
 
 def test_a_device_that_does_not_stop_is_said_so():
     with SerialDeviceEmulator(Babbler(), seed=0, burst_s=0.004) as emulator:
-        sensor = DigitalFT(DigitalFTSettings(port=emulator.port))
+        sensor = DigitalFT(settings_of(emulator))
         with pytest.raises(DeviceProtocolError, match="does not stop sending"):
             sensor.connect()
 

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from robot_drivers.ati.digital_ft_protocol import SAMPLE_SIZE, SampleDecoder, checksum_holds
-from robot_drivers.ati.serial_framing import FrameSynchroniser
+from robot_drivers.ati.digital_ft.protocol import SAMPLE_SIZE, SampleDecoder, checksum_holds
+from robot_drivers.ati.serial.framing import FrameSynchroniser
 
 GUARD = 4
 GOLDEN_GAGES = (1, 2, 3, -4, 5, -6)

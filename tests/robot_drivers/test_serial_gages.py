@@ -5,8 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robot_drivers.ati.gages import FT33206, GAGES_ON_WIRE, GageCalibration, from_wire_order, saturated
-from robot_drivers.ati.scaling import Scaling
+from robot_drivers.ati.transducer.gages import (
+    FT33206,
+    GAGES_ON_WIRE,
+    GageCalibration,
+    from_wire_order,
+    saturated,
+)
+from robot_drivers.ati.transducer.scaling import Scaling
 from robot_drivers.errors import DeviceProtocolError
 
 # gage counts at one full rated load, computed once from the certificate's matrix

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_drivers.ati import serial_modbus as modbus
-from robot_drivers.ati.serial_line import SerialLine
+from robot_drivers.ati.digital_ft import modbus
+from robot_drivers.ati.serial.line import SerialLine
 from robot_drivers.errors import (
     ConfigurationError,
     DeviceFaultError,
@@ -71,6 +71,25 @@ def test_the_crc_sees_any_change_of_one_byte(data, position, change):
     frame = bytearray(modbus.framed(data))
     frame[position % len(frame)] ^= change
     assert modbus.framed(bytes(frame[:-2])) != frame
+
+
+def test_a_late_answer_to_another_question_is_not_taken_for_this_one():
+    late, echo = (
+        modbus.framed(bytes.fromhex("0a 10 0004 0002")),
+        modbus.framed(bytes.fromhex("0a 10 0006 0002")),
+    )
+    with device_that_answers(late.hex(), echo.hex()) as (master, heard, _):
+        master.write_holding(6, [0x886F, 1])
+    assert len(heard) == 2
+
+
+def test_an_answer_that_never_fits_is_told_with_what_it_was():
+    other = modbus.framed(bytes.fromhex("0a 10 0004 0002")).hex()
+    with (
+        device_that_answers(other, other, other) as (master, _, _),
+        pytest.raises(DeviceProtocolError, match="answers another question"),
+    ):
+        master.write_holding(6, [0x886F, 1])
 
 
 def test_requests_are_the_bytes_of_the_protocol():

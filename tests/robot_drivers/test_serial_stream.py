@@ -8,13 +8,14 @@ from contextlib import closing
 import numpy as np
 import pytest
 import serial
+from sensor_blocks import ANSWER_TIMEOUT_S
 
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
-from robot_drivers.ati.digital_ft_emulator import DigitalFTEmulator
-from robot_drivers.ati.digital_ft_protocol import SampleDecoder
-from robot_drivers.ati.serial_line_emulator import FaultyWire, LineFaults, PseudoTerminal, TcpPort
-from robot_drivers.ati.serial_receiver import Chunk
-from robot_drivers.ati.serial_stream import SampleStream
+from robot_drivers.ati.digital_ft.protocol import SampleDecoder
+from robot_drivers.ati.emulator.serial.digital_ft import DigitalFTEmulator
+from robot_drivers.ati.emulator.serial.line import FaultyWire, LineFaults, PseudoTerminal, TcpPort
+from robot_drivers.ati.serial.receiver import Chunk
+from robot_drivers.ati.serial.stream import SampleStream
 from robot_drivers.clock import host_time_ns
 
 SAMPLE = bytes.fromhex("0001 0003 0005 0002 FFFC FFFA 7F")
@@ -122,7 +123,9 @@ def test_a_machine_that_stalls_loses_nothing():
 
     with (
         DigitalFTEmulator(source) as emulator,
-        closing(DigitalFT(DigitalFTSettings(port=emulator.port))) as sensor,
+        closing(
+            DigitalFT(DigitalFTSettings(port=emulator.port, answer_timeout_s=ANSWER_TIMEOUT_S))
+        ) as sensor,
     ):
         sensor.connect()
         sensor.start()
@@ -197,7 +200,9 @@ def test_the_source_is_asked_once_per_burst_and_never_ahead_of_time():
 
     with (
         DigitalFTEmulator(source) as emulator,
-        closing(DigitalFT(DigitalFTSettings(port=emulator.port))) as sensor,
+        closing(
+            DigitalFT(DigitalFTSettings(port=emulator.port, answer_timeout_s=ANSWER_TIMEOUT_S))
+        ) as sensor,
     ):
         sensor.connect()
         sensor.start()
@@ -214,7 +219,7 @@ def test_the_source_is_asked_once_per_burst_and_never_ahead_of_time():
 def test_no_thread_and_no_port_is_left_behind():
     before = threading.active_count()
     with DigitalFTEmulator(lambda _: np.zeros(6)) as emulator:
-        sensor = DigitalFT(DigitalFTSettings(port=emulator.port))
+        sensor = DigitalFT(DigitalFTSettings(port=emulator.port, answer_timeout_s=ANSWER_TIMEOUT_S))
         sensor.connect()
         sensor.start()
         assert threading.active_count() == before + 2

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from robot_drivers.ati.compensation import gravity_in_sensor, identify_tool, wrench_matrix
+from robot_drivers.ati.compensation.gravity import gravity_in_sensor, identify_tool, wrench_matrix
 from robot_drivers.errors import ConfigurationError
 from robot_drivers.protocols import Pose
 

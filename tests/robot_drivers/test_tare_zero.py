@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import t as student_t
 
-from robot_drivers.ati.gamma import GAGE_NOISE_STD
-from robot_drivers.ati.tare import TareConditions, TareRefusedError, TareStack, take_tare
+from robot_drivers.ati.compensation.tare import TareConditions, TareRefusedError, TareStack, take_tare
+from robot_drivers.ati.transducer.gamma import GAGE_NOISE_STD
 from robot_drivers.errors import ConfigurationError
 from robot_drivers.protocols import WrenchBlock
 

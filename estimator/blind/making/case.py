@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from estimator.blind.making.catalogue import UNKNOWN, form_named
-from estimator.blind.making.noise import with_noise
+from estimator.blind.making.effects.catalogue import UNKNOWN, form_named
 from estimator.blind.making.plan import Planned
-from estimator.blind.making.scene import GRASP_X, GRASP_Y, SIZE, Drawn, Form, Readings, Scene
-from estimator.blind.making.setup import SENSOR, Setup, draw_setup
-from estimator.blind.making.simulate import FINE, TRIAL, Carried, carry_out, read
-from estimator.blind.making.sizing import LEVELS, Pilot, Sized, sized, stated_rest
+from estimator.blind.making.scenes.noise import with_noise
+from estimator.blind.making.scenes.scene import GRASP_X, GRASP_Y, SIZE, Drawn, Form, Readings, Scene
+from estimator.blind.making.scenes.setup import SENSOR, Setup, draw_setup
+from estimator.blind.making.scenes.simulate import FINE, TRIAL, Carried, carry_out, read
+from estimator.blind.making.scenes.sizing import LEVELS, Pilot, Sized, sized, stated_rest
 from estimator.errors import SolverError
 from estimator.experiment import Box, Environment, Experiment, Grasp, Phantom, write_experiment
 

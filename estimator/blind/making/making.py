@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from estimator.blind.making.case import make_case, write_case
-from estimator.blind.making.plan import Planned, deck_size, plan
+from estimator.blind.making.plan import Planned
 from estimator.errors import InputError, SolverError
 from estimator.workers import worker_pool
 
@@ -29,25 +29,21 @@ class MadeSet:
 
 
 def make_cases(
-    seed: int,
+    cases: Sequence[Planned],
     out: Path,
     keys: Path,
     *,
-    count: int | None = None,
-    only: Sequence[str] = (),
-    levels: Sequence[str] = (),
     processes: int | None = None,
     quick: bool = False,
     progress: Tell = lambda text, done, total: None,
 ) -> MadeSet:
     """Make a set of cases: folders in ``out``, answers in ``keys``, one file for each case.
 
-    The same seed, count and choice give the same cases, whatever was interrupted and however many processes worked.
+    The same plan gives the same cases, whatever was interrupted and however many processes worked.
 
     Parameters
     ----------
-    count : how many; by default one deck, see :func:`~estimator.blind.making.plan.deck_size`
-    only, levels : limit the cases, as in :func:`~estimator.blind.making.plan.plan`
+    cases : as :func:`~estimator.blind.making.plan.plan` chose them
     processes : at a time; by default one a core
     quick : on a coarse mesh, for trials
     progress : hears a text, and how many of how many cases are done
@@ -55,11 +51,10 @@ def make_cases(
     Raises
     ------
     InputError
-        The plan is impossible, or keys would lie among the cases.
+        Keys would lie among the cases.
     """
     if keys.resolve() == out.resolve() or out.resolve() in keys.resolve().parents:
         raise InputError(f"{keys}: answers would lie among the cases in {out}; give another folder")
-    cases = plan(seed, count if count is not None else deck_size(), only, levels)
     there = [case for case in cases if (out / case.name).exists() and _key(keys, case).exists()]
     to_make = [case for case in cases if case not in there]
     out.mkdir(parents=True, exist_ok=True)

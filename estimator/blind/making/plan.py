@@ -6,9 +6,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from estimator.blind.making import outside_effects
-from estimator.blind.making.catalogue import FORMS, GROUP_OF, UNKNOWN
-from estimator.blind.making.sizing import LEVELS
+from estimator.blind.making.effects import outside
+from estimator.blind.making.effects.catalogue import FORMS, GROUP_OF, UNKNOWN
+from estimator.blind.making.scenes.sizing import LEVELS
 from estimator.errors import InputError
 
 NONE = "none"
@@ -91,9 +91,9 @@ def _deck(turn: int, random: np.random.Generator) -> list[tuple[str, _Entry]]:
     deck: list[tuple[str, _Entry]] = []
     deck += [(NONE, ((), ()))] * _CLEAN
     deck += [(label, ((label,), (_in_turn(label, turn),))) for label in FORMS]
-    outside = list(outside_effects.FORMS)
+    unknown = list(outside.FORMS)
     first = turn * _OUTSIDE
-    deck += [(UNKNOWN, ((UNKNOWN,), (outside[(first + i) % len(outside)],))) for i in range(_OUTSIDE)]
+    deck += [(UNKNOWN, ((UNKNOWN,), (unknown[(first + i) % len(unknown)],))) for i in range(_OUTSIDE)]
     for _ in range(_DOUBLES):
         labels = _pair(random)
         forms = tuple(FORMS[label][int(random.integers(len(FORMS[label])))].name for label in labels)

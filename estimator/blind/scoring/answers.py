@@ -74,7 +74,7 @@ def read_answers(folder: Path) -> dict[str, Answer]:
 
 def _read_answer(file: Path) -> Answer:
     try:
-        return _answer(parse_json(read_input_text(file), file))
+        return answer_from(parse_json(read_input_text(file), file))
     except InputError as error:
         raise InputError(f"{error}, or remove it and diagnose the case again") from error
     except (KeyError, TypeError, ValueError, AttributeError) as error:
@@ -83,7 +83,14 @@ def _read_answer(file: Path) -> Answer:
         ) from error
 
 
-def _answer(told: Mapping[str, Any]) -> Answer:
+def answer_from(told: Mapping[str, Any]) -> Answer:
+    """Return the answer of a diagnosis as ``retract diagnose --json`` prints it.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError, AttributeError
+        It is none.
+    """
     blocks = {label: _number(share) for label, share in told["where"]["blocks"].items()}
     centre, closure = told["where"]["centre"], told["gap"]["closure_held_out"]
     before, after = told["material"]["before"], told["material"]["after"]

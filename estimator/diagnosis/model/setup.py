@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from estimator.diagnosis.model.grip_load import GripLoad
 from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.experiment import Experiment
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.problem import RetractionProblem
 
 
 @dataclass(frozen=True, eq=False)

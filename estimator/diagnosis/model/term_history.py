@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.experiment import Experiment
-from estimator.fem.body import Response
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.terms import Memoryless, Term
+from estimator.fem.assembly.body import Response
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.terms.term import Memoryless, Term
 
 FloatArray = NDArray[np.float64]
 

@@ -17,9 +17,9 @@ from estimator.diagnosis.model.solution import Solution
 from estimator.diagnosis.model.term_history import TermHistory
 from estimator.diagnosis.sensitivity.linear_response import TimePoint, linear_response, time_points
 from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, no_change
-from estimator.fem.condensation import Condensed, condensed_onto
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.terms import Term, summed_stiffness
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.condensation import Condensed, condensed_onto
+from estimator.fem.terms.term import Term, summed_stiffness
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -17,10 +17,10 @@ from estimator.diagnosis.model.solution import Mechanics, Solution, displacement
 from estimator.diagnosis.model.term_history import TermHistory
 from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, Perturbation, no_change
 from estimator.experiment import Experiment
-from estimator.fem.body import Response, nodal_forces, respond
-from estimator.fem.equilibrium_state import EquilibriumState, rigid_modes
-from estimator.fem.observation import interpolate
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.assembly.body import Response, nodal_forces, respond
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.observation import interpolate
+from estimator.fem.equilibrium.state import EquilibriumState, rigid_modes
 
 FloatArray = NDArray[np.float64]
 

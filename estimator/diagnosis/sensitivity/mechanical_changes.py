@@ -19,7 +19,7 @@ from estimator.diagnosis.sensitivity.constraint_release import changes_by_releas
 from estimator.diagnosis.sensitivity.linear_response import changes_by_loads, linear_response
 from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, Perturbation, no_change
 from estimator.effects.effect import Effect
-from estimator.fem.body import stress_of
+from estimator.fem.assembly.body import stress_of
 
 FloatArray = NDArray[np.float64]
 
@@ -80,9 +80,9 @@ def _mechanical_changes(
 
 def _releases_nodes(effect: Effect, solution: Solution, to: Hypothesis) -> bool:
     """Tell whether a perturbation sets nodes free that the solved problem holds: its factor has no rows for them."""
-    if effect.keeps_pattern:
-        return False
-    return not np.array_equal(to.problem(solution.baseline).fixed, solution.problem.fixed)
+    return not effect.keeps_pattern and not np.array_equal(
+        to.problem(solution.baseline).fixed, solution.problem.fixed
+    )
 
 
 def _with_motion(

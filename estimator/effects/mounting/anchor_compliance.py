@@ -12,10 +12,10 @@ from estimator.effects.blocks import Group
 from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Readings, Stage, Values
 from estimator.errors import InputError
 from estimator.experiment import Experiment
-from estimator.fem.anchorage import anchored_areas, rim_of, set_free
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.steady import NodalSprings
-from estimator.fem.terms import Term
+from estimator.fem.boundary.anchorage import anchored_areas, rim_of, set_free
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.terms.steady import NodalSprings
+from estimator.fem.terms.term import Term
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]

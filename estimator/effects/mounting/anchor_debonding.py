@@ -13,11 +13,11 @@ from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Readings
 from estimator.effects.shared.instants import ORDER, in_order, start_of_row
 from estimator.effects.shared.misfit import fiducial_misfit
 from estimator.experiment import Experiment
-from estimator.fem.anchorage import anchored_areas, rim_of, set_free, springs_of_partly_attached
-from estimator.fem.peeling import PeelingAnchor
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.steady import NodalSprings
-from estimator.fem.terms import Term
+from estimator.fem.boundary.anchorage import anchored_areas, rim_of, set_free, springs_of_partly_attached
+from estimator.fem.boundary.peeling import PeelingAnchor
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.terms.steady import NodalSprings
+from estimator.fem.terms.term import Term
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]

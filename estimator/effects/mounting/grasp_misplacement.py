@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from estimator.effects.blocks import Group
 from estimator.effects.effect import Amplitude, Effect, Hook, Motion, Stage, Values
-from estimator.fem.morph import with_grasp_moved
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.morph import with_grasp_moved
 
 FloatArray = NDArray[np.float64]
 

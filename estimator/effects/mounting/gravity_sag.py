@@ -12,12 +12,12 @@ from estimator.effects.blocks import Group
 from estimator.effects.effect import Amplitude, Effect, Hook, Readings, Stage, Values
 from estimator.effects.shared.zeroing import with_fiducials_zeroed, with_wrench_zeroed
 from estimator.experiment import Experiment
-from estimator.fem.morph import with_beads_before
-from estimator.fem.motion import GripperPose
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.shares import nodal_volumes
-from estimator.fem.steady import DeadLoad
-from estimator.fem.terms import Term
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.discretisation.shares import nodal_volumes
+from estimator.fem.equilibrium.morph import with_beads_before
+from estimator.fem.terms.steady import DeadLoad
+from estimator.fem.terms.term import Term
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]

@@ -13,10 +13,10 @@ from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Readings
 from estimator.effects.shared.on_table import area_on_table
 from estimator.effects.shared.zeroing import with_wrench_zeroed
 from estimator.experiment import Experiment
-from estimator.fem.friction import LaidDownAnew, LyingOnTable
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.shares import nodal_volumes
-from estimator.fem.terms import Term
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.discretisation.shares import nodal_volumes
+from estimator.fem.terms.friction import LaidDownAnew, LyingOnTable
+from estimator.fem.terms.term import Term
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]

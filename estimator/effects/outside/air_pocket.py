@@ -11,9 +11,9 @@ from estimator.effects.tissue.inhomogeneity import Inhomogeneity
 from estimator.effects.tissue.modulus_gradient import ModulusGradient
 from estimator.effects.tissue.thickness_error import ThicknessError
 from estimator.experiment import Experiment
-from estimator.fem.cushion import Cushion
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.terms import Term
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.terms.cushion import Cushion
+from estimator.fem.terms.term import Term
 from estimator.materials.material import Material
 
 _PRESSURE = Amplitude("pressure_over_modulus", "1", scale=3e-3, smallest=1e-4, lower=0.0, upper=0.2)

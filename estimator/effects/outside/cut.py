@@ -11,8 +11,8 @@ from estimator.effects.effect import OUTSIDE, Amplitude, Constant, Effect, Readi
 from estimator.effects.shared.places import CENTRE, belonging, places_of
 from estimator.effects.tissue.inhomogeneity import Inhomogeneity
 from estimator.effects.vision.fiducial_misread import FiducialMisread
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.quadrature import points_of_parts
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.discretisation.quadrature import points_of_parts
 
 FloatArray = NDArray[np.float64]
 

@@ -3,9 +3,9 @@
 from estimator.effects.effect import OUTSIDE, Amplitude, Effect, Readings, Values
 from estimator.effects.shared.zeroing import with_wrench_zeroed
 from estimator.experiment import Experiment
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.swelling import Swelling
-from estimator.fem.terms import Term
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.terms.swelling import Swelling
+from estimator.fem.terms.term import Term
 from estimator.materials.material import Material
 
 _STRAIN = Amplitude("strain_per_experiment", "1", scale=3e-3, smallest=2e-4, lower=-0.03, upper=0.03)

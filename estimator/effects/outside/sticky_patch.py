@@ -9,9 +9,9 @@ from estimator.effects.shared.on_table import OnTable, area_within
 from estimator.effects.shared.places import CENTRE
 from estimator.effects.tissue.inhomogeneity import Inhomogeneity
 from estimator.experiment import Experiment
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.steady import NodalSprings
-from estimator.fem.terms import Term
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.terms.steady import NodalSprings
+from estimator.fem.terms.term import Term
 from estimator.materials.material import Material
 
 _STIFFNESS = Amplitude("stiffness_over_modulus", "1/m", scale=100.0, smallest=2.0, lower=0.0, upper=1e5)

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from estimator.effects.effect import Effect, Readings, Values
 from estimator.effects.shared.places import belonging, places_of
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.shares import nodal_areas
-from estimator.fem.surface import boundary_faces
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.discretisation.shares import nodal_areas
+from estimator.fem.discretisation.surface import boundary_faces
 
 FloatArray = NDArray[np.float64]
 

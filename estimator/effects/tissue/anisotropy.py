@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from estimator.effects.blocks import Group
 from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Stage, Values
 from estimator.experiment import Experiment
-from estimator.fem.fibres import BucklingFibres, Fibres
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.terms import Term
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.terms.fibres import BucklingFibres, Fibres
+from estimator.fem.terms.term import Term
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from estimator.effects.blocks import Group
 from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Readings, Stage, Values
 from estimator.effects.shared.places import CENTRE, belonging, places_of
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.quadrature import points_of_parts
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.discretisation.quadrature import points_of_parts
 
 FloatArray = NDArray[np.float64]
 RegionShape = Literal["cylinder", "sphere"]

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from estimator.effects.blocks import Group
 from estimator.effects.effect import Amplitude, Effect, Hook, Stage, Values
-from estimator.fem.mesh import Mesh
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.quadrature import quadrature_points
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.discretisation.mesh import Mesh
+from estimator.fem.discretisation.quadrature import quadrature_points
 
 FloatArray = NDArray[np.float64]
 

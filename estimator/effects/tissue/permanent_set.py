@@ -8,9 +8,9 @@ from estimator.effects.blocks import Group
 from estimator.effects.effect import Amplitude, Effect, Hook, Readings, Stage, Values
 from estimator.effects.shared.zeroing import with_wrench_zeroed
 from estimator.experiment import Experiment
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.residual_strain import ResidualStrain
-from estimator.fem.terms import Term
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.terms.residual_strain import ResidualStrain
+from estimator.fem.terms.term import Term
 from estimator.materials.material import Material
 
 _SHARE = Amplitude("share", "1", scale=0.1, smallest=0.01, lower=0.0, upper=0.8)

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from estimator.effects.blocks import Group
 from estimator.effects.effect import Amplitude, Effect, Hook, Motion, Readings, Stage, Values
 from estimator.effects.shared.zeroing import ZeroAxes, with_fiducials_zeroed, with_wrench_zeroed
-from estimator.fem.morph import with_beads_before_drawing, with_grasp_drawn
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.morph import with_beads_before_drawing, with_grasp_drawn
 
 FloatArray = NDArray[np.float64]
 Direction = Literal["along", "aside"]

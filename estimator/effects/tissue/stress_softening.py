@@ -7,9 +7,15 @@ from typing import ClassVar
 from estimator.effects.blocks import Group
 from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Stage, Values
 from estimator.experiment import Experiment
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.softening import ContinuumDamage, PseudoElastic, Softening, SofteningLaw, SofteningPart
-from estimator.fem.terms import Term
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.terms.softening import (
+    ContinuumDamage,
+    PseudoElastic,
+    Softening,
+    SofteningLaw,
+    SofteningPart,
+)
+from estimator.fem.terms.term import Term
 from estimator.materials.material import Material
 
 _DEPTH = Amplitude("depth", "1", scale=0.2, smallest=0.02, lower=0.0, upper=0.9)

@@ -9,8 +9,8 @@ import numpy as np
 
 from estimator.effects.blocks import Group
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Hook, Stage, Values
-from estimator.fem.morph import with_points
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.morph import with_points
 
 _EXCESS = Amplitude("excess", "1", scale=0.08, smallest=5e-3, lower=-0.5, upper=0.8)
 

@@ -11,9 +11,9 @@ import numpy as np
 from estimator.effects.blocks import Group
 from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Readings, Stage, Values
 from estimator.experiment import Experiment
-from estimator.fem.problem import RetractionProblem
-from estimator.fem.relaxation import Relaxation, RelaxingPart
-from estimator.fem.terms import Term
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.terms.relaxation import Relaxation, RelaxingPart
+from estimator.fem.terms.term import Term
 from estimator.materials.material import Material
 
 _TIMES_S = (2.0, 8.0, 30.0)

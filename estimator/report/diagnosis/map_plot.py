@@ -13,8 +13,8 @@ from estimator.diagnosis.result import Diagnosis, Trace, Where
 from estimator.effects import blocks
 from estimator.report.diagnosis.quantities import percent
 from estimator.report.diagnosis.residuals import farthest_fiducials_mm
-from estimator.report.rounding import round_figure
-from estimator.report.scene import MM, within_mm
+from estimator.report.drawing.rounding import round_figure
+from estimator.report.drawing.scene import MM, within_mm
 from estimator.report.theme import ANCHOR, GRASP, INK, MEASURED, MUTED, PREDICTED, TRUTH
 
 FloatArray = NDArray[np.float64]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from estimator.diagnosis.result import Trace
 from estimator.experiment import Experiment
 from estimator.report.channels import CHANNELS, root_mean_square
-from estimator.report.scene import MM, farthest_row
+from estimator.report.drawing.scene import MM, farthest_row
 
 FloatArray = NDArray[np.float64]
 

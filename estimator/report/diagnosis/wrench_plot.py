@@ -7,7 +7,7 @@ from matplotlib.ticker import MaxNLocator
 from estimator.diagnosis.result import Trace
 from estimator.report.channels import WRENCH_CHANNELS
 from estimator.report.diagnosis.gap_plot import AFTER, BEFORE
-from estimator.report.marks import phase_legend, plot_measured, shade_phases
+from estimator.report.drawing.marks import phase_legend, plot_measured, shade_phases
 
 # Small channels keep this share of the span of the largest, so that they look small.
 _SMALLEST_SHARE = 0.25

@@ -28,8 +28,8 @@ from estimator.report.diagnosis.residuals import residual_sigma
 from estimator.report.diagnosis.tables import effect_table, gap_table
 from estimator.report.diagnosis.where_plot import draw_where, where_height_in
 from estimator.report.diagnosis.wrench_plot import draw_wrenches
+from estimator.report.drawing.scene import MM
 from estimator.report.page import Html
-from estimator.report.scene import MM
 
 _WIDTH_IN = 11.4
 MAP_IN = (_WIDTH_IN, 5.9)

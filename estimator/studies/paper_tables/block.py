@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from estimator.experiment import Box, Environment, Experiment, Grasp, Phantom, SensorNoise
-from estimator.fem.equilibrium import NewtonSettings
-from estimator.fem.motion import GripperPose
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.newton import NewtonSettings
 from estimator.forward.model import ForwardModel
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material

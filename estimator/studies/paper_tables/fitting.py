@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from estimator.experiment import Experiment
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fit.estimate import estimate
 from estimator.fit.nuisances import DISCRETISATION, USUAL
 from estimator.fit.result import Estimate

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.experiment import Experiment
-from estimator.fem.block_mesh import structured_mesh
-from estimator.fem.mesh import Mesh
-from estimator.fem.problem import RetractionProblem, retraction_problem
+from estimator.fem.boundary.problem import RetractionProblem, retraction_problem
+from estimator.fem.discretisation.block_mesh import structured_mesh
+from estimator.fem.discretisation.mesh import Mesh
 
 FloatArray = NDArray[np.float64]
 

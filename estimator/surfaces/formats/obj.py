@@ -7,6 +7,8 @@ import numpy as np
 from estimator.errors import InputError
 from estimator.surfaces.formats.soup import PolygonSoup
 
+_FACES = ("f", "fo")  # the latter is the older of the two
+
 
 def read_obj(content: bytes, file: Path) -> PolygonSoup:
     """Return the polygons of the file, in its unit; ``file`` is named.
@@ -21,12 +23,12 @@ def read_obj(content: bytes, file: Path) -> PolygonSoup:
     ends: list[int] = []
     text = content.decode("utf-8", "replace").replace("\\\r\n", "  ").replace("\\\n", " ")
     for number, line in enumerate(text.splitlines(), start=1):
-        kind, *words = line.split() or [""]
+        kind, *words = line.partition("#")[0].split() or [""]
         try:
             if kind == "v":
                 x, y, z = map(float, words[:3])
                 vertices.append((x, y, z))
-            elif kind == "f":
+            elif kind in _FACES:
                 if len(words) < 3:
                     raise ValueError
                 nodes += [_index(word, len(vertices)) for word in words]

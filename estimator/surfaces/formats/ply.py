@@ -36,7 +36,9 @@ def read_ply(content: bytes, file: Path) -> PolygonSoup:
     InputError
         The header is none, an element has other columns than it should, or the file is cut short.
     """
-    head, separator, rest = content.partition(b"end_header")
+    head, separator, rest = content.partition(b"\nend_header")
+    if not separator:
+        head, separator, rest = content.partition(b"\rend_header")
     lines = head.decode("ascii", errors="replace").splitlines()
     if not separator or not lines or lines[0].strip() != "ply":
         raise InputError(

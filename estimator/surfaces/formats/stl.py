@@ -20,6 +20,7 @@ _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attrib
 # What programs leave in the place of a count that they do not know when they begin to write.
 _PLACEHOLDERS = (0, 2**32 - 1)
 _VERTEX = re.compile(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)")
+_NEAR = 10.0  # sizes of the triangles that are counted, within which others may be more of them
 _CHUNK_BYTES = 20_000_000
 
 
@@ -39,7 +40,7 @@ def read_binary_stl(content: bytes, file: Path) -> PolygonSoup:
     Raises
     ------
     InputError
-        The file is cut short, or a corner is not finite.
+        The file is cut short within a triangle, or a corner is not finite.
     """
     counted, (held, left) = counted_triangles(content), held_triangles(content)
     if counted is None:
@@ -48,9 +49,11 @@ def read_binary_stl(content: bytes, file: Path) -> PolygonSoup:
             "export the surface again"
         )
     remarks: tuple[str, ...] = ()
-    if counted in _PLACEHOLDERS and held and not left:
+    if held and not left and (counted in _PLACEHOLDERS or counted > held or _go_on(content, counted, held)):
         remarks = (
-            f"the header counts {counted} triangles; the {held} for which the file has room were read",
+            (f"the header counts {counted} triangles; the {held} for which the file has room were read",)
+            if counted != held
+            else ()
         )
         counted = held
     elif counted > held:
@@ -100,6 +103,19 @@ def read_text_stl(content: bytes, file: Path) -> PolygonSoup:
     return PolygonSoup(
         corners, np.arange(len(corners)), np.cumsum(loops, dtype=np.int64), shares_vertices=False
     )
+
+
+def _go_on(content: bytes, counted: int, held: int) -> bool:
+    """Tell whether what stands behind the triangles that are counted is more of them: none lies far outside."""
+    if not 0 < counted < held:
+        return False
+    corners = _binary_corners(content, held)
+    if not np.isfinite(corners).all():
+        return False
+    mine = corners[:counted].reshape(-1, 3)
+    lower, upper = mine.min(axis=0), mine.max(axis=0)
+    room, more = _NEAR * (upper - lower).max(), corners[counted:].reshape(-1, 3)
+    return bool(np.all((more >= lower - room) & (more <= upper + room)) and np.any(more))
 
 
 def _binary_corners(content: bytes, count: int) -> FloatArray:

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from estimator.errors import InputError
-from estimator.uniaxial.reading.grid import Grid, Row
-from estimator.uniaxial.reading.numbers import NumberStyle, looks_like_number
-from estimator.uniaxial.reading.titles import mode_in
-from estimator.uniaxial.reading.units import dimension_of, shown, spelt
-from estimator.uniaxial.reading.vocabulary import (
+from estimator.uniaxial.reading.cells.grid import Grid, Row
+from estimator.uniaxial.reading.cells.numbers import NumberStyle, looks_like_number
+from estimator.uniaxial.reading.language.titles import mode_in
+from estimator.uniaxial.reading.language.units import dimension_of, shown, spelt
+from estimator.uniaxial.reading.language.vocabulary import (
     MODE_STANDARDS,
     NOT_SIZE_WORDS,
     SIZE_WORDS,
@@ -18,7 +18,7 @@ from estimator.uniaxial.reading.vocabulary import (
     UNITS,
     Size,
 )
-from estimator.uniaxial.reading.words import first_word, has_word, words_of
+from estimator.uniaxial.reading.language.words import first_word, has_word, words_of
 from estimator.uniaxial.records import Mode
 
 _NO_FACTS = ("parameter", "parameters", "name", "key word", "keyword")

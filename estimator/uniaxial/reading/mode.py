@@ -8,12 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimator.errors import InputError
+from estimator.uniaxial.loading import noise_of
 from estimator.uniaxial.records import FloatArray, Mode
 
-_LAW_FITS = 0.015  # root mean square over the range of stress
+_FIRST_PART = 0.3  # of strain: what a law does at large strain does not tell the mode
+_LEAST_REACH = 0.1
+# Bends that tell a mode, over the Neo-Hookean one in tension and in compression.
+_BENDS_DOWN = (0.3, 1.9)
+_BENDS_UP = (0.85, 1.25)
+_STIFF_BY_THEN, _STRAIGHT = 0.5, 0.02  # strain, and misfit over the range of stress
+_LAW_FITS = 0.006  # root mean square over the range of stress
+_IN_NOISE = 2.0
 _TELLS_APART = 3.0
-_LEAST_BEND = 0.2
-_HARDLY_BENT = 0.25
 _NEAR_ONE = 0.95
 
 
@@ -38,6 +44,7 @@ class Evidence:
     height_grows : whether a column of the specimen's height grows or falls
     strain_sign, stress_sign : that the file gives to loading
     lengthening : title of a column that speaks of lengthening
+    in_names : mode and name, of the file, its sheet or the specimen, that says it
     strain, stress : (n,) magnitudes of the first loading
     """
 
@@ -48,6 +55,7 @@ class Evidence:
     strain_sign: float
     stress_sign: float
     lengthening: str
+    in_names: tuple[Mode, str] | None
     strain: FloatArray
     stress: FloatArray
 
@@ -75,6 +83,9 @@ def decide_mode(evidence: Evidence, where: str) -> Decision:
         )
     elif evidence.strain_sign < 0 and evidence.stress_sign < 0:
         decision = Decision("compression", "the signs: strain and stress are both negative")
+    elif evidence.in_names is not None:
+        mode, name = evidence.in_names
+        decision = Decision(mode, f"the name {name!r}; nothing else in the file says it", supposed=True)
     else:
         decision = _by_shape(evidence, where)
     if decision.mode == "compression" and reach >= 1:
@@ -108,7 +119,7 @@ def _by_shape(evidence: Evidence, where: str) -> Decision:
     if shape == "tension" and evidence.strain_sign * evidence.stress_sign > 0:
         return Decision(
             "tension",
-            "the curve, which does not stiffen as in compression; nothing in the file says it",
+            "the curve, which bends as in tension; nothing in the file says it",
             True,
         )
     if shape == "compression":
@@ -127,27 +138,42 @@ def _by_shape(evidence: Evidence, where: str) -> Decision:
 def shape_of(strain: FloatArray, stress: FloatArray) -> Mode | None:
     """Return the mode that the curve's shape tells, None where it is not decisive.
 
-    Nominal stress of an incompressible solid rises ever faster in compression, and in tension ever slower at first. A
-    curve that bends much less than a Neo-Hookean one in compression tells tension. One that stiffens may be a tissue in
-    tension as well, so that only the very curve of compression tells compression.
+    To second order nominal stress of every incompressible isotropic solid is E (e - k e²) of signed strain e, with k of
+    1 (Neo-Hookean) to 2. So the first part of its curve bends down in tension and up in compression, by an amount that
+    does not depend on the law. A foam in compression bends down much more. What bends up may be a tissue in tension,
+    too, so that only the very curve of a Neo-Hookean solid tells compression. A straight line may be either, unless it
+    is straight up to strains where everything that is compressed has become stiff.
 
     Parameters
     ----------
     strain, stress : (n,) magnitudes of the first loading
     """
-    x, y = strain, stress
-    span = float(np.ptp(y))
-    if len(x) < 8 or span <= 0 or float(x.max()) >= 1:
+    span, reach = float(np.ptp(stress)), float(strain.max())
+    if span <= 0 or reach >= 1:
         return None
-    pushed, pulled = (_neo_hookean(x, mode) for mode in ("compression", "tension"))
-    misfit_pushed, misfit_pulled = _misfit(pushed, y) / span, _misfit(pulled, y) / span
-    bend, error = _bend(x, y)
-    expected, _ = _bend(x, pushed)
-    if expected >= _LEAST_BEND and bend + 3 * error < _HARDLY_BENT * expected:
+    if reach >= _STIFF_BY_THEN and _misfit(strain, stress) <= _STRAIGHT * span:
         return "tension"
-    if misfit_pushed <= _LAW_FITS and misfit_pulled >= _TELLS_APART * misfit_pushed and float(x.max()) >= 0.1:
+    first = strain <= _FIRST_PART
+    x, y = strain[first], stress[first]
+    if len(x) < 8 or float(x.max()) < _LEAST_REACH or float(np.ptp(y)) <= 0:
+        return None
+    bend, error = _bend(x, y)
+    down, up = (_bend(x, _neo_hookean(x, mode))[0] for mode in ("tension", "compression"))
+    if _within(bend, error, (_BENDS_DOWN[0] * down, _BENDS_DOWN[1] * down)):
+        return "tension"
+    misfits = {
+        mode: _misfit(_neo_hookean(strain, mode), stress) / span for mode in ("compression", "tension")
+    }
+    follows = misfits["compression"] <= max(_LAW_FITS, _IN_NOISE * noise_of(stress) / span)
+    tells_apart = misfits["tension"] >= _TELLS_APART * misfits["compression"]
+    if follows and tells_apart and _within(bend, error, (_BENDS_UP[0] * up, _BENDS_UP[1] * up)):
         return "compression"
     return None
+
+
+def _within(value: float, error: float, bounds: tuple[float, float]) -> bool:
+    """Tell whether a value lies between bounds, and its error is small against their distance."""
+    return min(bounds) <= value <= max(bounds) and 3 * error <= abs(bounds[1] - bounds[0]) / 2
 
 
 def _neo_hookean(strain: FloatArray, mode: str) -> FloatArray:

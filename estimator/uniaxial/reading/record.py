@@ -7,23 +7,24 @@ import numpy as np
 
 from estimator.errors import InputError
 from estimator.uniaxial.course import Course, course_of, without_preload
-from estimator.uniaxial.reading.blocks import Block, chosen_block, find_blocks, listed
-from estimator.uniaxial.reading.choosing import ABSCISSAE, ORDINATES, choose
-from estimator.uniaxial.reading.columns import table_of
-from estimator.uniaxial.reading.curve import LARGEST_STRAIN, Curve, curve_of
+from estimator.uniaxial.reading.cells.grid import Grid, Row
+from estimator.uniaxial.reading.cells.spreadsheet import is_spreadsheet, read_spreadsheet
+from estimator.uniaxial.reading.cells.text_layout import read_text_layout
 from estimator.uniaxial.reading.facts import facts_of, mode_of_facts, sizes_of
-from estimator.uniaxial.reading.grid import Grid, Row
+from estimator.uniaxial.reading.language.titles import Title, mode_in
+from estimator.uniaxial.reading.language.vocabulary import LENGTHENING_WORDS
+from estimator.uniaxial.reading.language.words import has_word, words_of
 from estimator.uniaxial.reading.mode import Evidence, decide_mode
 from estimator.uniaxial.reading.specimen import Specimen
-from estimator.uniaxial.reading.spreadsheet import is_spreadsheet, read_spreadsheet
 from estimator.uniaxial.reading.stated import NOTHING_STATED, Stated
-from estimator.uniaxial.reading.text_layout import read_text_layout
-from estimator.uniaxial.reading.titles import Title
-from estimator.uniaxial.reading.vocabulary import LENGTHENING_WORDS
-from estimator.uniaxial.reading.words import has_word
+from estimator.uniaxial.reading.tables.blocks import Block, chosen_block, find_blocks, listed, unknown_names
+from estimator.uniaxial.reading.tables.choosing import ABSCISSAE, ORDINATES, choose
+from estimator.uniaxial.reading.tables.columns import table_of
+from estimator.uniaxial.reading.tables.curve import LARGEST_STRAIN, Curve, curve_of
 from estimator.uniaxial.records import DEFAULT_STRAIN_FIT, Mode, UniaxialRecord
 
 _FEWEST_ROWS = 6
+_SHORT_LINE = 4
 _MODULUS_RANGE = (100.0, 1e9)  # Pa, secant at the largest strain: jelly to hard plastic
 
 
@@ -44,6 +45,12 @@ def read_record(path: Path | str, stated: Stated = NOTHING_STATED) -> UniaxialRe
     grids = read_spreadsheet(file) if is_spreadsheet(file) else [read_text_layout(file)]
     blocks = find_blocks(grids)
     if not blocks:
+        names = unknown_names(grids)
+        if names:
+            raise InputError(
+                f"{names}, of which none is known as strain, travel or height, or none as stress or load; "
+                "name them so, with their units, as in 'strain (-)' and 'stress (kPa)'"
+            )
         raise InputError(
             f"{file}: no line names a strain and a stress column, or a load and a travel, above rows of numbers; "
             "write 'strain (-),stress (kPa)' above the table"
@@ -59,7 +66,7 @@ def read_record(path: Path | str, stated: Stated = NOTHING_STATED) -> UniaxialRe
     course = course_of(curve.strain, curve.stress, curve.lines, curve.time, keep_zero=stated.keep_zero)
     if len(course.strain) < _FEWEST_ROWS:
         raise InputError(_too_short(file, course))
-    decision = decide_mode(_evidence(stated, block, above, curve, course), str(file))
+    decision = decide_mode(_evidence(file.stem, stated, block, above, curve, course), str(file))
     if not stated.keep_zero:
         course = without_preload(course, decision.mode, DEFAULT_STRAIN_FIT[decision.mode])
     _check_stiffness(file, course)
@@ -99,7 +106,9 @@ def _rows_above(grids: Sequence[Grid], blocks: Sequence[Block], block: Block) ->
     return rows
 
 
-def _evidence(stated: Stated, block: Block, above: Sequence[Row], curve: Curve, course: Course) -> Evidence:
+def _evidence(
+    name: str, stated: Stated, block: Block, above: Sequence[Row], curve: Curve, course: Course
+) -> Evidence:
     used = [curve.abscissa.title, curve.ordinate.title]
     titles = [*used, *(title for title in block.titles.values() if title not in used)]
     lengthening = has_word(curve.abscissa.title.text, LENGTHENING_WORDS)
@@ -111,6 +120,7 @@ def _evidence(stated: Stated, block: Block, above: Sequence[Row], curve: Curve, 
         strain_sign=course.strain_sign,
         stress_sign=course.stress_sign,
         lengthening=curve.abscissa.title.text if lengthening else "",
+        in_names=_mode_of_names(name, block, above),
         strain=course.strain,
         stress=course.stress,
     )
@@ -123,6 +133,15 @@ def _mode_of_titles(titles: Sequence[Title]) -> tuple[Mode, str] | None:
         told = {title.mode: title.text for title in titles[:2] if title.mode is not None}
     mode, text = next(iter(told.items())) if len(told) == 1 else (None, "")
     return None if mode is None else (mode, text)
+
+
+def _mode_of_names(name: str, block: Block, above: Sequence[Row]) -> tuple[Mode, str] | None:
+    """Return the mode that the names of file, sheet and specimen say, or a short line of words; None if not one."""
+    lines = [
+        row.filled[0] for row in above if len(row.filled) == 1 and len(words_of(row.filled[0])) <= _SHORT_LINE
+    ]
+    told = {mode: text for text in (*lines, block.grid.name, block.label, name) if (mode := mode_in(text))}
+    return next(iter(told.items())) if len(told) == 1 else None
 
 
 def _check_strain(file: Path, curve: Curve) -> None:

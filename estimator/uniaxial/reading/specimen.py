@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from estimator.errors import InputError
 from estimator.uniaxial.reading.facts import SizeFact
+from estimator.uniaxial.reading.language.vocabulary import Size
 from estimator.uniaxial.reading.stated import Stated
-from estimator.uniaxial.reading.vocabulary import Size
 
 _AGREE = 0.02
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robot_drivers.ati.emulator.faults import Faults
 from robot_drivers.ati.emulator.settings import BoxConfiguration, EmulatorSettings
-from robot_drivers.ati.gamma import GAGE_MATRIX
+from robot_drivers.ati.transducer.gamma import GAGE_MATRIX
 from robot_drivers.clock import host_time_ns
 from robot_drivers.emulated_clock import ClockError
 from robot_drivers.protocols import FloatArray, IntArray

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robot_drivers.ati.gamma import GAGE_NOISE_STD
+from robot_drivers.ati.transducer.gamma import GAGE_NOISE_STD
 from robot_drivers.protocols import FloatArray
 
 

@@ -9,9 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from robot_drivers.ati.can_force_sensor import CanForceSensor
-from robot_drivers.ati.can_link import Answer, CanLink
-from robot_drivers.ati.can_poller import Sample
+from robot_drivers.ati.can.force_sensor import CanForceSensor
+from robot_drivers.ati.can.link import Answer, CanLink
+from robot_drivers.ati.can.poller import Sample
 from robot_drivers.ati.netbox_can.frames import (
     BIAS,
     LONG_SAMPLES,
@@ -25,7 +25,7 @@ from robot_drivers.ati.netbox_can.frames import (
 )
 from robot_drivers.ati.netbox_can.sample_clock import SampleClock
 from robot_drivers.ati.netbox_can.settings import NetBoxCanSettings
-from robot_drivers.ati.status import STATUS_MAPS, StatusMap
+from robot_drivers.ati.transducer.status import STATUS_MAPS, StatusMap
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import ConfigurationError
 from robot_drivers.protocols import DeviceIdentity, WrenchBlock

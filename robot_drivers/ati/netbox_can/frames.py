@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from robot_drivers.ati.can_link import Request
+from robot_drivers.ati.can.link import Request
 
 Field = Literal["fx", "fy", "fz", "tx", "ty", "tz", "status", "sample"]
 FIELDS: tuple[Field, ...] = get_args(Field)

@@ -4,11 +4,11 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from robot_drivers.ati.can_force_sensor import CanSettings
-from robot_drivers.ati.gamma import RATED_WRENCH
+from robot_drivers.ati.can.force_sensor import CanSettings
 from robot_drivers.ati.netbox_can.frames import FIELDS, LONG_ORDER, Field
-from robot_drivers.ati.scaling import Scaling
-from robot_drivers.ati.status import STATUS_MAPS
+from robot_drivers.ati.transducer.gamma import RATED_WRENCH
+from robot_drivers.ati.transducer.scaling import Scaling
+from robot_drivers.ati.transducer.status import STATUS_MAPS
 from robot_drivers.errors import ConfigurationError, DeviceProtocolError
 
 _BITS_LONG, _BITS_SHORT = 55 + 4 * 111, 55 + 2 * 111  # request and answers, before bit stuffing
@@ -16,7 +16,7 @@ _BITS_LONG, _BITS_SHORT = 55 + 4 * 111, 55 + 2 * 111  # request and answers, bef
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NetBoxCanSettings(CanSettings):
-    """How to reach and use one box; see also :class:`~robot_drivers.ati.can_force_sensor.CanSettings`.
+    """How to reach and use one box; see also :class:`~robot_drivers.ati.can.force_sensor.CanSettings`.
 
     What the manual pages at hand leave open is a setting here; its default is the likeliest reading, and what can be
     checked at connection is checked. "CAN Bus" has to be selected on the box's Communications page, and its Pwr/CAN
@@ -35,7 +35,7 @@ class NetBoxCanSettings(CanSettings):
     sample_rate_hz : rate of the sample number, the device's clock; measured at connection and refused where it
         differs. 0: it is no clock, and the device time is that of the request on the host clock
     short_status : which half of the 32-bit status word a short answer carries
-    status_map, usable_status : as in :class:`~robot_drivers.ati.netft_settings.NetFTSettings`
+    status_map, usable_status : as in :class:`~robot_drivers.ati.netft.settings.NetFTSettings`
     rated_wrench : ± N and N·m beyond which a sample is not usable; see the certificate of the unit in use
     transducer_serial : of the certificate, for the record
     """

@@ -9,10 +9,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robot_drivers.ati.can_force_sensor import CanForceSensor
-from robot_drivers.ati.can_link import Answer, CanLink
-from robot_drivers.ati.can_poller import Sample
-from robot_drivers.ati.gages import GageCalibration, saturated
+from robot_drivers.ati.can.force_sensor import CanForceSensor
+from robot_drivers.ati.can.link import Answer, CanLink
+from robot_drivers.ati.can.poller import Sample
 from robot_drivers.ati.netcanoem.frames import (
     CRITICAL_STATUS,
     STATUS_WORDS,
@@ -25,8 +24,9 @@ from robot_drivers.ati.netcanoem.frames import (
     request,
 )
 from robot_drivers.ati.netcanoem.settings import NetCANOEMSettings
-from robot_drivers.ati.scaling import Scaling
-from robot_drivers.ati.status import describe
+from robot_drivers.ati.transducer.gages import GageCalibration, saturated
+from robot_drivers.ati.transducer.scaling import Scaling
+from robot_drivers.ati.transducer.status import describe
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceFaultError, DeviceProtocolError
 from robot_drivers.protocols import DeviceIdentity, WrenchBlock

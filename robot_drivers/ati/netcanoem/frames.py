@@ -11,8 +11,8 @@ from enum import IntEnum
 
 import numpy as np
 
-from robot_drivers.ati.can_link import Request
-from robot_drivers.ati.scaling import FORCE_UNIT_BY_CODE, TORQUE_UNIT_BY_CODE, Scaling
+from robot_drivers.ati.can.link import Request
+from robot_drivers.ati.transducer.scaling import FORCE_UNIT_BY_CODE, TORQUE_UNIT_BY_CODE, Scaling
 from robot_drivers.errors import DeviceProtocolError
 from robot_drivers.protocols import FloatArray
 

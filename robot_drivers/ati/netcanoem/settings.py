@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from robot_drivers.ati.can_force_sensor import CanSettings
-from robot_drivers.ati.gamma import RATED_WRENCH
+from robot_drivers.ati.can.force_sensor import CanSettings
 from robot_drivers.ati.netcanoem.frames import DEFAULT_BASE
+from robot_drivers.ati.transducer.gamma import RATED_WRENCH
 from robot_drivers.errors import ConfigurationError
 
 _DEFAULT_BITRATE = 250_000
@@ -13,7 +13,7 @@ _FASTEST_RATE_HZ = 800  # at the default bit rate, where a request with its answ
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NetCANOEMSettings(CanSettings):
-    """How to reach and use one board; see also :class:`~robot_drivers.ati.can_force_sensor.CanSettings`.
+    """How to reach and use one board; see also :class:`~robot_drivers.ati.can.force_sensor.CanSettings`.
 
     Attributes
     ----------

@@ -1,0 +1,13 @@
+"""All kinds of files that a user hands over, with the readers and the verbs that read them."""
+
+from daq.bad_input.kind import Kind
+from daq.bad_input.kinds import benchmarks, experiments, laboratory, sessions, surfaces, uniaxial
+
+KINDS: tuple[Kind, ...] = (
+    *laboratory.KINDS,
+    *experiments.KINDS,
+    *sessions.KINDS,
+    *surfaces.KINDS,
+    *uniaxial.KINDS,
+    *benchmarks.KINDS,
+)

@@ -1,0 +1,60 @@
+"""Cases, answers and keys of the blind test, with their readers and verbs."""
+
+from pathlib import Path
+
+from daq.bad_input.damage.any_file import TEXT
+from daq.bad_input.damage.value import JSON, TABLE, TOML
+from daq.bad_input.kind import Kind
+from daq.bad_input.samples import benchmarks
+from estimator.blind.scoring.keys import OPENINGS_FILE
+from estimator.blind.scoring.running import case_names
+from estimator.blind.scoring.score import score_answers
+from estimator.blind.scoring.telling import score_text
+from estimator.experiment import read_case
+
+
+def _read_benchmark(folder: Path) -> object:
+    return score_text(score_answers([(folder / "answers", folder / "keys")]))
+
+
+def _score(given: Path, out: Path) -> list[str]:
+    return [
+        "benchmark", "score", str(given / "answers"), str(given / "keys"), "--output", str(out / "score.html")
+    ]  # fmt: skip
+
+
+KINDS: tuple[Kind, ...] = (
+    Kind(
+        "sealed case",
+        benchmarks.sealed_cases,
+        {"cases/two/pull/experiment.toml": TOML, "cases/two/pull/observations.csv": TABLE},
+        read=lambda folder: [read_case(folder / "cases" / name) for name in case_names(folder / "cases")],
+        command=lambda given, out: ["benchmark", "run", str(given / "cases"), "--out", str(out / "answers")],
+    ),
+    Kind(
+        "answers",
+        benchmarks.benchmark,
+        {"answers/one.json": (*TEXT, *JSON)},
+        read=_read_benchmark,
+        command=_score,
+        quick=True,
+        changes=frozenset({OPENINGS_FILE}),
+    ),
+    Kind(
+        "keys",
+        benchmarks.benchmark,
+        {"keys/two.toml": (*TEXT, *TOML)},
+        read=_read_benchmark,
+        command=_score,
+        quick=True,
+        changes=frozenset({OPENINGS_FILE}),
+    ),
+    Kind(
+        "count of openings",
+        benchmarks.opened_benchmark,
+        {"keys/openings.txt": TEXT},
+        read=_read_benchmark,
+        command=_score,
+        quick=True,
+    ),
+)  # fmt: skip

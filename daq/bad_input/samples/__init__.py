@@ -1,0 +1,1 @@
+"""Valid files of every kind, small ones: what damage is done to."""

@@ -1,0 +1,72 @@
+"""``retract benchmark``: make sealed cases for the diagnosis; running and scoring are next door."""
+
+import argparse
+from pathlib import Path
+
+from daq.cli.estimation.benchmark_scoring import add_run, add_score
+from daq.cli.verb import Result, Verbs, add_verb, progress
+from estimator.blind.making.making import make_cases
+from estimator.blind.making.plan import CHOICES, deck_size, plan
+from estimator.blind.making.scenes.sizing import LEVELS
+
+_MAKE_EXAMPLES = """  retract benchmark make --seed 7 --out sealed/cases --keys sealed/keys
+  retract benchmark make --seed 8 --out trial --cases 3 --only none viscoelasticity --quick"""
+
+
+def add_parser(verbs: Verbs) -> None:
+    """Add the verb with its actions."""
+    summary = "a blind test of the diagnosis, on cases of another simulator"
+    parser = verbs.add_parser("benchmark", help=summary, description=f"{summary.capitalize()}.")
+    actions = parser.add_subparsers(metavar="ACTION", required=True)
+    _add_make(actions)
+    add_run(actions)
+    add_score(actions)
+
+
+def _add_make(actions: Verbs) -> None:
+    parser = add_verb(
+        actions, "make", "make cases whose answers lie apart from them", _MAKE_EXAMPLES, run_make
+    )
+    parser.add_argument("--seed", type=int, required=True, help="the same seed gives the same cases")
+    parser.add_argument("--out", type=Path, metavar="DIR", required=True, help="folder of the cases")
+    parser.add_argument(
+        "--keys", type=Path, metavar="DIR", help="folder of the answers (default: beside DIR, named DIR-keys)"
+    )
+    parser.add_argument(
+        "--cases", type=int, default=deck_size(), metavar="N", help="how many (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--only", nargs="+", default=[], metavar="LABEL", help=f"limit them to some of: {', '.join(CHOICES)}"
+    )
+    parser.add_argument(
+        "--level", nargs="+", default=[], metavar="LEVEL", help=f"limit sizes to some of: {', '.join(LEVELS)}"
+    )
+    parser.add_argument("--processes", type=int, metavar="N", help="cases at a time (default: one a core)")
+    parser.add_argument("--quick", action="store_true", help="on a coarse mesh, for trials")
+
+
+def run_make(options: argparse.Namespace) -> Result:
+    """Make the cases that are not there yet."""
+    keys = options.keys or options.out.with_name(f"{options.out.name}-keys")
+    cases = plan(options.seed, options.cases, options.only, options.level)
+    with progress() as tell:
+        done = make_cases(
+            cases,
+            options.out,
+            keys,
+            processes=options.processes,
+            quick=options.quick,
+            progress=tell,
+        )
+    lines = [
+        f"{len(done.made)} cases made in {options.out}, {len(done.present)} were there; answers in {keys}"
+    ]
+    lines += [f"not made: {reason}" for reason in done.failed.values()]
+    data = {
+        "cases": str(options.out),
+        "keys": str(keys),
+        "made": list(done.made),
+        "present": list(done.present),
+        "failed": done.failed,
+    }
+    return Result("\n".join(lines), data, status=1 if done.failed else 0)

@@ -1,0 +1,172 @@
+"""``retract estimate``: the parameters of the tissue from experiments of one phantom."""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+from daq.cli.verb import Result, Verbs, add_verb, progress
+from daq.versions import package_versions
+from estimator.errors import InputError
+from estimator.experiment import Experiment, read_experiment
+from estimator.fit.estimate import estimate
+from estimator.fit.losses import LOSSES, loss_named
+from estimator.fit.nuisances import NUISANCES, USUAL
+from estimator.fit.online import follow
+from estimator.fit.settings import OBJECTIVES, FitSettings
+from estimator.forward.meshing import surface_notes
+from estimator.inference.free_parameter import NormalPrior as Prior
+from estimator.materials import installed_laws, law_named
+from estimator.report.estimation.findings import step_text, summary_text
+from estimator.report.estimation.writing import write_report
+
+_EXAMPLES = """  retract estimate experiments/pull
+  retract estimate experiments/pull --report runs/pull.html
+  retract estimate experiments/pull experiments/twist_and_pull --json
+  retract estimate experiments/pull --law yeoh2 --fix poisson_ratio=0.49 --bounds c2=0:1
+  retract estimate experiments/pull --prior youngs_modulus=15000+-2000 --loss huber --profile
+  retract estimate experiments/pull --nuisances tare,rest_positions --objective paper
+  retract estimate experiments/pull --follow
+
+Every parameter of the law is estimated that is not fixed: youngs_modulus (Pa), poisson_ratio, those of its shape."""
+
+
+def add_parser(verbs: Verbs) -> None:
+    """Add the verb."""
+    parser = add_verb(verbs, "estimate", "estimate Young's modulus and Poisson's ratio", _EXAMPLES, run)
+    parser.add_argument("--report", type=Path, metavar="FILE", help="write an HTML page")
+    parser.add_argument(
+        "--law",
+        metavar="NAME",
+        default="neo_hookean",
+        help=f"of {', '.join(installed_laws())} (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--fix",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="a parameter that is known; repeat for several",
+    )
+    parser.add_argument(
+        "--prior",
+        action="append",
+        default=[],
+        metavar="NAME=MEAN+-STD",
+        help="what is known of a parameter beforehand",
+    )
+    parser.add_argument(
+        "--bounds", action="append", default=[], metavar="NAME=LOW:HIGH", help="of a free parameter"
+    )
+    parser.add_argument(
+        "--loss",
+        choices=tuple(LOSSES),
+        default="linear",
+        help="of residuals: huber and cauchy give outliers little weight (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--nuisances",
+        metavar="LIST",
+        default=",".join(name for name in NUISANCES if name in USUAL),
+        help=f"what is unknown besides, of {', '.join(NUISANCES)}, or none (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--objective",
+        choices=OBJECTIVES,
+        default="likelihood",
+        help="paper: unweighted squares with the automatic scale factor, by SQP (default: %(default)s)",
+    )
+    parser.add_argument("--profile", action="store_true", help="intervals by profile likelihood")
+    parser.add_argument(
+        "--follow",
+        action="store_true",
+        help="go through one experiment as if it ran, and tell the estimate after each step and the time it took",
+    )
+    parser.add_argument(
+        "experiments", type=Path, nargs="+", metavar="EXPERIMENT", help="experiment folders of one phantom"
+    )
+
+
+def run(options: argparse.Namespace) -> Result:
+    """Estimate, and tell the parameters."""
+    settings = settings_of(options)
+    experiments = [read_experiment(path) for path in options.experiments]
+    if options.follow:
+        return _followed(experiments, options, settings)
+    with progress() as tell:
+        found = estimate(experiments, tell, settings)
+    if options.report is not None:
+        write_report(
+            found,
+            options.report,
+            title="Estimation of " + ", ".join(experiment.name for experiment in experiments),
+            truth=None,
+            provenance={"experiments": ", ".join(map(str, options.experiments)), **package_versions()},
+        )
+    notes = surface_notes(experiments[0])
+    text = "\n".join([summary_text(found, None), *(f"Surface: {note}" for note in notes)])
+    return Result(text, {**found.as_json(), "surface": notes})
+
+
+def _followed(
+    experiments: Sequence[Experiment], options: argparse.Namespace, settings: FitSettings
+) -> Result:
+    if len(experiments) > 1 or options.report is not None:
+        raise InputError("--follow goes through one experiment, and writes no report; leave the rest out")
+    steps = []
+    with progress() as tell:
+        for found in follow(experiments[0], settings):
+            steps.append(found)
+            tell("following", found.step, found.step)
+    if not steps:
+        raise InputError(
+            f"{options.experiments[0]}: the gripper does not move in it; name an experiment with a motion"
+        )
+    lines = [f"step {found.step}: {step_text(found)}; {found.seconds:.2f} s" for found in steps]
+    slowest = max(found.seconds for found in steps)
+    return Result(
+        "\n".join([*lines, f"slowest step {slowest:.2f} s"]),
+        {"steps": [asdict(found) for found in steps], "slowest_seconds": slowest},
+    )
+
+
+def settings_of(options: argparse.Namespace) -> FitSettings:
+    """Return what the options ask for.
+
+    Raises
+    ------
+    InputError
+        An option is not written as its help says, or names what there is not.
+    """
+    named = options.nuisances.split(",") if options.nuisances not in ("", "none") else []
+    return FitSettings(
+        law=law_named(options.law),
+        fixed={n: value for n, (value,) in _assigned("--fix", options.fix, "=", 1).items()},
+        priors={n: Prior(*pair) for n, pair in _assigned("--prior", options.prior, "+-", 2).items()},
+        bounds={n: (low, high) for n, (low, high) in _assigned("--bounds", options.bounds, ":", 2).items()},
+        loss=loss_named(options.loss),
+        nuisances=frozenset(named),
+        objective=options.objective,
+        intervals="profile" if options.profile else "linear",
+    )
+
+
+def _assigned(option: str, texts: Sequence[str], separator: str, count: int) -> dict[str, list[float]]:
+    """Return the numbers that texts such as ``name=1:2`` give to names, so many each.
+
+    Raises
+    ------
+    InputError
+        A text is not written that way.
+    """
+    found = {}
+    for text in texts:
+        name, _, numbers = text.partition("=")
+        try:
+            values = [float(part) for part in numbers.split(separator, count - 1)]
+        except ValueError:
+            values = []
+        if len(values) != count:
+            raise InputError(f"{option} {text}: write it as NAME={separator.join(['NUMBER'] * count)}")
+        found[name] = values
+    return found

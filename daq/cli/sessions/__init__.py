@@ -1,0 +1,1 @@
+"""Verbs of sessions: recorded, recovered, played, exported."""

@@ -1,0 +1,1 @@
+"""The messages of a recording: samples as rows of records, images without loss."""

@@ -1,0 +1,1 @@
+"""Finding the messages of an MCAP file, whatever state it is in."""

@@ -1,0 +1,1 @@
+"""From the streams of a recording to rows that belong together in time, in the tissue frame."""

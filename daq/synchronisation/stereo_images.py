@@ -1,0 +1,80 @@
+"""The images of a recording in pairs that were exposed together."""
+
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daq.errors import SynchronisationError
+from daq.recording.stored_streams import Images
+from daq.rig import Rig
+from daq.synchronisation.stream_times import exposure_times
+from daq.timing.pairing import pair_by_time
+from robot_drivers.protocols import IntArray
+
+_DECODED_AHEAD = 4
+_LARGEST_DIFFERENCE = 0.5  # periods between the exposures of a pair
+
+ImagePair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
+
+
+class RecordedImages(Protocol):
+    """A recording, sealed or still running, as far as its images go."""
+
+    def images(self, camera: str) -> Images:
+        """Return the images of one camera; raises RecordingError for an unknown one."""
+
+
+class StereoImages:
+    """Pairs of images of a rig's two cameras, by the times of their exposure.
+
+    Attributes
+    ----------
+    pairs : (p, 2) numbers of the left and the right image of each pair, in order of time
+    times : exposure times of each camera's images, by the camera's role; the rig's latency is taken off
+    unpaired : images of each camera that have no partner, by the camera's role
+    exposed_ns : (p,) of each pair, host clock
+
+    Raises
+    ------
+    SynchronisationError
+        A camera recorded no image, or images of another format than the rig file says.
+    """
+
+    def __init__(self, recording: RecordedImages, rig: Rig) -> None:
+        roles = [f"camera {camera.name}" for camera in rig.cameras]
+        self._left, self._right = (recording.images(camera.name) for camera in rig.cameras)
+        for role, images in zip(roles, (self._left, self._right), strict=True):
+            _check_format(role, images, rig.vision.beads.pixel_format)
+        left, right = (exposure_times(images, rig) for images in (self._left, self._right))
+        self.times = dict(zip(roles, (left, right), strict=True))
+        pairing = pair_by_time(left.time_ns, right.time_ns, _LARGEST_DIFFERENCE * left.period_s * 1e9)
+        self.unpaired = dict(zip(roles, (pairing.unpaired_left, pairing.unpaired_right), strict=True))
+        self.pairs: IntArray = pairing.index
+        self.exposed_ns: IntArray = left.time_ns[self.pairs[:, 0]]
+
+    def decoded(self, chosen: NDArray[np.bool_]) -> Iterator[ImagePair]:
+        """Decode the chosen pairs (p,) in order, a few of them ahead in threads."""
+        pairs = self.pairs[chosen]
+        with ThreadPoolExecutor(_DECODED_AHEAD) as pool:
+            waiting = [
+                (pool.submit(self._left.image, i), pool.submit(self._right.image, j))
+                for i, j in pairs[:_DECODED_AHEAD].tolist()
+            ]
+            for number in range(len(pairs)):
+                left, right = waiting.pop(0)
+                for i, j in pairs[number + _DECODED_AHEAD : number + _DECODED_AHEAD + 1].tolist():
+                    waiting.append((pool.submit(self._left.image, i), pool.submit(self._right.image, j)))
+                yield left.result(), right.result()
+
+
+def _check_format(role: str, images: Images, pixel_format: str) -> None:
+    if len(images) == 0:
+        raise SynchronisationError(f"{role}: recorded no image; record the retraction again")
+    if images.pixel_format(0) != pixel_format:
+        raise SynchronisationError(
+            f"{role}: recorded {images.pixel_format(0)} images, vision.beads.pixel_format of the rig file says "
+            f"{pixel_format}; make them agree"
+        )

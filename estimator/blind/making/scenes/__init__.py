@@ -1,0 +1,1 @@
+"""What is true of one case, from the tissue to the instruments, and what these then read."""

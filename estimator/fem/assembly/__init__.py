@@ -1,0 +1,1 @@
+"""The element loops, compiled; the energy of a body, and the assembled tangent."""

@@ -1,0 +1,204 @@
+"""The assembled tangent: a fixed sparsity pattern, and a sparse Cholesky factor that reuses its symbolic analysis.
+
+Degrees of freedom are numbered free first, then gripped; anchored ones are left out. Only the lower triangle is kept.
+"""
+
+import weakref
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from kvxopt import cholmod, matrix, spmatrix
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csc_array
+from scipy.sparse.linalg import SuperLU, splu
+
+from estimator.fem.assembly.kernels import gather
+from estimator.fem.discretisation.mesh import Mesh
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class TangentPattern:
+    """Where each element entry goes.
+
+    Attributes
+    ----------
+    free, gripped : (nf,), (ng,) int64, degrees of freedom (3·node + axis) in the order of the matrix
+    rows, columns : (z,) int64, matrix entries of the lower triangle, by columns
+    start, source : ``gather`` lists of the element entries that each matrix entry sums
+    """
+
+    free: IntArray
+    gripped: IntArray
+    rows: IntArray
+    columns: IntArray
+    start: IntArray
+    source: IntArray
+
+
+def tangent_pattern(mesh: Mesh, fixed: NDArray[np.bool_], gripped: NDArray[np.bool_]) -> TangentPattern:
+    """Analyse a mesh with its anchored and gripped nodes, (n,) each."""
+    kind = np.repeat(np.where(gripped, 1, np.where(fixed, 2, 0)), 3)
+    free_dofs, gripped_dofs = np.flatnonzero(kind == 0), np.flatnonzero(kind == 1)
+    number = np.full(len(kind), -1)
+    number[free_dofs] = np.arange(len(free_dofs))
+    number[gripped_dofs] = len(free_dofs) + np.arange(len(gripped_dofs))
+    dofs = number[(3 * mesh.cells[:, :, None] + np.arange(3)).reshape(len(mesh.cells), -1)]
+    size = dofs.shape[1]
+    lower_row, lower_column = np.tril_indices(size)
+    row = np.maximum(dofs[:, lower_row], dofs[:, lower_column])
+    column = np.minimum(dofs[:, lower_row], dofs[:, lower_column])
+    source = np.arange(len(dofs))[:, None] * size * size + lower_row * size + lower_column
+    kept = column >= 0
+    total = len(free_dofs) + len(gripped_dofs)
+    key = column[kept] * total + row[kept]
+    order = np.argsort(key, kind="stable")
+    unique, start = np.unique(key[order], return_index=True)
+    return TangentPattern(
+        free_dofs,
+        gripped_dofs,
+        unique % total,
+        unique // total,
+        np.append(start, len(key)).astype(np.int64),
+        source[kept][order],
+    )
+
+
+class CholeskyFactor:
+    """A CHOLMOD factor of a symmetric positive definite matrix."""
+
+    def __init__(self, symbolic: object) -> None:
+        self._factor = symbolic
+
+    def solve(self, right_hand_sides: FloatArray) -> FloatArray:
+        """Solve for (n,) or (n, m) right-hand sides."""
+        unknowns = matrix(np.asfortranarray(right_hand_sides.reshape(len(right_hand_sides), -1)))
+        cholmod.solve(self._factor, unknowns)
+        return np.array(unknowns).reshape(right_hand_sides.shape)
+
+
+class IndefiniteFactor:
+    """An LU factor, made when it is first used: most indefinite tangents are only looked at and left."""
+
+    def __init__(self, values: csc_array) -> None:
+        self._values = values
+        self._factor: SuperLU | None = None
+
+    def solve(self, right_hand_sides: FloatArray) -> FloatArray:
+        """Solve for (n,) or (n, m) right-hand sides."""
+        if self._factor is None:
+            self._factor = splu(self._values, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01)
+        return np.asarray(self._factor.solve(right_hand_sides))
+
+
+@dataclass(frozen=True)
+class Tangent:
+    """An assembled tangent.
+
+    Attributes
+    ----------
+    free : factor of the block of the free degrees of freedom, (nf, nf)
+    gripped_free : (ng, nf) block: forces on the gripped nodes from free displacements
+    gripped : (ng, ng) block of the gripped nodes
+    """
+
+    free: CholeskyFactor | IndefiniteFactor
+    gripped_free: csc_array
+    gripped: csc_array
+
+    @property
+    def positive_definite(self) -> bool:
+        """False where the state is no stable equilibrium."""
+        return isinstance(self.free, CholeskyFactor)
+
+
+# Up to so many unknowns analyses outlive their assembler; those of larger problems would hold too much memory.
+_KEPT = 10_000
+
+
+class TangentAssembler:
+    """Assembles and factorises tangents of one pattern. It reuses its buffers: one assembler a thread."""
+
+    def __init__(self, pattern: TangentPattern) -> None:
+        free, gripped = len(pattern.free), len(pattern.gripped)
+        self._pattern = pattern
+        self._shape = (free, gripped)
+        self._in_free = np.flatnonzero(pattern.rows < free)
+        self._in_mixed = np.flatnonzero((pattern.rows >= free) & (pattern.columns < free))
+        self._in_gripped = np.flatnonzero(pattern.columns >= free)
+        rows, columns = pattern.rows[self._in_free], pattern.columns[self._in_free]
+        self._free_entries = (rows, columns)
+        self._matrix = spmatrix(1.0, matrix(rows), matrix(columns), (free, free))
+        self._mixed_rows = pattern.rows[self._in_mixed] - free
+        small = free <= _KEPT
+        self._spare = _spare_analyses(free, columns.tobytes(), rows.tobytes()) if small else []
+        self._mixed_start = np.searchsorted(pattern.columns[self._in_mixed], np.arange(free + 1))
+        self._nodes, self._node_entries = _node_entries(pattern)
+
+    def assemble(self, element_stiffness: FloatArray, node_stiffness: FloatArray | None = None) -> Tangent:
+        """Assemble element matrices (e, 3k, 3k) and node blocks (n, 3, 3), and factorise the free block.
+
+        Of both the lower triangle counts.
+        """
+        pattern, (free, gripped) = self._pattern, self._shape
+        values = gather(pattern.start, pattern.source, element_stiffness.reshape(-1))
+        if node_stiffness is not None:
+            values[self._node_entries] += node_stiffness[self._nodes][:, *np.tril_indices(3)]
+        mixed = csc_array(
+            (values[self._in_mixed], self._mixed_rows, self._mixed_start), shape=(gripped, free)
+        )
+        held = self._in_gripped
+        corner = _symmetric(values[held], pattern.rows[held] - free, pattern.columns[held] - free, gripped)
+        self._matrix.V = matrix(values[self._in_free])
+        symbolic = self._analysis()
+        try:
+            cholmod.numeric(self._matrix, symbolic)
+            # A supernodal factorisation that failed says so only when it is used or looked at.
+            cholmod.diag(symbolic)
+        except (ArithmeticError, ValueError):
+            self._spare.append(symbolic)
+            whole = _symmetric(values[self._in_free], *self._free_entries, free)
+            return Tangent(IndefiniteFactor(whole), mixed, corner)
+        factor = CholeskyFactor(symbolic)
+        weakref.finalize(factor, self._spare.append, symbolic)
+        return Tangent(factor, mixed, corner)
+
+    def _analysis(self) -> object:
+        """Return an analysis whose numeric factor nobody holds any more, or a new one."""
+        try:
+            return self._spare.pop()
+        except IndexError:
+            return cholmod.symbolic(self._matrix)
+
+
+@lru_cache(maxsize=2)
+def _spare_analyses(size: int, columns: bytes, rows: bytes) -> list[object]:
+    """Return the symbolic analyses of a small matrix that outlive their assembler: a refit makes one at every point."""
+    return []
+
+
+def _node_entries(pattern: TangentPattern) -> tuple[IntArray, IntArray]:
+    """Return the nodes (m,) that are not anchored, and the entries (m, 6) of the lower triangle of their blocks."""
+    dofs = np.concatenate([pattern.free, pattern.gripped])
+    number = np.full(int(dofs.max()) + 1, -1)
+    number[dofs] = np.arange(len(dofs))
+    nodes = np.unique(dofs // 3)
+    rows, columns = (number[3 * nodes[:, None] + axis] for axis in np.tril_indices(3))
+    key = pattern.columns * len(dofs) + pattern.rows
+    return nodes, np.searchsorted(key, columns * len(dofs) + rows)
+
+
+def _symmetric(values: FloatArray, rows: IntArray, columns: IntArray, size: int) -> csc_array:
+    below = rows != columns
+    return csc_array(
+        coo_array(
+            (
+                np.concatenate([values, values[below]]),
+                (np.concatenate([rows, columns[below]]), np.concatenate([columns, rows[below]])),
+            ),
+            shape=(size, size),
+        )
+    )

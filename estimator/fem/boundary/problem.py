@@ -1,0 +1,110 @@
+"""The retraction as a boundary value problem: a body, its anchors, its grasp and its fiducials."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.errors import InputError
+from estimator.fem.assembly.body import Body, build_body
+from estimator.fem.assembly.tangent import TangentPattern, tangent_pattern
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.discretisation.mesh import Mesh, interpolation_rows
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+
+_FIDUCIAL_TOLERANCE_M = 1e-3
+
+
+@dataclass(frozen=True)
+class RetractionProblem:
+    """Everything about a retraction but the material and the motion.
+
+    Attributes
+    ----------
+    body : Body
+    fixed, gripped : (n,) bool, nodes that stand still, and nodes that move with the gripper
+    anchored : (n,) bool, nodes of the anchored tissue; they stand still unless the anchor yields
+    attachment : (n,) float64, what share of each of these holds
+    grasp_centre : (3,) float64, origin of the gripper frame at rest, tissue frame, m
+    pattern : TangentPattern
+    fiducials_rest : (m, 3) float64, m
+    fiducials_gripped : (m,) bool, fiducials on gripped tissue, which move rigidly
+    fiducials_off : (m, 3) float64, from where these are said to be at rest to the tissue that they sit on, m
+    fiducial_nodes, fiducial_weights : (m, k), interpolation of the others from nodes
+    """
+
+    body: Body
+    fixed: BoolArray
+    gripped: BoolArray
+    anchored: BoolArray
+    attachment: FloatArray
+    grasp_centre: FloatArray
+    pattern: TangentPattern
+    fiducials_rest: FloatArray
+    fiducials_gripped: BoolArray
+    fiducials_off: FloatArray
+    fiducial_nodes: IntArray
+    fiducial_weights: FloatArray
+
+    def fiducial_positions(self, displacement: FloatArray, pose: GripperPose) -> FloatArray:
+        """Return the positions (m, 3) of the fiducials, m, at nodal displacements (n, 3) and the gripper's pose."""
+        moved = np.einsum("mk,mkx->mx", self.fiducial_weights, displacement[self.fiducial_nodes])
+        positions = self.fiducials_rest + moved
+        held = self.fiducials_gripped
+        arms = self.gripped_fiducial_arms()
+        positions[held] = pose.position + pose.rotation.apply(arms) - self.fiducials_off[held]
+        return positions
+
+    def gripped_fiducial_arms(self) -> FloatArray:
+        """Return where in the gripper frame the tissue is on which gripped fiducials sit, (g, 3), m."""
+        held = self.fiducials_gripped
+        return self.fiducials_rest[held] + self.fiducials_off[held] - self.grasp_centre
+
+    def gripped_positions(self, pose: GripperPose) -> FloatArray:
+        """Return the positions (g, 3) of the gripped nodes, m, when the gripper frame is at ``pose``."""
+        arms = self.body.mesh.points[self.gripped] - self.grasp_centre
+        return pose.position + pose.rotation.apply(arms)
+
+
+def retraction_problem(
+    mesh: Mesh,
+    fixed: BoolArray,
+    gripped: BoolArray,
+    grasp_centre: FloatArray,
+    fiducials_rest: FloatArray,
+    fiducials_gripped: BoolArray,
+) -> RetractionProblem:
+    """Pose a retraction on a mesh; gripped nodes that are anchored as well count as gripped.
+
+    Raises
+    ------
+    InputError
+        No node is anchored or none is gripped, or a fiducial lies off the tissue.
+    """
+    if not gripped.any():
+        raise InputError("the grasp box holds no tissue; correct [grasp] box")
+    anchored = fixed & ~gripped
+    if not anchored.any():
+        raise InputError("no anchor box holds tissue; correct [[anchor]] box")
+    count = mesh.cells.shape[1]
+    nodes = np.zeros((len(fiducials_rest), count), dtype=np.int64)
+    weights = np.zeros((len(fiducials_rest), count))
+    loose = ~fiducials_gripped
+    nodes[loose], weights[loose] = interpolation_rows(mesh, fiducials_rest[loose], _FIDUCIAL_TOLERANCE_M)
+    return RetractionProblem(
+        build_body(mesh),
+        anchored,
+        gripped,
+        anchored,
+        anchored.astype(float),
+        grasp_centre,
+        tangent_pattern(mesh, anchored, gripped),
+        fiducials_rest,
+        fiducials_gripped,
+        np.zeros_like(fiducials_rest),
+        nodes,
+        weights,
+    )

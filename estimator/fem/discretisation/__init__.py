@@ -1,0 +1,1 @@
+"""Meshes and their elements: shapes, quadrature, surfaces, and what share each node has."""

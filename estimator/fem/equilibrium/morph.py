@@ -1,0 +1,216 @@
+"""Meshes of another rest shape with the same elements: nodes moved, grasp and anchors still on mesh planes."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from estimator.experiment import Box
+from estimator.fem.assembly.body import build_body
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.discretisation.mesh import interpolation_rows
+from estimator.fem.equilibrium.newton import EquilibriumSolver
+from estimator.fem.equilibrium.state import linear_change
+from estimator.materials import NeoHookean
+from estimator.materials.material import Material
+
+FloatArray = NDArray[np.float64]
+
+# Grasp and border this close (as a share of the phantom's length) are one.
+_TOUCHING = 0.02
+# How far a bead may lie off the faceted surface, m.
+_BEAD_TOLERANCE_M = 2e-3
+_SOFT_TISSUE = Material(NeoHookean(), 1e4, 0.45)
+# A bead on the rim of the grasp counts as gripped, m.
+_RIM_M = 1e-9
+
+
+@dataclass(frozen=True)
+class Taper:
+    """One on the grasp, falling linearly to zero at the phantom's borders, along one axis.
+
+    Along the axis in which points move, a border that the grasp touches stands still as well: ``across`` then falls
+    to zero there, from the grasp's other side. Beside such a border points may slide along it: ``along`` does not.
+
+    Attributes
+    ----------
+    lower, upper : of the grasp, m
+    least, most : of the phantom, m
+    """
+
+    lower: float
+    upper: float
+    least: float
+    most: float
+
+    @property
+    def touches_lower(self) -> bool:
+        """Whether the grasp reaches the lower border."""
+        return self.lower - self.least < _TOUCHING * (self.most - self.least)
+
+    @property
+    def touches_upper(self) -> bool:
+        """Whether the grasp reaches the upper border."""
+        return self.most - self.upper < _TOUCHING * (self.most - self.least)
+
+    def along(self, x: FloatArray) -> FloatArray:
+        """Return the weight of a motion at right angles to this axis."""
+        weight: FloatArray = np.ones_like(x)
+        if not self.touches_lower:
+            weight = np.minimum(weight, (x - self.least) / (self.lower - self.least))
+        if not self.touches_upper:
+            weight = np.minimum(weight, (self.most - x) / (self.most - self.upper))
+        return np.clip(weight, 0.0, 1.0)
+
+    def across(self, x: FloatArray) -> FloatArray:
+        """Return the weight of a motion along this axis."""
+        if self.upper - self.lower < _TOUCHING * (self.most - self.least):
+            # All tissue beyond is gripped and left out of the mesh: its face moves.
+            return self.along(x)
+        if self.touches_lower and self.touches_upper:
+            return np.zeros_like(x)
+        weight = self.along(x)
+        if self.touches_lower:
+            weight = np.minimum(weight, (x - self.least) / (self.upper - self.least))
+        if self.touches_upper:
+            weight = np.minimum(weight, (self.most - x) / (self.most - self.lower))
+        return np.clip(weight, 0.0, 1.0)
+
+
+def grasp_box(problem: RetractionProblem) -> FloatArray:
+    """Return the corners (2, 3) of the smallest box around the gripped nodes, m."""
+    gripped = problem.body.mesh.points[problem.gripped]
+    return np.stack([gripped.min(axis=0), gripped.max(axis=0)])
+
+
+def beads_from_grasp(problem: RetractionProblem) -> FloatArray:
+    """Return how far the tissue that each bead sits on is from the grasp, (m,), m; 0 for gripped tissue."""
+    points = problem.body.mesh.points[problem.fiducial_nodes]
+    places = np.einsum("mk,mkx->mx", problem.fiducial_weights, points)
+    lower, upper = grasp_box(problem)
+    away = Box(tuple(lower), tuple(upper)).distance(places)
+    return np.where(problem.fiducials_gripped, 0.0, away)
+
+
+def tapers(problem: RetractionProblem) -> tuple[Taper, Taper]:
+    """Return the tapers along x and y."""
+    points, box = problem.body.mesh.points, grasp_box(problem)
+    least, most = points.min(axis=0), points.max(axis=0)
+    first, second = (Taper(box[0, a], box[1, a], least[a], most[a]) for a in range(2))
+    return first, second
+
+
+def with_points(problem: RetractionProblem, points: FloatArray) -> RetractionProblem:
+    """Return the problem with other rest positions (n, 3) of its nodes, m; beads stay with their elements."""
+    return replace(problem, body=build_body(replace(problem.body.mesh, points=points)))
+
+
+def with_grasp_moved(problem: RetractionProblem, shift_m: FloatArray, turn_rad: float) -> RetractionProblem:
+    """Return the problem whose grasped region lies elsewhere: shifted (2,) and turned about z at the grasp's centre.
+
+    The outline of the phantom, the anchors and the beads stay where they are.
+    """
+    first, second = tapers(problem)
+
+    def motion(points: FloatArray) -> FloatArray:
+        arms = points[:, :2] - problem.grasp_centre[:2]
+        cosine, sine = np.cos(turn_rad), np.sin(turn_rad)
+        rigid = shift_m + arms @ (np.array([[cosine, sine], [-sine, cosine]]) - np.eye(2))
+        x, y = points[:, 0], points[:, 1]
+        along_x, across_x = first.along(x), first.across(x)
+        along_y, across_y = second.along(y), second.across(y)
+        # What a border keeps from turning with the rest slides along it, between the sides of the turned grasp.
+        slide_x = np.tan(turn_rad) * (along_y - across_y) * rigid[:, 1]
+        slide_y = -np.tan(turn_rad) * (along_x - across_x) * rigid[:, 0]
+        moved: FloatArray = np.zeros_like(points)
+        moved[:, 0] = across_x * (along_y * rigid[:, 0] + slide_x)
+        moved[:, 1] = across_y * (along_x * rigid[:, 1] + slide_y)
+        return moved
+
+    moved = _with_motion(problem, motion(problem.body.mesh.points))
+    origins = problem.fiducials_rest.copy()
+    for _ in range(8):
+        origins = problem.fiducials_rest - motion(origins)
+    return _with_beads_located(moved, _in_box(origins, grasp_box(problem)))
+
+
+def with_grasp_drawn(problem: RetractionProblem, way_m: FloatArray) -> RetractionProblem:
+    """Return the problem whose tissue is drawn (2,) at the grasp, less and less towards borders and anchors.
+
+    Beads are carried along.
+    """
+    first, second = tapers(problem)
+    way = np.array([*way_m, 0.0])
+
+    def motion(points: FloatArray) -> FloatArray:
+        return np.asarray((first.along(points[:, 0]) * second.along(points[:, 1]))[:, None] * way)
+
+    drawn = _with_motion(problem, motion(problem.body.mesh.points))
+    return replace(drawn, fiducials_rest=problem.fiducials_rest + motion(problem.fiducials_rest))
+
+
+def with_beads_before_drawing(problem: RetractionProblem, way_m: FloatArray) -> RetractionProblem:
+    """Return the problem whose beads lie where they are stated only once the grasp has been drawn (2,), m.
+
+    The phantom's shape is left as it is, free of stress before it was drawn; how the tissue follows the grasp is that
+    of linear elasticity, on which E has no influence and ν little. A bead stated in the grasp may have come there from
+    beside it.
+    """
+    rest = EquilibriumSolver(problem).rest(_SOFT_TISSUE)
+    way = np.array([*way_m, 0.0])
+    displacement = linear_change(problem, rest, np.concatenate([way, np.zeros(3)]))
+    return with_beads_before(
+        problem, displacement, GripperPose(problem.grasp_centre + way, Rotation.identity())
+    )
+
+
+def with_beads_before(
+    problem: RetractionProblem, displacement: FloatArray, pose: GripperPose
+) -> RetractionProblem:
+    """Return the problem whose beads lie where they are stated only once the tissue has moved.
+
+    Those that would come from outside the tissue stay near its surface.
+
+    Parameters
+    ----------
+    displacement : (n, 3) of the nodes then, m
+    pose : of the gripper then
+    """
+    placed = problem
+    for _ in range(3):
+        moved = placed.fiducial_positions(displacement, pose) - placed.fiducials_rest
+        placed = with_beads_at(placed, problem.fiducials_rest - moved)
+    return placed
+
+
+def with_beads_at(problem: RetractionProblem, positions: FloatArray) -> RetractionProblem:
+    """Return the problem with its beads at other rest positions (m, 3), m; any outside the tissue near its surface."""
+    first, last = problem.body.mesh.points.min(axis=0), problem.body.mesh.points.max(axis=0)
+    outside = _BEAD_TOLERANCE_M / 2
+    placed = replace(problem, fiducials_rest=np.clip(positions, first - outside, last + outside))
+    # One a little above the surface of gripped tissue sits on that.
+    return _with_beads_located(placed, _in_box(np.clip(positions, first, last), grasp_box(problem)))
+
+
+def _with_motion(problem: RetractionProblem, motion: FloatArray) -> RetractionProblem:
+    """Return the problem with its nodes moved (n, 3), but for those of the anchors."""
+    return with_points(problem, problem.body.mesh.points + np.where(problem.anchored[:, None], 0.0, motion))
+
+
+def _with_beads_located(problem: RetractionProblem, gripped: NDArray[np.bool_]) -> RetractionProblem:
+    """Find the elements of beads anew; those in tissue that an anchor holds follow no node, before and after."""
+    nodes, weights = problem.fiducial_nodes.copy(), problem.fiducial_weights.copy()
+    in_anchor = ~problem.fiducials_gripped & ~weights.any(axis=1)
+    loose = ~(gripped | in_anchor)
+    weights[gripped] = 0.0
+    beads = problem.fiducials_rest[loose]
+    nodes[loose], weights[loose] = interpolation_rows(problem.body.mesh, beads, _BEAD_TOLERANCE_M)
+    return replace(
+        problem, fiducials_gripped=gripped & ~in_anchor, fiducial_nodes=nodes, fiducial_weights=weights
+    )
+
+
+def _in_box(points: FloatArray, corners: FloatArray) -> NDArray[np.bool_]:
+    return np.asarray(np.all((points >= corners[0] - _RIM_M) & (points <= corners[1] + _RIM_M), axis=1))

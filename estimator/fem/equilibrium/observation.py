@@ -1,0 +1,114 @@
+"""What the sensors see of an equilibrium, and how it changes with every parameter.
+
+At equilibrium the free nodal forces vanish, f_f(u, p) = 0. Differentiated, that gives for any parameter p and for the
+motion of the gripper
+
+    K_ff ∂u_f/∂p = −∂f_f/∂p,        ∂f_g/∂p |total = ∂f_g/∂p + K_gf ∂u_f/∂p:
+
+one back-substitution a parameter with the factor at hand (Michaleris, Tortorelli & Vidal 1994, section 2).
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.fem.assembly.body import nodal_forces, slopes_by_parameter
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.state import EquilibriumState, rigid_modes, turned
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Observation:
+    """The observables of one state.
+
+    Attributes
+    ----------
+    wrench : (6,) force (N) and torque (N·m) that the tissue exerts on the gripper, about the gripper frame's origin
+    fiducials : (m, 3) positions, m
+    wrench_by, fiducials_by : derivatives by each material parameter, (6,) and (m, 3)
+    wrench_by_pose : (6, 6) derivative by the gripper's translation (m) and rotation (rad)
+    fiducials_by_pose : (m, 3, 6)
+    field_by : derivative of the free displacements by each material parameter, (nf,)
+    """
+
+    wrench: FloatArray
+    fiducials: FloatArray
+    wrench_by: dict[str, FloatArray]
+    fiducials_by: dict[str, FloatArray]
+    wrench_by_pose: FloatArray
+    fiducials_by_pose: FloatArray
+    field_by: dict[str, FloatArray]
+
+
+def observe(problem: RetractionProblem, state: EquilibriumState) -> Observation:
+    """Return what the sensors see of ``state``, with exact derivatives."""
+    slopes = slopes_by_parameter(state.material, state.response)
+    modes = rigid_modes(problem, state.pose)
+    gripped = problem.gripped
+    loads = {name: nodal_forces(problem.body, state.response, slope) for name, slope in slopes.items()}
+    free_loads = np.stack([load.reshape(-1)[problem.pattern.free] for load in loads.values()], axis=1)
+    motions = -state.tangent.free.solve(free_loads)
+    held = state.tangent.gripped_free @ motions
+    wrench_by, fiducials_by = {}, {}
+    for n, (name, load) in enumerate(loads.items()):
+        wrench_by[name] = -modes.T @ (load[gripped].reshape(-1) + held[:, n])
+        fiducials_by[name] = _fiducial_motion(problem, motions[:, n : n + 1])[:, :, 0]
+    reaction = state.forces[gripped]
+    by_pose = -modes.T @ (state.tangent.gripped_free @ state.by_pose + state.tangent.gripped @ modes)
+    arms = problem.gripped_positions(state.pose) - state.pose.position
+    # The arms turn with the gripper, and the torque of the reaction with them.
+    by_pose[3:, 3:] -= np.cross(turned(arms), reaction[:, :, None], axis=1).sum(axis=0)
+    return Observation(
+        -modes.T @ reaction.reshape(-1),
+        problem.fiducial_positions(state.displacement, state.pose),
+        wrench_by,
+        fiducials_by,
+        by_pose,
+        _fiducial_motion_by_pose(problem, state, modes),
+        dict(zip(loads, motions.T, strict=True)),
+    )
+
+
+def at_modulus(observation: Observation, before: float, after: float) -> Observation:
+    """Return the observation once Young's modulus has changed, Pa: forces are proportional to it, motions stay."""
+    ratio = after / before
+    wrench_by = {name: ratio * slope for name, slope in observation.wrench_by.items()}
+    # The force per unit of the modulus is what it was.
+    wrench_by["youngs_modulus"] = observation.wrench_by["youngs_modulus"]
+    return replace(
+        observation,
+        wrench=ratio * observation.wrench,
+        wrench_by=wrench_by,
+        wrench_by_pose=ratio * observation.wrench_by_pose,
+    )
+
+
+def _fiducial_motion(problem: RetractionProblem, free_motion: FloatArray) -> FloatArray:
+    """Return the motion (m, 3, c) of the fiducials from that of the free degrees of freedom, (nf, c)."""
+    columns = free_motion.shape[1]
+    whole = np.zeros((problem.body.mesh.points.size, columns))
+    whole[problem.pattern.free] = free_motion
+    return interpolate(problem, whole)
+
+
+def _fiducial_motion_by_pose(
+    problem: RetractionProblem, state: EquilibriumState, modes: FloatArray
+) -> FloatArray:
+    whole = np.zeros((problem.body.mesh.points.size, 6))
+    whole[problem.pattern.free] = state.by_pose
+    whole[problem.pattern.gripped] = modes
+    motion = interpolate(problem, whole)
+    held = problem.fiducials_gripped
+    arms = state.pose.rotation.apply(problem.gripped_fiducial_arms())
+    motion[held, :, :3] = np.eye(3)
+    motion[held, :, 3:] = turned(arms)
+    return motion
+
+
+def interpolate(problem: RetractionProblem, dofs: FloatArray) -> FloatArray:
+    """Return the motion (m, 3, c) of the fiducials that no rigid tissue holds, from that of all nodes, (3n, c)."""
+    nodal = dofs.reshape(len(dofs) // 3, 3, dofs.shape[1])
+    return np.einsum("mk,mkxc->mxc", problem.fiducial_weights, nodal[problem.fiducial_nodes])

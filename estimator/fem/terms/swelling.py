@@ -1,0 +1,56 @@
+"""Tissue whose natural size has changed, by an even pressure that it puts on itself.
+
+A linear change α of the natural size in all directions asks for the stress −3 K α of a body that cannot change its
+size (K the bulk modulus; B. A. Boley & J. H. Weiner, "Theory of Thermal Stresses", 1960, section 1.12). As a pressure
+s = 3 K α on the deformed tissue it has the energy −s V, V the deformed volume.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.fem.assembly.body import Body, Response, nodal_forces
+from estimator.fem.assembly.kernels import element_stiffness, without_dilatation
+from estimator.fem.terms.term import Memoryless, TermStiffness
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Swelling(Memoryless):
+    """What swells the tissue evenly.
+
+    Attributes
+    ----------
+    body : Body
+    pressure_pa : s, negative where it shrinks
+    """
+
+    body: Body
+    pressure_pa: float
+
+    def forces(self, displacement: FloatArray, response: Response) -> FloatArray:
+        """Return the nodal forces (n, 3), N."""
+        return nodal_forces(self.body, response, self._slope(response))
+
+    def stiffness(self, displacement: FloatArray, response: Response) -> TermStiffness:
+        """Return the derivative of :meth:`forces`."""
+        body, none = self.body, np.zeros((6, *response.dilatation.shape))
+        elements = element_stiffness(
+            response.F,
+            body.gradient,
+            body.volume,
+            self._slope(response),
+            none,
+            without_dilatation(body.volume),
+        )
+        return TermStiffness(elements=elements)
+
+    def _slope(self, response: Response) -> FloatArray:
+        """Return the derivatives (3, e, q) of the energy density −s J by I1, I2 and J."""
+        slope = np.zeros_like(response.slope)
+        slope[2] = -self.pressure_pa
+        return slope

@@ -1,0 +1,1 @@
+"""What pictures of a phantom share: scene, view, painter, marks, scales."""

@@ -1,0 +1,124 @@
+"""The deformed body at the farthest state, with what holds it, what pulls it and what was seen of it."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize, to_rgba
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
+
+from estimator.experiment import Box
+from estimator.fem.discretisation.mesh import Mesh
+from estimator.fem.discretisation.surface import boundary_faces, facets, outlines
+from estimator.fit.result import ExperimentFit
+from estimator.report.drawing.painter import Face, paint
+from estimator.report.drawing.rounding import round_figure
+from estimator.report.drawing.scene import MM, box_edges, farthest_row, gripped_surface
+from estimator.report.drawing.stretch import largest_stretch
+from estimator.report.drawing.view import View
+from estimator.report.theme import ANCHOR, GRASP, MEASURED, MUTED, PREDICTED
+
+FloatArray = NDArray[np.float64]
+
+_VIEW = View(azimuth_deg=-115.0, elevation_deg=38.0)
+_COLOUR_MAP = "YlGnBu"
+# Stretch is singular along the rim of the grasp; the scale ends where this share of the surface lies below.
+_SCALE_PERCENTILE = 99.0
+_SMALLEST_SCALE = 0.01
+_ELEMENT_RIM = (0.0, 0.0, 0.0, 0.3)
+_ON_THE_GRASP_M = 1e-4
+# The arrows of the axes are about this share of the body long.
+_TRIAD_SHARE = 0.2
+
+
+def draw_body(sheet: Figure, mesh: Mesh, fit: ExperimentFit) -> None:
+    """Draw the surface, coloured by the largest principal stretch, with grasp, anchors and fiducials."""
+    axes = sheet.add_axes((0.01, 0.01, 0.88, 0.9))
+    rest = MM * np.stack([mesh.points.min(axis=0), mesh.points.max(axis=0)])
+    row = farthest_row(fit.experiment)
+    scale, faces = _surface(mesh, fit)
+    faces += [_gripped_face(corners) for corners in gripped_surface(fit.experiment, rest, row)]
+    paint(axes, _VIEW, faces)
+    axes.add_collection(
+        LineCollection(list(_VIEW.project(box_edges(rest))), colors=MUTED, linewidths=0.9, linestyles="--")
+    )
+    _fiducials(axes, MM * fit.experiment.fiducials[row], MM * fit.fiducials[row])
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.set_axis_off()
+    _triad(axes, round_figure(_TRIAD_SHARE * float(np.ptp(rest, axis=0).max())))
+    bar = sheet.colorbar(scale, cax=sheet.add_axes((0.92, 0.2, 0.014, 0.55)), extend="max")
+    bar.set_label("largest principal stretch")
+    handles = [
+        *axes.get_legend_handles_labels()[0],
+        Patch(color=GRASP, label="gripped"),
+        Patch(color=ANCHOR, label="anchored"),
+        Line2D([], [], color=MUTED, linestyle="--", linewidth=0.9, label="outline at rest"),
+    ]
+    sheet.legend(handles=handles, loc="upper right", ncols=len(handles), borderaxespad=0.2)
+
+
+def _surface(mesh: Mesh, fit: ExperimentFit) -> tuple[ScalarMappable, list[Face]]:
+    """Return the scale of colours and the element faces, split between nodes; those that stand still are anchored."""
+    faces = boundary_faces(mesh)
+    points = MM * (mesh.points + fit.displacement)
+    pieces = facets(faces)
+    values = largest_stretch(mesh, fit.displacement)[pieces].mean(axis=1)
+    top = max(float(np.percentile(values, _SCALE_PERCENTILE)), 1 + _SMALLEST_SCALE)
+    scale = ScalarMappable(Normalize(1.0, top), _COLOUR_MAP)
+    colours = scale.to_rgba(values)
+    colours[(fit.displacement == 0)[pieces].all(axis=(1, 2))] = to_rgba(ANCHOR)
+    colours[_on_box(fit.experiment.grasp.box, mesh.points)[pieces].all(axis=1)] = to_rgba(GRASP)
+    parts = zip(
+        points[outlines(faces)[:, :-1]],
+        points[pieces].reshape(len(faces), -1, pieces.shape[1], 3),
+        colours.reshape(len(faces), -1, 4),
+        strict=True,
+    )
+    return scale, [Face(rim, split, of_split, _ELEMENT_RIM) for rim, split, of_split in parts]
+
+
+def _gripped_face(corners: FloatArray) -> Face:
+    colour = to_rgba(GRASP)
+    return Face(corners, corners[None], np.array([colour]), colour)
+
+
+def _on_box(box: Box, points: FloatArray) -> NDArray[np.bool_]:
+    low, high = np.array(box.lower) - _ON_THE_GRASP_M, np.array(box.upper) + _ON_THE_GRASP_M
+    return np.all((points > low) & (points < high), axis=1)
+
+
+def _fiducials(axes: Axes, measured: FloatArray, predicted: FloatArray) -> None:
+    for places, marker, size, colour, label in (
+        (measured, "o", 8, MEASURED, "fiducial measured"),
+        (predicted, "x", 5.5, PREDICTED, "fiducial predicted"),
+    ):
+        axes.plot(
+            *_VIEW.project(places).T,
+            linestyle="none",
+            marker=marker,
+            markersize=size,
+            markerfacecolor="none",
+            markeredgewidth=1.7,
+            color=colour,
+            label=label,
+            path_effects=[withStroke(linewidth=3.4, foreground="white")],
+            zorder=5,
+        )
+
+
+def _triad(axes: Axes, length: float) -> None:
+    """Draw the axes of the tissue frame, each of a length in mm, in the lower left corner."""
+    x, y = axes.get_xlim()[0] - 0.2 * length, axes.get_ylim()[0] + 0.4 * length
+    style: dict[str, Any] = {"annotation_clip": False, "color": MUTED, "ha": "center", "va": "center"}
+    arrow = {"arrowstyle": "-|>", "color": MUTED, "shrinkA": 0, "shrinkB": 0}
+    for (right, up), name in zip(_VIEW.project(length * np.eye(3)), "xyz", strict=True):
+        axes.annotate("", (x + right, y + up), (x, y), arrowprops=arrow, annotation_clip=False)
+        axes.annotate(name, (x + 1.25 * right, y + 1.25 * up), **style)
+    axes.annotate(f"{length:g} mm", (x, y), (0, -12), textcoords="offset points", **style)

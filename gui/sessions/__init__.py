@@ -1,0 +1,1 @@
+"""Recorded sessions: found, listed, played."""

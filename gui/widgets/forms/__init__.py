@@ -1,0 +1,1 @@
+"""What is entered and chosen: parameters, trials, sessions, sources, the queue."""

@@ -1,0 +1,1 @@
+"""Curves, bars and drawings in the plane, in the window's theme."""

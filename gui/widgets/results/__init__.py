@@ -1,0 +1,1 @@
+"""What a diagnosis, an estimation or a calibration came to."""

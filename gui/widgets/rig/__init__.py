@@ -1,0 +1,1 @@
+"""What shows the rig while it runs: devices, readings, limits."""

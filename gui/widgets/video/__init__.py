@@ -1,0 +1,1 @@
+"""Live and recorded images with the beads in them."""

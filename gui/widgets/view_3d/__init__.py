@@ -1,0 +1,1 @@
+"""Bodies and ways in three dimensions, turned by mouse and keys."""

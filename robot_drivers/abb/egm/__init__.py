@@ -1,0 +1,1 @@
+"""Externally Guided Motion: its messages, the position stream that measures, the guidance that moves."""

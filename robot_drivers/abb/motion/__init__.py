@@ -1,0 +1,1 @@
+"""Where the arm is and what it may do: poses, kinematics, limits, straight lines, arrival."""

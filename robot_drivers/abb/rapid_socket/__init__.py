@@ -1,0 +1,1 @@
+"""The RAPID server of ``rapid/``: its frames, the command connection and the state stream."""

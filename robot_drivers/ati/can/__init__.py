@@ -1,0 +1,1 @@
+"""Force sensors on a CAN bus: requests, a poller, and what their drivers share."""

@@ -1,0 +1,1 @@
+"""Emulated devices on serial lines: the far end of the line, and who answers there."""

@@ -1,0 +1,1 @@
+"""What an ATI transducer is, whatever reads it: its calibration, gages, units and status words."""
