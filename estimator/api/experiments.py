@@ -13,7 +13,7 @@ from estimator.api.tables import dataframe, known
 from estimator.errors import InputError
 from estimator.experiment import model, reading
 from estimator.experiment.observations import columns_of
-from estimator.fem.motion import GripperPose
+from estimator.fem.boundary.motion import GripperPose
 from estimator.studies.paper_tables.block import GRASP_CENTRE, block
 
 if TYPE_CHECKING:

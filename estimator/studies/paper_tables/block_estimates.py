@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from estimator.fem.block_mesh import Grading
+from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fit.settings import Objective
 from estimator.forward.meshing import DEFAULT_GRADING, mesh_experiment
 from estimator.simulation.simulate import TRUE_RESOLUTION, Resolution

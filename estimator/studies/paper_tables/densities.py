@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.experiment import Experiment, Grasp
-from estimator.fem.morph import with_points
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.morph import with_points
 from estimator.studies.paper_tables.block import MOTIONS, SIZE_M, block, measured
 from estimator.studies.paper_tables.response import UnitResponse, solve_response
 from estimator.studies.paper_tables.tetrahedra import block_of_tetrahedra

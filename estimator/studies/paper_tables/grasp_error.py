@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 
 from estimator.experiment import Experiment, Grasp
-from estimator.fem.block_mesh import Grading
+from estimator.fem.discretisation.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
 from estimator.studies.paper_tables.block import (
     MOTIONS,

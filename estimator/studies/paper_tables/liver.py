@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.experiment import Box, Experiment, Grasp, Phantom
-from estimator.fem.mesh import Mesh
-from estimator.fem.problem import RetractionProblem, retraction_problem
+from estimator.fem.boundary.problem import RetractionProblem, retraction_problem
+from estimator.fem.discretisation.mesh import Mesh
 from estimator.forward.meshing import FINE_GRADING, held_regions, surface_problem
 from estimator.geometry.grading import EdgeLengths
 from estimator.geometry.mesh_cache import tissue_mesh

@@ -5,8 +5,8 @@ from typing import Literal
 
 import numpy as np
 
-from estimator.fem.block_mesh import Grading
-from estimator.fem.motion import GripperPose
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.discretisation.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
 from estimator.studies.paper_tables.block import MOTIONS, POISSON_RATIO, YOUNGS_MODULUS, block, measured
 from estimator.studies.paper_tables.densities import posed_on, response_on

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from estimator.experiment import Experiment
-from estimator.fem.problem import RetractionProblem
+from estimator.fem.boundary.problem import RetractionProblem
 from estimator.forward.model import ForwardModel
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material

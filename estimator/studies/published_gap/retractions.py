@@ -14,7 +14,7 @@ import numpy as np
 
 from estimator.experiment import Box, Experiment, Phantom
 from estimator.experiment.model import TrajectoryKind
-from estimator.fem.motion import GripperPose
+from estimator.fem.boundary.motion import GripperPose
 from estimator.studies.paper_tables.block import Motion, grasp_at, grid_of_beads, unmeasured
 
 Anchoring = Literal["one_side", "two_sides"]

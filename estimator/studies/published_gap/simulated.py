@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from estimator.fem.block_mesh import Grading
+from estimator.fem.discretisation.block_mesh import Grading
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
 from estimator.simulation.acting import read_effect
