@@ -17,7 +17,8 @@ COLUMN_IN, HEIGHT_IN = 3.7, 5.2
 # Draws stand side by side within this part of their level's width.
 _SPREAD = 0.5
 _PAPER_MARK = 0.36
-_LABEL_CHARACTERS = 11
+# Of all labels along an axis, so that they do not run into each other.
+_LABEL_CHARACTERS = 44
 _TITLE_CHARACTERS = 40
 
 
@@ -43,7 +44,7 @@ def draw_study(sheet: Figure, result: StudyResult) -> None:
         modulus.set_title(textwrap.fill(group.group.title, _TITLE_CHARACTERS), fontsize=9)
         ratio.set_xticks(
             np.arange(len(group.levels)),
-            [textwrap.fill(level.level.label, _LABEL_CHARACTERS) for level in group.levels],
+            [textwrap.fill(level.level.label, _label_characters(group)) for level in group.levels],
             fontsize=8,
         )
         ratio.set_xlim(-0.6, len(group.levels) - 0.4)
@@ -56,6 +57,10 @@ def draw_study(sheet: Figure, result: StudyResult) -> None:
     sheet.legend(
         list(entries.values()), list(entries), loc="upper right", ncols=len(entries), borderaxespad=0.3
     )
+
+
+def _label_characters(group: GroupResult) -> int:
+    return max(7, _LABEL_CHARACTERS // len(group.levels))
 
 
 def _draw_levels(axes: Axes, levels: list[FloatArray]) -> None:
