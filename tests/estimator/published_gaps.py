@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.studies.published_gap.candidates import Candidate, Size
-from estimator.studies.published_gap.learning import CONDITIONS
+from estimator.studies.published_gap.candidate import Candidate, Size
 from estimator.studies.published_gap.pattern import PatternModel
 from estimator.studies.published_gap.published import Bench, PublishedEstimate, PublishedTable
+from estimator.studies.published_gap.simulations import CONDITIONS
 
 FloatArray = NDArray[np.float64]
 

@@ -10,19 +10,21 @@ from numpy.typing import NDArray
 from published_gaps import BENCH_OFF, NARROWER, SOFTER, KnownMap, planted
 
 from estimator.errors import InputError
-from estimator.studies.published_gap.candidates import CANDIDATES, Candidate, Size
+from estimator.studies.published_gap.candidate import Candidate, Size
+from estimator.studies.published_gap.candidates import CANDIDATES
 from estimator.studies.published_gap.diagnosis import GapDiagnosis, Ranking, Withheld, withheld_parts
-from estimator.studies.published_gap.learning import CONDITIONS, Check, ResponseMap, learning_cases, together
+from estimator.studies.published_gap.learning import Check, ResponseMap, together
 from estimator.studies.published_gap.paper_estimator import Readings
 from estimator.studies.published_gap.pattern import PatternModel
 from estimator.studies.published_gap.pattern_fit import PatternFit, PatternResult
 from estimator.studies.published_gap.proposals import proposals
 from estimator.studies.published_gap.published import PublishedEstimate, paper_table, read_table
 from estimator.studies.published_gap.redone import Redone
-from estimator.studies.published_gap.report import write_gap
+from estimator.studies.published_gap.reporting.report import write_gap
+from estimator.studies.published_gap.reporting.telling import gap_text
 from estimator.studies.published_gap.retractions import SetUp
 from estimator.studies.published_gap.sampling import sample_posterior
-from estimator.studies.published_gap.telling import gap_text
+from estimator.studies.published_gap.simulations import CONDITIONS, learning_cases
 from estimator.studies.running.case import run_case
 
 FloatArray = NDArray[np.float64]

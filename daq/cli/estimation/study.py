@@ -21,8 +21,8 @@ from estimator.studies.phantom_tables.report import phantom_blocks, write_curves
 from estimator.studies.published_gap.diagnosis import Executors, diagnose_gap
 from estimator.studies.published_gap.published import paper_table, read_table
 from estimator.studies.published_gap.redone import redo_experiments, redone_json, redone_text
-from estimator.studies.published_gap.report import write_gap
-from estimator.studies.published_gap.telling import gap_json, gap_text
+from estimator.studies.published_gap.reporting.report import write_gap
+from estimator.studies.published_gap.reporting.telling import gap_json, gap_text
 from estimator.studies.running.campaign import run_cases
 from estimator.studies.running.cluster import dask_cluster
 from estimator.studies.running.store import OutcomeStore

@@ -15,12 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from estimator.studies.published_gap.candidates import CANDIDATES, Candidate
-from estimator.studies.published_gap.learning import Check, ResponseMap, learning_cases, pair_cases
+from estimator.studies.published_gap.candidate import Candidate
+from estimator.studies.published_gap.candidates import CANDIDATES
+from estimator.studies.published_gap.learning import Check, ResponseMap
 from estimator.studies.published_gap.pattern import PatternModel
 from estimator.studies.published_gap.pattern_fit import PatternFit, PatternResult
 from estimator.studies.published_gap.published import PublishedTable
 from estimator.studies.published_gap.retractions import ANCHORINGS
+from estimator.studies.published_gap.simulations import learning_cases, pair_cases
 from estimator.studies.running.campaign import Progress, run_cases
 from estimator.studies.running.store import OutcomeStore
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from estimator.errors import StudyError
-from estimator.studies.published_gap.candidates import Candidate
+from estimator.studies.published_gap.candidate import Candidate
 from estimator.studies.published_gap.paper_estimator import (
     DEFAULT_REGION,
     LOW_DENSITY_CELLS,
@@ -25,54 +25,15 @@ from estimator.studies.published_gap.paper_estimator import (
     ResponseTable,
     estimates,
 )
-from estimator.studies.published_gap.retractions import ANCHORINGS, MOTION_NAMES, SetUp
+from estimator.studies.published_gap.retractions import ANCHORINGS, SetUp
 from estimator.studies.published_gap.simulated import REFERENCE_PA, USUAL_RATIO, SimulatedMounting, stacked
+from estimator.studies.published_gap.simulations import CONDITIONS, TISSUE_RATIOS, grid_of, pair_cases
 from estimator.studies.running.case import Case, Outcome
 
 FloatArray = NDArray[np.float64]
 
 # Thresholds between the simulated ones, by monotone cubics; between these, linear.
 _ALONG_THRESHOLD = 33
-# The tissue's own ν, which nobody measured: nearly incompressible.
-TISSUE_RATIOS = (0.495, USUAL_RATIO, 0.4999)
-CONDITIONS = tuple((anchoring, motion) for anchoring in ANCHORINGS for motion in MOTION_NAMES)
-
-
-def learning_cases(
-    set_up: SetUp, candidates: Sequence[Candidate], cells: tuple[int, int, int] = LOW_DENSITY_CELLS
-) -> list[Case]:
-    """Return all simulations that the map is learnt from, and those that it is checked on."""
-    cases: list[Case] = [
-        LowDensityResponse(set_up, anchoring, motion, cells) for anchoring, motion in CONDITIONS
-    ]
-    cases += [
-        SimulatedMounting(set_up, anchoring, poisson_ratio=ratio)
-        for ratio in TISSUE_RATIOS
-        for anchoring in ANCHORINGS
-    ]
-    for candidate in candidates:
-        if candidate.effect:
-            cases += [candidate.undisturbed(set_up, anchoring) for anchoring in ANCHORINGS]
-            for at in [*_grid(candidate), *candidate.checks]:
-                cases += [candidate.case(set_up, anchoring, at) for anchoring in ANCHORINGS]
-    return cases
-
-
-def _grid(candidate: Candidate) -> list[tuple[float, ...]]:
-    return list(itertools.product(*(size.nodes for size in candidate.sizes)))
-
-
-def pair_cases(
-    set_up: SetUp, pair: Sequence[Candidate], at: Sequence[tuple[float, ...]]
-) -> list[SimulatedMounting]:
-    """Return the simulations of two causes at once, one for each anchoring."""
-    cases = []
-    for anchoring in ANCHORINGS:
-        single = [one.case(set_up, anchoring, sizes) for one, sizes in zip(pair, at, strict=True)]
-        effects = tuple(effect for case in single for effect in case.effects)
-        conditioned = any(case.conditioned for case in single)
-        cases.append(SimulatedMounting(set_up, anchoring, effects, USUAL_RATIO, conditioned))
-    return cases
 
 
 def together(base: Readings, changes: Sequence[Readings]) -> Readings:
@@ -253,7 +214,7 @@ class ResponseMap:
         shape = tuple(len(size.nodes) for size in candidate.sizes)
         changes: list[list[Readings] | None] = []
         free = self._seen([candidate.undisturbed(self.set_up, anchoring) for anchoring in ANCHORINGS])
-        for at in _grid(candidate):
+        for at in grid_of(candidate):
             cases = [candidate.case(self.set_up, anchoring, at) for anchoring in ANCHORINGS]
             if failed := [case for case in cases if self._outcomes[case.identity].row is None]:
                 self.missing.append(f"{failed[0].name}: {self._outcomes[failed[0].identity].failure}")

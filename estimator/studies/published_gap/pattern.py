@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 from scipy.stats import norm
 
-from estimator.studies.published_gap.candidates import Candidate, Size
-from estimator.studies.published_gap.learning import TISSUE_RATIOS
+from estimator.studies.published_gap.candidate import Candidate, Size
 from estimator.studies.published_gap.published import PublishedTable
+from estimator.studies.published_gap.simulations import TISSUE_RATIOS
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

@@ -30,8 +30,8 @@ from numpy.typing import NDArray
 from estimator.errors import InputError
 from estimator.input_file import is_number, parse_number, parse_toml, read_input_text
 from estimator.studies.paper_tables.figures import BENCH, TABLE_VI, TABLE_VII
-from estimator.studies.published_gap.learning import CONDITIONS
 from estimator.studies.published_gap.retractions import ANCHORINGS, MOTION_NAMES, SetUp
+from estimator.studies.published_gap.simulations import CONDITIONS
 
 FloatArray = NDArray[np.float64]
 

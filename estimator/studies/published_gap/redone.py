@@ -17,12 +17,12 @@ from estimator.simulation.acting import read_effect
 from estimator.simulation.simulate import Resolution, simulate_case
 from estimator.studies.paper_tables.fitting import row_of
 from estimator.studies.published_gap.diagnosis import Executors, GapDiagnosis
-from estimator.studies.published_gap.learning import CONDITIONS
 from estimator.studies.published_gap.paper_estimator import Readings
 from estimator.studies.published_gap.pattern_fit import PatternResult
 from estimator.studies.published_gap.published import PublishedEstimate
 from estimator.studies.published_gap.retractions import ANCHORINGS, MOTION_NAMES, Anchoring, SetUp, mounting
 from estimator.studies.published_gap.simulated import GRADING, USUAL_RATIO, Values, written
+from estimator.studies.published_gap.simulations import CONDITIONS
 from estimator.studies.running.arrays import as_text, from_text
 from estimator.studies.running.campaign import Progress, run_cases
 from estimator.studies.running.case import Parametric, Row

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from estimator.studies.published_gap.diagnosis import GapDiagnosis, Ranking, Withheld
-from estimator.studies.published_gap.learning import CONDITIONS
 from estimator.studies.published_gap.pattern_fit import PatternResult
 from estimator.studies.published_gap.proposals import proposals
+from estimator.studies.published_gap.simulations import CONDITIONS
 from estimator.studies.tables.telling import aligned
 
 Rows = list[list[str]]

@@ -10,11 +10,11 @@ from matplotlib.figure import Figure
 
 from estimator.report import page
 from estimator.report.theme import COLOURS, PLOT_STYLE
-from estimator.studies.published_gap import telling
 from estimator.studies.published_gap.diagnosis import GapDiagnosis
-from estimator.studies.published_gap.drawing import draw_pattern, pattern_size
 from estimator.studies.published_gap.proposals import proposals
 from estimator.studies.published_gap.redone import REDONE_HEAD, Redone, redone_json, redone_rows
+from estimator.studies.published_gap.reporting import telling
+from estimator.studies.published_gap.reporting.drawing import draw_pattern, pattern_size
 
 PAGE_FILE, PICTURE_FILE, DATA_FILE = "gap.html", "gap.png", "gap.json"
 _DPI = 130

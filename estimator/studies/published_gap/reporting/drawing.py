@@ -1,5 +1,7 @@
 """The pattern drawn: published pairs, what models predict, and what the withheld half was predicted to be."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -7,9 +9,10 @@ from numpy.typing import NDArray
 
 from estimator.report.theme import ANCHOR, GRASP, MEASURED, MUTED, PREDICTED, TRUTH
 from estimator.studies.published_gap.diagnosis import GapDiagnosis
-from estimator.studies.published_gap.learning import CONDITIONS
 from estimator.studies.published_gap.pattern_fit import PatternResult
+from estimator.studies.published_gap.simulations import CONDITIONS
 
+FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 COLUMN_IN, HEIGHT_IN = 3.4, 5.8
@@ -56,8 +59,12 @@ def draw_pattern(sheet: Figure, diagnosis: GapDiagnosis) -> None:
         ratio.plot(places, table.poisson_ratio[rows], "_", color=MEASURED, markersize=26, markeredgewidth=2.4)
         for result, label, colour, mark, shift, withheld in shown:
             chosen = rows if withheld is None else rows & withheld
-            style = {"color": colour, "marker": mark, "shift": shift, "hollow": withheld is not None}
-            _draw_model(modulus, ratio, result, chosen, bench.youngs_modulus_pa, label, style)
+            style = _Style(label, colour, mark, shift, hollow=withheld is not None)
+            log, nu = result.means
+            ratios = np.exp(log[:, chosen]) / bench.youngs_modulus_pa
+            chosen_places = table.condition_of[chosen]
+            _draw_predictions(modulus, chosen_places, ratios, style)
+            _draw_predictions(ratio, chosen_places, nu[:, chosen], style)
         modulus.set_title(material)
         ratio.set_xticks(
             range(len(CONDITIONS)),
@@ -75,27 +82,28 @@ def draw_pattern(sheet: Figure, diagnosis: GapDiagnosis) -> None:
     )
 
 
-def _draw_model(
-    modulus: Axes,
-    ratio: Axes,
-    result: PatternResult,
-    rows: BoolArray,
-    bench_pa: float,
-    label: str,
-    style: dict[str, object],
-) -> None:
-    places = result.model.table.condition_of[rows] + float(str(style["shift"]))
-    log, nu = result.means
-    for axes, values in ((modulus, np.exp(log[:, rows]) / bench_pa), (ratio, nu[:, rows])):
-        low, middle, high = np.quantile(values, (0.05, 0.5, 0.95), axis=0)
-        axes.errorbar(
-            places,
-            middle,
-            [middle - low, high - middle],
-            fmt=str(style["marker"]),
-            color=str(style["color"]),
-            markerfacecolor="none" if style["hollow"] else str(style["color"]),
-            markersize=4.5,
-            elinewidth=0.9,
-            label=label,
-        )
+@dataclass(frozen=True, slots=True)
+class _Style:
+    """How a model's predictions are drawn: beside the published value by ``shift`` of the way to the next condition."""
+
+    label: str
+    colour: str
+    marker: str
+    shift: float
+    hollow: bool
+
+
+def _draw_predictions(axes: Axes, places: FloatArray, values: FloatArray, style: _Style) -> None:
+    """Draw draws of predictions (n, rows) as their median and the range of nine tenths of them."""
+    low, middle, high = np.quantile(values, (0.05, 0.5, 0.95), axis=0)
+    axes.errorbar(
+        places + style.shift,
+        middle,
+        [middle - low, high - middle],
+        fmt=style.marker,
+        color=style.colour,
+        markerfacecolor="none" if style.hollow else style.colour,
+        markersize=4.5,
+        elinewidth=0.9,
+        label=style.label,
+    )
