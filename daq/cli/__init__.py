@@ -19,6 +19,7 @@ _VERBS = (
     "recover",
     "replay",
     "export",
+    "check",
     "simulate",
     "estimate",
     "diagnose",
