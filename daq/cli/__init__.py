@@ -19,6 +19,7 @@ _VERBS = (
     "recover",
     "replay",
     "export",
+    "import",
     "check",
     "simulate",
     "estimate",
@@ -29,6 +30,9 @@ _VERBS = (
     "benchmark",
     "faults",
 )
+
+# what no module can be called
+_MODULES = {"import": "importing"}
 
 _EXAMPLES = """examples:
   retract demo                               the whole chain on a virtual laboratory, a minute and a half
@@ -58,7 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     verbs = parser.add_subparsers(metavar="VERB", required=True)
     try:
         for verb in _wanted(arguments):
-            import_module(f"daq.cli.{verb}").add_parser(verbs)
+            import_module(f"daq.cli.{_MODULES.get(verb, verb)}").add_parser(verbs)
         options = parser.parse_args(arguments)
     except EstimatorError as error:
         # another package adds effects or laws that cannot be
