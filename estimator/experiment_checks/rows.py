@@ -41,7 +41,7 @@ def check_order(experiment: Experiment) -> list[Finding]:
 
 
 def check_repeated_rows(experiment: Experiment) -> list[Finding]:
-    """No two rows hold the same measurements to the last digit: each has its own noise.
+    """No two rows hold the same measurements to the last digit: each has its own noise, unless it was simulated without.
 
     Only rows with at least three measured values that are not zero are compared; coarse digits repeat now and then.
     """
@@ -61,7 +61,7 @@ def check_repeated_rows(experiment: Experiment) -> list[Finding]:
     earlier, row = doubles[0]
     return [
         of_rows(
-            "wrong",
+            "suspicious",
             "repeated rows",
             f"every measured value is that of line {line_of_row(earlier)} to the last digit, {_times(len(doubles))}",
             "remove the copies; if the stream stood still, leave its fields empty",

@@ -57,7 +57,7 @@ def _head(proposal: Proposal, output: Path) -> Iterator[str]:
     yield ""
     yield "[rows]                         # of the source, from 1; the first is at rest"
     yield "first = 1"
-    yield f"last = {_base(proposal).rows}"
+    yield f"# last = {_base(proposal).rows}"
     yield "most = 60                      # rows that are kept, evenly in time"
 
 

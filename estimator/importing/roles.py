@@ -60,10 +60,12 @@ def role_of(column: Column) -> Role:
     title = understood(column.name[:_LONGEST], column.unit or "")
     unit = column.unit if quantity_of(column.unit) else _unit_in(column.name) or title.unit
     bare = _bare(column.name)
-    if bare.lower() in _TIMES or title.quantity == "time":
+    # what groups an array stands in says nothing of it
+    parts = bare.lower().split(".")
+    if parts[-1] in _TIMES or title.quantity == "time":
         return Role("time", unit=_of("time", unit))
     for pattern, kind in _SHORT:
-        match = pattern.fullmatch(bare.lower())
+        match = pattern.fullmatch(".".join(parts[-2:])) or pattern.fullmatch(parts[-1])
         if match and (kind == "quaternion" or unit is None or quantity_of(unit) == QUANTITY_OF[kind]):
             return Role(kind, match[1], "", None if kind == "quaternion" else unit)
     if title.quantity == "force":

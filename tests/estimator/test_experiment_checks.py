@@ -186,7 +186,7 @@ SPOILED = [
         "a row at two times",
         with_rows(lambda n: [*range(6), 5, *range(6, n)], times_too=False),
         "repeated rows",
-        "wrong",
+        "suspicious",
     ),
     # noise
     ("no noise stated", sensor(force_std=0.0), "stated noise", "wrong"),

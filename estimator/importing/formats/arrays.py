@@ -50,7 +50,10 @@ def tables_of_arrays(arrays: list[Named]) -> list[Table]:
         columns = [Column(name, values, one.unit) for name, values in _columns(one.name, along)]
         if len(columns) <= _MOST_COLUMNS:
             tables.setdefault(len(along), []).extend(columns)
-    return [Table(f"{rows} rows", tuple(columns), None, facts) for rows, columns in tables.items()]
+    return [
+        Table(f"table {number}", tuple(columns), None, facts)
+        for number, columns in enumerate(tables.values(), start=1)
+    ]
 
 
 def arrays_in(tree: Mapping[str, Any], prefix: str = "") -> Iterator[Named]:

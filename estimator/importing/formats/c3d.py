@@ -19,7 +19,7 @@ from estimator.importing.table import Column, FloatArray, Source, Table, require
 MAGIC = 0x50
 _BLOCK = 512
 _MOST_IN_HEADER = 65535
-_INTEL, _MIPS = 84, 86
+_ORDERS = {"INTEL": "<", "MIPS": ">"}
 _MOST_BYTES = 4_000_000_000
 
 
@@ -72,15 +72,14 @@ def read_c3d(file: Path) -> Source:
 
 
 def _decoded(file: Path, reader: Any) -> tuple[FloatArray | None, FloatArray | None, dict[str, str]]:
-    processor = int(reader.proc_type)
-    if processor not in (_INTEL, _MIPS):
+    processor = str(reader.proc_type)
+    if processor not in _ORDERS:
         raise InputError(f"{file}: its numbers are those of a DEC computer; save it again in Intel format")
-    order = "<" if processor == _INTEL else ">"
     markers = int(reader.point_used)
     samples = int(reader.header.analog_per_frame)
     channels = int(reader.analog_used) if samples else 0
     floats = float(reader.point_scale) < 0
-    kind = np.dtype(f"{order}{'f4' if floats else 'i2'}")
+    kind = np.dtype(f"{_ORDERS[processor]}{'f4' if floats else 'i2'}")
     words = 4 * markers + channels * samples
     start = (int(reader.header.data_block) - 1) * _BLOCK
     size = file.stat().st_size
@@ -163,7 +162,8 @@ def _words(reader: Any, name: str) -> list[str]:
     parameter = reader.get(name)
     if parameter is None:
         return []
-    return [str(word).strip() for word in np.atleast_1d(parameter.string_array).ravel()]
+    words = parameter.string_array if len(parameter.dimensions) > 1 else parameter.string_value
+    return [str(word).strip() for word in np.atleast_1d(words).ravel()]
 
 
 def _word(reader: Any, name: str) -> str:
@@ -195,6 +195,7 @@ def _long(reader: Any, name: str) -> int:
 
 
 def _values(parameter: Any) -> FloatArray:
-    kinds = {4: "float_array", 2: "int16_array", 1: "int8_array"}
-    values = getattr(parameter, kinds.get(int(parameter.bytes_per_element), "bytes_array"))
+    kind = {4: "float", 2: "int16", 1: "int8"}[int(parameter.bytes_per_element)]
+    # the library has other names for a single number
+    values = getattr(parameter, f"{kind}_{'array' if len(parameter.dimensions) else 'value'}")
     return np.atleast_1d(np.asarray(values, dtype=np.float64)).ravel()

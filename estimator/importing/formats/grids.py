@@ -67,7 +67,7 @@ def table_of_grid(grid: Grid) -> Table:
         if name and np.isnan(values).mean() <= _MOST_EMPTY:
             columns.append(Column(name, values, units.get(place)))
     return Table(
-        grid.name or Path(grid.where.partition(", line")[0]).stem,
+        grid.name or "table",
         tuple(columns),
         None,
         _facts(grid.rows[:header]),
