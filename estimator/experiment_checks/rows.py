@@ -41,7 +41,7 @@ def check_order(experiment: Experiment) -> list[Finding]:
 
 
 def check_repeated_rows(experiment: Experiment) -> list[Finding]:
-    """No two rows hold the same measurements to the last digit: each has its own noise, unless it was simulated without.
+    """No two rows are the same to the last digit: each has its own noise, unless it was simulated without.
 
     Only rows with at least three measured values that are not zero are compared; coarse digits repeat now and then.
     """

@@ -72,7 +72,8 @@ def _clocks(proposal: Proposal) -> Iterator[str]:
         elif table.rate_hz:
             yield f"rate_hz = {table.rate_hz!r}"
         else:
-            yield f"rate_hz = {_OPEN}                  # rows (frames) a second"
+            yield f"rate_hz = {_OPEN}                  # rows (frames) a second; or instead of it"
+            yield '#   time = { column = "...", unit = "s" }'
         yield "offset_s = 0.0                 # added to the time of this table"
 
 
@@ -81,7 +82,7 @@ def _columns(proposal: Proposal) -> Iterator[str]:
     yield ""
     yield "[columns]                      # motion of the gripper, force and torque on it, along the source's axes"
     for target, proposed in channels.items():
-        yield f"{target} = {_channel(proposed)}"
+        yield f"{target} = {_channel(proposed)}{_hint(proposed)}"
     if not _has_motion(proposal):
         yield f'px = {{ column = {_OPEN}, unit = "mm" }}   # what tells how the gripper moves; or [gripper] columns'
     if "p" in channels or "f" in channels:
@@ -213,6 +214,17 @@ def _used_tables(proposal: Proposal) -> list[Table]:
 def _channel(proposed: Proposed) -> str:
     unit = f", unit = {_text(proposed.unit) if proposed.unit else _OPEN}" if proposed.needs_unit else ""
     return f"{{ column = {_text(proposed.name)}{unit} }}"
+
+
+def _hint(proposed: Proposed) -> str:
+    """Return what to write for a unit that is not known."""
+    if not proposed.needs_unit or proposed.unit:
+        return ""
+    if proposed.target == "p":
+        return '   # of strain it is the gauge length, as in "82 mm"'
+    if proposed.target == "f":
+        return '   # of stress it is what acts on the section, as in "0.01 N" for 1 kPa on 10 mm2'
+    return ""
 
 
 def _text(text: str) -> str:

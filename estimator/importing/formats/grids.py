@@ -39,7 +39,7 @@ def read_workbook(file: Path) -> Source:
     InputError
         It cannot be read, or no sheet holds a table.
     """
-    tables = [table_of_grid(grid) for grid in read_spreadsheet(file) if _header(grid.rows) is not None]
+    tables = [table_of_grid(grid) for grid in read_spreadsheet(file) if _has_table(grid.rows)]
     return Source(
         file, require_tables(file, tables, "is read as .xlsx"), f"{len(tables)} sheets with a table"
     )
@@ -48,30 +48,39 @@ def read_workbook(file: Path) -> Source:
 def table_of_grid(grid: Grid) -> Table:
     """Return the longest table of a grid: the names in its last row of words above, and all rows of numbers below.
 
+    Where nothing but numbers stands there, the columns are called ``column 1`` and so on.
+
     Raises
     ------
     InputError
-        No row of names stands above rows of numbers, or numbers can be read in two ways.
+        There are no rows of numbers, or numbers can be read in two ways.
     """
     header = _header(grid.rows)
-    if header is None:
+    units, data = _units_and_data(grid.rows, header) if header is not None else ({}, _only_numbers(grid.rows))
+    if not data:
         raise InputError(
             f"{grid.place(1)}: no line of names stands above rows of numbers; write the names of the columns above them"
         )
-    units, data = _units_and_data(grid.rows, header)
-    names = _names(grid.rows[header])
+    width = max(len(row.cells) for row in data)
+    names = [f"column {place + 1}" for place in range(width)] if header is None else _names(grid.rows[header])
     style = settle(_numbers(grid, data), grid.separator)
     columns = []
     for place, name in enumerate(names):
         values = np.array([_number(row, place, style) for row in data])
         if name and np.isnan(values).mean() <= _MOST_EMPTY:
             columns.append(Column(name, values, units.get(place)))
-    return Table(
-        grid.name or "table",
-        tuple(columns),
-        None,
-        _facts(grid.rows[:header]),
-    )
+    return Table(grid.name or "table", tuple(columns), None, _facts(grid.rows[: header or 0]))
+
+
+def _only_numbers(rows: tuple[Row, ...]) -> list[Row]:
+    """Return the rows of a grid in which all that stands there are two or more numbers in each row."""
+    filled = [row for row in rows if row.filled]
+    plain = all(len(row.filled) > 1 and all(map(looks_like_number, row.filled)) for row in filled)
+    return filled if plain and len(filled) >= _FEWEST_ROWS else []
+
+
+def _has_table(rows: tuple[Row, ...]) -> bool:
+    return _header(rows) is not None or bool(_only_numbers(rows))
 
 
 def _header(rows: tuple[Row, ...]) -> int | None:
