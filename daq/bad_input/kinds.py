@@ -7,6 +7,7 @@ from pathlib import Path
 
 from daq.bad_input import samples, session_sample, surface_samples
 from daq.bad_input.damage import BINARY, TEXT, Damage
+from daq.bad_input.import_kinds import IMPORT_KINDS
 from daq.bad_input.kind import Kind
 from daq.bad_input.layout_damage import MCAP, NUMBERS, PLY, STL, VTP
 from daq.bad_input.machine_exports import TEXT_LAYOUTS, YOUNGS_MODULUS
@@ -312,6 +313,7 @@ KINDS: tuple[Kind, ...] = (
         command=_uniaxial("record.csv"),
         quick=True,
     ),
+    *IMPORT_KINDS,
     *(_export_of_machine(layout) for layout in TEXT_LAYOUTS),
     Kind(
         "export, rewritten",
