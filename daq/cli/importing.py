@@ -42,7 +42,7 @@ def run(options: argparse.Namespace) -> Result:
     """Import, and tell what is still open or what came out."""
     done = import_experiment(options.source, options.output, options.mapping)
     if done.open_lines:
-        return _open(done, options.output)
+        return _open(done)
     checked = Checked(options.output, done.findings, done.experiment)
     wrong = checked.wrong or done.experiment is None
     data = {
@@ -60,8 +60,10 @@ def run(options: argparse.Namespace) -> Result:
     return Result("\n".join(line for line in lines if line), data, status=2 if wrong else 0)
 
 
-def _open(done: Imported, output: Path) -> Result:
+def _open(done: Imported) -> Result:
     what = "written; fill in" if done.proposed else "fill in"
     text = f"{done.mapping}: {what} {told(done.open_lines)}; then run the command again"
+    if done.picture is not None:
+        text += f"\npicture {done.picture}"
     lines = [{"line": number, "key": key} for number, key in done.open_lines]
     return Result(text, {"mapping": str(done.mapping), "experiment": None, "open": lines}, status=2)

@@ -15,6 +15,7 @@ from estimator.importing.applying import experiment_of
 from estimator.importing.formats.opening import read_source
 from estimator.importing.mapping import open_lines, read_mapping
 from estimator.importing.picture import draw_experiment
+from estimator.importing.proposal_picture import draw_proposal
 from estimator.importing.proposal_text import text_of
 from estimator.importing.proposing import propose
 
@@ -32,7 +33,7 @@ class Imported:
     open_lines : of it, with their keys; if there are any, nothing else was done
     proposed : whether the mapping was written now
     experiment : None where lines are open, or it was not written
-    picture : of it
+    picture : of it, or of what was understood for the proposal
     findings : of the checks, the worst first
     refusal : why no experiment was written
     """
@@ -64,20 +65,22 @@ def import_experiment(source: Path | str, output: Path | str, mapping: Path | st
     if target.exists():
         raise InputError(f"{target}: exists already; give another name, or remove it first")
     beside = target.with_name(target.name + MAPPING_SUFFIX)
+    picture = target.with_name(target.name + PICTURE_SUFFIX)
     read = read_source(source)
     proposed = mapping is None and not beside.exists()
     if proposed:
         beside.parent.mkdir(parents=True, exist_ok=True)
-        beside.write_text(text_of(propose(read), target), encoding="utf-8")
+        proposal = propose(read)
+        beside.write_text(text_of(proposal, target), encoding="utf-8")
+        draw_proposal(proposal, picture)
     file = beside if mapping is None else Path(mapping)
     missing = open_lines(file)
     if missing:
-        return Imported(file, tuple(missing), proposed)
+        return Imported(file, tuple(missing), proposed, picture=picture if proposed else None)
     with tempfile.TemporaryDirectory() as scratch:
         experiment = experiment_of(read, read_mapping(file), Path(scratch))
         findings = findings_of(replace(experiment, path=target))
         beside.parent.mkdir(parents=True, exist_ok=True)
-        picture = target.with_name(target.name + PICTURE_SUFFIX)
         draw_experiment(experiment, picture)
         try:
             written = write_experiment(experiment, target)

@@ -28,6 +28,7 @@ TARGETS: tuple[str, ...] = (*POSITIONS, *QUATERNION, *TURNS, *WRENCH_COLUMNS, *A
 ForceOf = Literal["tissue on gripper", "gripper on tissue"]
 Shape = Literal["block", "cylinder", "surface"]
 _FACE = re.compile(r"([xyz])([+-])(?:\s+(\S+))?")
+_HEADING = re.compile(r"\[{1,2}\w+\]{1,2}")
 _OPEN = re.compile(r"""(?P<quote>["'])\?(?P=quote)""")
 
 
@@ -122,7 +123,7 @@ def open_lines(file: Path) -> list[tuple[int, str]]:
     found, heading = [], ""
     for number, line in enumerate(read_input_text(file).splitlines(), start=1):
         code = line.split("#", 1)[0]
-        if code.lstrip().startswith("["):
+        if _HEADING.fullmatch(code.strip()):
             heading = code.strip()
         elif _OPEN.search(code):
             found.append((number, f"{heading} {code.partition('=')[0].strip()}".strip()))

@@ -8,7 +8,19 @@ import numpy as np
 from estimator.importing.roles import role_of
 from estimator.importing.table import Column, FloatArray, Source, Table
 
-_GRIPPER_WORDS = ("tip", "grip", "tool", "tcp", "plate", "platen", "jaw", "clamp", "forceps", "effector", "indent")
+_GRIPPER_WORDS = (
+    "tip",
+    "grip",
+    "tool",
+    "tcp",
+    "plate",
+    "platen",
+    "jaw",
+    "clamp",
+    "forceps",
+    "effector",
+    "indent",
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -107,13 +107,20 @@ def _frame(file: Path, table: Table) -> _Frame:
             displacement[table.columns[names.index(name)].values == value] = np.nan
     number = next((names.index(name) for name in _IDS if name in names), None)
     labels = (
-        [int(value) for value in table.columns[number].values]
+        table.columns[number].values.tolist()
         if number is not None
         else [tuple(point) for point in np.round(coordinates, 6).tolist()]
     )
-    keys: dict[object, int] = {label: row for row, label in enumerate(labels)}
+    whole = np.asarray(np.isfinite(coordinates).all(axis=1))
+    keys: dict[object, int] = {
+        label: row for row, label in enumerate(labels) if whole[row] and not _is_nan(label)
+    }
     unit = _unit(table.columns[where[0]])
     return _Frame(_program(names), unit, keys, coordinates, displacement)
+
+
+def _is_nan(label: object) -> bool:
+    return isinstance(label, float) and np.isnan(label)
 
 
 def _found(names: Sequence[str], kinds: Sequence[tuple[str, ...]]) -> list[int] | None:

@@ -55,7 +55,7 @@ def _is_npz(file: Path) -> bool:
     try:
         with zipfile.ZipFile(file) as packed:
             return any(name.endswith(".npy") for name in packed.namelist())
-    except zipfile.BadZipFile:
+    except Exception:  # noqa: BLE001 - of a damaged archive the reader of its kind tells what is wrong
         return file.suffix.lower() == ".npz"
 
 
