@@ -29,7 +29,7 @@ from estimator.studies.paper_tables.rough_surface import Relief
 from estimator.studies.paper_tables.tetrahedra import block_of_tetrahedra
 from estimator.studies.phantom_tables.recorded import RecordedRetraction, recorded
 from estimator.studies.running.campaign import run_cases
-from estimator.studies.running.case import Case, Parametric, Row, digest, run_case
+from estimator.studies.running.case import Case, Outcome, Parametric, Row, digest, run_case
 from estimator.studies.running.store import OutcomeStore
 from estimator.studies.tables.report import write_studies
 from estimator.studies.tables.study import Group, Level, Study, Truth, result_of
@@ -284,6 +284,9 @@ def test_every_figure_of_the_paper_stands_beside_the_level_that_redoes_it() -> N
     assert any(one is figures.LIVER for one in shown)
     assert figures.TABLE_I["case 1"].seconds == 2452.0
     assert figures.TABLE_III[10e-3].scatter["rmse_force"] == 0.63
+    drawn = studies_named(["table3"], draws=1)[0]
+    told = study_json(result_of(drawn, [Outcome(None, "not run")] * len(drawn.cases)))
+    assert told["groups"][0]["levels"][1]["paper"]["scatter"]["rmse_force"] == 0.63
     assert isinstance(studies_named(["table5"])[0].cases[0], ByPaper)
 
 

@@ -6,7 +6,6 @@ relative deviation is the mean of twenty draws.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +48,7 @@ def _drawn(
         None,
         fiducials[0],
         force[0],
-        MappingProxyType({name: pair[1] for name, pair in spread}),
+        {name: pair[1] for name, pair in spread},
     )
 
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+from estimator.errors import FitError
 from estimator.experiment import Experiment
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fit.estimate import estimate
@@ -37,10 +38,16 @@ def fitted(
         The motion has no equilibrium at the first guess.
     """
     settings = FitSettings(objective=objective, bounds={"poisson_ratio": _POISSON_RATIOS})
-    if finer is None:
-        as_it_is = replace(settings, nuisances=USUAL - {DISCRETISATION})
-        return estimate(experiments, settings=as_it_is, mesh=lambda _: problem)
-    return estimate(experiments, settings=settings, mesh=lambda _: problem, finer_mesh=lambda _: finer)
+    try:
+        if finer is None:
+            as_it_is = replace(settings, nuisances=USUAL - {DISCRETISATION})
+            return estimate(experiments, settings=as_it_is, mesh=lambda _: problem)
+        return estimate(experiments, settings=settings, mesh=lambda _: problem, finer_mesh=lambda _: finer)
+    except OverflowError as error:
+        # Data far from any of the model's can send a step, or the end of an interval, beyond all numbers.
+        raise FitError(
+            f"the fit left the range of numbers ({error}); the data are far from the model's"
+        ) from error
 
 
 def row_of(found: Estimate, **further: float | str) -> Row:
