@@ -14,8 +14,8 @@ from estimator.experiment_checks.finding import Finding
 from estimator.importing.applying import experiment_of
 from estimator.importing.formats.opening import read_source
 from estimator.importing.mapping import open_lines, read_mapping
-from estimator.importing.picture import draw_experiment
-from estimator.importing.proposal_picture import draw_proposal
+from estimator.importing.pictures.picture import draw_experiment
+from estimator.importing.pictures.proposal_picture import draw_proposal
 from estimator.importing.proposal_text import text_of
 from estimator.importing.proposing import propose
 

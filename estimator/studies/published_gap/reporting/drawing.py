@@ -62,7 +62,7 @@ def draw_pattern(sheet: Figure, diagnosis: GapDiagnosis) -> None:
             style = _Style(label, colour, mark, shift, hollow=withheld is not None)
             log, nu = result.means
             ratios = np.exp(log[:, chosen]) / bench.youngs_modulus_pa
-            chosen_places = table.condition_of[chosen]
+            chosen_places = table.condition_of[chosen].astype(np.float64)
             _draw_predictions(modulus, chosen_places, ratios, style)
             _draw_predictions(ratio, chosen_places, nu[:, chosen], style)
         modulus.set_title(material)
