@@ -13,7 +13,9 @@ from robot_drivers.protocols import FloatArray, Pose
 def planned_experiment(
     trajectory: Trajectory, specimen: Specimen, sensor: SensorNoise, order: int, rows_per_move: int = 2
 ) -> Experiment:
-    """Lay out the rows of a retraction: some on the way to each step, and one at the end of its measuring window.
+    """Lay out the rows of a trajectory: some on the way to each step, and one at the end of its standing there.
+
+    A step that is only passed through has no row but those of its way.
 
     Parameters
     ----------
@@ -41,13 +43,15 @@ def planned_experiment(
                 position, turned = _between(present, target, fraction)
                 positions.append(position)
                 rotations.append(turned)
-        now += duration + step.settle_s + step.measure_s
+        stood_s = step.settle_s + step.measure_s
+        now, present = now + duration + stood_s, target
+        if stood_s == 0:
+            continue  # passed through: the row on arrival, if it went anywhere, is the only one
         times.append(now)
         phases.append(step.phase)
         numbers.append(step.number)
         positions.append(np.array(target.position))
         rotations.append(rotation(target.quaternion_wxyz))
-        present = target
     count, beads = len(times), len(specimen.fiducials_m)
     return Experiment(
         name=trajectory.kind,
