@@ -9,6 +9,9 @@ from daq.trajectories.trajectory import Trajectory, experiment_kind
 from estimator.experiment import Experiment, SensorNoise
 from robot_drivers.protocols import FloatArray, Pose
 
+# A way that takes less, s, is the rounding of a pose; a stay that is shorter has no row beside that of the arrival.
+_SHORTEST_S = 1e-6
+
 
 def planned_experiment(
     trajectory: Trajectory, specimen: Specimen, sensor: SensorNoise, order: int, rows_per_move: int = 2
@@ -34,7 +37,7 @@ def planned_experiment(
     for step in trajectory.steps[1:]:
         target = step.T_rest_gripper
         duration = move_duration_s(trajectory, present, target)
-        if duration > 0:
+        if duration > _SHORTEST_S:
             for row in range(1, rows_per_move + 1):
                 fraction = row / rows_per_move
                 times.append(now + fraction * duration)
@@ -45,7 +48,7 @@ def planned_experiment(
                 rotations.append(turned)
         stood_s = step.settle_s + step.measure_s
         now, present = now + duration + stood_s, target
-        if stood_s == 0:
+        if stood_s <= _SHORTEST_S:
             continue  # passed through: the row on arrival, if it went anywhere, is the only one
         times.append(now)
         phases.append(step.phase)
