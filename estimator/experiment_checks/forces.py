@@ -22,20 +22,27 @@ def check_before_motion(experiment: Experiment) -> list[Finding]:
     """
     rest = at_rest(experiment)
     findings = []
-    for axis, column in enumerate(WRENCH_COLUMNS):
-        values = experiment.wrench[:, axis]
-        before = values[rest & np.isfinite(values)]
-        if not len(before) or not np.isfinite(values[~rest]).any():
+    for kind, std, unit in (
+        (range(3), experiment.sensor.force_std, "N"),
+        (range(3, 6), experiment.sensor.torque_std, "N·m"),
+    ):
+        values = experiment.wrench[:, list(kind)]
+        if not np.isfinite(values).any():
             continue
-        same = slice(0, 3) if axis < 3 else slice(3, 6)
-        std = experiment.sensor.force_std if axis < 3 else experiment.sensor.torque_std
-        largest = float(np.nanmax(np.abs(experiment.wrench[:, same])))
-        mean = float(before.mean())
-        if abs(mean) > max(SURELY * std / np.sqrt(len(before)), _OF_LARGEST * largest):
-            unit = "N" if axis < 3 else "N·m"
-            what = f"{mean:.3g} {unit} before any motion, of {largest:.3g} {unit} at most"
+        largest = float(np.nanmax(np.abs(values)))
+        off = []
+        for axis, series in zip(kind, values.T, strict=True):
+            before = series[rest & np.isfinite(series)]
+            if not len(before) or not np.isfinite(series[~rest]).any():
+                continue
+            mean = float(before.mean())
+            if abs(mean) > max(SURELY * std / np.sqrt(len(before)), _OF_LARGEST * largest):
+                off.append((WRENCH_COLUMNS[axis], mean))
+        if off:
+            means = ", ".join(f"{column} {mean:.3g}" for column, mean in off)
+            what = f"{means} {unit} before any motion, of {largest:.3g} {unit} at most"
             do = "zero the sensor at rest; if the body is under load there, say so in the model"
-            findings.append(of_rows("suspicious", "force before motion", what, do, row=0, column=column))
+            findings.append(of_rows("suspicious", "force before motion", what, do, row=0, column=off[0][0]))
     return findings
 
 

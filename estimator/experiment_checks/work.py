@@ -88,7 +88,11 @@ def work_on_body(experiment: Experiment) -> Work | None:
 
 
 def check_work(experiment: Experiment) -> list[Finding]:
-    """Work on a body from rest is never negative; where it is, a sign or a stream is wrong."""
+    """Work on a body from rest is never negative; where it is, a sign, a clock or a zero is not right.
+
+    A force that pushes along the motion throughout has the wrong sign. One that gives back more than it took may be
+    late or drift, which a diagnosis can name: that is suspicious.
+    """
     work = work_on_body(experiment)
     if work is None or not work.surely_negative.any():
         return []
@@ -103,11 +107,11 @@ def check_work(experiment: Experiment) -> list[Finding]:
         return [of_rows("wrong", "sign of forces", what, do, row=row, column=worst)]
     if distance[row] < _RETURNED * distance.max():
         what = f"over a closed path from rest the tissue puts out {lost:.3g} J, which no passive body does"
-        do = "check that force and position are of one clock, and the zero of the force"
-        return [of_rows("wrong", "energy", what, do, row=row, column=worst)]
+        do = "check that force and position are of one clock, and that the force keeps its zero"
+        return [of_rows("suspicious", "energy", what, do, row=row, column=worst)]
     what = f"the tissue has put out {lost:.3g} J more than was put into it, which no passive body does"
-    do = f"check the sign of {worst}, the clocks of force and position, and the zero of the force"
-    return [of_rows("wrong", "energy", what, do, row=row, column=worst)]
+    do = f"check the sign of {worst}, the clocks of force and position, and that the force keeps its zero"
+    return [of_rows("suspicious", "energy", what, do, row=row, column=worst)]
 
 
 def check_signs_of_axes(experiment: Experiment) -> list[Finding]:

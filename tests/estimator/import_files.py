@@ -1,7 +1,7 @@
 """One measurement, as other people's programs write it: the files that the tests of the import read."""
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -180,6 +180,7 @@ def write_markers(
     channels: Sequence[str] = (),
     analog: FloatArray | None = None,
     unit: str = "N",
+    trial: Mapping[str, list[int]] | None = None,
 ) -> None:
     """Markers (n, m, 3) in mm, NaN where one was hidden, and analog channels (k n, c)."""
     capture = ezc3d.c3d()
@@ -189,6 +190,8 @@ def write_markers(
     parameters["POINT"]["UNITS"]["value"] = ("mm",)
     capture.add_parameter("POINT", "X_SCREEN", ["+X"])
     capture.add_parameter("POINT", "Y_SCREEN", ["+Y"])
+    for name, values in (trial or {}).items():
+        capture.add_parameter("TRIAL", name, values)
     homogeneous = np.ones((4, points.shape[1], len(points)))
     homogeneous[:3] = np.moveaxis(points, (0, 1, 2), (2, 1, 0))
     capture["data"]["points"] = homogeneous

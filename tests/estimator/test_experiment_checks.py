@@ -152,9 +152,9 @@ SPOILED = [
         "less force on the way out than back",
         wrench(lambda w: w * np.linspace(0.2, 1.0, len(w))[:, None]),
         "energy",
-        "wrong",
+        "suspicious",
     ),
-    ("a force that lags behind", wrench(lambda w: np.roll(w, 4, axis=0)), "energy", "wrong"),
+    ("a force that lags behind", wrench(lambda w: np.roll(w, 4, axis=0)), "energy", "suspicious"),
     (
         "force before motion",
         wrench(lambda w: w + np.array([0.9, 0, 0, 0, 0, 0])),

@@ -164,6 +164,14 @@ def test_a_capture_of_more_frames_than_its_header_can_count_is_read_whole(
         assert source.tables[1].rate_hz == 2 * source.tables[0].rate_hz
 
 
+def test_a_count_that_the_parameters_state_outranks_that_of_the_size(tmp_path: Path) -> None:
+    """As Vicon writes it, in two numbers of 16 bits; behind the frames there may be something else."""
+    points = np.ones((70000, 1, 3))
+    trial = {"ACTUAL_START_FIELD": [1, 0], "ACTUAL_END_FIELD": [69000 & 0xFFFF, 69000 >> 16]}
+    write_markers(tmp_path / "long.c3d", ["A"], points, trial=trial)
+    assert read_source(tmp_path / "long.c3d").tables[0].rows == 69000
+
+
 def test_a_marker_that_was_hidden_has_no_place(tmp_path: Path) -> None:
     points = np.ones((20, 2, 3))
     points[5:8, 1] = np.nan

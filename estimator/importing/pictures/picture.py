@@ -19,9 +19,11 @@ _MM = 1e3
 
 def draw_experiment(experiment: Experiment, file: Path) -> None:
     """Draw an experiment as PNG, over any file that is there."""
-    figure = Figure(figsize=(13.0, 7.5), layout="constrained")
+    figure = Figure(figsize=(13.0, 7.5))
     FigureCanvasAgg(figure)
     places = figure.subplots(2, 3)
+    # a layout that is computed takes seconds
+    figure.subplots_adjust(left=0.06, right=0.98, bottom=0.08, top=0.92, wspace=0.28, hspace=0.25)
     body = body_box(experiment)
     for axes, (across, up) in zip(places[0], _SIDES, strict=True):
         _draw_side(axes, experiment, body, across, up)
