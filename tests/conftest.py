@@ -23,7 +23,7 @@ _MOTION = "--hardware-motion"
 _COMPUTING = re.compile(
     r"tests/(estimator/"
     r"|daq/test_(bad_input|calibration|cli_(benchmark|calibrate|diagnose|estimate|simulate|study)|export_"
-    r"|recording_(damage|rewritten)|running_sync|session_report|sync|view_names|vision_)"
+    r"|planned_experiment|recording_(damage|rewritten)|running_sync|session_report|sync|view_names|vision_)"
     r"|test_(architecture|docs_(pages|python|reference|site)|platforms|requirements_lock|trust))"
 )
 _STEPS_BACK = 5  # of niceness: a quarter of a processor that the laboratory wants too
