@@ -195,7 +195,7 @@ def test_what_tissue_remembers_is_carried_along_the_fields_as_they_become(name: 
 def error_where_present(here: Hypothesis, parameter: str, size: float) -> float:
     """By how much the derivative by a parameter is off, as a share of it; ``size`` of a step in internal units."""
     coordinate = next(c for c in free_parameters(here) if c.key == parameter)
-    at = coordinate.get(here)
+    at = coordinate.internal
     effect = None if coordinate.effect is None else here.effects[coordinate.effect]
     perturbation = Perturbation(
         coordinate.name, coordinate.put(here, at + coordinate.step), effect, coordinate.step
