@@ -9,10 +9,11 @@ from estimator.forward.meshing import DEFAULT_GRADING, mesh_experiment
 from estimator.simulation.simulate import TRUE_RESOLUTION, Resolution
 from estimator.studies.paper_tables.block import MOTIONS, POISSON_RATIO, YOUNGS_MODULUS, block, measured
 from estimator.studies.paper_tables.densities import Density, posed_on, response_on, seen_on
-from estimator.studies.paper_tables.figures import TABLE_I, TABLE_V, Figure
+from estimator.studies.paper_tables.figures import TABLE_I, TABLE_V
 from estimator.studies.paper_tables.fitting import fitted, row_of
 from estimator.studies.paper_tables.paper_method import estimate_by_paper
 from estimator.studies.running.case import Parametric, Row
+from estimator.studies.tables.figure import Figure
 from estimator.studies.tables.study import Group, Level, Study, Truth
 
 TRUTH = Truth(YOUNGS_MODULUS, POISSON_RATIO)

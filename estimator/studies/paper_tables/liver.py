@@ -16,18 +16,13 @@ from estimator.geometry.organ import organ_surface
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
 from estimator.studies.paper_tables.block import Motion, measured, unmeasured
-from estimator.studies.paper_tables.figures import (
-    LIVER,
-    LIVER_FIDUCIALS_M,
-    LIVER_FORCE_N,
-    LIVER_TRUTH,
-    Figure,
-)
+from estimator.studies.paper_tables.figures import LIVER, LIVER_FIDUCIALS_M, LIVER_FORCE_N, LIVER_TRUTH
 from estimator.studies.paper_tables.fitting import fitted, row_of
 from estimator.studies.paper_tables.grasp_error import Way
 from estimator.studies.paper_tables.paper_method import estimate_by_paper
 from estimator.studies.paper_tables.response import solve_response
 from estimator.studies.running.case import Parametric, Row
+from estimator.studies.tables.figure import Figure
 from estimator.studies.tables.study import Group, Level, Study, Truth
 from estimator.surfaces.surface import Surface
 

@@ -2,10 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 
-from estimator.studies.paper_tables.figures import BENCH, HOLLENSTEIN_PA, TABLE_VI, TABLE_VII, Figure
+from estimator.studies.paper_tables.figures import BENCH, HOLLENSTEIN_PA, TABLE_VI, TABLE_VII
 from estimator.studies.phantom_tables.bench import BenchTest
 from estimator.studies.phantom_tables.recorded import RecordedRetraction
 from estimator.studies.running.case import Row
+from estimator.studies.tables.figure import Figure
 from estimator.studies.tables.telling import NONE, aligned
 
 Rows = list[list[str]]

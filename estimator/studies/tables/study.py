@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.studies.paper_tables.figures import Figure
 from estimator.studies.running.case import Case, Outcome
+from estimator.studies.tables.figure import Figure
 
 FloatArray = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.studies.paper_tables.figures import Figure
+from estimator.studies.tables.figure import Figure
 from estimator.studies.tables.study import GroupResult, LevelResult, StudyResult, Truth
 
 FloatArray = NDArray[np.float64]
