@@ -8,7 +8,7 @@ import numpy as np
 
 from estimator.errors import InputError
 from estimator.importing.formats.fields import Frames, reference_of, table_of_frames
-from estimator.importing.formats.grids import read_text
+from estimator.importing.formats.grids import read_text_file
 from estimator.importing.table import Column, FloatArray, Source, Table, require_tables
 from estimator.importing.units import is_unit
 
@@ -165,7 +165,7 @@ def read_single(file: Path) -> Source:
     InputError
         It cannot be read, or is a single frame.
     """
-    source = read_text(file)
+    source = read_text_file(file)
     if is_field(source.tables[0]):
         raise InputError(f"{file}: is one frame of a field of points; name the folder that holds all frames")
     return source

@@ -19,7 +19,7 @@ _COMMENT = "#%"
 _LONGEST_FACT = 200
 
 
-def read_text(file: Path) -> Source:
+def read_text_file(file: Path) -> Source:
     """Read a text file of any usual layout.
 
     Raises

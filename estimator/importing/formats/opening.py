@@ -7,7 +7,7 @@ from estimator.errors import InputError
 from estimator.importing.formats.c3d import MAGIC as C3D_MAGIC
 from estimator.importing.formats.c3d import read_c3d
 from estimator.importing.formats.dic_text import is_field, natural, read_frames, read_single
-from estimator.importing.formats.grids import read_text, read_workbook
+from estimator.importing.formats.grids import read_text_file, read_workbook
 from estimator.importing.formats.hdf5 import read_hdf5
 from estimator.importing.formats.matlab import read_matlab
 from estimator.importing.formats.npz import read_npz
@@ -71,7 +71,7 @@ def _read_folder(folder: Path) -> Source:
     others: list[Source] = []
     for file in files:
         if file.suffix.lower() in _TEXTS:
-            source = read_text(file)
+            source = read_text_file(file)
             if is_field(source.tables[0]):
                 frames.append((file, source.tables[0]))
                 continue
