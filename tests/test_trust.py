@@ -70,12 +70,7 @@ def test_pickles_are_read_from_pipes_of_the_own_program_alone() -> None:
     readers = modules_that_call(
         "pickle.load", "pickle.loads", "pickle.Unpickler", "joblib.load", "pandas.read_pickle"
     )
-    # the last reads what its own child has made of a MATLAB file
-    assert readers == {
-        "daq/acquisition/client.py",
-        "daq/acquisition/process.py",
-        "estimator/importing/formats/matlab.py",
-    }
+    assert readers == {"daq/acquisition/client.py", "daq/acquisition/process.py"}
     allowed = [word for _, _, call in CALLS for word in call.keywords if word.arg == "allow_pickle"]
     assert all(isinstance(word.value, ast.Constant) and word.value.value is False for word in allowed)
 
