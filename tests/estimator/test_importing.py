@@ -487,7 +487,7 @@ def test_a_matlab_file_whose_library_crashes_is_refused_in_one_line(
     crashing = tmp_path / "crashing.py"
     crashing.write_text("import os, signal\nos.kill(os.getpid(), signal.SIGABRT)\n", encoding="utf-8")
     monkeypatch.setattr(matlab, "_WORKER", crashing)
-    with pytest.raises(InputError, match="is not readable as a MATLAB file .it is damaged"):
+    with pytest.raises(InputError, match=r"is not readable as a MATLAB file \(it is damaged\)"):
         read_source(tmp_path / "a.mat")
 
 
