@@ -1,7 +1,7 @@
 """Files that are imported from elsewhere, small ones, and the mapping that says what they hold.
 
 MATLAB files are not among them: they are read in a process of its own, which the campaign takes for a program that a
-file has started. tests/estimator/test_importing.py damages them.
+file has started. tests/estimator/test_importing_refusals.py damages them.
 """
 
 from collections.abc import Callable, Sequence
