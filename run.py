@@ -65,7 +65,7 @@ CHECKS = (("-m", "ruff", "check"), ("-m", "ruff", "format", "--check"), ("-m", "
 # what pip says of a package: its name, and how much of it was fetched
 LOOKED_UP = r"(?:Collecting|Requirement already satisfied:|Processing (?:\S*[/\\])?) ?(\w[\w.]*)"
 FETCHED = r"\s*(?:Downloading|Using cached) \S+\.whl \(([\d.]+) ([kM]?B)\)"
-# what lives in real time is two rows, dealt out first; then what computes: tests/conftest.py
+# one process for what lives in real time, one for what computes: tests/conftest.py
 TESTS = ("-m", "pytest", "-n", "2")
 
 

@@ -14,14 +14,22 @@ from estimator.studies.published_gap.simulations import CONDITIONS
 FloatArray = NDArray[np.float64]
 
 SOFTER = Candidate(
-    "softer", "E falls with E", "x:a", (Size("compliance", "1", (0.5, 4.0), 0.3, grows_with=1),)
+    "E falls with E",
+    "x:a",
+    (Size("compliance", "1", (0.5, 4.0), 0.3, grows_with=1),),
+    called="softer",
 )
-NARROWER = Candidate("narrower", "ν falls", "x:b", (Size("share", "1", (0.5, 4.0), 1.0),))
+NARROWER = Candidate(
+    "ν falls",
+    "x:b",
+    (Size("share", "1", (0.5, 4.0), 1.0),),
+    called="narrower",
+)
 BENCH_OFF = Candidate(
-    "bench_off",
     "the bench is off",
     sizes=(Size("log_factor", "1", (-1.0, 1.0), 0.3, one_sided=False),),
     on_bench="common",
+    called="bench_off",
 )
 BENCHES = {"hard": Bench(36e3, 1e3), "middle": Bench(11e3, 0.5e3), "soft": Bench(5e3, 0.3e3)}
 

@@ -227,10 +227,10 @@ def test_a_table_that_cannot_be_used_is_told_in_one_line(
 def test_the_learnt_map_holds_at_a_size_that_it_was_not_learnt_from() -> None:
     thicker = Candidate(
         "thicker",
-        "thicker",
         "thickness_error:about_middle",
         (Size("excess", "1", (-0.2, -0.1, 0.1, 0.2), 0.1, one_sided=False),),
         checks=((0.15,),),
+        called="thicker",
     )
     set_up, cells = SetUp(steps=1, way_m=0.003, tangent_rad=0.1, twist_rad=0.1), (6, 6, 1)
     cases = learning_cases(set_up, [thicker], cells)

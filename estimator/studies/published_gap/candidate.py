@@ -63,7 +63,6 @@ class Candidate:
 
     Attributes
     ----------
-    name : its own, short
     words : a line of a report
     effect : of the catalogue; empty where it acts on the bench test alone
     sizes : one or two; the others of the effect's parameters are ``constants``
@@ -72,10 +71,10 @@ class Candidate:
         or as much as the size lets relax
     direct_check : what measurement beside the retraction tells it
     checks : sizes at the reference modulus that the learnt map is checked at
+    called : its own short name, where it is not the only one of its effect's label
     poisson_ratio : of the tissue that it is simulated in; what it changes is taken over to nearly incompressible tissue
     """
 
-    name: str
     words: str
     effect: str = ""
     sizes: tuple[Size, ...] = ()
@@ -85,6 +84,12 @@ class Candidate:
     direct_check: str = ""
     checks: tuple[tuple[float, ...], ...] = ()
     poisson_ratio: float = USUAL_RATIO
+    called: str = ""
+
+    @property
+    def name(self) -> str:
+        """What it is called: by its own name, or by its effect's label."""
+        return self.called or self.effect.partition(":")[0]
 
     @property
     def place(self) -> str:

@@ -15,7 +15,6 @@ _BENCH = 0.3
 
 CANDIDATES: tuple[Candidate, ...] = (
     Candidate(
-        "gripper_slip",
         "tissue slides in the gripper beyond a force",
         "gripper_slip:gradual",
         (
@@ -26,7 +25,6 @@ CANDIDATES: tuple[Candidate, ...] = (
         checks=((6e-3, 0.04), (1.05e-2, 0.09), (1.2e-2, 0.17)),
     ),
     Candidate(
-        "gripper_compliance",
         "gripper or arm gives way elastically",
         "gripper_compliance:translation",
         (Size("compliance", "m/N", (1e-3, 3e-3, 8e-3, 1.6e-2), 5e-4, grows_with=1),),
@@ -37,7 +35,6 @@ CANDIDATES: tuple[Candidate, ...] = (
         ),
     ),
     Candidate(
-        "grasp_along",
         "the jaws hold the tissue nearer to the anchor (−) or farther from it (+) than stated",
         "grasp_misplacement:jaws",
         (Size("shift_x", "m", _SIGNED_MM, 3e-3, one_sided=False),),
@@ -47,9 +44,9 @@ CANDIDATES: tuple[Candidate, ...] = (
             (3e-3,),
         ),
         constants={"shift_y": 0.0},
+        called="grasp_along",
     ),
     Candidate(
-        "gripper_along",
         "the gripper stood nearer to the anchor (−) or farther from it (+) than registered",
         "grasp_misplacement:gripper",
         (Size("shift_x", "m", _SIGNED_MM, 3e-3, one_sided=False),),
@@ -59,9 +56,9 @@ CANDIDATES: tuple[Candidate, ...] = (
             (3e-3,),
         ),
         constants={"shift_y": 0.0},
+        called="gripper_along",
     ),
     Candidate(
-        "anchor_compliance",
         "the anchored face gives way elastically",
         "anchor_compliance:isotropic",
         (Size("length", "m of tissue", (1e-3, 4e-3, 9e-3, 18e-3), 4e-3),),
@@ -73,13 +70,13 @@ CANDIDATES: tuple[Candidate, ...] = (
     ),
     *(
         Candidate(
-            f"debonding_{where}",
             f"part of the anchored face has come off, {words}",
             "anchor_debonding:throughout",
             (Size("share", "of the area", nodes, 0.2),),
             direct_check="look along the anchored face under load",
             checks=tuple((x,) for x in checks),
             constants={"place": place},
+            called=f"debonding_{where}",
         )
         for where, words, place, nodes, checks in (
             (
@@ -93,7 +90,6 @@ CANDIDATES: tuple[Candidate, ...] = (
         )
     ),
     Candidate(
-        "support_friction",
         "the phantom rubs on the table",
         "support_friction:laid_down_anew",
         (Size("coefficient", "1", (0.1, 0.3, 0.8, 1.6), 0.5, grows_with=-1),),
@@ -105,7 +101,6 @@ CANDIDATES: tuple[Candidate, ...] = (
         constants={"contact": 0.0, "adhesion": 40.0},
     ),
     Candidate(
-        "prestretch",
         "the phantom was mounted under tension that the sensor's zero hides",
         "prestretch:along",
         (Size("along", "m", (1e-3, 2.5e-3, 5e-3), 1.5e-3),),
@@ -113,7 +108,6 @@ CANDIDATES: tuple[Candidate, ...] = (
         checks=((1.7e-3,),),
     ),
     Candidate(
-        "thickness",
         "the phantom is thicker (+) or thinner (−) than stated",
         "thickness_error:about_middle",
         (Size("excess", "1", (-0.4, -0.2, -0.1, 0.1, 0.2), 0.08, one_sided=False),),
@@ -122,9 +116,9 @@ CANDIDATES: tuple[Candidate, ...] = (
             (-0.15,),
             (0.15,),
         ),
+        called="thickness",
     ),
     Candidate(
-        "camera_scale",
         "the cameras see motion too large (+) or too small (−)",
         "camera_scale:uniform",
         (Size("scale_error", "1", (-0.06, -0.03, 0.03, 0.06), 0.015, one_sided=False),),
@@ -135,7 +129,6 @@ CANDIDATES: tuple[Candidate, ...] = (
         ),
     ),
     Candidate(
-        "stiffening",
         "the silicone stiffens with strain",
         "strain_stiffening:yeoh2",
         (Size("c2", "1", (0.3, 0.8, 1.6), 0.47),),
@@ -144,9 +137,9 @@ CANDIDATES: tuple[Candidate, ...] = (
             (0.5,),
             (1.2,),
         ),
+        called="stiffening",
     ),
     Candidate(
-        "relaxation",
         "stress relaxes between steps, and the bench test was faster",
         "viscoelasticity:one_term",
         (Size("relaxing_share_1", "of the stress that stays", (0.15, 0.4, 0.8), 0.4),),
@@ -157,9 +150,9 @@ CANDIDATES: tuple[Candidate, ...] = (
         ),
         constants={"relaxation_time_1": 8.0},
         on_bench="relaxed",
+        called="relaxation",
     ),
     Candidate(
-        "mullins",
         "the phantoms had been stretched before, the bench test's specimens not",
         "stress_softening:absolute_width",
         (Size("depth", "of the stress", (0.15, 0.35, 0.6), 0.2),),
@@ -170,11 +163,11 @@ CANDIDATES: tuple[Candidate, ...] = (
         ),
         constants={"width_over_modulus": 0.002},
         conditioned=True,
+        called="mullins",
     ),
     # Lying phantoms hang by what the table does not carry. More than the last of these, a millimetre's sag, does not
     # solve from the flat sheet, and that only where the tissue is less near to incompressible.
     Candidate(
-        "gravity_sag",
         "the table does not carry all of the phantom's weight, and it sags",
         "gravity_sag:beads_hanging",
         (Size("weight", "of its own", (0.01, 0.02, 0.03), 0.05, grows_with=-1),),
@@ -183,19 +176,19 @@ CANDIDATES: tuple[Candidate, ...] = (
         poisson_ratio=0.40,
     ),
     Candidate(
-        "bench_strain",
         "the bench modulus was read at another strain, or scaled by another common factor",
         sizes=(
             Size("log_factor", "ln E of the tissue over the bench's", (-1.5, 1.5), _BENCH, one_sided=False),
         ),
         on_bench="common",
         direct_check="fit the bench test's record over the strains of the retraction",
+        called="bench_strain",
     ),
     Candidate(
-        "bench_error",
         "the bench test is off by another factor for each mixture",
         sizes=(Size("deviation", "of ln E between mixtures", (1e-3, 1.5), _BENCH),),
         on_bench="each",
         direct_check="test specimens cut from the phantoms themselves",
+        called="bench_error",
     ),
 )
