@@ -101,7 +101,10 @@ def test_a_slow_phantom_slows_the_laboratory_and_nothing_is_lost_late_or_wrong(t
         f"the emulated laboratory ran {report.slowdown:.1f} times slower than real time"
     ]
     assert [stream.missing for stream in report.streams.values()] == [0, 0, 0, 0]
-    assert report.streams["force"].drift_ppm == pytest.approx(30.0, abs=200.0)
+    force = report.streams["force"]
+    known_to_s = 1e-3  # either end of a recording, on a computer that is busy otherwise
+    tolerance_ppm = 1e6 * 2 * known_to_s / (force.samples * force.period_s)
+    assert force.drift_ppm == pytest.approx(30.0, abs=tolerance_ppm)
     assert read_rig(tmp_path / "session" / "rig.toml").laboratory_clock is None
 
 
