@@ -249,6 +249,13 @@ class Effect:
         """Return values at which to begin anew where a refit may have stopped at a kink of the misfit; mostly none."""
         return []
 
+    def looked_over(self) -> list[dict[str, float]]:
+        """Return values, each at its full size, among which a search looks for its starts; mostly none.
+
+        What sets nodes free is far from linear: its derivative at the null hardly tells how large it is.
+        """
+        return []
+
     def choices(self, experiments: Sequence[Experiment]) -> int:
         """Return among how many equally likely values of its fixed constants a search chooses.
 

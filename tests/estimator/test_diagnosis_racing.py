@@ -137,9 +137,11 @@ def test_of_two_terms_none_begins_where_a_single_one_fits_best() -> None:
 
 
 def test_refinements_of_the_leaders_own_form_begin_first() -> None:
-    leader = candidate("stress_softening:absolute_width", 90.0, depth=0.2, width_over_modulus=0.3)
+    leader = candidate(
+        "stress_softening:pseudo_elastic", 90.0, depth=0.2, width_over_modulus=0.3, relative_width=0.1
+    )
     begun = [one.effects[0] for one in at_the_place_of(bare_context(), leader, [leader])]
-    refining = [one.elaborates == "absolute_width" for one in begun]
+    refining = [one.elaborates == "pseudo_elastic" for one in begun]
     assert any(refining)
     assert refining == sorted(refining, reverse=True)
 

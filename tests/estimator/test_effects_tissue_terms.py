@@ -31,7 +31,7 @@ from estimator.materials.veronda_westmann import VerondaWestmann
 
 BOTH_WAYS, TENSION_ONLY = ANISOTROPY
 ONE_TERM, TWO_TERMS, WHOLE, _ = VISCOELASTICITY
-ABSOLUTE, RELATIVE, DAMAGE, ABSOLUTE_ISOCHORIC, *_, DAMAGE_WHOLE = STRESS_SOFTENING
+PSEUDO_ELASTIC, DAMAGE, ISOCHORIC, *_, DAMAGE_WHOLE = STRESS_SOFTENING
 EXPONENTIAL = make_material(VerondaWestmann(), 1e4, 0.45, (0.8, 0.3))
 
 ONE_TIME = {"relaxing_share_1": 0.4, "relaxation_time_1": 10.0}
@@ -41,20 +41,24 @@ TWO_TIMES = {
     "relaxing_share_2": 0.3,
     "relaxation_time_2": 30.0,
 }
-PSEUDO_ELASTIC: list[tuple[Effect, dict[str, float]]] = [
-    (ABSOLUTE, {"depth": 0.3, "width_over_modulus": 0.01}),
-    (RELATIVE, {"depth": 0.3, "relative_width": 0.5}),
+WIDTHS: list[tuple[Effect, dict[str, float]]] = [
+    (PSEUDO_ELASTIC, {"depth": 0.3, "width_over_modulus": 0.01, "relative_width": 0.0}),
+    (PSEUDO_ELASTIC, {"depth": 0.3, "width_over_modulus": 1e-4, "relative_width": 0.5}),
+    (PSEUDO_ELASTIC, {"depth": 0.3, "width_over_modulus": 0.005, "relative_width": 0.2}),
 ]
+EXPONENTIAL_DAMAGE = {"depth": 0.3, "width_over_modulus": 0.01, "order": 1.0}
+LOST_AT_ONCE = {"depth": 0.3, "width_over_modulus": 1e-12, "order": 1.0}
 PRESENT: list[tuple[Effect, dict[str, float]]] = [
     (BOTH_WAYS, {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.6}),
     (TENSION_ONLY, {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.6, "fibre_stiffening": 0.8}),
     (ONE_TERM, ONE_TIME),
     (TWO_TERMS, TWO_TIMES),
     (WHOLE, ONE_TIME),
-    *PSEUDO_ELASTIC,
-    (DAMAGE, {"depth": 0.3, "width_over_modulus": 0.01}),
-    (ABSOLUTE_ISOCHORIC, {"depth": 0.3, "width_over_modulus": 0.01}),
-    (DAMAGE_WHOLE, {"depth": 0.3, "width_over_modulus": 0.01}),
+    *WIDTHS,
+    (DAMAGE, EXPONENTIAL_DAMAGE),
+    (DAMAGE, {**EXPONENTIAL_DAMAGE, "order": 0.5}),
+    (ISOCHORIC, WIDTHS[0][1]),
+    (DAMAGE_WHOLE, EXPONENTIAL_DAMAGE),
     (PERMANENT_SET, {"share": 0.1}),
 ]
 NAMES = [effect.name for effect, _ in PRESENT]
@@ -117,7 +121,7 @@ def test_the_stiffness_is_the_derivative_of_the_forces(
 
 
 def test_the_stiffness_of_a_softened_whole_is_the_derivative_where_it_is_softened_evenly() -> None:
-    term = remembering(DAMAGE_WHOLE, {"depth": 0.3, "width_over_modulus": 1e-12}, TISSUE)
+    term = remembering(DAMAGE_WHOLE, LOST_AT_ONCE, TISSUE)
     field, change = smooth_field(0.1), smooth_field(1.0, seed=3)
     expected = force_change(term, field, change, TISSUE)
     found = term.stiffness(field, response_to(field)).elements
@@ -241,7 +245,7 @@ def test_two_relaxation_times_are_sought_in_one_order_only() -> None:
     assert all(start["relaxation_time_1"] < start["relaxation_time_2"] for start in starts)
 
 
-@pytest.mark.parametrize(("effect", "values"), PSEUDO_ELASTIC, ids=["absolute", "relative"])
+@pytest.mark.parametrize(("effect", "values"), WIDTHS, ids=["absolute", "relative", "both"])
 def test_tissue_is_softer_below_its_largest_strain_and_virgin_beyond(
     effect: Effect, values: dict[str, float]
 ) -> None:
@@ -256,7 +260,9 @@ def test_tissue_is_softer_below_its_largest_strain_and_virgin_beyond(
 
 def test_the_depth_of_softening_is_that_of_ogden_and_roxburgh() -> None:
     past, rest = smooth_field(0.2), 1e-4 * smooth_field(1.0)
-    term = term_of(RELATIVE, {"depth": 0.3, "relative_width": 0.1}).after(past, response_to(past))
+    term = term_of(PSEUDO_ELASTIC, {"depth": 0.3, "width_over_modulus": 1e-6, "relative_width": 0.1}).after(
+        past, response_to(past)
+    )
     shear = make_material(TISSUE.law, 2 * TISSUE.lame[0], 0.0)
     own = response_to(rest, shear)
     virgin = term_of(WHOLE, {"relaxing_share_1": 1.0, "relaxation_time_1": 1.0}, shear).starting_after(0.0)
@@ -268,9 +274,13 @@ def test_the_depth_of_softening_is_that_of_ogden_and_roxburgh() -> None:
 def test_damaged_tissue_is_a_softer_one_below_the_largest_strain() -> None:
     depth = 0.3
     past, later = smooth_field(0.2), smooth_field(0.1)
-    term = term_of(DAMAGE, {"depth": depth, "width_over_modulus": 1e-4}).after(past, response_to(past))
+    term = term_of(DAMAGE, {"depth": depth, "width_over_modulus": 1e-4, "order": 1.0}).after(
+        past, response_to(past)
+    )
     # The width is so small that all of it is lost wherever there was strain: what is left is (1 − d) of the stress.
-    whole = term_of(DAMAGE, {"depth": 1.0, "width_over_modulus": 1e-9}).after(past, response_to(past))
+    whole = term_of(DAMAGE, {"depth": 1.0, "width_over_modulus": 1e-9, "order": 1.0}).after(
+        past, response_to(past)
+    )
     lost, all_there_is = (one.forces(later, response_to(later)) for one in (term, whole))
     scale = np.abs(all_there_is).max()
     np.testing.assert_allclose(lost, depth * all_there_is, rtol=0.0, atol=0.02 * scale)
@@ -278,7 +288,7 @@ def test_damaged_tissue_is_a_softer_one_below_the_largest_strain() -> None:
 
 def test_tissue_damaged_evenly_as_a_whole_has_a_smaller_modulus_and_the_same_poisson_ratio() -> None:
     # The width is so small that everywhere all is lost that can be.
-    damaged = (term_of(DAMAGE_WHOLE, {"depth": 0.3, "width_over_modulus": 1e-12}),)
+    damaged = (term_of(DAMAGE_WHOLE, LOST_AT_ONCE),)
     pulls, state, _ = driven(pulled_to(4.0, 8.0), damaged)
     virgin, at_virgin, _ = driven(pulled_to(4.0, 8.0))
     np.testing.assert_allclose(pulls, 0.7 * np.array(virgin), rtol=1e-5)
@@ -286,7 +296,7 @@ def test_tissue_damaged_evenly_as_a_whole_has_a_smaller_modulus_and_the_same_poi
 
 
 def test_damage_bends_the_virgin_curve_and_the_way_back_is_straighter() -> None:
-    values = {"depth": 0.4, "width_over_modulus": 0.01}
+    values = {"depth": 0.4, "width_over_modulus": 0.01, "order": 1.0}
     pulls, _, _ = driven(pulled_to(5.0, 10.0, 5.0), (term_of(DAMAGE, values),))
     virgin, _, _ = driven(pulled_to(5.0, 10.0))
     shares = np.array(pulls) / np.array([*virgin, virgin[0]])
