@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from retraction_cases import REFERENCE_BLOCK
 from scipy.spatial.transform import Rotation
 from tissue_effects import (
@@ -24,12 +25,15 @@ from estimator.fem.assembly.body import forces_of_stress, nodal_forces, stress_o
 from estimator.fem.assembly.stress_kernels import second_piola
 from estimator.fem.terms.fibres import Fibres
 from estimator.fem.terms.relaxation import RelaxingPart
+from estimator.fem.terms.softening import ContinuumDamage
 from estimator.fem.terms.stress_terms import isochoric_energy
 from estimator.fem.terms.term import Term
 from estimator.materials.material import Material, make_material
 from estimator.materials.veronda_westmann import VerondaWestmann
 
-BOTH_WAYS, TENSION_ONLY = ANISOTROPY
+FloatArray = NDArray[np.float64]
+
+BOTH_WAYS, TENSION_ONLY, DISPERSED = ANISOTROPY
 ONE_TERM, TWO_TERMS, WHOLE, _ = VISCOELASTICITY
 PSEUDO_ELASTIC, DAMAGE, ISOCHORIC, *_, DAMAGE_WHOLE = STRESS_SOFTENING
 EXPONENTIAL = make_material(VerondaWestmann(), 1e4, 0.45, (0.8, 0.3))
@@ -51,6 +55,10 @@ LOST_AT_ONCE = {"depth": 0.3, "width_over_modulus": 1e-12, "order": 1.0}
 PRESENT: list[tuple[Effect, dict[str, float]]] = [
     (BOTH_WAYS, {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.6}),
     (TENSION_ONLY, {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.6, "fibre_stiffening": 0.8}),
+    (
+        DISPERSED,
+        {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.6, "fibre_stiffening": 0.8, "dispersion": 0.1},
+    ),
     (ONE_TERM, ONE_TIME),
     (TWO_TERMS, TWO_TIMES),
     (WHOLE, ONE_TIME),
@@ -164,7 +172,7 @@ def test_fibres_of_tension_alone_bear_nothing_across_a_stretch_and_stiffen_along
     values = {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.0, "fibre_stiffening": 0.8}
     points = PROBLEM.body.mesh.points
     longer, shorter = points * [0.25, -0.1, -0.1], points * [-0.05, 0.02, 0.02]
-    both, tension = (term_of(effect, values) for effect in ANISOTROPY)
+    both, tension = (term_of(effect, values) for effect in (BOTH_WAYS, TENSION_ONLY))
     extension = 1.25**2 - 1.0
     np.testing.assert_allclose(
         tension.forces(longer, response_to(longer)),
@@ -173,6 +181,31 @@ def test_fibres_of_tension_alone_bear_nothing_across_a_stretch_and_stiffen_along
     )
     assert np.abs(both.forces(shorter, response_to(shorter))).max() > 0.0
     assert np.abs(tension.forces(shorter, response_to(shorter))).max() == 0.0
+
+
+def test_fibres_that_do_not_scatter_are_those_of_one_direction_and_wholly_scattered_ones_have_none() -> None:
+    field = smooth_field(0.15)
+    values = {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.6, "fibre_stiffening": 0.8}
+
+    def forces(effect: Effect, **more: float) -> FloatArray:
+        return term_of(effect, {**values, **more}).forces(field, response_to(field))
+
+    alike = forces(TENSION_ONLY)
+    np.testing.assert_allclose(forces(DISPERSED, dispersion=0.0), alike, atol=1e-12 * np.abs(alike).max())
+    scattered = [forces(DISPERSED, dispersion=1 / 3, fibre_angle=angle) for angle in (0.0, 1.2)]
+    np.testing.assert_allclose(*scattered, atol=1e-12 * np.abs(scattered[0]).max())
+
+
+def test_scattered_fibres_bear_across_their_mean_direction_what_single_ones_do_not() -> None:
+    points = PROBLEM.body.mesh.points
+    across = points * [-0.05, 0.2, -0.05]
+    values = {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.0, "fibre_stiffening": 0.1}
+    single, scattered = (
+        np.abs(term_of(effect, {**values, **more}).forces(across, response_to(across))).max()
+        for effect, more in ((TENSION_ONLY, {}), (DISPERSED, {"dispersion": 0.25}))
+    )
+    assert single == 0.0
+    assert scattered > 0.0
 
 
 def test_fibres_at_an_angle_pull_the_gripper_sideways() -> None:
@@ -302,6 +335,20 @@ def test_damage_bends_the_virgin_curve_and_the_way_back_is_straighter() -> None:
     shares = np.array(pulls) / np.array([*virgin, virgin[0]])
     assert shares[1] < shares[0] < 1.0
     assert shares[2] < shares[0]
+
+
+@pytest.mark.parametrize("order", [0.5, 1.0, 2.0])
+def test_damage_of_any_order_takes_the_same_share_once_the_energy_reaches_its_width(order: float) -> None:
+    width = 0.02
+    law = ContinuumDamage(0.4, width, order)
+    energies = np.array([[0.25 * width, width, 4.0 * width]])
+    lost, _ = law.lost(energies, np.zeros_like(energies))
+    expected = 0.4 * (1 - np.exp(-(np.array([0.25, 1.0, 4.0]) ** order)))
+    np.testing.assert_allclose(lost[0], expected, rtol=1e-12)
+    # It stays where the energy has fallen again.
+    later, by_energy = law.lost(np.zeros_like(energies), energies)
+    np.testing.assert_allclose(later, lost, rtol=1e-12)
+    assert not by_energy.any()
 
 
 def test_a_set_shows_after_unloading_and_stays() -> None:

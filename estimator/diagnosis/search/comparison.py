@@ -36,8 +36,7 @@ from estimator.diagnosis.search.refinements import (
     past_kinks,
     siblings,
 )
-from estimator.diagnosis.search.releases import from_full_size
-from estimator.diagnosis.search.screening import Trial, best_starts, screen, trials_of
+from estimator.diagnosis.search.screening import Trial, best_starts, from_full_size, screen, trials_of
 from estimator.diagnosis.search.second_cause import asks_for_a_finer_form, promising_seconds
 from estimator.diagnosis.settings import DiagnosisSettings, SearchSettings
 from estimator.effects.catalogue import Catalogue

@@ -78,15 +78,12 @@ def _principal(moments: Moments, known: int) -> Moments:
 
 def _with_more(priors: Priors, count: int, deviation: float) -> Priors:
     """Return priors with so many more parameters, normal about nothing."""
-
-    def extended(values: NDArray[np.generic], by: float) -> NDArray[np.generic]:
-        return np.concatenate([values, np.full(count, by, values.dtype)])
-
+    open_ends = np.full(count, np.inf)
     return replace(
         priors,
-        centre=extended(priors.centre, 0.0),
-        scale=extended(priors.scale, deviation),
-        lower=extended(priors.lower, -np.inf),
-        upper=extended(priors.upper, np.inf),
-        amplitude_of=extended(priors.amplitude_of, -1),
+        centre=np.concatenate([priors.centre, np.zeros(count)]),
+        scale=np.concatenate([priors.scale, np.full(count, deviation)]),
+        lower=np.concatenate([priors.lower, -open_ends]),
+        upper=np.concatenate([priors.upper, open_ends]),
+        amplitude_of=np.concatenate([priors.amplitude_of, np.full(count, -1)]),
     )

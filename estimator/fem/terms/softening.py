@@ -11,9 +11,9 @@ m + β Wm of Abaqus ("Mullins effect"). By continuum damage
     η = 1 − d (1 − exp(−(Wm / m)^q))
 
 it bends too, and the way back is that of a softer tissue: C. Miehe, Eur. J. Mech. A 14 (1995) 697, with q = 1; with
-q = ½ the measure of damage is √(2 Wm), as in J. C. Simo, Comput. Methods Appl. Mech. Eng. 60 (1987) 153. The energy is that which Lamé's μ weighs, or its isochoric part: a change of
-volume hardly damages. Or it is the whole, as where voids and torn chains bear neither shear nor pressure: then a body
-that is softened evenly keeps its Poisson's ratio.
+q = ½ the measure of damage is √(2 Wm), as in J. C. Simo, Comput. Methods Appl. Mech. Eng. 60 (1987) 153. The energy is
+that which Lamé's μ weighs, or its isochoric part: a change of volume hardly damages. Or it is the whole, as where voids
+and torn chains bear neither shear nor pressure: then a body that is softened evenly keeps its Poisson's ratio.
 """
 
 from __future__ import annotations

@@ -18,8 +18,6 @@ from estimator.diagnosis.model.free_parameters import free_parameters, moved
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.load_steps import LoadSteps
 from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
-from estimator.diagnosis.search.context import Context
-from estimator.diagnosis.search.screening import Trial
 from estimator.diagnosis.sensitivity.constraint_release import changes_by_release
 from estimator.effects.effect import Effect
 from estimator.forward.schedule import schedule_poses, spread_states
@@ -43,25 +41,10 @@ class Release:
     left: float
 
 
-def from_full_size(context: Context, trials: Sequence[Trial]) -> list[Trial]:
-    """Return trials, the most probable first, that begin where what gives way leaves least at its full size."""
-    effects = {trial.signature.effect.name: trial.signature.effect for trial in trials}
-    jobs = {
-        name: context.executor.submit(_looked_over, context.case, context.baseline, effect)
-        for name, effect in effects.items()
-        if effect.looked_over()
-    }
-    starts = {name: iter(job.result()) for name, job in jobs.items()}
-    return [
-        replace(trial, start=next(starts.get(trial.signature.effect.name, iter(())), trial.start))
-        for trial in trials
-    ]
-
-
-def _looked_over(case: Case, base: Linearisation, effect: Effect) -> list[Hypothesis]:
+def starts_at_full_size(case: Case, base: Linearisation, effect: Effect, count: int) -> list[Hypothesis]:
+    """Return so many hypotheses at which a refit of an effect should begin beside a solved one, the best first."""
     mechanics = [mechanics_of(one) for one in solve_case(case, base.hypothesis, base.known)]
-    found = releases_of(case, mechanics, base.hypothesis, effect)
-    return [one.start for one in found[: case.settings.search.forms_of_a_label]]
+    return [one.start for one in releases_of(case, mechanics, base.hypothesis, effect)[:count]]
 
 
 def releases_of(
