@@ -153,6 +153,10 @@ class AnchorPeeling(AnchorDebonding):
         }
         return [{"place": place, **when} for place in _TRIED_PLACES]
 
+    def looked_over(self) -> list[dict[str, float]]:
+        """Return nothing: the beads tell the instant, about which a search begins."""
+        return []
+
     def choices(self, experiments: Sequence[Experiment]) -> int:
         """Return the number of experiments."""
         return len(experiments)
