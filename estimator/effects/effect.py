@@ -4,9 +4,8 @@ An effect may act in six places, each a method that by default changes nothing: 
 value problem (geometry, anchors), the field of its stiffness, further forces on the tissue, the gripper's true motion,
 and what the sensors make of the truth. All amplitudes at their null, every method must return what it was given.
 
-An effect whose physics has several usual forms (two laws, drift in the sensor's or the tissue's frame) is several
-instances with the same label; one with a constant that is no amplitude (a relaxation time, a place) states a grid of
-values from which a refinement starts.
+An effect whose physics has several usual forms (two laws, two frames) is several instances with the same label; one
+with a constant that is no amplitude (a relaxation time, a place) states a grid of values from which a refit starts.
 """
 
 from __future__ import annotations
@@ -166,15 +165,14 @@ class Effect:
     words : what a report says of it, one sentence
     rate_dependent : whether the tissue changes while the gripper stands
     elaborates : form of the same label of which this one is a refinement, looked at only where that one leads
-    accident : whether it happens at one instant: then it is looked at as well where something unknown leads, for what
-        is right only until then or from then on looks like nothing known
+    accident : whether it happens at one instant, as whose half it looks like nothing known: looked at there as well
     mistaken_for : labels of the catalogue in whose place one without a label is looked at; none for one that always is
     terms_alike : whether it is a sum of terms that may change places: none of several is where a single one fits best
     keeps_pattern : whether :meth:`problem` leaves free and held nodes as they are
-    within_elements : whether it ends within elements, so that its size is known only as well as they follow it
+    within_elements : whether it ends within elements, which then have to follow it for its size to be known
     rest_seen : whether the cameras read the beads' stated rest positions once the tissue was mounted
-    inexactness : share of what it raises the log evidence by that another cause seems to explain where its form is only
-        nearly right: stiffening of another form left 0.0008 to a grasp aside
+    inexactness : share of what it explains that another cause seems to, where its form is only nearly right: 0.0008 of
+        stiffening of another form was left to a grasp aside
 
     Examples
     --------
@@ -247,6 +245,10 @@ class Effect:
 
     def past_kinks(self, problem: RetractionProblem, values: Values) -> list[dict[str, float]]:
         """Return values at which to begin anew where a refit may have stopped at a kink of the misfit; mostly none."""
+        return []
+
+    def looked_over(self) -> list[dict[str, float]]:
+        """Return values at full size among which a search looks, where derivatives at the null hardly tell."""
         return []
 
     def choices(self, experiments: Sequence[Experiment]) -> int:

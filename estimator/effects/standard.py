@@ -15,7 +15,7 @@ from estimator.effects.motion.gripper_compliance import (
     GripperCompliance,
     RotationCompliance,
 )
-from estimator.effects.motion.gripper_slip import CreepingSlip, GripperJump, GripperSlip
+from estimator.effects.motion.gripper_slip import CreepingSlip, GripperJump, GripperSlip, SlipByAxis
 from estimator.effects.motion.motion_direction import MotionDirection, PoseDirection
 from estimator.effects.motion.motion_scale import MotionScale, PoseScale
 from estimator.effects.motion.robot_backlash import RobotBacklash
@@ -96,6 +96,7 @@ _MOTION: tuple[Effect, ...] = (
     AxisAndRotationCompliance(),
     GripperSlip(),
     CreepingSlip(),
+    SlipByAxis(),
     GripperJump(),
 )
 
@@ -117,6 +118,7 @@ _FORCE: tuple[Effect, ...] = (
     ForceDrift("saturating", "sensor"),
     ForceDrift("saturating", "tissue"),
     ForceDrift("running_on", "sensor"),
+    ForceDrift("zeroed_once", "sensor"),
     TimeOffset("lag"),
     TimeOffset("lead"),
 )

@@ -108,16 +108,21 @@ def fibres(form: str, angle: float, **more: float) -> Candidate:
     return candidate(form, 90.0, fibre_angle=angle, fibre_modulus_over_modulus=0.03, **more)
 
 
+def tension_only_at_the_place_of(leader: Candidate, other: Candidate) -> list[Hypothesis]:
+    """The starts of fibres of tension alone at the place of a leader beside which another form was refitted."""
+    starts = at_the_place_of(bare_context(), leader, [leader, other])
+    return [start for start in starts if start.effects[0].name == TENSION_ONLY]
+
+
 def test_another_form_begins_at_the_place_that_the_leader_has_found() -> None:
     leader, elsewhere = fibres(SYMMETRIC, 0.5), fibres(TENSION_ONLY, 1.0, fibre_stiffening=0.7)
-    (start,) = at_the_place_of(bare_context(), leader, [leader, elsewhere])
-    assert start.effects[0].name == TENSION_ONLY
+    (start,) = tension_only_at_the_place_of(leader, elsewhere)
     assert start.values == fibres(TENSION_ONLY, 0.5, fibre_stiffening=0.1).fit.hypothesis.values
 
 
 def test_a_form_that_has_been_at_the_leaders_place_does_not_begin_there_again() -> None:
     leader, there = fibres(SYMMETRIC, 0.5), fibres(TENSION_ONLY, 0.52, fibre_stiffening=0.7)
-    assert at_the_place_of(bare_context(), leader, [leader, there]) == []
+    assert tension_only_at_the_place_of(leader, there) == []
 
 
 def test_a_constant_that_the_leader_lacks_begins_at_either_end_of_its_grid() -> None:
@@ -137,9 +142,11 @@ def test_of_two_terms_none_begins_where_a_single_one_fits_best() -> None:
 
 
 def test_refinements_of_the_leaders_own_form_begin_first() -> None:
-    leader = candidate("stress_softening:absolute_width", 90.0, depth=0.2, width_over_modulus=0.3)
+    leader = candidate(
+        "stress_softening:pseudo_elastic", 90.0, depth=0.2, width_over_modulus=0.3, relative_width=0.1
+    )
     begun = [one.effects[0] for one in at_the_place_of(bare_context(), leader, [leader])]
-    refining = [one.elaborates == "absolute_width" for one in begun]
+    refining = [one.elaborates == "pseudo_elastic" for one in begun]
     assert any(refining)
     assert refining == sorted(refining, reverse=True)
 

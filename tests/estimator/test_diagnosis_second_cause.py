@@ -1,8 +1,10 @@
 """What a second cause beside a first one must promise to be looked for, and what asks for a finer form of the first."""
 
 import typing
+from dataclasses import replace
 
 import numpy as np
+import pytest
 from bare_contexts import bare_case, bare_context, no_error_in
 from retraction_cases import REFERENCE_BLOCK
 
@@ -87,6 +89,30 @@ def test_what_another_effect_of_its_own_kind_would_explain_asks_for_a_finer_form
         assert asks_for_a_finer_form(context, leader, [trial]) == expected
     context, leader, trial = leaves(30.0, "gripper_compliance:translation", "camera_scale:of_the_motion")
     assert not asks_for_a_finer_form(context, leader, [trial])
+
+
+@pytest.mark.parametrize(
+    ("first", "expected"), [("camera_scale:uniform", True), ("gripper_compliance:translation", False)]
+)
+def test_what_another_form_of_a_cause_would_explain_is_asked_of_a_second_one_beside(
+    first: str, expected: bool
+) -> None:
+    context, leader, trial = leaves(30.0, first, "camera_scale:of_the_motion")
+    # The baseline left ten thousand: a twentieth of that is more than what the leader leaves.
+    before = replace(leader.fit, residual=(np.sqrt(1e4 / 400) * np.ones(400),))
+    known = ModelTable(context.beside(before), 0.0, 0.0, (trial.signature,))
+    without = ModelTable(context.beside(before), 0.0, 0.0)
+    labels = (*leader.labels, "gripper_slip")
+    more = known.asked_of_two(leader, labels) - without.asked_of_two(leader, labels)
+    assert (more > 20.0) == expected
+    assert expected or more == 0.0
+
+
+def test_what_leaves_noise_alone_leaves_nothing_to_its_other_forms() -> None:
+    context, leader, trial = leaves(0.0, "camera_scale:uniform", "camera_scale:of_the_motion")
+    before = replace(leader.fit, residual=(np.sqrt(1e4 / 400) * np.ones(400),))
+    table = ModelTable(context.beside(before), 0.0, 0.0, (trial.signature,))
+    assert table.of_family(leader) < 3.0
 
 
 def test_beside_what_is_recognised_outside_the_catalogue_a_cause_must_add_a_share_of_what_that_does() -> None:

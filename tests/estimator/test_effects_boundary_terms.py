@@ -16,7 +16,7 @@ from estimator.effects.mounting.gravity_sag import GRAVITY_SAG
 from estimator.effects.mounting.support_friction import SUPPORT_FRICTION
 from estimator.effects.shared.on_table import area_on_table
 from estimator.errors import InputError
-from estimator.experiment import Box
+from estimator.experiment import Box, Experiment
 from estimator.fem.assembly.body import respond
 from estimator.fem.boundary.anchorage import anchored_areas, rim_of
 from estimator.fem.boundary.motion import GripperPose
@@ -84,6 +84,10 @@ TERMS = [
     (ANCHOR_DEBONDING, {"share": 0.3, "place": 0.4}),
     (GRAVITY_SAG[0], {"weight": 1.0}),
     (SUPPORT_FRICTION[0], {"coefficient": 0.6, "contact": 0.8, **TABLE}),
+    (
+        SUPPORT_FRICTION[2],
+        {"coefficient": 0.6, "contact": 0.8, **TABLE, "unevenness_x": 0.5, "unevenness_y": -0.3},
+    ),
 ]
 
 
@@ -215,6 +219,34 @@ def test_debonding_runs_round_the_corner_of_two_sides() -> None:
     lost = area * (1.0 - rim_of(problem).attached(0.3, 0.5))
     middle = (lost @ problem.body.mesh.points) / lost.sum()
     np.testing.assert_allclose(middle[:2], [-0.05, 0.05], atol=0.015)
+
+
+@pytest.mark.parametrize("experiment", [REFERENCE_BLOCK, TWO_SIDES], ids=["one side", "two sides"])
+def test_a_search_looks_over_stretches_of_any_length_at_any_place_of_the_rim(experiment: Experiment) -> None:
+    rim = rim_of(mesh_experiment(experiment, TINY))
+    kept = np.array([rim.attached(each["share"], each["place"]) for each in ANCHOR_DEBONDING.looked_over()])
+    lost = 1.0 - kept @ rim.area / rim.area.sum()
+    assert 0.02 < lost.min() < 0.1
+    assert lost.max() > 0.8
+    # Every anchored node comes off in some, and stays in others.
+    assert np.all(kept.min(axis=0)[rim.anchored] == 0.0)
+    assert np.all(kept.max(axis=0) == 1.0)
+
+
+def test_a_table_that_holds_one_side_alone_drags_that_side_alone() -> None:
+    even = {"coefficient": 0.6, "contact": 0.0, **TABLE}
+    plain, uneven = SUPPORT_FRICTION[0], SUPPORT_FRICTION[2]
+    field = np.tile([1e-4, 0.0, 0.0], (len(BLOCK.body.mesh.points), 1))
+    response = respond(BLOCK.body, MATERIAL, np.zeros_like(field))
+
+    def drag(effect: Effect, **more: float) -> FloatArray:
+        (term,) = effect.terms(BLOCK, MATERIAL, REFERENCE_BLOCK, {**even, **more})
+        return term.forces(field, response)[:, 0]
+
+    x = BLOCK.body.mesh.points[:, 0]
+    alike, tilted = drag(plain), drag(uneven, unevenness_x=1.0, unevenness_y=0.0)
+    np.testing.assert_allclose(drag(uneven, unevenness_x=0.0, unevenness_y=0.0), alike)
+    np.testing.assert_allclose(tilted, alike * (1.0 + x / 0.05), atol=1e-15)
 
 
 def test_the_force_falls_steadily_and_without_jumps_as_the_anchor_comes_off() -> None:

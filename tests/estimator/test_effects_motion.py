@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.motion.gripper_compliance import AxisCompliance, GripperCompliance, RotationCompliance
-from estimator.effects.motion.gripper_slip import CreepingSlip, GripperJump, GripperSlip
+from estimator.effects.motion.gripper_slip import CreepingSlip, GripperJump, GripperSlip, SlipByAxis
 from estimator.effects.motion.motion_direction import MotionDirection, PoseDirection
 from estimator.effects.motion.motion_scale import MotionScale, PoseScale
 from estimator.effects.motion.robot_backlash import RobotBacklash
@@ -166,6 +166,31 @@ def test_slipped_tissue_stays_where_it_is_in_the_gripper_when_that_turns_back():
     in_gripper = motion.rotation.inv().apply(change)
     assert_allclose(in_gripper[26:], np.tile(in_gripper[20], (20, 1)), atol=1e-9)
     assert np.linalg.norm(in_gripper[20]) > 6e-3
+
+
+def test_jaws_in_which_all_axes_slide_alike_are_plain_ones():
+    motion, _ = slipped(there_and_back(turn_rad=(0.0, 0.0, np.pi / 4)))
+    alike = {f"slip_per_force_{axis}": 0.0098 for axis in "xyz"}
+    plain = position_change(GripperSlip(), motion, slip_per_force=0.0098, threshold=1.2)
+    assert_allclose(position_change(SlipByAxis(), motion, **alike, threshold=1.2), plain, atol=1e-12)
+
+
+def test_jaws_that_are_open_along_one_axis_let_the_tissue_slide_along_that_alone():
+    motion, slip = slipped(there_and_back())
+    oblique = replace(motion, load=motion.load + motion.load[:, [1, 0, 2, 3, 4, 5]])
+    change = position_change(SlipByAxis(), oblique, slip_per_force_y=0.01, threshold=1.2)
+    assert_allclose(change[:, [0, 2]], 0.0, atol=1e-15)
+    assert_allclose(change[:, 1], -slip / np.sqrt(2), atol=1e-12)
+
+
+def test_tissue_that_has_turned_in_the_jaws_stays_turned():
+    motion, _ = slipped(there_and_back())
+    twisted = replace(motion, load=motion.load + np.array([0, 0, 0, 0, 0, 1e-3]))
+    values = {**dict.fromkeys((f"slip_per_force_{axis}" for axis in "xyz"), 0.0), "turn_per_force": 0.1}
+    turned = SlipByAxis().motion(twisted, {**values, "threshold": 1.2}).rotation.as_rotvec()
+    largest = np.linalg.norm(twisted.trial[:, :3], axis=1).max()
+    assert_allclose(turned[-1], [0.0, 0.0, 0.1 * (largest - 1.2)], atol=1e-12)
+    assert_allclose(turned[0], 0.0, atol=1e-15)
 
 
 def test_noise_does_not_ratchet_the_slip_while_the_gripper_stands():

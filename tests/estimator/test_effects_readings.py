@@ -104,6 +104,16 @@ def test_steady_drift_has_grown_by_its_rate_times_a_minute_after_a_minute():
     assert_allclose(drift[15], [-0.2, 0, 0, 0, 0, 6e-3])  # the row of 60 s
 
 
+def test_a_sensor_that_was_zeroed_once_has_drifted_between_the_experiments_too():
+    given = {"drift_fx": 1e-3, "interval": 200.0}
+    first, second = (
+        wrench_change(ForceDrift("zeroed_once", "sensor"), felt(there_and_back(order)), **given)
+        for order in (1, 2)
+    )
+    assert_allclose(first[0], 0.0)
+    assert_allclose(second - first, np.tile([0.2, 0, 0, 0, 0, 0], (len(first), 1)), atol=1e-12)
+
+
 def test_saturating_drift_reaches_a_share_of_its_end_after_one_time_constant():
     effect = ForceDrift("saturating", "tissue")
     drift = wrench_change(effect, felt(there_and_back()), drift_fy=0.01, time_constant=60.0)

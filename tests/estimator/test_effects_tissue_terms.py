@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from retraction_cases import REFERENCE_BLOCK
 from scipy.spatial.transform import Rotation
 from tissue_effects import (
@@ -24,14 +25,17 @@ from estimator.fem.assembly.body import forces_of_stress, nodal_forces, stress_o
 from estimator.fem.assembly.stress_kernels import second_piola
 from estimator.fem.terms.fibres import Fibres
 from estimator.fem.terms.relaxation import RelaxingPart
+from estimator.fem.terms.softening import ContinuumDamage
 from estimator.fem.terms.stress_terms import isochoric_energy
 from estimator.fem.terms.term import Term
 from estimator.materials.material import Material, make_material
 from estimator.materials.veronda_westmann import VerondaWestmann
 
-BOTH_WAYS, TENSION_ONLY = ANISOTROPY
+FloatArray = NDArray[np.float64]
+
+BOTH_WAYS, TENSION_ONLY, DISPERSED = ANISOTROPY
 ONE_TERM, TWO_TERMS, WHOLE, _ = VISCOELASTICITY
-ABSOLUTE, RELATIVE, DAMAGE, ABSOLUTE_ISOCHORIC, *_, DAMAGE_WHOLE = STRESS_SOFTENING
+PSEUDO_ELASTIC, DAMAGE, ISOCHORIC, *_, DAMAGE_WHOLE = STRESS_SOFTENING
 EXPONENTIAL = make_material(VerondaWestmann(), 1e4, 0.45, (0.8, 0.3))
 
 ONE_TIME = {"relaxing_share_1": 0.4, "relaxation_time_1": 10.0}
@@ -41,20 +45,28 @@ TWO_TIMES = {
     "relaxing_share_2": 0.3,
     "relaxation_time_2": 30.0,
 }
-PSEUDO_ELASTIC: list[tuple[Effect, dict[str, float]]] = [
-    (ABSOLUTE, {"depth": 0.3, "width_over_modulus": 0.01}),
-    (RELATIVE, {"depth": 0.3, "relative_width": 0.5}),
+WIDTHS: list[tuple[Effect, dict[str, float]]] = [
+    (PSEUDO_ELASTIC, {"depth": 0.3, "width_over_modulus": 0.01, "relative_width": 0.0}),
+    (PSEUDO_ELASTIC, {"depth": 0.3, "width_over_modulus": 1e-4, "relative_width": 0.5}),
+    (PSEUDO_ELASTIC, {"depth": 0.3, "width_over_modulus": 0.005, "relative_width": 0.2}),
 ]
+EXPONENTIAL_DAMAGE = {"depth": 0.3, "width_over_modulus": 0.01, "order": 1.0}
+LOST_AT_ONCE = {"depth": 0.3, "width_over_modulus": 1e-12, "order": 1.0}
 PRESENT: list[tuple[Effect, dict[str, float]]] = [
     (BOTH_WAYS, {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.6}),
     (TENSION_ONLY, {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.6, "fibre_stiffening": 0.8}),
+    (
+        DISPERSED,
+        {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.6, "fibre_stiffening": 0.8, "dispersion": 0.1},
+    ),
     (ONE_TERM, ONE_TIME),
     (TWO_TERMS, TWO_TIMES),
     (WHOLE, ONE_TIME),
-    *PSEUDO_ELASTIC,
-    (DAMAGE, {"depth": 0.3, "width_over_modulus": 0.01}),
-    (ABSOLUTE_ISOCHORIC, {"depth": 0.3, "width_over_modulus": 0.01}),
-    (DAMAGE_WHOLE, {"depth": 0.3, "width_over_modulus": 0.01}),
+    *WIDTHS,
+    (DAMAGE, EXPONENTIAL_DAMAGE),
+    (DAMAGE, {**EXPONENTIAL_DAMAGE, "order": 0.5}),
+    (ISOCHORIC, WIDTHS[0][1]),
+    (DAMAGE_WHOLE, EXPONENTIAL_DAMAGE),
     (PERMANENT_SET, {"share": 0.1}),
 ]
 NAMES = [effect.name for effect, _ in PRESENT]
@@ -117,7 +129,7 @@ def test_the_stiffness_is_the_derivative_of_the_forces(
 
 
 def test_the_stiffness_of_a_softened_whole_is_the_derivative_where_it_is_softened_evenly() -> None:
-    term = remembering(DAMAGE_WHOLE, {"depth": 0.3, "width_over_modulus": 1e-12}, TISSUE)
+    term = remembering(DAMAGE_WHOLE, LOST_AT_ONCE, TISSUE)
     field, change = smooth_field(0.1), smooth_field(1.0, seed=3)
     expected = force_change(term, field, change, TISSUE)
     found = term.stiffness(field, response_to(field)).elements
@@ -160,7 +172,7 @@ def test_fibres_of_tension_alone_bear_nothing_across_a_stretch_and_stiffen_along
     values = {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.0, "fibre_stiffening": 0.8}
     points = PROBLEM.body.mesh.points
     longer, shorter = points * [0.25, -0.1, -0.1], points * [-0.05, 0.02, 0.02]
-    both, tension = (term_of(effect, values) for effect in ANISOTROPY)
+    both, tension = (term_of(effect, values) for effect in (BOTH_WAYS, TENSION_ONLY))
     extension = 1.25**2 - 1.0
     np.testing.assert_allclose(
         tension.forces(longer, response_to(longer)),
@@ -169,6 +181,31 @@ def test_fibres_of_tension_alone_bear_nothing_across_a_stretch_and_stiffen_along
     )
     assert np.abs(both.forces(shorter, response_to(shorter))).max() > 0.0
     assert np.abs(tension.forces(shorter, response_to(shorter))).max() == 0.0
+
+
+def test_fibres_that_do_not_scatter_are_those_of_one_direction_and_wholly_scattered_ones_have_none() -> None:
+    field = smooth_field(0.15)
+    values = {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.6, "fibre_stiffening": 0.8}
+
+    def forces(effect: Effect, **more: float) -> FloatArray:
+        return term_of(effect, {**values, **more}).forces(field, response_to(field))
+
+    alike = forces(TENSION_ONLY)
+    np.testing.assert_allclose(forces(DISPERSED, dispersion=0.0), alike, atol=1e-12 * np.abs(alike).max())
+    scattered = [forces(DISPERSED, dispersion=1 / 3, fibre_angle=angle) for angle in (0.0, 1.2)]
+    np.testing.assert_allclose(*scattered, atol=1e-12 * np.abs(scattered[0]).max())
+
+
+def test_scattered_fibres_bear_across_their_mean_direction_what_single_ones_do_not() -> None:
+    points = PROBLEM.body.mesh.points
+    across = points * [-0.05, 0.2, -0.05]
+    values = {"fibre_modulus_over_modulus": 0.3, "fibre_angle": 0.0, "fibre_stiffening": 0.1}
+    single, scattered = (
+        np.abs(term_of(effect, {**values, **more}).forces(across, response_to(across))).max()
+        for effect, more in ((TENSION_ONLY, {}), (DISPERSED, {"dispersion": 0.25}))
+    )
+    assert single == 0.0
+    assert scattered > 0.0
 
 
 def test_fibres_at_an_angle_pull_the_gripper_sideways() -> None:
@@ -241,7 +278,7 @@ def test_two_relaxation_times_are_sought_in_one_order_only() -> None:
     assert all(start["relaxation_time_1"] < start["relaxation_time_2"] for start in starts)
 
 
-@pytest.mark.parametrize(("effect", "values"), PSEUDO_ELASTIC, ids=["absolute", "relative"])
+@pytest.mark.parametrize(("effect", "values"), WIDTHS, ids=["absolute", "relative", "both"])
 def test_tissue_is_softer_below_its_largest_strain_and_virgin_beyond(
     effect: Effect, values: dict[str, float]
 ) -> None:
@@ -256,7 +293,9 @@ def test_tissue_is_softer_below_its_largest_strain_and_virgin_beyond(
 
 def test_the_depth_of_softening_is_that_of_ogden_and_roxburgh() -> None:
     past, rest = smooth_field(0.2), 1e-4 * smooth_field(1.0)
-    term = term_of(RELATIVE, {"depth": 0.3, "relative_width": 0.1}).after(past, response_to(past))
+    term = term_of(PSEUDO_ELASTIC, {"depth": 0.3, "width_over_modulus": 1e-6, "relative_width": 0.1}).after(
+        past, response_to(past)
+    )
     shear = make_material(TISSUE.law, 2 * TISSUE.lame[0], 0.0)
     own = response_to(rest, shear)
     virgin = term_of(WHOLE, {"relaxing_share_1": 1.0, "relaxation_time_1": 1.0}, shear).starting_after(0.0)
@@ -268,9 +307,13 @@ def test_the_depth_of_softening_is_that_of_ogden_and_roxburgh() -> None:
 def test_damaged_tissue_is_a_softer_one_below_the_largest_strain() -> None:
     depth = 0.3
     past, later = smooth_field(0.2), smooth_field(0.1)
-    term = term_of(DAMAGE, {"depth": depth, "width_over_modulus": 1e-4}).after(past, response_to(past))
+    term = term_of(DAMAGE, {"depth": depth, "width_over_modulus": 1e-4, "order": 1.0}).after(
+        past, response_to(past)
+    )
     # The width is so small that all of it is lost wherever there was strain: what is left is (1 − d) of the stress.
-    whole = term_of(DAMAGE, {"depth": 1.0, "width_over_modulus": 1e-9}).after(past, response_to(past))
+    whole = term_of(DAMAGE, {"depth": 1.0, "width_over_modulus": 1e-9, "order": 1.0}).after(
+        past, response_to(past)
+    )
     lost, all_there_is = (one.forces(later, response_to(later)) for one in (term, whole))
     scale = np.abs(all_there_is).max()
     np.testing.assert_allclose(lost, depth * all_there_is, rtol=0.0, atol=0.02 * scale)
@@ -278,7 +321,7 @@ def test_damaged_tissue_is_a_softer_one_below_the_largest_strain() -> None:
 
 def test_tissue_damaged_evenly_as_a_whole_has_a_smaller_modulus_and_the_same_poisson_ratio() -> None:
     # The width is so small that everywhere all is lost that can be.
-    damaged = (term_of(DAMAGE_WHOLE, {"depth": 0.3, "width_over_modulus": 1e-12}),)
+    damaged = (term_of(DAMAGE_WHOLE, LOST_AT_ONCE),)
     pulls, state, _ = driven(pulled_to(4.0, 8.0), damaged)
     virgin, at_virgin, _ = driven(pulled_to(4.0, 8.0))
     np.testing.assert_allclose(pulls, 0.7 * np.array(virgin), rtol=1e-5)
@@ -286,12 +329,26 @@ def test_tissue_damaged_evenly_as_a_whole_has_a_smaller_modulus_and_the_same_poi
 
 
 def test_damage_bends_the_virgin_curve_and_the_way_back_is_straighter() -> None:
-    values = {"depth": 0.4, "width_over_modulus": 0.01}
+    values = {"depth": 0.4, "width_over_modulus": 0.01, "order": 1.0}
     pulls, _, _ = driven(pulled_to(5.0, 10.0, 5.0), (term_of(DAMAGE, values),))
     virgin, _, _ = driven(pulled_to(5.0, 10.0))
     shares = np.array(pulls) / np.array([*virgin, virgin[0]])
     assert shares[1] < shares[0] < 1.0
     assert shares[2] < shares[0]
+
+
+@pytest.mark.parametrize("order", [0.5, 1.0, 2.0])
+def test_damage_of_any_order_takes_the_same_share_once_the_energy_reaches_its_width(order: float) -> None:
+    width = 0.02
+    law = ContinuumDamage(0.4, width, order)
+    energies = np.array([[0.25 * width, width, 4.0 * width]])
+    lost, _ = law.lost(energies, np.zeros_like(energies))
+    expected = 0.4 * (1 - np.exp(-(np.array([0.25, 1.0, 4.0]) ** order)))
+    np.testing.assert_allclose(lost[0], expected, rtol=1e-12)
+    # It stays where the energy has fallen again.
+    later, by_energy = law.lost(np.zeros_like(energies), energies)
+    np.testing.assert_allclose(later, lost, rtol=1e-12)
+    assert not by_energy.any()
 
 
 def test_a_set_shows_after_unloading_and_stays() -> None:

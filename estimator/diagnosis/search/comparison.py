@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from estimator.diagnosis.evidence.marginal_likelihood import (
     error_borne_out,
@@ -35,7 +36,7 @@ from estimator.diagnosis.search.refinements import (
     past_kinks,
     siblings,
 )
-from estimator.diagnosis.search.screening import Trial, best_starts, screen, trials_of
+from estimator.diagnosis.search.screening import Trial, best_starts, from_full_size, screen, trials_of
 from estimator.diagnosis.search.second_cause import asks_for_a_finer_form, promising_seconds
 from estimator.diagnosis.settings import DiagnosisSettings, SearchSettings
 from estimator.effects.catalogue import Catalogue
@@ -68,10 +69,11 @@ class Comparison:
         """How far the search goes."""
         return self.context.settings.search
 
-    @property
+    @cached_property
     def table(self) -> ModelTable:
         """The models that are held against each other."""
-        return ModelTable(self.context, self.none, self.unknown)
+        signatures = tuple(trial.signature for trial in self.trials)
+        return ModelTable(self.context, self.none, self.unknown, signatures)
 
     @property
     def trials_of_labels(self) -> list[Trial]:
@@ -112,6 +114,7 @@ def compare(
     context = Context(case, baseline, error, executor, tell, catalogue)
     trials = screen(context, plain)
     leaders = _leaders(best_starts(trials, settings.search.starts), none, settings.search)
+    leaders = from_full_size(context, leaders)
     candidates = race(context, [trial.start for trial in leaders], none)
     left_out = number_left_out(experiments, case.experiments)
     comparison = Comparison(context, left_out, tuple(trials), tuple(candidates), none, unknown)

@@ -7,8 +7,9 @@ may look like a second cause, or like something unknown beside them.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, cached_property, partial
 from typing import Literal
 
 import numpy as np
@@ -18,9 +19,11 @@ from estimator.diagnosis.evidence.lack_of_fit import rough_remainder
 from estimator.diagnosis.evidence.marginal_likelihood import evidence_of_unknown
 from estimator.diagnosis.evidence.noise_floor import white_floor
 from estimator.diagnosis.evidence.posterior import log_priors
+from estimator.diagnosis.evidence.signatures import Signature
 from estimator.diagnosis.model.labels import NONE, UNKNOWN
 from estimator.diagnosis.search.candidate import Candidate
 from estimator.diagnosis.search.context import Context
+from estimator.diagnosis.search.family import explained_by_other_forms
 
 Standing = Literal["believed", "explains too little", "foretells worse", "leaves too much"]
 
@@ -58,11 +61,13 @@ class ModelTable:
     ----------
     context : with the fitted baseline
     none, unknown : log evidence of no cause, without and with something unknown
+    signatures : of the catalogue, beside the baseline
     """
 
     context: Context
     none: float
     unknown: float
+    signatures: Sequence[Signature] = ()
 
     def without_cause(self, rough: float) -> tuple[Model, Model]:
         """Return the models without a cause; ``rough`` is what no smooth misfit explains of the baseline's."""
@@ -143,18 +148,24 @@ class ModelTable:
         """Return by how much two causes with these labels must raise the log evidence beyond a first one.
 
         That is what the prior of a second one and its choice among all labels cost, and the share of what the first one
-        explains that its inexactness may leave for another. Beside 40 single causes of 9 to 370 σ in their right form
-        others promised 4.9 at the most, those of negligible size 2.8; but 14 beside friction, and 71 beside relaxation,
-        where a bead lay at the corner of the jaws. Of 32 more, diagnosed blind, one was believed to have a second cause
-        that is not there: it added 8.0.
+        explains that its inexactness may leave for another, and what other forms of it would explain. Beside 40 single
+        causes of 9 to 370 σ in their right form others promised 4.9 at the most, those of negligible size 2.8; but 14
+        beside friction, and 71 beside relaxation, where a bead lay at the corner of the jaws. Of 32 more, diagnosed
+        blind, one was believed to have a second cause that is not there: it added 8.0.
         """
         settings, explained = self.context.settings, self.explained(first)
         inexact = max(effect.inexactness for effect in first.fit.hypothesis.effects)
         choice = float(np.log(len(self.context.catalogue.labels)))
         asked = choice - float(np.log(settings.evidence.prior_of_a_pair)) + inexact * explained
+        asked += self.of_family(first)
         if first.labels[0] not in labels:
             asked += choice  # both of its causes are chosen anew
         return max(asked, self.asked_of_unknown(explained)) if UNKNOWN in labels else asked
+
+    @cached_property
+    def of_family(self) -> Callable[[Candidate], float]:
+        """By how much what else its own label could do raises a candidate's log evidence."""
+        return cache(partial(explained_by_other_forms, self.context, self.signatures))
 
     def asked_of_unknown(self, explained: float) -> float:
         """Return what must be gained by something unknown beside causes that explain so much, or by a cause beside it.

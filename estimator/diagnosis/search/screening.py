@@ -21,6 +21,7 @@ from estimator.diagnosis.evidence.marginal_likelihood import (
 )
 from estimator.diagnosis.evidence.signatures import Signature, signatures_of
 from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.fitting.releases import starts_at_full_size
 from estimator.diagnosis.model.free_parameters import HypothesisParameter, moved
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import mechanics_of, solve_case
@@ -76,6 +77,23 @@ def best_starts(trials: Sequence[Trial], of_searched: int) -> list[Trial]:
             found.append(trial)
             tried[effect.name] += 1
     return found
+
+
+def from_full_size(context: Context, trials: Sequence[Trial]) -> list[Trial]:
+    """Return trials, the most probable first, that begin where what gives way leaves least at its full size."""
+    tried = Counter(trial.signature.effect for trial in trials)
+    jobs = {
+        effect: context.executor.submit(starts_at_full_size, context.case, context.baseline, effect, count)
+        for effect, count in tried.items()
+        if effect.looked_over()
+    }
+    starts = {effect: iter(job.result()) for effect, job in jobs.items()}
+    return [
+        replace(trial, start=next(starts[trial.signature.effect], trial.start))
+        if trial.signature.effect in starts
+        else trial
+        for trial in trials
+    ]
 
 
 def _shares(effects: Sequence[Effect], settings: SearchSettings) -> list[list[Effect]]:

@@ -113,13 +113,12 @@ class _Release:
         state = time_point.state
         load = _forces(after, time_point) - _forces(before, time_point)
         load[self.fixed] = 0.0
+        force = (state.forces + load).reshape(-1)[self.dofs]
+        wrench, fiducials = np.zeros(6), np.zeros((len(solved.fiducials_rest), 3))
         if load.any():
             by_load = linear_response(solved, state, load.reshape(-1, 1))
             wrench, fiducials = by_load[0][:, 0], by_load[1][:, :, 0]
-        else:
-            wrench, fiducials = np.zeros(6), np.zeros((len(solved.fiducials_rest), 3))
-        force = (state.forces + load).reshape(-1)[self.dofs]
-        force += condensed.follows[:, self.which].T @ load.reshape(-1)[solved.pattern.free]
+            force += condensed.follows[:, self.which].T @ load.reshape(-1)[solved.pattern.free]
         springs = _springs(after, time_point) - _springs(before, time_point)
         own = condensed.stiffness[np.ix_(self.which, self.which)]
         own += _block_diagonal(springs[self.dofs[::3] // 3])

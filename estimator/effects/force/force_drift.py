@@ -11,7 +11,7 @@ from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
 Frame = Literal["sensor", "tissue"]
-Course = Literal["linear", "saturating", "running_on"]
+Course = Literal["linear", "saturating", "running_on", "zeroed_once"]
 
 _UNITS = 3 * ["N/s"] + 3 * ["N·m/s"]
 _SCALES = 3 * [3e-3] + 3 * [8e-5]
@@ -23,6 +23,7 @@ _CONSTANTS: dict[Course, tuple[Constant, ...]] = {
     "linear": (),
     "saturating": (_TIME_CONSTANT,),
     "running_on": (_TIME_CONSTANT, _INTERVAL),
+    "zeroed_once": (_INTERVAL,),
 }
 
 
@@ -32,7 +33,8 @@ class ForceDrift(Effect):
     The sensor is zeroed at the first row of every experiment, so that g = t for steady drift and
     g = τ (1 − exp(−t/τ)) where the sensor warms towards a steady state of its own (Newton's law of cooling). Where
     warming runs on from experiment to experiment, each an ``interval`` after the one before, what is left of it has
-    become smaller: g = exp(−(order − 1) interval/τ) τ (1 − exp(−t/τ)).
+    become smaller: g = exp(−(order − 1) interval/τ) τ (1 − exp(−t/τ)). A sensor that is zeroed before the first
+    experiment alone has drifted all the time: g = t + (order − 1) interval.
     """
 
     label = "force_drift"
@@ -52,12 +54,17 @@ class ForceDrift(Effect):
             )
         )
         self.constants = _CONSTANTS[course]
+        self._zeroed_once = course == "zeroed_once"
+        self.elaborates = f"linear_{frame}_frame" if self._zeroed_once else ""
         self._turns = frame == "sensor"
 
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Add the drift."""
         rate = np.array([values[amplitude.name] for amplitude in self.amplitudes])
-        drift = np.outer(_grown(readings.experiment, values), rate)
+        grown = _grown(readings.experiment, values)
+        if self._zeroed_once:
+            grown = grown + (readings.experiment.order - 1) * values[_INTERVAL.name]
+        drift = np.outer(grown, rate)
         if self._turns:
             drift = in_tissue_axes(readings.rotation, drift)
         return readings.with_wrench(readings.wrench + drift)

@@ -5,8 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from estimator.effects.effect import Amplitude, Constant, Effect, Motion, Readings, Values
+from estimator.effects.shared.axes import AXES
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
@@ -48,10 +50,7 @@ class GripperSlip(Effect):
 
     def motion(self, motion: Motion, values: Values) -> Motion:
         """Leave the tissue behind by what it has slid."""
-        slipped = self._slipped(motion, values)
-        force = motion.rotation.inv().apply(motion.load[:, :3])
-        direction = force / np.maximum(np.linalg.norm(force, axis=1, keepdims=True), 1e-300)
-        slip = np.cumsum(np.diff(slipped, prepend=0.0)[:, None] * direction, axis=0)
+        slip = _along_load(motion, self._slipped(motion, values))
         return motion.moved(motion.position + motion.rotation.apply(slip))
 
     def readings(self, readings: Readings, values: Values) -> Readings:
@@ -92,6 +91,30 @@ class CreepingSlip(GripperSlip):
         return slipped
 
 
+class SlipByAxis(GripperSlip):
+    """The jaws let the tissue slide more easily along some of their axes, and turn in them.
+
+    Along each axis of the gripper it slides by its own c, and it turns about the present torque by an angle for each
+    newton beyond the threshold: jaws that are open at one end, or grooved, or that hold by their tips.
+    """
+
+    form = "by_axis"
+    elaborates = "gradual"
+    amplitudes = (
+        *(Amplitude(f"slip_per_force_{axis}", "m/N", scale=0.01, smallest=5e-4, lower=0.0) for axis in AXES),
+        Amplitude("turn_per_force", "rad/N", scale=0.2, smallest=0.01, lower=0.0),
+    )
+
+    def motion(self, motion: Motion, values: Values) -> Motion:
+        """Leave the tissue behind by what it has slid along each axis, and by what it has turned."""
+        excess = np.maximum.accumulate(_excess(motion, values))
+        by_axis = np.array([values[f"slip_per_force_{axis}"] for axis in AXES])
+        slip = by_axis * _along_load(motion, excess)
+        turn = _along(motion.rotation.inv().apply(motion.load[:, 3:]), values["turn_per_force"] * excess)
+        position = motion.position + motion.rotation.apply(slip)
+        return motion.moved(position, motion.rotation * Rotation.from_rotvec(turn))
+
+
 class GripperJump(GripperSlip):
     """The tissue slides all at once when the load first passes the threshold, and then holds."""
 
@@ -112,6 +135,17 @@ class GripperJump(GripperSlip):
 
     def _slipped(self, motion: Motion, values: Values) -> FloatArray:
         return np.asarray(values["slip"] * np.maximum.accumulate(_excess(motion, values) > 0.0))
+
+
+def _along_load(motion: Motion, slipped: FloatArray) -> FloatArray:
+    """Return the slip (n, 3) in the gripper's axes, each piece of its length (n,) along the load at that moment."""
+    return _along(motion.rotation.inv().apply(motion.load[:, :3]), slipped)
+
+
+def _along(vectors: FloatArray, length: FloatArray) -> FloatArray:
+    """Return the sum (n, 3) of the pieces of a length (n,), each along its vector of (n, 3)."""
+    direction = vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-300)
+    return np.cumsum(np.diff(length, prepend=0.0)[:, None] * direction, axis=0)
 
 
 def _excess(motion: Motion, values: Values) -> FloatArray:

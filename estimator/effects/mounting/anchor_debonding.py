@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import ClassVar
 
@@ -24,6 +25,8 @@ FloatArray = NDArray[np.float64]
 
 _SHARE = Amplitude("share", "1", scale=0.2, smallest=0.02, lower=0.0, upper=0.9)
 _PLACE = Constant("place", "1", tuple(n / 8 for n in range(9)), 0.0, 1.0)
+# A search looks over all stretches that end at two of so many even steps along the rim.
+_STEPS_OF_RIM = 16
 _BEGINS = Constant("begins", "1", (), 0.0, 1.0)
 _LASTS = Constant("duration", "s", (5.0,), 0.1, 100.0)
 # An anchor that comes off on its own is tried where two shares, one on either side of an instant, explain this share of
@@ -64,6 +67,11 @@ class AnchorDebonding(Effect):
         spread = np.average((points[:, :2] - centre[:2]) ** 2, axis=0, weights=weight).sum()
         return centre, float(np.sqrt(3.0 * spread))
 
+    def looked_over(self) -> list[dict[str, float]]:
+        """Return the stretches between any two of some steps along the rim, on whichever anchors that lie there."""
+        ends = itertools.combinations(np.linspace(0.0, 1.0, _STEPS_OF_RIM + 1).tolist(), 2)
+        return [_between(one, other) for one, other in ends if other - one <= _SHARE.upper]
+
     def past_kinks(self, problem: RetractionProblem, values: Values) -> list[dict[str, float]]:
         """Return the stretch with either end one column of nodes further out or in.
 
@@ -81,7 +89,7 @@ class AnchorDebonding(Effect):
         ]
         within = [(max(one, 0.0), min(other, 1.0)) for one, other in ends]
         return [
-            {**values, "share": other - one, "place": one / (1.0 - (other - one))}
+            {**values, **_between(one, other)}
             for one, other in within
             if _SHARE.smallest <= other - one <= _SHARE.upper and (one, other) != (first, last)
         ]
@@ -145,6 +153,10 @@ class AnchorPeeling(AnchorDebonding):
         }
         return [{"place": place, **when} for place in _TRIED_PLACES]
 
+    def looked_over(self) -> list[dict[str, float]]:
+        """Return nothing: the beads tell the instant, about which a search begins."""
+        return []
+
     def choices(self, experiments: Sequence[Experiment]) -> int:
         """Return the number of experiments."""
         return len(experiments)
@@ -162,6 +174,12 @@ class AnchorPeeling(AnchorDebonding):
                 rim_of(problem), freed, modulus, values["share"], values["place"], waits_s, values["duration"]
             ),
         )
+
+
+def _between(first: float, last: float) -> dict[str, float]:
+    """Return share and place of the stretch between two places of the rim, less than all of it."""
+    share = last - first
+    return {"share": share, "place": first / (1.0 - share)}
 
 
 def _seconds_until(experiment: Experiment, values: Values) -> float:

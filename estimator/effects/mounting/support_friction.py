@@ -28,6 +28,11 @@ _SOFTNESS = 50.0
 _CLEARANCE_M = 8e-3
 
 
+def _unevenness(axis: str) -> Constant:
+    """Return by what share of its mean the contact grows from the middle to the side along an axis."""
+    return Constant(f"unevenness_{axis}", "1", (0.0,), lower=-1.0, upper=1.0)
+
+
 class SupportFriction(Effect):
     """The tissue lies on a table, which carries its weight, and rubs on it.
 
@@ -50,7 +55,7 @@ class SupportFriction(Effect):
         Amplitude("coefficient", "1", scale=0.5, smallest=0.02, lower=0.0, upper=4.0),
         Amplitude("contact", "1", scale=0.8, smallest=0.02, lower=0.0, upper=1.0),
     )
-    constants = (
+    constants: tuple[Constant, ...] = (
         Constant("adhesion", "Pa", (40.0,), lower=4.0, upper=400.0),
         Constant("elastic_slip", "m", (2e-4,), lower=2e-5, upper=2e-3),
     )
@@ -62,18 +67,36 @@ class SupportFriction(Effect):
         if not _present(values):
             return ()
         area = area_on_table(problem)
+        evenness = self._evenness(problem, experiment, values)
         gravity = -experiment.environment.gravity[2]
         weight = experiment.phantom.density * gravity * float(nodal_volumes(problem.body.mesh).sum())
         touching = np.where(_clear_of_jaws(problem), area, 0.0)
         return (
             self.law.at_rest(
-                weight / float(area.sum()) * touching,
-                values["adhesion"] * touching,
+                weight / float(area.sum()) * touching * evenness,
+                values["adhesion"] * touching * evenness,
                 values["coefficient"],
                 values["elastic_slip"],
                 _depth(values),
             ),
         )
+
+    def _evenness(self, problem: RetractionProblem, experiment: Experiment, values: Values) -> FloatArray:
+        """Return the factor (n,) on what each node rests on the table with."""
+        return np.ones(len(problem.body.mesh.points))
+
+
+class UnevenSupportFriction(SupportFriction):
+    """The tissue bears more on one side of the table than on the other, where it is wet or lifts off."""
+
+    form = "uneven"
+    elaborates = "laid_down_anew"
+    constants = (*SupportFriction.constants, _unevenness("x"), _unevenness("y"))
+
+    def _evenness(self, problem: RetractionProblem, experiment: Experiment, values: Values) -> FloatArray:
+        half = np.array(experiment.phantom.size_m)[:2] / 2
+        slopes = np.array([values[f"unevenness_{axis}"] for axis in "xy"])
+        return np.clip(1.0 + (problem.body.mesh.points[:, :2] / half) @ slopes, 0.0, None)
 
 
 class SupportFrictionLeftLying(SupportFriction):
@@ -105,4 +128,4 @@ def _clear_of_jaws(problem: RetractionProblem) -> NDArray[np.bool_]:
     return np.asarray(distance > _CLEARANCE_M)
 
 
-SUPPORT_FRICTION = (SupportFriction(), SupportFrictionLeftLying())
+SUPPORT_FRICTION = (SupportFriction(), SupportFrictionLeftLying(), UnevenSupportFriction())

@@ -28,6 +28,8 @@ _ANGLE = Constant(
 # the edges of the grasp, which without fibres are drawn to more than twice their length, the stress of the first ones
 # would be a thousand times that anywhere else.
 _RATE = Constant("fibre_stiffening", "1", (0.1,), lower=0.02, upper=5.0)
+# κ of Gasser, Ogden and Holzapfel: 0 where all have one direction, 1/3 where they have none.
+_DISPERSION = Constant("dispersion", "1", (0.1,), lower=0.0, upper=0.3)
 
 
 class Anisotropy(Effect):
@@ -61,7 +63,7 @@ class TensionOnly(Anisotropy):
     """Fibres that buckle under compression and stiffen under tension."""
 
     form = "tension_only"
-    constants = (_ANGLE, _RATE)
+    constants: tuple[Constant, ...] = (_ANGLE, _RATE)
 
     def _fibres(
         self, problem: RetractionProblem, modulus_pa: float, direction: FloatArray, values: Values
@@ -69,4 +71,18 @@ class TensionOnly(Anisotropy):
         return BucklingFibres(problem.body, modulus_pa, direction, values[_RATE.name])
 
 
-ANISOTROPY = (Anisotropy(), TensionOnly())
+class Dispersed(TensionOnly):
+    """Fibres of tension alone whose directions scatter."""
+
+    form = "dispersed"
+    elaborates = "tension_only"
+    constants = (_ANGLE, _RATE, _DISPERSION)
+
+    def _fibres(
+        self, problem: RetractionProblem, modulus_pa: float, direction: FloatArray, values: Values
+    ) -> Fibres:
+        dispersion, rate = values[_DISPERSION.name], values[_RATE.name]
+        return BucklingFibres(problem.body, modulus_pa, direction, rate, dispersion=dispersion)
+
+
+ANISOTROPY = (Anisotropy(), TensionOnly(), Dispersed())

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 from estimator.effects.blocks import Group
-from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Stage, Values
+from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Readings, Stage, Values
 from estimator.experiment import Experiment
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.terms.softening import (
@@ -21,20 +22,23 @@ from estimator.materials.material import Material
 _DEPTH = Amplitude("depth", "1", scale=0.2, smallest=0.02, lower=0.0, upper=0.9)
 # A tissue strained by ε holds about ε²/2 of its modulus as energy per volume: these are strains of 6, 14 and 32 %.
 _WIDTH = Constant("width_over_modulus", "1", (0.002, 0.01, 0.05), lower=1e-4, upper=1.0)
-_RELATIVE_WIDTH = Constant("relative_width", "1", (0.2, 0.7), lower=0.02, upper=5.0)
+_RELATIVE_WIDTH = Constant("relative_width", "1", (0.0,), lower=0.0, upper=2.0)
+# A search begins with these as well, beside next to no absolute width: strains of 4 %.
+_TRIED_RELATIVE, _NARROW = (0.2, 0.7), 1e-3
+# Of the energy in the exponent of damage: a half is that of a strain.
+_ORDER = Constant("order", "1", (1.0,), lower=0.4, upper=2.0)
 
 
 class StressSoftening(Effect):
     """Stress that is lost for good with the largest energy reached.
 
     ``depth`` is the largest share of it: 1/r of Ogden and Roxburgh, d of continuum damage. The energy over which the
-    softening develops is a share of Young's modulus (their m), or of the largest energy at the same point (β of
-    Abaqus), as ``width`` says.
+    softening develops is a share of Young's modulus (their m) and a share of the largest energy at the same point (β
+    of Abaqus): both, or either alone.
 
     Parameters
     ----------
     form : what the instance is called
-    width : the constant that states it
     part : which energy damages and is softened
     elaborates : form of which this one is a refinement; empty for none
     """
@@ -46,13 +50,18 @@ class StressSoftening(Effect):
     words: ClassVar[str] = "After a larger strain the tissue is softer at smaller ones (Mullins)."
     amplitudes = (_DEPTH,)
 
-    def __init__(
-        self, form: str, width: Constant, part: SofteningPart = "shear", elaborates: str = ""
-    ) -> None:
+    constants: tuple[Constant, ...] = (_WIDTH, _RELATIVE_WIDTH)
+
+    def __init__(self, form: str, part: SofteningPart = "shear", elaborates: str = "") -> None:
         self.form = form
         self.elaborates = elaborates
         self._part = part
-        self.constants = (width,)
+
+    def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
+        """Return either width without the other."""
+        absolute = [{_WIDTH.name: width, _RELATIVE_WIDTH.name: 0.0} for width in _WIDTH.grid]
+        relative = [{_WIDTH.name: _NARROW, _RELATIVE_WIDTH.name: share} for share in _TRIED_RELATIVE]
+        return [*absolute, *relative]
 
     def terms(
         self, problem: RetractionProblem, material: Material, experiment: Experiment, values: Values
@@ -63,26 +72,30 @@ class StressSoftening(Effect):
         return (Softening.virgin(problem.body, material, self._part, self._law(material, values)),)
 
     def _law(self, material: Material, values: Values) -> SofteningLaw:
-        width_pa = material.youngs_modulus * values.get(_WIDTH.name, 0.0)
-        return PseudoElastic(values[_DEPTH.name], width_pa, values.get(_RELATIVE_WIDTH.name, 0.0))
+        width_pa = material.youngs_modulus * values[_WIDTH.name]
+        return PseudoElastic(values[_DEPTH.name], width_pa, values[_RELATIVE_WIDTH.name])
 
 
 class Damage(StressSoftening):
     """Softening by which the virgin curve bends too, since the tissue is damaged as soon as it is strained."""
 
+    constants = (_WIDTH, _ORDER)
+
+    def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
+        """Return the widths of the grid."""
+        return [{_WIDTH.name: width, _ORDER.name: 1.0} for width in _WIDTH.grid]
+
     def _law(self, material: Material, values: Values) -> SofteningLaw:
-        return ContinuumDamage(values[_DEPTH.name], material.youngs_modulus * values[_WIDTH.name])
+        width_pa = material.youngs_modulus * values[_WIDTH.name]
+        return ContinuumDamage(values[_DEPTH.name], width_pa, values[_ORDER.name])
 
 
 STRESS_SOFTENING = (
-    StressSoftening("absolute_width", _WIDTH),
-    StressSoftening("relative_width", _RELATIVE_WIDTH),
-    Damage("damage", _WIDTH),
-    StressSoftening("absolute_isochoric", _WIDTH, "isochoric", "absolute_width"),
-    StressSoftening("relative_isochoric", _RELATIVE_WIDTH, "isochoric", "relative_width"),
-    Damage("damage_isochoric", _WIDTH, "isochoric", "damage"),
+    StressSoftening("pseudo_elastic"),
+    Damage("damage"),
+    StressSoftening("pseudo_elastic_isochoric", "isochoric", "pseudo_elastic"),
+    Damage("damage_isochoric", "isochoric", "damage"),
     # No refinements but rivals, which the misfit alone may hardly tell apart: they part in Poisson's ratio.
-    StressSoftening("absolute_whole", _WIDTH, "whole"),
-    StressSoftening("relative_whole", _RELATIVE_WIDTH, "whole"),
-    Damage("damage_whole", _WIDTH, "whole"),
+    StressSoftening("pseudo_elastic_whole", "whole"),
+    Damage("damage_whole", "whole"),
 )

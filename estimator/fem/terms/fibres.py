@@ -9,11 +9,14 @@ Fibres that buckle, and stiffen as they are drawn (G. A. Holzapfel, T. C. Gasser
 (2000) 1):
 
     W = k/(2 c) (exp(c (I4 − 1)²) − 1) where I4 > 1, else 0
+
+Fibres whose directions scatter about a have the extension E = κ (I1 − 3) + (1 − 3 κ) (I4 − 1) in place of I4 − 1, from
+κ = 0, all alike, to κ = 1/3, none (T. C. Gasser, R. W. Ogden and G. A. Holzapfel, J. R. Soc. Interface 3 (2006) 15).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,11 +33,12 @@ _LARGEST_EXPONENT = 50.0
 
 @dataclass(frozen=True)
 class Fibres(Memoryless):
-    """Fibres along the unit vector ``direction`` (3,) at rest, with modulus k in Pa."""
+    """Fibres along the unit vector ``direction`` (3,) at rest, with modulus k in Pa, scattered by κ."""
 
     body: Body
     modulus_pa: float
     direction: FloatArray
+    dispersion: float = field(default=0.0, kw_only=True)
 
     def energy(self, response: Response) -> float:
         """Return the energy stored, J."""
@@ -51,7 +55,7 @@ class Fibres(Memoryless):
         _, slope, curvature = self._by_extension(self._extension(response))
         along = self._along(response)
         tension = 2 * slope[..., None, None]
-        elements = geometric_stiffness(self.body, tension * np.outer(self.direction, self.direction))
+        elements = geometric_stiffness(self.body, tension * self._structure)
         elements += product_stiffness(self.body, along, along, 4 * curvature)
         return TermStiffness(elements=elements)
 
@@ -60,13 +64,19 @@ class Fibres(Memoryless):
         k = self.modulus_pa
         return 0.5 * k * extension**2, k * extension, np.full_like(extension, k)
 
+    @property
+    def _structure(self) -> FloatArray:
+        """Return κ 1 + (1 − 3 κ) a ⊗ a, (3, 3)."""
+        along = np.outer(self.direction, self.direction)
+        return self.dispersion * np.eye(3) + (1 - 3 * self.dispersion) * along
+
     def _extension(self, response: Response) -> FloatArray:
-        """Return I4 − 1, (e, q)."""
-        return np.sum((response.F @ self.direction) ** 2, axis=-1) - 1.0
+        """Return E, (e, q), which is I4 − 1 where all are alike."""
+        return np.sum((response.F @ self._structure) * response.F, axis=(-2, -1)) - 1.0
 
     def _along(self, response: Response) -> FloatArray:
-        """Return F a ⊗ a, (e, q, 3, 3)."""
-        return np.asarray((response.F @ self.direction)[..., :, None] * self.direction)
+        """Return F times the structure, (e, q, 3, 3), which is F a ⊗ a where all are alike."""
+        return np.asarray(response.F @ self._structure)
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,12 @@ pseudo-elastic one
 the virgin curve stays as it is: R. W. Ogden and D. G. Roxburgh, Proc. R. Soc. A 455 (1999) 2861, with the width
 m + β Wm of Abaqus ("Mullins effect"). By continuum damage
 
-    η = 1 − d (1 − exp(−Wm / m))
+    η = 1 − d (1 − exp(−(Wm / m)^q))
 
-it bends too, and the way back is that of a softer tissue: J. C. Simo, Comput. Methods Appl. Mech. Eng. 60 (1987) 153;
-C. Miehe, Eur. J. Mech. A 14 (1995) 697. The energy is that which Lamé's μ weighs, or its isochoric part: a change of
-volume hardly damages. Or it is the whole, as where voids and torn chains bear neither shear nor pressure: then a body
-that is softened evenly keeps its Poisson's ratio.
+it bends too, and the way back is that of a softer tissue: C. Miehe, Eur. J. Mech. A 14 (1995) 697, with q = 1; with
+q = ½ the measure of damage is √(2 Wm), as in J. C. Simo, Comput. Methods Appl. Mech. Eng. 60 (1987) 153. The energy is
+that which Lamé's μ weighs, or its isochoric part: a change of volume hardly damages. Or it is the whole, as where voids
+and torn chains bear neither shear nor pressure: then a body that is softened evenly keeps its Poisson's ratio.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class PseudoElastic:
     Attributes
     ----------
     depth : 1/r, the largest share that is lost
-    width_pa, relative_width : m (J/m³) and β; one of them positive
+    width_pa, relative_width : m (J/m³) and β; one of them at least positive
     """
 
     depth: float
@@ -78,16 +78,23 @@ class ContinuumDamage:
     ----------
     depth : d, the largest share that is lost
     width_pa : m, J/m³
+    order : q
     """
 
     depth: float
     width_pa: float
+    order: float = 1.0
 
     def lost(self, energy: FloatArray, largest: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return 1 − η and its derivative: the loss grows only where the energy is larger than ever."""
-        left = np.exp(-np.maximum(energy, largest) / self.width_pa)
-        grows = energy >= largest
-        return self.depth * (1 - left), np.where(grows, self.depth * left / self.width_pa, 0.0)
+        reached = np.maximum(energy, largest)
+        measure = (np.maximum(reached, 0.0) / self.width_pa) ** self.order
+        left = np.exp(-measure)
+        grows = (energy >= largest) & (reached > 0.0)
+        slope = np.divide(
+            self.depth * left * self.order * measure, reached, out=np.zeros_like(reached), where=grows
+        )
+        return self.depth * (1 - left), slope
 
 
 @dataclass(frozen=True)
