@@ -228,8 +228,13 @@ class Effect:
 
     @property
     def acts_on_tissue(self) -> bool:
-        """Whether it changes the mechanics, not only what the sensors make of them."""
-        return not _HOOKS_OF_MECHANICS.isdisjoint(self.acts_on)
+        """Whether it changes the mechanics or where beads sit in them, not only what the sensors make of them."""
+        return self.misreads_rest or not _HOOKS_OF_MECHANICS.isdisjoint(self.acts_on)
+
+    @property
+    def misreads_rest(self) -> bool:
+        """Whether it distorts cameras that have read the beads' stated rest positions: they sit elsewhere."""
+        return self.rest_seen and "seen" in self.acts_on
 
     def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
         """Return the constants from which a search begins: by default every point of their grid.
