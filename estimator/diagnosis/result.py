@@ -133,6 +133,11 @@ class Where:
     centre_std: tuple[float, float, float] | None
     radius: float | None
 
+    @property
+    def block(self) -> str:
+        """The most probable block."""
+        return max(self.blocks, key=lambda name: self.blocks[name])
+
 
 @dataclass(frozen=True)
 class Manoeuvre:

@@ -221,8 +221,7 @@ def test_a_turned_camera_turns_every_bead_about_the_origin():
 QUARTER_TURN = {"rotation_x": 0.0, "rotation_y": 0.0, "rotation_z": np.pi / 2}
 STRETCHED = {"scale_error": 0.03, "depth_error": 0.01}
 OF_FRAMES = [
-    (label, values)
-    for label, values in (("camera_scale", STRETCHED), ("camera_rotation", QUARTER_TURN))
+    (label, values) for label, values in (("camera_scale", STRETCHED), ("camera_rotation", QUARTER_TURN))
 ]
 
 

@@ -19,7 +19,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
             "by_channel": {name: _gap(gap) for name, gap in diagnosis.by_channel.items()},
             "by_experiment": {name: _gap(gap) for name, gap in diagnosis.by_experiment.items()},
         },
-        "where": _where(diagnosis.where),
+        "where": {"block": diagnosis.where.block if diagnosis.verdict else None, **_where(diagnosis.where)},
         "material": {"before": _material(diagnosis.before), "after": _material(diagnosis.after)},
         "next_experiment": [
             {

@@ -6,8 +6,8 @@ positions came from these cameras is a matter of the laboratory:
 
 * the *readings* alone: the rest positions are a template's, and the beads seem to stand aside already at rest;
 * the *motion* alone: the rest positions are a template's, to which the seen motion was added;
-* *both*: the same cameras measured the rest positions. The readings agree with these at rest, the motion is off, and the
-  beads sit elsewhere in the tissue than stated, where it moves otherwise;
+* *both*: the same cameras measured the rest positions. The readings agree with these at rest, the motion is off, and
+  the beads sit elsewhere in the tissue than stated, where it moves otherwise;
 * the *rest* positions alone: other cameras, or the same ones before they were set up again, measured these.
 """
 

@@ -4,6 +4,7 @@ import math
 
 from estimator.diagnosis.model.labels import NONE, UNKNOWN
 from estimator.diagnosis.result import Advice, Diagnosis, Gap, Material, Quantity
+from estimator.effects.blocks import GROUPS
 from estimator.report.diagnosis.quantities import (
     closure_text,
     parameters_text,
@@ -20,6 +21,9 @@ _SHOWN_CAUSES = 5
 _WORTH_SHOWING = 0.01
 # What noise feigns less often than this is not put down to noise.
 _RARE = 0.05
+# A block less probable than this is not told where the likeliest one is.
+_WORTH_LOOKING = 0.1
+_WORDS_OF_BLOCK = {block.name: block.words.rpartition(": ")[2] for block in GROUPS.values()}
 _ONE = {
     NONE: "no gap beyond the noise",
     UNKNOWN: "something outside the catalogue",
@@ -38,7 +42,9 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
         gap = (
             f"A gap stands out of the noise, and nothing in the catalogue explains it (probability {chance})"
         )
-        return f"{gap}. {recognised.words}" if recognised is not None else f"{gap}."
+        return (
+            f"{gap}. {recognised.words}" if recognised is not None else f"{gap}. {block_sentence(diagnosis)}"
+        )
     if recognised is not None and diagnosis.verdict[0] == UNKNOWN:
         beside = " and ".join(map(words_of, causes))
         told = _sentence(f"{_told(diagnosis, UNKNOWN)} causes the gap, with {beside} beside it.")
@@ -54,6 +60,17 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     if recognised is None:
         return _sentence(f"{named} causes the gap, but something more remains unexplained.")
     return f"{_sentence(f'{named} causes the gap, with something outside the catalogue.')} {recognised.words}"
+
+
+def block_sentence(diagnosis: Diagnosis) -> str:
+    """Return in which block of the rig the cause lies, the most probable ones first."""
+    blocks = sorted(diagnosis.where.blocks.items(), key=lambda item: -item[1])
+    told = [
+        f"{_WORDS_OF_BLOCK[name]} ({percent(probability)})"
+        for place, (name, probability) in enumerate(blocks)
+        if place == 0 or probability >= _WORTH_LOOKING
+    ]
+    return f"Where to look: {', then '.join(told)}."
 
 
 def _nothing_named(diagnosis: Diagnosis, rival: str | None) -> str:
