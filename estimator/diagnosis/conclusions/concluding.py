@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from estimator.diagnosis.conclusions.deformation import deformed_mesh
 from estimator.diagnosis.conclusions.design_of_experiments import advise
 from estimator.diagnosis.conclusions.findings import absent_finding, material_quantities, present_finding
-from estimator.diagnosis.conclusions.gap import gap_of, gaps_by_kind
+from estimator.diagnosis.conclusions.gap import gap_of, gaps_by_kind, largest_gaps
 from estimator.diagnosis.conclusions.localisation import where_of
 from estimator.diagnosis.conclusions.model_averaging import (
     over_answers,
@@ -71,6 +71,7 @@ def conclude(
             experiment.name: gap_of([one], [two], floor, settings.conclusions)
             for experiment, one, two in zip(case.experiments, before, after, strict=True)
         },
+        gap_at_most=largest_gaps(case, baseline.residual, floor),
         where=where_of(
             case,
             baseline,

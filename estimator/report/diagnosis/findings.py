@@ -21,6 +21,12 @@ _SHOWN_CAUSES = 5
 _WORTH_SHOWING = 0.01
 # What noise feigns less often than this is not put down to noise.
 _RARE = 0.05
+# In what units a small gap is told.
+_SMALL = {
+    "fiducials": ("the beads", 1e6, "µm"),
+    "force": ("force", 1e3, "mN"),
+    "torque": ("torque", 1e3, "mN·m"),
+}
 # A block less probable than this is not told where the likeliest one is.
 _WORTH_LOOKING = 0.1
 _WORDS_OF_BLOCK = {block.name: block.words.rpartition(": ")[2] for block in GROUPS.values()}
@@ -83,8 +89,19 @@ def _nothing_named(diagnosis: Diagnosis, rival: str | None) -> str:
     otherwise = "else one is too small to show" if rival is None else f"{_told(diagnosis, rival)} is next"
     return (
         "No gap: the baseline explains the data within the sensors' noise "
-        f"(probability {percent(none)}; {otherwise})."
+        f"(probability {percent(none)}; {otherwise}).{largest_gap_text(diagnosis)}"
     )
+
+
+def largest_gap_text(diagnosis: Diagnosis) -> str:
+    """Return how large a gap that does not show may be, a sentence after a blank; empty where nothing was measured."""
+    sizes = [
+        f"{factor * diagnosis.gap_at_most[kind].value:.2g} {unit} of {what}"
+        for kind, (what, factor, unit) in _SMALL.items()
+        if kind in diagnosis.gap_at_most
+    ]
+    several = " and ".join(filter(None, [", ".join(sizes[:-1]), *sizes[-1:]]))
+    return f" One that does not show is below {several} (95 %)." if sizes else ""
 
 
 def gap_sentence(gap: Gap) -> str:
