@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
+from estimator.diagnosis.evidence.feigned import feigned_evidence
 from estimator.diagnosis.evidence.marginal_likelihood import (
     error_borne_out,
     evidence_of_unknown,
@@ -20,6 +21,7 @@ from estimator.diagnosis.evidence.noise_selection import (
     signatures_anew,
 )
 from estimator.diagnosis.fitting.case import Case, Linearisation, linearise
+from estimator.diagnosis.model.labels import UNKNOWN
 from estimator.diagnosis.noise.errors_left import AT_MOST
 from estimator.diagnosis.noise.outliers import number_left_out
 from estimator.diagnosis.search.baseline import corrected_at_best, prepare
@@ -40,6 +42,7 @@ from estimator.diagnosis.search.second_cause import asks_for_a_finer_form, promi
 from estimator.diagnosis.settings import DiagnosisSettings, SearchSettings
 from estimator.effects.catalogue import Catalogue
 from estimator.experiment import Experiment
+from estimator.inference.laplace import log_mean
 from estimator.materials.material import Material
 
 
@@ -72,6 +75,22 @@ class Comparison:
     def table(self) -> ModelTable:
         """The models that are held against each other."""
         return ModelTable(self.context, self.none, self.unknown)
+
+    @property
+    def feigned(self) -> float:
+        """By how much the log evidence of none rises for what the model's own error could feign of one label or other.
+
+        Along each label's best change of the mechanics it may have erred, along one as likely as along another; a
+        sensor's own errors no mesh feigns.
+        """
+        context = self.context
+        raised = dict.fromkeys((*context.catalogue.labels, UNKNOWN), 0.0)
+        for one in self.candidates:
+            (effect, *others), label = one.fit.hypothesis.effects, one.labels[0]
+            if effect.acts_on_tissue and not others:
+                found = feigned_evidence(context.case, context.baseline, context.error, one.fit.predicted)
+                raised[label] = max(raised[label], found)
+        return log_mean(list(raised.values()))
 
     @property
     def trials_of_labels(self) -> list[Trial]:
