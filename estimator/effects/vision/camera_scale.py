@@ -1,5 +1,7 @@
 """The cameras' scale is off."""
 
+from typing import ClassVar
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,7 +21,7 @@ class CameraScale(CameraFrame):
     linear = True
     measured_by = "compare the beads' spacing at rest with the design grid"
     words = "The cameras' scale is off: beads appear too far from, or too near to, some point."
-    of_frame = (_SCALE,)
+    of_frame: ClassVar[tuple[Amplitude, ...]] = (_SCALE,)
 
     def __init__(
         self,
