@@ -25,10 +25,17 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.evidence.discrepancy import ModelError, forgiven, moments_of
 from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.effects.effect import Effect
+from estimator.inference.free_parameter import prior_information
 
 FloatArray = NDArray[np.float64]
 
 _FORCES, _WRENCH, _AXES = 3, 6, 3
+
+
+def may_be_feigned(effect: Effect) -> bool:
+    """Tell whether a mesh could do what an effect does: what acts on the mechanics, not what a sensor makes of them."""
+    return effect.acts_on_tissue and not effect.misreads_rest
 
 
 def feigned_evidence(
@@ -56,9 +63,10 @@ def feigned_evidence(
     blocks = zip(base.residual, base.jacobian, change, strict=True)
     moments = moments_of(error, [np.column_stack(block) for block in blocks])
     gram, _ = forgiven(error, moments, error.floor)
-    # What E and ν take of the change is none of the effect's.
+    # What E and ν, and causes that are in already, take of the change is none of the effect's.
     free = slice(1, 1 + base.jacobian[0].shape[1])
-    taken = np.linalg.solve(gram[free, free], gram[free, -1])
+    known = gram[free, free] + prior_information(base.free_parameters)
+    taken = np.linalg.solve(known, gram[free, -1])
     length = gram[-1, -1] - gram[-1, free] @ taken
     along = gram[0, -1] - gram[0, free] @ taken
     if length <= 0.0:

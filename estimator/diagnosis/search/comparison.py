@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
-from estimator.diagnosis.evidence.feigned import feigned_evidence
+from estimator.diagnosis.evidence.feigned import feigned_evidence, may_be_feigned
 from estimator.diagnosis.evidence.marginal_likelihood import (
     error_borne_out,
     evidence_of_unknown,
@@ -87,7 +87,7 @@ class Comparison:
         raised = dict.fromkeys((*context.catalogue.labels, UNKNOWN), 0.0)
         for one in self.candidates:
             (effect, *others), label = one.fit.hypothesis.effects, one.labels[0]
-            if effect.acts_on_tissue and not effect.misreads_rest and not others:
+            if may_be_feigned(effect) and not others:
                 found = feigned_evidence(context.case, context.baseline, context.error, one.fit.predicted)
                 raised[label] = max(raised[label], found)
         return log_mean(list(raised.values()))

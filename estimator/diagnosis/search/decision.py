@@ -133,7 +133,7 @@ def _doubted(comparison: Comparison, best: Candidate, models: Sequence[Model]) -
     for model in models:
         others = set(model.causes) - {best.labels[0], UNKNOWN}
         adds = model.log_evidence - best.log_evidence
-        asked = comparison.table.asked_of_two(best, model.causes)
+        asked = comparison.table.asked(model)
         slight = model.verdict == "explains too little" and adds >= comparison.settings.strong
         if best.labels[0] in model.causes and others and slight:
             label = others.pop()

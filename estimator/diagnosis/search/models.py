@@ -14,6 +14,7 @@ from typing import Literal
 import numpy as np
 
 from estimator.diagnosis.evidence.cross_validation import lost_on_held_out
+from estimator.diagnosis.evidence.feigned import feigned_evidence, may_be_feigned
 from estimator.diagnosis.evidence.lack_of_fit import rough_remainder
 from estimator.diagnosis.evidence.marginal_likelihood import evidence_of_unknown
 from estimator.diagnosis.evidence.noise_floor import white_floor
@@ -33,7 +34,7 @@ class Model:
     ----------
     causes : labels
     unknown : whether there is something unknown beside them
-    log_prior : with what inexact signatures may feign taken off
+    log_prior : with what inexact signatures, and for a second cause the mesh's own error, may feign taken off
     log_evidence : log marginal likelihood
     verdict : whether it is believed beside the best model with fewer causes and beside something unknown, or why not
     """
@@ -105,7 +106,7 @@ class ModelTable:
             Model(
                 pair.labels,
                 False,
-                prior - self.asked_of_two(one, pair.labels),
+                prior - self._asked_beside(one, pair),
                 pair.log_evidence,
                 self._standing(one, pair, unknown_leads),
             )
@@ -127,7 +128,7 @@ class ModelTable:
         left = 0.5 * self.beyond_noise(pair)
         little = left < gain + settings.search.shared and (not unknown_leads or left < ahead)
         found: Standing = "believed"
-        if gain < self.asked_of_two(one, pair.labels):
+        if gain < self._asked_beside(one, pair):
             found = "explains too little"
         elif lost_on_held_out(pair.fit, self.context.baseline, settings.evidence):
             found = "foretells worse"
@@ -155,6 +156,19 @@ class ModelTable:
         if first.labels[0] not in labels:
             asked += choice  # both of its causes are chosen anew
         return max(asked, self.asked_of_unknown(explained)) if UNKNOWN in labels else asked
+
+    def _asked_beside(self, one: Candidate, pair: Candidate) -> float:
+        """Return the same of a refitted pair, with what the mesh's own error could feign of what it adds."""
+        context = self.context
+        further = [effect for effect in pair.fit.hypothesis.effects if effect.label not in one.labels]
+        asked = self.asked_of_two(one, pair.labels)
+        if any(map(may_be_feigned, further)):
+            asked += feigned_evidence(context.case, one.fit, context.error, pair.fit.predicted)
+        return asked
+
+    def asked(self, two: Model) -> float:
+        """Return by how much a model of two causes was asked to raise the log evidence."""
+        return self._log_prior_of_one() - two.log_prior
 
     def asked_of_unknown(self, explained: float) -> float:
         """Return what must be gained by something unknown beside causes that explain so much, or by a cause beside it.

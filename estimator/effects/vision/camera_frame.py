@@ -11,6 +11,7 @@ positions came from these cameras is a matter of the laboratory:
 * the *rest* positions alone: other cameras, or the same ones before they were set up again, measured these.
 """
 
+from abc import ABC, abstractmethod
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -30,7 +31,7 @@ _SHIFT = tuple(
 )
 
 
-class CameraFrame(Effect):
+class CameraFrame(Effect, ABC):
     """Cameras that see a bead at x + M x + t; a subclass tells M by its own amplitudes.
 
     Parameters
@@ -54,9 +55,9 @@ class CameraFrame(Effect):
         self.rest_seen = measured in ("both", "rest")
         self._measured = measured
 
+    @abstractmethod
     def matrix(self, values: Values) -> FloatArray:
         """Return M (3, 3)."""
-        raise NotImplementedError
 
     def seen(self, positions: FloatArray, values: Values) -> FloatArray:
         """Return where these cameras see positions (..., 3), m."""
