@@ -17,6 +17,7 @@ from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.noise.errors_left import AT_MOST
 from estimator.diagnosis.search.candidate import Candidate
 from estimator.diagnosis.search.comparison import Comparison
+from estimator.diagnosis.search.models import ModelTable
 from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import CATALOGUE, LABELS
 from estimator.fem.boundary.problem import RetractionProblem
@@ -114,3 +115,36 @@ def test_micrometres_that_a_mesh_may_leave_are_no_tissue_s_doing_but_may_be_a_ca
     found = probabilities(evidence, SETTINGS.evidence, comparison.feigned)
     assert (found[effect.label] > 0.9) is named
     assert (found["none"] > 0.5) is not named
+
+
+def fitted(base: Linearisation, predicted: FloatArray, **sizes: float) -> Linearisation:
+    """A fit of some effects by name, each of one amplitude, that sees of them as much as of noise."""
+    hypothesis = MATERIAL
+    for name, size in sizes.items():
+        effect = next(one for one in CATALOGUE if one.label == name)
+        constants = {constant.name: constant.grid[0] for constant in effect.constants}
+        hypothesis = hypothesis.with_effect(effect, {**constants, effect.amplitudes[0].name: size})
+    free = free_parameters(hypothesis)
+    columns = RNG.normal(size=(ROWS * CHANNELS, len(free) - 2))
+    return replace(
+        base,
+        hypothesis=hypothesis,
+        free_parameters=free,
+        predicted=(predicted,),
+        jacobian=(np.column_stack([base.jacobian[0], columns]),),
+    )
+
+
+@pytest.mark.parametrize(("correction", "share"), [(CORRECTION, 0.99), (0.0 * CORRECTION, 0.01)])
+def test_a_second_cause_is_asked_for_more_than_what_meshes_may_have_left(
+    correction: FloatArray, share: float
+) -> None:
+    case, base = measured_with(1e-6, correction)
+    one = Candidate(fitted(base, 0.0 * CHANGE, camera_scale=0.01), 1000.0, np.zeros(3))
+    gain = explained(base) - 4.0
+    both = fitted(base, CHANGE, camera_scale=0.01, strain_stiffening=0.02)
+    left = (base.residual[0] - case.whitenings[0].apply(CHANGE[:, :, None])[:, 0],)
+    pair = Candidate(replace(both, residual=left), 1000.0 + gain, np.zeros(4))
+    table = ModelTable(bare_context(base, case, ERROR), none=0.0, unknown=-5.0)
+    (model,) = table.with_two(one, [pair], unknown_leads=False)
+    assert table.asked(model) == pytest.approx(share * gain, abs=0.01 * gain)
