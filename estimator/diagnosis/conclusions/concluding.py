@@ -106,9 +106,10 @@ def _blocks_of_unknown(comparison: Comparison, evidence: Mapping[str, float]) ->
     signatures = [trial.signature for trial in comparison.trials]
     free = context.baseline.free_parameters
     found = evidence_of_blocks(moments_beside(context, signatures), free, signatures, context.error)
-    for one in comparison.candidates:
-        block = one.fit.hypothesis.effects[0].block.name
-        found[block] = max(found.get(block, -np.inf), one.log_evidence)
+    alone = [(trial.signature.effect, trial.log_evidence) for trial in comparison.trials]
+    alone += [(one.fit.hypothesis.effects[0], one.log_evidence) for one in comparison.candidates]
+    for effect, value in alone:
+        found[effect.block.name] = max(found.get(effect.block.name, -np.inf), value)
     return shares_of_unknown(found, temper({**evidence, **found}, context.settings.evidence))
 
 
