@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.evidence.discrepancy import Discrepancy
 from estimator.diagnosis.evidence.feigned import feigned_evidence
+from estimator.diagnosis.evidence.marginal_likelihood import first_order_evidence
 from estimator.diagnosis.evidence.posterior import probabilities
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.model.free_parameters import free_parameters
@@ -108,10 +109,21 @@ def test_micrometres_that_a_mesh_may_leave_are_no_tissue_s_doing_but_may_be_a_ca
     )
     gain = explained(base) - 4.0
     assert gain > 30.0
+    none = first_order_evidence(case, base, ERROR)
     comparison = Comparison(
-        bare_context(base, case, ERROR), 0, (), (Candidate(fit, gain, np.zeros(2)),), none=0.0, unknown=-5.0
+        bare_context(base, case, ERROR),
+        0,
+        (),
+        (Candidate(fit, none + gain, np.zeros(2)),),
+        none=none,
+        unknown=none - 5.0,
     )
-    evidence = {"none": 0.0, "unknown": -5.0, **dict.fromkeys(LABELS, -1.0), effect.label: gain}
+    evidence = {
+        "none": none,
+        "unknown": none - 5.0,
+        **dict.fromkeys(LABELS, none - 1.0),
+        effect.label: none + gain,
+    }
     found = probabilities(evidence, SETTINGS.evidence, comparison.feigned)
     assert (found[effect.label] > 0.9) is named
     assert (found["none"] > 0.5) is not named

@@ -5,15 +5,18 @@ each channel, not along which course, and it may well be that of an effect: a me
 are singular, and so is tissue that stiffens. Along a change z of all channels what is left has, in units of the noise,
 the variance
 
-    d² = Σ_g s² ‖c_g‖² ‖z_g‖² / ‖z‖²
+    d² = Σ_g s² ‖c_g‖² ‖z_g‖² / (w ‖z‖²)
 
-over force, torque and every bead g, whose errors have nothing to do with one another; c is what a finer mesh changes
-and s the share of it that may be left. With Gaussian errors the log evidence of no cause rises by
+over force, torque and every bead g, whose errors have nothing to do with one another; c is what a finer mesh changes,
+s the share of it that may be left, and w the number of shapes that it may have along the gripper's way. With Gaussian
+errors the log evidence of no cause rises by
 
-    ½ x² d² / (1 + d²) − ½ ln (1 + d²)
+    ½ x² d² / (1 + d² l²) − ½ ln (1 + d² l²)
 
-where the misfit along z is x. However quiet the sensors, a cause is believed only as far as it stands out from what
-meshes may have left. With usual sensors that is next to nothing: d² falls with the square of the noise.
+where the misfit along z is x, and l is what is left of z's unit length once what is free in the fit has taken its part;
+integrated over the floors of what any model misses, as every evidence is. However quiet the sensors, a cause is
+believed only as far as it stands out from what meshes may have left. With usual sensors that is next to nothing: d²
+falls with the square of the noise.
 """
 
 from __future__ import annotations
@@ -24,9 +27,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.evidence.discrepancy import ModelError, forgiven, moments_of
+from estimator.diagnosis.evidence.floors import log_evidence
+from estimator.diagnosis.evidence.marginal_likelihood import priors_within_a_step
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.effects.effect import Effect
 from estimator.inference.free_parameter import prior_information
+from estimator.inference.laplace import log_mean
 
 FloatArray = NDArray[np.float64]
 
@@ -62,22 +68,34 @@ def feigned_evidence(
     variance = _variance_along(case, change)
     blocks = zip(base.residual, base.jacobian, change, strict=True)
     moments = moments_of(error, [np.column_stack(block) for block in blocks])
-    gram, _ = forgiven(error, moments, error.floor)
-    # What E and ν, and causes that are in already, take of the change is none of the effect's.
-    free = slice(1, 1 + base.jacobian[0].shape[1])
+    number = moments.gram.shape[0] - 1
+    without = moments.among(range(number))
+    priors = priors_within_a_step(base.free_parameters, case.settings.evidence)
+    plain = np.array([log_evidence(without, priors, error, floor) for floor in error.floors])
+    # Of the amplitude of the change as it is.
+    variance /= moments.gram[number, number]
+    raised = [_raised(base, forgiven(error, moments, floor)[0], variance) for floor in error.floors]
+    return max(log_mean(plain + np.array(raised)) - log_mean(plain), 0.0)
+
+
+def _raised(base: Linearisation, gram: FloatArray, variance: float) -> float:
+    """Return by how much the log evidence rises for an error along a change, whose amplitude has a variance.
+
+    ``gram`` are the inner products of the residual, the derivatives by what is free in the fit, and the change: what
+    these take of it is none of the effect's.
+    """
+    free = slice(1, gram.shape[0] - 1)
     known = gram[free, free] + prior_information(base.free_parameters)
     taken = np.linalg.solve(known, gram[free, -1])
-    length = gram[-1, -1] - gram[-1, free] @ taken
-    along = gram[0, -1] - gram[0, free] @ taken
-    if length <= 0.0:
-        return 0.0
-    found = 0.5 * along**2 / length * variance / (1.0 + variance) - 0.5 * np.log1p(variance)
-    return max(float(found), 0.0)
+    grown = variance * max(float(gram[-1, -1] - gram[-1, free] @ taken), 0.0)
+    along = float(gram[0, -1] - gram[0, free] @ taken)
+    return 0.5 * variance * along**2 / (1.0 + grown) - 0.5 * float(np.log1p(grown))
 
 
 def _variance_along(case: Case, change: Sequence[FloatArray]) -> float:
     """Return the variance of what meshes may have left along a whitened change (r, 1) of each experiment."""
-    share = case.settings.noise.mesh_share_apart * case.errors_left.elsewhere
+    settings = case.settings.noise
+    share = settings.mesh_share_apart * case.errors_left.elsewhere / np.sqrt(settings.waves_beside_rim)
     sources = _sources(case.corrections[0].shape[1])
     left, seen = np.zeros((2, sources.max() + 1))
     for whitening, correction, columns in zip(case.whitenings, case.corrections, change, strict=True):
