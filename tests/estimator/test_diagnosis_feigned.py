@@ -32,7 +32,7 @@ ROWS, CHANNELS = 60, 6 + 3 * 4
 RNG = np.random.default_rng(3)
 # What an effect does to the beads, m, what of E and ν does, and what a finer mesh changes.
 CHANGE = np.zeros((ROWS, CHANNELS))
-CHANGE[:, 6:] = 3e-6 * np.linspace(0.0, 1.0, ROWS)[:, None] ** 3 * RNG.normal(size=CHANNELS - 6)
+CHANGE[:, 6:] = 1.5e-6 * np.linspace(0.0, 1.0, ROWS)[:, None] ** 3 * RNG.normal(size=CHANNELS - 6)
 OF_MATERIAL = RNG.normal(size=(ROWS, CHANNELS, 2))
 # E and ν can do nothing of it.
 OF_MATERIAL -= CHANGE[:, :, None] * np.einsum("nc,nck->k", CHANGE, OF_MATERIAL) / np.sum(CHANGE**2)
@@ -78,7 +78,7 @@ def believed(noise_m: float) -> tuple[float, float]:
 
 
 def test_what_a_cause_explains_beyond_what_meshes_may_leave_hardly_grows_however_quiet_the_sensors() -> None:
-    usual, quiet, quieter = (believed(noise) for noise in (5e-5, 2e-6, 4e-7))
+    usual, quiet, quieter = (believed(noise) for noise in (5e-5, 4e-7, 8e-8))
     assert usual[1] == pytest.approx(usual[0], rel=0.1)
     assert quieter[0] == pytest.approx(25.0 * quiet[0])
     # What is left grows with the logarithm of a prior's width alone.
@@ -151,7 +151,7 @@ def fitted(base: Linearisation, predicted: FloatArray, **sizes: float) -> Linear
 def test_a_second_cause_is_asked_for_more_than_what_meshes_may_have_left(
     correction: FloatArray, share: float
 ) -> None:
-    case, base = measured_with(1e-6, correction)
+    case, base = measured_with(2e-7, correction)
     one = Candidate(fitted(base, 0.0 * CHANGE, camera_scale=0.01), 1000.0, np.zeros(3))
     gain = explained(base) - 4.0
     both = fitted(base, CHANGE, camera_scale=0.01, strain_stiffening=0.02)
