@@ -42,8 +42,7 @@ _HOOKS_OF_MECHANICS: frozenset[Hook] = frozenset(("material", "problem", "log_mo
 OUTSIDE = "unknown"
 
 # Inexactness of what has hardly another form, as a constant linear change of readings or poses: beside fifteen such
-# causes of 113 to 327 σ, which raised it by 1700 to 19000, others seemed to raise the log evidence by 4.9 at the most,
-# and by no more where more was explained.
+# causes of 113 to 327 σ, which raised it by 1700 to 19000, others seemed to raise the log evidence by 4.9 at the most.
 HARDLY_INEXACT = 2e-4
 
 
@@ -166,15 +165,13 @@ class Effect:
     words : what a report says of it, one sentence
     rate_dependent : whether the tissue changes while the gripper stands
     elaborates : form of the same label of which this one is a refinement, looked at only where that one leads
-    accident : whether it happens at one instant: then it is looked at as well where something unknown leads, for what
-        is right only until then or from then on looks like nothing known
+    accident : whether it happens at one instant; such a one is looked at as well where something unknown leads
     mistaken_for : labels of the catalogue in whose place one without a label is looked at; none for one that always is
-    terms_alike : whether it is a sum of terms that may change places: none of several is where a single one fits best
+    terms_alike : whether it is a sum of terms that may change places: none is where a single one fits best
     keeps_pattern : whether :meth:`problem` leaves free and held nodes as they are
     within_elements : whether it ends within elements, so that its size is known only as well as they follow it
     rest_seen : whether the cameras read the beads' stated rest positions once the tissue was mounted
-    inexactness : share of what it raises the log evidence by that another cause seems to explain where its form is only
-        nearly right: stiffening of another form left 0.0008 to a grasp aside
+    inexactness : share of what it raises the log evidence by that others seem to explain, its form being inexact
 
     Examples
     --------

@@ -57,25 +57,23 @@ def feigned_evidence(
     error : what any model misses
     predicted : for each experiment (n, 6 + 3m), channels with the effect
     """
-    if not case.corrections:
-        return 0.0
-    change = [
-        whitening.apply((after - before)[:, :, None])
-        for whitening, before, after in zip(case.whitenings, base.predicted, predicted, strict=True)
-    ]
-    if not any(np.any(columns) for columns in change):
-        return 0.0
-    variance = _variance_along(case, change)
-    blocks = zip(base.residual, base.jacobian, change, strict=True)
-    moments = moments_of(error, [np.column_stack(block) for block in blocks])
-    number = moments.gram.shape[0] - 1
-    without = moments.among(range(number))
-    priors = priors_within_a_step(base.free_parameters, case.settings.evidence)
-    plain = np.array([log_evidence(without, priors, error, floor) for floor in error.floors])
-    # Of the amplitude of the change as it is.
-    variance /= moments.gram[number, number]
-    raised = [_raised(base, forgiven(error, moments, floor)[0], variance) for floor in error.floors]
-    return max(log_mean(plain + np.array(raised)) - log_mean(plain), 0.0)
+    found = 0.0
+    if case.corrections:
+        change = [
+            whitening.apply((after - before)[:, :, None])
+            for whitening, before, after in zip(case.whitenings, base.predicted, predicted, strict=True)
+        ]
+        blocks = zip(base.residual, base.jacobian, change, strict=True)
+        moments = moments_of(error, [np.column_stack(block) for block in blocks])
+        number = moments.gram.shape[0] - 1
+        # Of the amplitude of the change as it is.
+        variance = _variance_along(case, change) / max(moments.gram[number, number], np.finfo(float).tiny)
+        without = moments.among(range(number))
+        priors = priors_within_a_step(base.free_parameters, case.settings.evidence)
+        plain = np.array([log_evidence(without, priors, error, floor) for floor in error.floors])
+        raised = [_raised(base, forgiven(error, moments, floor)[0], variance) for floor in error.floors]
+        found = log_mean(plain + np.array(raised)) - log_mean(plain)
+    return max(found, 0.0)
 
 
 def _raised(base: Linearisation, gram: FloatArray, variance: float) -> float:
@@ -103,7 +101,7 @@ def _variance_along(case: Case, change: Sequence[FloatArray]) -> float:
         left += np.bincount(sources, np.where(whitening.seen, size, 0.0).sum(axis=0))
         source = sources[np.nonzero(whitening.seen)[1]]
         seen += np.bincount(source, columns[:, 0] ** 2, len(seen))
-    return float(left @ seen / seen.sum())
+    return float(left @ seen / max(seen.sum(), np.finfo(float).tiny))
 
 
 def _sources(channels: int) -> NDArray[np.int64]:

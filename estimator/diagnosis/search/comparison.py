@@ -83,18 +83,17 @@ class Comparison:
         Along each label's best change of the mechanics it may have erred, along one as likely as along another; a
         sensor's own errors no mesh feigns.
         """
-        context, found = self.context, {}
+        context, behind = self.context, 0.0
+        found = dict.fromkeys((*context.catalogue.labels, UNKNOWN), 0.0)
         for one in self.candidates:
             (effect, *others), label = one.fit.hypothesis.effects, one.labels[0]
             if may_be_feigned(effect) and not others:
                 by_mesh = feigned_evidence(context.case, context.baseline, context.error, one.fit.predicted)
-                found[label] = max(found.get(label, 0.0), by_mesh)
-        if not any(found.values()):
-            return 0.0
-        # None may be more probable where the noise was chosen for it than in that which suits another answer.
-        behind = first_order_evidence(context.case, context.baseline, context.error) - self.none
-        raised = [max(behind + found.get(label, 0.0), 0.0) for label in (*context.catalogue.labels, UNKNOWN)]
-        return log_mean(raised)
+                found[label] = max(found[label], by_mesh)
+        if any(found.values()):
+            # None may be more probable where the noise was chosen for it than in that which suits another answer.
+            behind = first_order_evidence(context.case, context.baseline, context.error) - self.none
+        return log_mean([max(behind + by_mesh, 0.0) for by_mesh in found.values()])
 
     @property
     def trials_of_labels(self) -> list[Trial]:
