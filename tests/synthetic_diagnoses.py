@@ -136,6 +136,11 @@ def diagnosis(
         gap=gap,
         by_channel={"force": gap, "torque": gap, "fiducials": gap},
         by_experiment={"pull": gap, "twist": gap},
+        gap_at_most={
+            "force": Quantity(5e-3, 0.0, "N"),
+            "torque": Quantity(1.2e-4, 0.0, "N·m"),
+            "fiducials": Quantity(7e-6, 0.0, "m"),
+        },
         where=Where(
             channels={"fx": 0.4, "fz": 0.3, "x": 0.3},
             steps={"pull/ramp": 0.7, "twist/hold": 0.3},

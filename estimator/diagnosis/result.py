@@ -133,6 +133,11 @@ class Where:
     centre_std: tuple[float, float, float] | None
     radius: float | None
 
+    @property
+    def block(self) -> str:
+        """The most probable block."""
+        return max(self.blocks, key=lambda name: self.blocks[name])
+
 
 @dataclass(frozen=True)
 class Manoeuvre:
@@ -211,6 +216,8 @@ class Diagnosis:
     chance : share of noises alone, none of them with a cause, that would feign one as strong as the strongest found
     effects : by label; by "unknown" too where that was recognised as something which has no label
     gap, by_channel, by_experiment : Gap of all data, of force, torque and fiducials, and of each experiment
+    gap_at_most : of force, torque and fiducials, root mean square: a gap of the baseline beyond what is told here would
+        have shown with 95 %, what the model's own error may hide included
     where : Where
     before, after : material without causes, and with them and with the uncertainty of naming them
     cannot_tell : sentences: what these data do not say
@@ -231,6 +238,7 @@ class Diagnosis:
     gap: Gap
     by_channel: Mapping[str, Gap]
     by_experiment: Mapping[str, Gap]
+    gap_at_most: Mapping[str, Quantity]
     where: Where
     before: Material
     after: Material

@@ -41,8 +41,7 @@ _HOOKS_OF_MECHANICS: frozenset[Hook] = frozenset(("material", "problem", "log_mo
 OUTSIDE = "unknown"
 
 # Inexactness of what has hardly another form, as a constant linear change of readings or poses: beside fifteen such
-# causes of 113 to 327 σ, which raised it by 1700 to 19000, others seemed to raise the log evidence by 4.9 at the most,
-# and by no more where more was explained.
+# causes of 113 to 327 σ, which raised it by 1700 to 19000, others seemed to raise the log evidence by 4.9 at the most.
 HARDLY_INEXACT = 2e-4
 
 
@@ -165,14 +164,13 @@ class Effect:
     words : what a report says of it, one sentence
     rate_dependent : whether the tissue changes while the gripper stands
     elaborates : form of the same label of which this one is a refinement, looked at only where that one leads
-    accident : whether it happens at one instant, as whose half it looks like nothing known: looked at there as well
+    accident : whether it happens at one instant; such a one is looked at as well where something unknown leads
     mistaken_for : labels of the catalogue in whose place one without a label is looked at; none for one that always is
-    terms_alike : whether it is a sum of terms that may change places: none of several is where a single one fits best
+    terms_alike : whether it is a sum of terms that may change places: none is where a single one fits best
     keeps_pattern : whether :meth:`problem` leaves free and held nodes as they are
     within_elements : whether it ends within elements, which then have to follow it for its size to be known
     rest_seen : whether the cameras read the beads' stated rest positions once the tissue was mounted
-    inexactness : share of what it explains that another cause seems to, where its form is only nearly right: 0.0008 of
-        stiffening of another form was left to a grasp aside
+    inexactness : share of what it raises the log evidence by that others seem to explain, its form being inexact
 
     Examples
     --------
@@ -226,8 +224,13 @@ class Effect:
 
     @property
     def acts_on_tissue(self) -> bool:
-        """Whether it changes the mechanics, not only what the sensors make of them."""
-        return not _HOOKS_OF_MECHANICS.isdisjoint(self.acts_on)
+        """Whether it changes the mechanics or where beads sit in them, not only what the sensors make of them."""
+        return self.misreads_rest or not _HOOKS_OF_MECHANICS.isdisjoint(self.acts_on)
+
+    @property
+    def misreads_rest(self) -> bool:
+        """Whether it distorts cameras that have read the beads' stated rest positions: they sit elsewhere."""
+        return self.rest_seen and "seen" in self.acts_on
 
     def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
         """Return the constants from which a search begins: by default every point of their grid.
@@ -252,10 +255,7 @@ class Effect:
         return []
 
     def choices(self, experiments: Sequence[Experiment]) -> int:
-        """Return among how many equally likely values of its fixed constants a search chooses.
-
-        The more places an accident has to happen in, the likelier noise alone feigns one of them.
-        """
+        """Return among how many equally likely values of its fixed constants a search chooses, as noise does."""
         return 1
 
     def place(self, problem: RetractionProblem, values: Values) -> tuple[FloatArray, float] | None:

@@ -28,6 +28,7 @@ from estimator.effects.outside.air_pocket import AirPocket
 from estimator.effects.outside.cable import Cable
 from estimator.effects.outside.camera_creep import CameraCreep
 from estimator.effects.outside.camera_lag import CameraLag
+from estimator.effects.outside.camera_shift import CameraShift
 from estimator.effects.outside.cut import Cut
 from estimator.effects.outside.force_clipping import ForceClipping
 from estimator.effects.outside.jammed_joint import JammedJoint
@@ -49,8 +50,8 @@ from estimator.effects.tissue.strain_stiffening import STRAIN_STIFFENING
 from estimator.effects.tissue.stress_softening import STRESS_SOFTENING
 from estimator.effects.tissue.thickness_error import THICKNESS_ERROR
 from estimator.effects.tissue.viscoelasticity import VISCOELASTICITY
-from estimator.effects.vision.camera_rotation import CameraRotation
-from estimator.effects.vision.camera_scale import CameraScale, CameraScaleInPlane, CameraScaleOfMotion
+from estimator.effects.vision.camera_rotation import CAMERA_ROTATION
+from estimator.effects.vision.camera_scale import CAMERA_SCALE
 from estimator.effects.vision.fiducial_mislabel import (
     FiducialMislabel,
     FiducialMislabelFromShare,
@@ -125,10 +126,8 @@ _FORCE: tuple[Effect, ...] = (
 
 # From the beads to their recorded positions: the cameras' frame, then the tracks.
 _VISION: tuple[Effect, ...] = (
-    CameraScale(),
-    CameraScaleInPlane(),
-    CameraScaleOfMotion(),
-    CameraRotation(),
+    *CAMERA_SCALE,
+    *CAMERA_ROTATION,
     FiducialMisread(),
     FiducialMisreadWithin(),
     FiducialMisreadFrom(),
@@ -152,6 +151,7 @@ OUTSIDERS: tuple[Effect, ...] = (
     Cut(),
     Shrinkage(),
     ModulusDrift(),
+    CameraShift(),
     CameraCreep(),
     SlantedView(),
     Cable(),

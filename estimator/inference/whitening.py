@@ -66,6 +66,11 @@ class Whitening:
         return float(np.sqrt(1.0 - np.sum(1.0 - (1.0 - self.shrink) ** 2) / len(self.vectors)))
 
     @property
+    def shared_variance(self) -> FloatArray:
+        """Variance (r,) of each measured value by the errors that values share, that of white noise being one."""
+        return np.asarray(self.vectors**2 @ ((1.0 - self.shrink) ** -2 - 1.0))
+
+    @property
     def log_determinant(self) -> float:
         """Logarithm of the determinant of I + U Uᵀ."""
         return float(-2.0 * np.log1p(-self.shrink).sum())

@@ -36,9 +36,9 @@ def test_a_size_that_an_effect_cannot_have_is_not_told(seen: float, expected: fl
     assert sizes.chi2_drop == pytest.approx(144.0 if expected else 0.0, rel=1e-2)
 
 
-def test_something_unknown_lies_where_it_is_recognised_and_else_where_what_resembles_it_does() -> None:
+def test_something_unknown_lies_where_it_is_recognised_and_else_in_what_block_could_do_the_like() -> None:
     told = {"unknown": 0.7, "force_bias": 0.2, "none": 0.1}
-    alike = {"force_bias": 0.5, "camera_scale": 0.5}
+    alike = {"force": 0.5, "vision": 0.5}
     groups = {"force_bias": "force", "camera_scale": "vision"}
     assert shares_of_blocks(told, alike, groups, "robot")["robot"] == pytest.approx(0.7)
     unrecognised = shares_of_blocks(told, alike, groups, None)

@@ -57,7 +57,10 @@ def test_two_causes_without_the_best_one_pay_for_the_choice_of_both(told: dict[s
     one = refitted(GRIP, evidence=100.0)
     with_it, without = table().with_two(
         one,
-        [refitted(GRIP, CAMERA, evidence=200.0), refitted(CAMERA, "camera_rotation", evidence=200.0)],
+        [
+            refitted(GRIP, CAMERA, evidence=200.0),
+            refitted(CAMERA, "camera_rotation:of_positions", evidence=200.0),
+        ],
         unknown_leads=False,
     )
     assert with_it.log_prior - without.log_prior == pytest.approx(math.log(len(LABELS)))

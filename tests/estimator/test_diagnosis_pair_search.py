@@ -42,7 +42,7 @@ def test_another_form_of_the_leading_cause_is_no_second_leader() -> None:
 
 def test_what_either_cause_of_a_pair_may_be_mistaken_for_is_looked_at() -> None:
     context = bare_context()
-    turned = beside(MATERIAL, "camera_rotation", 0.01)
+    turned = beside(MATERIAL, "camera_rotation:of_positions", 0.01)
     assert not mistaken_for(context, [candidate(turned, 90.0)])
     pair = beside(turned, "thickness_error:about_middle", 0.1)
     assert [one.name for one in mistaken_for(context, [candidate(pair, 90.0)])] == ["unknown:air_pocket"]
@@ -81,7 +81,7 @@ def test_the_second_cause_of_a_pair_that_leaves_something_is_tried_beside_what_t
     grip = beside(MATERIAL, "gripper_compliance:translation", 1e-4)
     reach = beside(MATERIAL, "motion_scale:translation", 0.01)
     scale = beside(MATERIAL, "camera_scale:of_the_motion", 0.01)
-    turned = beside(MATERIAL, "camera_rotation", 0.01)
+    turned = beside(MATERIAL, "camera_rotation:of_positions", 0.01)
     evidences = {90.0: grip, 88.0: reach, 85.0: scale, 40.0: turned}
     comparison = comparison_of(evidences)
     pairs = [candidate(beside(one, "gravity_sag:beads_hanging", 0.01), 150.0) for one in (grip, reach)]
@@ -99,7 +99,7 @@ def test_the_second_cause_of_a_pair_that_leaves_something_is_tried_beside_what_t
 def test_a_second_cause_that_promised_half_of_what_the_best_one_adds_is_tried_too_unless_it_is_linear(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    turned = beside(MATERIAL, "camera_rotation", 0.01)
+    turned = beside(MATERIAL, "camera_rotation:of_positions", 0.01)
     stiffening, gain, fibres, aside = (
         beside(turned, name, 0.01)
         for name in (

@@ -74,9 +74,11 @@ def test_the_object_for_programs_has_the_agreed_shape() -> None:
         "closure_held_out",
         "by_channel",
         "by_experiment",
+        "at_most",
     ]
+    assert told["gap"]["at_most"]["fiducials"] == {"value": 7e-6, "unit": "m"}
     assert told["gap"]["by_channel"]["torque"]["closure_held_out"] == -0.1
-    assert list(told["where"]) == ["channels", "steps", "blocks", "centre", "radius"]
+    assert list(told["where"]) == ["block", "channels", "steps", "blocks", "centre", "radius"]
     assert told["where"]["centre"] == [-0.0113, 0.0152, 0.0]
     assert told["material"]["after"]["poisson_ratio"] == {"value": 0.482, "std": 0.003}
     assert told["next_experiment"][0]["separates"] == ["inhomogeneity", "modulus_gradient"]
@@ -166,7 +168,8 @@ def test_a_case_without_a_gap_says_so() -> None:
     lines = summary_text(no_gap()).splitlines()
     assert lines[0] == (
         "No gap: the baseline explains the data within the sensors' noise "
-        "(probability 96 %; else one is too small to show)."
+        "(probability 96 %; else one is too small to show). "
+        "One that does not show is below 7 µm of the beads, 5 mN of force and 0.12 mN·m of torque (95 %)."
     )
     assert "  Stress softening would not show: depth below 0.4 1." in lines
 
@@ -178,10 +181,15 @@ def test_what_noise_does_not_feign_though_there_is_no_gap_is_put_down_to_the_mod
     assert slight not in summary_text(replace(unexplained(), chance=0.01))
 
 
-def test_a_case_that_nothing_explains_says_so() -> None:
-    assert summary_text(unexplained()).startswith(
-        "A gap stands out of the noise, and nothing in the catalogue explains it (probability 91 %)."
+def test_a_case_that_nothing_explains_says_so_and_in_which_block_to_look() -> None:
+    unknown = unexplained()
+    cameras = replace(unknown.where, blocks={"interior": 0.12, "vision": 0.84, "anchor": 0.04})
+    assert summary_text(replace(unknown, where=cameras)).startswith(
+        "A gap stands out of the noise, and nothing in the catalogue explains it (probability 91 %). "
+        "Where to look: the cameras (84 %), then in the tissue (12 %).\n"
     )
+    assert as_json(replace(unknown, where=cameras))["where"]["block"] == "vision"
+    assert as_json(no_gap())["where"]["block"] is None
 
 
 def test_an_answer_that_another_one_nearly_equals_is_told_with_that() -> None:
@@ -191,7 +199,7 @@ def test_an_answer_that_another_one_nearly_equals_is_told_with_that() -> None:
     )
     none = {"none": 0.45, "camera_scale": 0.35, "unknown": 0.1}
     first, *_ = summary_text(replace(no_gap(), probabilities=none)).splitlines()
-    assert first.endswith("(probability 45 %; camera scale (35 %) is next).")
+    assert "(probability 45 %; camera scale (35 %) is next). One that does not show is below 7 µm" in first
 
 
 def test_a_cause_that_is_likelier_than_none_and_yet_not_named_is_told_of() -> None:

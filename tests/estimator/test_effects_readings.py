@@ -16,8 +16,7 @@ from estimator.effects.force.force_frame_rotation import ForceFrameRotation
 from estimator.effects.force.time_offset import TimeOffset
 from estimator.effects.force.tool_weight import ToolWeight, ToolWeightAndCentre
 from estimator.effects.force.torque_centre import TorqueCentre
-from estimator.effects.vision.camera_rotation import CameraRotation
-from estimator.effects.vision.camera_scale import CameraScale, CameraScaleInPlane, CameraScaleOfMotion
+from estimator.effects.vision.camera_scale import CameraScale, CameraScaleInPlane
 from estimator.effects.vision.fiducial_mislabel import (
     FiducialMislabel,
     FiducialMislabelFromShare,
@@ -220,22 +219,53 @@ def test_a_scaled_camera_moves_far_beads_more_than_near_ones():
     assert_array_equal(in_plane[..., 2], readings.fiducials[..., 2])
 
 
-def test_cameras_that_measured_the_rest_positions_too_scale_motion_alone():
-    readings = felt(there_and_back())
-    scaled = CameraScaleOfMotion().readings(readings, {"scale_error": 0.02}).fiducials
-    assert_allclose(scaled[0], readings.fiducials[0], atol=1e-15)
-    motion = readings.fiducials - readings.fiducials[0]
-    assert_allclose(scaled - scaled[0], 1.02 * motion, atol=1e-15)
-
-
 def test_a_turned_camera_turns_every_bead_about_the_origin():
     readings = felt(there_and_back())
-    values = with_values(CameraRotation(), {"rotation_z": np.pi / 2})
-    turned = CameraRotation().readings(readings, values).fiducials
+    turned = form("camera_rotation:of_positions").readings(readings, QUARTER_TURN).fiducials
     expected = np.stack(
         [-readings.fiducials[..., 1], readings.fiducials[..., 0], readings.fiducials[..., 2]], -1
     )
     assert_allclose(turned, expected, atol=1e-15)
+
+
+QUARTER_TURN = {"rotation_x": 0.0, "rotation_y": 0.0, "rotation_z": np.pi / 2}
+STRETCHED = {"scale_error": 0.03, "depth_error": 0.01}
+OF_FRAMES = [
+    (label, values) for label, values in (("camera_scale", STRETCHED), ("camera_rotation", QUARTER_TURN))
+]
+
+
+def form(name: str) -> Effect:
+    return next(effect for effect in CATALOGUE if effect.name == name)
+
+
+@pytest.mark.parametrize(("label", "values"), OF_FRAMES)
+def test_a_frame_that_scales_or_turns_about_any_point_leaves_that_point(label, values):
+    effect, point = form(f"{label}:about_any_point"), np.array([0.061, 0.019, -0.004])
+    shift = -effect.matrix(values) @ point
+    given = {**values, **dict(zip(("shift_x", "shift_y", "shift_z"), shift, strict=True))}
+    assert_allclose(effect.seen(point, given), point, atol=1e-15)
+    beads = felt(there_and_back()).fiducials
+    about_origin = effect.seen(beads - point, {**values, "shift_x": 0.0, "shift_y": 0.0, "shift_z": 0.0})
+    assert_allclose(effect.seen(beads, given), about_origin + point, atol=1e-15)
+
+
+@pytest.mark.parametrize(("label", "values"), [("camera_scale", {"scale_error": 0.02}), OF_FRAMES[1]])
+def test_cameras_that_saw_the_motion_alone_change_it_and_nothing_at_rest(label, values):
+    effect, readings = form(f"{label}:of_the_motion"), felt(there_and_back())
+    seen = effect.readings(readings, values).fiducials
+    assert_allclose(seen[0], readings.fiducials[0], atol=1e-15)
+    motion = readings.fiducials - readings.fiducials[0]
+    assert_allclose(seen - seen[0], motion + motion @ effect.matrix(values).T, atol=1e-15)
+
+
+@pytest.mark.parametrize("label", ["camera_scale", "camera_rotation"])
+def test_cameras_that_measured_the_rest_positions_alone_leave_the_readings(label):
+    effect, readings = form(f"{label}:of_rest_alone"), felt(there_and_back())
+    values = {amplitude.name: 0.01 for amplitude in effect.amplitudes}
+    assert effect.readings(readings, values) is readings
+    assert effect.misreads_rest
+    assert not form(f"{label}:about_any_point").misreads_rest
 
 
 MISLABELS = {

@@ -18,8 +18,12 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
             **_gap(diagnosis.gap),
             "by_channel": {name: _gap(gap) for name, gap in diagnosis.by_channel.items()},
             "by_experiment": {name: _gap(gap) for name, gap in diagnosis.by_experiment.items()},
+            "at_most": {
+                name: {"value": _number(size.value), "unit": size.unit}
+                for name, size in diagnosis.gap_at_most.items()
+            },
         },
-        "where": _where(diagnosis.where),
+        "where": {"block": diagnosis.where.block if diagnosis.verdict else None, **_where(diagnosis.where)},
         "material": {"before": _material(diagnosis.before), "after": _material(diagnosis.after)},
         "next_experiment": [
             {

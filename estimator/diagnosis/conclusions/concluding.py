@@ -6,12 +6,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import softmax
 
 from estimator.diagnosis.conclusions.deformation import deformed_mesh
 from estimator.diagnosis.conclusions.design_of_experiments import advise
 from estimator.diagnosis.conclusions.findings import absent_finding, material_quantities, present_finding
-from estimator.diagnosis.conclusions.gap import gap_of, gaps_by_kind
+from estimator.diagnosis.conclusions.gap import gap_of, gaps_by_kind, largest_gaps
 from estimator.diagnosis.conclusions.localisation import where_of
 from estimator.diagnosis.conclusions.model_averaging import (
     over_answers,
@@ -21,6 +20,7 @@ from estimator.diagnosis.conclusions.model_averaging import (
 from estimator.diagnosis.conclusions.multiple_testing import Multiplicity, multiplicity_of, rivals_of
 from estimator.diagnosis.conclusions.open_questions import measurements, what_cannot_be_told
 from estimator.diagnosis.conclusions.single_causes import consider
+from estimator.diagnosis.evidence.blocks import evidence_of_blocks, shares_of_unknown
 from estimator.diagnosis.evidence.cross_validation import held_out_in_full, held_out_residuals
 from estimator.diagnosis.evidence.noise_floor import noise_floor
 from estimator.diagnosis.evidence.posterior import credible_set, temper
@@ -30,7 +30,7 @@ from estimator.diagnosis.result import Consideration, Diagnosis, EffectFinding, 
 from estimator.diagnosis.search.candidate import Candidate, parameter_deviations
 from estimator.diagnosis.search.comparison import Comparison
 from estimator.diagnosis.search.decision import Verdict
-from estimator.diagnosis.search.screening import best_trials
+from estimator.diagnosis.search.screening import best_trials, moments_beside
 
 FloatArray = NDArray[np.float64]
 
@@ -71,11 +71,12 @@ def conclude(
             experiment.name: gap_of([one], [two], floor, settings.conclusions)
             for experiment, one, two in zip(case.experiments, before, after, strict=True)
         },
+        gap_at_most=largest_gaps(case, baseline.residual, floor),
         where=where_of(
             case,
             baseline,
             verdict.probability,
-            _leading(comparison, evidence),
+            _blocks_of_unknown(comparison, evidence),
             context.catalogue.groups,
             winner,
         ),
@@ -99,12 +100,17 @@ def conclude(
     )
 
 
-def _leading(comparison: Comparison, evidence: Mapping[str, float]) -> dict[str, float]:
-    """Return the probability of each label among the labels alone."""
-    labels = comparison.context.catalogue.labels
-    power = temper(evidence, comparison.context.settings.evidence)
-    shares = softmax(power * np.array([evidence[label] for label in labels]))
-    return {label: float(share) for label, share in zip(labels, shares, strict=True)}
+def _blocks_of_unknown(comparison: Comparison, evidence: Mapping[str, float]) -> dict[str, float]:
+    """Return the probability of each block, were there something unknown: what any of its effects does, or all do."""
+    context = comparison.context
+    signatures = [trial.signature for trial in comparison.trials]
+    free = context.baseline.free_parameters
+    found = evidence_of_blocks(moments_beside(context, signatures), free, signatures, context.error)
+    alone = [(trial.signature.effect, trial.log_evidence) for trial in comparison.trials]
+    alone += [(one.fit.hypothesis.effects[0], one.log_evidence) for one in comparison.candidates]
+    for effect, value in alone:
+        found[effect.block.name] = max(found.get(effect.block.name, -np.inf), value)
+    return shares_of_unknown(found, temper({**evidence, **found}, context.settings.evidence))
 
 
 def _material(fit: Linearisation, deviations: FloatArray) -> Material:

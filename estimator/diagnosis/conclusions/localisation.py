@@ -22,7 +22,7 @@ def where_of(
     case: Case,
     baseline: Linearisation,
     probabilities: Mapping[str, float],
-    leading: Mapping[str, float],
+    of_unknown: Mapping[str, float],
     groups: Mapping[str, Group],
     chosen: Candidate | None,
 ) -> Where:
@@ -32,11 +32,11 @@ def where_of(
     ----------
     case, baseline : whose misfit it is
     probabilities : of each answer
-    leading : the same among the catalogue's labels alone, which place the share of an unknown that was not recognised
+    of_unknown : in which block something unknown lies, where it was not recognised
     groups : of each label
     chosen : the fit with the causes in; None where there are none
     """
-    blocks = shares_of_blocks(probabilities, leading, groups, _group_of_unknown(chosen))
+    blocks = shares_of_blocks(probabilities, of_unknown, groups, _group_of_unknown(chosen))
     channels, steps = _excess(case, baseline)
     centre, deviation, radius = _place(case, chosen)
     return Where(channels, steps, blocks, centre, deviation, radius)
@@ -44,7 +44,7 @@ def where_of(
 
 def shares_of_blocks(
     probabilities: Mapping[str, float],
-    leading: Mapping[str, float],
+    of_unknown: Mapping[str, float],
     groups: Mapping[str, Group],
     recognised: Group | None,
 ) -> dict[str, float]:
@@ -53,18 +53,13 @@ def shares_of_blocks(
     ``recognised`` is the group of what is recognised as unknown, which then lies there; the other parameters are as in
     :func:`where_of`.
     """
-    of_group = dict.fromkeys(BLOCK_OF_GROUP, 0.0)
+    blocks = dict.fromkeys(BLOCK_OF_GROUP.values(), 0.0)
     for label, probability in probabilities.items():
         if label not in (NONE, UNKNOWN):
-            of_group[groups[label]] += probability
-    if recognised is not None:
-        of_group[recognised] += probabilities[UNKNOWN]
-    else:
-        for label, share in leading.items():
-            of_group[groups[label]] += share * probabilities[UNKNOWN]
-    blocks = dict.fromkeys(BLOCK_OF_GROUP.values(), 0.0)
-    for group, probability in of_group.items():
-        blocks[BLOCK_OF_GROUP[group]] += probability
+            blocks[BLOCK_OF_GROUP[groups[label]]] += probability
+    shares = of_unknown if recognised is None else {BLOCK_OF_GROUP[recognised]: 1.0}
+    for block, share in shares.items():
+        blocks[block] += share * probabilities[UNKNOWN]
     return blocks
 
 

@@ -62,12 +62,16 @@ def with_floor_borne_out(error: ModelError, moments: Moments, priors: Priors) ->
     )
 
 
-def unknown_evidence(moments: Moments, priors: Priors, error: ModelError) -> float:
-    """Return the evidence of a smooth misfit of any size beyond the floor, over all floors."""
+def unknown_evidence(
+    moments: Moments, priors: Priors, error: ModelError, in_wrench: bool = True, in_fiducials: bool = True
+) -> float:
+    """Return the evidence of a smooth misfit of any size beyond the floor, over all floors.
+
+    ``in_wrench`` and ``in_fiducials`` tell in which channels there may be one.
+    """
     settings = error.settings
-    beyond = [
-        pair for pair in itertools.product(settings.unknown, repeat=2) if max(pair) > settings.least_unknown
-    ]
+    sizes = (settings.unknown if in_wrench else (0.0,), settings.unknown if in_fiducials else (0.0,))
+    beyond = [pair for pair in itertools.product(*sizes) if max(pair) > settings.least_unknown]
     found = [
         log_evidence(moments, priors, error, (float(np.hypot(wrench, w)), float(np.hypot(fiducials, f))))
         for (wrench, fiducials), (w, f) in itertools.product(error.floors, beyond)

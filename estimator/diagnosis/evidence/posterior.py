@@ -20,7 +20,9 @@ def log_priors(labels: Collection[str], settings: EvidenceSettings) -> dict[str,
     return found
 
 
-def probabilities(log_evidence: Mapping[str, float], settings: EvidenceSettings) -> dict[str, float]:
+def probabilities(
+    log_evidence: Mapping[str, float], settings: EvidenceSettings, feigned: float = 0.0
+) -> dict[str, float]:
     """Return the probability of every answer, the most probable first.
 
     An effect may be there and too small to show: then the measurements are as probable as without any.
@@ -29,10 +31,12 @@ def probabilities(log_evidence: Mapping[str, float], settings: EvidenceSettings)
     ----------
     log_evidence : of each label, were it to show, of none and of unknown
     settings : EvidenceSettings
+    feigned : by how much that of none rises for what the model's own error could feign
     """
     labels = log_evidence.keys() - {NONE, UNKNOWN}
     prior, power = log_priors(labels, settings), temper(log_evidence, settings)
     hidden_share = settings.too_small_to_show
+    log_evidence = {**log_evidence, NONE: log_evidence[NONE] + feigned}
     score = {name: power * value + prior[name] for name, value in log_evidence.items()}
     for name in labels:
         hidden = np.log(hidden_share) + power * log_evidence[NONE] + prior[name]

@@ -7,6 +7,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from estimator.diagnosis.evidence.feigned import feigned_evidence, may_be_feigned
 from estimator.diagnosis.evidence.marginal_likelihood import (
     error_borne_out,
     evidence_of_unknown,
@@ -21,6 +22,7 @@ from estimator.diagnosis.evidence.noise_selection import (
     signatures_anew,
 )
 from estimator.diagnosis.fitting.case import Case, Linearisation, linearise
+from estimator.diagnosis.model.labels import UNKNOWN
 from estimator.diagnosis.noise.errors_left import AT_MOST
 from estimator.diagnosis.noise.outliers import number_left_out
 from estimator.diagnosis.search.baseline import corrected_at_best, prepare
@@ -41,6 +43,7 @@ from estimator.diagnosis.search.second_cause import asks_for_a_finer_form, promi
 from estimator.diagnosis.settings import DiagnosisSettings, SearchSettings
 from estimator.effects.catalogue import Catalogue
 from estimator.experiment import Experiment
+from estimator.inference.laplace import log_mean
 from estimator.materials.material import Material
 
 
@@ -74,6 +77,25 @@ class Comparison:
         """The models that are held against each other."""
         signatures = tuple(trial.signature for trial in self.trials)
         return ModelTable(self.context, self.none, self.unknown, signatures)
+
+    @property
+    def feigned(self) -> float:
+        """By how much the log evidence of none rises for what the model's own error could feign of one label or other.
+
+        Along each label's best change of the mechanics it may have erred, along one as likely as along another; a
+        sensor's own errors no mesh feigns.
+        """
+        context, behind = self.context, 0.0
+        found = dict.fromkeys((*context.catalogue.labels, UNKNOWN), 0.0)
+        for one in self.candidates:
+            (effect, *others), label = one.fit.hypothesis.effects, one.labels[0]
+            if may_be_feigned(effect) and not others:
+                by_mesh = feigned_evidence(context.case, context.baseline, context.error, one.fit.predicted)
+                found[label] = max(found[label], by_mesh)
+        if any(found.values()):
+            # None may be more probable where the noise was chosen for it than in that which suits another answer.
+            behind = first_order_evidence(context.case, context.baseline, context.error) - self.none
+        return log_mean([max(behind + by_mesh, 0.0) for by_mesh in found.values()])
 
     @property
     def trials_of_labels(self) -> list[Trial]:

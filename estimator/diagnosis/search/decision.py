@@ -65,7 +65,7 @@ def reach_verdict(comparison: Comparison, evidence: Mapping[str, float]) -> Verd
 
 def _likeliest(comparison: Comparison, evidence: Mapping[str, float]) -> Verdict:
     """Return the verdict that is the most probable, however doubtful."""
-    probability = probabilities(evidence, comparison.context.settings.evidence)
+    probability = _probabilities(comparison, evidence)
     leading, groups = next(iter(probability)), comparison.context.catalogue.groups
     outsider = _first_of(comparison, UNKNOWN) if evidence[UNKNOWN] > comparison.unknown else None
     recognised = outsider if leading == UNKNOWN else None
@@ -79,10 +79,15 @@ def _likeliest(comparison: Comparison, evidence: Mapping[str, float]) -> Verdict
         if found.alone is not best:
             comparison = replace(comparison, candidates=(*comparison.candidates, found.alone))
             evidence = weigh(comparison)
-            leading = next(iter(probabilities(evidence, comparison.context.settings.evidence)))
+            leading = next(iter(_probabilities(comparison, evidence)))
             best = found.alone if leading in (found.alone.labels[0], UNKNOWN) else best
         verdict = _of_causes(comparison, evidence, best, found.pairs, recognised)
     return verdict
+
+
+def _probabilities(comparison: Comparison, evidence: Mapping[str, float]) -> dict[str, float]:
+    """Return the probability of every answer beside what the model's own error could feign."""
+    return probabilities(evidence, comparison.context.settings.evidence, comparison.feigned)
 
 
 def _without_cause(comparison: Comparison, probability: Mapping[str, float]) -> Verdict:
@@ -105,7 +110,7 @@ def _of_causes(
 
     ``recognised`` is the effect without a label as which something unknown that led was recognised.
     """
-    probability = probabilities(evidence, comparison.context.settings.evidence)
+    probability = _probabilities(comparison, evidence)
     leading = next(iter(probability))
     models = comparison.table.with_two(best, pairs, leading == UNKNOWN)
     believed = [both for both in zip(pairs, models, strict=True) if both[1].verdict == "believed"]
@@ -128,7 +133,7 @@ def _doubted(comparison: Comparison, best: Candidate, models: Sequence[Model]) -
     for model in models:
         others = set(model.causes) - {best.labels[0], UNKNOWN}
         adds = model.log_evidence - best.log_evidence
-        asked = comparison.table.asked_of_two(best, model.causes)
+        asked = comparison.table.asked(model)
         slight = model.verdict == "explains too little" and adds >= comparison.settings.strong
         if best.labels[0] in model.causes and others and slight:
             label = others.pop()
@@ -155,7 +160,7 @@ def _of_two(
         label: max(evidence[label], pair.log_evidence - cost[label])
         for label, (pair, _) in of_stronger.items()
     }
-    shared = probabilities({**evidence, **raised}, comparison.context.settings.evidence)
+    shared = _probabilities(comparison, {**evidence, **raised})
     stronger = max(of_stronger, key=lambda label: shared[label])
     pair, model = of_stronger[stronger]
     surplus = max(pair.log_evidence - evidence[stronger], 0.0) if UNKNOWN in pair.labels else 0.0

@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 
 from estimator.diagnosis.evidence.cross_validation import lost_on_held_out
+from estimator.diagnosis.evidence.feigned import feigned_evidence, may_be_feigned
 from estimator.diagnosis.evidence.lack_of_fit import rough_remainder
 from estimator.diagnosis.evidence.marginal_likelihood import evidence_of_unknown
 from estimator.diagnosis.evidence.noise_floor import white_floor
@@ -36,7 +37,7 @@ class Model:
     ----------
     causes : labels
     unknown : whether there is something unknown beside them
-    log_prior : with what inexact signatures may feign taken off
+    log_prior : with what inexact signatures, and for a second cause the mesh's own error, may feign taken off
     log_evidence : log marginal likelihood
     verdict : whether it is believed beside the best model with fewer causes and beside something unknown, or why not
     """
@@ -110,7 +111,7 @@ class ModelTable:
             Model(
                 pair.labels,
                 False,
-                prior - self.asked_of_two(one, pair.labels),
+                prior - self._asked_beside(one, pair),
                 pair.log_evidence,
                 self._standing(one, pair, unknown_leads),
             )
@@ -132,7 +133,7 @@ class ModelTable:
         left = 0.5 * self.beyond_noise(pair)
         little = left < gain + settings.search.shared and (not unknown_leads or left < ahead)
         found: Standing = "believed"
-        if gain < self.asked_of_two(one, pair.labels):
+        if gain < self._asked_beside(one, pair):
             found = "explains too little"
         elif lost_on_held_out(pair.fit, self.context.baseline, settings.evidence):
             found = "foretells worse"
@@ -166,6 +167,19 @@ class ModelTable:
     def of_family(self) -> Callable[[Candidate], float]:
         """By how much what else its own label could do raises a candidate's log evidence."""
         return cache(partial(explained_by_other_forms, self.context, self.signatures))
+
+    def _asked_beside(self, one: Candidate, pair: Candidate) -> float:
+        """Return the same of a refitted pair, with what the mesh's own error could feign of what it adds."""
+        context = self.context
+        further = [effect for effect in pair.fit.hypothesis.effects if effect.label not in one.labels]
+        asked = self.asked_of_two(one, pair.labels)
+        if any(map(may_be_feigned, further)):
+            asked += feigned_evidence(context.case, one.fit, context.error, pair.fit.predicted)
+        return asked
+
+    def asked(self, two: Model) -> float:
+        """Return by how much a model of two causes was asked to raise the log evidence."""
+        return self._log_prior_of_one() - two.log_prior
 
     def asked_of_unknown(self, explained: float) -> float:
         """Return what must be gained by something unknown beside causes that explain so much, or by a cause beside it.

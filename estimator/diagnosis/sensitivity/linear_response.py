@@ -63,7 +63,7 @@ class _Loading:
         self._new_shape = new_problem and not _is_gripped_alike(self.problem, solution.problem)
         self._new_response = effect is None or "material" in effect.acts_on or self._new_shape
         self.terms_matter = bool(hypothesis.effects) or (effect is not None and "terms" in effect.acts_on)
-        self.matters = new_problem or self._new_response or self.terms_matter
+        self.matters = anew or self._new_response or self.terms_matter
         self.rate_dependent = to.rate_dependent
         self._to = to
         self._material = to.material()

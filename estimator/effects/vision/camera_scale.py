@@ -1,56 +1,64 @@
-"""Fiducial positions are scaled about the tissue frame's origin."""
+"""The cameras' scale is off."""
+
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
+from estimator.effects.effect import Amplitude, Values
+from estimator.effects.vision.camera_frame import CameraFrame, Measured, Origin
 
 FloatArray = NDArray[np.float64]
 
+_SCALE = Amplitude("scale_error", "1", scale=0.015, smallest=1e-3, lower=-0.5)
+_DEPTH = Amplitude("depth_error", "1", scale=0.015, smallest=1e-3, lower=-0.5)
 
-class CameraScale(Effect):
-    """Reported position = (1 + s) times the true one: a wrong baseline or focal length of the stereo pair."""
+
+class CameraScale(CameraFrame):
+    """M = s: a wrong baseline or focal length of the stereo pair, or a wrong pitch of its board."""
 
     label = "camera_scale"
-    group = "vision"
-    stage = "vision"
-    acts_on = ("seen", "readings")
     linear = True
     measured_by = "compare the beads' spacing at rest with the design grid"
-    words = (
-        "The cameras' scale is off: fiducials appear too far from or too near to the tissue frame's origin."
-    )
-    inexactness = HARDLY_INEXACT
-    form = "uniform"
-    amplitudes = (Amplitude("scale_error", "1", scale=0.015, smallest=1e-3, lower=-0.5),)
+    words = "The cameras' scale is off: beads appear too far from, or too near to, some point."
+    of_frame: ClassVar[tuple[Amplitude, ...]] = (_SCALE,)
 
-    def seen(self, positions: FloatArray, values: Values) -> FloatArray:
-        """Return the positions scaled."""
-        return (1.0 + values["scale_error"]) * positions
+    def __init__(
+        self,
+        form: str = "uniform",
+        measured: Measured = "readings",
+        origin: Origin = "of_the_tissue_frame",
+    ) -> None:
+        super().__init__(form, measured, origin)
 
-    def readings(self, readings: Readings, values: Values) -> Readings:
-        """Scale the positions."""
-        return readings.with_fiducials(
-            self.seen(readings.fiducials, values), self.seen(readings.rest_fiducials, values)
-        )
+    def matrix(self, values: Values) -> FloatArray:
+        """Return the scale along x, y and z."""
+        return values["scale_error"] * np.eye(3)
 
 
 class CameraScaleInPlane(CameraScale):
-    """Along x and y alone: a wrong focal length or a wrong pitch of the board, seen from above, with true depth."""
+    """Along x and y alone: seen from above, with true depth."""
 
-    form = "in_the_plane"
-
-    def seen(self, positions: FloatArray, values: Values) -> FloatArray:
-        """Return the positions scaled along x and y."""
-        return (1.0 + values["scale_error"] * np.array([1.0, 1.0, 0.0])) * positions
+    def matrix(self, values: Values) -> FloatArray:
+        """Return the scale along x and y."""
+        return values["scale_error"] * np.diag([1.0, 1.0, 0.0])
 
 
-class CameraScaleOfMotion(CameraScale):
-    """The same cameras measured the rest positions, so that motion alone is scaled."""
+class CameraScaleAndDepth(CameraScale):
+    """Along x and y, and another along z: the depth of a stereo pair has an error of its own."""
 
-    form = "of_the_motion"
+    of_frame = (_SCALE, _DEPTH)
 
-    def readings(self, readings: Readings, values: Values) -> Readings:
-        """Scale the motion since rest."""
-        surplus = values["scale_error"] * readings.rest_fiducials
-        return readings.with_fiducials(self.seen(readings.fiducials, values) - surplus)
+    def matrix(self, values: Values) -> FloatArray:
+        """Return the scales."""
+        return np.diag([values["scale_error"], values["scale_error"], values["depth_error"]])
+
+
+CAMERA_SCALE = (
+    CameraScale(),
+    CameraScaleInPlane("in_the_plane"),
+    CameraScale("of_the_motion", "motion"),
+    CameraScaleAndDepth("about_any_point", "readings", "anywhere"),
+    CameraScaleAndDepth("rest_measured_too", "both", "anywhere"),
+    CameraScaleAndDepth("of_rest_alone", "rest", "anywhere"),
+)

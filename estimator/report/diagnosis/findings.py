@@ -4,6 +4,7 @@ import math
 
 from estimator.diagnosis.model.labels import NONE, UNKNOWN
 from estimator.diagnosis.result import Advice, Diagnosis, Gap, Material, Quantity
+from estimator.effects.blocks import GROUPS
 from estimator.report.diagnosis.quantities import (
     closure_text,
     parameters_text,
@@ -20,6 +21,15 @@ _SHOWN_CAUSES = 5
 _WORTH_SHOWING = 0.01
 # What noise feigns less often than this is not put down to noise.
 _RARE = 0.05
+# In what units a small gap is told.
+_SMALL = {
+    "fiducials": ("the beads", 1e6, "µm"),
+    "force": ("force", 1e3, "mN"),
+    "torque": ("torque", 1e3, "mN·m"),
+}
+# A block less probable than this is not told where the likeliest one is.
+_WORTH_LOOKING = 0.1
+_WORDS_OF_BLOCK = {block.name: block.words.rpartition(": ")[2] for block in GROUPS.values()}
 _ONE = {
     NONE: "no gap beyond the noise",
     UNKNOWN: "something outside the catalogue",
@@ -38,7 +48,9 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
         gap = (
             f"A gap stands out of the noise, and nothing in the catalogue explains it (probability {chance})"
         )
-        return f"{gap}. {recognised.words}" if recognised is not None else f"{gap}."
+        return (
+            f"{gap}. {recognised.words}" if recognised is not None else f"{gap}. {block_sentence(diagnosis)}"
+        )
     if recognised is not None and diagnosis.verdict[0] == UNKNOWN:
         beside = " and ".join(map(words_of, causes))
         told = _sentence(f"{_told(diagnosis, UNKNOWN)} causes the gap, with {beside} beside it.")
@@ -56,6 +68,17 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     return f"{_sentence(f'{named} causes the gap, with something outside the catalogue.')} {recognised.words}"
 
 
+def block_sentence(diagnosis: Diagnosis) -> str:
+    """Return in which block of the rig the cause lies, the most probable ones first."""
+    blocks = sorted(diagnosis.where.blocks.items(), key=lambda item: -item[1])
+    told = [
+        f"{_WORDS_OF_BLOCK[name]} ({percent(probability)})"
+        for place, (name, probability) in enumerate(blocks)
+        if place == 0 or probability >= _WORTH_LOOKING
+    ]
+    return f"Where to look: {', then '.join(told)}."
+
+
 def _nothing_named(diagnosis: Diagnosis, rival: str | None) -> str:
     """Return the answer where no cause is named; ``rival`` is the most probable one, unless it is far behind none."""
     none = _probability(diagnosis, NONE)
@@ -66,8 +89,19 @@ def _nothing_named(diagnosis: Diagnosis, rival: str | None) -> str:
     otherwise = "else one is too small to show" if rival is None else f"{_told(diagnosis, rival)} is next"
     return (
         "No gap: the baseline explains the data within the sensors' noise "
-        f"(probability {percent(none)}; {otherwise})."
+        f"(probability {percent(none)}; {otherwise}).{largest_gap_text(diagnosis)}"
     )
+
+
+def largest_gap_text(diagnosis: Diagnosis) -> str:
+    """Return how large a gap that does not show may be, a sentence after a blank; empty where nothing was measured."""
+    sizes = [
+        f"{factor * diagnosis.gap_at_most[kind].value:.2g} {unit} of {what}"
+        for kind, (what, factor, unit) in _SMALL.items()
+        if kind in diagnosis.gap_at_most
+    ]
+    several = " and ".join(filter(None, [", ".join(sizes[:-1]), *sizes[-1:]]))
+    return f" One that does not show is below {several} (95 %)." if sizes else ""
 
 
 def gap_sentence(gap: Gap) -> str:
