@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -43,6 +44,7 @@ class Workers(ThreadPoolExecutor):
         return super().submit(fn, *args, **kwargs)
 
 
+@cache
 def two_experiments() -> Case:
     experiments = tuple(there_and_back(order=order).experiment for order in (1, 2))
     problem = mesh_experiment(experiments[0], COARSE)
