@@ -77,9 +77,19 @@ def main(arguments: list[str]) -> int:
     for name in ("SIGTERM", "SIGHUP"):
         if (number := getattr(signal, name, None)) is not None and signal.getsignal(number) != signal.SIG_IGN:
             signal.signal(number, lambda number, _: sys.exit(128 + number))
+    compile_once()
     verb, *rest = arguments
     set_up(TO_TEST if verb == "test" else TO_RUN)
     return test(rest) if verb == "test" else retract(arguments)
+
+
+def compile_once() -> None:
+    """Keep compiled modules within .venv where none may be written beside the sources.
+
+    Without any, each process that is started compiles some two thousand modules anew, for several seconds.
+    """
+    if os.environ.pop("PYTHONDONTWRITEBYTECODE", ""):
+        os.environ.setdefault("PYTHONPYCACHEPREFIX", str(VENV / "compiled"))
 
 
 def test(pytest_arguments: list[str]) -> int:

@@ -29,7 +29,7 @@ _COMPUTING = re.compile(
 )
 _STEPS_BACK = 5  # of niceness: a quarter of a processor that the laboratory wants too
 
-# Modules in real time are dealt out in two sets that take about as long. Those of a set follow each other on one worker.
+# Modules in real time are dealt out in two sets that take about as long; those of a set follow each other.
 _DRIVERS_AND_WINDOW = re.compile(r"tests/(robot_drivers|gui)/")
 
 # One thread in the linear algebra of each worker and of all that it starts: there are more of them than processors, and

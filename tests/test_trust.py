@@ -63,7 +63,9 @@ def test_nothing_in_a_file_is_ever_evaluated() -> None:
 
 
 def test_the_only_program_that_is_run_from_a_file_is_a_function_of_a_trajectory() -> None:
-    found = {module for module, name, _ in calls() if name.endswith("exec_module") or name == "runpy.run_path"}
+    found = {
+        module for module, name, _ in calls() if name.endswith("exec_module") or name == "runpy.run_path"
+    }
     assert found == {"daq/trajectories/own.py"}
 
 
