@@ -77,19 +77,12 @@ def main(arguments: list[str]) -> int:
     for name in ("SIGTERM", "SIGHUP"):
         if (number := getattr(signal, name, None)) is not None and signal.getsignal(number) != signal.SIG_IGN:
             signal.signal(number, lambda number, _: sys.exit(128 + number))
-    compile_once()
+    # Without compiled modules each process compiles some two thousand anew; they need not lie beside the sources.
+    if os.environ.pop("PYTHONDONTWRITEBYTECODE", ""):
+        os.environ.setdefault("PYTHONPYCACHEPREFIX", str(VENV / "compiled"))
     verb, *rest = arguments
     set_up(TO_TEST if verb == "test" else TO_RUN)
     return test(rest) if verb == "test" else retract(arguments)
-
-
-def compile_once() -> None:
-    """Keep compiled modules within .venv where none may be written beside the sources.
-
-    Without any, each process that is started compiles some two thousand modules anew, for several seconds.
-    """
-    if os.environ.pop("PYTHONDONTWRITEBYTECODE", ""):
-        os.environ.setdefault("PYTHONPYCACHEPREFIX", str(VENV / "compiled"))
 
 
 def test(pytest_arguments: list[str]) -> int:
@@ -114,9 +107,7 @@ def status_of(check: tuple[str, ...]) -> int:
 def retract(arguments: list[str]) -> int:
     """Become the command `retract`, so that signals reach it directly; Windows needs a child for that."""
     command = [str(SCRIPTS / f"retract{EXE}"), *arguments]
-    if not WINDOWS:
-        os.execv(command[0], command)
-    return subprocess.run(command, check=False).returncode
+    return subprocess.call(command) if WINDOWS else os.execv(command[0], command)
 
 
 def set_up(lock: Path) -> None:
@@ -286,8 +277,7 @@ class Installation:
 
 def run(*command: str) -> None:
     """Run one step of the set-up, its output on standard error, and stop if it fails."""
-    status = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=sys.stderr, check=False).returncode
-    if status:
+    if status := subprocess.call(command, stdin=subprocess.DEVNULL, stdout=sys.stderr):
         stop(f"set-up failed (status {status}) at: {' '.join(command)}")
 
 
