@@ -65,8 +65,8 @@ CHECKS = (("-m", "ruff", "check"), ("-m", "ruff", "format", "--check"), ("-m", "
 # what pip says of a package: its name, and how much of it was fetched
 LOOKED_UP = r"(?:Collecting|Requirement already satisfied:|Processing (?:\S*[/\\])?) ?(\w[\w.]*)"
 FETCHED = r"\s*(?:Downloading|Using cached) \S+\.whl \(([\d.]+) ([kM]?B)\)"
-# one process for what lives in real time, one for what computes: tests/conftest.py
-TESTS = ("-m", "pytest", "-n", "2")
+# two processes for what lives in real time and waits half of it, one for what computes: tests/conftest.py
+TESTS = ("-m", "pytest", "-n", "3")
 
 
 def main(arguments: list[str]) -> int:
@@ -77,6 +77,9 @@ def main(arguments: list[str]) -> int:
     for name in ("SIGTERM", "SIGHUP"):
         if (number := getattr(signal, name, None)) is not None and signal.getsignal(number) != signal.SIG_IGN:
             signal.signal(number, lambda number, _: sys.exit(128 + number))
+    # Without compiled modules each process compiles some two thousand anew; they need not lie beside the sources.
+    if os.environ.pop("PYTHONDONTWRITEBYTECODE", ""):
+        os.environ.setdefault("PYTHONPYCACHEPREFIX", str(VENV / "compiled"))
     verb, *rest = arguments
     set_up(TO_TEST if verb == "test" else TO_RUN)
     return test(rest) if verb == "test" else retract(arguments)
@@ -104,9 +107,7 @@ def status_of(check: tuple[str, ...]) -> int:
 def retract(arguments: list[str]) -> int:
     """Become the command `retract`, so that signals reach it directly; Windows needs a child for that."""
     command = [str(SCRIPTS / f"retract{EXE}"), *arguments]
-    if not WINDOWS:
-        os.execv(command[0], command)
-    return subprocess.run(command, check=False).returncode
+    return subprocess.call(command) if WINDOWS else os.execv(command[0], command)
 
 
 def set_up(lock: Path) -> None:
@@ -276,8 +277,7 @@ class Installation:
 
 def run(*command: str) -> None:
     """Run one step of the set-up, its output on standard error, and stop if it fails."""
-    status = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=sys.stderr, check=False).returncode
-    if status:
+    if status := subprocess.call(command, stdin=subprocess.DEVNULL, stdout=sys.stderr):
         stop(f"set-up failed (status {status}) at: {' '.join(command)}")
 
 

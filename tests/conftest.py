@@ -1,5 +1,6 @@
 """How the tests share a machine, and the options with which those marked ``hardware`` meet a rig file's devices."""
 
+import os
 import re
 import signal
 from collections.abc import Callable
@@ -28,6 +29,13 @@ _COMPUTING = re.compile(
 )
 _STEPS_BACK = 5  # of niceness: a quarter of a processor that the laboratory wants too
 
+# Modules in real time are dealt out in two sets that take about as long; those of a set follow each other.
+_DRIVERS_AND_WINDOW = re.compile(r"tests/(robot_drivers|gui)/")
+
+# One thread in the linear algebra of each worker and of all that it starts: there are more of them than processors, and
+# threads that wait for each other keep a processor busy.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 # The same examples at every run, however busy the machine.
 hypothesis.settings.register_profile(
     "repeatable",
@@ -45,16 +53,21 @@ if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_I
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
-class OneLaboratory(LoadScopeScheduling):
-    """Deals modules that compute out one by one; all the rest goes to one worker, in the order of a single process."""
+class Laboratories(LoadScopeScheduling):
+    """Deals modules that compute out one by one; the rest goes to two workers, each in the order of a single process.
+
+    What lives in real time waits for half of its time, so that two such workers leave a third to the one that computes.
+    """
 
     def _split_scope(self, nodeid: str) -> str:
-        return nodeid.partition("::")[0] if _COMPUTING.match(nodeid) else "the laboratory"
+        if _COMPUTING.match(nodeid):
+            return nodeid.partition("::")[0]
+        return "drivers and window" if _DRIVERS_AND_WINDOW.match(nodeid) else "sessions and commands"
 
 
 @pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> OneLaboratory:
-    return OneLaboratory(config, log)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> Laboratories:
+    return Laboratories(config, log)
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
@@ -64,7 +77,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 @cache
 def _step_back() -> None:
-    """Let this process come second to the laboratory of the other worker, from now on."""
+    """Let this process come second to the laboratories of other workers, from now on."""
     give_way(_STEPS_BACK)
 
 

@@ -101,7 +101,8 @@ class SyntheticSession:
 
     def _write_force(self, log: McapLog) -> None:
         time_s = np.arange(0.0, self._duration_s, 1e-3)
-        load = np.array([self._load(self._pose_at(moment)) for moment in time_s])
+        load_at = cache(self._load)  # the gripper stands most of the time
+        load = np.array([load_at(self._pose_at(moment)) for moment in time_s])
         block = WrenchBlock(
             counter=np.arange(len(time_s)),
             device_time_s=time_s * (1 + 40e-6),
@@ -134,10 +135,12 @@ class SyntheticSession:
     def _write_robot(self, log: McapLog) -> None:
         time_s = np.arange(0.0, self._duration_s, 0.004032)
         T_gripper_tool = inverse(FRAMES.T_tool_gripper.pose)
-        tools = [
-            compose(compose(FRAMES.T_base_tissue.pose, self._pose_at(moment)), T_gripper_tool)
-            for moment in time_s
-        ]
+        tool_at = cache(
+            lambda T_tissue_gripper: compose(
+                compose(FRAMES.T_base_tissue.pose, T_tissue_gripper), T_gripper_tool
+            )
+        )
+        tools = [tool_at(self._pose_at(moment)) for moment in time_s]
         position = np.array([tool.position for tool in tools])
         rows = PoseRows(
             log.add_channel("/robot/pose", schemas.POSE),

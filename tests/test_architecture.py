@@ -2,6 +2,7 @@ import ast
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -20,7 +21,6 @@ FORBIDDEN_IMPORTS = {
 MOST_LINES = 300
 MOST_MODULES_IN_A_FOLDER = 15
 MOST_PARAMETERS = 6
-# These are being taken apart; nothing is added here.
 # What scripts and notebooks call: each keyword is one wish of theirs, and none need be known that is not used.
 CALLED_BY_SCRIPTS = ("estimator.api.estimating.estimate", "estimator.api.simulating.simulate")
 SIMULATED = re.compile(r"emulators?$|^virtual_|^testing$")
@@ -46,9 +46,9 @@ MODULES = modules_below(*ROOMS)
 SOURCES = {**MODULES, **modules_below("benchmarks"), "run": ROOT / "run.py"}
 
 
-def imports(source: str, module: str, is_package: bool = False) -> Iterator[str]:
-    """Every module that ``source`` imports, anywhere in it; ``from a import b`` gives ``a.b``."""
-    for node in ast.walk(ast.parse(source, filename=module)):
+def imports(tree: ast.Module, module: str, is_package: bool = False) -> Iterator[str]:
+    """Every module that a source imports, anywhere in it; ``from a import b`` gives ``a.b``."""
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -58,10 +58,37 @@ def imports(source: str, module: str, is_package: bool = False) -> Iterator[str]
             yield from (f"{base}.{alias.name}" for alias in node.names)
 
 
+@dataclass(frozen=True)
+class Function:
+    """A function of a module: how many parameters it has, and how many returns."""
+
+    name: str
+    parameters: int
+    returns: int
+
+
+@dataclass(frozen=True)
+class Written:
+    """What is asked about a module, read off its source once."""
+
+    imports: frozenset[str]
+    has_docstring: bool
+    functions: tuple[Function, ...]
+
+
 @cache
-def imported_by(module: str) -> set[str]:
-    path = MODULES[module]
-    return set(imports(path.read_text(encoding="utf-8"), module, path.name == "__init__.py"))
+def written(module: str) -> Written:
+    path = SOURCES[module]
+    tree = ast.parse(path.read_text(encoding="utf-8"), filename=module)
+    return Written(
+        frozenset(imports(tree, module, path.name == "__init__.py")),
+        ast.get_docstring(tree) is not None,
+        tuple(functions(tree)),
+    )
+
+
+def imported_by(module: str) -> frozenset[str]:
+    return written(module).imports
 
 
 def own_module(name: str) -> str | None:
@@ -81,8 +108,9 @@ def is_simulated(module: str) -> bool:
 
 def test_the_reader_of_imports_sees_nested_and_relative_ones() -> None:
     source = "import a.b\ndef f():\n    from ..c import d\nfrom . import e\n"
-    assert set(imports(source, "room.sub.module")) == {"a.b", "room.c.d", "room.sub.e"}
-    assert set(imports("from . import e\nfrom .f import g", "room.sub", is_package=True)) == {
+    assert set(imports(ast.parse(source), "room.sub.module")) == {"a.b", "room.c.d", "room.sub.e"}
+    package = ast.parse("from . import e\nfrom .f import g")
+    assert set(imports(package, "room.sub", is_package=True)) == {
         "room.sub.e",
         "room.sub.f.g",
     }
@@ -165,33 +193,46 @@ def test_a_folder_holds_no_more_modules_than_one_keeps_in_mind() -> None:
 
 def test_a_function_asks_for_few_things() -> None:
     found = [
-        (f"{module}.{name}", count)
-        for module, path in SOURCES.items()
-        for name, count in parameters(path.read_text(encoding="utf-8"))
-        if count > MOST_PARAMETERS
+        (f"{module}.{function.name}", function.parameters)
+        for module in SOURCES
+        for function in written(module).functions
+        if function.parameters > MOST_PARAMETERS
     ]
     assert [function for function in found if function[0] not in CALLED_BY_SCRIPTS] == []
 
 
 def test_parameters_are_counted_but_for_the_object_itself() -> None:
     source = "class A:\n    def f(self, a, /, b, *args, c=0, **more): ...\nasync def g(a): ...\n"
-    assert dict(parameters(source)) == {"f": 3, "g": 1}
+    assert {one.name: one.parameters for one in functions(ast.parse(source))} == {"f": 3, "g": 1}
 
 
-def parameters(source: str) -> Iterator[tuple[str, int]]:
-    """Each function in a source with how many parameters it has; the object or class of a method is none."""
-    for node in ast.walk(ast.parse(source)):
+def functions(tree: ast.Module) -> Iterator[Function]:
+    """Each function in a source; the object or class of a method is no parameter."""
+    for node in ast.walk(tree):
         if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
             names = [one.arg for one in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)]
-            yield node.name, len(names) - (names[:1] in (["self"], ["cls"]))
+            yield Function(node.name, len(names) - (names[:1] in (["self"], ["cls"])), returns_of(node))
+
+
+def returns_of(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """Returns of a function, without those of functions within it."""
+    pending: list[ast.AST] = list(function.body)
+    found = 0
+    while pending:
+        node = pending.pop()
+        if not isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Lambda)):
+            found += isinstance(node, ast.Return)
+            pending += ast.iter_child_nodes(node)
+    return found
+
+
+def test_the_counter_of_returns_leaves_out_those_of_inner_functions() -> None:
+    source = "def f(a):\n    def g():\n        return 1\n    if a:\n        return g\n    return None\n"
+    assert {one.name: one.returns for one in functions(ast.parse(source))} == {"f": 2, "g": 1}
 
 
 def test_a_module_begins_with_what_it_is_for() -> None:
-    trees = {
-        module: ast.parse(path.read_text(encoding="utf-8"), filename=module)
-        for module, path in MODULES.items()
-    }
-    assert [module for module, tree in trees.items() if not ast.get_docstring(tree)] == []
+    assert [module for module in MODULES if not written(module).has_docstring] == []
 
 
 def source_files() -> Iterator[Path]:
@@ -272,26 +313,6 @@ def test_what_every_inference_shares_knows_none_of_them() -> None:
     assert found == set()
 
 
-# Where the estimator infers something, its pieces are smaller than elsewhere.
-INFERRING = ("estimator.inference", "estimator.fit", "estimator.diagnosis")
-MOST_LINES_OF_INFERRING, MOST_PARAMETERS, MOST_MODULES = 300, 6, 15
-
-
-@pytest.mark.parametrize("package", INFERRING)
-def test_what_infers_is_written_in_small_pieces(package: str) -> None:
-    modules = modules_within(package)
-    long = [m for m in modules if len(MODULES[m].read_text("utf-8").splitlines()) > MOST_LINES_OF_INFERRING]
-    folders = Counter(MODULES[module].parent for module in modules)
-    many = [
-        (module, function.name)
-        for module in modules
-        for function in functions_of(module)
-        if parameters_of(function) > MOST_PARAMETERS
-    ]
-    assert (long, many) == ([], [])
-    assert {folder.name: count for folder, count in folders.items() if count > MOST_MODULES} == {}
-
-
 # Returns of functions that have more than one, of all that a case runs through in the diagnosis: each but the last of a
 # function is an early exit, a case apart. Returns of functions within functions count as those of their own.
 MOST_RETURNS_OF_SEVERAL = 55
@@ -300,40 +321,10 @@ BESIDE_THE_WAY = ("settings_page", "what_if", "declared_numbers")
 
 def test_a_case_goes_through_the_diagnosis_with_few_cases_apart() -> None:
     several = {
-        (module, function.name): count
+        (module, function.name): function.returns
         for module in modules_within("estimator.diagnosis")
         if module.split(".")[2] not in BESIDE_THE_WAY
-        for function in functions_of(module)
-        if (count := returns_of(function)) > 1
+        for function in written(module).functions
+        if function.returns > 1
     }
     assert sum(several.values()) <= MOST_RETURNS_OF_SEVERAL, several
-
-
-def test_the_counter_of_returns_leaves_out_those_of_inner_functions() -> None:
-    source = "def f(a):\n    def g():\n        return 1\n    if a:\n        return g\n    return None\n"
-    outer, inner = (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.FunctionDef))
-    assert (returns_of(outer), returns_of(inner)) == (2, 1)
-
-
-Function = ast.FunctionDef | ast.AsyncFunctionDef
-
-
-def functions_of(module: str) -> list[Function]:
-    tree = ast.parse(MODULES[module].read_text(encoding="utf-8"), filename=module)
-    return [node for node in ast.walk(tree) if isinstance(node, Function)]
-
-
-def parameters_of(function: Function) -> int:
-    given = [*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs]
-    return len([one for one in given if one.arg not in ("self", "cls")])
-
-
-def returns_of(function: Function) -> int:
-    pending: list[ast.AST] = list(function.body)
-    found = 0
-    while pending:
-        node = pending.pop()
-        if not isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Lambda)):
-            found += isinstance(node, ast.Return)
-            pending += ast.iter_child_nodes(node)
-    return found

@@ -86,6 +86,7 @@ def names(module: str, platform: str) -> frozenset[str]:
     return frozenset(names_of(ast.parse(path.read_text(encoding="utf-8")).body, platform))
 
 
+@cache
 def is_absent(module: str, platform: str) -> bool:
     """Whether a module that this system has is missing on another one."""
     public = [name for name in names(module, platform) if not name.startswith("_") and name != "sys"]
@@ -125,7 +126,7 @@ class Finder(ast.NodeVisitor):
                 self._tell(node, f"{node.module}.{alias.name}")
 
     def visit_Attribute(self, node: ast.Attribute) -> None:
-        module = self.modules.get(ast.unparse(node.value))
+        module = self.modules.get(dotted(node.value))
         if module is not None and self._lacks(module, node.attr):
             self._tell(node, f"{module}.{node.attr}")
         elif module is None and node.attr in SOCKET_METHODS and self.platform == "win32":
@@ -168,18 +169,51 @@ class Finder(ast.NodeVisitor):
             self.found.append((node.lineno, name))
 
 
+def dotted(node: ast.expr) -> str:
+    """The dotted name that an expression is, empty where it is another one."""
+    match node:
+        case ast.Name():
+            return node.id
+        case ast.Attribute() if before := dotted(node.value):
+            return f"{before}.{node.attr}"
+    return ""
+
+
 def _asks(test: ast.expr) -> bool:
-    return any(question in ast.unparse(test) for question in QUESTIONS)
+    asked = ast.unparse(test)
+    return any(question in asked for question in QUESTIONS)
 
 
 def _listed(part: list[ast.stmt] | ast.expr) -> list[ast.AST]:
     return list(part) if isinstance(part, list) else [part]
 
 
-def unguarded(source: str, platform: str, guarded: frozenset[str] = frozenset()) -> list[str]:
+def unguarded(tree: ast.Module, platform: str, guarded: frozenset[str] = frozenset()) -> list[str]:
     finder = Finder(platform, guarded)
-    finder.visit(ast.parse(source))
+    finder.visit(tree)
     return [name for _, name in finder.found]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a source asks of the system."""
+
+    unguarded: dict[str, list[str]]  # by the platform that lacks it
+    without_encoding: list[int]
+    forked: list[int]
+
+
+@pytest.fixture(scope="module")
+def asked() -> dict[str, Asked]:
+    """Each source, read once."""
+    found = {}
+    for path in SOURCES:
+        name = path.relative_to(ROOT).as_posix()
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        guarded = frozenset(inside for file, inside in GUARDED_ELSEWHERE if file == name)
+        lacking = {platform: unguarded(tree, platform, guarded) for platform in ELSEWHERE}
+        found[name] = Asked(lacking, without_encoding(tree), forked(tree))
+    return found
 
 
 @pytest.mark.parametrize(
@@ -202,18 +236,13 @@ def unguarded(source: str, platform: str, guarded: frozenset[str] = frozenset())
     ],
 )
 def test_the_finder_sees_what_windows_lacks(source: str, lacking: list[str]) -> None:
-    assert unguarded(source, "win32") == lacking
+    assert unguarded(ast.parse(source), "win32") == lacking
 
 
 @pytest.mark.parametrize("platform", ELSEWHERE)
-def test_what_a_system_lacks_is_asked_for_only_elsewhere(platform: str) -> None:
-    found = {}
-    for path in SOURCES:
-        name = path.relative_to(ROOT).as_posix()
-        guarded = frozenset(inside for file, inside in GUARDED_ELSEWHERE if file == name)
-        if lacking := unguarded(path.read_text(encoding="utf-8"), platform, guarded):
-            found[name] = lacking
-    assert found == {}
+def test_what_a_system_lacks_is_asked_for_only_elsewhere(asked: dict[str, Asked], platform: str) -> None:
+    found = {name: one.unguarded[platform] for name, one in asked.items()}
+    assert {name: lacking for name, lacking in found.items() if lacking} == {}
 
 
 def test_what_is_guarded_elsewhere_is_still_there() -> None:
@@ -231,10 +260,10 @@ ASCII_ALONE = {
 }
 
 
-def without_encoding(source: str) -> list[int]:
+def without_encoding(tree: ast.Module) -> list[int]:
     """Lines on which a text is read or written in whatever encoding the system prefers."""
     found = []
-    for node in ast.walk(ast.parse(source)):
+    for node in ast.walk(tree):
         if not isinstance(node, ast.Call) or any(word.arg == "encoding" for word in node.keywords):
             continue
         name = node.func.attr if isinstance(node.func, ast.Attribute) else ast.unparse(node.func)
@@ -260,25 +289,30 @@ def without_encoding(source: str) -> list[int]:
     ],
 )
 def test_the_finder_sees_a_text_without_an_encoding(source: str, lines: list[int]) -> None:
-    assert without_encoding(source) == lines
+    assert without_encoding(ast.parse(source)) == lines
 
 
-def test_every_text_has_its_encoding_stated() -> None:
+def test_every_text_has_its_encoding_stated(asked: dict[str, Asked]) -> None:
     """Windows prefers another one."""
-    found = {
-        path.relative_to(ROOT).as_posix() for path in SOURCES if without_encoding(path.read_text("utf-8"))
-    }
+    found = {name for name, one in asked.items() if one.without_encoding}
     assert found <= ASCII_ALONE.keys()
 
 
-def test_no_process_is_forked() -> None:
-    """Windows cannot, and a fork of a process with threads may hang."""
-    found = [
-        f"{path.relative_to(ROOT)}:{node.lineno}"
-        for path in SOURCES
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+def forked(tree: ast.Module) -> list[int]:
+    """Lines on which processes are made in another way than by starting Python anew."""
+    return [
+        node.lineno
+        for node in ast.walk(tree)
         if isinstance(node, ast.Call)
-        and ast.unparse(node.func).endswith(("get_context", "set_start_method"))
+        and dotted(node.func).endswith(("get_context", "set_start_method"))
         and [ast.unparse(argument) for argument in node.args] not in (["'spawn'"], ["'forkserver'"])
     ]
-    assert found == []
+
+
+def test_the_finder_sees_a_fork() -> None:
+    assert forked(ast.parse("import multiprocessing as m\nm.get_context('spawn')\nm.get_context()")) == [3]
+
+
+def test_no_process_is_forked(asked: dict[str, Asked]) -> None:
+    """Windows cannot, and a fork of a process with threads may hang."""
+    assert {name: one.forked for name, one in asked.items() if one.forked} == {}

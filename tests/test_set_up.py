@@ -2,6 +2,7 @@
 
 import importlib.util
 import io
+import os
 from pathlib import Path
 from types import ModuleType
 
@@ -74,3 +75,17 @@ def test_a_package_on_which_pip_was_interrupted_is_installed_again(run: ModuleTy
     run.forget_half_installed()
     assert whole.exists()
     assert not half.exists()
+
+
+def test_modules_are_compiled_once_also_where_none_may_be_written_beside_the_sources(
+    run: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+    monkeypatch.setenv("PYTHONPYCACHEPREFIX", "")
+    del os.environ["PYTHONPYCACHEPREFIX"]
+    monkeypatch.setattr(run.signal, "signal", lambda number, handler: None)
+    monkeypatch.setattr(run, "set_up", lambda lock: None)
+    monkeypatch.setattr(run, "retract", lambda arguments: 0)
+    assert run.main(["devices"]) == 0
+    assert "PYTHONDONTWRITEBYTECODE" not in os.environ
+    assert os.environ["PYTHONPYCACHEPREFIX"] == str(run.VENV / "compiled")

@@ -6,7 +6,7 @@ import re
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
+from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -36,18 +36,19 @@ linux_only = pytest.mark.skipif(sys.platform != "linux", reason="asks the kernel
 # ---- what is never done with a file
 
 
-def calls() -> Iterator[tuple[str, ast.Call]]:
-    for path in MODULES:
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Call):
-                yield path.relative_to(ROOT).as_posix(), node
-
-
-CALLS = [(module, ast.unparse(call.func), call) for module, call in calls()]
+@cache
+def calls() -> list[tuple[str, str, list[ast.keyword]]]:
+    """Every call in the rooms: its module, what is called, and with which keywords."""
+    return [
+        (path.relative_to(ROOT).as_posix(), ast.unparse(node.func), node.keywords)
+        for path in MODULES
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call)
+    ]
 
 
 def modules_that_call(*names: str) -> set[str]:
-    return {module for module, name, _ in CALLS if name in names}
+    return {module for module, name, _ in calls() if name in names}
 
 
 def test_nothing_in_a_file_is_ever_evaluated() -> None:
@@ -57,12 +58,14 @@ def test_nothing_in_a_file_is_ever_evaluated() -> None:
         )
         == set()
     )
-    shells = [module for module, _, call in CALLS for word in call.keywords if word.arg == "shell"]
+    shells = [module for module, _, keywords in calls() for word in keywords if word.arg == "shell"]
     assert shells == []
 
 
 def test_the_only_program_that_is_run_from_a_file_is_a_function_of_a_trajectory() -> None:
-    found = {module for module, name, _ in CALLS if name.endswith("exec_module") or name == "runpy.run_path"}
+    found = {
+        module for module, name, _ in calls() if name.endswith("exec_module") or name == "runpy.run_path"
+    }
     assert found == {"daq/trajectories/own.py"}
 
 
@@ -71,13 +74,13 @@ def test_pickles_are_read_from_pipes_of_the_own_program_alone() -> None:
         "pickle.load", "pickle.loads", "pickle.Unpickler", "joblib.load", "pandas.read_pickle"
     )
     assert readers == {"daq/acquisition/client.py", "daq/acquisition/process.py"}
-    allowed = [word for _, _, call in CALLS for word in call.keywords if word.arg == "allow_pickle"]
+    allowed = [word for _, _, keywords in calls() for word in keywords if word.arg == "allow_pickle"]
     assert all(isinstance(word.value, ast.Constant) and word.value.value is False for word in allowed)
 
 
 def test_xml_is_parsed_where_document_types_are_refused() -> None:
     parsers = {
-        module for module, name, _ in CALLS if re.search(r"ElementTree\.|minidom|sax\.parse|lxml", name)
+        module for module, name, _ in calls() if re.search(r"ElementTree\.|minidom|sax\.parse|lxml", name)
     }
     assert parsers == {"estimator/surfaces/formats/vtk_arrays.py"}
 

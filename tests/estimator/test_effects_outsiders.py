@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from effect_cases import STIFFNESS, at_null, felt, measured, there_and_back, with_values, wrench_change
 from numpy.testing import assert_allclose
-from retraction_cases import REFERENCE_BLOCK
+from retraction_cases import REFERENCE_BLOCK, SMALL_BLOCK
 
 from estimator.effects.catalogue import LABELS, OUTSIDERS
 from estimator.effects.outside.cable import Cable
@@ -116,7 +116,7 @@ def test_a_cut_is_looked_for_within_the_region_that_it_is_mistaken_for():
 
 
 def test_a_cut_bears_next_to_nothing_within_and_all_beyond_its_ends_and_beside_it():
-    mesh = mesh_experiment(REFERENCE_BLOCK, Grading(1e-3, 1e-3, 1e-3, 1.0, 1))
+    mesh = mesh_experiment(SMALL_BLOCK, Grading(1e-3, 1e-3, 1e-3, 1.0, 1))
     values = {
         "log_softness": 4.0,
         "centre_x": 0.0,

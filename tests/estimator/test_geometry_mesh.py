@@ -197,7 +197,7 @@ def test_the_distance_of_mesh_and_surface_is_judged_both_ways(
 
 def dented(depth_m: float) -> Surface:
     """A ball with a dent of 12 mm width from above, which goes out below where it is deeper than the ball."""
-    ball = sphere_surface(0.03, 3)
+    ball = sphere_surface(0.03, 2)
     x, y, z = ball.vertices.T
     dent = depth_m * np.exp(-(x**2 + y**2) / 0.006**2) * (z > 0)
     return closed_surface(np.column_stack([x, y, z - dent]), ball.triangles, "ball")
@@ -209,10 +209,10 @@ def test_a_mesh_that_leaves_a_surface_which_crosses_itself_is_refused_with_the_c
 ) -> None:
     if crosses:
         with pytest.raises(InputError, match=r"apart at most.*the surface crosses itself, first near"):
-            tetrahedralise(dented(depth_m), {}, EdgeLengths(0.012))
+            tetrahedralise(dented(depth_m), {}, EdgeLengths(0.016))
     else:
-        quality = tetrahedralise(dented(depth_m), {}, EdgeLengths(0.012)).quality
-        assert quality.deviation_m < 0.025 * 0.012
+        quality = tetrahedralise(dented(depth_m), {}, EdgeLengths(0.016)).quality
+        assert quality.deviation_m < 0.025 * 0.016
 
 
 def test_a_cavity_is_left_empty_in_the_mesh() -> None:
