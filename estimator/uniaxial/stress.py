@@ -5,8 +5,11 @@ the energy's derivative by λ is μ (w1 dI1/dλ + w2 dI2/dλ). In a uniaxial tes
 
     P = 2 μ (λ − λ⁻²) (w1 + w2/λ)
 
-(R. S. Rivlin and D. W. Saunders, Phil. Trans. R. Soc. A 243 (1951) 251).
+(R. S. Rivlin and D. W. Saunders, Phil. Trans. R. Soc. A 243 (1951) 251). In simple shear by γ, I1 = I2 = 3 + γ² and the
+shear stress is 2 μ γ (w1 + w2) (the same).
 """
+
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +29,43 @@ def uniaxial_stress(law: Law, youngs_modulus: float, shape: FloatArray, stretch:
     SolverError
         A stretch lies beyond the law's limit.
     """
-    return youngs_modulus / 3 * _slope(law, shape, _uniaxial(stretch))
+    return youngs_modulus * unit_stress(law, shape, stretch)
+
+
+def unit_stress(law: Law, shape: FloatArray, stretch: FloatArray) -> FloatArray:
+    """Return the nominal stress over Young's modulus (n,) of a uniaxial test at stretches (n,).
+
+    Raises
+    ------
+    SolverError
+        A stretch lies beyond the law's limit.
+    """
+    return _slope(law, shape, _uniaxial(stretch)) / 3
+
+
+def unit_shear_stress(law: Law, shape: FloatArray, shear: FloatArray) -> FloatArray:
+    """Return the shear stress over Young's modulus (n,) of simple shear by amounts (n,).
+
+    Raises
+    ------
+    SolverError
+        An amount lies beyond the law's limit.
+    """
+    return _slope(law, shape, _simple_shear(shear)) / 3
+
+
+def unit_energy(
+    law: Law, shape: FloatArray, where: FloatArray, test: Literal["uniaxial", "shear"]
+) -> FloatArray:
+    """Return the strain energy over Young's modulus (n,) at stretches, or amounts of shear, (n,).
+
+    Raises
+    ------
+    SolverError
+        One lies beyond the law's limit.
+    """
+    i1, i2, _, _ = _uniaxial(where) if test == "uniaxial" else _simple_shear(where)
+    return np.asarray(law.derivatives(i1, i2, np.ones_like(i1), shape).value) / 3
 
 
 def is_stable(law: Law, shape: FloatArray, largest_stretch: float) -> bool:
@@ -60,3 +99,7 @@ def _equibiaxial(s: FloatArray) -> _Path:
 def _planar(s: FloatArray) -> _Path:
     i, i_by_stretch = s**2 + 1 + s**-2, 2 * (s - s**-3)
     return i, i, i_by_stretch, i_by_stretch
+
+
+def _simple_shear(g: FloatArray) -> _Path:
+    return 3 + g**2, 3 + g**2, 2 * g, 2 * g

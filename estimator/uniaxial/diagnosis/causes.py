@@ -1,0 +1,172 @@
+"""What may cause a gap between a bench test and a Neo-Hookean specimen, with priors on how large it is.
+
+A parameter is exp(ln m + z ln f) or m + z f with z standard normal: how large an effect is spans decades. An onset is
+equally likely anywhere in the test.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from scipy.special import ndtr
+
+from estimator.materials import LAWS
+from estimator.uniaxial.diagnosis.rows import Rows
+from estimator.uniaxial.diagnosis.specimen import Specimen
+from estimator.uniaxial.records import FloatArray
+
+NONE, UNKNOWN = "none", "unknown"
+_SPECTRUM_TERMS = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Prior:
+    """Of one parameter.
+
+    Attributes
+    ----------
+    name, unit : of the parameter
+    middle, spread : median and factor of one deviation; mean and deviation where it is normal
+    kind : how z becomes the parameter
+    upper : largest value
+    """
+
+    name: str
+    unit: str
+    middle: float
+    spread: float
+    kind: Literal["lognormal", "normal", "anywhere"] = "lognormal"
+    upper: float = np.inf
+
+    def value(self, z: float) -> float:
+        """Return the parameter that belongs to a standard normal z."""
+        if self.kind == "anywhere":
+            return self.middle + self.spread * float(ndtr(z))
+        if self.kind == "normal":
+            return self.middle + self.spread * z
+        return min(self.middle * self.spread**z, self.upper)
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """One form of a cause: its parameters, and what they do to a specimen."""
+
+    label: str
+    name: str
+    priors: tuple[Prior, ...]
+    change: Callable[[Specimen, Sequence[float]], Specimen]
+
+    def applied(self, specimen: Specimen, z: FloatArray) -> Specimen:
+        """Return the specimen with this cause."""
+        return self.change(specimen, [prior.value(float(one)) for prior, one in zip(self.priors, z, strict=True)])
+
+
+def forms_for(tests: Sequence[Rows]) -> tuple[Form, ...]:
+    """Return the forms that these tests can show."""
+    reach = max(float(rows.strain.max()) for rows in tests)
+    modes = {rows.test.mode for rows in tests}
+    found = [*_laws(tests), *_of_history(reach)]
+    if all(rows.test.time is not None for rows in tests):
+        found.extend(_relaxation(tests))
+    if not all(rows.test.strain_on_specimen for rows in tests):
+        found.extend(_of_machine(reach))
+        if modes != {"compression"}:
+            found.extend(_of_clamps(reach))
+    if "compression" in modes:
+        found.extend(_of_platens())
+    return tuple(found)
+
+
+def _laws(tests: Sequence[Rows]) -> list[Form]:
+    invariant = max(_first_invariant(rows) for rows in tests)
+    scales = {
+        "yeoh2": (Prior("c2", "1", 0.3 / invariant, 4.0),),
+        "gent": (Prior("inverse_limit", "1", 0.2 / invariant, 2.5, upper=0.995 / invariant),),
+        "veronda_westmann": (Prior("exponent", "1", 0.4 / invariant, 4.0),),
+        "ogden1": (Prior("exponent", "1", 2.0, 2.0, "normal"),),
+        "mooney_rivlin": (Prior("second_invariant_share", "1", 0.0, 0.4, "normal"),),
+    }
+    return [Form("strain_stiffening", name, priors, _with_law(name)) for name, priors in scales.items()]
+
+
+def _with_law(name: str) -> Callable[[Specimen, Sequence[float]], Specimen]:
+    law = LAWS[name]
+    rest = tuple(parameter.null for parameter in law.shape_parameters[1:])
+    return lambda specimen, values: replace(specimen, law=law, shape=(values[0], *rest))
+
+
+def _first_invariant(rows: Rows) -> float:
+    if rows.test.mode == "shear":
+        return float(np.max(rows.strain**2))
+    sign = 1.0 if rows.test.mode == "tension" else -1.0
+    stretch = np.maximum(1 + sign * rows.strain, 0.02)
+    return float(np.max(stretch**2 + 2 / stretch - 3))
+
+
+def _relaxation(tests: Sequence[Rows]) -> list[Form]:
+    longest = max(float(rows.time[-1]) for rows in tests)
+    shortest = min(float(np.median(np.diff(rows.time))) for rows in tests)
+    shortest = min(max(shortest, 1e-4 * longest), 0.1 * longest)
+    middle, spread = float(np.sqrt(longest * shortest)), float((longest / shortest) ** 0.3)
+    share = Prior("relaxing_share", "of the stress that stays", 0.3, 3.0, upper=20.0)
+    time = Prior("relaxation_time", "s", middle, spread)
+    decades = Prior("decades", "1", 2.0, 1.6, upper=6.0)
+
+    def one(specimen: Specimen, values: Sequence[float]) -> Specimen:
+        return replace(specimen, relaxation=((values[0], values[1]),))
+
+    def spectrum(specimen: Specimen, values: Sequence[float]) -> Specimen:
+        times = values[1] * 10 ** (values[2] * np.linspace(-0.5, 0.5, _SPECTRUM_TERMS))
+        return replace(specimen, relaxation=tuple((values[0] / _SPECTRUM_TERMS, float(t)) for t in times))
+
+    return [
+        Form("viscoelasticity", "one time", (share, time), one),
+        Form("viscoelasticity", "spectrum", (share, time, decades), spectrum),
+    ]
+
+
+def _of_history(reach: float) -> list[Form]:
+    softening = (
+        Prior("softened_share", "1", 0.25, 2.0, upper=0.95),
+        Prior("energy", "of the largest", 0.3, 3.0),
+    )
+    return [
+        Form("stress_softening", "Ogden-Roxburgh", softening, lambda s, v: replace(s, softening=(v[0], v[1]))),
+        Form(
+            "permanent_set",
+            "share of the largest strain",
+            (Prior("set", "of the largest strain", 0.06, 2.0, upper=0.9),),
+            lambda s, v: replace(s, permanent_set=v[0]),
+        ),
+        Form(
+            "slack",
+            "slack",
+            (Prior("slack", "strain", 0.03 * reach, 2.5, upper=0.7 * reach),),
+            lambda s, v: replace(s, slack=v[0]),
+        ),
+    ]
+
+
+def _of_machine(reach: float) -> list[Form]:
+    prior = Prior("compliance", "of the specimen's", 0.15, 2.5, upper=5.0)
+    return [Form("machine_compliance", "spring", (prior,), lambda s, v: replace(s, compliance=v[0]))]
+
+
+def _of_clamps(reach: float) -> list[Form]:
+    onset = Prior("onset", "strain", 0.0, reach, "anywhere")
+    creeping = (Prior("slipping_share", "of the travel", 0.2, 2.0, upper=0.95), onset)
+    sudden = (Prior("slip", "strain", 0.05 * reach, 2.5, upper=0.8 * reach), onset)
+    return [
+        Form("clamp_slip", "creeping", creeping, lambda s, v: replace(s, creeping_slip=(v[0], v[1]))),
+        Form("clamp_slip", "sudden", sudden, lambda s, v: replace(s, sudden_slip=(v[0], v[1]))),
+    ]
+
+
+def _of_platens() -> list[Form]:
+    sliding = (Prior("friction", "coefficient", 0.2, 2.0, upper=1.5),)
+    held = (Prior("held_share", "of the faces", 0.4, 2.0, upper=2.0),)
+    return [
+        Form("platen_friction", "sliding", sliding, lambda s, v: replace(s, sliding_friction=v[0])),
+        Form("platen_friction", "held", held, lambda s, v: replace(s, held_faces=v[0])),
+    ]

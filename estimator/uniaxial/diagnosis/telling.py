@@ -1,0 +1,101 @@
+"""A diagnosis of bench tests in words, and as plain types for JSON."""
+
+from typing import Any
+
+from estimator.uniaxial.diagnosis.causes import NONE, UNKNOWN
+from estimator.uniaxial.diagnosis.diagnose import BenchDiagnosis, Size
+from estimator.uniaxial.diagnosis.verdict import Answer
+
+_LEAST_SHOWN = 0.005
+
+
+def as_json(found: BenchDiagnosis) -> dict[str, Any]:
+    """Return plain types for ``json.dumps``; SI units."""
+    held = found.held_out
+    labels = dict.fromkeys(label for answer in found.ranking.probabilities for label in answer)
+    return {
+        "verdict": list(found.verdict),
+        "alike": [list(one) for one in found.alike],
+        "probabilities": {label: found.ranking.probability_of(label) for label in labels},
+        "answers": [
+            {"causes": list(answer), "probability": p} for answer, p in found.ranking.probabilities.items()
+        ],
+        "sizes": [
+            {"cause": s.label, "name": s.name, "unit": s.unit, "value": s.value, "interval68": [s.low, s.high]}
+            for s in found.sizes
+        ],
+        "youngs_modulus": {
+            "before": {"value": found.modulus_before[0], "std": found.modulus_before[1]},
+            "after": {"value": found.modulus_after[0], "std": found.modulus_after[1]},
+        },
+        "held_out": {
+            "what": held.what,
+            "gap_before": held.gap_before,
+            "gap_after": held.gap_after,
+            "noise": held.noise,
+            "closure": held.closure,
+        },
+        "rejected": None if found.rejected is None else list(found.rejected),
+        "next_tests": list(found.next_tests),
+        "not_tried": list(found.not_tried),
+        "tests": [
+            {
+                "name": test.name,
+                "path": None if test.path is None else str(test.path),
+                "mode": test.mode,
+                "rows": len(test.strain),
+                "found": list(test.found),
+                "assumed": list(test.assumed),
+                "left_out": list(test.left_out),
+            }
+            for test in found.tests
+        ],
+    }
+
+
+def as_text(found: BenchDiagnosis) -> str:
+    """Return the verdict, the probabilities and how the tests were read."""
+    held = found.held_out
+    before, after = found.modulus_before, found.modulus_after
+    lines = [_verdict(found), ""]
+    lines += [f"  {round(100 * p):3d} %  {_named(a)}" for a, p in found.ranking.probabilities.items() if p >= _LEAST_SHOWN]
+    lines += ["", *(_size(size) for size in found.sizes)]
+    lines += [
+        f"E before: {before[0] / 1e3:.4g} ± {before[1] / 1e3:.2g} kPa; after: {after[0] / 1e3:.4g} ± "
+        f"{after[1] / 1e3:.2g} kPa",
+        f"Held out ({held.what}): the gap falls from {100 * held.gap_before:.3g} % to {100 * held.gap_after:.3g} % of "
+        f"the stress, {round(100 * held.closure)} % of what is above the noise",
+    ]
+    if found.next_tests:
+        lines += ["What would tell more:", *(f"- {test}" for test in found.next_tests)]
+    lines += [f"not tried: {one}" for one in found.not_tried]
+    for test in found.tests:
+        lines.append(f"{test.name}: {test.mode}, {len(test.strain)} rows")
+        lines += [f"  assumed: {one}" for one in test.assumed]
+        lines += [f"  left out: {one}" for one in test.left_out]
+    return "\n".join(lines)
+
+
+def _verdict(found: BenchDiagnosis) -> str:
+    if found.rejected is not None:
+        return (
+            f"Unknown: {_named(found.rejected)} fits best, and does not predict {found.held_out.what} left out of the fit."
+        )
+    if found.verdict == (NONE,):
+        return "None: a Neo-Hookean law explains the tests."
+    if found.verdict == (UNKNOWN,) and not found.alike:
+        return "Unknown: nothing that was tried explains the gap well."
+    if found.alike:
+        return f"Cannot tell between {' and '.join(_named(one) for one in (found.verdict, *found.alike))}."
+    return f"{_named(found.verdict).capitalize()} causes the gap to a Neo-Hookean law."
+
+
+def _named(answer: Answer) -> str:
+    return " with ".join(label.replace("_", " ") for label in answer)
+
+
+def _size(size: Size) -> str:
+    return (
+        f"{size.label.replace('_', ' ')}: {size.name.replace('_', ' ')} {size.value:.3g} "
+        f"({size.low:.3g} to {size.high:.3g}) {size.unit}"
+    )
