@@ -59,7 +59,9 @@ class Form:
 
     def applied(self, specimen: Specimen, z: FloatArray) -> Specimen:
         """Return the specimen with this cause."""
-        return self.change(specimen, [prior.value(float(one)) for prior, one in zip(self.priors, z, strict=True)])
+        return self.change(
+            specimen, [prior.value(float(one)) for prior, one in zip(self.priors, z, strict=True)]
+        )
 
 
 def forms_for(tests: Sequence[Rows]) -> tuple[Form, ...]:
@@ -132,7 +134,9 @@ def _of_history(reach: float) -> list[Form]:
         Prior("energy", "of the largest", 0.3, 3.0),
     )
     return [
-        Form("stress_softening", "Ogden-Roxburgh", softening, lambda s, v: replace(s, softening=(v[0], v[1]))),
+        Form(
+            "stress_softening", "Ogden-Roxburgh", softening, lambda s, v: replace(s, softening=(v[0], v[1]))
+        ),
         Form(
             "permanent_set",
             "share of the largest strain",

@@ -74,12 +74,16 @@ def diagnose_bench(tests: Sequence[BenchTest], tell: Tell | None = None) -> Benc
     """
     for test in tests:
         if len(test.strain) < _FEWEST_ROWS:
-            raise InputError(f"{test.name}: {len(test.strain)} rows; a diagnosis needs {_FEWEST_ROWS} or more")
+            raise InputError(
+                f"{test.name}: {len(test.strain)} rows; a diagnosis needs {_FEWEST_ROWS} or more"
+            )
     reduced = [rows_of(test) for test in tests]
     likelihood = Likelihood(reduced, [np.ones(len(rows.strain), dtype=bool) for rows in reduced])
     plain = weigh((), likelihood)
     if not np.isfinite(plain.modulus):
-        raise InputError("stress does not rise with strain; check which columns hold load and travel, and --mode")
+        raise InputError(
+            "stress does not rise with strain; check which columns hold load and travel, and --mode"
+        )
     unknown = weigh((), likelihood, UNKNOWN_AMPLITUDES)
     forms = forms_for(reduced)
     labels = tuple(dict.fromkeys(form.label for form in forms))
@@ -105,13 +109,19 @@ def _pairs(weighed: Sequence[Weighed], likelihood: Likelihood, tell: Tell | None
     for number, second in enumerate(order[1:]):
         if tell is not None:
             tell("weighing pairs of causes", number, len(order) - 1)
-        starts = [np.concatenate([order[0].z, z]) for z in (second.z, second.z - 1, second.z + 1, 0 * second.z)]
+        starts = [
+            np.concatenate([order[0].z, z]) for z in (second.z, second.z - 1, second.z + 1, 0 * second.z)
+        ]
         found.append(weigh((*order[0].forms, *second.forms), likelihood, starts=starts))
     return found
 
 
 def _concluded(
-    tests: Sequence[BenchTest], rows: Sequence[Rows], ranking: Ranking, plain: Weighed, labels: tuple[str, ...]
+    tests: Sequence[BenchTest],
+    rows: Sequence[Rows],
+    ranking: Ranking,
+    plain: Weighed,
+    labels: tuple[str, ...],
 ) -> BenchDiagnosis:
     verdict, rejected = ranking.leader, None
     best = ranking.best[verdict]

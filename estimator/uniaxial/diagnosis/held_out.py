@@ -45,7 +45,9 @@ def held_out(hypothesis: Weighed, tests: Sequence[Rows]) -> HeldOut:
     )
 
 
-def _errors(plain: Weighed, named: Weighed, tests: Sequence[Rows], kept: Kept) -> np.typing.NDArray[np.float64]:
+def _errors(
+    plain: Weighed, named: Weighed, tests: Sequence[Rows], kept: Kept
+) -> np.typing.NDArray[np.float64]:
     found = np.zeros(4)
     for rows, keep in zip(tests, kept, strict=True):
         out = ~keep
@@ -60,7 +62,9 @@ def _errors(plain: Weighed, named: Weighed, tests: Sequence[Rows], kept: Kept) -
 def _folds(tests: Sequence[Rows]) -> tuple[str, list[Kept]]:
     if len(tests) > 1:
         out = range(min(len(tests), _MOST_FOLDS))
-        return "each record", [[np.full(len(r.strain), k != left) for k, r in enumerate(tests)] for left in out]
+        return "each record", [
+            [np.full(len(r.strain), k != left) for k, r in enumerate(tests)] for left in out
+        ]
     rows = tests[0]
     cycle = (rows.part + 1) // 2  # an unloading and the loading behind it; the first loading is always known
     cycles = int(cycle.max())

@@ -56,7 +56,9 @@ class Likelihood:
         self._roughness = np.concatenate([_spectrum(rows, keep) for (rows, keep), _ in self._pairs()])
         self.rows = len(self._stress)
 
-    def of(self, unit: Sequence[FloatArray], null: Sequence[FloatArray], amplitudes: Sequence[float] | None) -> Fitted:
+    def of(
+        self, unit: Sequence[FloatArray], null: Sequence[FloatArray], amplitudes: Sequence[float] | None
+    ) -> Fitted:
         """Return the fit of stresses per modulus, one array for each test.
 
         Parameters
@@ -123,7 +125,10 @@ class Likelihood:
 
 def _kernel(rows: Rows, keep: np.typing.NDArray[np.bool_]) -> FloatArray:
     """Return the covariance (k, k) of a discrepancy of the size of the stress, over the noise."""
-    steps = np.hypot(np.diff(rows.strain) / max(float(np.ptp(rows.strain)), 1e-300), np.diff(rows.stress) / np.ptp(rows.stress))
+    steps = np.hypot(
+        np.diff(rows.strain) / max(float(np.ptp(rows.strain)), 1e-300),
+        np.diff(rows.stress) / np.ptp(rows.stress),
+    )
     path = np.concatenate([[0.0], np.cumsum(steps)])[keep]
     smooth = np.exp(-0.5 * ((path[:, None] - path) / _LENGTH) ** 2)
     over = rows.scale / rows.noise[keep]

@@ -21,7 +21,13 @@ def as_json(found: BenchDiagnosis) -> dict[str, Any]:
             {"causes": list(answer), "probability": p} for answer, p in found.ranking.probabilities.items()
         ],
         "sizes": [
-            {"cause": s.label, "name": s.name, "unit": s.unit, "value": s.value, "interval68": [s.low, s.high]}
+            {
+                "cause": s.label,
+                "name": s.name,
+                "unit": s.unit,
+                "value": s.value,
+                "interval68": [s.low, s.high],
+            }
             for s in found.sizes
         ],
         "youngs_modulus": {
@@ -58,7 +64,11 @@ def as_text(found: BenchDiagnosis) -> str:
     held = found.held_out
     before, after = found.modulus_before, found.modulus_after
     lines = [_verdict(found), ""]
-    lines += [f"  {round(100 * p):3d} %  {_named(a)}" for a, p in found.ranking.probabilities.items() if p >= _LEAST_SHOWN]
+    lines += [
+        f"  {round(100 * p):3d} %  {_named(a)}"
+        for a, p in found.ranking.probabilities.items()
+        if p >= _LEAST_SHOWN
+    ]
     lines += ["", *(_size(size) for size in found.sizes)]
     lines += [
         f"E before: {before[0] / 1e3:.4g} ± {before[1] / 1e3:.2g} kPa; after: {after[0] / 1e3:.4g} ± "
@@ -78,9 +88,7 @@ def as_text(found: BenchDiagnosis) -> str:
 
 def _verdict(found: BenchDiagnosis) -> str:
     if found.rejected is not None:
-        return (
-            f"Unknown: {_named(found.rejected)} fits best, and does not predict {found.held_out.what} left out of the fit."
-        )
+        return f"Unknown: {_named(found.rejected)} fits best, and does not predict {found.held_out.what} left out of the fit."
     if found.verdict == (NONE,):
         return "None: a Neo-Hookean law explains the tests."
     if found.verdict == (UNKNOWN,) and not found.alike:
