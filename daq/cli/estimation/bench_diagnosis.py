@@ -1,8 +1,9 @@
 """``retract diagnose FILE...``: the diagnosis of bench tests, whose inputs are files and not folders."""
 
 import argparse
-from dataclasses import replace
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Literal
 
 from daq.cli.verb import Result, progress
 from estimator.errors import InputError
@@ -10,7 +11,7 @@ from estimator.uniaxial import Stated, stated_quantity
 from estimator.uniaxial.diagnosis import as_json, as_text, diagnose_bench
 from estimator.uniaxial.reading.whole import read_bench_test
 
-_SIZES = {
+_SIZES: Mapping[str, Literal["length", "area"]] = {
     "gauge_length": "length",
     "width": "length",
     "thickness": "length",
@@ -56,15 +57,18 @@ def run_bench(options: argparse.Namespace) -> Result:
         stress_unit=options.stress_unit,
         force_unit=options.force_unit,
         length_unit=options.length_unit,
+        gauge_length=_size(options, "gauge_length"),
+        width=_size(options, "width"),
+        thickness=_size(options, "thickness"),
+        diameter=_size(options, "diameter"),
+        area=_size(options, "area"),
     )
-    for size, dimension in _SIZES.items():
-        text = getattr(options, size)
-        if text is not None:
-            value = stated_quantity(
-                text, "area" if dimension == "area" else "length", f"--{size.replace('_', '-')}"
-            )
-            stated = replace(stated, **{size: value})
     tests = [read_bench_test(path, stated, shear=shear) for path in options.case]
     with progress() as tell:
         found = diagnose_bench(tests, tell)
     return Result(as_text(found), as_json(found))
+
+
+def _size(options: argparse.Namespace, size: str) -> float | None:
+    text = getattr(options, size)
+    return None if text is None else stated_quantity(text, _SIZES[size], f"--{size.replace('_', '-')}")

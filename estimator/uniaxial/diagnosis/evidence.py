@@ -116,13 +116,18 @@ def _spread(count: int) -> list[FloatArray]:
 
 def _climbed(height: Callable[[FloatArray], float], start: FloatArray) -> FloatArray:
     simplex = np.vstack([start, start + 0.4 * np.eye(len(start))])
-    options = {
-        "maxfev": _STEPS_PER_PARAMETER * len(start),
-        "xatol": 1e-3,
-        "fatol": 1e-2,
-        "initial_simplex": simplex,
-    }
-    return np.asarray(minimize(lambda z: -height(z), start, method="Nelder-Mead", options=options).x)
+    found = minimize(
+        lambda z: -height(z),
+        start,
+        method="Nelder-Mead",
+        options={
+            "maxfev": _STEPS_PER_PARAMETER * len(start),
+            "xatol": 1e-3,
+            "fatol": 1e-2,
+            "initial_simplex": simplex,
+        },
+    )
+    return np.asarray(found.x)
 
 
 def _curvature(height: Callable[[FloatArray], float], z: FloatArray) -> FloatArray:

@@ -88,7 +88,8 @@ def as_text(found: BenchDiagnosis) -> str:
 
 def _verdict(found: BenchDiagnosis) -> str:
     if found.rejected is not None:
-        return f"Unknown: {_named(found.rejected)} fits best, and does not predict {found.held_out.what} left out of the fit."
+        name, what = _named(found.rejected), found.held_out.what
+        return f"Unknown: {name} fits best, and does not predict {what} left out of the fit."
     if found.verdict == (NONE,):
         return "None: a Neo-Hookean law explains the tests."
     if found.verdict == (UNKNOWN,) and not found.alike:

@@ -72,9 +72,8 @@ def ranked(weighed: Sequence[Weighed], unknown: Weighed, labels: Sequence[str]) 
     each = (1 - _PRIOR_NONE - _PRIOR_UNKNOWN) / max(len(labels), 1)
     logs = {}
     for answer, group in groups.items():
-        prior = {(NONE,): _PRIOR_NONE, (UNKNOWN,): _PRIOR_UNKNOWN}.get(
-            answer, each if len(answer) == 1 else each * _SECOND_CAUSE
-        )
+        special: dict[Answer, float] = {(NONE,): _PRIOR_NONE, (UNKNOWN,): _PRIOR_UNKNOWN}
+        prior = special.get(answer, each if len(answer) == 1 else each * _SECOND_CAUSE)
         evidence = logsumexp([beta * one.log_evidence for one in group]) - np.log(len(group))
         logs[answer] = float(np.log(prior) + evidence)
     total = logsumexp(list(logs.values()))

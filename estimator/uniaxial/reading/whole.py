@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from estimator.errors import InputError
 from estimator.uniaxial.course import course_of
@@ -83,7 +84,7 @@ def _time(read: Opened) -> FloatArray | None:
 
 
 def _signs_and_end(
-    strain: FloatArray, stress: FloatArray, lines: np.typing.NDArray[np.intp]
+    strain: FloatArray, stress: FloatArray, lines: NDArray[np.intp]
 ) -> tuple[float, float, int]:
     """Return the signs of loading in the file, and the row behind the last one of a whole specimen."""
     if np.ptp(strain) == 0:
