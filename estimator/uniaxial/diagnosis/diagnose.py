@@ -169,6 +169,7 @@ def _averaged(ranking: Ranking) -> tuple[float, float]:
     variance = sum(
         p * (ranking.best[one].modulus_std ** 2 + (ranking.best[one].modulus - leader.modulus) ** 2)
         for one, p in ranking.probabilities.items()
+        if np.isfinite(ranking.best[one].modulus_std)
     )
     return leader.modulus, float(np.sqrt(variance))
 

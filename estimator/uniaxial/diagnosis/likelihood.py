@@ -76,11 +76,14 @@ class Likelihood:
             effect = float(np.linalg.norm(change) / np.linalg.norm(own[:, 0]))
             amplitudes = [float(np.hypot(floor, share * effect)) for floor in FLOORS for share in SHARES]
         found = [self._fit(own, first, one) for one in amplitudes]
-        logs = np.array([fit.log_density for fit in found])
+        solved = [fit for fit in found if np.isfinite(fit.log_density)]
+        if not solved:
+            return Fitted(-np.inf, np.nan, np.nan)
+        logs = np.array([fit.log_density for fit in solved])
         weights = np.exp(logs - logsumexp(logs))
-        modulus = float(weights @ [fit.modulus for fit in found])
-        variance = float(weights @ [fit.modulus_std**2 + (fit.modulus - modulus) ** 2 for fit in found])
-        return Fitted(float(logsumexp(logs) - np.log(len(logs))), modulus, float(np.sqrt(variance)))
+        modulus = float(weights @ [fit.modulus for fit in solved])
+        variance = float(weights @ [fit.modulus_std**2 + (fit.modulus - modulus) ** 2 for fit in solved])
+        return Fitted(float(logsumexp(logs) - np.log(len(found))), modulus, float(np.sqrt(variance)))
 
     def _pairs(self) -> list[tuple[tuple[Rows, np.typing.NDArray[np.bool_]], FloatArray]]:
         return list(zip([pair for pair in self.tests if pair[1].any()], self._bases, strict=True))
