@@ -75,15 +75,7 @@ class Likelihood:
             change = own[:, 0] - along * plain[:, 0]
             effect = float(np.linalg.norm(change) / np.linalg.norm(own[:, 0]))
             amplitudes = [float(np.hypot(floor, share * effect)) for floor in FLOORS for share in SHARES]
-        found = [self._fit(own, first, one) for one in amplitudes]
-        solved = [fit for fit in found if np.isfinite(fit.log_density)]
-        if not solved:
-            return Fitted(-np.inf, np.nan, np.nan)
-        logs = np.array([fit.log_density for fit in solved])
-        weights = np.exp(logs - logsumexp(logs))
-        modulus = float(weights @ [fit.modulus for fit in solved])
-        variance = float(weights @ [fit.modulus_std**2 + (fit.modulus - modulus) ** 2 for fit in solved])
-        return Fitted(float(logsumexp(logs) - np.log(len(found))), modulus, float(np.sqrt(variance)))
+        return self._integrated(own, first, np.asarray(amplitudes))
 
     def _pairs(self) -> list[tuple[tuple[Rows, np.typing.NDArray[np.bool_]], FloatArray]]:
         return list(zip([pair for pair in self.tests if pair[1].any()], self._bases, strict=True))
@@ -103,27 +95,32 @@ class Likelihood:
             begin = end
         return columns
 
-    def _fit(self, columns: FloatArray, modulus: float, amplitude: float) -> Fitted:
+    def _integrated(self, columns: FloatArray, modulus: float, amplitudes: FloatArray) -> Fitted:
+        """Return the fit, integrated over amplitudes (m,) of the discrepancy."""
         count = len(self._bases)
-        variance = 1 + amplitude**2 * self._roughness
+        variance = 1 + amplitudes[:, None] ** 2 * self._roughness
         design = columns.copy()
         design[:, 1 + count :] *= _SCATTER * modulus
-        weighted = design / variance[:, None]
-        precision = weighted.T @ design + np.diag([0.0, *[1.0] * (design.shape[1] - 1)])
-        right = weighted.T @ self._stress
-        values = np.linalg.solve(precision, right)
-        if not values[0] > 0:
+        weighted = design.T / variance[:, None, :]
+        precision = weighted @ design + np.diag([0.0, *[1.0] * (design.shape[1] - 1)])
+        right = weighted @ self._stress
+        values = np.linalg.solve(precision, right[..., None])[..., 0]
+        misfit = np.maximum((1 / variance) @ self._stress**2 - np.sum(right * values, axis=1), 0.0)
+        first = values[:, 0]
+        if not np.any(first > 0):
             return Fitted(-np.inf, np.nan, np.nan)
-        misfit = max(float(self._stress @ (self._stress / variance) - right @ values), 0.0)
-        log_density = (
+        logs = (
             -0.5 * (_NOISE_ROWS + self.rows) * np.log1p(misfit / _NOISE_ROWS)
-            - 0.5 * float(np.sum(np.log(variance)))
-            - 0.5 * float(np.linalg.slogdet(precision)[1])
-            - float(np.log(values[0]))
+            - 0.5 * np.sum(np.log(variance), axis=1)
+            - 0.5 * np.linalg.slogdet(precision)[1]
+            - np.log(np.where(first > 0, first, 1.0))
         )
+        logs = np.where(first > 0, logs, -np.inf)
+        weights = np.exp(logs - logsumexp(logs))
         noisier = (_NOISE_ROWS + misfit) / (_NOISE_ROWS + self.rows)
-        std = float(np.sqrt(np.linalg.inv(precision)[0, 0] * noisier))
-        return Fitted(log_density, float(values[0]), std)
+        mean = float(weights @ first)
+        spread = np.linalg.inv(precision)[:, 0, 0] * noisier + (first - mean) ** 2
+        return Fitted(float(logsumexp(logs) - np.log(len(logs))), mean, float(np.sqrt(weights @ spread)))
 
 
 def _kernel(rows: Rows, keep: np.typing.NDArray[np.bool_]) -> FloatArray:
