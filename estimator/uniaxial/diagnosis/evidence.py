@@ -20,6 +20,7 @@ from estimator.uniaxial.diagnosis.specimen import Specimen, stress_per_modulus
 from estimator.uniaxial.records import FloatArray
 
 _IMPOSSIBLE = -1e12
+_LARGEST = 1e4  # stress over modulus that no test reaches
 _STARTS_PER_PARAMETER = 16
 _STEPS_PER_PARAMETER = 70
 _CURVATURE_DROP = 0.5
@@ -81,7 +82,7 @@ def weigh(
             unit = [stress_per_modulus(specimen_with(forms, z), rows) for rows in tests]
         except SolverError:
             return Fitted(_IMPOSSIBLE, np.nan, np.nan)
-        if not all(np.isfinite(values).all() and np.any(values) for values in unit):
+        if not all(np.abs(values).max() < _LARGEST and np.any(values) for values in unit):
             return Fitted(_IMPOSSIBLE, np.nan, np.nan)
         return likelihood.of(unit, null, amplitudes)
 
