@@ -168,9 +168,12 @@ def _of_clamps(reach: float) -> list[Form]:
 
 
 def _of_platens() -> list[Form]:
-    sliding = (Prior("friction", "coefficient", 0.2, 2.0, upper=1.5),)
+    sliding = (
+        Prior("friction", "coefficient", 0.2, 2.0, upper=1.5),
+        Prior("turning_strain", "strain", 0.01, 3.0),
+    )
     held = (Prior("held_share", "of the faces", 0.4, 2.0, upper=2.0),)
     return [
-        Form("platen_friction", "sliding", sliding, lambda s, v: replace(s, sliding_friction=v[0])),
+        Form("platen_friction", "sliding", sliding, lambda s, v: replace(s, sliding_friction=(v[0], v[1]))),
         Form("platen_friction", "held", held, lambda s, v: replace(s, held_faces=v[0])),
     ]

@@ -40,7 +40,6 @@ SUPPOSED_SHAPE_FACTOR = 0.25
 """Of a cylinder whose sizes nobody stated: as high as it is wide."""
 
 _SOFTENING_SHARE_OF_LARGEST = 0.1
-_REVERSAL_STRAIN = 0.02  # over which friction on the platens turns round
 _JUMP_WIDTH = 0.01  # of the range of strain, over which a jump is spread
 _MACHINE_STEPS = 60
 _LEAST_STRETCH = 0.02
@@ -60,7 +59,7 @@ class Specimen:
     compliance : of the machine, over that of the specimen
     creeping_slip : share of the travel that slips, and strain from which on
     sudden_slip : strain that slips, and strain at which
-    sliding_friction : coefficient on the platens
+    sliding_friction : coefficient on the platens, and strain over which it turns round
     held_faces : share of the loaded faces that stick to the platens
     """
 
@@ -73,7 +72,7 @@ class Specimen:
     compliance: float = 0.0
     creeping_slip: tuple[float, float] = (0.0, 0.0)
     sudden_slip: tuple[float, float] = (0.0, 0.0)
-    sliding_friction: float = 0.0
+    sliding_friction: tuple[float, float] = (0.0, 1.0)
     held_faces: float = 0.0
 
 
@@ -163,19 +162,20 @@ def _relaxing(stress: FloatArray, time: FloatArray, relaxation_time: float) -> F
 def _platens(specimen: Specimen, rows: Rows, strain: FloatArray, stretch: FloatArray) -> FloatArray:
     factor = rows.test.shape_factor or SUPPOSED_SHAPE_FACTOR
     found = np.ones_like(strain)
-    if specimen.sliding_friction:
+    friction, turning = specimen.sliding_friction
+    if friction:
         ratio = 4 * factor * stretch**-1.5
-        found = found + specimen.sliding_friction * ratio / 3 * _direction(strain)
+        found = found + friction * ratio / 3 * _direction(strain, turning)
     if specimen.held_faces:
         found = found + 2 * specimen.held_faces * factor**2 * stretch**-3
     return found
 
 
-def _direction(strain: FloatArray) -> FloatArray:
+def _direction(strain: FloatArray, turning: float) -> FloatArray:
     """Return 1 where the platens come on and -1 where they go back, with a short transition: the play operator."""
     found = np.ones_like(strain)
     value = 1.0
-    for place, step in enumerate((np.diff(strain) * 2 / _REVERSAL_STRAIN).tolist(), start=1):
+    for place, step in enumerate((np.diff(strain) * 2 / turning).tolist(), start=1):
         value = min(max(value + step, -1.0), 1.0)
         found[place] = value
     return found
