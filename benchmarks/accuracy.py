@@ -7,8 +7,8 @@ from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.discretisation.elements import ElementKind
 from estimator.forward.meshing import DEFAULT_GRADING, FINE_GRADING, mesh_experiment
-from estimator.studies.mesh_density import CELLS
-from estimator.studies.tetrahedra import block_of_tetrahedra
+from estimator.studies.paper_tables.densities import CELLS
+from estimator.studies.paper_tables.tetrahedra import block_of_tetrahedra
 
 _COARSE = Grading(grasp_m=4e-3, anchor_m=8e-3, largest_m=20e-3, growth=2.0, layers=1)
 _MIDDLE = Grading(grasp_m=2e-3, anchor_m=6e-3, largest_m=12e-3, growth=2.0, layers=1)

@@ -9,7 +9,7 @@ from functools import partial
 from benchmarks.pull import PULL, Timing, timed, unknowns
 from estimator.fit.online import Following, OnlineEstimate, Rows, advance, follow_from, renewed, standing_rows
 from estimator.forward.meshing import mesh_experiment
-from estimator.studies.block import measured
+from estimator.studies.paper_tables.block import measured
 
 
 def lines() -> Iterator[str]:

@@ -18,8 +18,8 @@ from estimator.fem.equilibrium.newton import EquilibriumSolver
 from estimator.fem.equilibrium.observation import observe
 from estimator.fem.equilibrium.state import EquilibriumState
 from estimator.materials.material import Material
-from estimator.studies.block import GRASP_CENTRE, MOTIONS, TRUTH, block
-from estimator.studies.tetrahedra import block_of_tetrahedra
+from estimator.studies.paper_tables.block import GRASP_CENTRE, MOTIONS, TRUTH, block
+from estimator.studies.paper_tables.tetrahedra import block_of_tetrahedra
 
 FloatArray = NDArray[np.float64]
 T = TypeVar("T")

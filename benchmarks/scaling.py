@@ -14,7 +14,7 @@ from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.equilibrium.newton import EquilibriumSolver
 from estimator.fem.equilibrium.state import EquilibriumState
 from estimator.forward.meshing import mesh_experiment
-from estimator.studies.block import TRUTH
+from estimator.studies.paper_tables.block import TRUTH
 
 if sys.platform != "win32":
     import resource

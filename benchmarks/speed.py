@@ -9,16 +9,16 @@ from collections.abc import Iterator
 
 from benchmarks.felupe_peer import FelupePull, estimate_by_slsqp
 from benchmarks.pull import PULL, Timing, fastest, fastest_of_each, solve_pull, timed, unknowns
-from estimator.studies.block import TRUTH, measured
-from estimator.studies.fitting import fitted
-from estimator.studies.mesh_density import CELLS
-from estimator.studies.paper import HIGH_DENSITY, LOW_DENSITY
-from estimator.studies.tetrahedra import block_of_tetrahedra
+from estimator.studies.paper_tables.block import TRUTH, measured
+from estimator.studies.paper_tables.densities import CELLS
+from estimator.studies.paper_tables.figures import TABLE_I
+from estimator.studies.paper_tables.fitting import fitted
+from estimator.studies.paper_tables.tetrahedra import block_of_tetrahedra
 
 _REPEATS = 6
 _FIRST_STATE = (
-    "from benchmarks.pull import PULL, solve_pull; from estimator.studies.block import TRUTH; "
-    "from estimator.studies.tetrahedra import block_of_tetrahedra; "
+    "from benchmarks.pull import PULL, solve_pull; from estimator.studies.paper_tables.block import TRUTH; "
+    "from estimator.studies.paper_tables.tetrahedra import block_of_tetrahedra; "
     "solve_pull(block_of_tetrahedra(PULL, (4, 4, 1)), TRUTH)"
 )
 
@@ -44,11 +44,11 @@ def lines() -> Iterator[str]:
     yield f"the peer's, SLSQP and finite differences: {slsqp}: ratio {slsqp.cpu_s / estimation.cpu_s:.0f} (>= 30)"
     yield f"  E {modulus / 1e3:.3f} kPa, nu {ratio:.4f}, {peer.runs - before} forward Pulls"
 
-    yield f"case 2 of the paper: {estimation} (<= 1.5 s); the paper {LOW_DENSITY.seconds:.0f} s"
+    yield f"case 2 of the paper: {estimation} (<= 1.5 s); the paper {TABLE_I['case 2'].seconds:.0f} s"
     dear = fastest(lambda: fitted(high, [data]), 1)
     yield (
         f"case 1 of the paper, {len(high.body.mesh.cells)} linear tetrahedra, {unknowns(high)} unknowns: "
-        f"{dear} (<= 6 s); the paper {HIGH_DENSITY.seconds:.0f} s"
+        f"{dear} (<= 6 s); the paper {TABLE_I['case 1'].seconds:.0f} s"
     )
     compiled, cached = _start_up()
     yield f"start-up to a first solution: {compiled} with compilation, {cached} from the cache (< 5 s)"

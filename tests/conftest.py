@@ -23,7 +23,7 @@ _MOTION = "--hardware-motion"
 _COMPUTING = re.compile(
     r"tests/(estimator/"
     r"|daq/test_(bad_input|calibration|cli_(benchmark|calibrate|diagnose|estimate|simulate|study)|export_"
-    r"|recording_(damage|rewritten)|running_sync|session_report|sync|view_names|vision_)"
+    r"|planned_experiment|recording_(damage|rewritten)|running_sync|session_report|sync|view_names|vision_)"
     r"|test_(architecture|docs_(pages|python|reference|site)|platforms|requirements_lock|trust))"
 )
 _STEPS_BACK = 5  # of niceness: a quarter of a processor that the laboratory wants too
@@ -45,23 +45,16 @@ if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_I
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
-class TwoLaboratories(LoadScopeScheduling):
-    """Deals modules that compute out one by one; devices and window are one row for one worker, sessions another.
-
-    Each row keeps the order of a single process.
-    """
+class OneLaboratory(LoadScopeScheduling):
+    """Deals modules that compute out one by one; all the rest goes to one worker, in the order of a single process."""
 
     def _split_scope(self, nodeid: str) -> str:
-        if _COMPUTING.match(nodeid):
-            return nodeid.partition("::")[0]
-        return (
-            "devices and window" if nodeid.startswith(("tests/robot_drivers/", "tests/gui/")) else "sessions"
-        )
+        return nodeid.partition("::")[0] if _COMPUTING.match(nodeid) else "the laboratory"
 
 
 @pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> TwoLaboratories:
-    return TwoLaboratories(config, log)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> OneLaboratory:
+    return OneLaboratory(config, log)
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
@@ -71,7 +64,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 @cache
 def _step_back() -> None:
-    """Let this process come second to the laboratories of the other workers, from now on."""
+    """Let this process come second to the laboratory of the other worker, from now on."""
     give_way(_STEPS_BACK)
 
 

@@ -6,8 +6,8 @@ from estimator.experiment import Box, Environment, Experiment, Grasp, Phantom, S
 from estimator.fem.discretisation.block_mesh import structured_mesh
 from estimator.fem.discretisation.elements import ElementKind
 from estimator.fem.discretisation.mesh import Mesh
-from estimator.fit.gauss_newton import Iterate
 from estimator.fit.result import Estimate, ExperimentFit, ParameterEstimate, Rmse
+from estimator.fit.search import Iterate
 from estimator.report.estimation.findings import Truth
 
 TRUTH = Truth(20_100.0, 0.46)

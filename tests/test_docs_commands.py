@@ -28,6 +28,8 @@ ONLY_READ = {
     r"python -m (benchmarks|estimator\.|robot_drivers\.|daq\.|gui\.)": "measures for minutes or hours",
     r"pytest|ruff|mypy": "what runs this test, and what runs beside it",
     r"du ": "measures what is installed",
+    r"retract (import|check) ": "reads files that the pages' blocks of Python make: tests/test_docs_python.py, "
+    "tests/estimator/test_importing.py",
     r"retract recover ": "damages nothing to recover here: tests/daq/test_recording_damage.py",
     rf"python -m pip|({'|'.join(sorted(SYSTEM))})\b": "changes the computer, or asks for hardware",
 }

@@ -20,6 +20,8 @@ _VERBS = {
     "recover": "sessions",
     "replay": "sessions",
     "export": "sessions",
+    "import": "estimation",
+    "check": "estimation",
     "simulate": "estimation",
     "estimate": "estimation",
     "diagnose": "estimation",
@@ -29,6 +31,9 @@ _VERBS = {
     "benchmark": "estimation",
     "faults": "laboratory",
 }
+
+# what no module can be called
+_MODULES = {"import": "importing"}
 
 _EXAMPLES = """examples:
   retract demo                               the whole chain on a virtual laboratory, a minute and a half
@@ -58,7 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     verbs = parser.add_subparsers(metavar="VERB", required=True)
     try:
         for verb in _wanted(arguments):
-            import_module(f"daq.cli.{_VERBS[verb]}.{verb}").add_parser(verbs)
+            import_module(f"daq.cli.{_VERBS[verb]}.{_MODULES.get(verb, verb)}").add_parser(verbs)
         options = parser.parse_args(arguments)
     except EstimatorError as error:
         # another package adds effects or laws that cannot be

@@ -9,11 +9,16 @@ from daq.trajectories.trajectory import Trajectory, experiment_kind
 from estimator.experiment import Experiment, SensorNoise
 from robot_drivers.protocols import FloatArray, Pose
 
+# A way that takes less, s, is the rounding of a pose; a stay that is shorter has no row beside that of the arrival.
+_SHORTEST_S = 1e-6
+
 
 def planned_experiment(
     trajectory: Trajectory, specimen: Specimen, sensor: SensorNoise, order: int, rows_per_move: int = 2
 ) -> Experiment:
-    """Lay out the rows of a retraction: some on the way to each step, and one at the end of its measuring window.
+    """Lay out the rows of a trajectory: some on the way to each step, and one at the end of its standing there.
+
+    A step that is only passed through has no row but those of its way.
 
     Parameters
     ----------
@@ -32,7 +37,7 @@ def planned_experiment(
     for step in trajectory.steps[1:]:
         target = step.T_rest_gripper
         duration = move_duration_s(trajectory, present, target)
-        if duration > 0:
+        if duration > _SHORTEST_S:
             for row in range(1, rows_per_move + 1):
                 fraction = row / rows_per_move
                 times.append(now + fraction * duration)
@@ -41,13 +46,15 @@ def planned_experiment(
                 position, turned = _between(present, target, fraction)
                 positions.append(position)
                 rotations.append(turned)
-        now += duration + step.settle_s + step.measure_s
+        stood_s = step.settle_s + step.measure_s
+        now, present = now + duration + stood_s, target
+        if stood_s <= _SHORTEST_S:
+            continue  # passed through: the row on arrival, if it went anywhere, is the only one
         times.append(now)
         phases.append(step.phase)
         numbers.append(step.number)
         positions.append(np.array(target.position))
         rotations.append(rotation(target.quaternion_wxyz))
-        present = target
     count, beads = len(times), len(specimen.fiducials_m)
     return Experiment(
         name=trajectory.kind,

@@ -155,13 +155,18 @@ def _unmeasured(kind: str, stops: Sequence[Pose], longest_pause_s: float) -> Tra
     return Trajectory(kind, _SWAY_SPEED, (rest, *moves, end))
 
 
-NAMED: Mapping[str, Callable[[], Trajectory]] = {
+RETRACTIONS: Mapping[str, Callable[[], Trajectory]] = {
     **{kind: retraction.trajectory for kind, retraction in STANDARD.items()},
     "lift": lift,
     "relaxation": relaxation,
+}
+"""The trajectories with a name that move the tissue which the gripper holds, with their usual parameters."""
+
+NAMED: Mapping[str, Callable[[], Trajectory]] = {
+    **RETRACTIONS,
     "tare_poses": tare_poses,
     "marker_poses": marker_poses,
     "sway": sway,
     "tap": tap,
 }
-"""Every trajectory that has a name of its own, with its usual parameters."""
+"""Every trajectory that has a name of its own: the retractions, and the motions that calibrations are made from."""

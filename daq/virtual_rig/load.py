@@ -19,7 +19,14 @@ from numpy.typing import NDArray
 from daq.lifeline import leave_signals_to_parent
 from daq.rig import Rig, read_rig, write_rig
 from daq.virtual_rig.child_processes import end_all, free_udp_port, told
-from daq.virtual_rig.layout import REST_TOOL, T_FLANGE_TOOL, Addresses, placed_beads, rig_description
+from daq.virtual_rig.layout import (
+    REST_TOOL,
+    STREAM_PATIENCE_S,
+    T_FLANGE_TOOL,
+    Addresses,
+    placed_beads,
+    rig_description,
+)
 from daq.virtual_rig.rendering.scene import Scene, SceneSettings, flea2_pair
 from robot_drivers.abb.emulator.controller import ControllerEmulator
 from robot_drivers.abb.emulator.settings import ArmSettings
@@ -129,7 +136,9 @@ def _run_camera(control: Connection, load: Load, side: int) -> None:
     camera = (flea2_pair().left, flea2_pair().right)[side]
     scene = Scene(camera, SceneSettings(pixel_format="bayer_rggb8" if load.colour else "mono8"), seed=side)
     images = [scene.render(placed_beads(0), number) for number in range(_DIFFERENT_IMAGES)]
-    settings = CameraEmulatorSettings(camera.width, camera.height, load.frames_per_s, _BUFFERED)
+    settings = CameraEmulatorSettings(
+        camera.width, camera.height, load.frames_per_s, _BUFFERED, send_timeout_s=STREAM_PATIENCE_S
+    )
     with CameraEmulator(in_turn(images, load.frames_per_s), settings, BusClock(host_time_ns())) as emulator:
         _serve(control, {"url": emulator.url})
 

@@ -13,7 +13,8 @@ from estimator.fit.estimate import estimate as fit_experiments
 from estimator.fit.linearisation import Progress
 from estimator.fit.losses import loss_named
 from estimator.fit.nuisances import USUAL
-from estimator.fit.settings import FitSettings, Prior
+from estimator.fit.settings import FitSettings
+from estimator.inference.free_parameter import NormalPrior
 from estimator.materials import Law, law_named
 
 if TYPE_CHECKING:
@@ -147,7 +148,7 @@ def estimate(
     settings = FitSettings(
         law=law_named(law) if isinstance(law, str) else law,
         fixed=dict(fixed or {}),
-        priors={name: Prior(*pair) for name, pair in (priors or {}).items()},
+        priors={name: NormalPrior(*pair) for name, pair in (priors or {}).items()},
         bounds=dict(bounds or {}),
         loss=loss_named(loss),
         nuisances=frozenset(nuisances),

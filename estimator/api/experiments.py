@@ -14,7 +14,7 @@ from estimator.errors import InputError
 from estimator.experiment import model, reading
 from estimator.experiment.observations import columns_of
 from estimator.fem.boundary.motion import GripperPose
-from estimator.studies.block import GRASP_CENTRE, block
+from estimator.studies.paper_tables.block import GRASP_CENTRE, block
 
 if TYPE_CHECKING:
     from estimator.api.drawings import Drawing

@@ -32,7 +32,6 @@ def what_if(
     errors_left: ErrorsLeft,
     progress: Tell | None = None,
     *,
-    settings: DiagnosisSettings | None = None,
     catalogue: Catalogue | None = None,
 ) -> Consideration:
     """Fit a model with one cause to experiments of one phantom in one mounting, however improbable it is.
@@ -44,7 +43,7 @@ def what_if(
     floor : root mean square of the noise alone, as the diagnosis of these experiments has it (``gap.floor``)
     errors_left : how much of the errors that rows may share it took for noise, likewise
     progress : told what is being done, and how much of it is done
-    settings, catalogue : by default those of the diagnosis
+    catalogue : by default that of the diagnosis
 
     Raises
     ------
@@ -55,7 +54,7 @@ def what_if(
     SolverError
         The baseline has no equilibrium.
     """
-    settings, catalogue = settings or DiagnosisSettings(), catalogue or default_catalogue()
+    settings, catalogue = DiagnosisSettings(), catalogue or default_catalogue()
     if label not in catalogue.labels:
         raise InputError(
             f"{label}: is no cause of the catalogue; choose one of {', '.join(catalogue.labels)}"

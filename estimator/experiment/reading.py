@@ -41,6 +41,20 @@ def read_experiment(path: Path | str) -> Experiment:
     InputError
         Something is missing, unreadable or implausible; the message names file, line and column or key.
     """
+    experiment = read_unchecked(path)
+    check_experiment(experiment)
+    norm = np.linalg.norm(experiment.quaternion_wxyz, axis=1, keepdims=True)
+    return replace(experiment, quaternion_wxyz=experiment.quaternion_wxyz / norm)
+
+
+def read_unchecked(path: Path | str) -> Experiment:
+    """Read one experiment folder as it stands, whatever its values say.
+
+    Raises
+    ------
+    InputError
+        Something is missing, unreadable, or of another type.
+    """
     folder = Path(path)
     if not folder.is_dir():
         raise InputError(f"{folder}: there is no such folder; give a folder that holds {EXPERIMENT_FILE}")
@@ -51,7 +65,7 @@ def read_experiment(path: Path | str) -> Experiment:
     fiducials_rest = stated.table("fiducials").points("rest")
     observed = read_observations(folder / OBSERVATIONS_FILE, len(fiducials_rest))
     kind = stated.table("trajectory").choice("kind", TRAJECTORY_KINDS, "other")
-    experiment = Experiment(
+    return Experiment(
         name=stated.text("name", folder.resolve().name),
         phantom_id=stated.text("phantom_id", folder.resolve().parent.name),
         order=stated.integer("order", 1),
@@ -71,9 +85,6 @@ def read_experiment(path: Path | str) -> Experiment:
         fiducials=observed.fiducials,
         path=folder,
     )
-    check_experiment(experiment)
-    norm = np.linalg.norm(experiment.quaternion_wxyz, axis=1, keepdims=True)
-    return replace(experiment, quaternion_wxyz=experiment.quaternion_wxyz / norm)
 
 
 def read_case(path: Path | str) -> list[Experiment]:
@@ -85,15 +96,9 @@ def read_case(path: Path | str) -> list[Experiment]:
         The folder holds no experiment, or experiments of several phantoms; or as :func:`read_experiment`.
     """
     folder = Path(path)
-    if (folder / EXPERIMENT_FILE).exists():
+    members = case_members(folder)
+    if members == [folder]:
         return [read_experiment(folder)]
-    if not folder.is_dir():
-        raise InputError(f"{folder}: there is no such folder; give an experiment or a folder of experiments")
-    members = sorted(file.parent for file in folder.glob(f"*/{EXPERIMENT_FILE}"))
-    if not members:
-        raise InputError(
-            f"{folder}: neither it nor a folder in it holds {EXPERIMENT_FILE}; give another folder"
-        )
     experiments = [read_experiment(member) for member in members]
     phantoms = sorted({experiment.phantom_id for experiment in experiments})
     if len(phantoms) > 1:
@@ -102,6 +107,27 @@ def read_case(path: Path | str) -> list[Experiment]:
             "sort them into folders, or correct phantom_id"
         )
     return sorted(experiments, key=lambda experiment: experiment.order)
+
+
+def case_members(path: Path | str) -> list[Path]:
+    """Return the experiment folders that a folder holds, or the folder itself where it is one.
+
+    Raises
+    ------
+    InputError
+        It is neither an experiment nor a folder of experiments.
+    """
+    folder = Path(path)
+    if (folder / EXPERIMENT_FILE).exists():
+        return [folder]
+    if not folder.is_dir():
+        raise InputError(f"{folder}: there is no such folder; give an experiment or a folder of experiments")
+    members = sorted(file.parent for file in folder.glob(f"*/{EXPERIMENT_FILE}"))
+    if not members:
+        raise InputError(
+            f"{folder}: neither it nor a folder in it holds {EXPERIMENT_FILE}; give another folder"
+        )
+    return members
 
 
 def _phantom(table: TomlTable, folder: Path) -> Phantom:

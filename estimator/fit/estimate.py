@@ -15,19 +15,20 @@ from estimator.errors import InputError
 from estimator.experiment import Experiment
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.newton import NewtonSettings
-from estimator.fit.discretisation import change_on_finer_mesh
-from estimator.fit.gauss_newton import Iterate, MarginalStep, Values, marginal_step, minimise, moved
 from estimator.fit.linearisation import Linearisation, Progress, silent
+from estimator.fit.measurements import StateMean, state_means
 from estimator.fit.nuisances import DISCRETISATION
+from estimator.fit.paper.sqp import minimise_by_sqp
 from estimator.fit.profile import Profile, profile
-from estimator.fit.residuals import StateMean, state_means
 from estimator.fit.result import Estimate
+from estimator.fit.search import Iterate, Values, determined_step, internal_change, minimise, moved
 from estimator.fit.settings import FitSettings
-from estimator.fit.sqp import minimise_by_sqp
 from estimator.fit.summary import FitOutcome, Uncertainty, summarise, uncertainty
 from estimator.forward.meshing import measuring_mesh, mesh_experiment
 from estimator.forward.model import ForwardModel
 from estimator.forward.schedule import spread_states
+from estimator.inference.discretisation import change_on_finer_mesh
+from estimator.inference.gauss_newton import NewtonStep
 
 FloatArray = NDArray[np.float64]
 
@@ -51,7 +52,7 @@ _ROUNDS = 4
 _STEADY_WEIGHT = 0.02
 # Every recording sees the beads anew at rest, with noise and after some creep; a new mounting moves them by more.
 _SAME_MOUNTING_M = 3e-4
-_SEARCHES: dict[str, Callable[..., tuple[list[Iterate], MarginalStep]]] = {
+_SEARCHES: dict[str, Callable[..., tuple[list[Iterate], NewtonStep]]] = {
     "likelihood": minimise,
     "paper": minimise_by_sqp,
 }
@@ -92,11 +93,11 @@ def estimate(
     rough = fit_few_states(model, means, tell, settings)
 
     everything = [list(range(len(s.poses))) for s in model.schedules]
-    every = Linearisation(model, means, everything, settings, "all states", tell, _AT_LAST)
+    every = Linearisation(model, means, everything, settings, partial(tell, "all states"), _AT_LAST)
     fine, weights = _search_robustly(every, experiments, settings, rough[-1].values)
     values, solved = fine[-1].values, 0
     change = {(m.experiment, m.state): np.zeros(len(m.mean)) for m in means}
-    last = marginal_step(every.objective(values), settings.free, values)
+    last = determined_step(every.objective(values))
     uncorrected = moved(settings.free, values, last.step)
     if DISCRETISATION in settings.nuisances:
         finer = ForwardModel(finer_mesh(experiments[0]), experiments)
@@ -106,18 +107,18 @@ def estimate(
                 finer, settings.material(values), every.predictions, partial(tell, "finer mesh")
             )
             every.correct(change)
-            last = marginal_step(every.objective(values), settings.free, values)
-            if float(np.abs(last.step).max()) > _LINEAR_CORRECTION:
+            last = determined_step(every.objective(values))
+            if last.length > _LINEAR_CORRECTION:
                 more, last = _SEARCHES[settings.objective](
                     every.objective, settings.free, values, _LINEAR_STEP
                 )
                 fine += more[1:]
                 values = more[-1].values
-            if float(np.abs(_internal_change(settings, before, values)).max()) < _MEASURED_NEARBY:
+            if float(np.abs(internal_change(settings.free, before, values)).max()) < _MEASURED_NEARBY:
                 break
         solved = finer.solved_states
     final = moved(settings.free, values, last.step)
-    correction = _internal_change(settings, uncorrected, final)
+    correction = internal_change(settings.free, uncorrected, final)
     outcome = FitOutcome(
         experiments=tuple(experiments),
         model=model,
@@ -154,7 +155,7 @@ def fit_few_states(
     """
     settings = settings or FitSettings()
     chosen = [spread_states(s, max(_FEWEST_STATES, len(settings.free))) for s in model.schedules]
-    few = Linearisation(model, means, chosen, settings, "a few states", tell, _AT_FIRST)
+    few = Linearisation(model, means, chosen, settings, partial(tell, "a few states"), _AT_FIRST)
     search = _SEARCHES[settings.objective]
     return search(few.objective, settings.free, few.first_guess(), _LINEAR_STEP)[0]
 
@@ -178,11 +179,6 @@ def _search_robustly(
         iterates += found[1:] if iterates else found
         values = iterates[-1].values
     return iterates, weights
-
-
-def _internal_change(settings: FitSettings, before: Values, after: Values) -> FloatArray:
-    """Return the change (p,) of the free parameters' internal variables."""
-    return np.array([p.to_internal(after[p.name]) - p.to_internal(before[p.name]) for p in settings.free])
 
 
 def _profiles(

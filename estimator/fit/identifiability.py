@@ -2,20 +2,28 @@
 
 The information of the data on the free parameters, scaled to ones on its diagonal, has an eigenvalue for every
 direction in which they may go together; where one is near zero, the parameters of that direction make up for each
-other. Errors outside the model act the same way: a calibration that is off by a known amount changes the channels along
-a column, of which the fit takes up the share that its parameters span.
+other. Errors outside the model act the same way: a calibration that is off by a known amount, as effects of the
+catalogue have it, changes the channels along a column, of which the fit takes up the share that its parameters span.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 
-from estimator.fit.confounders import CONFOUNDERS
-from estimator.fit.parameters import FitParameter
-from estimator.fit.residuals import WhitenedSystem
+from estimator.effects.effect import Effect
+from estimator.effects.force.force_axis_gain import ForceAxisGain
+from estimator.effects.motion.motion_scale import MotionScale
+from estimator.effects.shared.axes import WRENCH_CHANNELS
+from estimator.effects.shared.one_state import OneState, change_of_channels
+from estimator.effects.vision.camera_scale import CameraScale
+from estimator.experiment import Experiment
+from estimator.fem.equilibrium.observation import Observation
+from estimator.fit.linearised_fit import LinearisedFit
+from estimator.fit.measurements import StateMean
+from estimator.forward.schedule import PoseSchedule
+from estimator.inference.free_parameter import FreeParameter, prior_information
 
 FloatArray = NDArray[np.float64]
 
@@ -26,6 +34,30 @@ _MEMBER = 0.3
 _UNDETERMINED = {"youngs_modulus": 0.5, "poisson_ratio": 0.7}
 _UNDETERMINED_SHAPE = 3.0
 _INSEPARABLE = 0.98
+
+
+@dataclass(frozen=True, slots=True)
+class Confounder:
+    """An error of a sensor or of the motion that the model does not have.
+
+    Attributes
+    ----------
+    name : in words
+    effects : of the catalogue that together are this error, each with one amplitude, a pure number
+    """
+
+    name: str
+    effects: tuple[Effect, ...]
+
+
+# The same gain on every axis is no effect of its own: it is Young's modulus.
+CONFOUNDERS = (
+    Confounder("force gain", tuple(ForceAxisGain(channel) for channel in WRENCH_CHANNELS)),
+    Confounder("camera scale", (CameraScale(),)),
+    Confounder("gripper travel", (MotionScale(),)),
+)
+# What each of them is taken to be off by, and how that is told.
+_OFF, _SIZE = 0.01, "1 %"
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,38 +79,50 @@ class Absorption:
     shifts: dict[str, float]
 
 
-def absorptions(
-    system: WhitenedSystem, columns: FloatArray, parameters: Sequence[FitParameter], values: dict[str, float]
-) -> tuple[Absorption, ...]:
+def confounder_columns(
+    experiments: Sequence[Experiment], schedules: Sequence[PoseSchedule]
+) -> Callable[[StateMean, Observation], FloatArray]:
+    """Return the function that gives a state's change (c, k) by every confounder."""
+
+    def columns(mean: StateMean, observation: Observation) -> FloatArray:
+        poses = schedules[mean.experiment].poses
+        state = OneState(experiments[mean.experiment], poses[0], poses[mean.state], observation)
+        changes = [
+            change_of_channels(state, [(one, {one.amplitudes[0].name: _OFF}) for one in confounder.effects])
+            for confounder in CONFOUNDERS
+        ]
+        return np.stack(changes, axis=1)
+
+    return columns
+
+
+def absorptions(problem: LinearisedFit, columns: FloatArray) -> tuple[Absorption, ...]:
     """Return what the fit makes of every confounder.
 
     Parameters
     ----------
-    system : at the optimum
-    columns : (r, k) whitened change by each of ``CONFOUNDERS``
-    parameters, values : of the fit
+    problem : at the optimum
+    columns : (r, k) change by each of ``CONFOUNDERS``, whitened like its residual
     """
-    J, N = system.by_parameter, system.by_nuisance
-    factor = cho_factor(N.T @ N + np.eye(N.shape[1]))
-    reduced = columns - N @ cho_solve(factor, N.T @ columns)
-    information = J.T @ (J - N @ cho_solve(factor, N.T @ J))
-    shifts = np.linalg.solve(information, J.T @ reduced)
+    (J,) = problem.jacobian
+    information = J.T @ J + prior_information(problem.free_parameters)
+    shifts = np.linalg.solve(information, J.T @ columns)
     found = []
     for n, confounder in enumerate(CONFOUNDERS):
-        squared = float(columns[:, n] @ reduced[:, n])
+        squared = float(columns[:, n] @ columns[:, n])
         taken = float(shifts[:, n] @ information @ shifts[:, n])
         share = taken / squared if squared > 0 else 0.0
         by_name = {
-            p.name: float(p.slope(values[p.name]) * z) / (values[p.name] if p.unit else 1.0)
-            for p, z in zip(parameters, shifts[:, n], strict=True)
+            p.name: float(p.slope * z) / (p.value if p.unit else 1.0)
+            for p, z in zip(problem.free_parameters, shifts[:, n], strict=True)
         }
         left = float(np.sqrt(max(squared - taken, 0.0)))
-        found.append(Absorption(confounder.name, confounder.size, share, left, by_name))
+        found.append(Absorption(confounder.name, _SIZE, share, left, by_name))
     return tuple(found)
 
 
 def identifiability(
-    parameters: Sequence[FitParameter],
+    parameters: Sequence[FreeParameter],
     data: FloatArray,
     priors: FloatArray,
     absorbed: Sequence[Absorption],
@@ -99,7 +143,7 @@ def identifiability(
     )
 
 
-def _weak_directions(parameters: Sequence[FitParameter], data: FloatArray) -> list[str]:
+def _weak_directions(parameters: Sequence[FreeParameter], data: FloatArray) -> list[str]:
     scale = np.sqrt(np.diag(data))
     if len(parameters) < 2 or not np.all(scale > 0):
         return []
@@ -119,7 +163,7 @@ def _weak_directions(parameters: Sequence[FitParameter], data: FloatArray) -> li
     return found
 
 
-def _undetermined(parameters: Sequence[FitParameter], information: FloatArray) -> list[str]:
+def _undetermined(parameters: Sequence[FreeParameter], information: FloatArray) -> list[str]:
     deviations = np.sqrt(np.diag(np.linalg.inv(information)))
     return [
         f"The measurements hardly determine {p.label}: its interval is as wide as what it could be."
@@ -128,7 +172,7 @@ def _undetermined(parameters: Sequence[FitParameter], information: FloatArray) -
     ]
 
 
-def _prior_bound(parameters: Sequence[FitParameter], data: FloatArray, priors: FloatArray) -> list[str]:
+def _prior_bound(parameters: Sequence[FreeParameter], data: FloatArray, priors: FloatArray) -> list[str]:
     """Name the parameters on which the prior says more than the measurements do."""
     total = np.linalg.inv(data + priors)
     shares = np.diag(total) * np.diag(priors)
@@ -139,7 +183,7 @@ def _prior_bound(parameters: Sequence[FitParameter], data: FloatArray, priors: F
     ]
 
 
-def _confounded(parameters: Sequence[FitParameter], absorbed: Sequence[Absorption]) -> list[str]:
+def _confounded(parameters: Sequence[FreeParameter], absorbed: Sequence[Absorption]) -> list[str]:
     label = {p.name: p.label for p in parameters}
     found = []
     for one in absorbed:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,28 +9,18 @@ from numpy.typing import NDArray
 from estimator.errors import FitError
 from estimator.experiment import Experiment
 from estimator.fem.equilibrium.newton import NewtonSettings
-from estimator.fit.gauss_newton import marginal_step
+from estimator.fit.linearised_fit import LinearisedFit, Predictions, Whitenings, linearised_fit, whitenings_of
 from estimator.fit.losses import LINEAR
+from estimator.fit.measurements import StateMean, row_deviation, row_residuals, state_means
 from estimator.fit.nuisances import GRIPPER_POSITION, floating, nuisance_columns
-from estimator.fit.paper import paper_covariance, paper_system
-from estimator.fit.residuals import (
-    Predictions,
-    Roots,
-    StateMean,
-    WhitenedSystem,
-    channels_by,
-    covariance_roots,
-    measured_rows,
-    predicted_channels,
-    state_means,
-    whiten,
-)
-from estimator.fit.row_residuals import row_deviation, row_residuals
+from estimator.fit.paper.objective import paper_covariance, paper_system
+from estimator.fit.search import Values, at_values, determined_step
 from estimator.fit.settings import FitSettings
 from estimator.forward.model import ForwardModel
+from estimator.inference.channels import channels_by, measured_rows, predicted_channels
+from estimator.inference.free_parameter import FreeParameter
 
 FloatArray = NDArray[np.float64]
-Values = dict[str, float]
 # Called with what is being done, how many of its states are done, and how many there are.
 Progress = Callable[[str, int, int], None]
 
@@ -53,14 +42,14 @@ class Linearisation:
     model : of the experiments
     means : of all states, measured
     selection : for each experiment the states in use
-    stage, tell : for progress
+    tell : called with how many states are solved, and how many there are
     newton : how exactly states are solved
 
     Attributes
     ----------
     predictions : at the last point
     means : as they were given, but for weights and corrections
-    roots : of the covariances of the first predictions
+    whitenings : of the states, by the first predictions
     """
 
     def __init__(
@@ -69,47 +58,46 @@ class Linearisation:
         means: Sequence[StateMean],
         selection: Sequence[Sequence[int]],
         settings: FitSettings,
-        stage: str,
-        tell: Progress,
+        tell: Callable[[int, int], None],
         newton: NewtonSettings = _EXACT,
     ) -> None:
         self._model, self._selection, self._settings = model, selection, settings
-        self._tell, self._newton = partial(tell, stage), newton
+        self._tell, self._newton = tell, newton
         self._nuisances = floating(settings.nuisances)
         self._point: Values | None = None
         self._correction: Mapping[tuple[int, int], FloatArray] = {}
         self.means = self._trusted(means)
         self.predictions: Predictions = []
-        self.roots: Roots = {}
+        self.whitenings: Whitenings = {}
 
-    def likelihood(self, values: Values) -> WhitenedSystem:
-        """Return the whitened problem with its nuisances, and a row for each prior."""
+    def likelihood(self, values: Values) -> LinearisedFit:
+        """Return the problem whitened by the sensors' noise and the nuisances."""
         self._predict(values)
-        if not self.roots:
-            self.roots = covariance_roots(self.means, self.predictions)
-        system = whiten(self.means, self.predictions, self._slopes(values), self.roots, self._nuisances)
-        return with_priors(system, self._settings, values)
-
-    def paper(self, values: Values) -> WhitenedSystem:
-        """Return the problem of the paper's objective."""
-        self._predict(values)
-        return paper_system(
-            self.means, self.predictions, self._slopes(values), self._model.problem.fiducials_rest
+        if not self.whitenings:
+            self.whitenings = whitenings_of(self.means, self.predictions)
+        return linearised_fit(
+            self.means, self.predictions, self._free(values), self.whitenings, self._nuisances
         )
 
+    def paper(self, values: Values) -> LinearisedFit:
+        """Return the problem of the paper's objective."""
+        self._predict(values)
+        rest = self._model.problem.fiducials_rest
+        return paper_system(self.means, self.predictions, self._free(values), rest)
+
     @property
-    def objective(self) -> Callable[[Values], WhitenedSystem]:
+    def objective(self) -> Callable[[Values], LinearisedFit]:
         """The problem of the objective that the settings name."""
         return {"likelihood": self.likelihood, "paper": self.paper}[self._settings.objective]
 
     def covariance(self, values: Values) -> FloatArray:
         """Return the covariance (p, p) of the objective's estimate, internal variables, under the stated noise."""
-        system = self.likelihood(values)
+        problem = self.likelihood(values)
         if self._settings.objective == "likelihood":
-            return marginal_step(system, self._settings.free, values).covariance
+            return determined_step(problem).covariance
         rest = self._model.problem.fiducials_rest
         return paper_covariance(
-            self.means, self.predictions, self._slopes(values), rest, self.roots, self._nuisances
+            self.means, self.predictions, problem.free_parameters, rest, self.whitenings, self._nuisances
         )
 
     def correct(self, change: Mapping[tuple[int, int], FloatArray]) -> None:
@@ -159,7 +147,7 @@ class Linearisation:
             correction, self._correction = self._correction, {}
             if correction:
                 self.correct(correction)
-            self.roots = covariance_roots(self.means, self.predictions)
+            self.whitenings = whitenings_of(self.means, self.predictions)
             if moved < _STEADY_WEIGHT:
                 break
         return weights
@@ -192,8 +180,9 @@ class Linearisation:
 
     def _expected(self, values: Values) -> dict[tuple[int, int], FloatArray]:
         """Return the channels (c,) of every state at the linearised optimum, nuisances and corrections included."""
-        step = marginal_step(self.likelihood(values), self._settings.free, values)
-        slopes = self._slopes(values)
+        problem = self.likelihood(values)
+        step = determined_step(problem).step
+        nuisances = problem.nuisances_after(step)
         expected = {}
         for mean in self.means:
             observation = self.predictions[mean.experiment][mean.state]
@@ -202,9 +191,9 @@ class Linearisation:
             columns = nuisance_columns(
                 self._nuisances, deviation, observation, mean.experiment, len(self.predictions)
             )
-            expected[key] = predicted_channels(observation) + columns @ step.nuisances
-            for change, (name, slope) in zip(step.step, slopes.items(), strict=True):
-                expected[key] += change * slope * channels_by(observation, name)
+            expected[key] = predicted_channels(observation) + columns @ nuisances
+            for change, parameter in zip(step, problem.free_parameters, strict=True):
+                expected[key] += change * parameter.slope * channels_by(observation, parameter.name)
             if key in self._correction:
                 expected[key] += self._correction[key]
         return expected
@@ -214,37 +203,11 @@ class Linearisation:
             return list(means)
         return [replace(mean, position_variance=0.0) for mean in means]
 
-    def _slopes(self, values: Values) -> dict[str, float]:
-        return {p.name: p.slope(values[p.name]) for p in self._settings.free}
+    def _free(self, values: Values) -> tuple[FreeParameter, ...]:
+        return at_values(self._settings.free, values)
 
     def _predict(self, values: Values) -> None:
         if values != self._point:
             material = self._settings.material(values)
             self.predictions = self._model.predict(material, self._selection, self._tell, self._newton)
             self._point = dict(values)
-
-
-def prior_information(settings: FitSettings, values: Values) -> FloatArray:
-    """Return the information (p, p) that the priors give on the internal variables."""
-    free = settings.free
-    deviations = [settings.priors[p.name].std if p.name in settings.priors else np.inf for p in free]
-    slopes = np.array([p.slope(values[p.name]) for p in free])
-    return np.diag(np.square(slopes / deviations))
-
-
-def with_priors(system: WhitenedSystem, settings: FitSettings, values: Values) -> WhitenedSystem:
-    """Return the system with a row for each prior."""
-    if not settings.priors:
-        return system
-    names = [parameter.name for parameter in settings.free]
-    rows = np.zeros((len(settings.priors), len(names)))
-    residual = np.zeros(len(settings.priors))
-    for n, (name, prior) in enumerate(settings.priors.items()):
-        column = names.index(name)
-        rows[n, column] = settings.free[column].slope(values[name]) / prior.std
-        residual[n] = (prior.mean - values[name]) / prior.std
-    return WhitenedSystem(
-        np.concatenate([system.residual, residual]),
-        np.vstack([system.by_parameter, rows]),
-        np.vstack([system.by_nuisance, np.zeros((len(rows), system.by_nuisance.shape[1]))]),
-    )

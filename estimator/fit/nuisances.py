@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from estimator.errors import InputError
 from estimator.fem.equilibrium.observation import Observation
+from estimator.inference.channels import of_wrench, offsets
 
 FloatArray = NDArray[np.float64]
 
@@ -43,12 +44,12 @@ class FloatingNuisance:
 
 def _tare(deviation: FloatArray, observation: Observation) -> FloatArray:
     del observation
-    return np.asarray(np.diag(deviation)[:, :6])
+    return offsets(np.where(of_wrench(len(deviation)), deviation, 0.0))
 
 
 def _rest_positions(deviation: FloatArray, observation: Observation) -> FloatArray:
     del observation
-    return np.asarray(np.diag(deviation)[:, 6:])
+    return offsets(np.where(of_wrench(len(deviation)), 0.0, deviation))
 
 
 def _force_gain(deviation: FloatArray, observation: Observation) -> FloatArray:

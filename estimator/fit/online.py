@@ -27,29 +27,25 @@ from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.newton import EquilibriumSolver, NewtonSettings
 from estimator.fem.equilibrium.observation import Observation, observe
 from estimator.fem.equilibrium.state import EquilibriumState
-from estimator.fit.extrapolation import extrapolated
-from estimator.fit.gauss_newton import MarginalStep, Values, marginal_step, moved
-from estimator.fit.linearisation import with_priors
+from estimator.fit.linearised_fit import LinearisedFit, linearised_fit, whitenings_of
 from estimator.fit.losses import LINEAR
+from estimator.fit.measurements import StateMean, mean_of_rows
 from estimator.fit.nuisances import floating
-from estimator.fit.parameters import law_parameters
-from estimator.fit.residuals import (
-    StateMean,
-    channel_variance,
-    covariance_roots,
-    mean_of_rows,
-    measured_rows,
-    whiten,
-)
 from estimator.fit.result import ParameterEstimate, interval
+from estimator.fit.search import Values, at_values, internal_change, moved, search, values_at
 from estimator.fit.settings import FitSettings
 from estimator.forward.meshing import mesh_experiment
+from estimator.inference.channels import channel_variance, side_by_side
+from estimator.inference.extrapolation import extrapolated
+from estimator.inference.gauss_newton import NewtonStep, Rule, newton_step
+from estimator.inference.material_parameters import law_parameters
+from estimator.inference.whitening import Whitening
 
 FloatArray = NDArray[np.float64]
 
 # Internal variables other than ln E may be this far off before a state is worth solving anew.
 _NEAR = 0.05
-_ITERATIONS, _STEADY = 20, 1e-3
+_EVALUATIONS, _STEADY = 20, 1e-3
 # The gripper has moved once it is this many deviations of its reported position from where it began.
 _MOVED = 20.0
 # The tangent of the last correction is good enough for derivatives.
@@ -75,10 +71,10 @@ class Rows:
 
 @dataclass(frozen=True, eq=False)
 class SolvedStep:
-    """One step: what was measured, with the root of its covariance, and its prediction for some parameter values."""
+    """One step: what was measured, the whitening of that, and its prediction for some parameter values."""
 
     mean: StateMean
-    root: FloatArray
+    whitening: Whitening
     pose: GripperPose
     values: Values
     observation: Observation
@@ -186,8 +182,12 @@ def renewed(following: Following) -> Following:
     SolverError
         The step has no equilibrium at these values.
     """
-    distances = [_distance(following.settings, step.values, following.values) for step in following.steps]
-    if not distances or max(distances) < _NEAR:
+    others = law_parameters(following.settings.law)[1:]
+    distances = [
+        float(np.abs(internal_change(others, step.values, following.values)).max())
+        for step in following.steps
+    ]
+    if max(distances, default=0.0) < _NEAR:
         return following
     worst = int(np.argmax(distances))
     steps = list(following.steps)
@@ -225,13 +225,7 @@ def standing_rows(experiment: Experiment) -> Iterator[Rows]:
 
 
 def _mean(experiment: Experiment, rows: Rows, number: int) -> StateMean:
-    measured = replace(
-        experiment,
-        time=np.arange(len(rows.position), dtype=float),
-        wrench=rows.wrench,
-        fiducials=rows.fiducials,
-    )
-    values = measured_rows(measured)
+    values = side_by_side(rows.wrench, rows.fiducials)
     weights = np.isfinite(values).astype(np.float64)
     return mean_of_rows(
         0, number, values, weights, channel_variance(experiment), experiment.sensor.position_std
@@ -242,8 +236,10 @@ def _solved(
     solver: EquilibriumSolver, mean: StateMean, state: EquilibriumState, values: Values
 ) -> SolvedStep:
     seen = observe(solver.problem, state)
-    (root,) = covariance_roots([mean], [{mean.state: seen}]).values()
-    return SolvedStep(mean, root, state.pose, dict(values), seen, state.displacement, state.response.pressure)
+    (whitening,) = whitenings_of([mean], [{mean.state: seen}]).values()
+    return SolvedStep(
+        mean, whitening, state.pose, dict(values), seen, state.displacement, state.response.pressure
+    )
 
 
 def _resolved(
@@ -251,11 +247,10 @@ def _resolved(
 ) -> SolvedStep:
     """Solve a step for other values, from its field extrapolated to them."""
     guess = step.displacement.copy().reshape(-1)
-    for parameter in law_parameters(settings.law)[1:]:
-        name = parameter.name
-        change = parameter.to_internal(values[name]) - parameter.to_internal(step.values[name])
-        slope = parameter.slope(step.values[name])
-        guess[solver.problem.pattern.free] += change * slope * step.observation.field_by[name]
+    others = at_values(law_parameters(settings.law)[1:], step.values)
+    for parameter, change in zip(others, internal_change(others, step.values, values), strict=True):
+        by_internal = parameter.slope * step.observation.field_by[parameter.name]
+        guess[solver.problem.pattern.free] += change * by_internal
     pressure = step.pressure * values["youngs_modulus"] / step.values["youngs_modulus"]
     field = guess.reshape(step.displacement.shape)
     state = solver.refine(step.pose, settings.material(values), field, pressure)
@@ -268,38 +263,31 @@ def _has_moved(experiment: Experiment, steps: tuple[SolvedStep, ...]) -> bool:
     return farthest > _MOVED * experiment.sensor.position_std
 
 
-def _fit(steps: tuple[SolvedStep, ...], settings: FitSettings, start: Values) -> tuple[Values, MarginalStep]:
-    """Return the best values by the extrapolated predictions, and the linearised problem there."""
+def _fit(steps: tuple[SolvedStep, ...], settings: FitSettings, start: Values) -> tuple[Values, NewtonStep]:
+    """Return the best values by the extrapolated predictions, and the last step to them."""
     parameters, nuisances = law_parameters(settings.law), floating(settings.nuisances)
     means = [step.mean for step in steps]
-    roots = {(0, step.mean.state): step.root for step in steps}
-    values = start
-    for _ in range(_ITERATIONS):
+    whitenings = {(0, step.mean.state): step.whitening for step in steps}
+
+    def linearised(values: Values) -> LinearisedFit:
         seen = {s.mean.state: extrapolated(s.observation, parameters, s.values, values) for s in steps}
-        slopes = {p.name: p.slope(values[p.name]) for p in settings.free}
-        system = with_priors(whiten(means, [seen], slopes, roots, nuisances), settings, values)
-        last = marginal_step(system, settings.free, values)
-        values = moved(settings.free, values, last.step)
-        if float(np.abs(last.step).max()) < _STEADY:
-            break
-    return values, last
+        return linearised_fit(means, [seen], at_values(settings.free, values), whitenings, nuisances)
 
-
-def _distance(settings: FitSettings, solved: Values, now: Values) -> float:
-    """Return how far the internal variables other than ln E have moved since a step was solved."""
-    others = law_parameters(settings.law)[1:]
-    return max(abs(p.to_internal(now[p.name]) - p.to_internal(solved[p.name])) for p in others)
+    rule = Rule(worthwhile=0.0, tolerance=_STEADY, kept=0.0)
+    best = search(linearised, start, rule, _EVALUATIONS).points[-1]
+    last = newton_step(best)
+    return moved(settings.free, values_at(best, start), last.step), last
 
 
 def _estimate(
-    steps: tuple[SolvedStep, ...], settings: FitSettings, values: Values, last: MarginalStep, seconds: float
+    steps: tuple[SolvedStep, ...], settings: FitSettings, values: Values, last: NewtonStep, seconds: float
 ) -> OnlineEstimate:
     count = sum(int(np.count_nonzero(step.mean.count)) for step in steps)
     ratio = float(np.sqrt(last.chi2_after / max(count - len(settings.free), 1)))
     deviations = max(1.0, ratio) * np.sqrt(np.diag(last.covariance))
     free = {
-        p.name: interval(p, values[p.name], float(deviation))
-        for p, deviation in zip(settings.free, deviations, strict=True)
+        p.name: interval(p, float(deviation))
+        for p, deviation in zip(at_values(settings.free, values), deviations, strict=True)
     }
     fixed = {name: ParameterEstimate(value, 0.0, (value, value)) for name, value in settings.fixed.items()}
     everything = {**free, **fixed}

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.errors import FitError, SolverError
-from estimator.fit.gauss_newton import Values, marginal_step, minimise
-from estimator.fit.parameters import FitParameter
-from estimator.fit.residuals import WhitenedSystem
+from estimator.fit.linearised_fit import LinearisedFit
+from estimator.fit.search import Linearise, Values, at_values, determined_step, minimise
+from estimator.inference.free_parameter import FreeParameter
 
 FloatArray = NDArray[np.float64]
 
@@ -41,8 +41,8 @@ class Profile:
 
 
 def profile(
-    linearise: Callable[[Values], WhitenedSystem],
-    parameters: tuple[FitParameter, ...],
+    linearise: Linearise,
+    parameters: tuple[FreeParameter, ...],
     number: int,
     best: Values,
     internal_std: float,
@@ -64,15 +64,16 @@ def profile(
     FitError
         A refit does not converge, or leaves what can be solved.
     """
-    parameter = parameters[number]
-    others = tuple(p for p in parameters if p is not parameter)
+    parameter = at_values(parameters, best)[number]
+    others = tuple(p for n, p in enumerate(parameters) if n != number)
     kept = [n for n in range(len(parameters)) if n != number]
 
-    def restricted(values: Values) -> WhitenedSystem:
-        system = linearise(values)
-        return replace(system, by_parameter=system.by_parameter[:, kept])
+    def restricted(values: Values) -> LinearisedFit:
+        problem = linearise(values)
+        free = tuple(problem.free_parameters[n] for n in kept)
+        return replace(problem, free_parameters=free, jacobian=(problem.jacobian[0][:, kept],))
 
-    lowest = marginal_step(linearise(best), parameters, best).chi2_after
+    lowest = determined_step(linearise(best)).chi2_after
 
     def root_of_rise(value: float, start: Values) -> tuple[float, Values]:
         values = {**start, parameter.name: value}
@@ -82,7 +83,8 @@ def profile(
             raise FitError(
                 f"the profile of {parameter.label} leaves what can be solved at {value:.5g}: {failure}"
             ) from failure
-        return float(np.sqrt(max(last.chi2_after - lowest, 0.0))), iterates[-1].values
+        own_prior = parameter.at(value).prior_offset ** 2
+        return float(np.sqrt(max(last.chi2_after + own_prior - lowest, 0.0))), iterates[-1].values
 
     points = {best[parameter.name]: 0.0}
     target = inflation * np.sqrt(CHI2_95)
@@ -95,18 +97,17 @@ def profile(
 
 def _end(
     root_of_rise: Callable[[float, Values], tuple[float, Values]],
-    parameter: FitParameter,
+    parameter: FreeParameter,
     best: Values,
     way: float,
     target: float,
     points: dict[float, float],
 ) -> float:
     """Return the value, on one side, at which the root of the rise reaches the target; add what is solved to points."""
-    origin = parameter.to_internal(best[parameter.name])
     start, found = best, [(0.0, 0.0)]
     for _ in range(_REFITS):
-        value = min(max(parameter.from_internal(origin + way), parameter.lower), parameter.upper)
-        way = parameter.to_internal(value) - origin
+        there = parameter.after(way)
+        value, way = there.value, there.internal - parameter.internal
         if way == found[-1][0]:
             return value
         root, start = root_of_rise(value, start)

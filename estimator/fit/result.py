@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from estimator.experiment import Experiment
 from estimator.fem.discretisation.mesh import Mesh
-from estimator.fit.gauss_newton import Iterate
 from estimator.fit.identifiability import Absorption
-from estimator.fit.parameters import FitParameter
 from estimator.fit.profile import Profile
+from estimator.fit.search import Iterate
+from estimator.inference.free_parameter import FreeParameter
 
 FloatArray = NDArray[np.float64]
 
@@ -28,12 +28,10 @@ class ParameterEstimate:
     interval95: tuple[float, float]
 
 
-def interval(parameter: FitParameter, value: float, internal_std: float) -> ParameterEstimate:
+def interval(parameter: FreeParameter, internal_std: float) -> ParameterEstimate:
     """Return the estimate whose interval is symmetric in the internal variable, cut at the bounds."""
-    internal = parameter.to_internal(value)
-    ends = [parameter.from_internal(internal + sign * Z95 * internal_std) for sign in (-1.0, 1.0)]
-    ends = [min(max(end, parameter.lower), parameter.upper) for end in ends]
-    return ParameterEstimate(value, internal_std * parameter.slope(value), (ends[0], ends[1]))
+    low, high = (parameter.after(sign * Z95 * internal_std).value for sign in (-1.0, 1.0))
+    return ParameterEstimate(parameter.value, internal_std * parameter.slope, (low, high))
 
 
 @dataclass(frozen=True, slots=True)

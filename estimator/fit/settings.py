@@ -9,7 +9,8 @@ import numpy as np
 from estimator.errors import InputError
 from estimator.fit.losses import LINEAR, Loss
 from estimator.fit.nuisances import USUAL, floating
-from estimator.fit.parameters import FitParameter, law_parameters
+from estimator.inference.free_parameter import FreeParameter, NormalPrior
+from estimator.inference.material_parameters import law_parameters
 from estimator.materials import NeoHookean
 from estimator.materials.law import Law
 from estimator.materials.material import Material
@@ -17,14 +18,6 @@ from estimator.materials.material import Material
 Objective = Literal["likelihood", "paper"]
 Intervals = Literal["linear", "profile"]
 OBJECTIVES: tuple[Objective, ...] = get_args(Objective)
-
-
-@dataclass(frozen=True, slots=True)
-class Prior:
-    """A normal prior of a parameter, in the parameter's unit."""
-
-    mean: float
-    std: float
 
 
 @dataclass(frozen=True)
@@ -55,7 +48,7 @@ class FitSettings:
 
     law: Law = field(default_factory=NeoHookean)
     fixed: Mapping[str, float] = field(default_factory=dict)
-    priors: Mapping[str, Prior] = field(default_factory=dict)
+    priors: Mapping[str, NormalPrior] = field(default_factory=dict)
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     loss: Loss = LINEAR
     nuisances: frozenset[str] = USUAL
@@ -93,10 +86,10 @@ class FitSettings:
         floating(self.nuisances)
 
     @property
-    def free(self) -> tuple[FitParameter, ...]:
-        """The parameters to estimate, with their bounds."""
+    def free(self) -> tuple[FreeParameter, ...]:
+        """The parameters to estimate with their bounds and priors, at values from which a fit begins."""
         return tuple(
-            self._bounded(parameter)
+            self._given(parameter)
             for parameter in law_parameters(self.law)
             if parameter.name not in self.fixed
         )
@@ -104,20 +97,18 @@ class FitSettings:
     @property
     def start(self) -> dict[str, float]:
         """Values of all parameters from which a fit begins: the fixed ones, prior means, or the usual ones."""
-        values = {}
-        for parameter in map(self._bounded, law_parameters(self.law)):
-            prior = self.priors.get(parameter.name)
-            value = parameter.start if prior is None else prior.mean
-            values[parameter.name] = min(max(value, parameter.lower), parameter.upper)
-        return {**values, **self.fixed}
+        given = map(self._given, law_parameters(self.law))
+        return {**{parameter.name: parameter.value for parameter in given}, **self.fixed}
 
     def material(self, values: Mapping[str, float]) -> Material:
         """Return the material with these values of all parameters."""
         return material_of(self.law, values)
 
-    def _bounded(self, parameter: FitParameter) -> FitParameter:
+    def _given(self, parameter: FreeParameter) -> FreeParameter:
         lower, upper = self.bounds.get(parameter.name, (parameter.lower, parameter.upper))
-        return replace(parameter, lower=lower, upper=upper)
+        prior = self.priors.get(parameter.name)
+        bounded = replace(parameter, lower=lower, upper=upper, prior=prior)
+        return bounded.at(parameter.value if prior is None else prior.mean)
 
 
 def material_of(law: Law, values: Mapping[str, float]) -> Material:

@@ -8,25 +8,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.experiment import Experiment
-from estimator.fit.confounders import confounder_columns
-from estimator.fit.gauss_newton import Iterate, MarginalStep, marginal_step
-from estimator.fit.identifiability import absorptions, identifiability
-from estimator.fit.linearisation import Linearisation, prior_information
+from estimator.fit.identifiability import absorptions, confounder_columns, identifiability
+from estimator.fit.linearisation import Linearisation
+from estimator.fit.linearised_fit import LinearisedFit, whitened_rows
+from estimator.fit.measurements import row_deviation
 from estimator.fit.nuisances import FORCE_GAIN, GAIN_STD, REST_POSITIONS, TARE, FloatingNuisance, floating
-from estimator.fit.parameters import FitParameter, law_parameters
 from estimator.fit.profile import Profile
-from estimator.fit.residuals import (
-    WhitenedSystem,
+from estimator.fit.result import Z95, Estimate, ExperimentFit, Floated, ParameterEstimate, Rmse, interval
+from estimator.fit.search import Iterate, at_values, determined_step, internal_change
+from estimator.fit.settings import FitSettings
+from estimator.forward.model import ForwardModel
+from estimator.inference.channels import (
     channel_variance,
     channels_by,
     measured_rows,
     predicted_channels,
-    whitened_rows,
+    side_by_side,
 )
-from estimator.fit.result import Z95, Estimate, ExperimentFit, Floated, ParameterEstimate, Rmse, interval
-from estimator.fit.row_residuals import row_deviation
-from estimator.fit.settings import FitSettings
-from estimator.forward.model import ForwardModel
+from estimator.inference.free_parameter import FreeParameter, prior_information
+from estimator.inference.material_parameters import law_parameters
 
 FloatArray = NDArray[np.float64]
 
@@ -91,15 +91,15 @@ class Uncertainty:
 def uncertainty(outcome: FitOutcome) -> Uncertainty:
     """Return how sure a finished fit is, by linearisation."""
     settings, problem = outcome.settings, outcome.problem
-    step = marginal_step(problem.likelihood(outcome.linearised_at), settings.free, outcome.linearised_at)
-    moved = _internal_step(outcome)
+    step = determined_step(problem.likelihood(outcome.linearised_at))
+    moved = internal_change(settings.free, outcome.linearised_at, outcome.values)
     chi2 = step.chi2 - float(2 * step.gradient @ moved - moved @ step.information @ moved)
     ratio = _noise_ratio(outcome, chi2)
     inflation = max(1.0, ratio)
     covariance = inflation**2 * problem.covariance(outcome.linearised_at)
     if settings.priors:
         # A prior is no less sure where the measurements scatter more than stated.
-        priors = prior_information(settings, outcome.linearised_at)
+        priors = prior_information(at_values(settings.free, outcome.linearised_at))
         information = (step.information - priors) / inflation**2 + priors
         covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)
     return Uncertainty(ratio, inflation, covariance, outcome.bias_std)
@@ -111,12 +111,14 @@ def summarise(
     """Return the estimate that a finished fit amounts to; ``started`` by the performance counter."""
     settings, values, problem = outcome.settings, outcome.values, outcome.problem
     # Profiles may have left it at another point.
-    system = problem.likelihood(outcome.linearised_at)
+    last = problem.likelihood(outcome.linearised_at)
     fits = tuple(_fit_of(outcome, number) for number in range(len(outcome.experiments)))
-    stacked = np.concatenate([measured_rows(f.experiment) - _predicted_rows(f) for f in fits])
+    stacked = np.concatenate(
+        [measured_rows(f.experiment) - side_by_side(f.wrench, f.fiducials) for f in fits]
+    )
     intervals = {
-        parameter.name: interval(parameter, values[parameter.name], float(std))
-        for parameter, std in zip(settings.free, found.std, strict=True)
+        parameter.name: interval(parameter, float(std))
+        for parameter, std in zip(at_values(settings.free, values), found.std, strict=True)
     }
     for one, parameter, bias in zip(profiles, settings.free, found.bias_std, strict=False):
         intervals[one.name] = _profiled(parameter, one, intervals[one.name], float(bias))
@@ -128,9 +130,9 @@ def summarise(
     }
     names = [parameter.name for parameter in settings.free]
     shape = {name: value for name, value in parameters.items() if name not in _ELASTIC}
-    last = marginal_step(system, settings.free, outcome.linearised_at)
-    absorbed = absorptions(system, _confounders(outcome, system), settings.free, outcome.linearised_at)
-    priors = prior_information(settings, outcome.linearised_at)
+    step = determined_step(last)
+    absorbed = absorptions(last, _confounders(outcome, last))
+    priors = prior_information(last.free_parameters)
     return Estimate(
         youngs_modulus=parameters["youngs_modulus"],
         poisson_ratio=parameters["poisson_ratio"],
@@ -149,9 +151,9 @@ def summarise(
         fixed=tuple(settings.fixed),
         at_bound=tuple(p.name for p in settings.free if not p.lower < values[p.name] < p.upper),
         objective=settings.objective,
-        identifiability=identifiability(settings.free, last.information - priors, priors, absorbed),
+        identifiability=identifiability(settings.free, step.information - priors, priors, absorbed),
         absorptions=absorbed,
-        floated=_floated(outcome, last),
+        floated=_floated(outcome, last, last.nuisances_after(step.step)),
         profiles=tuple(profiles),
     )
 
@@ -164,30 +166,28 @@ def _correlation(found: Uncertainty, names: Sequence[str]) -> float:
     return float(covariance[one, other] / np.sqrt(covariance[one, one] * covariance[other, other]))
 
 
-def _confounders(outcome: FitOutcome, system: WhitenedSystem) -> FloatArray:
-    """Return the whitened change (r, k) by every confounder; priors see nothing of them."""
+def _confounders(outcome: FitOutcome, last: LinearisedFit) -> FloatArray:
+    """Return the whitened change (r, k) by every confounder."""
     problem = outcome.problem
     columns = confounder_columns(outcome.experiments, outcome.model.schedules)
-    whitened = whitened_rows(problem.means, problem.predictions, problem.roots, columns)
-    missing = len(system.residual) - len(whitened)
-    return np.vstack([whitened, np.zeros((missing, whitened.shape[1]))])
+    return last.whitened(whitened_rows(problem.means, problem.predictions, problem.whitenings, columns))
 
 
-def _floated(outcome: FitOutcome, last: MarginalStep) -> Floated:
-    """Read the nuisances off the linearised optimum."""
+def _floated(outcome: FitOutcome, last: LinearisedFit, nuisances: FloatArray) -> Floated:
+    """Return what the nuisances (k,) at the linearised optimum amount to."""
     count = len(outcome.experiments)
     deviation = np.sqrt(channel_variance(outcome.experiments[0]))
     sizes = {TARE: 6 * count, REST_POSITIONS: len(deviation) - 6, FORCE_GAIN: 1}
     found: dict[FloatingNuisance, FloatArray] = {n: np.zeros(size) for n, size in sizes.items()}
     start = 0
     for nuisance in floating(outcome.settings.nuisances):
-        found[nuisance] = last.nuisances[start : start + sizes[nuisance]]
+        found[nuisance] = nuisances[start : start + sizes[nuisance]]
         start += sizes[nuisance]
     tares = [
         np.sqrt(channel_variance(experiment)[:6]) * unit
         for experiment, unit in zip(outcome.experiments, found[TARE].reshape(count, 6), strict=True)
     ]
-    slopes = [p.slope(outcome.linearised_at[p.name]) for p in outcome.settings.free]
+    slopes = [p.slope for p in last.free_parameters]
     names = [p.name for p in outcome.settings.free]
     weights = np.concatenate(
         [w[np.isfinite(measured_rows(e))] for w, e in zip(outcome.weights, outcome.experiments, strict=True)]
@@ -199,14 +199,6 @@ def _floated(outcome: FitOutcome, last: MarginalStep) -> Floated:
         discretisation=dict(zip(names, (outcome.discretisation * slopes).tolist(), strict=True)),
         least_weight=float(weights.min()),
         rejected_share=float(np.mean(weights < _REJECTED)),
-    )
-
-
-def _internal_step(outcome: FitOutcome) -> FloatArray:
-    """Return the change (p,) of the internal variables from the last solved point to the final values."""
-    before, after = outcome.linearised_at, outcome.values
-    return np.array(
-        [p.to_internal(after[p.name]) - p.to_internal(before[p.name]) for p in outcome.settings.free]
     )
 
 
@@ -263,20 +255,15 @@ def _fit_of(outcome: FitOutcome, number: int) -> ExperimentFit:
     )
 
 
-def _predicted_rows(fit: ExperimentFit) -> FloatArray:
-    return np.hstack([fit.wrench, fit.fiducials.reshape(len(fit.wrench), -1)])
-
-
 def _profiled(
-    parameter: FitParameter, profile: Profile, linear: ParameterEstimate, bias_std: float
+    parameter: FreeParameter, profile: Profile, linear: ParameterEstimate, bias_std: float
 ) -> ParameterEstimate:
     """Return the estimate with the interval of its profile, widened by the bias of the discretisation."""
-    centre = parameter.to_internal(linear.value)
+    best = parameter.at(linear.value)
     ends = []
     for end in profile.interval95:
-        way = parameter.to_internal(end) - centre
-        wider = centre + np.copysign(np.hypot(way, Z95 * bias_std), way)
-        ends.append(min(max(parameter.from_internal(float(wider)), parameter.lower), parameter.upper))
+        way = best.at(end).internal - best.internal
+        ends.append(best.after(float(np.copysign(np.hypot(way, Z95 * bias_std), way))).value)
     return replace(linear, interval95=(ends[0], ends[1]))
 
 

@@ -67,14 +67,25 @@ def simulate_case(
     SolverError
         The motion has no equilibrium, or does not settle under its own load.
     """
+    exact = exact_readings(planned, material, acting, progress, resolution)
+    return [
+        _recorded(experiment, seen, np.random.default_rng([seed, number]))
+        for number, (experiment, seen) in enumerate(zip(planned, exact, strict=True))
+    ]
+
+
+def exact_readings(
+    planned: Sequence[Experiment],
+    material: Material,
+    acting: Sequence[ActingEffect] = (),
+    progress: Progress | None = None,
+    resolution: Resolution = TRUE_RESOLUTION,
+) -> list[Readings]:
+    """Return what the sensors of the experiments would have read without noise; as :func:`simulate_case`."""
     _check_beads(planned, acting)
     problem = mesh_experiment(planned[0], resolution.grading, resolution.kind)
     truth = truth_of(material, acting)
-    solutions = solve_truth(problem, planned, truth, progress)
-    return [
-        _recorded(experiment, _readings(solution, truth), np.random.default_rng([seed, number]))
-        for number, (experiment, solution) in enumerate(zip(planned, solutions, strict=True))
-    ]
+    return [_readings(solution, truth) for solution in solve_truth(problem, planned, truth, progress)]
 
 
 def _readings(solution: Solution, truth: Truth) -> Readings:

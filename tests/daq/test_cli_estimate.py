@@ -7,7 +7,8 @@ import pytest
 from daq.cli import main
 from daq.cli.estimation import estimate
 from estimator.fit.nuisances import USUAL
-from estimator.fit.settings import FitSettings, Prior
+from estimator.fit.settings import FitSettings
+from estimator.inference.free_parameter import NormalPrior as Prior
 
 
 def settings(*options: str) -> FitSettings:

@@ -1,6 +1,7 @@
 """The verb ``simulate``, on a mesh that costs little."""
 
 import json
+import re
 import tomllib
 from functools import partial
 from pathlib import Path
@@ -9,7 +10,10 @@ import numpy as np
 import pytest
 
 from daq.cli import main
-from estimator.experiment import read_case
+from daq.trajectories import STANDARD
+from daq.trajectories.routines import NAMED, RETRACTIONS
+from estimator.errors import InputError
+from estimator.experiment import Experiment, read_case, write_experiment
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.simulation.simulate import Resolution, simulate_case
 
@@ -111,3 +115,84 @@ def test_the_effects_are_listed_with_their_parameters(capsys: pytest.CaptureFixt
         "viscoelasticity:one_term: it takes relaxing_share_1 (usually 0.4), relaxation_time_1 (s, usually 8)"
         in out
     )
+
+
+@pytest.mark.parametrize("name", RETRACTIONS)
+def test_every_trajectory_that_is_offered_is_simulated(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, name: str
+) -> None:
+    status, _, err = run(capsys, "--trajectory", name, "--output", tmp_path / "case")
+    assert (status, [line for line in err.splitlines() if line.startswith("retract: ")]) == (0, [])
+    (experiment,) = read_case(tmp_path / "case")
+    assert experiment.name == name
+    assert np.ptp(experiment.position, axis=0).max() > 4e-3
+
+
+@pytest.mark.parametrize("name", STANDARD)
+def test_a_retraction_that_holds_is_measured_so_long_after(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, name: str
+) -> None:
+    times = {}
+    for hold in ((), ("--hold", 5, "--hold", 20)):
+        target = tmp_path / f"case{len(hold)}"
+        assert run(capsys, "--trajectory", name, *hold, "--output", target)[0] == 0
+        (experiment,) = read_case(target)
+        times[len(hold)] = experiment.time
+    assert len(times[4]) == len(times[0]) + 2
+
+
+def test_the_help_offers_what_can_be_simulated(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["simulate", "--help"])
+    told = re.sub(r"\s+", " ", capsys.readouterr().out)
+    assert f"{', '.join(RETRACTIONS)}; or" in told
+
+
+def refuse_to_solve(*_: object) -> None:
+    raise AssertionError("something was solved")
+
+
+@pytest.mark.parametrize("name", sorted(set(NAMED) - set(RETRACTIONS)))
+def test_a_motion_for_calibrations_is_refused_before_anything_is_solved(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.setattr("daq.cli.estimation.simulate.simulate_case", refuse_to_solve)
+    status, out, err = run(
+        capsys, "--trajectory", "pull", "--trajectory", name, "--output", tmp_path / "case"
+    )
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert f"--trajectory {name}: is a motion for calibrations" in err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("stops", [1, 3])
+def test_a_trajectory_that_stays_at_rest_is_refused_before_anything_is_solved(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stops: int
+) -> None:
+    monkeypatch.setattr("daq.cli.estimation.simulate.simulate_case", refuse_to_solve)
+    table = tmp_path / "still.csv"
+    table.write_text("x_m,y_m,z_m\n" + "0,0,0\n" * stops)
+    status, _, err = run(capsys, "--trajectory", table, "--output", tmp_path / "case")
+    assert (status, err.count("\n")) == (2, 1)
+    assert "never leaves its pose at rest" in err
+
+
+def test_what_cannot_be_written_leaves_nothing_behind(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written: list[Path] = []
+
+    def write_first(experiment: Experiment, target: Path) -> Experiment:
+        if written:
+            raise InputError("the second cannot be written")
+        written.append(target)
+        return write_experiment(experiment, target)
+
+    monkeypatch.setattr("daq.cli.estimation.simulate.write_experiment", write_first)
+    status, _, err = run(
+        capsys, "--trajectory", path, "--trajectory", path, "--output", tmp_path / "out" / "case"
+    )
+    assert status == 2
+    assert "the second cannot be written" in err
+    assert len(written) == 1
+    assert list((tmp_path / "out").iterdir()) == []

@@ -1,5 +1,6 @@
 """The physics between the emulated devices: each senses the instant that it asks for."""
 
+import math
 import multiprocessing
 import threading
 import time
@@ -9,6 +10,7 @@ import pytest
 
 from daq.frames import compose, inverse
 from daq.virtual_rig.layout import FRAMES, GRASP_CENTRE, placed_beads
+from daq.virtual_rig.physics import world
 from daq.virtual_rig.physics.phantom import SpringPhantom
 from daq.virtual_rig.physics.world import SimulatedTissue
 from robot_drivers.clock import host_time_ns
@@ -86,6 +88,22 @@ def test_a_device_that_asks_before_the_controller_has_got_there_waits_for_it(
 def test_a_controller_without_power_leaves_the_gripper_where_it_was(tissue: SimulatedTissue) -> None:
     _, pose = tissue.wrench(host_time_ns() - SECOND_NS // 2)
     assert pose.position == pytest.approx(GRASP_CENTRE)
+
+
+@pytest.fixture
+def late_follower(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a busy computer the thread that follows the gripper may not have looked for long."""
+    monkeypatch.setattr(world, "_SAMPLE_S", 60.0)
+
+
+@pytest.mark.usefixtures("late_follower")
+def test_a_gripper_far_ahead_is_waited_for_also_where_nobody_has_asked_for_its_pose_yet(
+    path: list[tuple[int, Pose]], tissue: SimulatedTissue
+) -> None:
+    path.append((path[-1][0] + 4_000_000, tool_at(0.001)))
+    assert tissue.behind_s() == 0.0
+    path.append((path[-1][0] + 4_000_000, tool_at(0.004)))
+    assert tissue.behind_s() == math.inf
 
 
 def test_a_tissue_that_falls_behind_the_gripper_says_so(

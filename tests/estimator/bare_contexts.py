@@ -6,10 +6,10 @@ from concurrent.futures import Executor
 
 from estimator.diagnosis.evidence.discrepancy import Discrepancy, ModelError
 from estimator.diagnosis.fitting.case import Case, Linearisation
-from estimator.diagnosis.noise.whitening import Whitening
 from estimator.diagnosis.search.context import Context
 from estimator.experiment import Experiment
 from estimator.fem.boundary.problem import RetractionProblem
+from estimator.inference.whitening import Whitening
 
 NO_ERROR = ModelError((), ((0.1, 0.1),), (0.1, 0.1))
 

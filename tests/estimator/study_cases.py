@@ -5,7 +5,7 @@ import signal
 import time
 from dataclasses import dataclass
 
-from estimator.studies.case import Parametric, Row
+from estimator.studies.running.case import Parametric, Row
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ from estimator.diagnosis.evidence.marginal_likelihood import evidence_of_unknown
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.model.free_parameters import free_parameters
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.noise.whitening import Whitening
 from estimator.diagnosis.search.candidate import candidate_of
 from estimator.effects.catalogue import CATALOGUE
+from estimator.inference.whitening import Whitening
 
 NOTHING = np.zeros((400, 1))
 NO_ERROR = no_error_in(Discrepancy((NOTHING, NOTHING), (np.zeros(1), np.zeros(1))))

@@ -21,7 +21,6 @@ from estimator.diagnosis.model.setup import Setup
 from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.noise.correlated_errors import correlated_errors_of, left_at_grasp
 from estimator.diagnosis.noise.estimation import Noise
-from estimator.diagnosis.noise.whitening import Whitening
 from estimator.diagnosis.result import Gap
 from estimator.diagnosis.sensitivity.readings import channels, predicted_readings
 from estimator.diagnosis.settings import DiagnosisSettings
@@ -29,6 +28,7 @@ from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.force.torque_centre import TorqueCentre
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
+from estimator.inference.whitening import Whitening
 from estimator.workers import worker_pool
 
 SETTINGS = DiagnosisSettings()

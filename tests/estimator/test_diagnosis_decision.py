@@ -17,17 +17,18 @@ from estimator.diagnosis.evidence.signatures import Signature
 from estimator.diagnosis.fitting.case import Linearisation
 from estimator.diagnosis.model.free_parameters import free_parameters
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.noise.whitening import Whitening
 from estimator.diagnosis.search.candidate import Candidate
 from estimator.diagnosis.search.comparison import Comparison
 from estimator.diagnosis.search.decision import Verdict, reach_verdict, weigh
+from estimator.diagnosis.search.models import ModelTable
 from estimator.diagnosis.search.pair_screening import Start
 from estimator.diagnosis.search.pair_search import Found
 from estimator.diagnosis.search.screening import Trial
-from estimator.diagnosis.search.second_cause import adequate, starts_of_pairs
+from estimator.diagnosis.search.second_cause import starts_of_pairs
 from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
 from estimator.effects.effect import Effect
+from estimator.inference.whitening import Whitening
 
 MATERIAL = Hypothesis(1e4, 0.45)
 SETTINGS = DiagnosisSettings()
@@ -135,7 +136,7 @@ def test_causes_that_leave_what_is_smooth_are_not_the_whole_story_however_little
             MATERIAL, free_parameters(MATERIAL), (nothing_moves,), (residual,), (by_modulus,), (), ()
         )
         candidate = Candidate(fit, first_order_evidence(case, fit, error), np.zeros(2))
-        return adequate(bare_context(fit, case, error), candidate)
+        return ModelTable(bare_context(fit, case, error), 0.0, 0.0).is_whole(candidate)
 
     # The sum of squares cannot tell: within 3 of its deviations that of noise alone differs by 150.
     assert leaves_noise_alone(noise)
@@ -196,11 +197,10 @@ def verdict_of(
         "estimator.diagnosis.search.decision.with_what_it_is_mistaken_for",
         lambda comparison, *rest: replace(comparison, candidates=(*mistaken, *comparison.candidates)),
     )
-    monkeypatch.setattr(
-        "estimator.diagnosis.search.decision.adequate", lambda context, pair: not beyond_noise
-    )
-    monkeypatch.setattr("estimator.diagnosis.search.decision.beyond_noise", lambda case, pair: beyond_noise)
-    monkeypatch.setattr("estimator.diagnosis.search.decision.evidence_of_unknown", lambda *of_fit: -np.inf)
+    table = "estimator.diagnosis.search.models.ModelTable"
+    monkeypatch.setattr(f"{table}.is_whole", lambda table, pair: not beyond_noise)
+    monkeypatch.setattr(f"{table}.beyond_noise", lambda table, pair: beyond_noise)
+    monkeypatch.setattr(f"{table}.smooth_remainder", lambda table, one: -np.inf)
     evidence = weigh(comparison)
     return reach_verdict(comparison, evidence), evidence
 
@@ -289,14 +289,14 @@ def begun_pairs(
     what the leaders leave.
     """
     for name, told in (
-        ("promising_seconds", lambda context, leader, *rest: list(beside[leader.labels[0]])),
-        ("likeliest_pairs", lambda *of_trials: list(together)),
-        ("adequate", lambda *of_leader: leaves_noise_alone),
-        ("beyond_noise", lambda *of_leader: beyond_noise),
+        ("second_cause.promising_seconds", lambda table, leader, *rest: list(beside[leader.labels[0]])),
+        ("second_cause.likeliest_pairs", lambda *of_trials: list(together)),
+        ("models.ModelTable.is_whole", lambda *of_leader: leaves_noise_alone),
+        ("models.ModelTable.beyond_noise", lambda *of_leader: beyond_noise),
     ):
-        monkeypatch.setattr(f"estimator.diagnosis.search.second_cause.{name}", told)
+        monkeypatch.setattr(f"estimator.diagnosis.search.{name}", told)
     comparison = tried("unknown:cut", "log_softness", 0.9, 643.0)
-    return starts_of_pairs(comparison.context, leaders, comparison.trials, none=comparison.none)
+    return starts_of_pairs(comparison.table, leaders, comparison.trials)
 
 
 def test_the_best_second_cause_beside_the_first_leader_is_refitted_whatever_a_leader_far_behind_promises(

@@ -112,7 +112,7 @@ def error_at_null(effect: Effect, constants: dict[str, float]) -> float:
     """By how much the derivative by the last amplitude, with these constants, is off, as a share of it."""
     null = present(effect, constants)
     names = {amplitude.name for amplitude in effect.amplitudes}
-    free = [c for c in free_parameters(null) if c.effect == 0 and c.parameter in names]
+    free = [c for c in free_parameters(null) if c.effect == 0 and c.key in names]
     # The last: turning about the pull, the first of a direction's angles, changes nothing.
     coordinate = free[-1]
     perturbation = Perturbation(
@@ -121,7 +121,7 @@ def error_at_null(effect: Effect, constants: dict[str, float]) -> float:
     predicted = np.concatenate(
         [block[:, :, 0] for block in derivatives(BASELINE, null, [perturbation], ZEROS)]
     )
-    size = 0.02 * (coordinate.scale or 0.0)
+    size = 0.02 * coordinate.prior_scale
     slopes = []
     for amplitude in (size, size / 2):
         hypothesis = coordinate.put(null, amplitude)
@@ -154,8 +154,8 @@ def test_next_to_nothing_of_an_effect_changes_next_to_nothing_wherever_the_first
     experiments = [replace(EXPERIMENTS[0], position=rest)]
     readings = [predicted_readings(one, BASE, zero) for one, zero in zip(BASELINE, ZEROS, strict=True)]
     null = present(effect, effect.starts(readings)[0])
-    free = next(c for c in free_parameters(null) if c.effect == 0 and c.has_null)
-    little = free.put(null, 1e-4 * (free.scale or 0.0))
+    free = next(c for c in free_parameters(null) if c.effect == 0 and c.pulled_to_null)
+    little = free.put(null, 1e-4 * free.prior_scale)
     without, with_it = (
         read([mechanics_of(solve_case(Setup(experiments, PROBLEM, LOADS[:1]), one)[0])], one)
         for one in (null, little)
@@ -194,8 +194,8 @@ def test_what_tissue_remembers_is_carried_along_the_fields_as_they_become(name: 
 
 def error_where_present(here: Hypothesis, parameter: str, size: float) -> float:
     """By how much the derivative by a parameter is off, as a share of it; ``size`` of a step in internal units."""
-    coordinate = next(c for c in free_parameters(here) if c.parameter == parameter)
-    at = coordinate.get(here)
+    coordinate = next(c for c in free_parameters(here) if c.key == parameter)
+    at = coordinate.internal
     effect = None if coordinate.effect is None else here.effects[coordinate.effect]
     perturbation = Perturbation(
         coordinate.name, coordinate.put(here, at + coordinate.step), effect, coordinate.step

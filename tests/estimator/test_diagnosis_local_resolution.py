@@ -11,7 +11,7 @@ from retraction_cases import REFERENCE_BLOCK, follow, from_rest, recorded, strai
 
 from estimator.diagnosis.evidence.marginal_likelihood import error_borne_out
 from estimator.diagnosis.fitting.case import linearise
-from estimator.diagnosis.fitting.gauss_newton import refit
+from estimator.diagnosis.fitting.refit import refit
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.noise.errors_left import AT_MOST
 from estimator.diagnosis.search.baseline import prepare
@@ -53,9 +53,9 @@ def pulls(candidate: Candidate) -> dict[str, float]:
     """By how many of its deviations each parameter of the region is off."""
     fit = candidate.fit
     return {
-        c.parameter: (c.get(fit.hypothesis) - c.internal_of(REGION[c.parameter])) / deviation
+        c.key: (c.internal - c.at(REGION[c.key]).internal) / deviation
         for c, deviation in zip(fit.free_parameters, candidate.deviations, strict=True)
-        if c.parameter in REGION
+        if c.key in REGION
     }
 
 

@@ -29,8 +29,7 @@ def signature(name: str, direction: NDArray[np.float64]) -> Signature:
     effect = next(one for one in CATALOGUE if one.name == name)
     null = MATERIAL.with_effect(effect, {amplitude.name: 0.0 for amplitude in effect.amplitudes})
     free = [c for c in free_parameters(null) if c.effect == 0]
-    assert free[0].scale is not None
-    return Signature(effect, {}, tuple(free), (USUAL * direction[:, None] / free[0].scale,))
+    return Signature(effect, {}, tuple(free), (USUAL * direction[:, None] / free[0].prior_scale,))
 
 
 def test_two_causes_are_found_whose_place_a_third_one_takes() -> None:
@@ -53,7 +52,7 @@ def test_two_causes_are_found_whose_place_a_third_one_takes() -> None:
     assert all("second_invariant" not in pair.labels for pair in pairs[:3])
     both = next(pair for pair in pairs if pair.labels == {"camera_scale", "gripper_compliance"})
     assert both.log_evidence > alone[0].log_evidence + 10.0
-    scale, compliance = (s.free_parameters[0].scale or 0.0 for s in signatures[:2])
+    scale, compliance = (s.free_parameters[0].prior_scale for s in signatures[:2])
     values = {name: value for each in both.hypothesis.values for name, value in each.items()}
     assert values["scale_error"] == pytest.approx(20.0 / USUAL * scale, rel=0.02)
     assert values["compliance"] == pytest.approx(12.0 / USUAL * compliance, rel=0.02)

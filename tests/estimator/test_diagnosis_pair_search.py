@@ -90,8 +90,8 @@ def test_the_second_cause_of_a_pair_that_leaves_something_is_tried_beside_what_t
         (True, []),
     ):
         monkeypatch.setattr(
-            "estimator.diagnosis.search.pair_search.adequate",
-            lambda context, pair, told=leaves_nothing: told,
+            "estimator.diagnosis.search.models.ModelTable.is_whole",
+            lambda table, pair, told=leaves_nothing: told,
         )
         assert beside_what_ties(comparison, pairs) == expected
 

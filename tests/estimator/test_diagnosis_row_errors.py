@@ -9,8 +9,8 @@ from scipy.stats import multivariate_normal
 
 from estimator.diagnosis.evidence.row_errors import evidence_of_unsteadiness
 from estimator.diagnosis.noise.estimation import robust_deviation
-from estimator.diagnosis.noise.whitening import Whitening
 from estimator.diagnosis.settings import DiagnosisSettings
+from estimator.inference.whitening import Whitening
 
 SETTINGS = DiagnosisSettings()
 

@@ -13,6 +13,7 @@ from estimator.diagnosis.model.free_parameters import free_parameters
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.search.candidate import Candidate
 from estimator.diagnosis.search.context import Context
+from estimator.diagnosis.search.models import ModelTable
 from estimator.diagnosis.search.screening import Trial
 from estimator.diagnosis.search.second_cause import asks_for_a_finer_form, promising_seconds
 from estimator.effects.catalogue import CATALOGUE, OUTSIDERS
@@ -36,8 +37,7 @@ def leaves(left: float, first: str, second: str, explained: float = 100.0) -> Be
     null = MATERIAL.with_effect(other, {amplitude.name: 0.0 for amplitude in other.amplitudes})
     free = free_parameters(null)
     columns = np.linalg.qr(np.random.default_rng(3).normal(size=(400, 3)))[0]
-    scale = free[2].scale
-    assert scale is not None
+    scale = free[2].prior_scale
     # The usual size of the second cause is a hundred times what the measurements resolve: that alone would cost 4.6.
     along = columns[:, 2] * 100.0 / scale
     residual = np.sqrt(2.0 * (left + np.log(100.0))) * columns[:, 2]
@@ -53,7 +53,7 @@ def leaves(left: float, first: str, second: str, explained: float = 100.0) -> Be
 def found_beside(explained: float, left: float, first: str = "gripper_compliance:translation") -> bool:
     """Whether a second cause is looked for that would raise the log evidence by about ``left`` beside a first one."""
     context, leader, trial = leaves(left, first, "camera_scale:uniform", explained)
-    return bool(promising_seconds(context, leader, [trial], none=0.0))
+    return bool(promising_seconds(ModelTable(context, 0.0, 0.0), leader, [trial]))
 
 
 def test_what_a_nearly_right_form_leaves_of_a_large_gap_is_no_second_cause() -> None:

@@ -15,9 +15,7 @@ from estimator.diagnosis.conclusions.model_averaging import (
 )
 from estimator.diagnosis.conclusions.multiple_testing import multiplicity_of
 from estimator.diagnosis.evidence.discrepancy import Discrepancy, ModelError, Moments, forgiven, moments_of
-from estimator.diagnosis.evidence.laplace import (
-    Priors,
-    bounded_minimum,
+from estimator.diagnosis.evidence.floors import (
     log_evidence,
     over_floors,
     unknown_evidence,
@@ -34,11 +32,13 @@ from estimator.diagnosis.evidence.rivals import projected
 from estimator.diagnosis.evidence.signatures import Signature
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.noise.correlated_errors import left_beside_rim
-from estimator.diagnosis.noise.whitening import Whitening, inverse_root, shrunk, uncorrelated
 from estimator.diagnosis.result import Material, Quantity
 from estimator.diagnosis.search.screening import Trial, best_starts
 from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import CATALOGUE, LABELS
+from estimator.inference.bounded_minimum import bounded_minimum
+from estimator.inference.laplace import Priors
+from estimator.inference.whitening import Whitening, inverse_root, shrunk, uncorrelated
 
 SETTINGS = DiagnosisSettings()
 

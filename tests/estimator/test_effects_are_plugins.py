@@ -70,7 +70,7 @@ KINDS = ("tissue", "mounting", "motion", "force", "vision", "outside")
 MAY_KNOW = (
     "estimator.effects.",
     # errors that a fit is asked about
-    "estimator.fit.confounders",
+    "estimator.fit.identifiability",
     # how the edges of the grasp, where meshes differ, may move
     "estimator.diagnosis.",
     # the words of a sample answer

@@ -12,13 +12,13 @@ from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.newton import EquilibriumSolver
 from estimator.fem.equilibrium.observation import observe
 from estimator.fit.estimate import estimate
-from estimator.fit.extrapolation import extrapolated
 from estimator.fit.losses import loss_named
 from estimator.fit.nuisances import USUAL
 from estimator.fit.online import Following, advance, follow_from, renewed, standing_rows
-from estimator.fit.parameters import law_parameters
 from estimator.fit.settings import FitSettings, material_of
 from estimator.forward.meshing import mesh_experiment
+from estimator.inference.extrapolation import extrapolated
+from estimator.inference.material_parameters import law_parameters
 from estimator.materials import NeoHookean
 
 TRUTH = {"youngs_modulus": 12e3, "poisson_ratio": 0.46}

@@ -16,8 +16,9 @@ from estimator.fit import estimate as whole
 from estimator.fit.losses import LOSSES, Loss, loss_named
 from estimator.fit.nuisances import USUAL
 from estimator.fit.result import Estimate, ParameterEstimate
-from estimator.fit.settings import FitSettings, Prior, material_of
+from estimator.fit.settings import FitSettings, material_of
 from estimator.forward.meshing import mesh_experiment
+from estimator.inference.free_parameter import NormalPrior
 from estimator.materials import law_named
 
 TRUTH = {"youngs_modulus": 12e3, "poisson_ratio": 0.46}
@@ -100,7 +101,7 @@ def test_a_fixed_modulus_leaves_the_ratio_to_the_fit(exact: Experiment) -> None:
 def test_a_prior_weighs_as_a_measurement_of_its_deviation(noisy: Experiment, plain: Estimate) -> None:
     """Two independent measurements: the mean weighted by inverse variances."""
     measured = plain.youngs_modulus
-    prior = Prior(measured.value * 1.05, measured.std)
+    prior = NormalPrior(measured.value * 1.05, measured.std)
     fit = estimate([noisy], settings=replace(PLAIN, priors={"youngs_modulus": prior}))
     expected = 1 / (1 / measured.std**2 + 1 / prior.std**2)
     assert fit.youngs_modulus.value == pytest.approx((measured.value + prior.mean) / 2, rel=5e-3)
@@ -108,7 +109,7 @@ def test_a_prior_weighs_as_a_measurement_of_its_deviation(noisy: Experiment, pla
 
 
 def test_a_parameter_that_rests_on_its_prior_is_named(noisy: Experiment) -> None:
-    sure = replace(PLAIN, priors={"poisson_ratio": Prior(0.46, 1e-5)})
+    sure = replace(PLAIN, priors={"poisson_ratio": NormalPrior(0.46, 1e-5)})
     fit = estimate([noisy], settings=sure)
     assert any(s.startswith("ν rests on its prior") for s in fit.identifiability)
 
@@ -229,7 +230,7 @@ def test_parameters_that_the_motion_does_not_determine_are_named(problem: Retrac
         ({"fixed": TRUTH}, r"every parameter is fixed"),
         ({"bounds": {"poisson_ratio": (0.4, 0.3)}}, r"bounds of poisson_ratio: 0\.4 to 0\.3 must ascend"),
         (
-            {"priors": {"poisson_ratio": Prior(0.4, 0.0)}},
+            {"priors": {"poisson_ratio": NormalPrior(0.4, 0.0)}},
             r"prior of poisson_ratio: it needs a deviation above",
         ),
         (

@@ -13,20 +13,16 @@ from estimator.errors import FitError, SolverError
 from estimator.experiment import Experiment
 from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.equilibrium.observation import Observation
-from estimator.fit.gauss_newton import marginal_step, minimise, moved
-from estimator.fit.parameters import POISSON_RATIO, YOUNGS_MODULUS, FitParameter
-from estimator.fit.residuals import (
-    StateMean,
-    WhitenedSystem,
-    channels_by,
-    covariance_roots,
-    predicted_channels,
-    state_means,
-    whiten,
-)
+from estimator.fit.linearised_fit import LinearisedFit, linearised_fit, whitenings_of
+from estimator.fit.measurements import StateMean, state_means
+from estimator.fit.search import at_values, determined_step, minimise, moved
 from estimator.forward.meshing import mesh_experiment
 from estimator.forward.model import ForwardModel
 from estimator.forward.schedule import schedule_poses
+from estimator.inference.channels import channels_by, predicted_channels
+from estimator.inference.free_parameter import FreeParameter
+from estimator.inference.gauss_newton import newton_step
+from estimator.inference.material_parameters import POISSON_RATIO, YOUNGS_MODULUS
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
 
@@ -34,7 +30,7 @@ FloatArray = NDArray[np.float64]
 
 PARAMETERS = (YOUNGS_MODULUS, POISSON_RATIO)
 TRUTH = {"youngs_modulus": 12e3, "poisson_ratio": 0.46}
-SLOPES = {p.name: p.slope(TRUTH[p.name]) for p in PARAMETERS}
+FREE = at_values(PARAMETERS, TRUTH)
 ROWS = 3
 
 
@@ -86,8 +82,8 @@ def with_errors(
     return result
 
 
-def whitened(means: list[StateMean], predictions: list[dict[int, Observation]]) -> WhitenedSystem:
-    return whiten(means, predictions, SLOPES, covariance_roots(means, predictions))
+def whitened(means: list[StateMean], predictions: list[dict[int, Observation]]) -> LinearisedFit:
+    return linearised_fit(means, predictions, FREE, whitenings_of(means, predictions))
 
 
 def test_rows_of_one_pose_become_one_mean_that_counts_what_was_measured() -> None:
@@ -118,7 +114,7 @@ def test_whitening_and_marginalising_are_generalised_least_squares_with_the_whol
     for mean in measured:
         observation = predictions[mean.experiment][mean.state]
         residual.append(mean.mean - predicted_channels(observation))
-        derivative.append(np.stack([channels_by(observation, n) * s for n, s in SLOPES.items()], axis=1))
+        derivative.append(np.stack([channels_by(observation, p.name) * p.slope for p in FREE], axis=1))
         seen.append(mean.count > 0)
     channels = len(residual[0])
     covariance = np.zeros((len(measured) * channels,) * 2)
@@ -138,7 +134,7 @@ def test_whitening_and_marginalising_are_generalised_least_squares_with_the_whol
     information = J.T @ inverse @ J
     step = np.linalg.solve(information, J.T @ inverse @ r)
 
-    found = marginal_step(whitened(measured, predictions), PARAMETERS, TRUTH)
+    found = newton_step(whitened(measured, predictions))
     np.testing.assert_allclose(found.information, information, rtol=1e-7)
     np.testing.assert_allclose(found.step, step, rtol=1e-6)
     np.testing.assert_allclose(found.covariance, np.linalg.inv(information), rtol=1e-7)
@@ -152,19 +148,20 @@ def test_ninety_five_percent_intervals_hold_the_truth_that_often(
 ) -> None:
     """Over 400 sets of errors; derivatives and covariances are those of the true state in all of them."""
     rng = np.random.default_rng(2)
-    inverse = {state: np.linalg.inv(root) for state, root in covariance_roots(means, predictions).items()}
+    whitenings = whitenings_of(means, predictions)
     exact = [predicted_channels(predictions[mean.experiment][mean.state]) for mean in means]
-    system = whitened(with_errors(means, predictions, rng), predictions)
+    problem = whitened(with_errors(means, predictions, rng), predictions)
     scores, misfits = [], []
     for _ in range(400):
         measured = with_errors(means, predictions, rng)
         residual = [
-            inverse[mean.experiment, mean.state] @ (mean.mean - e)
+            whitenings[mean.experiment, mean.state].residual(mean.mean[None], e[None])
             for mean, e in zip(measured, exact, strict=True)
         ]
-        found = marginal_step(replace(system, residual=np.concatenate(residual)), PARAMETERS, TRUTH)
+        (whole,) = problem.whitened(np.concatenate(residual)[:, None]).T
+        found = newton_step(replace(problem, residual=(whole,)))
         scores.append(found.step / np.sqrt(np.diag(found.covariance)))
-        misfits.append(found.chi2_after / (len(system.residual) - 2))
+        misfits.append(found.chi2_after / (len(whole) - 2))
     covered = np.mean(np.abs(scores) < 1.96, axis=0)
     assert np.all((covered > 0.92) & (covered < 0.98))
     assert np.mean(misfits) == pytest.approx(1.0, abs=0.02)
@@ -176,32 +173,33 @@ def test_states_that_were_not_predicted_are_left_out(
     measured = with_errors(means, predictions, np.random.default_rng(3))
     few = [{0: predictions[0][0]}, {3: predictions[1][3]}]
     chosen = [measured[0], measured[7]]
-    np.testing.assert_array_equal(whitened(measured, few).residual, whitened(chosen, predictions).residual)
+    np.testing.assert_array_equal(
+        whitened(measured, few).residual[0], whitened(chosen, predictions).residual[0]
+    )
 
 
 def test_internal_variables_and_slopes_belong_together() -> None:
     for parameter, value in ((YOUNGS_MODULUS, 15e3), (POISSON_RATIO, 0.3), (POISSON_RATIO, 0.4999)):
-        internal = parameter.to_internal(value)
-        assert parameter.from_internal(internal) == pytest.approx(value, rel=1e-12)
-        quotient = (
-            parameter.from_internal(internal + 1e-5) - parameter.from_internal(internal - 1e-5)
-        ) / 2e-5
-        assert parameter.slope(value) == pytest.approx(quotient, rel=1e-6)
+        transform = parameter.transform
+        internal = transform.internal_of(value)
+        assert transform.value_of(internal) == pytest.approx(value, rel=1e-12)
+        quotient = (transform.value_of(internal + 1e-5) - transform.value_of(internal - 1e-5)) / 2e-5
+        assert parameter.at(value).slope == pytest.approx(quotient, rel=1e-6)
 
 
-LENGTH = FitParameter("length", -10.0, 10.0, lambda v: v, lambda v: v, lambda v: 1.0)
+LENGTH = FreeParameter(name="length", value=0.0, lower=-10.0, upper=10.0, longest_step=1.5)
 
 
-def linear_system(residual: FloatArray, jacobian: FloatArray) -> WhitenedSystem:
-    return WhitenedSystem(residual, jacobian, np.zeros((len(residual), 0)))
+def of_length(length: float, residual: float, slope: float) -> LinearisedFit:
+    return LinearisedFit.of([LENGTH.at(length)], np.array([residual]), np.array([[slope]]))
 
 
 def test_a_curved_problem_is_minimised_in_shortened_steps() -> None:
     """arctan pulls a full Gauss–Newton step from 3 far to the other side."""
 
-    def linearise(values: Mapping[str, float]) -> WhitenedSystem:
+    def linearise(values: Mapping[str, float]) -> LinearisedFit:
         x = values["length"]
-        return linear_system(np.array([-10 * math.atan(x)]), np.array([[10 / (1 + x * x)]]))
+        return of_length(x, -10 * math.atan(x), 10 / (1 + x * x))
 
     iterates, last = minimise(linearise, (LENGTH,), {"length": 3.0}, 1e-6)
     assert iterates[-1].values["length"] == pytest.approx(0.0, abs=1e-5)
@@ -212,12 +210,12 @@ def test_a_curved_problem_is_minimised_in_shortened_steps() -> None:
 def test_a_step_into_where_nothing_can_be_solved_is_shortened() -> None:
     asked = []
 
-    def linearise(values: Mapping[str, float]) -> WhitenedSystem:
+    def linearise(values: Mapping[str, float]) -> LinearisedFit:
         x = values["length"]
         asked.append(x)
         if x > 0.5:
             raise SolverError("no equilibrium")
-        return linear_system(np.array([0.4 - x]), np.array([[0.5]]))
+        return of_length(x, 0.4 - x, 0.5)
 
     iterates, _ = minimise(linearise, (LENGTH,), {"length": 0.0}, 1e-3)
     assert max(asked) > 0.5
@@ -225,8 +223,8 @@ def test_a_step_into_where_nothing_can_be_solved_is_shortened() -> None:
 
 
 def test_a_problem_that_nothing_improves_ends_with_the_reason() -> None:
-    def wrong_slope(values: Mapping[str, float]) -> WhitenedSystem:
-        return linear_system(np.array([1.0 - values["length"]]), np.array([[-1.0]]))
+    def wrong_slope(values: Mapping[str, float]) -> LinearisedFit:
+        return of_length(values["length"], 1.0 - values["length"], -1.0)
 
     with pytest.raises(FitError, match=r"no step from length = 0 lowers the misfit; the data contradict"):
         minimise(wrong_slope, (LENGTH,), {"length": 0.0}, 1e-3)
@@ -235,13 +233,10 @@ def test_a_problem_that_nothing_improves_ends_with_the_reason() -> None:
 def test_a_parameter_at_its_bound_is_held_and_the_others_go_on() -> None:
     nu = POISSON_RATIO.upper
     jacobian = np.array([[1.0, 0.8], [0.0, 0.6]])
-    step = marginal_step(
-        linear_system(np.array([0.2, 0.3]), jacobian),
-        PARAMETERS,
-        {"youngs_modulus": 1e4, "poisson_ratio": nu},
-    ).step
-    np.testing.assert_allclose(step, [0.2, 0.0], atol=1e-15)
-    after = moved(PARAMETERS, {"youngs_modulus": 1e4, "poisson_ratio": nu}, np.array([0.2, 5.0]))
+    here = {"youngs_modulus": 1e4, "poisson_ratio": nu}
+    problem = LinearisedFit.of(at_values(PARAMETERS, here), np.array([0.2, 0.3]), jacobian)
+    np.testing.assert_allclose(newton_step(problem).step, [0.2, 0.0], atol=1e-15)
+    after = moved(PARAMETERS, here, np.array([0.2, 5.0]))
     assert after["poisson_ratio"] == nu
     assert after["youngs_modulus"] == pytest.approx(1e4 * math.exp(0.2))
 
@@ -249,4 +244,4 @@ def test_a_parameter_at_its_bound_is_held_and_the_others_go_on() -> None:
 def test_data_that_do_not_tell_the_parameters_apart_are_refused() -> None:
     jacobian = np.array([[1.0, 2.0], [2.0, 4.0], [3.0, 6.0]])
     with pytest.raises(FitError, match="do not determine the parameters"):
-        marginal_step(linear_system(np.ones(3), jacobian), PARAMETERS, TRUTH)
+        determined_step(LinearisedFit.of(FREE, np.ones(3), jacobian))

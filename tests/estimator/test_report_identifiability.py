@@ -7,9 +7,9 @@ import numpy as np
 from test_report_estimation import estimate_of, pull_fit, words, written
 
 from estimator.fit.identifiability import Absorption, identifiability
-from estimator.fit.parameters import POISSON_RATIO, YOUNGS_MODULUS, law_parameters
 from estimator.fit.profile import Profile
 from estimator.fit.result import Estimate, Floated, ParameterEstimate
+from estimator.inference.material_parameters import POISSON_RATIO, YOUNGS_MODULUS, law_parameters
 from estimator.materials import law_named
 from estimator.report.estimation.findings import summary_text
 

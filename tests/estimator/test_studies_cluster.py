@@ -12,10 +12,10 @@ from study_cases import Fatal, Sleeping
 
 from estimator.errors import InputError, StudyError
 from estimator.fit.linearisation import silent
-from estimator.studies.campaign import run_cases
-from estimator.studies.case import Outcome
-from estimator.studies.cluster import dask_cluster
-from estimator.studies.store import OutcomeStore
+from estimator.studies.running.campaign import run_cases
+from estimator.studies.running.case import Outcome
+from estimator.studies.running.cluster import dask_cluster
+from estimator.studies.running.store import OutcomeStore
 from estimator.workers import worker_pool
 
 CASES = [Sleeping(number, seconds=0.2) for number in range(8)]
@@ -65,7 +65,7 @@ def test_a_worker_that_dies_is_told_and_what_was_done_is_kept(tmp_path: Path) ->
 def test_a_scheduler_that_does_not_answer_is_told_in_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("estimator.studies.cluster._PATIENCE_S", 0.5)
+    monkeypatch.setattr("estimator.studies.running.cluster._PATIENCE_S", 0.5)
     start = partial(dask_cluster, "tcp://127.0.0.1:1")
     with pytest.raises(InputError, match="no Dask scheduler answers there"):
         run_cases(CASES, OutcomeStore(tmp_path), start, silent)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from robot_drivers.ati.netft.receiver import DatagramReceiver
-from robot_drivers.clock import host_time_ns
+from robot_drivers.clock import host_time_ns, wall_to_monotonic_offset_ns
 from robot_drivers.kernel_stamps import KERNEL_STAMPS, request_stamps, wall_time_ns
 
 SIZES = frozenset({4, 8})
@@ -89,6 +89,19 @@ def test_a_wall_clock_that_is_set_meanwhile_does_not_move_the_stamps(monkeypatch
         before = host_time_ns()
         (stamp,) = receiver.receive(1.0).host_time_ns
         assert before <= stamp <= host_time_ns()
+
+
+@pytest.mark.skipif(not KERNEL_STAMPS, reason="this system does not stamp datagrams")
+def test_stamps_never_go_back_when_the_wall_clock_is_slewed(monkeypatch):
+    offset = [wall_to_monotonic_offset_ns()]
+    monkeypatch.setattr("robot_drivers.ati.netft.receiver.wall_to_monotonic_offset_ns", lambda: offset[0])
+    with linked(kernel_stamps=True) as (receiver, send, _):
+        stamps = []
+        for _ in range(20):
+            send(b"aaaa")
+            stamps += receiver.receive(1.0).host_time_ns.tolist()
+            offset[0] -= 900_000
+    assert stamps == sorted(stamps)
 
 
 def test_other_lengths_and_other_senders_are_rejected_and_counted(kernel_stamps):

@@ -1,7 +1,7 @@
 """All kinds of files that a user hands over, with the readers and the verbs that read them."""
 
 from daq.bad_input.kind import Kind
-from daq.bad_input.kinds import benchmarks, experiments, laboratory, sessions, surfaces, uniaxial
+from daq.bad_input.kinds import benchmarks, experiments, importing, laboratory, sessions, surfaces, uniaxial
 
 KINDS: tuple[Kind, ...] = (
     *laboratory.KINDS,
@@ -9,5 +9,6 @@ KINDS: tuple[Kind, ...] = (
     *sessions.KINDS,
     *surfaces.KINDS,
     *uniaxial.KINDS,
+    *importing.KINDS,
     *benchmarks.KINDS,
 )

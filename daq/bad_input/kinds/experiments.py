@@ -10,7 +10,7 @@ from daq.bad_input.samples import experiments, packed_surfaces
 from estimator import result_lines
 from estimator.experiment import read_case, read_experiment
 from estimator.fit import coverage
-from estimator.studies.store import OutcomeStore
+from estimator.studies.running.store import OutcomeStore
 
 
 def _estimate(given: Path, out: Path) -> list[str]:

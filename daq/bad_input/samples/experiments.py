@@ -12,8 +12,8 @@ from estimator.experiment import Experiment, Phantom, SensorNoise, write_experim
 from estimator.fit import coverage
 from estimator.geometry.shapes import block_surface
 from estimator.result_lines import append_result
-from estimator.studies.case import Outcome, Parametric, Row
-from estimator.studies.store import OutcomeStore
+from estimator.studies.running.case import Outcome, Parametric, Row
+from estimator.studies.running.store import OutcomeStore
 from estimator.surfaces.writing import write_stl
 
 _STEPS = 6

@@ -13,8 +13,9 @@ from estimator.fit.estimate import estimate
 from estimator.fit.losses import LOSSES, loss_named
 from estimator.fit.nuisances import NUISANCES, USUAL
 from estimator.fit.online import follow
-from estimator.fit.settings import OBJECTIVES, FitSettings, Prior
+from estimator.fit.settings import OBJECTIVES, FitSettings
 from estimator.forward.meshing import surface_notes
+from estimator.inference.free_parameter import NormalPrior as Prior
 from estimator.materials import installed_laws, law_named
 from estimator.report.estimation.findings import step_text, summary_text
 from estimator.report.estimation.writing import write_report

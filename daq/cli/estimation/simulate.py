@@ -9,12 +9,15 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from daq.cli.sessions.record import trajectory_name
 from daq.cli.verb import Result, Verbs, add_verb, progress
+from daq.files.atomic import appearing
 from daq.plans import Trial
 from daq.trajectories import STANDARD
 from daq.trajectories.planned import planned_experiment
-from daq.trajectories.routines import NAMED
+from daq.trajectories.routines import NAMED, RETRACTIONS
 from daq.virtual_rig.layout import SPECIMEN, placed_beads
 from estimator.effects.catalogue import default_catalogue
 from estimator.errors import InputError
@@ -33,6 +36,8 @@ _EXAMPLES = """  retract simulate --output cases/soft --youngs-modulus 6000 --po
   retract simulate --output cases/mine --trajectory mine.csv --trajectory twist_and_pull
   retract simulate --effects                 the effects with their forms, parameters, units and usual sizes
   retract diagnose cases/slip"""
+
+_TRUTH = "truth.toml"
 
 
 class _TellEffects(argparse.Action):
@@ -59,7 +64,7 @@ def add_parser(verbs: Verbs) -> None:
         "--trajectory",
         type=trajectory_name,
         action="append",
-        help=f"{', '.join(NAMED)}; or a table FILE.csv, or a function FILE.py:NAME; "
+        help=f"{', '.join(RETRACTIONS)}; or a table FILE.csv, or a function FILE.py:NAME; "
         f"repeat for several, done in this order (default: {', '.join(STANDARD)})",
     )
     parser.add_argument(
@@ -127,24 +132,48 @@ def run(options: argparse.Namespace) -> Result:
         experiments = simulate_case(
             planned, material, options.seed, acting, partial(tell, "solving the equilibria")
         )
-    written = []
+    names = _names(experiments)
+    with appearing(options.output) as draft:
+        for name, experiment in zip(names, experiments, strict=True):
+            write_experiment(replace(experiment, name=name), draft / name)
+        (draft / _TRUTH).write_text(_truth(material, acting, planned[0]), encoding="utf-8")
+    written, truth = [str(options.output / name) for name in names], str(options.output / _TRUTH)
+    return Result("\n".join([*written, truth]), {"experiments": written, "truth": truth})
+
+
+def _names(experiments: Sequence[Experiment]) -> list[str]:
+    """Return a name for each folder; what is done again has its number behind its name."""
+    names: list[str] = []
     for number, experiment in enumerate(experiments, start=1):
-        before = [one.name for one in experiments[: number - 1]]
-        name = experiment.name if experiment.name not in before else f"{experiment.name}_{number}"
-        written.append(str(write_experiment(replace(experiment, name=name), options.output / name).path))
-    truth = options.output / "truth.toml"
-    truth.write_text(_truth(material, acting, planned[0]), encoding="utf-8")
-    return Result("\n".join([*written, str(truth)]), {"experiments": written, "truth": str(truth)})
+        names.append(f"{experiment.name}_{number}" if experiment.name in names else experiment.name)
+    return names
 
 
 def _planned(options: argparse.Namespace) -> list[Experiment]:
     sensor = SensorNoise(options.force_std, options.torque_std, options.fiducial_std, options.position_std)
     specimen = replace(SPECIMEN, fiducials_m=placed_beads(options.seed))
-    trials = [Trial(name, holds_s=tuple(options.hold)) for name in options.trajectory or STANDARD]
-    return [
-        planned_experiment(trial.lay_out(Path()), specimen, sensor, order)
-        for order, trial in enumerate(trials, start=1)
-    ]
+    planned = []
+    for order, name in enumerate(options.trajectory or STANDARD, start=1):
+        if name in NAMED and name not in RETRACTIONS:
+            raise InputError(
+                f"--trajectory {name}: is a motion for calibrations, which retracts no tissue; name one of "
+                f"{', '.join(RETRACTIONS)}, or a table or function of your own"
+            )
+        trajectory = Trial(name, holds_s=tuple(options.hold)).lay_out(Path())
+        experiment = planned_experiment(trajectory, specimen, sensor, order)
+        if not _moves(experiment):
+            raise InputError(
+                f"--trajectory {name}: the gripper never leaves its pose at rest, so no tissue is retracted; "
+                "let a step lead elsewhere"
+            )
+        planned.append(experiment)
+    return planned
+
+
+def _moves(experiment: Experiment) -> bool:
+    """Tell whether the gripper is ever elsewhere than at rest."""
+    poses = np.column_stack([experiment.position, experiment.quaternion_wxyz])
+    return not np.allclose(poses, poses[0], rtol=0.0, atol=1e-9)
 
 
 def _truth(material: Material, acting: Sequence[ActingEffect], experiment: Experiment) -> str:

@@ -1,7 +1,7 @@
-"""``retract study``: the paper's tables redone, and those of the laboratory's own phantoms."""
+"""``retract study``: the paper's tables redone, those of recorded phantoms, and the gap of a published table."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
@@ -13,21 +13,33 @@ from daq.recording.folder import INFO_FILE
 from daq.versions import package_versions
 from estimator.errors import InputError
 from estimator.experiment import Experiment, read_case, read_experiment
-from estimator.studies.campaign import run_cases
-from estimator.studies.catalogue import ALL, DRAWS, STUDIES, studies_named
-from estimator.studies.cluster import dask_cluster
-from estimator.studies.recorded import recorded
-from estimator.studies.report import write_studies
-from estimator.studies.store import OutcomeStore
-from estimator.studies.study import Study, result_of
-from estimator.studies.telling import study_json, study_text
+from estimator.studies.paper_tables.catalogue import ALL, DRAWS, STUDIES, studies_named
+from estimator.studies.phantom_tables.bench import BenchTest, read_bench
+from estimator.studies.phantom_tables.layout import layout_text
+from estimator.studies.phantom_tables.recorded import found_of, recorded, recorded_cases
+from estimator.studies.phantom_tables.report import phantom_blocks, write_curves
+from estimator.studies.published_gap.diagnosis import Executors, diagnose_gap
+from estimator.studies.published_gap.published import paper_table, read_table
+from estimator.studies.published_gap.redone import redo_experiments, redone_json, redone_text
+from estimator.studies.published_gap.reporting.report import write_gap
+from estimator.studies.published_gap.reporting.telling import gap_json, gap_text
+from estimator.studies.running.campaign import run_cases
+from estimator.studies.running.cluster import dask_cluster
+from estimator.studies.running.store import OutcomeStore
+from estimator.studies.tables.report import write_studies
+from estimator.studies.tables.study import Study, result_of
+from estimator.studies.tables.telling import study_json, study_text
 from estimator.workers import worker_pool
+
+GAP = "gap"
 
 _EXAMPLES = """  retract study table1
   retract study all --output runs/studies          goes on there after a stop
   retract study table3 --draws 5 --workers 2
   retract study all --scheduler tcp://192.168.0.5:8786
-  retract study sessions/* --output runs/phantoms  E and nu by phantom, trajectory and repeat"""
+  retract study sessions/* --bench "P07=36210±2620" --bench P08=tests/p08.csv   tables VI to VIII of your phantoms
+  retract study gap                                which effects would have made the paper's estimator report its tables
+  retract study gap published.toml --output runs/gap   the same for anybody's table of E and nu by condition"""
 
 
 def add_parser(verbs: Verbs) -> None:
@@ -39,7 +51,8 @@ def add_parser(verbs: Verbs) -> None:
         "what",
         nargs="+",
         metavar="STUDY|SESSION|EXPERIMENT",
-        help=f"{', '.join(STUDIES)} or {ALL}; or recorded sessions, experiments or folders of experiments",
+        help=f"{', '.join(STUDIES)} or {ALL}; or recorded sessions, experiments or folders of experiments; "
+        f"or {GAP}, with a published TABLE.toml or TABLE.csv, else the paper's tables VI and VII",
     )
     parser.add_argument(
         "--output",
@@ -55,6 +68,19 @@ def add_parser(verbs: Verbs) -> None:
         help="run the cases on the workers of this Dask scheduler instead",
     )
     parser.add_argument(
+        "--bench",
+        action="append",
+        default=[],
+        metavar="PHANTOM=E±S|FILE",
+        help="bench test of a recorded phantom's silicone: E and its deviation in Pa, or a record as for "
+        "retract uniaxial; repeat for several",
+    )
+    parser.add_argument(
+        "--redo",
+        action="store_true",
+        help=f"with {GAP}: redo the table's experiments with the leading model acting, estimated its way and ours",
+    )
+    parser.add_argument(
         "--draws", type=int, default=DRAWS, metavar="N", help="of what is drawn (default: %(default)s)"
     )
 
@@ -68,15 +94,49 @@ def run(options: argparse.Namespace) -> Result:
         if options.scheduler
         else partial(worker_pool, options.workers)
     )
+    store = OutcomeStore(options.output / "cases")
+    if GAP in options.what:
+        return _gap(options, store, start)
+    bench = {test.phantom: test for test in map(read_bench, options.bench)}
     with progress() as tell:
         studies = _studies(options, tell)
+        _check_bench(bench, studies)
         cases = [case for study in studies for case in study.cases]
-        outcomes = iter(run_cases(cases, OutcomeStore(options.output / "cases"), start, tell))
+        outcomes = iter(run_cases(cases, store, start, tell))
         results = [result_of(study, [next(outcomes) for _ in study.cases]) for study in studies]
-    files = write_studies(results, options.output, package_versions())
-    text = [study_text(result) for result in results] + [f"Report: {files[0]}"]
+    found = [pair for result in results for pair in found_of(result)]
+    further = phantom_blocks(found, bench) if found else []
+    files = write_studies(results, options.output, package_versions(), further)
+    files += write_curves(found, options.output)
+    text = [study_text(result) for result in results]
+    text += [*([layout_text(found, bench)] if found else []), f"Report: {files[0]}"]
     data = {result.study.name: study_json(result) for result in results}
     return Result("\n\n".join(text), {"studies": data, "files": [str(file) for file in files]})
+
+
+def _gap(options: argparse.Namespace, store: OutcomeStore, start: Executors) -> Result:
+    """Diagnose the paper's tables, or one that a file gives."""
+    tables = [what for what in options.what if what != GAP]
+    if len(tables) > 1 or len(options.what) - len(tables) > 1:
+        raise InputError(f"{GAP} takes one published table; name one .toml or .csv file, or none")
+    table = read_table(Path(tables[0])) if tables else paper_table()
+    with progress() as tell:
+        diagnosis = diagnose_gap(table, store, start, tell)
+        redone = redo_experiments(diagnosis, store, start, tell) if options.redo else []
+    files = write_gap(diagnosis, redone, options.output, package_versions())
+    text = "\n\n".join(
+        [gap_text(diagnosis), *([redone_text(redone)] if redone else []), f"Report: {files[0]}"]
+    )
+    data = {**gap_json(diagnosis), "redone": redone_json(redone), "files": [str(file) for file in files]}
+    return Result(text, data)
+
+
+def _check_bench(bench: Mapping[str, BenchTest], studies: Sequence[Study]) -> None:
+    phantoms = sorted({case.experiment.phantom_id for study in studies for case in recorded_cases(study)})
+    if odd := [name for name in bench if name not in phantoms]:
+        raise InputError(
+            f"--bench {odd[0]}: no such phantom was recorded; there are {', '.join(phantoms) or 'none here'}"
+        )
 
 
 def _studies(options: argparse.Namespace, tell: Progress) -> list[Study]:
@@ -86,7 +146,7 @@ def _studies(options: argparse.Namespace, tell: Progress) -> list[Study]:
     folders = [Path(what) for what in options.what if what not in named]
     if missing := [folder for folder in folders if not folder.is_dir()]:
         raise InputError(
-            f"'{missing[0]}' is neither a study ({', '.join(STUDIES)}, {ALL}) nor a folder; name one of them"
+            f"'{missing[0]}' is neither a study ({', '.join(STUDIES)}, {ALL}, {GAP}) nor a folder; name one of them"
         )
     if named:
         raise InputError(f"'{named[0]}' is a study, '{folders[0]}' a folder; give studies or folders alone")

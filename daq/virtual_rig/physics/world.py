@@ -86,12 +86,10 @@ class SimulatedTissue:
     def behind_s(self) -> float:
         """Return since when, s, a solution is awaited; infinite where the gripper has gone far beyond the last one."""
         asked_ns = self._asked_ns
-        if asked_ns is None:
-            return 0.0
         way = increment(self._motion.newest.T_tissue_gripper, self._gripper_at(self._path()[-1][1]))
-        if np.linalg.norm(way[:3]) > _WAITED_FOR_BEYOND_M:
+        if np.linalg.norm(way[:3]) > _WAITED_FOR_BEYOND_M:  # also where no solution was asked for yet
             return math.inf
-        return (host_time_ns() - asked_ns) * 1e-9
+        return 0.0 if asked_ns is None else (host_time_ns() - asked_ns) * 1e-9
 
     def close(self) -> None:
         """Stop following."""

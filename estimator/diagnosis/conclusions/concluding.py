@@ -115,13 +115,12 @@ def _chosen_material(
     verdict: Verdict, without: Material, considered: Mapping[str, Consideration], form_left_open: float
 ) -> Material:
     """Return E and ν of the verdict, with what it leaves open."""
+    tried = [one.achieved.material for one in considered.values() if one.achieved is not None]
+    chosen = with_cause_left_open(without, tried if UNKNOWN in verdict.labels else ())
     if verdict.winner is not None:
-        chosen = _material(verdict.winner.fit, verdict.winner.deviations)
-        return with_form_left_open(chosen, without, form_left_open)
-    if UNKNOWN in verdict.labels:
-        tried = [one.achieved.material for one in considered.values() if one.achieved is not None]
-        return with_cause_left_open(without, tried)
-    return without
+        fitted = _material(verdict.winner.fit, verdict.winner.deviations)
+        chosen = with_form_left_open(fitted, without, form_left_open)
+    return chosen
 
 
 def _of_others(

@@ -55,13 +55,12 @@ def advise(
         for one, other in combinations(leading, 2)
     ]
     close = [pair for pair in pairs if pair[2] < settings.apart]
-    if not close:
-        return ()
     needed = {label for one, other, _ in close for label in (one, other)}
     plans = [(trials[label].signature.effect, trials[label].signature.constants) for label in needed]
     jobs = [
         context.executor.submit(_signatures_of_manoeuvre, case, baseline.hypothesis, manoeuvre, plans)
         for manoeuvre in MANOEUVRES
+        if close
     ]
     rehearsed = [job.result() for job in jobs]
     context.tell("choosing the next experiment", 1, 1)

@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.conclusions.multiple_testing import Multiplicity
 from estimator.diagnosis.fitting.case import Linearisation
-from estimator.diagnosis.model.free_parameters import FreeParameter
+from estimator.diagnosis.model.free_parameters import HypothesisParameter
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.result import EffectFinding, Quantity, State
 from estimator.diagnosis.search.candidate import Candidate
 from estimator.diagnosis.search.screening import Trial
 from estimator.diagnosis.settings import ConclusionSettings
 from estimator.inference.bounded_minimum import bounded_minimum
+from estimator.inference.free_parameter import FreeParameter, prior_information
+from estimator.inference.linear_model import gram_of
 
 FloatArray = NDArray[np.float64]
 
@@ -34,24 +36,24 @@ class Sizes:
 def sizes_beside(fit: Linearisation, trial: Trial) -> Sizes:
     """Return a further effect's amplitudes beside a fit, within their bounds, by its signature at the baseline."""
     free = trial.signature.free_parameters
-    blocks = [
-        np.column_stack([r, c, z])
-        for r, c, z in zip(fit.residual, fit.jacobian, trial.signature.columns, strict=True)
-    ]
-    gram = np.asarray(sum(b.T @ b for b in blocks))
+    gram = gram_of(
+        [
+            np.column_stack([r, c, z])
+            for r, c, z in zip(fit.residual, fit.jacobian, trial.signature.columns, strict=True)
+        ]
+    )
     inner = 1 + fit.jacobian[0].shape[1]
-    precision = [c.prior_precision**2 for c in fit.free_parameters]
-    nuisance = gram[1:inner, 1:inner] + np.diag(precision)
+    nuisance = gram[1:inner, 1:inner] + prior_information(fit.free_parameters)
     cross = gram[inner:, 1:inner]
     schur = gram[inner:, inner:] - cross @ np.linalg.solve(nuisance, cross.T)
     gradient = gram[inner:, 0] - cross @ np.linalg.solve(nuisance, gram[1:inner, 0])
     # Hardly any prior: what the data say is asked for, not what is usual.
-    schur = schur + np.diag([1e-4 * c.prior_precision**2 for c in free])
+    schur = schur + 1e-4 * prior_information(free)
     bounds = np.array([(c.lower, c.upper) for c in free]).T
     value = bounded_minimum(schur, gradient, *bounds)
     drop = float(2.0 * gradient @ value - value @ schur @ value)
     deviations = np.sqrt(np.diag(np.linalg.inv(schur)))
-    return Sizes(tuple(c.parameter for c in free), value, deviations, drop)
+    return Sizes(tuple(c.key for c in free), value, deviations, drop)
 
 
 def absent_finding(
@@ -121,7 +123,7 @@ def present_finding(
 
 
 def effect_quantities(
-    hypothesis: Hypothesis, free: Sequence[FreeParameter], deviations: FloatArray, number: int
+    hypothesis: Hypothesis, free: Sequence[HypothesisParameter], deviations: FloatArray, number: int
 ) -> dict[str, Quantity]:
     """Return the parameters of the ``number``-th effect of a hypothesis, those that stay fixed last.
 
@@ -131,7 +133,7 @@ def effect_quantities(
     deviations : (p,) standard deviation of the internal variable of each
     """
     found = {
-        c.parameter: Quantity(c.value_of(c.get(hypothesis)), _std_of_value(c, hypothesis, float(d)), c.unit)
+        c.key: _quantity(c.of(hypothesis), float(d))
         for c, d in zip(free, deviations, strict=True)
         if c.effect == number
     }
@@ -144,17 +146,16 @@ def effect_quantities(
 
 
 def material_quantities(
-    hypothesis: Hypothesis, free: Sequence[FreeParameter], deviations: FloatArray
+    hypothesis: Hypothesis, free: Sequence[HypothesisParameter], deviations: FloatArray
 ) -> dict[str, Quantity]:
     """Return E and ν of a hypothesis; the rest as for :func:`effect_quantities`."""
     return {
-        c.name: Quantity(c.value_of(c.get(hypothesis)), _std_of_value(c, hypothesis, float(d)), c.unit)
+        c.name: _quantity(c.of(hypothesis), float(d))
         for c, d in zip(free, deviations, strict=True)
         if c.effect is None
     }
 
 
-def _std_of_value(parameter: FreeParameter, hypothesis: Hypothesis, deviation: float) -> float:
-    here, small = parameter.get(hypothesis), 1e-6 * (deviation or 1.0)
-    slope = (parameter.value_of(here + small) - parameter.value_of(here - small)) / (2 * small)
-    return abs(slope) * deviation
+def _quantity(parameter: FreeParameter, deviation: float) -> Quantity:
+    """Return a parameter at its value, from the standard deviation of its internal variable."""
+    return Quantity(parameter.value, abs(parameter.slope) * deviation, parameter.unit)

@@ -43,13 +43,13 @@ def gap_of(
         ]
     )
     one, two = _root_mean_squares(sums.sum(axis=0))
-    if not one - floor > settings.within_noise:
-        return Gap(float(one), float(two), floor, float("nan"))
+    closure = (one - two) / (one - floor) if one - floor > settings.within_noise else np.nan
     drawn = np.random.default_rng(0).integers(len(sums), size=(settings.draws, len(sums)))
     some, others = _root_mean_squares(sums[drawn].sum(axis=1))
     closures = (some - others) / np.maximum(some - floor, settings.within_noise)
     low, high = np.percentile(closures, _ONE_SIGMA)
-    return Gap(float(one), float(two), floor, float((one - two) / (one - floor)), float(high - low) / 2.0)
+    std = float(high - low) / 2.0 if np.isfinite(closure) else float("nan")
+    return Gap(float(one), float(two), floor, float(closure), std)
 
 
 def _root_mean_squares(sums: FloatArray) -> FloatArray:

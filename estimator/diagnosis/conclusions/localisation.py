@@ -99,18 +99,21 @@ def _place(
     case: Case, chosen: Candidate | None
 ) -> tuple[tuple[float, float, float] | None, tuple[float, float, float] | None, float | None]:
     """Return centre, its standard deviation and radius of a cause that has a place in the plane."""
-    if chosen is None:
-        return None, None, None
-    deviation = dict(zip((c.name for c in chosen.fit.free_parameters), chosen.deviations, strict=True))
-    for effect, values in zip(chosen.fit.hypothesis.effects, chosen.fit.hypothesis.values, strict=True):
-        found = effect.place(case.problem, values)
+    centre, deviation, radius = None, None, None
+    if chosen is not None:
+        hypothesis = chosen.fit.hypothesis
+        effects = zip(hypothesis.effects, hypothesis.values, strict=True)
+        places = ((effect.name, effect.place(case.problem, values)) for effect, values in effects)
+        name, found = next(((one, place) for one, place in places if place is not None), ("", None))
         if found is not None:
             (x, y, z), radius = found
-            spread = [deviation.get(f"{effect.name}.centre_{axis}") for axis in "xy"]
-            known = spread[0] is not None and spread[1] is not None
-            return (
-                (float(x), float(y), float(z)),
-                (float(spread[0] or 0.0), float(spread[1] or 0.0), 0.0) if known else None,
-                radius,
-            )
-    return None, None, None
+            centre = (float(x), float(y), float(z))
+            deviation = _of_centre(chosen, name)
+    return centre, deviation, radius
+
+
+def _of_centre(chosen: Candidate, effect: str) -> tuple[float, float, float] | None:
+    """Return the standard deviation of the centre of an effect; None where it is not free in the plane."""
+    deviation = dict(zip((c.name for c in chosen.fit.free_parameters), chosen.deviations, strict=True))
+    x, y = (deviation.get(f"{effect}.centre_{axis}") for axis in "xy")
+    return None if x is None or y is None else (float(x), float(y), 0.0)

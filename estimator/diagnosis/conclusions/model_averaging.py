@@ -32,12 +32,11 @@ def with_form_left_open(chosen: Material, baseline: Material, share: float) -> M
 def with_cause_left_open(baseline: Material, tried: Sequence[Material]) -> Material:
     """Return the baseline's material, its deviations widened by what an unknown cause may have changed it by.
 
-    That is taken to be what those changed it by that were tried in vain, root mean square.
+    That is taken to be what those changed it by that were tried in vain, root mean square; nothing where none was.
     """
-    if not tried:
-        return baseline
     moved = {
-        name: float(np.sqrt(np.mean([_between(one, baseline, name) ** 2 for one in tried])))
+        name: float(np.linalg.norm([_between(one, baseline, name) for one in tried]))
+        / max(1.0, float(np.sqrt(len(tried))))
         for name in ("youngs_modulus", "poisson_ratio")
     }
     return Material(

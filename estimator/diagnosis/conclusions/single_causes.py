@@ -43,7 +43,7 @@ def consider(
 def _expected(context: Context, trial: Trial, floor: float) -> Outcome:
     baseline = context.baseline
     joint = beside(baseline, trial.signature)
-    step = np.array([c.get(trial.start) - c.get(joint.hypothesis) for c in joint.free_parameters])
+    step = np.array([c.of(trial.start).internal - c.internal for c in joint.free_parameters])
     change = [
         whitening.undo(columns @ step)
         for whitening, columns in zip(context.case.whitenings, joint.jacobian, strict=True)
@@ -79,7 +79,9 @@ def _outcome(
 
 def _place(case: Case, hypothesis: Hypothesis) -> Place | None:
     found = hypothesis.effects[0].place(case.problem, hypothesis.values[0])
-    if found is None:
-        return None
-    x, y, z = found[0].tolist()
-    return Place((x, y, z), found[1])
+    return None if found is None else Place(_xyz(found[0]), found[1])
+
+
+def _xyz(point: FloatArray) -> tuple[float, float, float]:
+    x, y, z = point.tolist()
+    return x, y, z

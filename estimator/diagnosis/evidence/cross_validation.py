@@ -14,14 +14,15 @@ from concurrent.futures import Executor
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.evidence.laplace import Priors
 from estimator.diagnosis.evidence.marginal_likelihood import priors_of
 from estimator.diagnosis.fitting.case import Case, Linearisation, residuals_near
-from estimator.diagnosis.fitting.gauss_newton import moved
+from estimator.diagnosis.model.free_parameters import moved
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.settings import EvidenceSettings
 from estimator.errors import SolverError
 from estimator.inference.bounded_minimum import bounded_minimum
+from estimator.inference.laplace import Priors
+from estimator.inference.linear_model import chi2_of, negative_log_posterior, stacked
 
 FloatArray = NDArray[np.float64]
 
@@ -83,13 +84,12 @@ def _left_out(case: Case, fit: Linearisation, step: FloatArray, number: int) -> 
 def _misfit_of_others(
     fit: Linearisation, hypothesis: Hypothesis, residual: Sequence[FloatArray], number: int
 ) -> float:
-    offsets = [c.prior_offset(hypothesis) for c in fit.free_parameters]
-    others = sum(float(r @ r) for n, r in enumerate(residual) if n != number)
-    return others + float(np.sum(np.square(offsets)))
+    others = chi2_of([r for n, r in enumerate(residual) if n != number])
+    return negative_log_posterior(others, [c.of(hypothesis) for c in fit.free_parameters])
 
 
 def _priors(fit: Linearisation, settings: EvidenceSettings) -> Priors:
-    return priors_of(fit.hypothesis, fit.free_parameters, settings)
+    return priors_of(fit.free_parameters, settings)
 
 
 def _steps_without_each(fit: Linearisation, settings: EvidenceSettings) -> list[FloatArray]:
@@ -128,8 +128,7 @@ def _by_stretches(fit: Linearisation, number: int, settings: EvidenceSettings) -
 
 def _grams(fit: Linearisation) -> list[FloatArray]:
     """Return for each experiment the Gram matrix (1 + p)² of residual and derivatives."""
-    stacked = [np.column_stack(pair) for pair in zip(fit.residual, fit.jacobian, strict=True)]
-    return [block.T @ block for block in stacked]
+    return [block.T @ block for block in stacked(fit)]
 
 
 def lost_on_held_out(fit: Linearisation, baseline: Linearisation, settings: EvidenceSettings) -> float:
@@ -138,9 +137,9 @@ def lost_on_held_out(fit: Linearisation, baseline: Linearisation, settings: Evid
     It is 0 where that grows, or where there is one experiment. A cause that shows in one experiment alone neither gains
     nor loses there; one that others have to speak against is no cause.
     """
-    if len(fit.residual) < 2:
-        return 0.0
-    return max(0.0, _log_density_of_left_out(baseline, settings) - _log_density_of_left_out(fit, settings))
+    some = (baseline, fit) if len(fit.residual) > 1 else ()
+    densities = [_log_density_of_left_out(one, settings) for one in some] or [0.0, 0.0]
+    return max(0.0, densities[0] - densities[1])
 
 
 def _log_density_of_left_out(fit: Linearisation, settings: EvidenceSettings) -> float:
@@ -163,8 +162,8 @@ def _log_density_of_left_out(fit: Linearisation, settings: EvidenceSettings) -> 
 def _last_third(fit: Linearisation, priors: Priors) -> FloatArray:
     r, columns = fit.residual[0], fit.jacobian[0]
     kept = 2 * len(r) // 3
-    stacked = np.column_stack([r, columns])[:kept]
-    return np.asarray((r - columns @ _step(stacked.T @ stacked, priors))[kept:])
+    first = stacked(fit)[0][:kept]
+    return np.asarray((r - columns @ _step(first.T @ first, priors))[kept:])
 
 
 def _step(gram: FloatArray, priors: Priors) -> FloatArray:

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.noise.estimation import plane_polynomials
-from estimator.diagnosis.noise.whitening import Whitening
 from estimator.diagnosis.settings import EvidenceSettings
 from estimator.experiment import Experiment
+from estimator.inference.whitening import Whitening
 
 FloatArray = NDArray[np.float64]
 

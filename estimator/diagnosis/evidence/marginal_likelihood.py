@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.evidence.discrepancy import ModelError, Moments, model_error_of, moments_of
-from estimator.diagnosis.evidence.laplace import (
-    Priors,
-    log_mean,
-    over_floors,
-    unknown_evidence,
-    with_floor_borne_out,
-)
+from estimator.diagnosis.evidence.floors import over_floors, unknown_evidence, with_floor_borne_out
 from estimator.diagnosis.evidence.row_errors import evidence_of_unsteadiness
 from estimator.diagnosis.fitting.case import Case, Linearisation
-from estimator.diagnosis.fitting.gauss_newton import newton_step
-from estimator.diagnosis.model.free_parameters import FreeParameter
+from estimator.diagnosis.model.free_parameters import HypothesisParameter
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.settings import DiagnosisSettings, EvidenceSettings
+from estimator.diagnosis.settings import EvidenceSettings
+from estimator.inference.gauss_newton import newton_step
+from estimator.inference.laplace import Priors, log_mean
+from estimator.inference.linear_model import stacked
 
 FloatArray = NDArray[np.float64]
 
@@ -56,10 +51,8 @@ def price_of_choice(case: Case, hypothesis: Hypothesis) -> float:
 
 def linear_model(case: Case, fit: Linearisation, error: ModelError) -> tuple[Moments, Priors]:
     """Return a linearisation's moments, of its residual first, and the priors of what is free in it."""
-    stacked = [np.column_stack(pair) for pair in zip(fit.residual, fit.jacobian, strict=True)]
-    return moments_of(error, stacked), priors_within_a_step(
-        fit.hypothesis, fit.free_parameters, case.settings
-    )
+    priors = priors_within_a_step(fit.free_parameters, case.settings.evidence)
+    return moments_of(error, stacked(fit)), priors
 
 
 def linear_model_within_reach(case: Case, fit: Linearisation, error: ModelError) -> tuple[Moments, Priors]:
@@ -68,33 +61,22 @@ def linear_model_within_reach(case: Case, fit: Linearisation, error: ModelError)
     At a kink the derivatives promise what no step keeps.
     """
     moments, priors = linear_model(case, fit, error)
-    if fit.next_share == 1.0:
-        return moments, priors
-    reach = fit.next_share * np.abs(newton_step(fit, case.settings.fitting)[0])
-    within = replace(priors, lower=np.maximum(priors.lower, -reach), upper=np.minimum(priors.upper, reach))
-    return moments, within
+    if fit.next_share < 1.0:
+        priors = priors.within(fit.next_share * np.abs(newton_step(fit).step))
+    return moments, priors
 
 
-def priors_within_a_step(
-    hypothesis: Hypothesis, free: Sequence[FreeParameter], settings: DiagnosisSettings
-) -> Priors:
+def priors_within_a_step(free: Sequence[HypothesisParameter], settings: EvidenceSettings) -> Priors:
     """Return the priors with constants bound to where the next step of a refit may take them.
 
     What derivatives promise of a constant far away, where the effect is small, is mostly not there, and would raise the
     evidence beyond that at the best constant.
     """
-    priors = priors_of(hypothesis, free, settings.evidence)
-    constants = [c.scale is not None and not c.has_null for c in free]
-    reach = np.where(constants, settings.fitting.longest_of_a_range * priors.scale, np.inf)
-    return replace(priors, lower=np.maximum(priors.lower, -reach), upper=np.minimum(priors.upper, reach))
+    constants = [c.prior is not None and not c.pulled_to_null for c in free]
+    return priors_of(free, settings).within(np.where(constants, [c.longest_step for c in free], np.inf))
 
 
-def priors_of(hypothesis: Hypothesis, free: Sequence[FreeParameter], settings: EvidenceSettings) -> Priors:
-    """Return the priors of what is free at a hypothesis, and its bounds as seen from there."""
-    values = np.array([c.get(hypothesis) for c in free])
-    scale = np.array([np.inf if c.scale is None else c.scale for c in free])
-    centre = np.array([c.prior_offset(hypothesis) for c in free])
-    lower = np.array([c.internal_of(c.lower) if np.isfinite(c.lower) else -np.inf for c in free])
-    upper = np.array([c.internal_of(c.upper) if np.isfinite(c.upper) else np.inf for c in free])
-    amplitude_of = np.array([c.effect if c.has_null and c.effect is not None else -1 for c in free])
-    return Priors(centre, scale, lower - values, upper - values, amplitude_of, settings.sizes, settings.shows)
+def priors_of(free: Sequence[HypothesisParameter], settings: EvidenceSettings) -> Priors:
+    """Return the priors of what is free in a hypothesis, and its bounds as seen from there."""
+    together = [c.effect if c.pulled_to_null and c.effect is not None else -1 for c in free]
+    return Priors.of(free, together, settings.sizes, settings.shows)

@@ -15,7 +15,7 @@ import numpy as np
 from estimator.diagnosis.evidence.marginal_likelihood import error_borne_out, first_order_evidence
 from estimator.diagnosis.evidence.signatures import Signature
 from estimator.diagnosis.fitting.case import Case, Linearisation, predictions, residuals
-from estimator.diagnosis.fitting.gauss_newton import refit
+from estimator.diagnosis.fitting.refit import refit
 from estimator.diagnosis.noise.correlated_errors import beads_beside_rim
 from estimator.diagnosis.noise.errors_left import ErrorsLeft
 

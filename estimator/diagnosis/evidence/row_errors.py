@@ -16,10 +16,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.evidence.laplace import log_mean
 from estimator.diagnosis.noise.estimation import robust_deviation
-from estimator.diagnosis.noise.whitening import Whitening
 from estimator.diagnosis.settings import EvidenceSettings
+from estimator.inference.laplace import log_mean
+from estimator.inference.whitening import Whitening
 
 FloatArray = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.fitting.case import Case, whitened_derivatives
-from estimator.diagnosis.model.free_parameters import FreeParameter, free_parameters
+from estimator.diagnosis.model.free_parameters import HypothesisParameter, free_parameters
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import Mechanics
 from estimator.diagnosis.sensitivity.perturbation import Perturbation
@@ -37,7 +37,7 @@ class Signature:
 
     effect: Effect
     constants: Mapping[str, float]
-    free_parameters: tuple[FreeParameter, ...]
+    free_parameters: tuple[HypothesisParameter, ...]
     columns: tuple[FloatArray, ...]
 
 
@@ -61,12 +61,13 @@ def signatures_at(
 ) -> list[Signature]:
     """Return the signatures of effects at given constants."""
     number = len(hypothesis.effects)
-    amplitudes: list[tuple[FreeParameter, ...]] = []
+    amplitudes: list[tuple[HypothesisParameter, ...]] = []
     perturbations: list[Perturbation] = []
     for effect, constants in plans:
         absent = {amplitude.name: 0.0 for amplitude in effect.amplitudes}
         null = hypothesis.with_effect(effect, {**constants, **absent})
-        free = tuple(c for c in free_parameters(null) if c.effect == number and c.parameter in absent)
+        everything = free_parameters(null, case.settings.fitting)
+        free = tuple(c for c in everything if c.effect == number and c.key in absent)
         amplitudes.append(free)
         perturbations += [Perturbation(c.name, c.put(null, c.step), effect, c.step) for c in free]
     columns = whitened_derivatives(case, mechanics, hypothesis, perturbations)

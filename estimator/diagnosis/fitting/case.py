@@ -8,15 +8,17 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.model.free_parameters import FreeParameter, free_parameters
+from estimator.diagnosis.model.free_parameters import HypothesisParameter, free_parameters
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.setup import Setup
 from estimator.diagnosis.model.solution import KnownFields, Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.noise.errors_left import AT_MOST, ErrorsLeft
-from estimator.diagnosis.noise.whitening import Whitening
 from estimator.diagnosis.sensitivity.perturbation import Perturbation
 from estimator.diagnosis.sensitivity.readings import channels, derivatives, predicted_readings
-from estimator.fit.parameters import POISSON_RATIO
+from estimator.inference.channels import measured_rows
+from estimator.inference.linear_model import chi2_of
+from estimator.inference.material_parameters import POISSON_RATIO
+from estimator.inference.whitening import Whitening
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -54,7 +56,7 @@ class Linearisation:
     """
 
     hypothesis: Hypothesis
-    free_parameters: tuple[FreeParameter, ...]
+    free_parameters: tuple[HypothesisParameter, ...]
     predicted: tuple[FloatArray, ...]
     residual: tuple[FloatArray, ...]
     jacobian: tuple[FloatArray, ...]
@@ -65,7 +67,7 @@ class Linearisation:
     @property
     def chi2(self) -> float:
         """Sum of the squared whitened residuals."""
-        return float(sum(r @ r for r in self.residual))
+        return chi2_of(self.residual)
 
 
 def linearise(
@@ -112,7 +114,7 @@ def linearisation_of(
     case: Case, hypothesis: Hypothesis, mechanics: Sequence[Mechanics], known: KnownFields | None = None
 ) -> Linearisation:
     """Compare solved mechanics with the measurements; fields are those of the mechanics unless they are given."""
-    free = free_parameters(hypothesis)
+    free = free_parameters(hypothesis, case.settings.fitting)
     perturbations = [perturbed(hypothesis, parameter) for parameter in free]
     return Linearisation(
         hypothesis,
@@ -130,17 +132,16 @@ def same_mechanics(one: Hypothesis, other: Hypothesis, near: float) -> bool:
 
     ``near`` is the change of −ln(1 − 2ν) from which on it is not.
     """
-    if any(effect.acts_on_tissue for effect in (*one.effects, *other.effects)):
-        return False
-    here, there = (POISSON_RATIO.to_internal(each.poisson_ratio) for each in (one, other))
-    return abs(here - there) < near
+    on_tissue = any(effect.acts_on_tissue for effect in (*one.effects, *other.effects))
+    here, there = (POISSON_RATIO.transform.internal_of(each.poisson_ratio) for each in (one, other))
+    return not on_tissue and abs(here - there) < near
 
 
-def perturbed(hypothesis: Hypothesis, parameter: FreeParameter) -> Perturbation:
+def perturbed(hypothesis: Hypothesis, parameter: HypothesisParameter) -> Perturbation:
     """Return the hypothesis a small step along a parameter, away from a bound on which it stands."""
-    here = parameter.get(hypothesis)
+    here = parameter.of(hypothesis).internal
     step = parameter.step
-    if parameter.value_of(here + step) > parameter.upper:
+    if parameter.transform.value_of(here + step) > parameter.upper:
         step = -step
     effect = None if parameter.effect is None else hypothesis.effects[parameter.effect]
     return Perturbation(parameter.name, parameter.put(hypothesis, here + step), effect, step)
@@ -158,7 +159,7 @@ def residuals(case: Case, mechanics: Sequence[Mechanics], hypothesis: Hypothesis
     """Return the whitened misfit (r,) of each experiment."""
     predicted = predictions(case, mechanics, hypothesis)
     return [
-        whitening.residual(experiment, p)
+        whitening.residual(measured_rows(experiment), p)
         for whitening, experiment, p in zip(case.whitenings, case.experiments, predicted, strict=True)
     ]
 

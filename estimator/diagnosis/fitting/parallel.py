@@ -55,11 +55,14 @@ def _each_by_itself(case: Case, hypothesis: Hypothesis, near: Linearisation | No
 
     Where the tissue behaves as the neighbour's there is next to nothing to solve, and nothing is gained.
     """
-    if near is not None and same_mechanics(near.hypothesis, hypothesis, case.settings.solver.near):
-        return False
+    alike = near is not None and same_mechanics(near.hypothesis, hypothesis, case.settings.solver.near)
+    return not alike and not _remembers(case, hypothesis)
+
+
+def _remembers(case: Case, hypothesis: Hypothesis) -> bool:
     history = TermHistory(hypothesis)
     history.begin(hypothesis.problem(case.problem), case.experiments[0])
-    return not history.remembers
+    return history.remembers
 
 
 def _parts(case: Case) -> list[Case]:

@@ -2,132 +2,130 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from estimator.diagnosis.model.hypothesis import LARGEST_POISSON_RATIO, Hypothesis
+from estimator.diagnosis.settings import FittingSettings
 from estimator.effects.effect import Amplitude, Constant, Effect
-from estimator.fit.parameters import POISSON_RATIO, YOUNGS_MODULUS, FitParameter
+from estimator.inference.free_parameter import IDENTITY, LOGARITHM, FreeParameter, NormalPrior, RangePrior
+from estimator.inference.material_parameters import POISSON_RATIO, YOUNGS_MODULUS
 
-MATERIAL: tuple[FitParameter, ...] = (YOUNGS_MODULUS, replace(POISSON_RATIO, upper=LARGEST_POISSON_RATIO))
+FloatArray = NDArray[np.float64]
+
+MATERIAL: tuple[FreeParameter, ...] = (YOUNGS_MODULUS, replace(POISSON_RATIO, upper=LARGEST_POISSON_RATIO))
+# Of E and ν, small enough for a difference quotient; of the others a thousandth of their prior's deviation.
+_STEP_OF_MATERIAL, _STEP = 1e-4, 1e-3
+_USUAL = FittingSettings()
 
 
-@dataclass(frozen=True)
-class FreeParameter:
-    """One free parameter of a hypothesis on the scale on which a fit moves it.
+@dataclass(frozen=True, kw_only=True)
+class HypothesisParameter(FreeParameter):
+    """A free parameter with its place in a hypothesis.
 
     Attributes
     ----------
     name : "youngs_modulus", or "label:form.parameter"
-    unit : of the value
     effect : number of the effect it belongs to; None for the material
-    parameter : its name there
-    scale : of its prior, internal units; None for the material, whose prior is flat
-    has_null : whether the prior pulls it to zero: an amplitude, no constant
+    key : its name there
     step : internal, small enough for a difference quotient
-    lower, upper : bounds of the value
-    value_of, internal_of : the transformation
     """
 
-    name: str
-    unit: str
     effect: int | None
-    parameter: str
-    scale: float | None
-    has_null: bool
+    key: str
     step: float
-    lower: float
-    upper: float
-    value_of: Callable[[float], float]
-    internal_of: Callable[[float], float]
 
-    def get(self, hypothesis: Hypothesis) -> float:
-        """Return the internal value."""
-        if self.effect is None:
-            return self.internal_of(float(getattr(hypothesis, self.parameter)))
-        return self.internal_of(hypothesis.values[self.effect][self.parameter])
-
-    @property
-    def prior_precision(self) -> float:
-        """Inverse of the prior's deviation, internal units; 0 where the prior is flat."""
-        return 0.0 if self.scale is None else 1.0 / self.scale
-
-    def prior_offset(self, hypothesis: Hypothesis) -> float:
-        """Return how far it stands from its null, in prior deviations; 0 for what has none."""
-        return self.get(hypothesis) * self.prior_precision if self.has_null else 0.0
+    def of(self, hypothesis: Hypothesis) -> HypothesisParameter:
+        """Return the parameter as it is in a hypothesis."""
+        values = hypothesis.of_material if self.effect is None else hypothesis.values[self.effect]
+        return replace(self, value=values[self.key])
 
     def put(self, hypothesis: Hypothesis, internal: float) -> Hypothesis:
         """Return the hypothesis with another internal value, kept within the bounds."""
-        value = min(max(self.value_of(internal), self.lower), self.upper)
+        value = self.at(self.transform.value_of(internal)).value
         if self.effect is None:
-            return hypothesis.with_material(self.parameter, value)
+            return hypothesis.with_material(self.key, value)
         changed = [dict(values) for values in hypothesis.values]
-        changed[self.effect][self.parameter] = value
+        changed[self.effect][self.key] = value
         return replace(hypothesis, values=tuple(changed))
 
 
-def free_parameters(hypothesis: Hypothesis) -> tuple[FreeParameter, ...]:
-    """Return the free parameters: E and ν first, then amplitudes and constants of each effect."""
-    found = [_of_material(parameter) for parameter in MATERIAL]
-    for number, effect in enumerate(hypothesis.effects):
-        found += [_of_amplitude(number, effect, amplitude) for amplitude in effect.amplitudes]
-        found += [_of_constant(number, effect, c) for c in effect.constants if not c.fixed]
+def free_parameters(
+    hypothesis: Hypothesis, settings: FittingSettings = _USUAL
+) -> tuple[HypothesisParameter, ...]:
+    """Return the free parameters: E and ν first, then amplitudes and constants of each effect.
+
+    ``settings`` tell how far a step may go.
+    """
+    found = [
+        HypothesisParameter(
+            name=one.name,
+            unit=one.unit or "1",
+            value=float(getattr(hypothesis, one.name)),
+            transform=one.transform,
+            lower=one.lower,
+            upper=one.upper,
+            longest_step=settings.longest_step,
+            effect=None,
+            key=one.name,
+            step=_STEP_OF_MATERIAL,
+        )
+        for one in MATERIAL
+    ]
+    for number, (effect, values) in enumerate(zip(hypothesis.effects, hypothesis.values, strict=True)):
+        found += [_of_amplitude(number, effect, one, values[one.name], settings) for one in effect.amplitudes]
+        found += [
+            _of_constant(number, effect, one, values[one.name], settings)
+            for one in effect.constants
+            if not one.fixed
+        ]
     return tuple(found)
 
 
-def _of_material(parameter: FitParameter) -> FreeParameter:
-    unit = "Pa" if parameter is YOUNGS_MODULUS else "1"
-    return FreeParameter(
-        parameter.name,
-        unit,
-        None,
-        parameter.name,
-        None,
-        False,
-        1e-4,
-        parameter.lower,
-        parameter.upper,
-        parameter.from_internal,
-        parameter.to_internal,
+def moved(hypothesis: Hypothesis, free: Sequence[HypothesisParameter], step: FloatArray) -> Hypothesis:
+    """Return a hypothesis after a step (p,) of its internal variables."""
+    for parameter, change in zip(free, step, strict=True):
+        hypothesis = parameter.put(hypothesis, parameter.of(hypothesis).internal + float(change))
+    return hypothesis
+
+
+def _of_amplitude(
+    number: int, effect: Effect, amplitude: Amplitude, value: float, settings: FittingSettings
+) -> HypothesisParameter:
+    return HypothesisParameter(
+        name=f"{effect.name}.{amplitude.name}",
+        unit=amplitude.unit,
+        value=value,
+        lower=amplitude.lower,
+        upper=amplitude.upper,
+        prior=NormalPrior(0.0, amplitude.scale),
+        longest_step=settings.longest_in_scales * amplitude.scale,
+        effect=number,
+        key=amplitude.name,
+        step=_STEP * amplitude.scale,
     )
 
 
-def _of_amplitude(number: int, effect: Effect, amplitude: Amplitude) -> FreeParameter:
-    return FreeParameter(
-        f"{effect.name}.{amplitude.name}",
-        amplitude.unit,
-        number,
-        amplitude.name,
-        amplitude.scale,
-        True,
-        1e-3 * amplitude.scale,
-        amplitude.lower,
-        amplitude.upper,
-        _same,
-        _same,
-    )
-
-
-def _of_constant(number: int, effect: Effect, constant: Constant) -> FreeParameter:
+def _of_constant(
+    number: int, effect: Effect, constant: Constant, value: float, settings: FittingSettings
+) -> HypothesisParameter:
     """A positive constant that spans decades is treated by its logarithm; the prior covers its range."""
     decades = constant.lower > 0 and constant.upper / constant.lower > 5
-    value_of, internal_of = (math.exp, math.log) if decades else (_same, _same)
-    width = internal_of(constant.upper) - internal_of(constant.lower)
-    return FreeParameter(
-        f"{effect.name}.{constant.name}",
-        constant.unit,
-        number,
-        constant.name,
-        width,
-        False,
-        1e-3 * width,
-        constant.lower,
-        constant.upper,
-        value_of,
-        internal_of,
+    transform = LOGARITHM if decades else IDENTITY
+    width = transform.internal_of(constant.upper) - transform.internal_of(constant.lower)
+    return HypothesisParameter(
+        name=f"{effect.name}.{constant.name}",
+        unit=constant.unit,
+        value=value,
+        transform=transform,
+        lower=constant.lower,
+        upper=constant.upper,
+        prior=RangePrior(width),
+        longest_step=settings.longest_of_a_range * width,
+        effect=number,
+        key=constant.name,
+        step=_STEP * width,
     )
-
-
-def _same(value: float) -> float:
-    return value

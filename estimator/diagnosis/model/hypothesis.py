@@ -14,7 +14,7 @@ from estimator.fem.assembly.body import with_modulus
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.morph import with_beads_at
 from estimator.fem.terms.term import Term
-from estimator.fit.parameters import YOUNGS_MODULUS
+from estimator.inference.material_parameters import POISSON_RATIO, YOUNGS_MODULUS
 from estimator.materials import NeoHookean
 from estimator.materials.law import Law
 from estimator.materials.material import Material
@@ -64,9 +64,7 @@ class Hypothesis:
 
     def rest_misread_by(self, effect: Effect) -> bool:
         """Tell whether cameras that an effect distorts have read the beads' rest positions: they are not there."""
-        if "seen" not in effect.acts_on:
-            return False
-        return any(
+        return "seen" in effect.acts_on and any(
             present.rest_seen and any(values[amplitude.name] for amplitude in present.amplitudes)
             for present, values in zip(self.effects, self.values, strict=True)
         )
@@ -116,9 +114,15 @@ class Hypothesis:
 
     def with_material(self, parameter: str, value: float) -> Hypothesis:
         """Return the hypothesis with another Young's modulus or Poisson's ratio."""
-        if parameter == YOUNGS_MODULUS.name:
-            return replace(self, youngs_modulus=value)
-        return replace(self, poisson_ratio=value)
+        found = {**self.of_material, parameter: value}
+        return replace(
+            self, youngs_modulus=found[YOUNGS_MODULUS.name], poisson_ratio=found[POISSON_RATIO.name]
+        )
+
+    @property
+    def of_material(self) -> dict[str, float]:
+        """Young's modulus and Poisson's ratio by their names."""
+        return {YOUNGS_MODULUS.name: self.youngs_modulus, POISSON_RATIO.name: self.poisson_ratio}
 
     @property
     def rate_dependent(self) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +22,7 @@ from estimator.fem.equilibrium.newton import EquilibriumSolver, NewtonSettings
 from estimator.fem.equilibrium.observation import Observation, observe
 from estimator.fem.equilibrium.state import EquilibriumState, linear_change
 from estimator.fem.terms.term import Term
-from estimator.fit.parameters import POISSON_RATIO
+from estimator.inference.material_parameters import POISSON_RATIO
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
@@ -100,8 +101,8 @@ class Mechanics:
         """
         ratio = after.youngs_modulus / before.youngs_modulus
         old, new = before.poisson_ratio, after.poisson_ratio
-        along = POISSON_RATIO.to_internal(new) - POISSON_RATIO.to_internal(old)
-        change = POISSON_RATIO.slope(old) * along
+        along = POISSON_RATIO.transform.internal_of(new) - POISSON_RATIO.transform.internal_of(old)
+        change = POISSON_RATIO.transform.slope(old) * along
         modulus = after.youngs_modulus
         return Mechanics(
             self.solution, tuple(_extrapolated(o, ratio, change, modulus) for o in self.observations)
@@ -273,13 +274,12 @@ def _near(
     tangent = last.tangent if last is not None and _same_pose(last.pose, pose) else None
     if known is None and last is not None and tangent is not None:
         known = KnownField(last.displacement, last.response.pressure)
-    try:
-        if known is not None:
-            return solver.refine(pose, material, known.displacement, known.pressure, terms, tangent)
-    except SolverError:
-        # Too far for Newton's method in one step; the motion is followed instead.
-        return None
-    return None
+    found = None
+    if known is not None:
+        # Where it is too far for Newton's method in one step the motion is followed instead.
+        with suppress(SolverError):
+            found = solver.refine(pose, material, known.displacement, known.pressure, terms, tangent)
+    return found
 
 
 def _same_pose(one: GripperPose, other: GripperPose) -> bool:

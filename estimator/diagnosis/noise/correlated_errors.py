@@ -18,14 +18,14 @@ from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import Mechanics
 from estimator.diagnosis.noise.errors_left import AT_MOST, ErrorsLeft
 from estimator.diagnosis.noise.estimation import Noise
-from estimator.diagnosis.noise.whitening import Whitening, inverse_root, uncorrelated
 from estimator.diagnosis.sensitivity.perturbation import Perturbation
 from estimator.diagnosis.sensitivity.readings import derivatives, derivatives_by_position
 from estimator.diagnosis.settings import NoiseSettings
 from estimator.effects.mounting.grasp_misplacement import GRASP_EDGES
 from estimator.experiment import Experiment
-from estimator.fit.residuals import channel_variance, measured_rows
 from estimator.forward.schedule import schedule_poses, travel
+from estimator.inference.channels import channel_variance, measured_rows, of_wrench, offsets
+from estimator.inference.whitening import Whitening, inverse_root, uncorrelated
 
 FloatArray = NDArray[np.float64]
 
@@ -87,11 +87,11 @@ def correlated_errors_of(
     seen = np.isfinite(measured_rows(experiment))
     deviation = np.sqrt(channel_variance(experiment))
     rows, count = seen.shape
-    of_wrench = np.arange(count) < 6
-    correlation = np.where(of_wrench, noise.wrench_correlation, noise.fiducial_correlation)
+    by_wrench = of_wrench(count)
+    correlation = np.where(by_wrench, noise.wrench_correlation, noise.fiducial_correlation)
 
-    def in_all_rows(offsets: FloatArray) -> FloatArray:
-        of_channels = np.diag(offsets)[:, np.flatnonzero(offsets)]
+    def in_all_rows(sizes: FloatArray) -> FloatArray:
+        of_channels = offsets(sizes)
         return np.broadcast_to(of_channels, (rows, *of_channels.shape))
 
     def among_values(*directions: FloatArray) -> FloatArray:
@@ -101,25 +101,25 @@ def correlated_errors_of(
     of_load_steps = np.zeros((rows, count, len(load_steps), 3))
     of_load_steps[np.arange(rows), :, load_steps.of_row] = by_position[load_steps.of_row]
     always = [
-        in_all_rows(np.where(of_wrench, noise.zero_deviation * deviation, 0.0)),
+        in_all_rows(np.where(by_wrench, noise.zero_deviation * deviation, 0.0)),
         of_load_steps.reshape(rows, count, -1),
     ]
     if at_grasp is not None:
         always.append(at_grasp)
     # The correction's course is not that of what is left of it: a bead may stand aside throughout. At rest it stands
     # where it is on every mesh, but its stated place may be off by what is usual for the beads.
-    aside = np.where(of_wrench, 0.0, settings.mesh_share_apart * np.sqrt(np.mean(correction**2, axis=0)))
+    aside = np.where(by_wrench, 0.0, settings.mesh_share_apart * np.sqrt(np.mean(correction**2, axis=0)))
     usual = float(np.median(aside[6:])) if count > 6 else 0.0
-    from_rest = np.where(of_wrench, 0.0, np.minimum(aside, usual))
+    from_rest = np.where(by_wrench, 0.0, np.minimum(aside, usual))
     under_way = np.minimum(share_of_way(experiment) / settings.from_rest, 1.0)
-    together = np.stack([np.where(of_wrench, correction, 0.0), np.where(of_wrench, 0.0, correction)], axis=-1)
+    together = np.stack([np.where(by_wrench, correction, 0.0), np.where(by_wrench, 0.0, correction)], axis=-1)
     elsewhere = among_values(
         in_all_rows(from_rest),
         under_way[:, None, None] * np.diag(np.sqrt(aside**2 - from_rest**2)),
         settings.mesh_share_apart * correction[:, :, None] * np.eye(count),
         settings.mesh_share_together * together,
     )
-    at_rest = among_values(in_all_rows(np.where(of_wrench, 0.0, noise.rest_deviation * deviation)))
+    at_rest = among_values(in_all_rows(np.where(by_wrench, 0.0, noise.rest_deviation * deviation)))
     beside_rim = {
         bead: among_values(directions)
         for bead, directions in left_beside_rim(experiment, correction, settings).items()

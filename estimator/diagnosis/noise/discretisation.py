@@ -1,4 +1,4 @@
-"""The discretisation error: what a finer mesh changes of a few states, carried along the gripper's travel."""
+"""The discretisation error of a hypothesis: its states on a finer mesh, with whatever acts on the tissue."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import Mechanics
@@ -16,9 +15,10 @@ from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.equilibrium.newton import EquilibriumSolver
 from estimator.fem.equilibrium.observation import observe
 from estimator.fem.terms.term import Memoryless
-from estimator.fit.residuals import predicted_channels
 from estimator.forward.meshing import mesh_experiment
-from estimator.forward.schedule import schedule_poses, spread_states, travel
+from estimator.forward.schedule import schedule_poses, spread_states
+from estimator.inference.channels import predicted_channels
+from estimator.inference.discretisation import change_along, smooth
 
 FloatArray = NDArray[np.float64]
 
@@ -88,13 +88,8 @@ def correction_along(
 ) -> FloatArray:
     """Return the change (n, c) from the coarse mesh to the fine one, interpolated along the gripper's travel.
 
-    Tissue whose first state is not among those that are known is at rest in it, on every mesh. ``coarse`` and ``fine``
-    are channels (c,) by the numbers of the states.
+    ``coarse`` and ``fine`` are channels (c,) by the numbers of the states.
     """
     schedule = schedule_poses(experiment)
-    way = travel(schedule)
-    change = {0: np.zeros(6 + 3 * len(experiment.fiducials_rest))}
-    change |= {state: fine[state] - coarse[state] for state in fine}
-    known = sorted(change, key=lambda state: way[state])
-    spline = PchipInterpolator(way[known], np.array([change[state] for state in known]))
-    return np.asarray(spline(np.minimum(way, way[known[-1]]))[schedule.state_of_row])
+    change = {state: fine[state] - coarse[state] for state in fine}
+    return change_along(schedule, change, smooth)[schedule.state_of_row]

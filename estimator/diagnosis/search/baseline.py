@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from estimator.diagnosis.evidence.noise_floor import white_floor
 from estimator.diagnosis.evidence.noise_selection import CaseLeaving, in_another_case
 from estimator.diagnosis.fitting.case import Case, Linearisation, linearisation_of, predictions
-from estimator.diagnosis.fitting.gauss_newton import refit
 from estimator.diagnosis.fitting.parallel import solved_by
+from estimator.diagnosis.fitting.refit import refit
 from estimator.diagnosis.model.grip_load import GripLoad, without_noise
 from estimator.diagnosis.model.hypothesis import LARGEST_POISSON_RATIO, Hypothesis
 from estimator.diagnosis.model.setup import Setup
@@ -44,11 +44,12 @@ from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.equilibrium.morph import beads_from_grasp
 from estimator.fit.estimate import fit_few_states
 from estimator.fit.linearisation import silent
-from estimator.fit.parameters import POISSON_RATIO
-from estimator.fit.residuals import measured_rows, state_means
+from estimator.fit.measurements import state_means
 from estimator.fit.settings import FitSettings
 from estimator.forward.meshing import FINE_GRADING, mesh_experiment
 from estimator.forward.model import ForwardModel
+from estimator.inference.channels import measured_rows
+from estimator.inference.material_parameters import POISSON_RATIO
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
@@ -199,20 +200,22 @@ def corrected_at_best(
     none : log evidence of the baseline
     """
     case, settings = context.case, context.settings
-    if not candidates or candidates[0].log_evidence < none + settings.search.close:
-        return preparation
-    fit = candidates[0].fit
-    values = sum(len(residual) for residual in fit.residual)
-    if fit.chi2 > settings.noise.nearly_noise * values * white_floor(case) ** 2:
-        return preparation
-    return corrected_at(preparation, fit, context.executor)
+    for best in candidates[:1]:
+        values = sum(len(residual) for residual in best.fit.residual)
+        little = best.fit.chi2 <= settings.noise.nearly_noise * values * white_floor(case) ** 2
+        if little and best.log_evidence >= none + settings.search.close:
+            preparation = corrected_at(preparation, best.fit, context.executor)
+    return preparation
 
 
 def _is_far(preparation: Preparation, hypothesis: Hypothesis) -> bool:
     known, settings = preparation.corrected_at, preparation.case.settings.noise
-    before, after = (POISSON_RATIO.to_internal(one.poisson_ratio) for one in (known, hypothesis))
-    if abs(after - before) >= settings.far_in_ratio:
-        return True
+    before, after = (POISSON_RATIO.transform.internal_of(one.poisson_ratio) for one in (known, hypothesis))
+    return abs(after - before) >= settings.far_in_ratio or _moves_beads_at_rim(preparation, hypothesis)
+
+
+def _moves_beads_at_rim(preparation: Preparation, hypothesis: Hypothesis) -> bool:
+    known, settings = preparation.corrected_at, preparation.case.settings.noise
     problem = preparation.case.problem
     there, here = (beads_from_grasp(one.problem(problem)) for one in (known, hypothesis))
     beside = np.minimum(here, there) < settings.beside_rim_m

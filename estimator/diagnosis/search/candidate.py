@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.evidence.discrepancy import ModelError, forgiven, moments_of
-from estimator.diagnosis.evidence.laplace import marginal_evidence
+from estimator.diagnosis.evidence.floors import marginal_evidence
 from estimator.diagnosis.evidence.marginal_likelihood import linear_model_within_reach, price_of_choice
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.search.context import Context
+from estimator.inference.free_parameter import prior_information
 
 FloatArray = NDArray[np.float64]
 
@@ -67,9 +68,8 @@ def parameter_deviations(
     fit: Linearisation, error: ModelError, inexactness: tuple[float, float]
 ) -> FloatArray:
     """Return the standard deviation (p,) of each internal variable, priors and what the model misses included."""
-    precision = [c.prior_precision**2 for c in fit.free_parameters]
     gram, _ = forgiven(error, moments_of(error, fit.jacobian), inexactness)
-    information = np.diag(precision) + gram
+    information = prior_information(fit.free_parameters) + gram
     return np.asarray(np.sqrt(np.diag(np.linalg.inv(information))))
 
 

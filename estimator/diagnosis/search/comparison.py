@@ -25,6 +25,7 @@ from estimator.diagnosis.noise.outliers import number_left_out
 from estimator.diagnosis.search.baseline import corrected_at_best, prepare
 from estimator.diagnosis.search.candidate import Candidate, best_of_labels, most_probable_first
 from estimator.diagnosis.search.context import Context, Tell
+from estimator.diagnosis.search.models import ModelTable
 from estimator.diagnosis.search.racing import finalists, race, race_on, to_the_end
 from estimator.diagnosis.search.refinements import (
     accidents,
@@ -35,7 +36,7 @@ from estimator.diagnosis.search.refinements import (
     siblings,
 )
 from estimator.diagnosis.search.screening import Trial, best_starts, screen, trials_of
-from estimator.diagnosis.search.second_cause import adequate, asks_for_a_finer_form, promising_seconds
+from estimator.diagnosis.search.second_cause import asks_for_a_finer_form, promising_seconds
 from estimator.diagnosis.settings import DiagnosisSettings, SearchSettings
 from estimator.effects.catalogue import Catalogue
 from estimator.experiment import Experiment
@@ -66,6 +67,11 @@ class Comparison:
     def settings(self) -> SearchSettings:
         """How far the search goes."""
         return self.context.settings.search
+
+    @property
+    def table(self) -> ModelTable:
+        """The models that are held against each other."""
+        return ModelTable(self.context, self.none, self.unknown)
 
     @property
     def trials_of_labels(self) -> list[Trial]:
@@ -112,10 +118,10 @@ def compare(
     preparation = corrected_at_best(preparation, context, candidates, none)
     comparison = _with_most_probable_noise(comparison, preparation.cases)
     finer = _finer(comparison)
-    if finer is comparison:
-        return comparison
-    preparation = corrected_at_best(preparation, finer.context, finer.candidates, finer.none)
-    return _with_most_probable_noise(finer, preparation.cases)
+    if finer is not comparison:
+        preparation = corrected_at_best(preparation, finer.context, finer.candidates, finer.none)
+        finer = _with_most_probable_noise(finer, preparation.cases)
+    return finer
 
 
 def _finer(comparison: Comparison) -> Comparison:
@@ -180,10 +186,9 @@ def _with_most_probable_noise(comparison: Comparison, cases: CaseLeaving) -> Com
 
     Neither "none" nor "unknown" is less probable for a noise that was chosen to suit another answer.
     """
-    if not comparison.candidates:
-        return comparison
-    before = comparison.context
-    case = most_probable_noise(cases, before.case, comparison.candidates[0].fit)
+    before, case = comparison.context, comparison.context.case
+    for best in comparison.candidates[:1]:
+        case = most_probable_noise(cases, before.case, best.fit)
     if case is before.case:
         return comparison
     baseline = refitted_anew(before.baseline, before.case, case)
@@ -236,17 +241,23 @@ def _doubtful(comparison: Comparison, best_few: Sequence[Candidate]) -> list[Can
     second cause seems to be beside it: a finer form of one cause is likelier. Where something unknown is more probable
     than all, the best of every label: another cause may have taken the place of one in a form too plain.
     """
-    if not best_few:
-        return []
-    best = best_few[0]
-    if _unknown_leads(comparison, best):
-        return best_of_labels(comparison.candidates)
     close = comparison.settings.close
-    rivals = [one for one in best_few if one.log_evidence > best.log_evidence - close]
-    if len({one.labels[0] for one in rivals}) > 1:
-        return rivals
-    context, trials = comparison.context, comparison.trials
-    if not adequate(context, best):
-        return list(best_few[:2])
-    asks = asks_for_a_finer_form(context, best, trials)
-    return [best] if asks or promising_seconds(context, best, trials, comparison.none) else []
+    rivals = [one for one in best_few if one.log_evidence > best_few[0].log_evidence - close]
+    if not best_few:
+        found: list[Candidate] = []
+    elif _unknown_leads(comparison, best_few[0]):
+        found = best_of_labels(comparison.candidates)
+    elif len({one.labels[0] for one in rivals}) > 1:
+        found = rivals
+    elif not comparison.table.is_whole(best_few[0]):
+        found = list(best_few[:2])
+    else:
+        found = [best_few[0]] if _asks_for_more(comparison, best_few[0]) else []
+    return found
+
+
+def _asks_for_more(comparison: Comparison, best: Candidate) -> bool:
+    """Tell whether a finer form of the best candidate, or a second cause beside it, promises enough."""
+    trials = comparison.trials
+    asks = asks_for_a_finer_form(comparison.context, best, trials)
+    return asks or bool(promising_seconds(comparison.table, best, trials))

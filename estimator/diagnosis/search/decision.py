@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from estimator.diagnosis.evidence.cross_validation import lost_on_held_out
-from estimator.diagnosis.evidence.lack_of_fit import rough_gap, rough_remainder
-from estimator.diagnosis.evidence.marginal_likelihood import evidence_of_unknown
+from estimator.diagnosis.evidence.lack_of_fit import rough_gap
 from estimator.diagnosis.evidence.noise_floor import white_floor
 from estimator.diagnosis.evidence.posterior import of_labels, probabilities, shared_with_unknown
 from estimator.diagnosis.model.hypothesis import Hypothesis, negligible_effects
@@ -17,15 +16,9 @@ from estimator.diagnosis.model.labels import NONE, UNKNOWN
 from estimator.diagnosis.search.candidate import Candidate
 from estimator.diagnosis.search.comparison import Comparison
 from estimator.diagnosis.search.context import Context
+from estimator.diagnosis.search.models import Model
 from estimator.diagnosis.search.pair_search import search_pairs, with_what_it_is_mistaken_for
 from estimator.diagnosis.search.screening import best_starts
-from estimator.diagnosis.search.second_cause import (
-    adequate,
-    beyond_noise,
-    least_gain,
-    least_remainder,
-    leaves_less,
-)
 
 
 @dataclass(frozen=True)
@@ -72,48 +65,72 @@ def reach_verdict(comparison: Comparison, evidence: Mapping[str, float]) -> Verd
 
 def _likeliest(comparison: Comparison, evidence: Mapping[str, float]) -> Verdict:
     """Return the verdict that is the most probable, however doubtful."""
-    context, settings = comparison.context, comparison.context.settings.evidence
-    probability = probabilities(evidence, settings)
-    leading = next(iter(probability))
-    if leading == NONE:
-        beyond = rough_gap(context.baseline.residual, white_floor(context.case), settings)
-        if not beyond:
-            return Verdict((), None, probability)
-        return Verdict((UNKNOWN,), None, shared_with_unknown(probability, NONE, 0.0, beyond))
+    probability = probabilities(evidence, comparison.context.settings.evidence)
+    leading, groups = next(iter(probability)), comparison.context.catalogue.groups
     outsider = _first_of(comparison, UNKNOWN) if evidence[UNKNOWN] > comparison.unknown else None
     recognised = outsider if leading == UNKNOWN else None
-    best = recognised or _first_of(
-        comparison, next(label for label in probability if label in context.catalogue.groups)
-    )
-    if best is None:
-        return Verdict((UNKNOWN,), None, probability)
-    found = search_pairs(comparison, best)
-    if found.alone is not best:
-        comparison = replace(comparison, candidates=(*comparison.candidates, found.alone))
-        evidence = weigh(comparison)
-        probability = probabilities(evidence, settings)
-        leading = next(iter(probability))
-        best = found.alone if leading in (found.alone.labels[0], UNKNOWN) else best
-    worthy = [pair for pair in found.pairs if _worth_two(comparison, best, pair)]
-    if worthy and _stands(comparison, best, worthy[0], leading):
-        standing = [pair for pair in worthy if _stands(comparison, best, pair, leading)]
-        comparison = with_what_it_is_mistaken_for(comparison, standing[0])
+    best = recognised or _first_of(comparison, next(label for label in probability if label in groups))
+    if leading == NONE:
+        verdict = _without_cause(comparison, probability)
+    elif best is None:
+        verdict = Verdict((UNKNOWN,), None, probability)
+    else:
+        found = search_pairs(comparison, best)
+        if found.alone is not best:
+            comparison = replace(comparison, candidates=(*comparison.candidates, found.alone))
+            evidence = weigh(comparison)
+            leading = next(iter(probabilities(evidence, comparison.context.settings.evidence)))
+            best = found.alone if leading in (found.alone.labels[0], UNKNOWN) else best
+        verdict = _of_causes(comparison, evidence, best, found.pairs, recognised)
+    return verdict
+
+
+def _without_cause(comparison: Comparison, probability: Mapping[str, float]) -> Verdict:
+    """Return the verdict where no cause is the most probable: none, or something unknown that no cause resembles."""
+    context = comparison.context
+    rough = rough_gap(context.baseline.residual, white_floor(context.case), context.settings.evidence)
+    (model,) = (one for one in comparison.table.without_cause(rough) if one.verdict == "believed")
+    shared = shared_with_unknown(probability, NONE, 0.0, rough) if model.unknown else probability
+    return Verdict((UNKNOWN,) if model.unknown else (), None, shared)
+
+
+def _of_causes(
+    comparison: Comparison,
+    evidence: Mapping[str, float],
+    best: Candidate,
+    pairs: Sequence[Candidate],
+    recognised: Candidate | None,
+) -> Verdict:
+    """Return the verdict for causes: two that are believed, else the best one, or something unknown where that leads.
+
+    ``recognised`` is the effect without a label as which something unknown that led was recognised.
+    """
+    probability = probabilities(evidence, comparison.context.settings.evidence)
+    leading = next(iter(probability))
+    models = comparison.table.with_two(best, pairs, leading == UNKNOWN)
+    believed = [both for both in zip(pairs, models, strict=True) if both[1].verdict == "believed"]
+    if believed and believed[0][1] is next(model for model in models if model.explains_more):
+        comparison = with_what_it_is_mistaken_for(comparison, believed[0][0])
         evidence = {**evidence, UNKNOWN: weigh(comparison)[UNKNOWN]}
-        return _of_two(comparison, standing, evidence, probability)
-    if leading == UNKNOWN:
-        return Verdict((UNKNOWN,), recognised, probability)
-    verdict = _with_remainder(comparison, best, leading, probability)
-    return replace(verdict, doubted=_doubted(comparison, best, found.pairs))
+        verdict = _of_two(comparison, believed, evidence, probability)
+    elif leading == UNKNOWN:
+        verdict = Verdict((UNKNOWN,), recognised, probability)
+    else:
+        model = comparison.table.with_one(best)
+        alone = _with_remainder(comparison, (best, model), leading, probability)
+        verdict = replace(alone, doubted=_doubted(comparison, best, models))
+    return verdict
 
 
-def _doubted(comparison: Comparison, best: Candidate, pairs: Sequence[Candidate]) -> tuple[Doubted, ...]:
-    """Return the second causes beside the best one that were refitted and explain more, each in its best form."""
+def _doubted(comparison: Comparison, best: Candidate, models: Sequence[Model]) -> tuple[Doubted, ...]:
+    """Return the second causes beside the best one that explain more, but too little, each in its best form."""
     doubted: dict[str, Doubted] = {}
-    for pair in pairs:
-        others = set(pair.labels) - {best.labels[0], UNKNOWN}
-        adds = pair.log_evidence - best.log_evidence
-        asked = least_gain(comparison.context, best, pair.labels, comparison.none)
-        if best.labels[0] in pair.labels and others and comparison.settings.strong <= adds < asked:
+    for model in models:
+        others = set(model.causes) - {best.labels[0], UNKNOWN}
+        adds = model.log_evidence - best.log_evidence
+        asked = comparison.table.asked_of_two(best, model.causes)
+        slight = model.verdict == "explains too little" and adds >= comparison.settings.strong
+        if best.labels[0] in model.causes and others and slight:
             label = others.pop()
             doubted.setdefault(label, Doubted(label, adds, asked))
     return tuple(doubted.values())
@@ -121,29 +138,32 @@ def _doubted(comparison: Comparison, best: Candidate, pairs: Sequence[Candidate]
 
 def _of_two(
     comparison: Comparison,
-    pairs: Sequence[Candidate],
+    pairs: Sequence[tuple[Candidate, Model]],
     evidence: Mapping[str, float],
     probability: Mapping[str, float],
 ) -> Verdict:
-    """Return the verdict for two causes, of pairs that are believed, the most probable first.
+    """Return the verdict for two causes, of pairs that are believed with their models, the most probable first.
 
     The stronger cause of each pair has the evidence of the pair, less what the choice among its forms costs: a rival is
     weighed with its own second cause too.
     """
-    of_stronger: dict[str, Candidate] = {}
-    for pair in pairs:
-        of_stronger.setdefault(max(pair.labels, key=lambda label: probability[label]), pair)
+    of_stronger: dict[str, tuple[Candidate, Model]] = {}
+    for both in pairs:
+        of_stronger.setdefault(max(both[0].labels, key=lambda label: probability[label]), both)
     cost = _cost_of_form(comparison)
     raised = {
-        label: max(evidence[label], pair.log_evidence - cost[label]) for label, pair in of_stronger.items()
+        label: max(evidence[label], pair.log_evidence - cost[label])
+        for label, (pair, _) in of_stronger.items()
     }
     shared = probabilities({**evidence, **raised}, comparison.context.settings.evidence)
     stronger = max(of_stronger, key=lambda label: shared[label])
-    if next(iter(shared)) == UNKNOWN and UNKNOWN not in of_stronger:
-        return Verdict((UNKNOWN,), _first_of(comparison, UNKNOWN), shared)
-    pair = of_stronger[stronger]
+    pair, model = of_stronger[stronger]
     surplus = max(pair.log_evidence - evidence[stronger], 0.0) if UNKNOWN in pair.labels else 0.0
-    return _with_remainder(comparison, pair, stronger, shared, surplus)
+    if next(iter(shared)) == UNKNOWN and UNKNOWN not in of_stronger:
+        verdict = Verdict((UNKNOWN,), _first_of(comparison, UNKNOWN), shared)
+    else:
+        verdict = _with_remainder(comparison, (pair, model), stronger, shared, surplus)
+    return verdict
 
 
 def weigh(comparison: Comparison) -> dict[str, float]:
@@ -201,22 +221,8 @@ def _believed(hypothesis: Hypothesis, gain: float, in_full: float) -> float:
 
     The baseline is not exact; from a gain ``in_full`` on an effect of negligible size is believed as well.
     """
-    if not 0.0 < gain < in_full or not negligible_effects(hypothesis):
-        return gain
-    return gain * gain / in_full
-
-
-def _stands(comparison: Comparison, best: Candidate, pair: Candidate, leading: str) -> bool:
-    """Tell whether two causes stand against something unknown.
-
-    Any two explain a part of what no effect alone does: they must leave no more than noise, or less beyond it than the
-    second one explains, and where the unknown leads, less than they explain beyond that.
-    """
-    ahead, gain = pair.log_evidence - comparison.unknown, pair.log_evidence - best.log_evidence
-    settings = comparison.settings
-    left = 0.5 * beyond_noise(comparison.context.case, pair)
-    little = leaves_less(left, gain, settings.shared) and (leading != UNKNOWN or left < ahead)
-    return ahead > settings.decisive and (little or adequate(comparison.context, pair))
+    slight = 0.0 < gain < in_full and bool(negligible_effects(hypothesis))
+    return gain * gain / in_full if slight else gain
 
 
 def _first_of(comparison: Comparison, label: str) -> Candidate | None:
@@ -226,36 +232,33 @@ def _first_of(comparison: Comparison, label: str) -> Candidate | None:
 
 def _with_remainder(
     comparison: Comparison,
-    winner: Candidate,
+    named: tuple[Candidate, Model],
     leading: str,
     probability: Mapping[str, float],
     by_outsider: float = 0.0,
 ) -> Verdict:
     """Return the verdict for a hypothesis, with "unknown" in it where something more stands out beside its causes.
 
-    ``by_outsider`` is what an effect without a label raises its log evidence by.
+    Parameters
+    ----------
+    named : the hypothesis refitted, and its model
+    by_outsider : what an effect without a label raises its log evidence by
     """
+    winner, alone = named
     labels = (leading, *(label for label in winner.labels if label != leading))
-    if leading == UNKNOWN:
-        return Verdict(labels, winner, probability)
-    context = comparison.context
-    more = evidence_of_unknown(context.case, winner.fit, context.error) - winner.log_evidence
-    floor = white_floor(context.case)
-    remainder = max(more, rough_remainder(winner.fit.residual, floor, context.settings.evidence))
-    explained = winner.log_evidence - comparison.none - by_outsider
-    recognised = UNKNOWN in labels
-    if not recognised and remainder < least_remainder(explained, comparison.settings):
-        return Verdict(labels, winner, probability)
-    shared = shared_with_unknown(probability, leading, explained, by_outsider + max(remainder, 0.0))
-    if recognised:
-        return Verdict(labels, winner, shared)
-    if next(iter(shared)) == UNKNOWN:
-        return Verdict((UNKNOWN,), None, shared)
-    return Verdict((*labels, UNKNOWN), winner, shared)
+    verdict = Verdict(labels, winner, probability)
+    if leading != UNKNOWN:
+        beside = comparison.table.beside(alone, winner, by_outsider)
+        if UNKNOWN in labels or beside.verdict == "believed":
+            explained = winner.log_evidence - comparison.none - by_outsider
+            remainder = max(beside.log_evidence - alone.log_evidence, 0.0)
+            shared = shared_with_unknown(probability, leading, explained, by_outsider + remainder)
+            verdict = _sharing(labels, winner, shared)
+    return verdict
 
 
-def _worth_two(comparison: Comparison, best: Candidate, pair: Candidate) -> bool:
-    """Tell whether two causes explain enough more than the best one."""
-    context = comparison.context
-    asked = least_gain(context, best, pair.labels, comparison.none)
-    return pair.log_evidence - best.log_evidence >= asked and not _lost_on_held_out(context, pair)
+def _sharing(labels: tuple[str, ...], winner: Candidate, shared: Mapping[str, float]) -> Verdict:
+    """Return the verdict for causes that share the probability with something unknown beside them."""
+    overtaken = UNKNOWN not in labels and next(iter(shared)) == UNKNOWN
+    left = () if overtaken else labels
+    return Verdict(tuple(dict.fromkeys((*left, UNKNOWN))), None if overtaken else winner, shared)

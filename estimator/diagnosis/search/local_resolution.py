@@ -3,13 +3,14 @@
 It was found on elements as wide as itself, where a region seems too small and its contrast too strong.
 """
 
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
 from estimator.diagnosis.fitting.case import Case
-from estimator.diagnosis.fitting.gauss_newton import refit
 from estimator.diagnosis.fitting.parallel import solved_by
+from estimator.diagnosis.fitting.refit import refit
 from estimator.diagnosis.search.baseline import GRADING
 from estimator.diagnosis.search.candidate import Candidate, candidate_of
 from estimator.diagnosis.search.context import Context
@@ -28,22 +29,25 @@ def resolved(context: Context, winner: Candidate) -> tuple[Case, Candidate]:
     context : in which the winner was refitted
     winner : at its best parameters
     """
+    found = context.case, winner
+    if any(effect.within_elements for effect in winner.fit.hypothesis.effects):
+        with suppress(SolverError):
+            found = _on_finer_mesh(context, winner)
+    return found
+
+
+def _on_finer_mesh(context: Context, winner: Candidate) -> tuple[Case, Candidate]:
     case, hypothesis, settings = context.case, winner.fit.hypothesis, context.settings.search
-    if not any(effect.within_elements for effect in hypothesis.effects):
-        return case, winner
     solve = solved_by(context.executor)
     grading = replace(GRADING, largest_m=settings.resolving_m)
     finer = replace(case, problem=mesh_experiment(case.experiments[0], grading))
-    try:
-        plain = solve(finer, context.baseline.hypothesis, None)
-        changes = zip(case.corrections, context.baseline.predicted, plain.predicted, strict=True)
-        finer = replace(finer, corrections=tuple(known + (one - two) for known, one, two in changes))
-        fit = refit(finer, hypothesis, evaluations=settings.resolving_points, solve=solve)
-    except SolverError:
-        return case, winner
+    plain = solve(finer, context.baseline.hypothesis, None)
+    changes = zip(case.corrections, context.baseline.predicted, plain.predicted, strict=True)
+    finer = replace(finer, corrections=tuple(known + (one - two) for known, one, two in changes))
+    fit = refit(finer, hypothesis, evaluations=settings.resolving_points, solve=solve)
     found = candidate_of(replace(context, case=finer), fit)
     # Of what changed from elements of 15 mm an error that falls with their edge leaves 0.76, one with its square 0.23.
-    changed = [c.get(fit.hypothesis) - c.get(hypothesis) for c in fit.free_parameters]
+    changed = [c.internal - c.of(hypothesis).internal for c in fit.free_parameters]
     return finer, replace(
         found, deviations=np.hypot(found.deviations, settings.resolving_left * np.array(changed))
     )

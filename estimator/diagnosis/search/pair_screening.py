@@ -16,13 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.evidence.discrepancy import Moments, forgiven
-from estimator.diagnosis.evidence.laplace import over_floors
+from estimator.diagnosis.evidence.floors import over_floors
 from estimator.diagnosis.evidence.marginal_likelihood import price_of_choice, priors_of
 from estimator.diagnosis.evidence.signatures import Signature
-from estimator.diagnosis.fitting.gauss_newton import moved, step_of_gram
+from estimator.diagnosis.model.free_parameters import moved
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.search.screening import Trial, moments_beside, null_beside
+from estimator.inference.gauss_newton import step_of_gram
 
 FloatArray = NDArray[np.float64]
 
@@ -76,7 +77,7 @@ def _projected(moments: Moments, context: Context, signatures: Sequence[Signatur
     left = gram - gram[:, free] @ np.linalg.solve(gram[free, free], gram[free])
     scale = np.ones(len(gram))
     scale[own:] = [
-        context.settings.search.size_of_pairs * (c.scale or 0.0)
+        context.settings.search.size_of_pairs * c.prior_scale
         for one in signatures
         for c in one.free_parameters
     ]
@@ -121,6 +122,5 @@ def _weighed(context: Context, moments: Moments, both: tuple[Signature, Signatur
     base, settings = context.baseline, context.settings
     hypothesis, free = null_beside(base, both[0])
     hypothesis, free = null_beside(replace(base, hypothesis=hypothesis, free_parameters=free), both[1])
-    value = over_floors(moments, priors_of(hypothesis, free, settings.evidence), context.error) - price
-    step, _ = step_of_gram(moments.gram, hypothesis, free, settings.fitting)
-    return Start(value, moved(hypothesis, free, step))
+    value = over_floors(moments, priors_of(free, settings.evidence), context.error) - price
+    return Start(value, moved(hypothesis, free, step_of_gram(moments.gram, free).step))

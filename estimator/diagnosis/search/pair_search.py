@@ -13,13 +13,7 @@ from estimator.diagnosis.search.pair_screening import likeliest_pairs
 from estimator.diagnosis.search.racing import is_linear, race
 from estimator.diagnosis.search.refinements import elaborations, mistaken_for
 from estimator.diagnosis.search.screening import best_starts, screen
-from estimator.diagnosis.search.second_cause import (
-    adequate,
-    least_gain,
-    least_of_two,
-    promising_seconds,
-    starts_of_pairs,
-)
+from estimator.diagnosis.search.second_cause import promising_seconds, starts_of_pairs
 from estimator.effects.effect import Effect, Values
 
 
@@ -72,10 +66,10 @@ def _with_more(
 
 
 def _refitted(comparison: Comparison, leaders: Sequence[Candidate], best: Candidate) -> list[Candidate]:
-    context, none = comparison.context, comparison.none
-    begun = starts_of_pairs(context, leaders, comparison.trials, none)
-    bar = best.log_evidence + least_gain(context, best, best.labels, none)
-    return race(context, begun, bar) if begun else []
+    table = comparison.table
+    begun = starts_of_pairs(table, leaders, comparison.trials)
+    bar = best.log_evidence + table.asked_of_two(best, best.labels)
+    return race(comparison.context, begun, bar) if begun else []
 
 
 def beside_what_ties(comparison: Comparison, pairs: Sequence[Candidate]) -> list[Hypothesis]:
@@ -87,8 +81,7 @@ def beside_what_ties(comparison: Comparison, pairs: Sequence[Candidate]) -> list
     ----------
     pairs : refitted, one at least, the most probable first; what is among them is not begun again
     """
-    if adequate(comparison.context, pairs[0]):
-        return []
+    leaves_something = not comparison.table.is_whole(pairs[0])
     settings = comparison.settings
     best, *others = best_of_labels(comparison.candidates)
     least = best.log_evidence - settings.alike * (best.log_evidence - comparison.none)
@@ -100,7 +93,7 @@ def beside_what_ties(comparison: Comparison, pairs: Sequence[Candidate]) -> list
         for effect, values in zip(both.effects, both.values, strict=True)
         if effect.label not in {one.labels[0] for one in (best, *alike)}
         for one in alike
-        if frozenset((*one.labels, effect.label)) not in tried
+        if leaves_something and frozenset((*one.labels, effect.label)) not in tried
     ][: settings.more]
 
 
@@ -115,13 +108,12 @@ def passed_over(comparison: Comparison, pairs: Sequence[Candidate], least: float
     pairs : refitted, one at least, the most probable first; what is among them is not begun again
     least : log evidence that they promise at least
     """
-    first = next((one for one in comparison.candidates if one.labels[0] in pairs[0].labels), None)
-    if first is None:
-        return []
+    firsts = [one for one in comparison.candidates if one.labels[0] in pairs[0].labels][:1]
     tried = {frozenset(pair.labels) for pair in pairs}
     return [
         start.hypothesis
-        for start in promising_seconds(comparison.context, first, comparison.trials, comparison.none)
+        for first in firsts
+        for start in promising_seconds(comparison.table, first, comparison.trials)
         if start.labels not in tried
         and start.log_evidence > least
         and not is_linear(start.hypothesis.effects[-1])
@@ -151,9 +143,12 @@ def _led_on(comparison: Comparison, best: Candidate, pairs: Sequence[Candidate])
     may stop where one with a second effect goes on: at a kink, where tissue comes off node by node, or far from a large
     pretension, which changes the tissue's shape.
     """
-    if not pairs or pairs[0].log_evidence <= best.log_evidence:
-        return []
-    starts = led_on_by(pairs[0].fit.hypothesis, comparison.candidates, comparison.settings.near)
+    starts = [
+        start
+        for pair in pairs[:1]
+        if pair.log_evidence > best.log_evidence
+        for start in led_on_by(pair.fit.hypothesis, comparison.candidates, comparison.settings.near)
+    ]
     return race(comparison.context, starts, best.log_evidence)
 
 
@@ -186,7 +181,7 @@ def _finer_forms(comparison: Comparison, pairs: Sequence[Candidate]) -> list[Hyp
     context, settings, best = comparison.context, comparison.settings, pairs[0]
     close = [pair for pair in pairs if pair.log_evidence > best.log_evidence - settings.close]
     rivals = list(dict.fromkeys(frozenset(pair.labels) for pair in close))[: settings.rivals]
-    if len(rivals) == 1 and adequate(context, best):
+    if len(rivals) == 1 and comparison.table.is_whole(best):
         return []
     labels = frozenset().union(*rivals)
     known = {trial.signature.effect.name for trial in comparison.trials}
@@ -196,7 +191,7 @@ def _finer_forms(comparison: Comparison, pairs: Sequence[Candidate]) -> list[Hyp
         trials += screen(context, new)
     tried = {_names(pair.fit.hypothesis) for pair in pairs}
     likeliest = likeliest_pairs(context, trials)
-    least = least_of_two(comparison.candidates[0].log_evidence, comparison.none, settings)
+    least = comparison.table.least_of_two(comparison.candidates[0])
     finer = [
         one
         for one in likeliest

@@ -10,14 +10,15 @@ from dataclasses import dataclass, replace
 
 from estimator.diagnosis.evidence.posterior import power_at
 from estimator.diagnosis.fitting.case import Case, Linearisation
-from estimator.diagnosis.fitting.gauss_newton import objective, refit
 from estimator.diagnosis.fitting.parallel import Solve, refits_at_a_time, solved_by
+from estimator.diagnosis.fitting.refit import refit
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.search.candidate import Candidate, candidate_of, most_probable_first
 from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.settings import SearchSettings
 from estimator.effects.effect import Effect
 from estimator.errors import SolverError
+from estimator.inference.linear_model import objective
 
 
 @dataclass(frozen=True)
@@ -131,9 +132,7 @@ def is_linear(effect: Effect) -> bool:
 
 def _in_reach(candidates: Sequence[Candidate], bar: float, share: float, close: float) -> list[Candidate]:
     """Return those within a share of what the best has gained on the bar, or close to it."""
-    if not candidates:
-        return []
-    best = candidates[0].log_evidence
+    best = candidates[0].log_evidence if candidates else bar
     least = max(best - max(close, share * (best - bar)), bar - close)
     return [one for one in candidates if one.log_evidence > least]
 

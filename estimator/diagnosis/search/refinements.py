@@ -91,9 +91,9 @@ def past_kinks(case: Case, candidate: Candidate) -> list[Hypothesis]:
 
 def _has_what(effect: Effect, other: Effect) -> bool:
     """Tell whether another form has the amplitudes of an effect, and perhaps some more."""
-    if len(other.amplitudes) == len(effect.amplitudes):
-        return other.amplitudes == effect.amplitudes
-    return {one.name for one in effect.amplitudes} < {one.name for one in other.amplitudes}
+    some_more = {one.name for one in effect.amplitudes} < {one.name for one in other.amplitudes}
+    as_many = len(other.amplitudes) == len(effect.amplitudes)
+    return other.amplitudes == effect.amplitudes if as_many else some_more
 
 
 def _visited(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.evidence.discrepancy import Moments, moments_of
-from estimator.diagnosis.evidence.laplace import log_evidence, over_floors
+from estimator.diagnosis.evidence.floors import log_evidence, over_floors
 from estimator.diagnosis.evidence.marginal_likelihood import (
     linear_model,
     price_of_choice,
@@ -21,13 +21,13 @@ from estimator.diagnosis.evidence.marginal_likelihood import (
 )
 from estimator.diagnosis.evidence.signatures import Signature, signatures_of
 from estimator.diagnosis.fitting.case import Case, Linearisation
-from estimator.diagnosis.fitting.gauss_newton import moved, step_of_gram
-from estimator.diagnosis.model.free_parameters import FreeParameter
+from estimator.diagnosis.model.free_parameters import HypothesisParameter, moved
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import mechanics_of, solve_case
 from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.settings import SearchSettings
 from estimator.effects.effect import Effect
+from estimator.inference.gauss_newton import step_of_gram
 
 FloatArray = NDArray[np.float64]
 
@@ -128,7 +128,7 @@ def trials_of(context: Context, signatures: Sequence[Signature], gain: float = -
         chosen = [*own, *range(at, at + len(signature.free_parameters))]
         at += len(signature.free_parameters)
         hypothesis, free = null_beside(base, signature)
-        weighed = moments.among(chosen), priors_within_a_step(hypothesis, free, settings)
+        weighed = moments.among(chosen), priors_within_a_step(free, settings.evidence)
         price = price_of_choice(case, hypothesis)
         known.append((log_evidence(*weighed, error, error.floor) - price, price, hypothesis, free, weighed))
     best = max((roughly for roughly, *_ in known), default=0.0)
@@ -136,7 +136,7 @@ def trials_of(context: Context, signatures: Sequence[Signature], gain: float = -
     found = []
     for signature, (roughly, price, hypothesis, free, weighed) in zip(signatures, known, strict=True):
         value = roughly if roughly < least else over_floors(*weighed, error) - price
-        step, _ = step_of_gram(weighed[0].gram, hypothesis, free, settings.fitting)
+        step = step_of_gram(weighed[0].gram, free).step
         found.append(Trial(signature, value, moved(hypothesis, free, step)))
     return found
 
@@ -158,7 +158,9 @@ def beside(base: Linearisation, signature: Signature) -> Linearisation:
     return replace(base, hypothesis=hypothesis, free_parameters=free, jacobian=tuple(columns), next_share=1.0)
 
 
-def null_beside(base: Linearisation, signature: Signature) -> tuple[Hypothesis, tuple[FreeParameter, ...]]:
+def null_beside(
+    base: Linearisation, signature: Signature
+) -> tuple[Hypothesis, tuple[HypothesisParameter, ...]]:
     """Return a solved hypothesis with one effect more, at its null, and what is free of it."""
     number = len(base.hypothesis.effects)
     free = (*base.free_parameters, *(replace(c, effect=number) for c in signature.free_parameters))

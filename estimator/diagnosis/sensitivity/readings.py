@@ -11,6 +11,7 @@ from estimator.diagnosis.model.solution import Mechanics
 from estimator.diagnosis.sensitivity.mechanical_changes import all_mechanical_changes
 from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, Perturbation
 from estimator.effects.effect import Readings
+from estimator.inference.channels import side_by_side
 
 FloatArray = NDArray[np.float64]
 
@@ -70,7 +71,7 @@ def _at_rest(mechanics: Mechanics, correction: FloatArray) -> tuple[FloatArray, 
 
 def channels(readings: Readings) -> FloatArray:
     """Return wrench and fiducials side by side, (n, 6 + 3m)."""
-    return np.hstack([readings.wrench, readings.fiducials.reshape(len(readings.wrench), -1)])
+    return side_by_side(readings.wrench, readings.fiducials)
 
 
 def derivatives(

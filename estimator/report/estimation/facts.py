@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.experiment import Experiment
-from estimator.fit.gauss_newton import Iterate
 from estimator.fit.result import Estimate, ExperimentFit
+from estimator.fit.search import Iterate
 from estimator.report.channels import channel_residuals, root_mean_square, worst_fiducial
 from estimator.report.drawing.scene import MM, within_mm
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from estimator.fit.online import OnlineEstimate
-from estimator.fit.parameters import POISSON_RATIO, YOUNGS_MODULUS
 from estimator.fit.result import Estimate, ParameterEstimate
+from estimator.inference.material_parameters import POISSON_RATIO, YOUNGS_MODULUS
 from estimator.report.channels import channel_residuals
 
 # The stated noise of a sensor is itself known to some ten per cent.

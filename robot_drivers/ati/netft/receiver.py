@@ -98,6 +98,7 @@ class DatagramReceiver:
         self._batch_ns = round(batch_s * 1e9) if kernel_stamps else 0
         self._next_batch_ns = 0
         self._offset_ns, self._offset_at_ns = wall_to_monotonic_offset_ns(), monotonic_time_ns()
+        self._latest_ns = 0
         interface = address_towards(peer[0])
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
@@ -191,4 +192,10 @@ class DatagramReceiver:
         drift_ns = (now_ns - self._offset_at_ns) // 1000  # a wall clock is slewed by less than 1 ms/s
         stepped = abs(offset_ns - self._offset_ns) > _CLOCK_STEP_NS + drift_ns
         self._offset_ns, self._offset_at_ns = offset_ns, now_ns
-        return host_times_ns(np.full_like(stamps, now_ns) if stepped else stamps + offset_ns)
+        times_ns = host_times_ns(np.full_like(stamps, now_ns) if stepped else stamps + offset_ns)
+        if len(times_ns) == 0:
+            return times_ns
+        # The kernel stamps in the order of arrival: what seems to go back is an error of the clocks, not of the order.
+        times_ns = np.maximum.accumulate(np.maximum(times_ns, self._latest_ns))
+        self._latest_ns = int(times_ns[-1])
+        return times_ns

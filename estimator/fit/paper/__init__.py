@@ -1,0 +1,1 @@
+"""The paper's objective and its optimiser, for comparison with the likelihood."""

@@ -1,0 +1,1 @@
+"""What a mapping makes of a source, drawn: the phantom with its grasp and beads, the path, the forces."""

@@ -1,0 +1,184 @@
+"""What the columns of a source may be in an experiment: as much as names, units and physics tell."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from estimator.importing.course import rows_at_rest
+from estimator.importing.points import Point, points_of, spread
+from estimator.importing.roles import QUANTITY_OF, Kind, Role, role_of
+from estimator.importing.table import Column, FloatArray, Source, Table
+from estimator.importing.units import UNITS
+from estimator.uniaxial.reading.language.units import spelt
+
+MOST_BEADS = 30
+_FEWEST_AT_REST = 8
+_LETTER: dict[Kind, str] = {"position": "p", "force": "f", "torque": "t", "turn": "r", "quaternion": "q"}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Proposed:
+    """A column with the target that it may fill."""
+
+    target: str
+    table: Table
+    column: Column
+    name: str
+    unit: str | None
+    needs_unit: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Proposal:
+    """What was understood of a source.
+
+    Attributes
+    ----------
+    times : of each table that has one
+    channels : by target; of several columns for one target the first is taken
+    gripper : points that are fixed to the gripper, by their names
+    beads : at most 30 of the others, evenly spread
+    all_points : how many there are
+    force_of : what the force is exerted by, where the work that it does tells
+    axes : the tissue's x, y, z in the source's axes
+    noise : standard deviations that rows at rest show, by name, in SI units
+    """
+
+    source: Source
+    times: dict[str, Proposed]
+    channels: dict[str, Proposed]
+    gripper: tuple[Point, ...]
+    beads: tuple[Point, ...]
+    all_points: int
+    force_of: str | None
+    axes: tuple[str, str, str]
+    noise: dict[str, float]
+
+
+def propose(source: Source) -> Proposal:
+    """Understand a source as far as it can be."""
+    times: dict[str, Proposed] = {}
+    channels: dict[str, Proposed] = {}
+    for table in source.tables:
+        for column in table.columns:
+            role = role_of(column)
+            if role.kind == "time":
+                times.setdefault(table.name, _proposed("time", source, table, column, role))
+            elif role.kind in _LETTER:
+                target = f"{_LETTER[role.kind]}{role.axis}"
+                channels.setdefault(target, _proposed(target, source, table, column, role))
+    channels = _consistent(channels)
+    points = points_of(source)
+    has_motion = any(target in channels for target in ("p", "px", "py", "pz"))
+    gripper = tuple(point for point in points if point.on_gripper) if not has_motion else ()
+    others = [point for point in points if not any(point is one for one in gripper)]
+    return Proposal(
+        source=source,
+        times=times,
+        channels=channels,
+        gripper=gripper,
+        beads=tuple(spread(others, MOST_BEADS)),
+        all_points=len(others),
+        force_of=_force_of(channels),
+        axes=_axes(source),
+        noise=_noise(channels, others),
+    )
+
+
+def _proposed(target: str, source: Source, table: Table, column: Column, role: Role) -> Proposed:
+    needs = role.kind not in (None, "quaternion")
+    return Proposed(target, table, column, source.name_of(table, column), role.unit, needs)
+
+
+def _consistent(channels: dict[str, Proposed]) -> dict[str, Proposed]:
+    """Leave out a travel or force of no axis where there are some of an axis, and quaternions in part."""
+    kept = dict(channels)
+    for letter in "pf":
+        if any(f"{letter}{axis}" in kept for axis in "xyz"):
+            kept.pop(letter, None)
+    if not all(f"q{axis}" in kept for axis in "wxyz"):
+        for axis in "wxyz":
+            kept.pop(f"q{axis}", None)
+    return kept
+
+
+def _force_of(channels: dict[str, Proposed]) -> str | None:
+    """Return whether a force is that on the gripper, by the sign of the work that it does; None where that is open.
+
+    Work on a body from rest is never negative, so the force that the tissue exerts on the gripper points against the
+    motion on the whole.
+    """
+    work, effort = 0.0, 0.0
+    for force, motion in (("fx", "px"), ("fy", "py"), ("fz", "pz"), ("f", "p")):
+        one, other = channels.get(force), channels.get(motion)
+        if one is None or other is None or one.table.name != other.table.name:
+            continue
+        values, place = one.column.values, other.column.values * _factor(other)
+        values = (values - _first(values)) * _factor(one)
+        end = int(np.nanargmax(np.abs(place - _first(place)))) + 1
+        step = np.diff(place[:end])
+        mean = (values[1:end] + values[: end - 1]) / 2
+        known = np.isfinite(step) & np.isfinite(mean)
+        work -= float(np.sum(mean[known] * step[known]))
+        effort += float(np.sum(np.abs(mean[known] * step[known])))
+    if effort == 0 or abs(work) < 0.5 * effort:
+        return None
+    return "tissue on gripper" if work > 0 else "gripper on tissue"
+
+
+def _axes(source: Source) -> tuple[str, str, str]:
+    """Return axes whose z is up: an image's y points down; a C3D file says which of its axes goes up the screen."""
+    if source.y_down:
+        return "x", "-y", "-z"
+    for table in source.tables:
+        up = table.facts.get("POINT:Y_SCREEN", "").strip().lower()
+        if up in ("+y", "y"):
+            return "x", "-z", "y"
+        if up == "-y":
+            return "x", "z", "-y"
+        if up == "-z":
+            return "x", "-y", "-z"
+    return "x", "y", "z"
+
+
+def _noise(channels: dict[str, Proposed], points: Sequence[Point]) -> dict[str, float]:
+    """Return the scatter of rows before any motion, from differences of neighbouring rows."""
+    motion = [channels[name].column.values for name in ("p", "px", "py", "pz") if name in channels]
+    if not motion:
+        return {}
+    rest = rows_at_rest(motion)
+    found: dict[str, float] = {}
+    for name, targets in (("force_std", ("f", "fx", "fy", "fz")), ("torque_std", ("tx", "ty", "tz"))):
+        series = [
+            channels[one].column.values[:rest] * _factor(channels[one]) for one in targets if one in channels
+        ]
+        _add(found, name, series)
+    coordinates = [
+        column.values[:rest] * UNITS["length"][spelt(point.unit)]
+        for point in points[:MOST_BEADS]
+        for column in point.columns
+        if column is not None and point.unit is not None and spelt(point.unit) in UNITS["length"]
+    ]
+    _add(found, "fiducial_std", coordinates)
+    return found
+
+
+def _add(found: dict[str, float], name: str, series: Iterable[FloatArray]) -> None:
+    differences = [np.diff(one) for one in series]
+    kept = np.concatenate(differences) if differences else np.zeros(0)
+    kept = kept[np.isfinite(kept)]
+    if len(kept) >= _FEWEST_AT_REST - 1 and (std := float(np.sqrt(np.mean(kept**2) / 2))) > 0:
+        found[name] = float(f"{std:.2g}")
+
+
+def _first(values: FloatArray) -> float:
+    known = values[np.isfinite(values)]
+    return float(known[0]) if len(known) else 0.0
+
+
+def _factor(proposed: Proposed) -> float:
+    quantity = QUANTITY_OF[
+        "force" if proposed.target[0] == "f" else "torque" if proposed.target[0] == "t" else "position"
+    ]
+    return UNITS[quantity].get(spelt(proposed.unit or ""), 1.0)

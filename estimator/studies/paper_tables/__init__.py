@@ -1,0 +1,1 @@
+"""Tables I to V and section VI of the paper: its set-ups, its figures, and both beside ours."""

@@ -1,0 +1,1 @@
+"""What a diagnosed pattern is told as: in words, drawn, and as a page."""

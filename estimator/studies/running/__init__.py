@@ -1,0 +1,1 @@
+"""Carries out the cases of a study: here or on a cluster, each kept as soon as it is known."""

@@ -1,0 +1,1 @@
+"""A study as levels of cases, and its tables, pictures and page."""
