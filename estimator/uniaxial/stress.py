@@ -43,29 +43,20 @@ def unit_stress(law: Law, shape: FloatArray, stretch: FloatArray) -> FloatArray:
     return _slope(law, shape, _uniaxial(stretch)) / 3
 
 
-def unit_shear_stress(law: Law, shape: FloatArray, shear: FloatArray) -> FloatArray:
-    """Return the shear stress over Young's modulus (n,) of simple shear by amounts (n,).
-
-    Raises
-    ------
-    SolverError
-        An amount lies beyond the law's limit.
-    """
-    return _slope(law, shape, _simple_shear(shear)) / 3
-
-
-def unit_energy(
+def unit_stress_and_energy(
     law: Law, shape: FloatArray, where: FloatArray, test: Literal["uniaxial", "shear"]
-) -> FloatArray:
-    """Return the strain energy over Young's modulus (n,) at stretches, or amounts of shear, (n,).
+) -> tuple[FloatArray, FloatArray]:
+    """Return stress and strain energy over Young's modulus, (n,) each, at stretches, or amounts of shear, (n,).
 
     Raises
     ------
     SolverError
         One lies beyond the law's limit.
     """
-    i1, i2, _, _ = _uniaxial(where) if test == "uniaxial" else _simple_shear(where)
-    return np.asarray(law.derivatives(i1, i2, np.ones_like(i1), shape).value) / 3
+    i1, i2, i1_by_stretch, i2_by_stretch = _uniaxial(where) if test == "uniaxial" else _simple_shear(where)
+    found = law.derivatives(i1, i2, np.ones_like(i1), shape)
+    w1, w2, _ = found.first
+    return np.asarray(w1 * i1_by_stretch + w2 * i2_by_stretch) / 3, np.asarray(found.value) / 3
 
 
 def is_stable(law: Law, shape: FloatArray, largest_stretch: float) -> bool:

@@ -78,20 +78,21 @@ def diagnose_bench(tests: Sequence[BenchTest], tell: Tell | None = None) -> Benc
                 f"{test.name}: {len(test.strain)} rows; a diagnosis needs {_FEWEST_ROWS} or more"
             )
     reduced = [rows_of(test) for test in tests]
-    likelihood = Likelihood(reduced, [np.ones(len(rows.strain), dtype=bool) for rows in reduced])
-    plain = weigh((), likelihood)
-    if not np.isfinite(plain.modulus):
+    likelihood = Likelihood(reduced)
+    plain, unknown = weigh((), likelihood), weigh((), likelihood, UNKNOWN_AMPLITUDES)
+    if plain is None or unknown is None:
         raise InputError(
             "stress does not rise with strain; check which columns hold load and travel, and --mode"
         )
-    unknown = weigh((), likelihood, UNKNOWN_AMPLITUDES)
     forms = forms_for(reduced)
     labels = tuple(dict.fromkeys(form.label for form in forms))
     weighed = [plain]
     for number, form in enumerate(forms):
         if tell is not None:
             tell("weighing causes", number, len(forms))
-        weighed.append(weigh((form,), likelihood))
+        one = weigh((form,), likelihood)
+        if one is not None:
+            weighed.append(one)
     weighed.extend(_pairs(weighed, likelihood, tell))
     ranking = ranked(weighed, unknown, labels)
     return _concluded(tests, reduced, ranking, plain, labels)
@@ -112,7 +113,9 @@ def _pairs(weighed: Sequence[Weighed], likelihood: Likelihood, tell: Tell | None
         starts = [
             np.concatenate([order[0].z, z]) for z in (second.z, second.z - 1, second.z + 1, 0 * second.z)
         ]
-        found.append(weigh((*order[0].forms, *second.forms), likelihood, starts=starts))
+        both = weigh((*order[0].forms, *second.forms), likelihood, starts=starts)
+        if both is not None:
+            found.append(both)
     return found
 
 

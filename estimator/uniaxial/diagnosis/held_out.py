@@ -37,8 +37,9 @@ def held_out(hypothesis: Weighed, tests: Sequence[Rows]) -> HeldOut:
     for kept in folds:
         likelihood = Likelihood(tests, kept)
         plain = weigh((), likelihood)
-        named = weigh(hypothesis.forms, likelihood, starts=[hypothesis.z]) if hypothesis.forms else plain
-        sums += _errors(plain, named, tests, kept)
+        named = weigh(hypothesis.forms, likelihood, starts=[hypothesis.z])
+        if plain is not None and named is not None:
+            sums += _errors(plain, named, tests, kept)
     before, after, noise, signal = sums
     return HeldOut(
         what, float(np.sqrt(before / signal)), float(np.sqrt(after / signal)), float(np.sqrt(noise / signal))

@@ -9,14 +9,17 @@ C = N + s² K (N the noise, K a squared exponential along the path with a length
 C. E. Rasmussen & C. K. I. Williams, Gaussian Processes for Machine Learning (2006), section 2.7; the noise is known
 to ν rows only, which makes a Student t of it. s is integrated over a grid: what even the right model misses, and a
 share of what the cause explains (M. C. Kennedy & A. O'Hagan, J. R. Stat. Soc. B 63 (2001) 425).
+
+All is computed along the eigenvectors of N^-½ K N^-½, where every C is diagonal.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import logsumexp
+from numpy.typing import NDArray
 
+from estimator.inference.laplace import log_mean
 from estimator.uniaxial.diagnosis.rows import Rows
 from estimator.uniaxial.records import FloatArray
 
@@ -28,14 +31,39 @@ _NOISE_ROWS = 20.0
 _ZERO = 0.01  # of the root mean square stress
 _SCATTER = 0.03  # between specimens, of the stress
 
+Kept = Sequence[NDArray[np.bool_]]
 
-@dataclass(frozen=True, slots=True)
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Fitted:
-    """What is left once the linear parameters are found: log density, E (Pa), its deviation."""
+    """What is left once the linear parameters are found.
+
+    Attributes
+    ----------
+    log_density : of the rows
+    modulus, modulus_std : E and its deviation at these stresses, Pa
+    design : (r, c) what the linear parameters do, E first, along the eigenvectors
+    precision : (c, c) of the linear parameters
+    weight : (r,) inverse variances, averaged over the amplitudes
+    """
 
     log_density: float
     modulus: float
     modulus_std: float
+    design: FloatArray
+    precision: FloatArray
+    weight: FloatArray
+
+    def about(self, changes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return what rows tell of parameters by which stress per modulus changes by so much (r, k).
+
+        The information (k, k), the linear parameters being free, and by how much E goes along with each (k,).
+        """
+        along = self.modulus * changes
+        weighted = self.weight[:, None] * along
+        cross = self.design.T @ weighted
+        taken = np.linalg.solve(self.precision, cross)
+        return along.T @ weighted - cross.T @ taken, -taken[0]
 
 
 class Likelihood:
@@ -44,87 +72,99 @@ class Likelihood:
     Parameters
     ----------
     tests : all of them
-    kept : for each test which rows count, (n,) of bool
+    kept : for each test which rows count, (n,) of bool; all where it is None
     """
 
-    def __init__(self, tests: Sequence[Rows], kept: Sequence[np.typing.NDArray[np.bool_]]) -> None:
-        self.tests = [(rows, keep) for rows, keep in zip(tests, kept, strict=True)]
-        self._bases = [_basis(rows, keep) for rows, keep in self.tests if keep.any()]
-        self._stress = np.concatenate(
-            [base @ (rows.stress[keep] / rows.noise[keep]) for (rows, keep), base in self._pairs()]
+    def __init__(self, tests: Sequence[Rows], kept: Kept | None = None) -> None:
+        self.tests = tuple(tests)
+        every = [np.ones(len(rows.strain), dtype=bool) for rows in tests] if kept is None else kept
+        self._seen = [
+            (number, keep, *_eigen(rows, keep))
+            for number, (rows, keep) in enumerate(zip(tests, every, strict=True))
+            if keep.any()
+        ]
+        self._stress = self.along([rows.stress for rows in tests])
+        self._roughness = np.concatenate([roughness for _, _, roughness, _ in self._seen])
+        scales = [np.full(len(rows.strain), _ZERO * rows.scale) for rows in tests]
+        constant = self.along(scales)
+        self._test_of_row = np.repeat(
+            np.arange(len(self._seen)), [len(roughness) for _, _, roughness, _ in self._seen]
         )
-        self._roughness = np.concatenate([_spectrum(rows, keep) for (rows, keep), _ in self._pairs()])
-        self.rows = len(self._stress)
+        own = self._test_of_row[:, None] == np.arange(len(self._seen))
+        self._zeros, self._own = np.where(own, constant[:, None], 0.0), own
+
+    def along(self, values: Sequence[FloatArray]) -> FloatArray:
+        """Return the rows that count of one array a test, over their noise, along the eigenvectors (r,)."""
+        return np.concatenate(
+            [
+                vectors.T @ (values[number][keep] / self.tests[number].noise[keep])
+                for number, keep, _, vectors in self._seen
+            ]
+        )
 
     def of(
-        self, unit: Sequence[FloatArray], null: Sequence[FloatArray], amplitudes: Sequence[float] | None
-    ) -> Fitted:
-        """Return the fit of stresses per modulus, one array for each test.
+        self, unit: FloatArray, null: FloatArray, amplitudes: Sequence[float] | None = None
+    ) -> Fitted | None:
+        """Return the fit of stresses per modulus (r,) along the eigenvectors; None where E would not be above zero.
 
         Parameters
         ----------
         null : the Neo-Hookean ones, to tell how much the cause changes
         amplitudes : of the discrepancy over the stress; None for the floors and shares of a named cause
         """
-        own, plain = self._projected(unit), self._projected(null)
-        first = float(own[:, 0] @ self._stress / (own[:, 0] @ own[:, 0]))
+        square = float(unit @ unit)
+        first = float(unit @ self._stress) / square if square > 0 else 0.0
         if not first > 0:
-            return Fitted(-np.inf, np.nan, np.nan)
+            return None
         if amplitudes is None:
-            along = float(plain[:, 0] @ own[:, 0] / (plain[:, 0] @ plain[:, 0]))
-            change = own[:, 0] - along * plain[:, 0]
-            effect = float(np.linalg.norm(change) / np.linalg.norm(own[:, 0]))
+            change = unit - float(null @ unit) / float(null @ null) * null
+            effect = float(np.linalg.norm(change)) / np.sqrt(square)
             amplitudes = [float(np.hypot(floor, share * effect)) for floor in FLOORS for share in SHARES]
-        return self._integrated(own, first, np.asarray(amplitudes))
+        columns = [unit[:, None], self._zeros]
+        if len(self._seen) > 1:
+            columns.append(np.where(self._own, _SCATTER * first * unit[:, None], 0.0))
+        return self._integrated(np.hstack(columns), np.asarray(amplitudes))
 
-    def _pairs(self) -> list[tuple[tuple[Rows, np.typing.NDArray[np.bool_]], FloatArray]]:
-        return list(zip([pair for pair in self.tests if pair[1].any()], self._bases, strict=True))
-
-    def _projected(self, unit: Sequence[FloatArray]) -> FloatArray:
-        """Return the columns of stress per modulus, zeros, and scatter where there are several tests."""
-        own = [values for values, (_, keep) in zip(unit, self.tests, strict=True) if keep.any()]
-        count = len(own)
-        columns = np.zeros((self.rows, 1 + count + (count if count > 1 else 0)))
-        begin = 0
-        for number, (values, ((rows, keep), base)) in enumerate(zip(own, self._pairs(), strict=True)):
-            end = begin + int(keep.sum())
-            columns[begin:end, 0] = base @ (values[keep] / rows.noise[keep])
-            columns[begin:end, 1 + number] = base @ (_ZERO * rows.scale / rows.noise[keep])
-            if count > 1:
-                columns[begin:end, 1 + count + number] = columns[begin:end, 0]
-            begin = end
-        return columns
-
-    def _integrated(self, columns: FloatArray, modulus: float, amplitudes: FloatArray) -> Fitted:
+    def _integrated(self, design: FloatArray, amplitudes: FloatArray) -> Fitted | None:
         """Return the fit, integrated over amplitudes (m,) of the discrepancy."""
-        count = len(self._bases)
+        rows, linear = design.shape
         variance = 1 + amplitudes[:, None] ** 2 * self._roughness
-        design = columns.copy()
-        design[:, 1 + count :] *= _SCATTER * modulus
         weighted = design.T / variance[:, None, :]
-        precision = weighted @ design + np.diag([0.0, *[1.0] * (design.shape[1] - 1)])
+        prior = np.diag([0.0, *[1.0] * (linear - 1)])
+        precision = weighted @ design + prior
         right = weighted @ self._stress
-        values = np.linalg.solve(precision, right[..., None])[..., 0]
+        inverse = np.linalg.inv(precision)
+        values = np.einsum("mij,mj->mi", inverse, right)
         misfit = np.maximum((1 / variance) @ self._stress**2 - np.sum(right * values, axis=1), 0.0)
-        first = values[:, 0]
-        if not np.any(first > 0):
-            return Fitted(-np.inf, np.nan, np.nan)
+        positive = values[:, 0] > 0
+        if not positive.any():
+            return None
+        first = np.where(positive, values[:, 0], 1.0)
         logs = (
-            -0.5 * (_NOISE_ROWS + self.rows) * np.log1p(misfit / _NOISE_ROWS)
+            -0.5 * (_NOISE_ROWS + rows) * np.log1p(misfit / _NOISE_ROWS)
             - 0.5 * np.sum(np.log(variance), axis=1)
             - 0.5 * np.linalg.slogdet(precision)[1]
-            - np.log(np.where(first > 0, first, 1.0))
+            - np.log(first)
         )
-        logs = np.where(first > 0, logs, -np.inf)
-        weights = np.exp(logs - logsumexp(logs))
-        noisier = (_NOISE_ROWS + misfit) / (_NOISE_ROWS + self.rows)
-        mean = float(weights @ first)
-        spread = np.linalg.inv(precision)[:, 0, 0] * noisier + (first - mean) ** 2
-        return Fitted(float(logsumexp(logs) - np.log(len(logs))), mean, float(np.sqrt(weights @ spread)))
+        logs = np.where(positive, logs, -np.inf)
+        log_density = log_mean(logs)
+        shares = np.exp(logs - log_density) / len(logs)
+        quieter = (_NOISE_ROWS + rows) / (_NOISE_ROWS + misfit)
+        mean = float(shares @ first)
+        spread = inverse[:, 0, 0] / quieter + (first - mean) ** 2
+        weight = (shares * quieter) @ (1 / variance)
+        return Fitted(
+            log_density,
+            mean,
+            float(np.sqrt(shares @ spread)),
+            design,
+            (design.T * weight) @ design + prior,
+            weight,
+        )
 
 
-def _kernel(rows: Rows, keep: np.typing.NDArray[np.bool_]) -> FloatArray:
-    """Return the covariance (k, k) of a discrepancy of the size of the stress, over the noise."""
+def _eigen(rows: Rows, keep: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+    """Return variances (k,) and directions (k, k) of a discrepancy of the size of the stress, over the noise."""
     steps = np.hypot(
         np.diff(rows.strain) / max(float(np.ptp(rows.strain)), 1e-300),
         np.diff(rows.stress) / np.ptp(rows.stress),
@@ -132,12 +172,5 @@ def _kernel(rows: Rows, keep: np.typing.NDArray[np.bool_]) -> FloatArray:
     path = np.concatenate([[0.0], np.cumsum(steps)])[keep]
     smooth = np.exp(-0.5 * ((path[:, None] - path) / _LENGTH) ** 2)
     over = rows.scale / rows.noise[keep]
-    return np.asarray(over[:, None] * smooth * over)
-
-
-def _basis(rows: Rows, keep: np.typing.NDArray[np.bool_]) -> FloatArray:
-    return np.asarray(np.linalg.eigh(_kernel(rows, keep))[1].T)
-
-
-def _spectrum(rows: Rows, keep: np.typing.NDArray[np.bool_]) -> FloatArray:
-    return np.maximum(np.linalg.eigh(_kernel(rows, keep))[0], 0.0)
+    values, vectors = np.linalg.eigh(over[:, None] * smooth * over)
+    return np.maximum(values, 0.0), vectors

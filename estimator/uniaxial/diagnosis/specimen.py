@@ -34,14 +34,15 @@ from estimator.materials.law import Law
 from estimator.materials.neo_hookean import NeoHookean
 from estimator.uniaxial.diagnosis.rows import Rows
 from estimator.uniaxial.records import FloatArray
-from estimator.uniaxial.stress import unit_energy, unit_shear_stress, unit_stress
+from estimator.uniaxial.stress import unit_stress_and_energy
 
 SUPPOSED_SHAPE_FACTOR = 0.25
 """Of a cylinder whose sizes nobody stated: as high as it is wide."""
 
 _SOFTENING_SHARE_OF_LARGEST = 0.1
 _JUMP_WIDTH = 0.01  # of the range of strain, over which a jump is spread
-_MACHINE_STEPS = 60
+_MACHINE_STEPS = 12
+_MACHINE_TOLERANCE = 1e-4
 _LEAST_STRETCH = 0.02
 
 
@@ -85,13 +86,20 @@ def stress_per_modulus(specimen: Specimen, rows: Rows) -> FloatArray:
         A strain lies beyond the law's limit.
     """
     borne = _stress(specimen, rows, rows.strain)
-    for _ in range(_MACHINE_STEPS if specimen.compliance else 0):
-        step = (_stress(specimen, rows, rows.strain - specimen.compliance * borne) - borne) / (
-            1 + specimen.compliance
-        )
-        borne = borne + step
-        if np.abs(step).max() <= 1e-6 * np.abs(borne).max():
+    if not specimen.compliance:
+        return borne
+    # Each row by its own secant: what a row bears depends on its own travel first, on those before it little.
+    slope = np.full_like(borne, -specimen.compliance)
+    for _ in range(_MACHINE_STEPS):
+        found = _stress(specimen, rows, rows.strain - specimen.compliance * borne)
+        step = (found - borne) / (1 - slope)
+        if np.abs(step).max() <= _MACHINE_TOLERANCE * np.abs(borne).max():
             break
+        ahead = _stress(specimen, rows, rows.strain - specimen.compliance * (borne + step))
+        moved = np.abs(step) > _MACHINE_TOLERANCE**2 * np.abs(borne).max()
+        slope = np.where(moved, (ahead - found) / np.where(moved, step, 1.0), slope)
+        slope = np.minimum(slope, 0.0)
+        borne = borne + (found - borne) / (1 - slope)
     return borne
 
 
@@ -101,9 +109,9 @@ def _stress(specimen: Specimen, rows: Rows, travel: FloatArray) -> FloatArray:
     if any(loose) and not rows.carries_reverse:
         strain = np.maximum(strain, 0.0)
     elastic, energy, stretch = _elastic(specimen, rows, strain)
-    stress = elastic * _softened(specimen, energy)
+    stays = stress = elastic * _softened(specimen, energy) if specimen.softening[0] else elastic
     for share, time in specimen.relaxation:
-        stress = stress + share * _relaxing(elastic * _softened(specimen, energy), rows.time, time)
+        stress = stress + share * _relaxing(stays, rows.time, time)
     if rows.test.mode == "compression":
         stress = stress * _platens(specimen, rows, strain, stretch)
     return stress if rows.carries_reverse else np.maximum(stress, 0.0)
@@ -129,18 +137,15 @@ def _elastic(specimen: Specimen, rows: Rows, strain: FloatArray) -> tuple[FloatA
     """Return stress and energy per modulus, and stretch."""
     shape = np.array(specimen.shape)
     if rows.test.mode == "shear":
-        stress = unit_shear_stress(specimen.law, shape, strain)
-        return stress, unit_energy(specimen.law, shape, strain, "shear"), 1 + strain
+        return *unit_stress_and_energy(specimen.law, shape, strain, "shear"), 1 + strain
     sign = 1.0 if rows.test.mode == "tension" else -1.0
     stretch = np.maximum(1 + sign * strain, _LEAST_STRETCH)
-    stress = sign * unit_stress(specimen.law, shape, stretch)
-    return stress, unit_energy(specimen.law, shape, stretch, "uniaxial"), stretch
+    stress, energy = unit_stress_and_energy(specimen.law, shape, stretch, "uniaxial")
+    return sign * stress, energy, stretch
 
 
 def _softened(specimen: Specimen, energy: FloatArray) -> FloatArray:
     share, width = specimen.softening
-    if not share:
-        return np.ones_like(energy)
     largest = np.maximum.accumulate(energy)
     over = width * largest[-1] + _SOFTENING_SHARE_OF_LARGEST * largest
     return np.asarray(1 - share * erf((largest - energy) / over))
