@@ -203,6 +203,21 @@ def siebel_friction(test: Test, size: float, rng: np.random.Generator) -> FloatA
     return np.asarray(test.elastic(test.strain) * (1 + np.where(coming, 1, -1) * size * ratio / 3))
 
 
+def drifting_cell(test: Test, size: float, rng: np.random.Generator) -> FloatArray:
+    """A load cell that drifts by a share of the largest stress, not steadily: no cause of the catalogue."""
+    at = test.time / test.time[-1]
+    drift = np.sin(2 * np.pi * (rng.uniform(1.0, 2.0) * at + rng.uniform())) + at
+    elastic = test.elastic(test.strain)
+    return np.asarray(elastic + size * elastic.max() * drift)
+
+
+def rippling_screw(test: Test, size: float, rng: np.random.Generator) -> FloatArray:
+    """A travel with the period of a bad screw: no cause of the catalogue."""
+    strain = test.strain
+    turns = rng.uniform(2.0, 4.0) * strain / test.reach
+    return test.elastic(strain + size * test.reach * np.sin(2 * np.pi * turns))
+
+
 @dataclass(frozen=True, slots=True)
 class Known:
     """A cause as it is made: its name in the diagnosis, its sizes, small to large, and the mode that shows it."""
@@ -221,9 +236,7 @@ KNOWN: Mapping[str, Known] = MappingProxyType(
         "stiffening (Fung)": Known("strain_stiffening", fung, (0.1, 0.3, 1.0)),
         "stiffening (Arruda-Boyce)": Known("strain_stiffening", arruda_boyce, (0.1, 0.3, 1.0)),
         "relaxation (Maxwell)": Known("viscoelasticity", maxwell, (0.1, 0.3, 0.8)),
-        "relaxation (KWW), shear": Known(
-            "viscoelasticity", stretched_exponential, (0.15, 0.4, 1.0), "shear"
-        ),
+        "relaxation (KWW), shear": Known("viscoelasticity", stretched_exponential, (0.15, 0.4, 1.0), "shear"),
         "softening (Ogden-Roxburgh)": Known("stress_softening", ogden_roxburgh, (0.08, 0.2, 0.45)),
         "softening (exponential)": Known("stress_softening", exponential_softening, (0.08, 0.2, 0.45)),
         "set": Known("permanent_set", permanent_set, (0.03, 0.07, 0.15)),
@@ -232,6 +245,8 @@ KNOWN: Mapping[str, Known] = MappingProxyType(
         "slip, creeping": Known("clamp_slip", creeping_slip, (0.1, 0.25, 0.5)),
         "slip, sudden": Known("clamp_slip", sudden_slip, (0.04, 0.1, 0.2)),
         "friction (Siebel)": Known("platen_friction", siebel_friction, (0.08, 0.2, 0.4), "compression"),
+        "a drifting load cell": Known("unknown", drifting_cell, (0.03, 0.08, 0.2)),
+        "a rippling screw": Known("unknown", rippling_screw, (0.02, 0.05, 0.1)),
     }
 )
 

@@ -23,8 +23,8 @@ class Graded:
 
     Attributes
     ----------
-    grade : what was put in is named; named with another cause or among those that it can't tell apart; nothing is
-        named; unknown; something else is named
+    grade : what was put in is named, others at most as what may have a part; named with another cause, or among those
+        that it can't tell apart; nothing is named; unknown; something else is named
     sure : whether the answer has nine tenths of the probability
     gap : of the Neo-Hookean law on what is left out, of the stress
     closure : share of it that closes
@@ -38,7 +38,9 @@ class Graded:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add what the benchmark may be told."""
-    parser.add_argument("--records", type=int, default=5, metavar="N", help="of each row (default: %(default)s)")
+    parser.add_argument(
+        "--records", type=int, default=5, metavar="N", help="of each row (default: %(default)s)"
+    )
     parser.add_argument(
         "--seed", type=int, default=1000, metavar="SEED", help="of the first record (default: %(default)s)"
     )
@@ -73,7 +75,7 @@ def lines(options: argparse.Namespace) -> Iterator[str]:
 
 def grade(found: BenchDiagnosis, label: str) -> Grade:
     """Hold a diagnosis against what was put in."""
-    if found.verdict == (label,) and not found.alike:
+    if found.verdict == (label,) and all(label in answer for answer in found.alike):
         return "named"
     if any(label in answer for answer in (found.verdict, *found.alike)):
         return "among"

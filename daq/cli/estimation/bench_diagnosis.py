@@ -8,7 +8,7 @@ from typing import Literal
 from daq.cli.verb import Result, progress
 from estimator.errors import InputError
 from estimator.uniaxial import Stated, stated_quantity
-from estimator.uniaxial.diagnosis import as_json, as_text, diagnose_bench
+from estimator.uniaxial.diagnosis import as_json, as_text, diagnose_bench, write_report
 from estimator.uniaxial.reading.whole import read_bench_test
 
 _SIZES: Mapping[str, Literal["length", "area"]] = {
@@ -66,7 +66,10 @@ def run_bench(options: argparse.Namespace) -> Result:
     tests = [read_bench_test(path, stated, shear=shear) for path in options.case]
     with progress() as tell:
         found = diagnose_bench(tests, tell)
-    return Result(as_text(found), as_json(found))
+    text, data = as_text(found), as_json(found)
+    if options.output is not None:
+        text += f"\nReport: {write_report(found, options.output)}"
+    return Result(text, data)
 
 
 def _size(options: argparse.Namespace, size: str) -> float | None:

@@ -170,7 +170,8 @@ def _eigen(rows: Rows, keep: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]
         np.diff(rows.stress) / np.ptp(rows.stress),
     )
     path = np.concatenate([[0.0], np.cumsum(steps)])[keep]
-    smooth = np.exp(-0.5 * ((path[:, None] - path) / _LENGTH) ** 2)
+    apart = np.sqrt(3) * np.abs(path[:, None] - path) / _LENGTH
+    smooth = (1 + apart) * np.exp(-apart)
     over = rows.scale / rows.noise[keep]
     values, vectors = np.linalg.eigh(over[:, None] * smooth * over)
     return np.maximum(values, 0.0), vectors

@@ -3,7 +3,7 @@
 from typing import Any
 
 from estimator.uniaxial.diagnosis.causes import NONE, UNKNOWN
-from estimator.uniaxial.diagnosis.diagnose import BenchDiagnosis, Size
+from estimator.uniaxial.diagnosis.result import BenchDiagnosis, Size
 from estimator.uniaxial.diagnosis.verdict import Answer
 
 _LEAST_SHOWN = 0.005
@@ -41,7 +41,8 @@ def as_json(found: BenchDiagnosis) -> dict[str, Any]:
             "noise": held.noise,
             "closure": held.closure,
         },
-        "rejected": None if found.rejected is None else list(found.rejected),
+        "nearest": list(found.nearest),
+        "rejected": found.rejected,
         "next_tests": list(found.next_tests),
         "not_tried": list(found.not_tried),
         "tests": [
@@ -61,21 +62,9 @@ def as_json(found: BenchDiagnosis) -> dict[str, Any]:
 
 def as_text(found: BenchDiagnosis) -> str:
     """Return the verdict, the probabilities and how the tests were read."""
-    held = found.held_out
-    before, after = found.modulus_before, found.modulus_after
-    lines = [_verdict(found), ""]
-    lines += [
-        f"  {round(100 * p):3d} %  {_named(a)}"
-        for a, p in found.ranking.probabilities.items()
-        if p >= _LEAST_SHOWN
-    ]
-    lines += ["", *(_size(size) for size in found.sizes)]
-    lines += [
-        f"E before: {before[0] / 1e3:.4g} ± {before[1] / 1e3:.2g} kPa; after: {after[0] / 1e3:.4g} ± "
-        f"{after[1] / 1e3:.2g} kPa",
-        f"Held out ({held.what}): the gap falls from {100 * held.gap_before:.3g} % to {100 * held.gap_after:.3g} % of "
-        f"the stress, {round(100 * held.closure)} % of what is above the noise",
-    ]
+    lines = [summary(found), ""]
+    lines += [f"  {round(100 * p):3d} %  {named(answer)}" for answer, p in shown(found)]
+    lines += ["", *(_size(size) for size in found.sizes), moduli(found), closure(found)]
     if found.next_tests:
         lines += ["What would tell more:", *(f"- {test}" for test in found.next_tests)]
     lines += [f"not tried: {one}" for one in found.not_tried]
@@ -86,20 +75,56 @@ def as_text(found: BenchDiagnosis) -> str:
     return "\n".join(lines)
 
 
-def _verdict(found: BenchDiagnosis) -> str:
-    if found.rejected is not None:
-        name, what = _named(found.rejected), found.held_out.what
-        return f"Unknown: {name} fits best, and does not predict {what} left out of the fit."
+def summary(found: BenchDiagnosis) -> str:
+    """Return the verdict in one sentence."""
+    nearest = named(found.nearest)
+    if found.rejected:
+        return (
+            f"Unknown: {nearest} fits best, and does not predict {found.held_out.what} left out of the fit."
+        )
     if found.verdict == (NONE,):
         return "None: a Neo-Hookean law explains the tests."
     if found.verdict == (UNKNOWN,) and not found.alike:
-        return "Unknown: nothing that was tried explains the gap well."
-    if found.alike:
-        return f"Cannot tell between {' and '.join(_named(one) for one in (found.verdict, *found.alike))}."
-    return f"{_named(found.verdict).capitalize()} causes the gap to a Neo-Hookean law."
+        return f"Unknown: nothing that was tried explains the gap well; {nearest} comes nearest."
+    if not all(label in answer for answer in found.alike for label in found.verdict):
+        return f"Cannot tell between {' and '.join(named(one) for one in (found.verdict, *found.alike))}."
+    causes = f"{named(found.verdict).capitalize()} causes the gap to a Neo-Hookean law"
+    if not found.alike:
+        return f"{causes}."
+    others = [tuple(label for label in one if label not in found.verdict) for one in found.alike]
+    parts = " or ".join(named(one) for one in others)
+    return f"{causes}{'; ' if found.nearest == found.verdict else ', together with '}{parts}" + (
+        " may have a part in it." if found.nearest == found.verdict else "."
+    )
 
 
-def _named(answer: Answer) -> str:
+def shown(found: BenchDiagnosis) -> list[tuple[Answer, float]]:
+    """Return the answers that have half a percent or more."""
+    return [(answer, p) for answer, p in found.ranking.probabilities.items() if p >= _LEAST_SHOWN]
+
+
+def moduli(found: BenchDiagnosis) -> str:
+    """Return Young's modulus before and after."""
+    before, after = found.modulus_before, found.modulus_after
+    return (
+        f"E before: {before[0] / 1e3:.4g} ± {before[1] / 1e3:.2g} kPa; after: {after[0] / 1e3:.4g} ± "
+        f"{after[1] / 1e3:.2g} kPa"
+    )
+
+
+def closure(found: BenchDiagnosis) -> str:
+    """Return how far the gap closes where nothing was fitted."""
+    held = found.held_out
+    if found.nearest == (NONE,):
+        return f"Held out ({held.what}): the gap is {100 * held.gap_before:.3g} % of the stress"
+    return (
+        f"Held out ({held.what}): {named(found.nearest)} brings the gap from {100 * held.gap_before:.3g} % to "
+        f"{100 * held.gap_after:.3g} % of the stress, {round(100 * held.closure)} % of what is above the noise"
+    )
+
+
+def named(answer: Answer) -> str:
+    """Return an answer in words."""
     return " with ".join(label.replace("_", " ") for label in answer)
 
 

@@ -21,7 +21,6 @@ _PRIOR_NONE, _PRIOR_UNKNOWN, _SECOND_CAUSE = 0.5, 0.11, 0.05
 _EXPLAINED, _LEAST_SHARE = 50.0, 0.15
 _MOST_LEFT_TO_NONE = 0.2
 _ALIKE = 0.25  # of the leader's probability
-LEAST_CLOSURE = 0.25
 
 Answer = tuple[str, ...]
 
@@ -41,13 +40,18 @@ class Ranking:
         return next(answer for answer in self.probabilities if answer != (NONE,))
 
     @property
-    def alike(self) -> tuple[Answer, ...]:
-        """Answers nearly as probable as the leader, which the tests do not tell from it."""
+    def plausible(self) -> tuple[Answer, ...]:
+        """The leader and what is nearly as probable, which the tests do not tell from it."""
         if self.leader == (NONE,):
-            return ()
+            return (self.leader,)
         least = _ALIKE * self.probabilities[self.leader]
-        others = [one for one in self.probabilities if one not in (self.leader, (NONE,))]
-        return tuple(one for one in others if self.probabilities[one] >= least)
+        return tuple(one for one, p in self.probabilities.items() if p >= least and one != (NONE,))
+
+    @property
+    def shared(self) -> Answer:
+        """The causes that all plausible answers have in common; where they have none, the leader."""
+        shared = tuple(label for label in self.leader if all(label in one for one in self.plausible))
+        return shared or self.leader
 
     def probability_of(self, label: str) -> float:
         """Return the probability that a cause has a part in the gap."""

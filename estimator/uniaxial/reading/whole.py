@@ -20,6 +20,9 @@ from estimator.uniaxial.records import FloatArray
 _SHEAR_WORDS = ("shear", "scher*", "schub*", "cisaillement", "cizalladura", "taglio", "lap-shear")
 _ON_SPECIMEN = ("extensometer", "dic", "video", "videoextensometer", "optical", "marks")
 _FEWEST_ROWS = 12
+_GONE_BACK = 0.9  # of the strain at which load begins to fall
+_RESTING = 0.05  # of the range of strain
+_BORNE_ON, _BORNE_AT_REST = 0.5, 0.1  # of the load before it falls
 
 
 def read_bench_test(path: Path | str, stated: Stated = NOTHING_STATED, *, shear: bool = False) -> BenchTest:
@@ -90,8 +93,23 @@ def _signs_and_end(
     if np.ptp(strain) == 0:
         return float(np.sign(strain[0])), float(np.sign(stress[np.argmax(np.abs(stress))])), len(strain)
     loading = first_loading(strain, stress, lines)
-    end = len(strain) if loading.torn_at is None else loading.torn_at + 1
-    return loading.strain_sign, loading.stress_sign, end
+    course, load = loading.strain_sign * strain, loading.stress_sign * stress
+    return loading.strain_sign, loading.stress_sign, _whole(course, load, loading.torn_at)
+
+
+def _whole(course: FloatArray, load: FloatArray, fallen_at: int | None) -> int:
+    """Return how many rows are of a whole specimen, given the row behind which load falls.
+
+    A load that falls and is borne on is one that relaxes in a hold, or slips.
+    """
+    if fallen_at is None:
+        return len(course)
+    back = np.flatnonzero(course[fallen_at + 1 :] < _GONE_BACK * course[fallen_at])
+    end = fallen_at + 1 + int(back[0]) if len(back) else len(course)
+    behind = slice(fallen_at + 1, end)
+    resting = float(np.ptp(course[fallen_at:end])) <= _RESTING * float(np.ptp(course))
+    least = (_BORNE_AT_REST if resting else _BORNE_ON) * load[fallen_at]
+    return len(course) if end > fallen_at + 1 and load[behind].min() > least else fallen_at + 1
 
 
 def _mode(
