@@ -24,7 +24,7 @@ _SCATTER_OF_SIZE = 1.25
 
 
 @dataclass(frozen=True, slots=True)
-class Test:
+class Protocol:
     """How a specimen is tested.
 
     Attributes
@@ -81,23 +81,23 @@ class Test:
         return np.asarray(stretch**2 + 2 / stretch - 3)
 
 
-Made = Callable[[Test, float, np.random.Generator], FloatArray]
+Made = Callable[[Protocol, float, np.random.Generator], FloatArray]
 
 
-def clean(test: Test, size: float, rng: np.random.Generator) -> FloatArray:
+def clean(test: Protocol, size: float, rng: np.random.Generator) -> FloatArray:
     """Nothing but the law."""
     del size, rng
     return test.elastic(test.strain)
 
 
-def fung(test: Test, size: float, rng: np.random.Generator) -> FloatArray:
+def fung(test: Protocol, size: float, rng: np.random.Generator) -> FloatArray:
     """W = μ/2b (exp(b (I1 - 3)) - 1), the stress at the largest strain being ``1 + size`` times the Neo-Hookean."""
     del rng
     excess = test.excess(test.strain)
     return test.elastic(test.strain) * (1 + size) ** (excess / excess.max())
 
 
-def arruda_boyce(test: Test, size: float, rng: np.random.Generator) -> FloatArray:
+def arruda_boyce(test: Protocol, size: float, rng: np.random.Generator) -> FloatArray:
     """Five terms of the eight-chain series (J. Mech. Phys. Solids 41 (1993) 389), as stiff at the end as Fung's."""
     del rng
     excess = test.excess(test.strain)
@@ -113,7 +113,7 @@ def arruda_boyce(test: Test, size: float, rng: np.random.Generator) -> FloatArra
     return test.elastic(test.strain) * stiffer(float(limits[np.argmin(np.abs(ends - 1 - size))]))
 
 
-def maxwell(test: Test, size: float, rng: np.random.Generator) -> FloatArray:
+def maxwell(test: Protocol, size: float, rng: np.random.Generator) -> FloatArray:
     """A spring beside a Maxwell element, as the differential equation q' = P' - q/τ."""
     time = float(np.exp(rng.uniform(np.log(2.0), np.log(30.0))))
     at, elastic = test.time, test.elastic(test.strain)
@@ -123,12 +123,13 @@ def maxwell(test: Test, size: float, rng: np.random.Generator) -> FloatArray:
         slope = (elastic[place] - elastic[place - 1]) / (at[place] - at[place - 1])
         return np.asarray(slope - q / time)
 
-    steps = {"t_eval": at, "max_step": float(at[-1]) / 300, "rtol": 1e-4, "atol": 1e-3}
-    branch = solve_ivp(rate, (0, at[-1]), [0.0], **steps).y[0]
+    longest = float(at[-1]) / 300
+    solved = solve_ivp(rate, (0.0, float(at[-1])), [0.0], t_eval=at, max_step=longest, atol=1e-3)
+    branch = np.asarray(solved.y[0], dtype=np.float64)
     return _borne(test, elastic + size * branch)
 
 
-def stretched_exponential(test: Test, size: float, rng: np.random.Generator) -> FloatArray:
+def stretched_exponential(test: Protocol, size: float, rng: np.random.Generator) -> FloatArray:
     """Kohlrausch, Williams and Watts: G(t) = 1 + size exp(-(t/τ)^0.5)."""
     time = float(np.exp(rng.uniform(np.log(3.0), np.log(30.0))))
     at, steps = test.time, np.diff(test.elastic(test.strain), prepend=0.0)
@@ -137,12 +138,12 @@ def stretched_exponential(test: Test, size: float, rng: np.random.Generator) -> 
     return _borne(test, np.asarray(modulus @ steps))
 
 
-def _borne(test: Test, stress: FloatArray) -> FloatArray:
+def _borne(test: Protocol, stress: FloatArray) -> FloatArray:
     """Return what a specimen bears: a strip that has grown too long hangs, a cylinder leaves its platen."""
     return stress if test.mode == "shear" else np.maximum(stress, 0.0)
 
 
-def ogden_roxburgh(test: Test, size: float, rng: np.random.Generator) -> FloatArray:
+def ogden_roxburgh(test: Protocol, size: float, rng: np.random.Generator) -> FloatArray:
     """1 - size erf((W_max - W) / (m W_top))."""
     energy = test.energy(test.strain)
     away = np.maximum.accumulate(energy) - energy
@@ -151,7 +152,7 @@ def ogden_roxburgh(test: Test, size: float, rng: np.random.Generator) -> FloatAr
     )
 
 
-def exponential_softening(test: Test, size: float, rng: np.random.Generator) -> FloatArray:
+def exponential_softening(test: Protocol, size: float, rng: np.random.Generator) -> FloatArray:
     """1 - size (1 - exp(-(W_max - W)/w))."""
     energy = test.energy(test.strain)
     away = np.maximum.accumulate(energy) - energy
@@ -159,20 +160,20 @@ def exponential_softening(test: Test, size: float, rng: np.random.Generator) -> 
     return np.asarray(test.elastic(test.strain) * (1 - size * lost))
 
 
-def slack(test: Test, size: float, rng: np.random.Generator) -> FloatArray:
+def slack(test: Protocol, size: float, rng: np.random.Generator) -> FloatArray:
     """A share of the reach in which nothing is borne."""
     del rng
     return test.elastic(np.maximum(test.strain - size * test.reach, 0.0))
 
 
-def permanent_set(test: Test, size: float, rng: np.random.Generator) -> FloatArray:
+def permanent_set(test: Protocol, size: float, rng: np.random.Generator) -> FloatArray:
     """A share of the largest strain so far stays."""
     del rng
     strain = test.strain
     return test.elastic(np.maximum(strain - size * np.maximum.accumulate(strain), 0.0))
 
 
-def soft_machine(test: Test, size: float, rng: np.random.Generator) -> FloatArray:
+def soft_machine(test: Protocol, size: float, rng: np.random.Generator) -> FloatArray:
     """A spring in line, as compliant as ``size`` of the specimen."""
     del rng
     own = np.linspace(0.0, test.reach, 5000)
@@ -181,21 +182,21 @@ def soft_machine(test: Test, size: float, rng: np.random.Generator) -> FloatArra
     )
 
 
-def creeping_slip(test: Test, size: float, rng: np.random.Generator) -> FloatArray:
+def creeping_slip(test: Protocol, size: float, rng: np.random.Generator) -> FloatArray:
     """Of what goes beyond a strain a share slips for good."""
     strain, onset = test.strain, test.reach * rng.uniform(0.3, 0.6)
     slipped = size * np.maximum(np.maximum.accumulate(strain) - onset, 0.0)
     return test.elastic(np.maximum(strain - slipped, 0.0))
 
 
-def sudden_slip(test: Test, size: float, rng: np.random.Generator) -> FloatArray:
+def sudden_slip(test: Protocol, size: float, rng: np.random.Generator) -> FloatArray:
     """A piece of a share of the reach slips within 1 % of it."""
     strain, onset = test.strain, test.reach * rng.uniform(0.4, 0.8)
     gone = np.clip((np.maximum.accumulate(strain) - onset) / (0.01 * test.reach), 0.0, 1.0)
     return test.elastic(np.maximum(strain - size * test.reach * gone, 0.0))
 
 
-def siebel_friction(test: Test, size: float, rng: np.random.Generator) -> FloatArray:
+def siebel_friction(test: Protocol, size: float, rng: np.random.Generator) -> FloatArray:
     """A cylinder as high as it is wide, on platens with a coefficient, on the way up and, reversed, back."""
     del rng
     coming = np.gradient(test.strain) >= 0
@@ -203,7 +204,7 @@ def siebel_friction(test: Test, size: float, rng: np.random.Generator) -> FloatA
     return np.asarray(test.elastic(test.strain) * (1 + np.where(coming, 1, -1) * size * ratio / 3))
 
 
-def drifting_cell(test: Test, size: float, rng: np.random.Generator) -> FloatArray:
+def drifting_cell(test: Protocol, size: float, rng: np.random.Generator) -> FloatArray:
     """A load cell that drifts by a share of the largest stress, not steadily: no cause of the catalogue."""
     at = test.time / test.time[-1]
     drift = np.sin(2 * np.pi * (rng.uniform(1.0, 2.0) * at + rng.uniform())) + at
@@ -211,7 +212,7 @@ def drifting_cell(test: Test, size: float, rng: np.random.Generator) -> FloatArr
     return np.asarray(elastic + size * elastic.max() * drift)
 
 
-def rippling_screw(test: Test, size: float, rng: np.random.Generator) -> FloatArray:
+def rippling_screw(test: Protocol, size: float, rng: np.random.Generator) -> FloatArray:
     """A travel with the period of a bad screw: no cause of the catalogue."""
     strain = test.strain
     turns = rng.uniform(2.0, 4.0) * strain / test.reach
@@ -251,7 +252,7 @@ KNOWN: Mapping[str, Known] = MappingProxyType(
 )
 
 
-def record(test: Test, stress: FloatArray, seed: int, name: str = "made") -> BenchTest:
+def record(test: Protocol, stress: FloatArray, seed: int, name: str = "made") -> BenchTest:
     """Return a record of stresses (n,) with the noise of a test."""
     rng = np.random.default_rng(seed)
     noisy = stress + test.noise * float(np.abs(stress).max()) * rng.normal(size=len(stress))
@@ -261,7 +262,7 @@ def record(test: Test, stress: FloatArray, seed: int, name: str = "made") -> Ben
 def drawn(known: Known, size: Size, rate: float, seed: int) -> BenchTest:
     """Return a record with a cause whose every particular a seed draws."""
     rng = np.random.default_rng(seed)
-    test = Test(
+    test = Protocol(
         modulus=float(np.exp(rng.uniform(np.log(5e3), np.log(500e3)))),
         reach=float(rng.uniform(0.25, 0.45) if known.mode == "compression" else rng.uniform(0.3, 0.8)),
         cycles=int(rng.integers(2, 5)),

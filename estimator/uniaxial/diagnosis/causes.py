@@ -17,6 +17,15 @@ from estimator.uniaxial.diagnosis.specimen import Specimen
 from estimator.uniaxial.records import FloatArray
 
 NONE, UNKNOWN = "none", "unknown"
+_OF_STRAIN = (
+    "strain_stiffening",
+    "stress_softening",
+    "permanent_set",
+    "slack",
+    "machine_compliance",
+    "clamp_slip",
+    "platen_friction",
+)
 _SPECTRUM_TERMS = 6
 
 
@@ -50,7 +59,7 @@ class Prior:
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """One form of a cause: its parameters, and what they do to a specimen."""
+    """One form of a cause: its parameters, that of its size first, and what they do to a specimen."""
 
     label: str
     name: str
@@ -66,28 +75,45 @@ class Form:
 
 def forms_for(tests: Sequence[Rows]) -> tuple[Form, ...]:
     """Return the forms that these tests can show."""
+    missing = not_shown(tests)
     reach = max(float(rows.strain.max()) for rows in tests)
-    modes = {rows.test.mode for rows in tests}
-    found = [*_laws(tests), *_of_history(reach)]
-    if all(rows.test.time is not None for rows in tests):
-        found.extend(_relaxation(tests))
-    if not all(rows.test.strain_on_specimen for rows in tests):
-        found.extend(_of_machine(reach))
-        if modes != {"compression"}:
-            found.extend(_of_clamps(reach))
-    if "compression" in modes:
-        found.extend(_of_platens())
-    return tuple(found)
+    families: tuple[tuple[str, Callable[[], list[Form]]], ...] = (
+        ("strain_stiffening", lambda: _laws(tests)),
+        ("stress_softening", _softening),
+        ("permanent_set", _permanent_set),
+        ("slack", lambda: _slack(reach)),
+        ("viscoelasticity", lambda: _relaxation(tests)),
+        ("machine_compliance", _of_machine),
+        ("clamp_slip", lambda: _of_clamps(reach)),
+        ("platen_friction", _of_platens),
+    )
+    return tuple(form for label, forms in families if label not in missing for form in forms())
+
+
+def not_shown(tests: Sequence[Rows]) -> dict[str, str]:
+    """Return the causes that these tests cannot show, and why."""
+    found = {}
+    if all(np.ptp(rows.strain) == 0 for rows in tests):
+        found = dict.fromkeys(_OF_STRAIN, "strain does not change")
+    if any(rows.test.time is None for rows in tests):
+        found["viscoelasticity"] = "a test has no column of time"
+    if all(rows.test.mode == "compression" for rows in tests):
+        found["clamp_slip"] = "platens have no clamps"
+    if all(rows.test.strain_on_specimen for rows in tests):
+        found |= dict.fromkeys(("machine_compliance", "clamp_slip"), "strain was measured on the specimen")
+    if not any(rows.test.mode == "compression" for rows in tests):
+        found["platen_friction"] = "no test is a compression"
+    return found
 
 
 def _laws(tests: Sequence[Rows]) -> list[Form]:
     invariant = max(_first_invariant(rows) for rows in tests)
     scales = {
-        "yeoh2": (Prior("c2", "1", 0.3 / invariant, 4.0),),
-        "gent": (Prior("inverse_limit", "1", 0.2 / invariant, 2.5, upper=0.995 / invariant),),
-        "veronda_westmann": (Prior("exponent", "1", 0.4 / invariant, 4.0),),
-        "ogden1": (Prior("exponent", "1", 2.0, 2.0, "normal"),),
-        "mooney_rivlin": (Prior("second_invariant_share", "1", 0.0, 0.4, "normal"),),
+        "yeoh2": (Prior("c2", "", 0.3 / invariant, 4.0),),
+        "gent": (Prior("inverse_limit", "", 0.2 / invariant, 2.5, upper=0.995 / invariant),),
+        "veronda_westmann": (Prior("exponent", "", 0.4 / invariant, 4.0),),
+        "ogden1": (Prior("exponent", "", 2.0, 2.0, "normal"),),
+        "mooney_rivlin": (Prior("second_invariant_share", "", 0.0, 0.4, "normal"),),
     }
     return [Form("strain_stiffening", name, priors, _with_law(name)) for name, priors in scales.items()]
 
@@ -113,7 +139,7 @@ def _relaxation(tests: Sequence[Rows]) -> list[Form]:
     middle, spread = float(np.sqrt(longest * shortest)), float((longest / shortest) ** 0.3)
     share = Prior("relaxing_share", "of the stress that stays", 0.3, 3.0, upper=20.0)
     time = Prior("relaxation_time", "s", middle, spread)
-    decades = Prior("decades", "1", 2.0, 1.6, upper=6.0)
+    decades = Prior("decades", "", 2.0, 1.6, upper=6.0)
 
     def one(specimen: Specimen, values: Sequence[float]) -> Specimen:
         return replace(specimen, relaxation=((values[0], values[1]),))
@@ -128,31 +154,27 @@ def _relaxation(tests: Sequence[Rows]) -> list[Form]:
     ]
 
 
-def _of_history(reach: float) -> list[Form]:
-    softening = (
-        Prior("softened_share", "1", 0.25, 2.0, upper=0.95),
+def _softening() -> list[Form]:
+    priors = (
+        Prior("softened_share", "", 0.25, 2.0, upper=0.95),
         Prior("energy", "of the largest", 0.3, 3.0),
     )
     return [
-        Form(
-            "stress_softening", "Ogden-Roxburgh", softening, lambda s, v: replace(s, softening=(v[0], v[1]))
-        ),
-        Form(
-            "permanent_set",
-            "share of the largest strain",
-            (Prior("set", "of the largest strain", 0.06, 2.0, upper=0.9),),
-            lambda s, v: replace(s, permanent_set=v[0]),
-        ),
-        Form(
-            "slack",
-            "slack",
-            (Prior("slack", "strain", 0.03 * reach, 2.5, upper=0.7 * reach),),
-            lambda s, v: replace(s, slack=v[0]),
-        ),
+        Form("stress_softening", "Ogden-Roxburgh", priors, lambda s, v: replace(s, softening=(v[0], v[1])))
     ]
 
 
-def _of_machine(reach: float) -> list[Form]:
+def _permanent_set() -> list[Form]:
+    prior = Prior("set", "of the largest strain", 0.06, 2.0, upper=0.9)
+    return [Form("permanent_set", "share", (prior,), lambda s, v: replace(s, permanent_set=v[0]))]
+
+
+def _slack(reach: float) -> list[Form]:
+    prior = Prior("slack", "strain", 0.05 * reach, 3.0, upper=0.7 * reach)
+    return [Form("slack", "slack", (prior,), lambda s, v: replace(s, slack=v[0]))]
+
+
+def _of_machine() -> list[Form]:
     prior = Prior("compliance", "of the specimen's", 0.15, 2.5, upper=5.0)
     return [Form("machine_compliance", "spring", (prior,), lambda s, v: replace(s, compliance=v[0]))]
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from estimator.errors import InputError
 from estimator.uniaxial.diagnosis.bench_test import BenchTest
-from estimator.uniaxial.diagnosis.causes import NONE, UNKNOWN, forms_for
+from estimator.uniaxial.diagnosis.causes import NONE, UNKNOWN, forms_for, not_shown
 from estimator.uniaxial.diagnosis.evidence import Weighed, specimen_with, weigh
 from estimator.uniaxial.diagnosis.held_out import held_out
 from estimator.uniaxial.diagnosis.likelihood import UNKNOWN_AMPLITUDES, Likelihood
@@ -14,12 +14,12 @@ from estimator.uniaxial.diagnosis.partings import parting_tests
 from estimator.uniaxial.diagnosis.result import BenchDiagnosis, Course, Size
 from estimator.uniaxial.diagnosis.rows import Rows, rows_of
 from estimator.uniaxial.diagnosis.specimen import stress_per_modulus
-from estimator.uniaxial.diagnosis.verdict import Answer, Ranking, ranked
+from estimator.uniaxial.diagnosis.verdict import Answer, Ranking, named, ranked
 
 _FEWEST_ROWS = 12
 _LEAST_CLOSURE = 0.25
 _NO_CAUSE: tuple[Answer, ...] = ((NONE,), (UNKNOWN,))
-_SMALLER = (0.0, 1.0, 2.5)  # prior deviations by which a second cause may be smaller than it would be alone
+_SMALLER = (0.0, 1.0, 2.0, 4.0)  # prior deviations by which a second cause may be smaller than it would be alone
 Tell = Callable[[str, int, int], None]
 
 
@@ -37,13 +37,15 @@ def diagnose_bench(tests: Sequence[BenchTest], tell: Tell | None = None) -> Benc
                 f"{test.name}: {len(test.strain)} rows; a diagnosis needs {_FEWEST_ROWS} or more"
             )
     rows = [rows_of(test) for test in tests]
+    forms = forms_for(rows)
+    if not forms:
+        raise InputError("strain does not change and there is no time; nothing can be told from such tests")
     likelihood = Likelihood(rows)
     plain, unknown = weigh((), likelihood), weigh((), likelihood, UNKNOWN_AMPLITUDES)
     if plain is None or unknown is None:
         raise InputError(
             "stress does not rise with strain; check which columns hold load and travel, and --mode"
         )
-    forms = forms_for(rows)
     labels = tuple(dict.fromkeys(form.label for form in forms))
     weighed = [plain]
     for number, form in enumerate(forms):
@@ -54,7 +56,7 @@ def diagnose_bench(tests: Sequence[BenchTest], tell: Tell | None = None) -> Benc
         weighed.extend(_pairs(weighed[1:], likelihood, tell))
         ranking = ranked(weighed, unknown, labels)
     _progress(tell, "holding against what is left out", 0, 1)
-    return _concluded(tests, rows, ranking, labels)
+    return _concluded(tests, rows, ranking)
 
 
 def _progress(tell: Tell | None, text: str, done: int, total: int) -> None:
@@ -75,14 +77,13 @@ def _pairs(singles: Sequence[Weighed], likelihood: Likelihood, tell: Tell | None
     found = []
     for number, second in enumerate(others):
         _progress(tell, "weighing pairs of causes", number, len(others))
-        starts = [np.concatenate([first.z, second.z - less]) for less in _SMALLER]
+        size = np.eye(len(second.z))[0]
+        starts = [np.concatenate([first.z, second.z - less * size]) for less in _SMALLER]
         found.extend(_possible(weigh((*first.forms, *second.forms), likelihood, starts=starts)))
     return found
 
 
-def _concluded(
-    tests: Sequence[BenchTest], rows: Sequence[Rows], ranking: Ranking, labels: tuple[str, ...]
-) -> BenchDiagnosis:
+def _concluded(tests: Sequence[BenchTest], rows: Sequence[Rows], ranking: Ranking) -> BenchDiagnosis:
     verdict, plausible = ranking.shared, ranking.plausible
     nearest = verdict if verdict in plausible else ranking.leader
     if nearest == (UNKNOWN,):
@@ -93,7 +94,6 @@ def _concluded(
     if rejected:
         verdict, plausible = (UNKNOWN,), ((UNKNOWN,),)
     alike = tuple(one for one in plausible if one != verdict)
-    named = () if verdict in _NO_CAUSE else _sizes(best)
     every = tuple(label for answer in (verdict, *alike) for label in answer)
     return BenchDiagnosis(
         tests=tuple(tests),
@@ -102,12 +102,12 @@ def _concluded(
         ranking=ranking,
         nearest=nearest,
         rejected=rejected,
-        sizes=named,
+        sizes=() if verdict in _NO_CAUSE else _sizes(best),
         modulus_before=(plain.modulus, plain.modulus_std),
         modulus_after=_averaged(ranking, nearest),
         held_out=left,
         next_tests=tuple(parting_tests(every)) if alike or verdict == (UNKNOWN,) else (),
-        not_tried=_not_tried(tests, labels),
+        not_tried=tuple(f"{named((label,))}: {why}" for label, why in not_shown(rows).items()),
         courses=tuple(Course(one, _stress(plain, one), _stress(best, one)) for one in rows),
     )
 
@@ -136,15 +136,3 @@ def _averaged(ranking: Ranking, answer: Answer) -> tuple[float, float]:
         for one, p in ranking.probabilities.items()
     )
     return modulus, float(np.sqrt(variance))
-
-
-def _not_tried(tests: Sequence[BenchTest], labels: tuple[str, ...]) -> tuple[str, ...]:
-    reasons = {
-        "viscoelasticity": "a test has no column of time",
-        "machine_compliance": "strain was measured on the specimen",
-        "clamp_slip": "strain was measured on the specimen"
-        if all(test.strain_on_specimen for test in tests)
-        else "platens have no clamps",
-        "platen_friction": "no test is a compression",
-    }
-    return tuple(f"{label}: {why}" for label, why in reasons.items() if label not in labels)

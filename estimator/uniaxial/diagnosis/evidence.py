@@ -20,7 +20,7 @@ from estimator.uniaxial.diagnosis.specimen import Specimen, stress_per_modulus
 from estimator.uniaxial.records import FloatArray
 
 _LARGEST = 1e4  # stress over modulus that no test reaches
-_STARTS = 8
+_STARTS = 16
 _CLIMBS = 2
 _MOST_STEPS = 15
 _LONGEST_STEP = 1.5  # prior deviations
@@ -105,7 +105,7 @@ def weigh(
     if not points:
         return None
     top, slope = max((_climbed(landscape, point) for point in points), key=lambda found: found[0].height)
-    covariance = np.linalg.inv(slope.information)
+    covariance = np.asarray(np.linalg.inv(slope.information), dtype=np.float64)
     along = slope.modulus_along
     return Weighed(
         forms,

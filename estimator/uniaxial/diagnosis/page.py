@@ -4,6 +4,7 @@ import json
 from functools import partial
 from itertools import cycle
 from pathlib import Path
+from typing import TypeAlias
 
 import matplotlib
 import numpy as np
@@ -15,13 +16,15 @@ from estimator.report.drawing.marks import plot_measured
 from estimator.report.theme import COLOURS, MEASURED, MUTED, PLOT_STYLE, PREDICTED, TRUTH
 from estimator.uniaxial.diagnosis.causes import NONE
 from estimator.uniaxial.diagnosis.result import BenchDiagnosis, Course
-from estimator.uniaxial.diagnosis.telling import as_json, closure, moduli, named, shown, summary
+from estimator.uniaxial.diagnosis.telling import as_json, closure, moduli, shown, summary
+from estimator.uniaxial.diagnosis.verdict import named
 
+_Line: TypeAlias = str | tuple[int, tuple[float, ...]]
 PAGE_FILE, DATA_FILE, PICTURE_FILE = "diagnosis.html", "diagnosis.json", "diagnosis.png"
 _SIZE_IN = (11.4, 4.4)
 _PNG_DPI = 150
 _MOST_BARS = 8
-_LINES = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (4, 1, 1, 1)))
+_LINES: tuple[_Line, ...] = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (4, 1, 1, 1)))
 
 
 def write_report(found: BenchDiagnosis, folder: Path | str) -> Path:
@@ -65,7 +68,7 @@ def write_report(found: BenchDiagnosis, folder: Path | str) -> Path:
 
 
 def _draw(sheet: Figure, found: BenchDiagnosis) -> None:
-    curve, rest, bars = sheet.subplots(1, 3, width_ratios=(1.2, 1.2, 0.8))
+    curve, rest, bars = sheet.subplots(1, 3, width_ratios=(1.1, 1.1, 1.0))
     sheet.subplots_adjust(left=0.055, right=0.985, bottom=0.13, top=0.86, wspace=0.24)
     explained = found.nearest != (NONE,)
     begin = 0
@@ -91,9 +94,7 @@ def _draw(sheet: Figure, found: BenchDiagnosis) -> None:
     sheet.legend([first[one] for one in order], order, loc="upper left", ncols=3, borderaxespad=0.2)
 
 
-def _draw_course(
-    axes: Axes, course: Course, style: str | tuple[int, tuple[float, ...]], *, explained: bool
-) -> None:
+def _draw_course(axes: Axes, course: Course, style: _Line, *, explained: bool) -> None:
     percent = 100 * course.rows.strain
     plot_measured(axes, percent, course.rows.stress / 1e3, size=3.0)
     axes.plot(percent, course.before / 1e3, color=MUTED, linestyle=style, label="Neo-Hookean")
@@ -110,7 +111,7 @@ def _draw_bars(axes: Axes, found: BenchDiagnosis) -> None:
     colours = [TRUTH if answer in plausible else MUTED for answer, _ in answers]
     axes.barh(places, [100 * p for _, p in answers], color=colours, height=0.35)
     for place, (answer, p) in zip(places, answers, strict=True):
-        axes.text(0.0, place + 0.25, f"{named(answer)}, {round(100 * p)} %", fontsize=8.5, va="bottom")
+        axes.text(0.0, place + 0.25, f"{named(answer)}, {round(100 * p)} %", fontsize=8, va="bottom")
     axes.set_xlim(0, 100)
     axes.set_ylim(-0.5, max(len(answers), 4) - 0.2)
     axes.set_yticks([])

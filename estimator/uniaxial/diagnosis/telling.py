@@ -4,7 +4,7 @@ from typing import Any
 
 from estimator.uniaxial.diagnosis.causes import NONE, UNKNOWN
 from estimator.uniaxial.diagnosis.result import BenchDiagnosis, Size
-from estimator.uniaxial.diagnosis.verdict import Answer
+from estimator.uniaxial.diagnosis.verdict import Answer, named
 
 _LEAST_SHOWN = 0.005
 
@@ -123,13 +123,8 @@ def closure(found: BenchDiagnosis) -> str:
     )
 
 
-def named(answer: Answer) -> str:
-    """Return an answer in words."""
-    return " with ".join(label.replace("_", " ") for label in answer)
-
-
 def _size(size: Size) -> str:
     return (
         f"{size.label.replace('_', ' ')}: {size.name.replace('_', ' ')} {size.value:.3g} "
-        f"({size.low:.3g} to {size.high:.3g}) {size.unit}"
+        f"({size.low:.3g} to {size.high:.3g}) {size.unit}".rstrip()
     )

@@ -86,3 +86,8 @@ def ranked(weighed: Sequence[Weighed], unknown: Weighed, labels: Sequence[str]) 
         {answer: float(np.exp(logs[answer] - total)) for answer in order},
         {answer: max(group, key=lambda one: one.log_evidence) for answer, group in groups.items()},
     )
+
+
+def named(answer: Answer) -> str:
+    """Return an answer in words."""
+    return " with ".join(label.replace("_", " ") for label in answer)
