@@ -5,6 +5,7 @@ import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Literal
 
 import numpy as np
@@ -26,14 +27,16 @@ class Graded:
     grade : what was put in is named, others at most as what may have a part; named with another cause, or among those
         that it can't tell apart; nothing is named; unknown; something else is named
     sure : whether the answer has nine tenths of the probability
+    rate : of strain, 1/s
     gap : of the Neo-Hookean law on what is left out, of the stress
-    closure : share of it that closes
+    closure : share of it that what is named closes; None where nothing is
     """
 
     grade: Grade
     sure: bool
+    rate: float
     gap: float
-    closure: float
+    closure: float | None
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -51,25 +54,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def lines(options: argparse.Namespace) -> Iterator[str]:
-    """Give a row for each cause, size and rate, and the sums."""
-    yield f"| put in | size | rate, 1/s | gap | {' | '.join(_GRADES)} | closed |"
-    yield f"| --- | --- | --- | --- | {' | '.join('---' for _ in _GRADES)} | --- |"
+    """Give a row for each cause and size, and the sums for each rate."""
+    yield f"| put in | size | gap | {' | '.join(_GRADES)} | closed |"
+    yield f"| --- | --- | --- | {' | '.join('---' for _ in _GRADES)} | --- |"
     every: list[Graded] = []
     begun = time.process_time()
     for name, known in KNOWN.items():
         for size in SIZES if known.label != "none" else SIZES[:1]:
-            for rate in options.rates:
-                found = []
-                for number in range(options.records):
-                    graded, told = _one(known, size, rate, options.seed + 10 * number)
-                    found.append(graded)
-                    if options.each and graded.grade != "named":
-                        yield f"{name}: {told}"
-                every.extend(found)
-                yield _row(name, size if known.label != "none" else "", rate, found)
+            found = []
+            for rate, number in product(options.rates, range(options.records)):
+                graded, told = _one(known, size, rate, options.seed + 10 * number)
+                found.append(graded)
+                if options.each and graded.grade != "named":
+                    yield f"{name}: {told}"
+            every.extend(found)
+            yield _row(name, size if known.label != "none" else "", found)
     spent = (time.process_time() - begun) / len(every)
     yield ""
-    yield _sums(every)
+    for rate in options.rates:
+        yield f"{rate:g} per second: {_sums([one for one in every if one.rate == rate])}"
     yield f"{spent:.2f} s of processor for each record"
 
 
@@ -88,17 +91,18 @@ def _one(known: Known, size: Size, rate: float, seed: int) -> tuple[Graded, str]
     record = drawn(known, size, rate, seed)
     found = diagnose_bench([record])
     sure = max(found.ranking.probabilities.values()) >= _SURE
-    graded = Graded(grade(found, known.label), sure, found.held_out.gap_before, found.held_out.closure)
+    closure = None if found.verdict in (("none",), ("unknown",)) else found.held_out.closure
+    graded = Graded(grade(found, known.label), sure, rate, found.held_out.gap_before, closure)
     answers = " or ".join(" with ".join(answer) for answer in (found.verdict, *found.alike))
     return graded, f"{record.name}: {answers}"
 
 
-def _row(name: str, size: str, rate: float, found: Sequence[Graded]) -> str:
+def _row(name: str, size: str, found: Sequence[Graded]) -> str:
     count = Counter(one.grade for one in found)
     gap = f"{100 * np.median([one.gap for one in found]):.2g} %"
-    closed = [one.closure for one in found if one.grade in ("named", "among")]
-    shown = f"{round(100 * float(np.median(closed)))} %" if size and closed else ""
-    cells = [name, size, f"{rate:g}", gap, *(str(count[one] or "") for one in _GRADES), shown]
+    closed = [one.closure for one in found if one.closure is not None]
+    shown = f"{round(100 * float(np.median(closed)))} %" if closed else ""
+    cells = [name, size, gap, *(str(count[one] or "") for one in _GRADES), shown]
     return f"| {' | '.join(cells)} |"
 
 

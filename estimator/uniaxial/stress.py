@@ -15,8 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.materials.law import Law
+from estimator.materials.ogden import Ogden1
 
 FloatArray = NDArray[np.float64]
+_LEAST_EXPONENT = 1e-4  # below it rounding would show in the energy
 _Path = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
 """I1, I2 and their derivatives by the stretch, along one kind of test."""
 
@@ -53,6 +55,8 @@ def unit_stress_and_energy(
     SolverError
         One lies beyond the law's limit.
     """
+    if isinstance(law, Ogden1):
+        return _ogden(float(shape[0]), where, test)
     i1, i2, i1_by_stretch, i2_by_stretch = _uniaxial(where) if test == "uniaxial" else _simple_shear(where)
     found = law.derivatives(i1, i2, np.ones_like(i1), shape)
     w1, w2, _ = found.first
@@ -77,6 +81,26 @@ def _slope(law: Law, shape: FloatArray, path: _Path) -> FloatArray:
     i1, i2, i1_by_stretch, i2_by_stretch = path
     w1, w2, _ = law.derivatives(i1, i2, np.ones_like(i1), shape).first
     return np.asarray(w1 * i1_by_stretch + w2 * i2_by_stretch)
+
+
+def _ogden(
+    exponent: float, where: FloatArray, test: Literal["uniaxial", "shear"]
+) -> tuple[FloatArray, FloatArray]:
+    """Return stress and energy of one power of the principal stretches, which are known here.
+
+    They are λ, λ^(-1/2) twice, or λ, 1, 1/λ with γ = λ - 1/λ.
+    """
+    power = exponent if abs(exponent) > _LEAST_EXPONENT else _LEAST_EXPONENT
+    if test == "uniaxial":
+        stretch, across, count = where, -0.5, 2
+        by_where = np.ones_like(where)
+    else:
+        stretch, across, count = (where + np.sqrt(where**2 + 4)) / 2, -1.0, 1
+        by_where = 1 / (1 + stretch**-2)
+    along, aside = stretch**power, stretch ** (across * power)
+    slope = (along - aside) / stretch
+    energy = along + count * aside - 1 - count
+    return 2 / (3 * power) * slope * by_where, 2 / (3 * power**2) * energy
 
 
 def _uniaxial(s: FloatArray) -> _Path:

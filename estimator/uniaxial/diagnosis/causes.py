@@ -27,6 +27,7 @@ _OF_STRAIN = (
     "platen_friction",
 )
 _SPECTRUM_TERMS = 6
+_OF_UNLOADING = ("stress_softening", "permanent_set")
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +96,8 @@ def not_shown(tests: Sequence[Rows]) -> dict[str, str]:
     found = {}
     if all(np.ptp(rows.strain) == 0 for rows in tests):
         found = dict.fromkeys(_OF_STRAIN, "strain does not change")
+    elif all(rows.part[-1] == 0 for rows in tests):
+        found = dict.fromkeys(_OF_UNLOADING, "no test goes back")
     if any(rows.test.time is None for rows in tests):
         found["viscoelasticity"] = "a test has no column of time"
     if all(rows.test.mode == "compression" for rows in tests):

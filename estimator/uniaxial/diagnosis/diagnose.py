@@ -19,7 +19,7 @@ from estimator.uniaxial.diagnosis.verdict import Answer, Ranking, named, ranked
 _FEWEST_ROWS = 12
 _LEAST_CLOSURE = 0.25
 _NO_CAUSE: tuple[Answer, ...] = ((NONE,), (UNKNOWN,))
-_SMALLER = (0.0, 1.0, 2.0, 4.0)  # prior deviations by which a second cause may be smaller than it would be alone
+_SMALLER = (0.0, 1.0, 2.0, 4.0)  # prior deviations by which a second cause may be less than alone
 Tell = Callable[[str, int, int], None]
 
 
