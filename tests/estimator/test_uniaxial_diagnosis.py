@@ -1,6 +1,7 @@
 """Causes that were put into bench tests are named, also in forms that the catalogue lacks; nothing else is."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +16,9 @@ from estimator.uniaxial.diagnosis import (
     as_text,
     diagnose_bench,
 )
+from estimator.uniaxial.reading.whole import read_bench_test
 
+DATA = Path(__file__).resolve().parents[1] / "data" / "uniaxial"
 CAUSES = [name for name, known in KNOWN.items() if known.label not in ("none", "unknown")]
 
 
@@ -60,6 +63,13 @@ def test_relaxation_is_predicted_at_a_rate_that_was_left_out() -> None:
     assert share.low < 0.6 * 1.05 and share.high > 0.6 * 0.95
     expected = float(np.exp(rng.uniform(np.log(2.0), np.log(30.0))))
     assert time.value == pytest.approx(expected, rel=0.1)
+
+
+def test_vhb_relaxes_and_a_rate_that_was_left_out_is_predicted() -> None:
+    found = diagnose_bench([read_bench_test(path) for path in sorted(DATA.glob("vhb_tension_*.csv"))])
+    assert "viscoelasticity" in found.verdict
+    assert found.held_out.what == "each record"
+    assert found.held_out.closure > 0.5
 
 
 def test_a_soft_machine_does_not_soften_the_specimen() -> None:

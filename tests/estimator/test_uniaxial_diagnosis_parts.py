@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 
 from benchmarks.bench_simulator import KNOWN, Protocol, drawn
 from estimator.errors import InputError
+from estimator.materials import LAWS
 from estimator.uniaxial.diagnosis import BenchMode, BenchTest, diagnose_bench, write_report
 from estimator.uniaxial.diagnosis.causes import forms_for, not_shown
 from estimator.uniaxial.diagnosis.evidence import Weighed, specimen_with, weigh
@@ -18,6 +20,7 @@ from estimator.uniaxial.diagnosis.rows import MOST_ROWS, Rows, rows_of, turning_
 from estimator.uniaxial.diagnosis.specimen import Specimen, stress_per_modulus
 from estimator.uniaxial.diagnosis.verdict import Answer, Ranking
 from estimator.uniaxial.reading.whole import read_bench_test
+from estimator.uniaxial.stress import unit_stress_and_energy
 
 NOTHING = np.empty(0)
 
@@ -46,11 +49,21 @@ def test_what_the_machine_yields_is_missing_from_the_travel(
     assert borne == pytest.approx(test.elastic(left) / test.modulus, abs=3e-4 * float(borne.max()))
 
 
+@given(exponent=st.floats(-4.0, 6.0), mode=st.sampled_from(["uniaxial", "shear"]))
+@settings(max_examples=30, deadline=None)
+def test_an_ogden_law_is_the_derivative_of_its_energy(
+    exponent: float, mode: Literal["uniaxial", "shear"]
+) -> None:
+    where = np.linspace(0.6, 2.0, 400)
+    stress, energy = unit_stress_and_energy(LAWS["ogden1"], np.array([exponent]), where, mode)
+    assert stress[1:-1] == pytest.approx(np.gradient(energy, where)[1:-1], abs=1e-3, rel=1e-3)
+
+
 @given(share=st.floats(0.05, 3.0), time=st.floats(0.5, 50.0))
 @settings(max_examples=20, deadline=None)
 def test_a_step_of_strain_relaxes_by_its_exponential(share: float, time: float) -> None:
     at = np.arange(61.0)
-    rows = rows_of(BenchTest("hold", "shear", np.full(61, 0.3), 2 - at / 60, at))
+    rows = rows_of(BenchTest("hold", "shear", 0.3 + 0 * at, 2 - at / 60, at))
     borne = stress_per_modulus(Specimen(relaxation=((share, time),)), rows)
     assert borne == pytest.approx(0.1 * (1 + share * np.exp(-rows.time / time)))
 
@@ -67,7 +80,7 @@ def test_friction_bears_on_the_way_out_and_sets_free_on_the_way_back() -> None:
 def test_rows_are_averaged_and_never_across_a_turning_point() -> None:
     test = Protocol(cycles=3)
     strain = np.repeat(test.strain, 5) + np.tile(np.arange(5) * 1e-9, len(test.strain))
-    rows = rows_of(BenchTest("made", "tension", strain, test.elastic(strain), np.arange(len(strain)) * 0.1))
+    rows = rows_of(BenchTest("made", "tension", strain, test.elastic(strain), np.arange(float(len(strain)))))
     assert len(rows.strain) <= MOST_ROWS
     assert len(turning_points(strain)) == 5
     assert rows.strain.max() == pytest.approx(strain.max())
