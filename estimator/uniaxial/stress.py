@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.materials.law import Law
+from estimator.materials.neo_hookean import NeoHookean
 from estimator.materials.ogden import Ogden1
 
 FloatArray = NDArray[np.float64]
@@ -55,8 +56,8 @@ def unit_stress_and_energy(
     SolverError
         One lies beyond the law's limit.
     """
-    if isinstance(law, Ogden1):
-        return _ogden(float(shape[0]), where, test)
+    if isinstance(law, (NeoHookean, Ogden1)):
+        return _ogden(2.0 if isinstance(law, NeoHookean) else float(shape[0]), where, test)
     i1, i2, i1_by_stretch, i2_by_stretch = _uniaxial(where) if test == "uniaxial" else _simple_shear(where)
     found = law.derivatives(i1, i2, np.ones_like(i1), shape)
     w1, w2, _ = found.first
@@ -88,7 +89,7 @@ def _ogden(
 ) -> tuple[FloatArray, FloatArray]:
     """Return stress and energy of one power of the principal stretches, which are known here.
 
-    They are λ, λ^(-1/2) twice, or λ, 1, 1/λ with γ = λ - 1/λ.
+    They are λ, λ^(-1/2) twice, or λ, 1, 1/λ with γ = λ - 1/λ. The power 2 is the Neo-Hookean law.
     """
     power = exponent if abs(exponent) > _LEAST_EXPONENT else _LEAST_EXPONENT
     if test == "uniaxial":

@@ -51,7 +51,7 @@ def test_what_no_cause_explains_is_unknown() -> None:
 
 def test_relaxation_is_predicted_at_a_rate_that_was_left_out() -> None:
     rng = np.random.default_rng(3)
-    tests = [Protocol(rate=rate, cycles=2) for rate in (0.005, 0.02, 0.08)]
+    tests = [Protocol(rate=rate, cycles=2) for rate in (0.01, 0.08)]
     made = [
         record(test, maxwell(test, 0.6, np.random.default_rng(3)), seed) for seed, test in enumerate(tests)
     ]
