@@ -39,6 +39,7 @@ class Loading:
     strain_sign, stress_sign : the signs that the file gives to loading
     waiting : (m,) places of rows before the test moves
     left_out : which rows are missing, and why
+    torn_at : place of the last row before stress falls, among all rows; None where it does not
     """
 
     rows: IndexArray
@@ -46,6 +47,7 @@ class Loading:
     stress_sign: float
     waiting: IndexArray
     left_out: tuple[str, ...]
+    torn_at: int | None = None
 
 
 def noise_of(values: FloatArray) -> float:
@@ -70,6 +72,7 @@ def first_loading(strain: FloatArray, stress: FloatArray, lines: IndexArray) -> 
         return replace(
             rest,
             rows=rest.rows + begin,
+            torn_at=None if rest.torn_at is None else rest.torn_at + begin,
             waiting=np.concatenate([np.arange(begin), rest.waiting + begin]),
             left_out=(f"{lines_told(lines[:begin])}: before the test moves off", *rest.left_out),
         )
@@ -94,7 +97,8 @@ def first_loading(strain: FloatArray, stress: FloatArray, lines: IndexArray) -> 
             f"at a strain of {abs(strain[kept[peak]]):.3g}"
         )
         kept = kept[: peak + 1]
-    return Loading(kept, strain_sign, stress_sign, waiting, tuple(left_out))
+    torn_at = None if torn is None else int(kept[-1])
+    return Loading(kept, strain_sign, stress_sign, waiting, tuple(left_out), torn_at)
 
 
 def runs_backwards(strain: FloatArray, stress: FloatArray, time: FloatArray | None) -> bool:

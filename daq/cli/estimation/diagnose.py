@@ -4,11 +4,13 @@ import argparse
 import json
 from pathlib import Path
 
+from daq.cli.estimation.bench_diagnosis import add_options, are_bench_tests, run_bench
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.versions import package_versions
 from estimator.diagnosis.conclusions.as_json import as_json
 from estimator.diagnosis.diagnose import diagnose
 from estimator.diagnosis.search.baseline import GRADING
+from estimator.errors import InputError
 from estimator.experiment import read_case
 from estimator.forward.meshing import surface_notes
 from estimator.report.diagnosis.findings import summary_text
@@ -19,7 +21,9 @@ DATA_FILE = "diagnosis.json"
 
 _EXAMPLES = """  retract diagnose cases/P07
   retract diagnose cases/P07 --output runs/P07
-  retract diagnose cases/P07/pull --json"""
+  retract diagnose cases/P07/pull --json
+  retract diagnose tests/cycles.csv
+  retract diagnose tests/slow.csv tests/fast.csv --mode shear"""
 
 
 def add_parser(verbs: Verbs) -> None:
@@ -30,13 +34,24 @@ def add_parser(verbs: Verbs) -> None:
         "--output", type=Path, metavar="DIR", help=f"write {PAGE_FILE} and {DATA_FILE} into this folder"
     )
     parser.add_argument(
-        "case", type=Path, metavar="CASE", help="folder of experiments of one phantom, or one experiment"
+        "case",
+        type=Path,
+        nargs="+",
+        metavar="CASE",
+        help="folder of experiments of one phantom, or one experiment; or files of bench tests of one material",
     )
+    add_options(parser)
 
 
 def run(options: argparse.Namespace) -> Result:
     """Diagnose, and tell the verdict."""
-    experiments = read_case(options.case)
+    if are_bench_tests(options.case):
+        return run_bench(options)
+    if len(options.case) > 1:
+        raise InputError(
+            f"{options.case[1]}: one folder is diagnosed at a time; several files of bench tests may be"
+        )
+    experiments = read_case(options.case[0])
     if options.output is not None:
         options.output.mkdir(parents=True, exist_ok=True)
     with progress() as tell:
@@ -46,7 +61,7 @@ def run(options: argparse.Namespace) -> Result:
     text = "\n".join([summary_text(found), *(f"Surface: {note}" for note in notes)])
     if options.output is not None:
         file = options.output / PAGE_FILE
-        provenance = {"case": str(options.case), **package_versions()}
+        provenance = {"case": str(options.case[0]), **package_versions()}
         write_report(found, file, title=f"Diagnosis of {experiments[0].phantom_id}", provenance=provenance)
         (options.output / DATA_FILE).write_text(json.dumps(data, indent=1), encoding="utf-8")
         text += f"\nReport: {file}"

@@ -1,6 +1,7 @@
 """Reads the record of a test from a file: text of any usual layout or a spreadsheet, to strain and stress in SI."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ from estimator.uniaxial.reading.specimen import Specimen
 from estimator.uniaxial.reading.stated import NOTHING_STATED, Stated
 from estimator.uniaxial.reading.tables.blocks import Block, chosen_block, find_blocks, listed, unknown_names
 from estimator.uniaxial.reading.tables.choosing import ABSCISSAE, ORDINATES, choose
-from estimator.uniaxial.reading.tables.columns import table_of
+from estimator.uniaxial.reading.tables.columns import Table, table_of
 from estimator.uniaxial.reading.tables.curve import LARGEST_STRAIN, Curve, curve_of
 from estimator.uniaxial.records import DEFAULT_STRAIN_FIT, Mode, UniaxialRecord
 
@@ -28,18 +29,37 @@ _SHORT_LINE = 4
 _MODULUS_RANGE = (100.0, 1e9)  # Pa, secant at the largest strain: jelly to hard plastic
 
 
-def read_record(path: Path | str, stated: Stated = NOTHING_STATED) -> UniaxialRecord:
-    """Read the first loading of a test.
+@dataclass(frozen=True, slots=True, eq=False)
+class Opened:
+    """The table of a specimen as it was found: all of its rows, and what stands around them."""
 
-    Parameters
-    ----------
-    stated : the user's word on what the file leaves open
+    file: Path
+    blocks: Sequence[Block]
+    block: Block
+    place: int
+    table: Table
+    above: Sequence[Row]
+    specimen: Specimen
+    curve: Curve
+
+    @property
+    def found(self) -> tuple[str, ...]:
+        """What was read from where, a sentence each."""
+        others = (
+            (f"specimen {self.place + 1} of {listed(self.blocks)}; --specimen takes another",)
+            if len(self.blocks) > 1
+            else ()
+        )
+        return (*others, f"{self.block.grid.how}, decimal {self.table.style.mark}", *self.curve.found)
+
+
+def opened(path: Path | str, stated: Stated) -> Opened:
+    """Read strain and stress of all rows.
 
     Raises
     ------
     InputError
-        The file is missing or no such table, a field is no number, a unit or a size or the mode is stated nowhere, or
-        the values cannot be stress and strain.
+        The file is missing or no such table, a field is no number, or a unit or a size is stated nowhere.
     """
     file = Path(path)
     grids = read_spreadsheet(file) if is_spreadsheet(file) else [read_text_layout(file)]
@@ -62,20 +82,35 @@ def read_record(path: Path | str, stated: Stated = NOTHING_STATED) -> UniaxialRe
     above = _rows_above(grids, blocks, block)
     specimen = Specimen(stated, sizes_of(block.grid, above, table.style, place))
     curve = curve_of(table, specimen)
+    return Opened(file, blocks, block, place, table, above, specimen, curve)
+
+
+def read_record(path: Path | str, stated: Stated = NOTHING_STATED) -> UniaxialRecord:
+    """Read the first loading of a test.
+
+    Parameters
+    ----------
+    stated : the user's word on what the file leaves open
+
+    Raises
+    ------
+    InputError
+        The file is missing or no such table, a field is no number, a unit or a size or the mode is stated nowhere, or
+        the values cannot be stress and strain.
+    """
+    read = opened(path, stated)
+    file, curve = read.file, read.curve
     _check_strain(file, curve)
     course = course_of(curve.strain, curve.stress, curve.lines, curve.time, keep_zero=stated.keep_zero)
     if len(course.strain) < _FEWEST_ROWS:
         raise InputError(_too_short(file, course))
-    decision = decide_mode(_evidence(file.stem, stated, block, above, curve, course), str(file))
+    decision = decide_mode(evidence_of(read, stated, course), str(file))
     if not stated.keep_zero:
         course = without_preload(course, decision.mode, DEFAULT_STRAIN_FIT[decision.mode])
     _check_stiffness(file, course)
-    facts = facts_of(above)
+    facts = facts_of(read.above)
     sign = 1.0 if decision.mode == "tension" else -1.0
     supposed = (f"{decision.mode}, from {decision.reason}",) if decision.supposed else ()
-    others = (
-        (f"specimen {place + 1} of {listed(blocks)}; --specimen takes another",) if len(blocks) > 1 else ()
-    )
     return UniaxialRecord(
         name=file.stem,
         mode=decision.mode,
@@ -83,13 +118,13 @@ def read_record(path: Path | str, stated: Stated = NOTHING_STATED) -> UniaxialRe
         stress=sign * course.stress,
         facts=facts,
         path=file,
-        shape_factor=specimen.shape_factor,
+        shape_factor=read.specimen.shape_factor,
         strain_from_crosshead=curve.from_crosshead
         or any("crosshead" in told.lower() for told in facts.values()),
         mode_from=decision.reason,
-        found=(*others, f"{block.grid.how}, decimal {table.style.mark}", *curve.found),
+        found=read.found,
         assumed=(*curve.assumed, *supposed, *course.assumed),
-        left_out=(*table.left_out, *course.left_out),
+        left_out=(*read.table.left_out, *course.left_out),
     )
 
 
@@ -106,9 +141,9 @@ def _rows_above(grids: Sequence[Grid], blocks: Sequence[Block], block: Block) ->
     return rows
 
 
-def _evidence(
-    name: str, stated: Stated, block: Block, above: Sequence[Row], curve: Curve, course: Course
-) -> Evidence:
+def evidence_of(read: Opened, stated: Stated, course: Course) -> Evidence:
+    """Return what tells the mode of a test."""
+    block, above, curve = read.block, read.above, read.curve
     used = [curve.abscissa.title, curve.ordinate.title]
     titles = [*used, *(title for title in block.titles.values() if title not in used)]
     lengthening = has_word(curve.abscissa.title.text, LENGTHENING_WORDS)
@@ -120,7 +155,7 @@ def _evidence(
         strain_sign=course.strain_sign,
         stress_sign=course.stress_sign,
         lengthening=curve.abscissa.title.text if lengthening else "",
-        in_names=_mode_of_names(name, block, above),
+        in_names=_mode_of_names(read.file.stem, block, above),
         strain=course.strain,
         stress=course.stress,
     )
