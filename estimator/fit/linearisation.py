@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.errors import FitError
 from estimator.experiment import Experiment
 from estimator.fem.equilibrium.newton import NewtonSettings
+from estimator.fit.first_guess import NothingTellsModulusError, modulus_ratio
 from estimator.fit.linearised_fit import LinearisedFit, Predictions, Whitenings, linearised_fit, whitenings_of
 from estimator.fit.losses import LINEAR
 from estimator.fit.measurements import StateMean, row_deviation, row_residuals, state_means
@@ -19,6 +19,7 @@ from estimator.fit.settings import FitSettings
 from estimator.forward.model import ForwardModel
 from estimator.inference.channels import channels_by, measured_rows, predicted_channels
 from estimator.inference.free_parameter import FreeParameter
+from estimator.inference.material_parameters import YOUNGS_MODULUS
 
 FloatArray = NDArray[np.float64]
 # Called with what is being done, how many of its states are done, and how many there are.
@@ -153,30 +154,25 @@ class Linearisation:
         return weights
 
     def first_guess(self) -> Values:
-        """Return the start with E from one prediction: every force is proportional to it.
+        """Return the start with E from one prediction; where that tells nothing, the mean of its prior.
 
         Raises
         ------
         FitError
-            The measured forces do not oppose the motion.
+            No force was measured, or none that opposes the motion, and nothing else is known of E.
         """
         values = self._settings.start
+        modulus = next((p for p in self._settings.free if p.name == YOUNGS_MODULUS.name), None)
+        if modulus is None:
+            return values
         self._predict(values)
-        measured_by_predicted, predicted_squared = 0.0, 0.0
-        for mean in self.means:
-            observation = self.predictions[mean.experiment].get(mean.state)
-            if observation is not None and mean.count[:3].all():
-                predicted = predicted_channels(observation)[:3]
-                measured_by_predicted += float(predicted @ mean.mean[:3])
-                predicted_squared += float(predicted @ predicted)
-        if not measured_by_predicted > 0:
-            raise FitError(
-                "the measured force does not oppose the motion as an elastic tissue's would; "
-                "check the sign and the axes of fx fy fz, and that the gripper holds the tissue"
-            )
-        ratio = measured_by_predicted / predicted_squared
-        modulus = [p for p in self._settings.free if p.name == "youngs_modulus"]
-        return {**values, **{p.name: min(max(ratio * values[p.name], p.lower), p.upper) for p in modulus}}
+        try:
+            ratio = modulus_ratio(self.means, self.predictions)
+        except NothingTellsModulusError:
+            if modulus.prior is None:
+                raise
+            return values
+        return {**values, modulus.name: modulus.at(ratio * modulus.value).value}
 
     def _expected(self, values: Values) -> dict[tuple[int, int], FloatArray]:
         """Return the channels (c,) of every state at the linearised optimum, nuisances and corrections included."""

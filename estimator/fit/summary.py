@@ -27,6 +27,7 @@ from estimator.inference.channels import (
 )
 from estimator.inference.free_parameter import FreeParameter, prior_information
 from estimator.inference.material_parameters import law_parameters
+from estimator.inference.prior_share import prior_shares
 
 FloatArray = NDArray[np.float64]
 
@@ -97,9 +98,9 @@ def uncertainty(outcome: FitOutcome) -> Uncertainty:
     ratio = _noise_ratio(outcome, chi2)
     inflation = max(1.0, ratio)
     covariance = inflation**2 * problem.covariance(outcome.linearised_at)
-    if settings.priors:
+    priors = prior_information(at_values(settings.free, outcome.linearised_at))
+    if priors.any():
         # A prior is no less sure where the measurements scatter more than stated.
-        priors = prior_information(at_values(settings.free, outcome.linearised_at))
         information = (step.information - priors) / inflation**2 + priors
         covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)
     return Uncertainty(ratio, inflation, covariance, outcome.bias_std)
@@ -151,6 +152,7 @@ def summarise(
         fixed=tuple(settings.fixed),
         at_bound=tuple(p.name for p in settings.free if not p.lower < values[p.name] < p.upper),
         objective=settings.objective,
+        prior_shares=dict(zip(names, prior_shares(step.information - priors, priors).tolist(), strict=True)),
         identifiability=identifiability(settings.free, step.information - priors, priors, absorbed),
         absorptions=absorbed,
         floated=_floated(outcome, last, last.nuisances_after(step.step)),
@@ -225,7 +227,7 @@ def _noise_ratio(outcome: FitOutcome, chi2: float) -> float:
     residuals = outcome.problem.row_residuals(outcome.experiments, outcome.linearised_at)
     every = np.concatenate([residual[np.isfinite(residual)] for residual in residuals])
     factor = outcome.settings.loss.variance_factor(every)
-    return float(np.sqrt(factor * squares / (count - len(outcome.settings.free))))
+    return float(np.sqrt(factor * squares / max(count - len(outcome.settings.free), 1.0)))
 
 
 def _fit_of(outcome: FitOutcome, number: int) -> ExperimentFit:

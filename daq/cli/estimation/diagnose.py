@@ -4,6 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
+from daq.cli.estimation.known import add_known_options, material_settings_of, with_noise_of
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.versions import package_versions
 from estimator.diagnosis.conclusions.as_json import as_json
@@ -19,7 +20,12 @@ DATA_FILE = "diagnosis.json"
 
 _EXAMPLES = """  retract diagnose cases/P07
   retract diagnose cases/P07 --output runs/P07
-  retract diagnose cases/P07/pull --json"""
+  retract diagnose cases/P07/pull --json
+  retract diagnose cases/P07 --fix poisson_ratio=0.49 --noise force_std=0.05
+  retract diagnose cases/P07 --law yeoh2 --prior youngs_modulus=15000+-2000
+
+E and Poisson's ratio are fitted unless they are fixed; what the law's shape has beside them is fitted to a few states
+of the experiments, and kept."""
 
 
 def add_parser(verbs: Verbs) -> None:
@@ -29,6 +35,7 @@ def add_parser(verbs: Verbs) -> None:
     parser.add_argument(
         "--output", type=Path, metavar="DIR", help=f"write {PAGE_FILE} and {DATA_FILE} into this folder"
     )
+    add_known_options(parser)
     parser.add_argument(
         "case", type=Path, metavar="CASE", help="folder of experiments of one phantom, or one experiment"
     )
@@ -36,11 +43,12 @@ def add_parser(verbs: Verbs) -> None:
 
 def run(options: argparse.Namespace) -> Result:
     """Diagnose, and tell the verdict."""
-    experiments = read_case(options.case)
+    material = material_settings_of(options)
+    experiments = with_noise_of(options, read_case(options.case))
     if options.output is not None:
         options.output.mkdir(parents=True, exist_ok=True)
     with progress() as tell:
-        found = diagnose(experiments, tell)
+        found = diagnose(experiments, tell, material=material)
     notes = surface_notes(experiments[0], GRADING)
     data = {**as_json(found), "surface": notes}
     text = "\n".join([summary_text(found), *(f"Surface: {note}" for note in notes)])

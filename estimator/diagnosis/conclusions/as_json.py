@@ -20,7 +20,12 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
             "by_experiment": {name: _gap(gap) for name, gap in diagnosis.by_experiment.items()},
         },
         "where": _where(diagnosis.where),
-        "material": {"before": _material(diagnosis.before), "after": _material(diagnosis.after)},
+        "material": {
+            "before": _material(diagnosis.before),
+            "after": _material(diagnosis.after),
+            "prior_share": _numbers(diagnosis.prior_shares),
+            "at_bound": list(diagnosis.at_bound),
+        },
         "next_experiment": [
             {
                 "manoeuvre": advice.manoeuvre,

@@ -49,8 +49,8 @@ from estimator.fit.settings import FitSettings
 from estimator.forward.meshing import FINE_GRADING, mesh_experiment
 from estimator.forward.model import ForwardModel
 from estimator.inference.channels import measured_rows
-from estimator.inference.material_parameters import POISSON_RATIO
-from estimator.materials.material import Material
+from estimator.inference.free_parameter import FreeParameter
+from estimator.inference.material_parameters import POISSON_RATIO, YOUNGS_MODULUS
 
 FloatArray = NDArray[np.float64]
 
@@ -82,11 +82,11 @@ class Preparation:
 
 
 def prepare(
-    experiments: Sequence[Experiment], settings: DiagnosisSettings, law: Material, executor: Executor
+    experiments: Sequence[Experiment], settings: DiagnosisSettings, material: FitSettings, executor: Executor
 ) -> tuple[Preparation, Linearisation]:
     """Fit the baseline to a case; return the case prepared, and the fit where the most is left.
 
-    ``law`` is that of the baseline, with its shape.
+    ``material`` tells the baseline's law, and what is known of its parameters beforehand.
 
     Raises
     ------
@@ -98,7 +98,7 @@ def prepare(
         A load step has no equilibrium.
     """
     ordered = tuple(sorted(experiments, key=lambda experiment: experiment.order))
-    rough = _rough_fit(ordered, law)
+    rough = _rough_fit(ordered, material)
     finer = [
         executor.submit(
             channels_at,
@@ -267,18 +267,28 @@ def _measured_as(mechanics: Mechanics, experiment: Experiment) -> Mechanics:
     )
 
 
-def _rough_fit(experiments: tuple[Experiment, ...], law: Material) -> Hypothesis:
-    """Fit the baseline to a few states on a coarse mesh."""
+def _rough_fit(experiments: tuple[Experiment, ...], material: FitSettings) -> Hypothesis:
+    """Fit the baseline to a few states on a coarse mesh; what shape its law has there is kept."""
     model = ForwardModel(mesh_experiment(experiments[0], _FIRST_GRADING), experiments)
-    names = [parameter.name for parameter in law.law.shape_parameters]
-    fit = FitSettings(law=law.law, fixed=dict(zip(names, law.shape.tolist(), strict=True)))
-    values = fit_few_states(model, state_means(experiments, model.schedules), silent, fit)[-1].values
-    return Hypothesis(
-        values["youngs_modulus"],
-        min(values["poisson_ratio"], LARGEST_POISSON_RATIO),
-        law=law.law,
-        shape=tuple(law.shape.tolist()),
+    values = fit_few_states(model, state_means(experiments, model.schedules), silent, material)[-1].values
+    free = tuple(
+        _followed(one) for one in material.free if one.name in (YOUNGS_MODULUS.name, POISSON_RATIO.name)
     )
+    at = {**values, **{one.name: one.at(values[one.name]).value for one in free}}
+    return Hypothesis(
+        at[YOUNGS_MODULUS.name],
+        at[POISSON_RATIO.name],
+        law=material.law,
+        shape=tuple(at[parameter.name] for parameter in material.law.shape_parameters),
+        free_material=free,
+    )
+
+
+def _followed(parameter: FreeParameter) -> FreeParameter:
+    """Return a free parameter of the material within what a diagnosis can follow."""
+    if parameter.name != POISSON_RATIO.name or parameter.lower >= LARGEST_POISSON_RATIO:
+        return parameter
+    return replace(parameter, upper=min(parameter.upper, LARGEST_POISSON_RATIO))
 
 
 def _uncorrected(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from estimator.diagnosis.evidence.marginal_likelihood import (
@@ -26,7 +27,7 @@ from estimator.diagnosis.search.baseline import corrected_at_best, prepare
 from estimator.diagnosis.search.candidate import Candidate, best_of_labels, most_probable_first
 from estimator.diagnosis.search.context import Context, Tell
 from estimator.diagnosis.search.models import ModelTable
-from estimator.diagnosis.search.racing import finalists, race, race_on, to_the_end
+from estimator.diagnosis.search.racing import finalists, not_solved, race, race_on, to_the_end
 from estimator.diagnosis.search.refinements import (
     accidents,
     at_the_place_of,
@@ -39,8 +40,12 @@ from estimator.diagnosis.search.screening import Trial, best_starts, screen, tri
 from estimator.diagnosis.search.second_cause import asks_for_a_finer_form, promising_seconds
 from estimator.diagnosis.settings import DiagnosisSettings, SearchSettings
 from estimator.effects.catalogue import Catalogue
+from estimator.errors import SolverError
 from estimator.experiment import Experiment
-from estimator.materials.material import Material
+from estimator.fit.settings import FitSettings
+
+# Of the way from the baseline's E and ν to a leader's, tried one after the other.
+_SHARES_OF_THE_WAY = (1.0, 0.5, 0.25)
 
 
 @dataclass(frozen=True)
@@ -54,6 +59,7 @@ class Comparison:
     trials : every effect at every start, to first order, the most probable first
     candidates : refitted, the most probable first
     none, unknown : log evidence of the baseline, and of something outside the catalogue beside it
+    unsolved : labels of which no refit had an equilibrium: neither refuted nor borne out
     """
 
     context: Context
@@ -62,6 +68,7 @@ class Comparison:
     candidates: tuple[Candidate, ...]
     none: float
     unknown: float
+    unsolved: tuple[str, ...] = ()
 
     @property
     def settings(self) -> SearchSettings:
@@ -84,7 +91,7 @@ def compare(
     experiments: Sequence[Experiment],
     settings: DiagnosisSettings,
     catalogue: Catalogue,
-    law: Material,
+    material: FitSettings,
     executor: Executor,
     tell: Tell,
 ) -> Comparison:
@@ -92,7 +99,7 @@ def compare(
 
     Parameters
     ----------
-    law : of the baseline, with its shape; E and ν are fitted
+    material : the baseline's law, and what is known of its parameters beforehand
 
     Raises
     ------
@@ -100,7 +107,7 @@ def compare(
         As :func:`estimator.diagnosis.diagnose.diagnose`.
     """
     tell("fitting the baseline", 0, 1)
-    preparation, baseline = prepare(experiments, settings, law, executor)
+    preparation, baseline = prepare(experiments, settings, material, executor)
     tell("fitting the baseline", 1, 1)
     lenient = preparation.cases(AT_MOST)
     case = most_probable_noise(preparation.cases, lenient, baseline)
@@ -112,9 +119,11 @@ def compare(
     context = Context(case, baseline, error, executor, tell, catalogue)
     trials = screen(context, plain)
     leaders = _leaders(best_starts(trials, settings.search.starts), none, settings.search)
-    candidates = race(context, [trial.start for trial in leaders], none)
+    starts = [trial.start for trial in leaders]
+    candidates = race(context, starts, none)
     left_out = number_left_out(experiments, case.experiments)
-    comparison = Comparison(context, left_out, tuple(trials), tuple(candidates), none, unknown)
+    unsolved = not_solved(starts, candidates)
+    comparison = Comparison(context, left_out, tuple(trials), tuple(candidates), none, unknown, unsolved)
     preparation = corrected_at_best(preparation, context, candidates, none)
     comparison = _with_most_probable_noise(comparison, preparation.cases)
     finer = _finer(comparison)
@@ -162,18 +171,42 @@ def _finer(comparison: Comparison) -> Comparison:
     # One that falls short of the leader may still be its rival: its evidence is to be that of a refit in full.
     weighed = most_probable_first([*comparison.candidates, *found])
     candidates = to_the_end(context, weighed, comparison.none)
-    return replace(comparison, trials=(*comparison.trials, *finer), candidates=tuple(candidates))
+    solved = {one.labels[0] for one in candidates}
+    return replace(
+        comparison,
+        trials=(*comparison.trials, *finer),
+        candidates=tuple(candidates),
+        unsolved=tuple(label for label in comparison.unsolved if label not in solved),
+    )
+
+
+def with_refitted(comparison: Comparison, label: str) -> Comparison:
+    """Return the comparison with the forms of a label refitted from their best starts, or with it as not solved."""
+    context, settings = comparison.context, comparison.settings
+    own = [trial for trial in comparison.trials if trial.signature.effect.label == label]
+    starts = [trial.start for trial in best_starts(own, settings.starts)[: settings.forms_of_a_label]]
+    found = race(context, starts, comparison.none)
+    return replace(
+        comparison,
+        candidates=tuple(most_probable_first([*comparison.candidates, *found])),
+        unsolved=(*comparison.unsolved, *not_solved(starts, found)),
+    )
 
 
 def _with_material_of(comparison: Comparison) -> Linearisation:
     """Return the baseline with E and ν of the best candidate, where a form much like it is nearer to linear.
 
-    A stress that relaxes by half leaves half of E: from the fitted E, the shares of two terms begin far off.
+    A stress that relaxes by half leaves half of E: from the fitted E, the shares of two terms begin far off. Where the
+    tissue has no equilibrium with these alone, they are as near to them as it has.
     """
     there = comparison.candidates[0].fit.hypothesis
     context = comparison.context
     plain = replace(there, effects=(), values=())
-    return linearise(context.case, plain, context.baseline)
+    for share in _SHARES_OF_THE_WAY:
+        with suppress(SolverError):
+            nearer = plain.with_material_between(context.baseline.hypothesis, share)
+            return linearise(context.case, nearer, context.baseline)
+    return context.baseline
 
 
 def _best_with_kinks(case: Case, candidates: Sequence[Candidate]) -> Candidate | None:

@@ -27,6 +27,7 @@ from estimator.diagnosis.model.solution import mechanics_of, solve_case
 from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.settings import SearchSettings
 from estimator.effects.effect import Effect
+from estimator.errors import SolverError
 from estimator.inference.gauss_newton import step_of_gram
 
 FloatArray = NDArray[np.float64]
@@ -49,7 +50,8 @@ class Trial:
 
 
 def screen(context: Context, effects: Sequence[Effect]) -> list[Trial]:
-    """Return the trials of all effects at all their starts, the most probable first."""
+    """Return the trials of all effects that can show at all their starts, the most probable first."""
+    effects = [effect for effect in effects if beads_needed(effect) <= context.beads_seen]
     jobs = [
         context.executor.submit(_signatures, context.case, context.baseline, share)
         for share in _shares(effects, context.settings.search)
@@ -63,6 +65,11 @@ def screen(context: Context, effects: Sequence[Effect]) -> list[Trial]:
 
 def _descending(trial: Trial) -> float:
     return -trial.log_evidence
+
+
+def beads_needed(effect: Effect) -> int:
+    """Return how many beads must have been seen for an effect to show."""
+    return max(effect.fewest_beads, 1 if effect.group == "vision" else 0)
 
 
 def best_starts(trials: Sequence[Trial], of_searched: int) -> list[Trial]:
@@ -108,7 +115,10 @@ def _cost(group: Sequence[Effect], condensing: float) -> float:
 
 
 def _signatures(case: Case, base: Linearisation, effects: Sequence[Effect]) -> list[Signature]:
-    solutions = solve_case(case, base.hypothesis, base.known)
+    try:
+        solutions = solve_case(case, base.hypothesis, base.known)
+    except SolverError:
+        solutions = solve_case(case, base.hypothesis)  # from rest, in shorter steps
     mechanics = [mechanics_of(solution) for solution in solutions]
     return signatures_of(case, mechanics, base.hypothesis, effects)
 
