@@ -39,6 +39,7 @@ class FitSettings:
     objective : ``"likelihood"``: residuals weighted by the covariances of the sensors, nuisances integrated out, by
         Gauss–Newton; ``"paper"``: sums of squares, by sequential quadratic programming, see
         :mod:`estimator.fit.paper`
+    prior_weight : by how many times the measurements scatter more than stated: as much surer are all priors beside them
     intervals : from the curvature at the optimum, or ``"profile"``: from the profile likelihood
 
     Raises
@@ -55,6 +56,7 @@ class FitSettings:
     nuisances: frozenset[str] = USUAL
     objective: Objective = "likelihood"
     intervals: Intervals = "linear"
+    prior_weight: float = 1.0
 
     def __post_init__(self) -> None:
         known = {parameter.name: parameter for parameter in law_parameters(self.law)}
@@ -113,9 +115,9 @@ class FitSettings:
         return bounded.at(parameter.value if stated is None else stated.mean)
 
     def _prior_of(self, name: str) -> Prior | None:
-        if name in self.priors or self.objective == "paper":
-            return self.priors.get(name)
-        return USUAL_PRIORS.get(name)
+        usual = None if self.objective == "paper" else USUAL_PRIORS.get(name)
+        prior = self.priors.get(name, usual)
+        return None if prior is None else replace(prior, std=prior.std / self.prior_weight)
 
 
 def material_of(law: Law, values: Mapping[str, float]) -> Material:

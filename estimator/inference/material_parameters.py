@@ -8,7 +8,6 @@ from estimator.inference.free_parameter import (
     LOGARITHM,
     FreeParameter,
     InternalPrior,
-    Prior,
     Transform,
     in_units_of,
 )
@@ -60,7 +59,7 @@ POISSON_RATIO = FreeParameter(
 # 0.5: two thirds of this prior lie between 0.40 and 0.491, nineteen twentieths between 0.18 and 0.497. It is so wide
 # that it moves no value that measurements determine, and keeps one that they do not from running to a bound.
 USUAL_RATIO = InternalPrior(0.47, 1.2, _internal_of_ratio)
-USUAL_PRIORS: Mapping[str, Prior] = MappingProxyType({POISSON_RATIO.name: USUAL_RATIO})
+USUAL_PRIORS: Mapping[str, InternalPrior] = MappingProxyType({POISSON_RATIO.name: USUAL_RATIO})
 
 
 def law_parameters(law: Law) -> tuple[FreeParameter, ...]:

@@ -202,11 +202,13 @@ def _with_material_of(comparison: Comparison) -> Linearisation:
     there = comparison.candidates[0].fit.hypothesis
     context = comparison.context
     plain = replace(there, effects=(), values=())
+    found = context.baseline
     for share in _SHARES_OF_THE_WAY:
         with suppress(SolverError):
             nearer = plain.with_material_between(context.baseline.hypothesis, share)
-            return linearise(context.case, nearer, context.baseline)
-    return context.baseline
+            found = linearise(context.case, nearer, context.baseline)
+            break
+    return found
 
 
 def _best_with_kinks(case: Case, candidates: Sequence[Candidate]) -> Candidate | None:

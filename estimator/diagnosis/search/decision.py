@@ -66,8 +66,6 @@ def reach_verdict(comparison: Comparison, evidence: Mapping[str, float]) -> Verd
 
 def _no_likelier(probability: Mapping[str, float], unsolved: Sequence[str]) -> Mapping[str, float]:
     """Return the probabilities with no answer that could not be solved above the most probable one that was."""
-    if not unsolved:
-        return probability
     most = max(value for label, value in probability.items() if label not in unsolved)
     kept = {label: min(value, most) for label, value in probability.items()}
     total = sum(kept.values())
