@@ -12,6 +12,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.errors import FitError
 from estimator.experiment import Experiment, check_same_mounting
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.newton import NewtonSettings
@@ -171,14 +172,28 @@ def fit_few_states(
     chosen = [spread_states(s, max(_FEWEST_STATES, len(settings.free))) for s in model.schedules]
     few = Linearisation(model, means, chosen, settings, partial(tell, "a few states"), _AT_FIRST)
     search = _SEARCHES[settings.objective]
-    found, last = search(few.objective, settings.free, few.first_guess(), _LINEAR_STEP)
-    values = len(few.objective(found[-1].values).residual[0]) - len(settings.free)
-    weighed = _with_priors_weighed(settings, float(np.sqrt(last.chi2_after / max(values, 1))))
+    start = few.first_guess()
+    first = few.objective(start)
+    count = max(len(first.residual[0]) - len(settings.free), 1)
+    found: list[Iterate] = []
+    try:
+        found, last = search(few.objective, settings.free, start, _LINEAR_STEP)
+    except FitError:
+        # Beside what the model misses the priors weigh too little, and what is not determined runs away.
+        last = determined_step(first)
+        if _with_priors_weighed(settings, _in_noise(last, count)) is settings:
+            raise
+    weighed = _with_priors_weighed(settings, _in_noise(last, count))
     if weighed is not settings:
         few = Linearisation(model, means, chosen, weighed, partial(tell, "a few states"), _AT_FIRST)
-        again, _ = search(few.objective, weighed.free, found[0].values, _LINEAR_STEP)
+        again, _ = search(few.objective, weighed.free, start, _LINEAR_STEP)
         found += again
     return found, weighed
+
+
+def _in_noise(last: NewtonStep, count: int) -> float:
+    """Return the root mean square misfit of so many values in units of the noise, after the last step."""
+    return float(np.sqrt(last.chi2_after / count))
 
 
 def _with_priors_weighed(settings: FitSettings, misfit: float) -> FitSettings:

@@ -7,7 +7,15 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from retraction_cases import SMALL_BLOCK, follow, recorded, straight_pull, turning_pull
+from retraction_cases import (
+    SMALL_BLOCK,
+    follow,
+    measured_only,
+    of_rows,
+    recorded,
+    straight_pull,
+    turning_pull,
+)
 
 from estimator.errors import EstimatorError, FitError
 from estimator.experiment import Experiment
@@ -61,16 +69,6 @@ def fitted(experiments: list[Experiment], asked: FitSettings | None = None) -> E
 
 
 WITHOUT_MESH = frozenset({"tare", "rest_positions", "gripper_position"})
-
-
-def measured_only(experiment: Experiment, wrench: list[int], beads: list[int], axes: list[int]) -> Experiment:
-    """The experiment with only these components of the wrench, beads, and coordinates of them."""
-    felt = np.full_like(experiment.wrench, np.nan)
-    felt[:, wrench] = experiment.wrench[:, wrench]
-    seen = np.full_like(experiment.fiducials, np.nan)
-    kept = np.ix_(range(len(experiment.time)), beads, axes)
-    seen[kept] = experiment.fiducials[kept]
-    return replace(experiment, wrench=felt, fiducials=seen)
 
 
 def holds(found: ParameterEstimate, truth: float) -> bool:
@@ -181,17 +179,3 @@ def test_what_is_dropped_at_random_leaves_an_answer_or_one_line(
     else:
         assert holds_truth(fit)
         assert np.all(np.isfinite([fit.youngs_modulus.std, fit.poisson_ratio.std, fit.noise_ratio]))
-
-
-def of_rows(experiment: Experiment, rows: list[int]) -> Experiment:
-    """Some rows of an experiment, the first among them."""
-    return replace(
-        experiment,
-        time=experiment.time[rows],
-        phase=tuple(experiment.phase[row] for row in rows),
-        step=experiment.step[rows],
-        position=experiment.position[rows],
-        quaternion_wxyz=experiment.quaternion_wxyz[rows],
-        wrench=experiment.wrench[rows],
-        fiducials=experiment.fiducials[rows],
-    )

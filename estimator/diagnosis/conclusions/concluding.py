@@ -181,10 +181,12 @@ def _findings(
             )
         else:
             found[label] = absent_finding(trial, fit, probability[label], multiplicity, settings.conclusions)
-    for label in comparison.unsolved:
-        found[label] = replace(found[label], state="not_solved")
     unseen = [one for one in context.catalogue.effects if one.label not in found]
-    return {**found, **{one.label: unseen_finding(one, probability[one.label]) for one in reversed(unseen)}}
+    found.update({one.label: unseen_finding(one, probability[one.label]) for one in reversed(unseen)})
+    return {
+        label: replace(one, state="not_solved") if label in comparison.unsolved else one
+        for label, one in found.items()
+    }
 
 
 def _without(comparison: Comparison, winner: Candidate, label: str) -> Linearisation:

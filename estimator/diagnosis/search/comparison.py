@@ -36,7 +36,7 @@ from estimator.diagnosis.search.refinements import (
     past_kinks,
     siblings,
 )
-from estimator.diagnosis.search.screening import Trial, best_starts, screen, trials_of
+from estimator.diagnosis.search.screening import Trial, beads_needed, best_starts, screen, trials_of
 from estimator.diagnosis.search.second_cause import asks_for_a_finer_form, promising_seconds
 from estimator.diagnosis.settings import DiagnosisSettings, SearchSettings
 from estimator.effects.catalogue import Catalogue
@@ -122,7 +122,7 @@ def compare(
     starts = [trial.start for trial in leaders]
     candidates = race(context, starts, none)
     left_out = number_left_out(experiments, case.experiments)
-    unsolved = not_solved(starts, candidates)
+    unsolved = (*not_solved(starts, candidates), *_without_signature(context, trials))
     comparison = Comparison(context, left_out, tuple(trials), tuple(candidates), none, unknown, unsolved)
     preparation = corrected_at_best(preparation, context, candidates, none)
     comparison = _with_most_probable_noise(comparison, preparation.cases)
@@ -178,6 +178,13 @@ def _finer(comparison: Comparison) -> Comparison:
         candidates=tuple(candidates),
         unsolved=tuple(label for label in comparison.unsolved if label not in solved),
     )
+
+
+def _without_signature(context: Context, trials: Sequence[Trial]) -> tuple[str, ...]:
+    """Return the labels that could show, and whose every form is without an equilibrium beside the baseline."""
+    screened = {trial.signature.effect.label for trial in trials}
+    could = (one.label for one in context.catalogue.effects if beads_needed(one) <= context.beads_seen)
+    return tuple(dict.fromkeys(label for label in could if label not in screened))
 
 
 def with_refitted(comparison: Comparison, label: str) -> Comparison:

@@ -23,7 +23,7 @@ from estimator.diagnosis.evidence.signatures import Signature, signatures_of
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.model.free_parameters import HypothesisParameter, moved
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.model.solution import mechanics_of, solve_case
+from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.settings import SearchSettings
 from estimator.effects.effect import Effect
@@ -120,7 +120,20 @@ def _signatures(case: Case, base: Linearisation, effects: Sequence[Effect]) -> l
     except SolverError:
         solutions = solve_case(case, base.hypothesis)  # from rest, in shorter steps
     mechanics = [mechanics_of(solution) for solution in solutions]
-    return signatures_of(case, mechanics, base.hypothesis, effects)
+    return _of_those_that_can_be(case, mechanics, base.hypothesis, effects)
+
+
+def _of_those_that_can_be(
+    case: Case, mechanics: Sequence[Mechanics], hypothesis: Hypothesis, effects: Sequence[Effect]
+) -> list[Signature]:
+    """Return the signatures of those effects that have one: a small change by the others has no equilibrium."""
+    try:
+        found = signatures_of(case, mechanics, hypothesis, effects)
+    except SolverError:
+        half = len(effects) // 2
+        parts = (effects[:half], effects[half:]) if half else ()
+        found = [one for part in parts for one in _of_those_that_can_be(case, mechanics, hypothesis, part)]
+    return [one for one in found if all(np.isfinite(columns).all() for columns in one.columns)]
 
 
 def trials_of(context: Context, signatures: Sequence[Signature], gain: float = -math.inf) -> list[Trial]:
