@@ -7,11 +7,13 @@ from dataclasses import replace
 
 from estimator.errors import InputError
 from estimator.experiment import Experiment, SensorNoise
+from estimator.experiment.model import BEAD_CHANNELS, WRENCH_CHANNELS
 from estimator.fit.settings import FitSettings
 from estimator.inference.free_parameter import NormalPrior as Prior
 from estimator.materials import installed_laws, law_named
 
 _NO_PRIOR = "none"
+_CHANNELS = (*WRENCH_CHANNELS, *BEAD_CHANNELS)
 _DEVIATIONS = ("force_std", "torque_std", "fiducial_std", "position_std")
 
 
@@ -46,7 +48,8 @@ def add_known_options(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=STD",
-        help=f"of a sensor, in place of what experiment.toml states; of {', '.join(_DEVIATIONS)}, SI units",
+        help=f"of a sensor, in place of what experiment.toml states, SI units; of {', '.join(_DEVIATIONS)}, or of one "
+        "channel: fx fy fz tx ty tz, and x y z of every fiducial",
     )
 
 
@@ -81,10 +84,9 @@ def with_noise_of(options: argparse.Namespace, experiments: Sequence[Experiment]
     """
     stated = {name: value for name, (value,) in _assigned("--noise", options.noise, "=", 1).items()}
     for name in stated:
-        if name not in _DEVIATIONS:
-            raise InputError(
-                f"--noise {name}: no sensor's deviation is called so; of {', '.join(_DEVIATIONS)}"
-            )
+        if name not in (*_DEVIATIONS, *_CHANNELS):
+            known = ", ".join((*_DEVIATIONS, *_CHANNELS))
+            raise InputError(f"--noise {name}: no sensor's deviation is called so; of {known}")
     for name, value in stated.items():
         if not 0 < value < math.inf:
             raise InputError(f"--noise {name}={value:g}: a standard deviation is above 0, in SI units")
@@ -93,7 +95,24 @@ def with_noise_of(options: argparse.Namespace, experiments: Sequence[Experiment]
 
 def _with_deviations(sensor: SensorNoise, stated: Mapping[str, float]) -> SensorNoise:
     deviations = {name: stated.get(name, getattr(sensor, name)) for name in _DEVIATIONS}
-    return SensorNoise(**deviations, tool_mass=sensor.tool_mass, tool_centre=sensor.tool_centre)
+    own = {name: value for name, value in stated.items() if name in _CHANNELS}
+    return SensorNoise(
+        **deviations,
+        tool_mass=sensor.tool_mass,
+        tool_centre=sensor.tool_centre,
+        by_channel={**_without(sensor.by_channel, stated), **own},
+    )
+
+
+def _without(by_channel: Mapping[str, float], stated: Mapping[str, float]) -> dict[str, float]:
+    """Return the deviations of channels that no statement on all of their kind overrides."""
+    overridden = {
+        "force_std": WRENCH_CHANNELS[:3],
+        "torque_std": WRENCH_CHANNELS[3:],
+        "fiducial_std": BEAD_CHANNELS,
+    }
+    gone = {channel for name, channels in overridden.items() if name in stated for channel in channels}
+    return {name: value for name, value in by_channel.items() if name not in gone}
 
 
 def _assigned(option: str, texts: Sequence[str], separator: str, count: int) -> dict[str, list[float]]:

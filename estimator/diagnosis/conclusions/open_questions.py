@@ -35,8 +35,8 @@ def what_cannot_be_told(
         for one in doubted
     ]
     sentences += [
-        f"{label} is not solved: with it the tissue had no equilibrium near where the measurements would put it, so "
-        "that it is neither refuted nor borne out."
+        f"{label} is not solved: no equilibrium was found with it near where the measurements would put it, so that "
+        "it is neither refuted nor borne out."
         for label, effect in effects.items()
         if effect.state == "not_solved"
     ]

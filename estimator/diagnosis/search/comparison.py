@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from estimator.diagnosis.evidence.marginal_likelihood import (
@@ -20,7 +19,7 @@ from estimator.diagnosis.evidence.noise_selection import (
     refitted_anew,
     signatures_anew,
 )
-from estimator.diagnosis.fitting.case import Case, Linearisation, linearise
+from estimator.diagnosis.fitting.case import Case
 from estimator.diagnosis.noise.errors_left import AT_MOST
 from estimator.diagnosis.noise.outliers import number_left_out
 from estimator.diagnosis.search.baseline import corrected_at_best, prepare
@@ -35,17 +34,20 @@ from estimator.diagnosis.search.refinements import (
     mistaken_for,
     past_kinks,
     siblings,
+    with_material_of,
 )
-from estimator.diagnosis.search.screening import Trial, beads_needed, best_starts, screen, trials_of
+from estimator.diagnosis.search.screening import (
+    Trial,
+    best_starts,
+    labels_without_signature,
+    screen,
+    trials_of,
+)
 from estimator.diagnosis.search.second_cause import asks_for_a_finer_form, promising_seconds
 from estimator.diagnosis.settings import DiagnosisSettings, SearchSettings
 from estimator.effects.catalogue import Catalogue
-from estimator.errors import SolverError
 from estimator.experiment import Experiment
 from estimator.fit.settings import FitSettings
-
-# Of the way from the baseline's E and ν to a leader's, tried one after the other.
-_SHARES_OF_THE_WAY = (1.0, 0.5, 0.25)
 
 
 @dataclass(frozen=True)
@@ -122,7 +124,7 @@ def compare(
     starts = [trial.start for trial in leaders]
     candidates = race(context, starts, none)
     left_out = number_left_out(experiments, case.experiments)
-    unsolved = (*not_solved(starts, candidates), *_without_signature(context, trials))
+    unsolved = (*not_solved(starts, candidates), *labels_without_signature(context, trials))
     comparison = Comparison(context, left_out, tuple(trials), tuple(candidates), none, unknown, unsolved)
     preparation = corrected_at_best(preparation, context, candidates, none)
     comparison = _with_most_probable_noise(comparison, preparation.cases)
@@ -146,7 +148,11 @@ def _finer(comparison: Comparison) -> Comparison:
     if not (doubtful or mistaken or stopped):
         return comparison
     effects = [*elaborate, *mistaken]
-    finer = screen(context.beside(_with_material_of(comparison)), effects) if effects else []
+    finer = (
+        screen(context.beside(with_material_of(context, comparison.candidates[0])), effects)
+        if effects
+        else []
+    )
     begun = best_starts(finer, settings.starts)
     forms = [start for one in doubtful[:1] for start in at_the_place_of(context, one, comparison.candidates)]
     labels = context.catalogue.groups
@@ -180,13 +186,6 @@ def _finer(comparison: Comparison) -> Comparison:
     )
 
 
-def _without_signature(context: Context, trials: Sequence[Trial]) -> tuple[str, ...]:
-    """Return the labels that could show, and whose every form is without an equilibrium beside the baseline."""
-    screened = {trial.signature.effect.label for trial in trials}
-    could = (one.label for one in context.catalogue.effects if beads_needed(one) <= context.beads_seen)
-    return tuple(dict.fromkeys(label for label in could if label not in screened))
-
-
 def with_refitted(comparison: Comparison, label: str) -> Comparison:
     """Return the comparison with the forms of a label refitted from their best starts, or with it as not solved."""
     context, settings = comparison.context, comparison.settings
@@ -198,24 +197,6 @@ def with_refitted(comparison: Comparison, label: str) -> Comparison:
         candidates=tuple(most_probable_first([*comparison.candidates, *found])),
         unsolved=(*comparison.unsolved, *not_solved(starts, found)),
     )
-
-
-def _with_material_of(comparison: Comparison) -> Linearisation:
-    """Return the baseline with E and ν of the best candidate, where a form much like it is nearer to linear.
-
-    A stress that relaxes by half leaves half of E: from the fitted E, the shares of two terms begin far off. Where the
-    tissue has no equilibrium with these alone, they are as near to them as it has.
-    """
-    there = comparison.candidates[0].fit.hypothesis
-    context = comparison.context
-    plain = replace(there, effects=(), values=())
-    found = context.baseline
-    for share in _SHARES_OF_THE_WAY:
-        with suppress(SolverError):
-            nearer = plain.with_material_between(context.baseline.hypothesis, share)
-            found = linearise(context.case, nearer, context.baseline)
-            break
-    return found
 
 
 def _best_with_kinks(case: Case, candidates: Sequence[Candidate]) -> Candidate | None:

@@ -63,9 +63,7 @@ def race(context: Context, starts: Sequence[Hypothesis], bar: float) -> list[Can
     """
     solve = solved_by(context.executor)
     with refits_at_a_time(len(starts)) as threads:
-        jobs = [
-            threads.submit(_first_point, context.case, start, context.baseline, solve) for start in starts
-        ]
+        jobs = [threads.submit(first_point, context.case, start, context.baseline, solve) for start in starts]
         first = _candidates(context, dict.fromkeys(jobs, math.inf))
     chosen = worth_a_second_point(first, bar, context.settings.search)
     return to_the_end(context, _further(context, first, chosen, 1), bar)
@@ -189,7 +187,7 @@ def _candidates(context: Context, jobs: Mapping[Future[Linearisation | None], fl
     return most_probable_first(found)
 
 
-def _first_point(case: Case, start: Hypothesis, near: Linearisation, solve: Solve) -> Linearisation | None:
+def first_point(case: Case, start: Hypothesis, near: Linearisation, solve: Solve) -> Linearisation | None:
     """Solve a start; where that has no equilibrium, one ever nearer to the solved neighbour; None where none has any.
 
     The last ones are followed from rest in shorter steps: a neighbour's field may lead astray.

@@ -72,6 +72,13 @@ def beads_needed(effect: Effect) -> int:
     return max(effect.fewest_beads, 1 if effect.group == "vision" else 0)
 
 
+def labels_without_signature(context: Context, trials: Sequence[Trial]) -> tuple[str, ...]:
+    """Return the labels that could show, and whose every form is without an equilibrium beside the baseline."""
+    screened = {trial.signature.effect.label for trial in trials}
+    could = (one.label for one in context.catalogue.effects if beads_needed(one) <= context.beads_seen)
+    return tuple(dict.fromkeys(label for label in could if label not in screened))
+
+
 def best_starts(trials: Sequence[Trial], of_searched: int) -> list[Trial]:
     """Return the best trial of each effect, sorted; so many where a search among constants may go astray."""
     tried: Counter[str] = Counter()

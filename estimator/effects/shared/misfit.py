@@ -16,8 +16,7 @@ def fiducial_misfit(readings: Readings) -> FloatArray:
 
 def wrench_misfit(readings: Readings) -> FloatArray:
     """Return measured less predicted (n, 6) in the sensor's axes, in units of the noise, zero where not measured."""
-    sensor = readings.experiment.sensor
-    noise = np.array(3 * [sensor.force_std] + 3 * [sensor.torque_std])
+    noise = readings.experiment.sensor.wrench_std
     misfit = np.nan_to_num(readings.experiment.wrench - readings.wrench, nan=0.0)
     return in_gripper_axes(readings.rotation, misfit) / noise
 
