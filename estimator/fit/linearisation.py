@@ -193,7 +193,7 @@ class Linearisation:
             return values
         self._predict(values)
         try:
-            ratio = modulus_ratio(self.means, self.predictions)
+            ratio = modulus_ratio(self.means, self.predictions, self._model.schedules)
         except NothingTellsModulusError:
             if modulus.prior is None:
                 raise
