@@ -148,3 +148,29 @@ def recorded(
         wrench=wrench + noise * scatter * rng.normal(size=wrench.shape),
         fiducials=fiducials + noise * sensor.fiducial_std * rng.normal(size=fiducials.shape),
     )
+
+
+def measured_only(
+    experiment: Experiment, wrench: Sequence[int], beads: Sequence[int], axes: Sequence[int]
+) -> Experiment:
+    """The experiment with only these components of the wrench, beads, and coordinates of them."""
+    felt = np.full_like(experiment.wrench, np.nan)
+    felt[:, list(wrench)] = experiment.wrench[:, list(wrench)]
+    seen = np.full_like(experiment.fiducials, np.nan)
+    kept = np.ix_(range(len(experiment.time)), beads, axes)
+    seen[kept] = experiment.fiducials[kept]
+    return replace(experiment, wrench=felt, fiducials=seen)
+
+
+def of_rows(experiment: Experiment, rows: list[int]) -> Experiment:
+    """Some rows of an experiment, the first among them."""
+    return replace(
+        experiment,
+        time=experiment.time[rows],
+        phase=tuple(experiment.phase[row] for row in rows),
+        step=experiment.step[rows],
+        position=experiment.position[rows],
+        quaternion_wxyz=experiment.quaternion_wxyz[rows],
+        wrench=experiment.wrench[rows],
+        fiducials=experiment.fiducials[rows],
+    )

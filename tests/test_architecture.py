@@ -22,7 +22,11 @@ MOST_LINES = 300
 MOST_MODULES_IN_A_FOLDER = 15
 MOST_PARAMETERS = 6
 # What scripts and notebooks call: each keyword is one wish of theirs, and none need be known that is not used.
-CALLED_BY_SCRIPTS = ("estimator.api.estimating.estimate", "estimator.api.simulating.simulate")
+CALLED_BY_SCRIPTS = (
+    "estimator.api.diagnosing.diagnose",
+    "estimator.api.estimating.estimate",
+    "estimator.api.simulating.simulate",
+)
 SIMULATED = re.compile(r"emulators?$|^virtual_|^testing$")
 CHOOSES_SIMULATION = re.compile(
     r"(daq\.(bad_input|cli|demo|faults)|gui\.(app|promptness|soak|screenshots)|robot_drivers\.ati\.benchmark)\b"

@@ -1,10 +1,11 @@
 """Diagnosis from a script, and a diagnosis that shows itself."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from estimator.api.estimating import material_settings
 from estimator.api.experiments import several
 from estimator.api.tables import dataframe
 from estimator.diagnosis import result
@@ -14,7 +15,7 @@ from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import Catalogue
 from estimator.experiment import model
 from estimator.fit.linearisation import Progress
-from estimator.materials.material import Material
+from estimator.materials import Law
 
 if TYPE_CHECKING:
     from estimator.api.drawings import Drawing
@@ -114,7 +115,10 @@ def diagnose(
     *,
     catalogue: Catalogue | None = None,
     settings: DiagnosisSettings | None = None,
-    baseline_law: Material | None = None,
+    law: str | Law = "neo_hookean",
+    fixed: Mapping[str, float] | None = None,
+    priors: Mapping[str, tuple[float, float] | None] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
 ) -> Diagnosis:
     """Diagnose the gap between the model and the experiments of one phantom in one mounting.
 
@@ -126,7 +130,8 @@ def diagnose(
     progress : called with what is being done, how much of it is done, and how much there is
     catalogue : the effects that are looked for; by default this project's and those of installed packages
     settings : of every number that is not physics, each with its unit, kind and reason
-    baseline_law : the tissue's law with its shape, the Neo-Hookean one by default; its E and ν are fitted
+    law, fixed, priors, bounds : of the tissue, as :func:`estimator.estimate` takes them; shape parameters that are not
+        fixed are fitted to a few states, and kept
 
     Raises
     ------
@@ -149,6 +154,10 @@ def diagnose(
     """
     return Diagnosis.of(
         diagnose_experiments(
-            several(experiments), progress, catalogue=catalogue, settings=settings, baseline_law=baseline_law
+            several(experiments),
+            progress,
+            catalogue=catalogue,
+            settings=settings,
+            material=material_settings(law, fixed, priors, bounds),
         )
     )

@@ -1,7 +1,7 @@
 """Estimation from a script, and an estimate that shows itself."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -101,7 +101,7 @@ def estimate(
     *,
     law: str | Law = "neo_hookean",
     fixed: Mapping[str, float] | None = None,
-    priors: Mapping[str, tuple[float, float]] | None = None,
+    priors: Mapping[str, tuple[float, float] | None] | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
     loss: str = "linear",
     nuisances: Collection[str] = USUAL,
@@ -118,7 +118,8 @@ def estimate(
     experiments : one or several
     law : of :mod:`estimator.materials` by name, or of your own
     fixed : parameters that are known
-    priors : mean and standard deviation of what is known beforehand
+    priors : mean and standard deviation of what is known beforehand; None for nothing. Of Poisson's ratio a weak one is
+        supposed, 0.40 to 0.49, and the result tells how much of the answer it is
     bounds : lower and upper
     loss : of the residuals: "linear", "huber" or "cauchy"
     nuisances : what is unknown besides, of :data:`estimator.fit.nuisances.NUISANCES`
@@ -145,14 +146,26 @@ def estimate(
     >>> found.to_dict()["fixed"]
     ['poisson_ratio']
     """
-    settings = FitSettings(
-        law=law_named(law) if isinstance(law, str) else law,
-        fixed=dict(fixed or {}),
-        priors={name: NormalPrior(*pair) for name, pair in (priors or {}).items()},
-        bounds=dict(bounds or {}),
+    settings = replace(
+        material_settings(law, fixed, priors, bounds),
         loss=loss_named(loss),
         nuisances=frozenset(nuisances),
         intervals="profile" if profile else "linear",
     )
     found = fit_experiments(several(experiments), progress, settings)
     return Estimate(**{field.name: getattr(found, field.name) for field in fields(result.Estimate)})
+
+
+def material_settings(
+    law: str | Law,
+    fixed: Mapping[str, float] | None,
+    priors: Mapping[str, tuple[float, float] | None] | None,
+    bounds: Mapping[str, tuple[float, float]] | None,
+) -> FitSettings:
+    """Return what a fit is to know of the material."""
+    return FitSettings(
+        law=law_named(law) if isinstance(law, str) else law,
+        fixed=dict(fixed or {}),
+        priors={name: pair and NormalPrior(*pair) for name, pair in (priors or {}).items()},
+        bounds=dict(bounds or {}),
+    )

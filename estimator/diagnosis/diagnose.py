@@ -10,14 +10,13 @@ from estimator.diagnosis.conclusions.concluding import conclude
 from estimator.diagnosis.result import Diagnosis
 from estimator.diagnosis.search.comparison import compare
 from estimator.diagnosis.search.context import Tell
-from estimator.diagnosis.search.decision import reach_verdict, weigh
+from estimator.diagnosis.search.decision import reach_verdict, weigh, with_contenders_refitted
 from estimator.diagnosis.search.local_resolution import resolved
 from estimator.diagnosis.search.racing import polished
 from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import Catalogue, default_catalogue
 from estimator.experiment import Experiment
-from estimator.materials import NEO_HOOKEAN
-from estimator.materials.material import Material
+from estimator.fit.settings import FitSettings
 from estimator.workers import worker_pool
 
 
@@ -27,7 +26,7 @@ def diagnose(
     *,
     catalogue: Catalogue | None = None,
     settings: DiagnosisSettings | None = None,
-    baseline_law: Material | None = None,
+    material: FitSettings | None = None,
 ) -> Diagnosis:
     """Diagnose the gap between the baseline and the experiments of one phantom in one mounting.
 
@@ -37,7 +36,8 @@ def diagnose(
     progress : told what is being done, and how much of it is done
     catalogue : the effects that are looked for; the default one with what installed packages add to it
     settings : of every number that is not physics
-    baseline_law : the tissue's law with its shape, the Neo-Hookean one by default; its E and ν are fitted
+    material : the tissue's law, and what is known of its parameters beforehand; by default the Neo-Hookean one, of
+        which E and ν are fitted. Shape parameters that are not fixed are fitted to a few states, and kept
 
     Raises
     ------
@@ -55,10 +55,11 @@ def diagnose(
             experiments,
             settings or DiagnosisSettings(),
             catalogue or default_catalogue(),
-            baseline_law or NEO_HOOKEAN,
+            material or FitSettings(),
             executor,
             tell,
         )
+        comparison = with_contenders_refitted(comparison)
         evidence = weigh(comparison)
         verdict = reach_verdict(comparison, evidence)
         winner, of_winner = verdict.winner, comparison.context.case

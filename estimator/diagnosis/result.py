@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -15,7 +15,7 @@ from estimator.experiment import Experiment
 from estimator.fem.discretisation.mesh import Mesh
 
 FloatArray = NDArray[np.float64]
-State = Literal["present", "negligible", "absent", "cannot_tell"]
+State = Literal["present", "negligible", "absent", "cannot_tell", "not_solved"]
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,8 @@ class EffectFinding:
     ----------
     label, form, group, words : of the effect's best form
     probability : that it is the leading cause, alone or with others
-    state : present, negligible, absent, or not to be told from these data
+    state : present, negligible, absent, or not to be told from these data; or not solved, where the tissue had no
+        equilibrium with it: then it is neither refuted nor borne out
     parameters : at their best, by name
     chi2_drop : of the misfit once the effect is in and everything refitted
     closure_held_out : share of the gap that it closes on experiments left out of the fit; None where not computed
@@ -220,6 +221,8 @@ class Diagnosis:
         have shown with 95 %, what the model's own error may hide included
     where : Where
     before, after : material without causes, and with them and with the uncertainty of naming them
+    prior_shares : how much of what is known of E and ν their priors give, from 0 to 1; by name, without what was given
+    at_bound : names of those that stand at a bound
     cannot_tell : sentences: what these data do not say
     next_experiment : Advice, the best first
     outliers : how many single readings of a bead were left out as wild
@@ -250,3 +253,5 @@ class Diagnosis:
     rivals: Rivals
     considered: Mapping[str, Consideration]
     seconds: float
+    prior_shares: Mapping[str, float] = field(default_factory=dict)
+    at_bound: tuple[str, ...] = ()

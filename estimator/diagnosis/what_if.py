@@ -21,7 +21,7 @@ from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import Catalogue, default_catalogue
 from estimator.errors import InputError
 from estimator.experiment import Experiment
-from estimator.materials import NEO_HOOKEAN
+from estimator.fit.settings import FitSettings
 from estimator.workers import worker_pool
 
 
@@ -62,12 +62,14 @@ def what_if(
     tell = progress or (lambda stage, done, total: None)
     with worker_pool() as executor:
         tell("fitting the baseline", 0, 1)
-        preparation, baseline = prepare(experiments, settings, NEO_HOOKEAN, executor)
+        preparation, baseline = prepare(experiments, settings, FitSettings(), executor)
         case = preparation.cases(errors_left)
         baseline = refitted_anew(baseline, preparation.cases(AT_MOST), case)
         context = Context(case, baseline, error_borne_out(case, baseline), executor, tell, catalogue)
         forms = [effect for effect in catalogue.forms(label) if not effect.elaborates]
         trials = screen(context, forms)
+        if not trials:
+            raise InputError(f"{label}: would not show, for no fiducial was measured; choose another cause")
         starts = [trial.start for trial in best_starts(trials, settings.search.starts)]
         candidates = race(context, starts[: settings.conclusions.starts_of_what_if], -np.inf)
         none = first_order_evidence(case, baseline, context.error)

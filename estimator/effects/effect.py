@@ -162,6 +162,7 @@ class Effect:
     form : tells instances with one label apart; empty where there is one
     amplitudes, constants : its parameters
     words : what a report says of it, one sentence
+    fewest_beads : how many beads must have been seen for it to show; for any of the cameras one at least
     rate_dependent : whether the tissue changes while the gripper stands
     elaborates : form of the same label of which this one is a refinement, looked at only where that one leads
     accident : whether it happens at one instant; such a one is looked at as well where something unknown leads
@@ -199,6 +200,7 @@ class Effect:
     measured_by: ClassVar[str] = ""
     laws: ClassVar[tuple[str, ...]] = ()
     linear: ClassVar[bool] = False
+    fewest_beads: ClassVar[int] = 0
     rate_dependent: ClassVar[bool] = False
     keeps_pattern: ClassVar[bool] = True
     terms_alike: ClassVar[bool] = False

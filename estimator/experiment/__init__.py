@@ -10,6 +10,7 @@ from estimator.experiment.model import (
     Phantom,
     SensorNoise,
 )
+from estimator.experiment.mounting import check_same_mounting
 from estimator.experiment.reading import read_case, read_experiment
 from estimator.experiment.validation import check_experiment
 from estimator.experiment.writing import replace_experiment, write_experiment
@@ -24,6 +25,7 @@ __all__ = [
     "Phantom",
     "SensorNoise",
     "check_experiment",
+    "check_same_mounting",
     "read_case",
     "read_experiment",
     "replace_experiment",

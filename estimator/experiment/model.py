@@ -3,7 +3,8 @@
 SI units, in the tissue frame: right-handed, fixed to the table, z up, origin at the phantom's centre at rest.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, get_args
 
@@ -25,6 +26,8 @@ OBSERVATIONS_FILE = "observations.csv"
 SURFACE_FILES: tuple[str, ...] = ("phantom.stl", "phantom.ply", "phantom.obj", "phantom.vtp", "phantom")
 """How the file of a surface may be called in a folder that is written: by its suffix, the last without one."""
 
+WRENCH_CHANNELS: tuple[str, ...] = ("fx", "fy", "fz", "tx", "ty", "tz")
+BEAD_CHANNELS: tuple[str, ...] = ("x", "y", "z")
 PHASES: tuple[str, ...] = ("ramp", "hold", "return", "return_hold")
 TRAJECTORY_KINDS: tuple[str, ...] = get_args(TrajectoryKind)
 
@@ -97,6 +100,7 @@ class SensorNoise:
     position_std : m, the gripper's reported position
     tool_mass : kg beyond the sensor
     tool_centre : its centre of mass in the gripper frame, m
+    by_channel : of single channels that differ from these, by name: ``fx`` to ``tz``, and ``x y z`` of every fiducial
     """
 
     force_std: float
@@ -105,6 +109,18 @@ class SensorNoise:
     position_std: float
     tool_mass: float = 0.0
     tool_centre: Vector = (0.0, 0.0, 0.0)
+    by_channel: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def wrench_std(self) -> FloatArray:
+        """Of the six components of the wrench (6,), N and N·m."""
+        usual = [self.force_std] * 3 + [self.torque_std] * 3
+        return np.array([self.by_channel.get(*one) for one in zip(WRENCH_CHANNELS, usual, strict=True)])
+
+    @property
+    def bead_std(self) -> FloatArray:
+        """Of the three coordinates of a fiducial (3,), m."""
+        return np.array([self.by_channel.get(axis, self.fiducial_std) for axis in BEAD_CHANNELS])
 
 
 @dataclass(frozen=True, slots=True)

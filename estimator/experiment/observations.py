@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.errors import InputError
-from estimator.experiment.model import PHASES, Experiment, FloatArray
+from estimator.experiment.model import PHASES, WRENCH_CHANNELS, Experiment, FloatArray
 from estimator.input_file import parse_number, read_input_text
 
 _POSE_COLUMNS = ("time", "px", "py", "pz", "qw", "qx", "qy", "qz")
-WRENCH_COLUMNS: tuple[str, ...] = ("fx", "fy", "fz", "tx", "ty", "tz")
+WRENCH_COLUMNS = WRENCH_CHANNELS
 _LONGEST_STEP = 9  # digits
 _ANY_FIDUCIAL = re.compile(r"m\d{2,}[xyz]")
 

@@ -8,10 +8,12 @@ import numpy as np
 
 from estimator.errors import InputError
 from estimator.experiment.model import (
+    BEAD_CHANNELS,
     EXPERIMENT_FILE,
     FORMAT,
     OBSERVATIONS_FILE,
     TRAJECTORY_KINDS,
+    WRENCH_CHANNELS,
     Environment,
     Experiment,
     Grasp,
@@ -160,4 +162,9 @@ def _sensor(table: TomlTable) -> SensorNoise:
         position_std=table.number("position_std"),
         tool_mass=table.number("tool_mass", 0.0),
         tool_centre=table.vector("tool_centre", (0.0, 0.0, 0.0)),
+        by_channel=_by_channel(table.table("by_channel")) if "by_channel" in table else {},
     )
+
+
+def _by_channel(table: TomlTable) -> dict[str, float]:
+    return {name: table.number(name) for name in (*WRENCH_CHANNELS, *BEAD_CHANNELS) if name in table}

@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from estimator.errors import InputError
 from estimator.experiment.model import (
+    BEAD_CHANNELS,
     EXPERIMENT_FILE,
     OBSERVATIONS_FILE,
+    WRENCH_CHANNELS,
     Box,
     Experiment,
     FloatArray,
@@ -112,6 +114,12 @@ def _check_environment_and_sensor(experiment: Experiment, file: Path) -> None:
         if unit == "m" and std > _NOISE_LIMIT * longest:
             raise InputError(
                 f"{file}: [sensor] {name} is {std:g} m on a phantom of {longest:g} m; write metres"
+            )
+    for name, std in sensor.by_channel.items():
+        if name not in (*WRENCH_CHANNELS, *BEAD_CHANNELS) or not std > 0:
+            raise InputError(
+                f"{file}: [sensor.by_channel] {name} is {std:g}; name one of fx fy fz tx ty tz x y z, with a "
+                "standard deviation above 0"
             )
     if not 0 <= sensor.tool_mass <= _TOOL_MASS_LIMIT_KG:
         raise InputError(

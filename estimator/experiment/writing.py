@@ -141,6 +141,8 @@ def _toml(experiment: Experiment) -> str:
         f"position_std = {_number(sensor.position_std)}",
         f"tool_mass = {_number(sensor.tool_mass)}",
         f"tool_centre = {_vector(sensor.tool_centre)}",
+        *(["", "[sensor.by_channel]"] if sensor.by_channel else []),
+        *(f"{name} = {_number(std)}" for name, std in sensor.by_channel.items()),
         "",
         "[fiducials]",
         "rest = [",

@@ -6,13 +6,14 @@ discretisation error, measured on a finer mesh, corrected for, and kept as an un
 
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.errors import InputError
-from estimator.experiment import Experiment
+from estimator.errors import FitError
+from estimator.experiment import Experiment, check_same_mounting
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.newton import NewtonSettings
 from estimator.fit.linearisation import Linearisation, Progress, silent
@@ -52,6 +53,8 @@ _ROUNDS = 4
 _STEADY_WEIGHT = 0.02
 # Every recording sees the beads anew at rest, with noise and after some creep; a new mounting moves them by more.
 _SAME_MOUNTING_M = 3e-4
+# A misfit that is other by this factor gives priors another weight.
+_STANDS_OUT = 1.5
 _SEARCHES: dict[str, Callable[..., tuple[list[Iterate], NewtonStep]]] = {
     "likelihood": minimise,
     "paper": minimise_by_sqp,
@@ -86,15 +89,22 @@ def estimate(
     """
     started = time.perf_counter()
     settings = settings or FitSettings()
-    _check_one_phantom(experiments)
+    check_same_mounting(experiments, _SAME_MOUNTING_M)
     tell = progress or silent
     model = ForwardModel(mesh(experiments[0]), experiments)
     means = state_means(experiments, model.schedules)
-    rough = fit_few_states(model, means, tell, settings)
+    rough, settings = fit_few_states(model, means, tell, settings)
 
     everything = [list(range(len(s.poses))) for s in model.schedules]
     every = Linearisation(model, means, everything, settings, partial(tell, "all states"), _AT_LAST)
     fine, weights = _search_robustly(every, experiments, settings, rough[-1].values)
+    chi2 = determined_step(every.objective(fine[-1].values)).chi2_after
+    weighed = _with_priors_weighed(settings, every.noise_ratio(experiments, weights, fine[-1].values, chi2))
+    if weighed is not settings:
+        settings = weighed
+        every = Linearisation(model, means, everything, settings, partial(tell, "all states"), _AT_LAST)
+        again, weights = _search_robustly(every, experiments, settings, fine[-1].values)
+        fine += again[1:]
     values, solved = fine[-1].values, 0
     change = {(m.experiment, m.state): np.zeros(len(m.mean)) for m in means}
     last = determined_step(every.objective(values))
@@ -143,10 +153,15 @@ def fit_few_states(
     means: Sequence[StateMean],
     tell: Progress,
     settings: FitSettings | None = None,
-) -> list[Iterate]:
-    """Fit the free parameters to a few states of each experiment; return every point on the way, the best last.
+) -> tuple[list[Iterate], FitSettings]:
+    """Fit the free parameters to a few states of each experiment.
 
     As many states as parameters will do: each says more than one thing.
+
+    Returns
+    -------
+    iterates : every point on the way, the best last
+    settings : with priors as sure as they are beside such a misfit
 
     Raises
     ------
@@ -157,7 +172,39 @@ def fit_few_states(
     chosen = [spread_states(s, max(_FEWEST_STATES, len(settings.free))) for s in model.schedules]
     few = Linearisation(model, means, chosen, settings, partial(tell, "a few states"), _AT_FIRST)
     search = _SEARCHES[settings.objective]
-    return search(few.objective, settings.free, few.first_guess(), _LINEAR_STEP)[0]
+    start = few.first_guess()
+    first = few.objective(start)
+    count = max(len(first.residual[0]) - len(settings.free), 1)
+    found: list[Iterate] = []
+    try:
+        found, last = search(few.objective, settings.free, start, _LINEAR_STEP)
+    except FitError:
+        # Beside what the model misses the priors weigh too little, and what is not determined runs away.
+        last = determined_step(first)
+        if _with_priors_weighed(settings, _in_noise(last, count)) is settings:
+            raise
+    weighed = _with_priors_weighed(settings, _in_noise(last, count))
+    if weighed is not settings:
+        few = Linearisation(model, means, chosen, weighed, partial(tell, "a few states"), _AT_FIRST)
+        again, _ = search(few.objective, weighed.free, start, _LINEAR_STEP)
+        found += again
+    return found, weighed
+
+
+def _in_noise(last: NewtonStep, count: int) -> float:
+    """Return the root mean square misfit of so many values in units of the noise, after the last step."""
+    return float(np.sqrt(last.chi2_after / count))
+
+
+def _with_priors_weighed(settings: FitSettings, misfit: float) -> FitSettings:
+    """Return the settings with priors as sure as they are beside a misfit, in units of the noise; as they are if near.
+
+    Where the measurements scatter more than stated they say as much less, and a prior as much more beside them.
+    """
+    weight = max(1.0, misfit)
+    near = max(weight, settings.prior_weight) < _STANDS_OUT * min(weight, settings.prior_weight)
+    known = any(parameter.prior is not None for parameter in settings.free)
+    return replace(settings, prior_weight=weight) if known and not near else settings
 
 
 def _search_robustly(
@@ -193,22 +240,3 @@ def _profiles(
 
 def _farthest(one: Sequence[FloatArray], other: Sequence[FloatArray]) -> float:
     return max(float(np.abs(a - b).max()) for a, b in zip(one, other, strict=True))
-
-
-def _check_one_phantom(experiments: Sequence[Experiment]) -> None:
-    if not experiments:
-        raise InputError("no experiment to estimate from; name one or more experiment folders")
-    first = experiments[0]
-    for other in experiments[1:]:
-        same = (
-            other.phantom == first.phantom
-            and other.anchors == first.anchors
-            and other.grasp == first.grasp
-            and other.fiducials_rest.shape == first.fiducials_rest.shape
-            and np.allclose(other.fiducials_rest, first.fiducials_rest, rtol=0.0, atol=_SAME_MOUNTING_M)
-        )
-        if not same or other.phantom_id != first.phantom_id:
-            raise InputError(
-                f"{other.path or other.name} is not of the same mounting as {first.path or first.name} "
-                "(phantom_id, phantom, anchors, grasp and fiducials must agree); estimate them one by one"
-            )

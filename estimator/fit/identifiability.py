@@ -24,6 +24,7 @@ from estimator.fit.linearised_fit import LinearisedFit
 from estimator.fit.measurements import StateMean
 from estimator.forward.schedule import PoseSchedule
 from estimator.inference.free_parameter import FreeParameter, prior_information
+from estimator.inference.prior_share import prior_shares, what_rests_on_priors
 
 FloatArray = NDArray[np.float64]
 
@@ -138,7 +139,7 @@ def identifiability(
     return (
         *_weak_directions(parameters, data),
         *_undetermined(parameters, data + priors),
-        *_prior_bound(parameters, data, priors),
+        *what_rests_on_priors(parameters, prior_shares(data, priors).tolist()),
         *_confounded(parameters, absorbed),
     )
 
@@ -169,17 +170,6 @@ def _undetermined(parameters: Sequence[FreeParameter], information: FloatArray) 
         f"The measurements hardly determine {p.label}: its interval is as wide as what it could be."
         for p, deviation in zip(parameters, deviations, strict=True)
         if deviation > _UNDETERMINED.get(p.name, _UNDETERMINED_SHAPE)
-    ]
-
-
-def _prior_bound(parameters: Sequence[FreeParameter], data: FloatArray, priors: FloatArray) -> list[str]:
-    """Name the parameters on which the prior says more than the measurements do."""
-    total = np.linalg.inv(data + priors)
-    shares = np.diag(total) * np.diag(priors)
-    return [
-        f"{p.label} rests on its prior, which gives {100 * share:.0f} % of what is known of it."
-        for p, share in zip(parameters, shares, strict=True)
-        if share > 0.5
     ]
 
 

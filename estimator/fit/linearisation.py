@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.errors import FitError
 from estimator.experiment import Experiment
 from estimator.fem.equilibrium.newton import NewtonSettings
+from estimator.fit.first_guess import NothingTellsModulusError, modulus_ratio
 from estimator.fit.linearised_fit import LinearisedFit, Predictions, Whitenings, linearised_fit, whitenings_of
 from estimator.fit.losses import LINEAR
 from estimator.fit.measurements import StateMean, row_deviation, row_residuals, state_means
@@ -17,8 +17,9 @@ from estimator.fit.paper.objective import paper_covariance, paper_system
 from estimator.fit.search import Values, at_values, determined_step
 from estimator.fit.settings import FitSettings
 from estimator.forward.model import ForwardModel
-from estimator.inference.channels import channels_by, measured_rows, predicted_channels
+from estimator.inference.channels import channel_variance, channels_by, measured_rows, predicted_channels
 from estimator.inference.free_parameter import FreeParameter
+from estimator.inference.material_parameters import YOUNGS_MODULUS
 
 FloatArray = NDArray[np.float64]
 # Called with what is being done, how many of its states are done, and how many there are.
@@ -152,31 +153,52 @@ class Linearisation:
                 break
         return weights
 
+    def noise_ratio(
+        self, experiments: Sequence[Experiment], weights: Sequence[FloatArray], values: Values, chi2: float
+    ) -> float:
+        """Return the root mean square of all residuals, tares and offsets taken out, in units of the stated noise.
+
+        The misfit of the state means and the scatter of the rows about them add up to that of all rows. Under a robust
+        loss residuals count by their weights, and the ratio is that by which an estimate scatters more than these say.
+
+        Parameters
+        ----------
+        experiments : whose rows they are
+        weights : for each those of its rows' channels, (n, c)
+        values : where the problem is linearised
+        chi2 : misfit of the state means at the optimum
+        """
+        squares, count = chi2, 0.0
+        for experiment, schedule, own in zip(experiments, self._model.schedules, weights, strict=True):
+            rows = measured_rows(experiment) / np.sqrt(channel_variance(experiment))
+            weight = np.where(np.isfinite(rows), own, 0.0)
+            squares += _scatter(np.nan_to_num(rows), weight, schedule.state_of_row)
+            count += float(weight.sum())
+        residuals = self.row_residuals(experiments, values)
+        every = np.concatenate([residual[np.isfinite(residual)] for residual in residuals])
+        factor = self._settings.loss.variance_factor(every)
+        return float(np.sqrt(factor * squares / max(count - len(self._settings.free), 1.0)))
+
     def first_guess(self) -> Values:
-        """Return the start with E from one prediction: every force is proportional to it.
+        """Return the start with E from one prediction; where that tells nothing, the mean of its prior.
 
         Raises
         ------
         FitError
-            The measured forces do not oppose the motion.
+            No force was measured, or none that opposes the motion, and nothing else is known of E.
         """
         values = self._settings.start
+        modulus = next((p for p in self._settings.free if p.name == YOUNGS_MODULUS.name), None)
+        if modulus is None:
+            return values
         self._predict(values)
-        measured_by_predicted, predicted_squared = 0.0, 0.0
-        for mean in self.means:
-            observation = self.predictions[mean.experiment].get(mean.state)
-            if observation is not None and mean.count[:3].all():
-                predicted = predicted_channels(observation)[:3]
-                measured_by_predicted += float(predicted @ mean.mean[:3])
-                predicted_squared += float(predicted @ predicted)
-        if not measured_by_predicted > 0:
-            raise FitError(
-                "the measured force does not oppose the motion as an elastic tissue's would; "
-                "check the sign and the axes of fx fy fz, and that the gripper holds the tissue"
-            )
-        ratio = measured_by_predicted / predicted_squared
-        modulus = [p for p in self._settings.free if p.name == "youngs_modulus"]
-        return {**values, **{p.name: min(max(ratio * values[p.name], p.lower), p.upper) for p in modulus}}
+        try:
+            ratio = modulus_ratio(self.means, self.predictions, self._model.schedules)
+        except NothingTellsModulusError:
+            if modulus.prior is None:
+                raise
+            return values
+        return {**values, modulus.name: modulus.at(ratio * modulus.value).value}
 
     def _expected(self, values: Values) -> dict[tuple[int, int], FloatArray]:
         """Return the channels (c,) of every state at the linearised optimum, nuisances and corrections included."""
@@ -211,3 +233,14 @@ class Linearisation:
             material = self._settings.material(values)
             self.predictions = self._model.predict(material, self._selection, self._tell, self._newton)
             self._point = dict(values)
+
+
+def _scatter(rows: FloatArray, weight: FloatArray, state_of_row: NDArray[np.int64]) -> float:
+    """Return the weighted sum of the squares of rows (n, c) about the means of their states."""
+    found = 0.0
+    for state in np.unique(state_of_row):
+        own, of_own = rows[state_of_row == state], weight[state_of_row == state]
+        total = of_own.sum(axis=0)
+        mean = (of_own * own).sum(axis=0) / np.where(total > 0, total, 1.0)
+        found += float(np.sum(of_own * (own - mean) ** 2))
+    return found

@@ -57,7 +57,10 @@ class Floated:
 
 @dataclass(frozen=True, slots=True)
 class Rmse:
-    """Root mean square of measured minus predicted, a component: force in N, torque in N·m, fiducials in m."""
+    """Root mean square of measured minus predicted, a component: force in N, torque in N·m, fiducials in m.
+
+    It is NaN of what was not measured.
+    """
 
     force: float
     torque: float
@@ -116,6 +119,7 @@ class Estimate:
     fixed : names of the parameters that were given, not estimated
     at_bound : names of the free parameters that stand at a bound
     objective : ``"likelihood"`` or ``"paper"``
+    prior_shares : how much of what is known of each free parameter its prior gives, from 0 to 1, by name
     identifiability : sentences on what the measurements do not tell
     absorptions : what the fit would make of errors outside the model
     floated : what the nuisances took up; None where nobody asked
@@ -139,6 +143,7 @@ class Estimate:
     fixed: tuple[str, ...] = ()
     at_bound: tuple[str, ...] = ()
     objective: str = "likelihood"
+    prior_shares: Mapping[str, float] = field(default_factory=dict)
     identifiability: tuple[str, ...] = ()
     absorptions: tuple[Absorption, ...] = ()
     floated: Floated | None = None
@@ -149,15 +154,18 @@ class Estimate:
         """All parameters of the material by name."""
         return {"youngs_modulus": self.youngs_modulus, "poisson_ratio": self.poisson_ratio, **self.shape}
 
+    @property
+    def below_zero(self) -> bool:
+        """Whether a Poisson's ratio was estimated that no soft tissue and no elastomer has."""
+        return self.poisson_ratio.value < 0 and "poisson_ratio" not in self.fixed
+
     def as_json(self) -> dict[str, Any]:
         """Return what ``retract estimate --json`` prints; SI units. Other programs read the keys down to ``mesh``."""
         return {
             "youngs_modulus": _parameter_json(self.youngs_modulus),
             "poisson_ratio": _parameter_json(self.poisson_ratio),
             "rmse": {
-                "force": self.rmse.force,
-                "torque": self.rmse.torque,
-                "fiducials": self.rmse.fiducials,
+                name: value if np.isfinite(value) else None for name, value in asdict(self.rmse).items()
             },
             "noise_ratio": self.noise_ratio,
             "iterations": len(self.iterates) - 1,
@@ -168,6 +176,9 @@ class Estimate:
             "shape": {name: _parameter_json(value) for name, value in self.shape.items()},
             "fixed": list(self.fixed),
             "at_bound": list(self.at_bound),
+            "below_zero": ["poisson_ratio"] if self.below_zero else [],
+            "prior_share": dict(self.prior_shares),
+            "inflation": self.inflation,
             "objective": self.objective,
             "identifiability": list(self.identifiability),
             "absorptions": [asdict(absorption) for absorption in self.absorptions],

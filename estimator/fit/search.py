@@ -20,6 +20,9 @@ Linearise = Callable[[Values], LinearisedFit]
 _EVALUATIONS = 40
 # A step that promises to lower χ² by less changes no parameter by more than a hundredth of its deviation.
 _WORTHLESS = 1e-4
+# Where no step lowers the misfit, one that promises less is none: it would change no parameter by more than a tenth of
+# its deviation, which is the wider the more the misfit exceeds the noise.
+_NEARLY_WORTHLESS = 1e-2
 # Smallest ratio of eigenvalues of the scaled information at which its inverse still means something.
 _SINGULAR = 1e-12
 
@@ -110,6 +113,8 @@ def minimise(
     found = search(linearise, start, rule, _EVALUATIONS)
     iterates = [Iterate(values_at(one, start), 2.0 * objective(one)) for one in found.points]
     last, here = newton_step(found.points[-1]), _words(iterates[-1].values)
+    if 2.0 * last.promised < _NEARLY_WORTHLESS * max(1.0, last.chi2 / len(found.points[-1].residual[0])):
+        return iterates, last
     match found.ended:
         case "no step":
             reason = (

@@ -9,8 +9,8 @@ import numpy as np
 from estimator.errors import InputError
 from estimator.fit.losses import LINEAR, Loss
 from estimator.fit.nuisances import USUAL, floating
-from estimator.inference.free_parameter import FreeParameter, NormalPrior
-from estimator.inference.material_parameters import law_parameters
+from estimator.inference.free_parameter import FreeParameter, NormalPrior, Prior
+from estimator.inference.material_parameters import USUAL_PRIORS, law_parameters
 from estimator.materials import NeoHookean
 from estimator.materials.law import Law
 from estimator.materials.material import Material
@@ -31,13 +31,15 @@ class FitSettings:
     ----------
     law : of the tissue
     fixed : values of the parameters that are not estimated
-    priors : of free parameters
+    priors : of free parameters; None for a flat one. Of ν it is a weak one by default, see
+        :data:`~estimator.inference.material_parameters.USUAL_RATIO`; the paper's objective has none
     bounds : lower and upper, within those that the parameter has anyway
     loss : of a row's residual in units of its noise
     nuisances : names from :data:`~estimator.fit.nuisances.NUISANCES`
     objective : ``"likelihood"``: residuals weighted by the covariances of the sensors, nuisances integrated out, by
         Gauss–Newton; ``"paper"``: sums of squares, by sequential quadratic programming, see
         :mod:`estimator.fit.paper`
+    prior_weight : by how many times the measurements scatter more than stated: as much surer are all priors beside them
     intervals : from the curvature at the optimum, or ``"profile"``: from the profile likelihood
 
     Raises
@@ -48,12 +50,13 @@ class FitSettings:
 
     law: Law = field(default_factory=NeoHookean)
     fixed: Mapping[str, float] = field(default_factory=dict)
-    priors: Mapping[str, NormalPrior] = field(default_factory=dict)
+    priors: Mapping[str, NormalPrior | None] = field(default_factory=dict)
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     loss: Loss = LINEAR
     nuisances: frozenset[str] = USUAL
     objective: Objective = "likelihood"
     intervals: Intervals = "linear"
+    prior_weight: float = 1.0
 
     def __post_init__(self) -> None:
         known = {parameter.name: parameter for parameter in law_parameters(self.law)}
@@ -72,13 +75,14 @@ class FitSettings:
                     "fix it within"
                 )
         for name, prior in self.priors.items():
-            if name in self.fixed or not prior.std > 0:
+            if name in self.fixed or (prior is not None and not prior.std > 0):
                 raise InputError(
                     f"prior of {name}: it needs a deviation above zero and a parameter that is not fixed"
                 )
         if not self.free:
             raise InputError("every parameter is fixed; leave at least one free")
-        if self.objective == "paper" and (self.priors or self.loss != LINEAR or self.intervals == "profile"):
+        stated = any(prior is not None for prior in self.priors.values())
+        if self.objective == "paper" and (stated or self.loss != LINEAR or self.intervals == "profile"):
             raise InputError(
                 "the paper's objective knows neither priors, nor robust losses, nor likelihoods to profile; "
                 "leave them out, or take the likelihood as objective"
@@ -106,9 +110,14 @@ class FitSettings:
 
     def _given(self, parameter: FreeParameter) -> FreeParameter:
         lower, upper = self.bounds.get(parameter.name, (parameter.lower, parameter.upper))
-        prior = self.priors.get(parameter.name)
-        bounded = replace(parameter, lower=lower, upper=upper, prior=prior)
-        return bounded.at(parameter.value if prior is None else prior.mean)
+        bounded = replace(parameter, lower=lower, upper=upper, prior=self._prior_of(parameter.name))
+        stated = self.priors.get(parameter.name)
+        return bounded.at(parameter.value if stated is None else stated.mean)
+
+    def _prior_of(self, name: str) -> Prior | None:
+        usual = None if self.objective == "paper" else USUAL_PRIORS.get(name)
+        prior = self.priors.get(name, usual)
+        return None if prior is None else replace(prior, std=prior.std / self.prior_weight)
 
 
 def material_of(law: Law, values: Mapping[str, float]) -> Material:

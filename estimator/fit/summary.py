@@ -27,6 +27,7 @@ from estimator.inference.channels import (
 )
 from estimator.inference.free_parameter import FreeParameter, prior_information
 from estimator.inference.material_parameters import law_parameters
+from estimator.inference.prior_share import prior_shares
 
 FloatArray = NDArray[np.float64]
 
@@ -94,13 +95,13 @@ def uncertainty(outcome: FitOutcome) -> Uncertainty:
     step = determined_step(problem.likelihood(outcome.linearised_at))
     moved = internal_change(settings.free, outcome.linearised_at, outcome.values)
     chi2 = step.chi2 - float(2 * step.gradient @ moved - moved @ step.information @ moved)
-    ratio = _noise_ratio(outcome, chi2)
+    ratio = problem.noise_ratio(outcome.experiments, outcome.weights, outcome.linearised_at, chi2)
     inflation = max(1.0, ratio)
     covariance = inflation**2 * problem.covariance(outcome.linearised_at)
-    if settings.priors:
+    priors = prior_information(at_values(settings.free, outcome.linearised_at))
+    if priors.any():
         # A prior is no less sure where the measurements scatter more than stated.
-        priors = prior_information(at_values(settings.free, outcome.linearised_at))
-        information = (step.information - priors) / inflation**2 + priors
+        information = (step.information - priors) / inflation**2 + priors / settings.prior_weight**2
         covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)
     return Uncertainty(ratio, inflation, covariance, outcome.bias_std)
 
@@ -151,7 +152,10 @@ def summarise(
         fixed=tuple(settings.fixed),
         at_bound=tuple(p.name for p in settings.free if not p.lower < values[p.name] < p.upper),
         objective=settings.objective,
-        identifiability=identifiability(settings.free, step.information - priors, priors, absorbed),
+        prior_shares=dict(zip(names, prior_shares(step.information - priors, priors).tolist(), strict=True)),
+        identifiability=identifiability(
+            replace(settings, prior_weight=1.0).free, step.information - priors, priors, absorbed
+        ),
         absorptions=absorbed,
         floated=_floated(outcome, last, last.nuisances_after(step.step)),
         profiles=tuple(profiles),
@@ -200,32 +204,6 @@ def _floated(outcome: FitOutcome, last: LinearisedFit, nuisances: FloatArray) ->
         least_weight=float(weights.min()),
         rejected_share=float(np.mean(weights < _REJECTED)),
     )
-
-
-def _noise_ratio(outcome: FitOutcome, chi2: float) -> float:
-    """Return the root mean square of all residuals, tares and offsets taken out, in units of the stated noise.
-
-    The misfit of the state means and the scatter of the rows about them add up to that of all rows. Under a robust loss
-    residuals count by their weights, and the ratio is that by which an estimate scatters more than its weights say.
-    """
-    squares, count = chi2, 0.0
-    for experiment, schedule, all_weights in zip(
-        outcome.experiments, outcome.model.schedules, outcome.weights, strict=True
-    ):
-        rows = measured_rows(experiment) / np.sqrt(channel_variance(experiment))
-        weights = np.where(np.isfinite(rows), all_weights, 0.0)
-        for state in range(len(schedule.poses)):
-            of_state = schedule.state_of_row == state
-            total = weights[of_state].sum(axis=0)
-            seen = total > 0
-            values, weight = np.nan_to_num(rows[of_state][:, seen]), weights[of_state][:, seen]
-            mean = (weight * values).sum(axis=0) / total[seen]
-            squares += float(np.sum(weight * (values - mean) ** 2))
-            count += float(total.sum())
-    residuals = outcome.problem.row_residuals(outcome.experiments, outcome.linearised_at)
-    every = np.concatenate([residual[np.isfinite(residual)] for residual in residuals])
-    factor = outcome.settings.loss.variance_factor(every)
-    return float(np.sqrt(factor * squares / (count - len(outcome.settings.free))))
 
 
 def _fit_of(outcome: FitOutcome, number: int) -> ExperimentFit:

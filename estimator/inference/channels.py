@@ -21,10 +21,8 @@ def measured_rows(experiment: Experiment) -> FloatArray:
 
 def channel_variance(experiment: Experiment) -> FloatArray:
     """Return the stated variance of each channel of one row, (6 + 3m,)."""
-    sensor = experiment.sensor
-    deviations = [sensor.force_std] * 3 + [sensor.torque_std] * 3
-    deviations += [sensor.fiducial_std] * (3 * len(experiment.fiducials_rest))
-    return np.square(deviations)
+    sensor, beads = experiment.sensor, len(experiment.fiducials_rest)
+    return np.square(np.concatenate([sensor.wrench_std, np.tile(sensor.bead_std, beads)]))
 
 
 def predicted_channels(observation: Observation) -> FloatArray:

@@ -87,6 +87,24 @@ class NormalPrior:
 
 
 @dataclass(frozen=True, slots=True)
+class InternalPrior:
+    """A normal prior of the internal variable: a median of the value, and a deviation in internal units."""
+
+    median: float
+    std: float
+    internal_of: Callable[[float], float]
+
+    def precision(self, slope: float) -> float:
+        """Return the inverse deviation of the internal variable, which is the same everywhere."""
+        del slope
+        return 1.0 / self.std
+
+    def offset(self, value: float) -> float:
+        """Return by how many deviations a value is above the median."""
+        return (self.internal_of(value) - self.internal_of(self.median)) / self.std
+
+
+@dataclass(frozen=True, slots=True)
 class RangePrior:
     """A prior that is flat over a range so wide, internal units: it holds a step back and pulls to no place."""
 

@@ -4,8 +4,8 @@ With residual r and derivatives Z at parameters θ̂, both whitened, and Gaussia
 
     ln p(y | j) = −½ min_δ (‖r − Z δ‖² + prior) − ½ ln det(I + T Zᵀ M Z T) − ½ ln det S,
 
-M projecting out what has a flat prior that is common to all hypotheses (E and ν), T the prior deviations, and S the
-covariance by which residual and derivatives were whitened further.
+M projecting out what is common to all hypotheses (E and ν, with a flat prior or a weak one), T the prior deviations,
+and S the covariance by which residual and derivatives were whitened further.
 
 How large an effect is spans decades, and its amplitudes are large or small together: their prior is a mixture of
 normals from the usual size down. With the usual size alone an effect of three components that is a thirtieth of it
@@ -35,14 +35,16 @@ class Priors:
 
     Attributes
     ----------
-    centre : (2 + k,) where the parameters stand in units of their priors; 0 for E and ν
-    scale : (2 + k,) prior deviations; infinite for E and ν
+    common : (2 + k,) bool, what every hypothesis has: E and ν
+    centre : (2 + k,) where the parameters stand in units of their priors; 0 where these are flat
+    scale : (2 + k,) prior deviations; infinite where they are flat
     lower, upper : (2 + k,) how far each parameter may go from here
     amplitude_of : (2 + k,) the number of the effect whose amplitude it is; -1 for what is no amplitude
     size_grid : sizes of an effect as shares of its usual one, equally likely
     shows : by how many deviations of the noise an effect stands out that shows as often as not
     """
 
+    common: NDArray[np.bool_]
     centre: FloatArray
     scale: FloatArray
     lower: FloatArray
@@ -55,6 +57,7 @@ class Priors:
     def of(
         cls,
         free: Sequence[FreeParameter],
+        common: Sequence[bool],
         amplitude_of: Sequence[int],
         size_grid: tuple[float, ...],
         shows: float,
@@ -63,7 +66,7 @@ class Priors:
         scale = np.array([parameter.prior_scale for parameter in free])
         lower, upper = np.array([parameter.limits for parameter in free]).T
         centre = np.array([parameter.prior_offset for parameter in free])
-        return cls(centre, scale, lower, upper, np.array(amplitude_of), size_grid, shows)
+        return cls(np.array(common), centre, scale, lower, upper, np.array(amplitude_of), size_grid, shows)
 
     def within(self, reach: FloatArray) -> Priors:
         """Return the priors where no parameter may go farther than its reach (2 + k,)."""
@@ -97,16 +100,17 @@ class Priors:
 
     def _standing_out(self, information: FloatArray) -> FloatArray:
         """Return the square (2 + k,) by which one prior deviation of each amplitude stands out of noise, E and ν."""
-        free, rest = np.isinf(self.scale), self.amplitude_of >= 0
+        common, rest = self.common, self.amplitude_of >= 0
         found = np.zeros(len(self.scale))
-        cross = information[np.ix_(rest, free)]
-        imitated = np.einsum("rf,rf->r", cross, np.linalg.solve(information[np.ix_(free, free)], cross.T).T)
+        cross = information[np.ix_(rest, common)]
+        of_common = information[np.ix_(common, common)] + np.diag(self.inverse_scale[common] ** 2)
+        imitated = np.einsum("rf,rf->r", cross, np.linalg.solve(of_common, cross.T).T)
         found[rest] = np.maximum(np.diag(information)[rest] - imitated, 0.0) * self.scale[rest] ** 2
         return found
 
     @property
     def inverse_scale(self) -> FloatArray:
-        """Inverse of the prior deviations (2 + k,); 0 for E and ν."""
+        """Inverse of the prior deviations (2 + k,); 0 where the prior is flat."""
         return np.where(np.isinf(self.scale), 0.0, 1.0 / self.scale)
 
 
@@ -117,7 +121,7 @@ def log_mean(log_values: Sequence[float] | FloatArray) -> float:
 
 def evidence_of_gram(gram: FloatArray, priors: Priors) -> float:
     """Return ln p(y | hypothesis) from the Gram matrix (1 + 2 + k)² of residual and derivatives, over all sizes."""
-    information, sizes, free = gram[1:, 1:], priors.sizes, np.isinf(priors.scale)
+    information, sizes, own = gram[1:, 1:], priors.sizes, ~priors.common
     centre, inverse = priors.centre / sizes, priors.inverse_scale / sizes
     posterior = information + inverse[:, :, None] ** 2 * np.eye(len(information))
     unit = np.sqrt(np.diagonal(posterior, axis1=1, axis2=2))
@@ -128,11 +132,11 @@ def evidence_of_gram(gram: FloatArray, priors: Priors) -> float:
         step[number] = bounded_minimum(posterior[number], pull, priors.lower, priors.upper)
     misfit = gram[0, 0] - 2 * step @ gram[1:, 0] + np.einsum("si,ij,sj->s", step, information, step)
     prior = np.sum((centre + inverse * step) ** 2, axis=1)
-    # det of the Schur complement of what is free in the posterior, times that of the priors
+    # det of the Schur complement of what is common in the posterior, times that of the priors
     _, occam = np.linalg.slogdet(posterior)
-    occam -= np.linalg.slogdet(information[np.ix_(free, free)])[1]
-    occam -= 2 * np.sum(np.log(inverse[:, ~free]), axis=1)
+    occam -= np.linalg.slogdet(posterior[0][np.ix_(priors.common, priors.common)])[1]
+    occam -= 2 * np.sum(np.log(inverse[:, own]), axis=1)
     # A one-sided amplitude has a half-normal prior, twice as dense.
-    one_sided = np.isfinite(priors.lower[~free]) ^ np.isfinite(priors.upper[~free])
+    one_sided = np.isfinite(priors.lower[own]) ^ np.isfinite(priors.upper[own])
     values = -0.5 * (misfit + prior + occam) + np.log(2.0) * one_sided.sum()
     return log_mean(values + priors.believed(information))

@@ -12,15 +12,20 @@ from daq.progress import Progress
 from estimator.diagnosis.result import Diagnosis
 from estimator.errors import FitError
 from estimator.experiment import Experiment, write_experiment
+from estimator.fit.settings import FitSettings
 
 
-def stand_in(experiments: Sequence[Experiment], tell: Progress | None) -> Diagnosis:
+def stand_in(
+    experiments: Sequence[Experiment], tell: Progress | None, material: FitSettings | None = None
+) -> Diagnosis:
     if tell is not None:
         tell("fitting the baseline", 0, 1)
     return inclusion()
 
 
-def refuses(experiments: Sequence[Experiment], tell: Progress | None) -> Diagnosis:
+def refuses(
+    experiments: Sequence[Experiment], tell: Progress | None, material: FitSettings | None = None
+) -> Diagnosis:
     raise FitError("the data do not determine the parameters; add an experiment")
 
 

@@ -1,11 +1,15 @@
 """``retract estimate``: what its options ask the fit for, and how wrong ones are answered."""
 
 import argparse
+from dataclasses import replace
 
 import pytest
+from synthetic_diagnoses import small_experiment
 
 from daq.cli import main
 from daq.cli.estimation import estimate
+from daq.cli.estimation.known import with_noise_of
+from estimator.errors import InputError
 from estimator.fit.nuisances import USUAL
 from estimator.fit.settings import FitSettings
 from estimator.inference.free_parameter import NormalPrior as Prior
@@ -37,6 +41,34 @@ def test_options_reach_the_fit() -> None:
     assert found.intervals == "profile"
     assert found.nuisances == {"tare"}
     assert [parameter.name for parameter in found.free] == ["youngs_modulus", "c2"]
+
+
+def test_a_prior_that_is_none_takes_the_usual_one_away() -> None:
+    usual, flat = settings(), settings("--prior", "poisson_ratio=none")
+    assert [one.prior is None for one in usual.free] == [True, False]
+    assert [one.prior is None for one in flat.free] == [True, True]
+
+
+def test_a_stated_noise_stands_in_for_that_of_the_file() -> None:
+    parser = argparse.ArgumentParser()
+    estimate.add_parser(parser.add_subparsers())
+    given = ["--noise", "force_std=0.5", "--noise", "tz=1e-3"]
+    options = parser.parse_args(["estimate", *given, "somewhere"])
+    experiment = small_experiment()
+    stated = replace(experiment.sensor, by_channel={"fx": 0.1, "tx": 0.2})
+    (found,) = with_noise_of(options, [replace(experiment, sensor=stated)])
+    assert found.sensor.force_std == 0.5
+    assert found.sensor.torque_std == experiment.sensor.torque_std
+    assert found.sensor.by_channel == {"tx": 0.2, "tz": 1e-3}
+
+
+@pytest.mark.parametrize(("text", "complaint"), [("wind=1", "no sensor's"), ("force_std=-1", "is above 0")])
+def test_a_noise_that_no_sensor_has_is_refused(text: str, complaint: str) -> None:
+    parser = argparse.ArgumentParser()
+    estimate.add_parser(parser.add_subparsers())
+    options = parser.parse_args(["estimate", "--noise", text, "somewhere"])
+    with pytest.raises(InputError, match=complaint):
+        with_noise_of(options, [small_experiment()])
 
 
 def test_no_nuisance_at_all_is_asked_for_by_none() -> None:

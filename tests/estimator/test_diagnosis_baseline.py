@@ -18,8 +18,8 @@ from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import CATALOGUE
 from estimator.experiment import Experiment
 from estimator.fem.equilibrium.observation import observe
+from estimator.fit.settings import FitSettings
 from estimator.forward.meshing import FINE_GRADING, mesh_experiment
-from estimator.materials import NEO_HOOKEAN
 
 SETTINGS = DiagnosisSettings()
 
@@ -47,11 +47,11 @@ def size_of_beads(correction: NDArray[np.float64]) -> float:
 
 def test_far_from_the_baseline_the_discretisation_error_is_that_of_the_cause() -> None:
     with ThreadPoolExecutor(2) as executor:
-        preparation, _ = prepare([pulled(TRUE_RATIO)], SETTINGS, NEO_HOOKEAN, executor)
+        preparation, _ = prepare([pulled(TRUE_RATIO)], SETTINGS, FitSettings(), executor)
         here = preparation.corrected_at
         near = replace(here, poisson_ratio=here.poisson_ratio + 0.005)
         assert corrected_at(preparation, fitted(preparation, near), executor) is preparation
-        there, _ = prepare([pulled(FARTHER)], SETTINGS, NEO_HOOKEAN, executor)
+        there, _ = prepare([pulled(FARTHER)], SETTINGS, FitSettings(), executor)
         far = corrected_at(preparation, fitted(preparation, there.corrected_at), executor)
     found, before, expected = (one.case.corrections[0] for one in (far, preparation, there))
     assert size_of_beads(expected) > 1.2 * size_of_beads(before)
@@ -61,7 +61,7 @@ def test_far_from_the_baseline_the_discretisation_error_is_that_of_the_cause() -
 def test_an_anchor_that_hardly_gives_leaves_the_discretisation_error_of_one_that_does_not() -> None:
     springs = next(one for one in CATALOGUE if one.name == "anchor_compliance:isotropic")
     with ThreadPoolExecutor(2) as executor:
-        preparation, _ = prepare([pulled(TRUE_RATIO)], SETTINGS, NEO_HOOKEAN, executor)
+        preparation, _ = prepare([pulled(TRUE_RATIO)], SETTINGS, FitSettings(), executor)
         rigid = replace(preparation.corrected_at, poisson_ratio=FARTHER)
         giving = rigid.with_effect(springs, {"length": 1e-5})
         expected, found = (
@@ -74,7 +74,7 @@ def test_an_anchor_that_hardly_gives_leaves_the_discretisation_error_of_one_that
 
 def test_a_fit_goes_over_to_other_corrections_as_if_it_had_been_made_with_them() -> None:
     with ThreadPoolExecutor(2) as executor:
-        preparation, _ = prepare([pulled(TRUE_RATIO)], SETTINGS, NEO_HOOKEAN, executor)
+        preparation, _ = prepare([pulled(TRUE_RATIO)], SETTINGS, FitSettings(), executor)
         hypothesis = replace(preparation.corrected_at, poisson_ratio=FARTHER)
         far = corrected_at(preparation, fitted(preparation, hypothesis), executor)
     before, after = preparation.cases(AT_MOST), far.cases(AT_MOST)
@@ -98,7 +98,7 @@ def test_a_bead_that_a_cause_puts_elsewhere_beside_the_rim_of_the_grasp_is_corre
 ) -> None:
     effect = next(one for one in CATALOGUE if one.name == form)
     with ThreadPoolExecutor(2) as executor:
-        preparation, _ = prepare([pulled(TRUE_RATIO, RIM_BEADS)], SETTINGS, NEO_HOOKEAN, executor)
+        preparation, _ = prepare([pulled(TRUE_RATIO, RIM_BEADS)], SETTINGS, FitSettings(), executor)
         hypothesis = preparation.corrected_at.with_effect(effect, values)
         fit = fitted(preparation, hypothesis)
         corrected = corrected_at(preparation, fit, executor)

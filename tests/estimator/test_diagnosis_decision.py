@@ -44,6 +44,26 @@ def tried(name: str, amplitude: str, size: float, gain: float) -> Comparison:
     return Comparison(bare_context(), 0, (trial,), (), none=0.0, unknown=-5.0)
 
 
+@pytest.mark.parametrize("promised", [5.0, 400.0, 1e5])
+def test_what_could_not_be_solved_is_no_likelier_than_the_best_that_was(promised: float) -> None:
+    solved = tried("camera_scale:uniform", "scale_error", 2e-2, 20.0)
+    promising = tried("viscoelasticity:one_term", "relaxing_share_1", 0.5, promised)
+    both = replace(solved, trials=(*solved.trials, *promising.trials), unsolved=("viscoelasticity",))
+    found = weigh(both)
+    assert found["viscoelasticity"] == min(promised, 20.0)
+    assert found["camera_scale"] == 20.0
+
+
+def test_a_verdict_never_names_what_could_not_be_solved_and_keeps_its_own_probabilities() -> None:
+    promising = tried("viscoelasticity:one_term", "relaxing_share_1", 0.5, 500.0)
+    context = bare_context(refitted(MATERIAL, 0.0).fit, WITH_WHITE_NOISE)
+    comparison = replace(promising, context=context, unsolved=("viscoelasticity",), unknown=40.0)
+    verdict = reach_verdict(comparison, weigh(comparison))
+    assert verdict.labels == ("unknown",)
+    assert verdict.probability["unknown"] == max(verdict.probability.values())
+    assert verdict.probability["viscoelasticity"] > 0.0
+
+
 @pytest.mark.parametrize("gain", [10.0, 20.0])
 def test_a_slight_stretch_of_the_cameras_scale_is_a_gap_where_it_stands_out(gain: float) -> None:
     found = weigh(tried("camera_scale:uniform", "scale_error", 3e-4, gain))

@@ -12,8 +12,9 @@ from estimator.diagnosis.noise.errors_left import AT_MOST
 from estimator.diagnosis.search.baseline import prepare
 from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.fem.equilibrium.observation import observe
+from estimator.fit.settings import FitSettings
 from estimator.forward.meshing import mesh_experiment
-from estimator.materials import NEO_HOOKEAN, NeoHookean
+from estimator.materials import NeoHookean
 from estimator.materials.material import Material
 
 SETTINGS = DiagnosisSettings()
@@ -62,7 +63,7 @@ def test_the_gripper_of_a_prepared_case_yields_to_less_than_half_of_the_noise() 
     exact = np.repeat([one.wrench for one in seen], 4, axis=0)
     measured = recorded(SMALL_BLOCK, poses, seen, np.random.default_rng(11))
     with ThreadPoolExecutor(1) as executor:
-        preparation, _ = prepare([measured], SETTINGS, NEO_HOOKEAN, executor)
+        preparation, _ = prepare([measured], SETTINGS, FitSettings(), executor)
     felt = preparation.cases(AT_MOST).loads[0].felt
     off = [wrench - exact for wrench in (felt, measured.wrench)]
     left, noisy = (rms((one - one.mean(axis=0))[:, :3]) for one in off)

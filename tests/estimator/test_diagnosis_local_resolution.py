@@ -24,8 +24,8 @@ from estimator.effects.effect import Effect
 from estimator.experiment import Experiment, SensorNoise
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.equilibrium.observation import observe
+from estimator.fit.settings import FitSettings
 from estimator.forward.meshing import mesh_experiment
-from estimator.materials import NEO_HOOKEAN
 
 SETTINGS = DiagnosisSettings()
 
@@ -67,7 +67,7 @@ def workers() -> Iterator[Executor]:
 
 @pytest.fixture(scope="module")
 def context(workers: Executor) -> Context:
-    preparation, baseline = prepare([pulled()], SETTINGS, NEO_HOOKEAN, workers)
+    preparation, baseline = prepare([pulled()], SETTINGS, FitSettings(), workers)
     case = preparation.cases(AT_MOST)
     return replace(bare_context(baseline, case, error_borne_out(case, baseline)), executor=workers)
 

@@ -5,17 +5,27 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bare_contexts import bare_context
+from bare_contexts import bare_case, bare_context
 from retraction_cases import REFERENCE_BLOCK
 
 from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.model.free_parameters import free_parameters
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.search.candidate import Candidate
-from estimator.diagnosis.search.racing import Round, finalists, may_win, worth_a_second_point
+from estimator.diagnosis.search.racing import (
+    Round,
+    finalists,
+    first_point,
+    may_win,
+    not_solved,
+    start_nearer,
+    worth_a_second_point,
+)
 from estimator.diagnosis.search.refinements import at_the_place_of, past_kinks
 from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect
+from estimator.errors import SolverError
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
 
@@ -179,3 +189,43 @@ def test_a_rim_that_came_off_begins_anew_past_its_kinks_with_the_material_that_i
     assert all(one.youngs_modulus == MATERIAL.youngs_modulus for one in again)
     assert all(one.values != loose.fit.hypothesis.values for one in again)
     assert not past_kinks(case, candidate("camera_scale", 40.0, scale_error=0.1))
+
+
+def test_a_start_that_cannot_be_solved_is_tried_nearer_to_a_solved_neighbour() -> None:
+    effect = next(one for one in CATALOGUE if one.name == "camera_scale:uniform")
+    start = replace(
+        MATERIAL.with_effect(effect, {"scale_error": 0.09}), youngs_modulus=40e3, poisson_ratio=0.49
+    )
+    nearer = start_nearer(start, MATERIAL, 1 / 3)
+    assert nearer.values[0]["scale_error"] == pytest.approx(0.03)
+    assert MATERIAL.youngs_modulus < nearer.youngs_modulus < start.youngs_modulus
+    assert MATERIAL.poisson_ratio < nearer.poisson_ratio < start.poisson_ratio
+    at_once = start_nearer(start, MATERIAL, 1.0)
+    assert at_once.values == start.values
+    assert at_once.of_material == pytest.approx(start.of_material)
+
+
+@pytest.mark.parametrize("equilibrium_within", [0.1, 0.02, 0.0])
+def test_it_is_not_solved_only_where_nothing_near_the_neighbour_is(equilibrium_within: float) -> None:
+    effect = next(one for one in CATALOGUE if one.name == "camera_scale:uniform")
+    start = MATERIAL.with_effect(effect, {"scale_error": 0.09})
+    near = fitted_at(MATERIAL)
+    tried: list[float] = []
+
+    def solve(case: Case, hypothesis: Hypothesis, neighbour: Linearisation | None) -> Linearisation:
+        tried.append(hypothesis.values[0]["scale_error"])
+        if tried[-1] > equilibrium_within:
+            raise SolverError("no equilibrium")
+        return fitted_at(hypothesis)
+
+    found = first_point(bare_case(), start, near, solve)
+    assert (found is not None) == (min(tried) <= equilibrium_within)
+    assert (found is None) == (equilibrium_within == 0.0)
+    assert not_solved([start], []) == ("camera_scale",)
+
+
+def fitted_at(hypothesis: Hypothesis) -> Linearisation:
+    """A solved hypothesis of which nothing was measured."""
+    free = free_parameters(hypothesis)
+    nothing = np.zeros((0, len(free)))
+    return Linearisation(hypothesis, free, (), (np.zeros(0),), (nothing,), (), ())

@@ -107,6 +107,7 @@ def linear(
     free = np.full(columns.shape[1], np.inf)
     moments = moments_of(error, [np.column_stack([residual, columns])])
     return moments, Priors(
+        np.isinf(scale),
         np.zeros(len(scale)),
         scale,
         -free,

@@ -16,6 +16,7 @@ from estimator.experiment import (
     write_experiment,
 )
 from estimator.geometry.shapes import block_surface
+from estimator.inference.channels import channel_variance
 from estimator.surfaces.reading import surface_bounds
 
 
@@ -137,3 +138,27 @@ def test_a_case_of_two_phantoms_is_refused(folder: Path) -> None:
 def test_a_folder_without_experiments_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"neither it nor a folder in it holds experiment\.toml"):
         read_case(tmp_path)
+
+
+def test_single_channels_may_have_a_noise_of_their_own(folder: Path, tmp_path: Path) -> None:
+    experiment = read_experiment(folder)
+    sensor = replace(experiment.sensor, by_channel={"fz": 0.5, "z": 3e-4})
+    written = write_experiment(replace(experiment, sensor=sensor), tmp_path / "own")
+    found = read_experiment(written.path or "")
+    assert found.sensor == sensor
+    usual = channel_variance(experiment)
+    own = channel_variance(found)
+    expected = usual.copy()
+    expected[2] = 0.25
+    expected[8::3] = 9e-8
+    assert np.allclose(own, expected)
+
+
+@pytest.mark.parametrize("by_channel", [{"fz": 0.0}, {"fq": 0.1}, {"x": -1e-4}])
+def test_a_noise_of_a_channel_that_none_has_is_refused(
+    folder: Path, tmp_path: Path, by_channel: dict[str, float]
+) -> None:
+    experiment = read_experiment(folder)
+    sensor = replace(experiment.sensor, by_channel=by_channel)
+    with pytest.raises(InputError, match=r"\[sensor.by_channel\] "):
+        write_experiment(replace(experiment, sensor=sensor), tmp_path / "own")

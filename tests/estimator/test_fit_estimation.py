@@ -230,7 +230,7 @@ def test_experiments_of_different_phantoms_are_refused(both: Fitted) -> None:
         replace(second, fiducials_rest=second.fiducials_rest + 1e-3),
     ):
         with pytest.raises(
-            InputError, match=r"^twist is not of the same mounting as pull .* them one by one"
+            InputError, match=r"^twist is not of the same mounting as pull: .* differ; .* one by one"
         ):
             estimate([first, other])
     with pytest.raises(InputError, match="no experiment"):

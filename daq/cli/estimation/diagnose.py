@@ -5,6 +5,7 @@ import json
 from pathlib import Path
 
 from daq.cli.estimation.bench_diagnosis import add_options, are_bench_tests, run_bench
+from daq.cli.estimation.known import add_known_options, material_settings_of, with_noise_of
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.versions import package_versions
 from estimator.diagnosis.conclusions.as_json import as_json
@@ -22,8 +23,13 @@ DATA_FILE = "diagnosis.json"
 _EXAMPLES = """  retract diagnose cases/P07
   retract diagnose cases/P07 --output runs/P07
   retract diagnose cases/P07/pull --json
+  retract diagnose cases/P07 --fix poisson_ratio=0.49 --noise force_std=0.05
+  retract diagnose cases/P07 --law yeoh2 --prior youngs_modulus=15000+-2000
   retract diagnose tests/cycles.csv
-  retract diagnose tests/slow.csv tests/fast.csv --mode shear"""
+  retract diagnose tests/slow.csv tests/fast.csv --mode shear
+
+E and Poisson's ratio are fitted unless they are fixed; what the law's shape has beside them is fitted to a few states
+of the experiments, and kept."""
 
 
 def add_parser(verbs: Verbs) -> None:
@@ -33,6 +39,7 @@ def add_parser(verbs: Verbs) -> None:
     parser.add_argument(
         "--output", type=Path, metavar="DIR", help=f"write {PAGE_FILE} and {DATA_FILE} into this folder"
     )
+    add_known_options(parser)
     parser.add_argument(
         "case",
         type=Path,
@@ -51,11 +58,12 @@ def run(options: argparse.Namespace) -> Result:
         raise InputError(
             f"{options.case[1]}: one folder is diagnosed at a time; several files of bench tests may be"
         )
-    experiments = read_case(options.case[0])
+    material = material_settings_of(options)
+    experiments = with_noise_of(options, read_case(options.case[0]))
     if options.output is not None:
         options.output.mkdir(parents=True, exist_ok=True)
     with progress() as tell:
-        found = diagnose(experiments, tell)
+        found = diagnose(experiments, tell, material=material)
     notes = surface_notes(experiments[0], GRADING)
     data = {**as_json(found), "surface": notes}
     text = "\n".join([summary_text(found), *(f"Surface: {note}" for note in notes)])

@@ -2,9 +2,10 @@
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
+from daq.cli.estimation.known import add_known_options, material_settings_of, with_noise_of
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.versions import package_versions
 from estimator.errors import InputError
@@ -15,8 +16,6 @@ from estimator.fit.nuisances import NUISANCES, USUAL
 from estimator.fit.online import follow
 from estimator.fit.settings import OBJECTIVES, FitSettings
 from estimator.forward.meshing import surface_notes
-from estimator.inference.free_parameter import NormalPrior as Prior
-from estimator.materials import installed_laws, law_named
 from estimator.report.estimation.findings import step_text, summary_text
 from estimator.report.estimation.writing import write_report
 
@@ -25,6 +24,7 @@ _EXAMPLES = """  retract estimate experiments/pull
   retract estimate experiments/pull experiments/twist_and_pull --json
   retract estimate experiments/pull --law yeoh2 --fix poisson_ratio=0.49 --bounds c2=0:1
   retract estimate experiments/pull --prior youngs_modulus=15000+-2000 --loss huber --profile
+  retract estimate experiments/pull --noise force_std=0.05 --prior poisson_ratio=none
   retract estimate experiments/pull --nuisances tare,rest_positions --objective paper
   retract estimate experiments/pull --follow
 
@@ -35,29 +35,7 @@ def add_parser(verbs: Verbs) -> None:
     """Add the verb."""
     parser = add_verb(verbs, "estimate", "estimate Young's modulus and Poisson's ratio", _EXAMPLES, run)
     parser.add_argument("--report", type=Path, metavar="FILE", help="write an HTML page")
-    parser.add_argument(
-        "--law",
-        metavar="NAME",
-        default="neo_hookean",
-        help=f"of {', '.join(installed_laws())} (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--fix",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="a parameter that is known; repeat for several",
-    )
-    parser.add_argument(
-        "--prior",
-        action="append",
-        default=[],
-        metavar="NAME=MEAN+-STD",
-        help="what is known of a parameter beforehand",
-    )
-    parser.add_argument(
-        "--bounds", action="append", default=[], metavar="NAME=LOW:HIGH", help="of a free parameter"
-    )
+    add_known_options(parser)
     parser.add_argument(
         "--loss",
         choices=tuple(LOSSES),
@@ -90,7 +68,7 @@ def add_parser(verbs: Verbs) -> None:
 def run(options: argparse.Namespace) -> Result:
     """Estimate, and tell the parameters."""
     settings = settings_of(options)
-    experiments = [read_experiment(path) for path in options.experiments]
+    experiments = with_noise_of(options, [read_experiment(path) for path in options.experiments])
     if options.follow:
         return _followed(experiments, options, settings)
     with progress() as tell:
@@ -139,34 +117,10 @@ def settings_of(options: argparse.Namespace) -> FitSettings:
         An option is not written as its help says, or names what there is not.
     """
     named = options.nuisances.split(",") if options.nuisances not in ("", "none") else []
-    return FitSettings(
-        law=law_named(options.law),
-        fixed={n: value for n, (value,) in _assigned("--fix", options.fix, "=", 1).items()},
-        priors={n: Prior(*pair) for n, pair in _assigned("--prior", options.prior, "+-", 2).items()},
-        bounds={n: (low, high) for n, (low, high) in _assigned("--bounds", options.bounds, ":", 2).items()},
+    return replace(
+        material_settings_of(options),
         loss=loss_named(options.loss),
         nuisances=frozenset(named),
         objective=options.objective,
         intervals="profile" if options.profile else "linear",
     )
-
-
-def _assigned(option: str, texts: Sequence[str], separator: str, count: int) -> dict[str, list[float]]:
-    """Return the numbers that texts such as ``name=1:2`` give to names, so many each.
-
-    Raises
-    ------
-    InputError
-        A text is not written that way.
-    """
-    found = {}
-    for text in texts:
-        name, _, numbers = text.partition("=")
-        try:
-            values = [float(part) for part in numbers.split(separator, count - 1)]
-        except ValueError:
-            values = []
-        if len(values) != count:
-            raise InputError(f"{option} {text}: write it as NAME={separator.join(['NUMBER'] * count)}")
-        found[name] = values
-    return found

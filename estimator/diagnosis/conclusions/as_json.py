@@ -24,7 +24,12 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
             },
         },
         "where": {"block": diagnosis.where.block if diagnosis.verdict else None, **_where(diagnosis.where)},
-        "material": {"before": _material(diagnosis.before), "after": _material(diagnosis.after)},
+        "material": {
+            "before": _material(diagnosis.before),
+            "after": _material(diagnosis.after),
+            "prior_share": _numbers(diagnosis.prior_shares),
+            "at_bound": list(diagnosis.at_bound),
+        },
         "next_experiment": [
             {
                 "manoeuvre": advice.manoeuvre,

@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.conclusions.deformation import deformed_mesh
 from estimator.diagnosis.conclusions.design_of_experiments import advise
-from estimator.diagnosis.conclusions.findings import absent_finding, material_quantities, present_finding
+from estimator.diagnosis.conclusions.findings import (
+    absent_finding,
+    material_quantities,
+    present_finding,
+    unseen_finding,
+)
 from estimator.diagnosis.conclusions.gap import gap_of, gaps_by_kind, largest_gaps
 from estimator.diagnosis.conclusions.localisation import where_of
+from estimator.diagnosis.conclusions.material_known import (
+    material_at_bound,
+    prior_shares_of_material,
+    what_is_doubtful_of_material,
+)
 from estimator.diagnosis.conclusions.model_averaging import (
     over_answers,
     with_cause_left_open,
@@ -27,7 +38,7 @@ from estimator.diagnosis.evidence.posterior import credible_set, temper
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.model.labels import NONE, UNKNOWN
 from estimator.diagnosis.result import Consideration, Diagnosis, EffectFinding, Material, Trace
-from estimator.diagnosis.search.candidate import Candidate, parameter_deviations
+from estimator.diagnosis.search.candidate import Candidate, misfit_ratio, parameter_deviations
 from estimator.diagnosis.search.comparison import Comparison
 from estimator.diagnosis.search.decision import Verdict
 from estimator.diagnosis.search.screening import best_trials, moments_beside
@@ -58,6 +69,8 @@ def conclude(
     credible = credible_set(verdict.probability, settings.evidence.credible)
     considered = consider(context, comparison.trials_of_labels, comparison.candidates, floor)
     without = _material(baseline, parameter_deviations(baseline, context.error, context.error.floor))
+    shares = prior_shares_of_material(chosen, context.error)
+    doubtful = what_is_doubtful_of_material(chosen, shares, misfit_ratio(chosen))
     chosen_material = _chosen_material(verdict, without, considered, settings.conclusions.form_left_open)
     return Diagnosis(
         verdict=verdict.labels,
@@ -84,7 +97,10 @@ def conclude(
         after=over_answers(
             chosen_material, _of_others(considered, without, verdict.labels), verdict.probability
         ),
-        cannot_tell=what_cannot_be_told(effects, credible, measurements(context.catalogue), verdict.doubted),
+        cannot_tell=(
+            *what_cannot_be_told(effects, credible, measurements(context.catalogue), verdict.doubted),
+            *doubtful,
+        ),
         next_experiment=advise(context, best_trials(comparison.trials_of_labels), verdict.probability),
         outliers=comparison.outliers,
         errors_left=case.errors_left,
@@ -97,6 +113,8 @@ def conclude(
         rivals=rivals,
         considered=considered,
         seconds=0.0,
+        prior_shares=shares,
+        at_bound=material_at_bound(chosen),
     )
 
 
@@ -169,7 +187,12 @@ def _findings(
             )
         else:
             found[label] = absent_finding(trial, fit, probability[label], multiplicity, settings.conclusions)
-    return found
+    unseen = [one for one in context.catalogue.effects if one.label not in found]
+    found.update({one.label: unseen_finding(one, probability[one.label]) for one in reversed(unseen)})
+    return {
+        label: replace(one, state="not_solved") if label in comparison.unsolved else one
+        for label, one in found.items()
+    }
 
 
 def _without(comparison: Comparison, winner: Candidate, label: str) -> Linearisation:

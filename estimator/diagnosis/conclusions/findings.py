@@ -16,9 +16,11 @@ from estimator.diagnosis.result import EffectFinding, Quantity, State
 from estimator.diagnosis.search.candidate import Candidate
 from estimator.diagnosis.search.screening import Trial
 from estimator.diagnosis.settings import ConclusionSettings
+from estimator.effects.effect import Effect
 from estimator.inference.bounded_minimum import bounded_minimum
 from estimator.inference.free_parameter import FreeParameter, prior_information
 from estimator.inference.linear_model import gram_of
+from estimator.inference.material_parameters import POISSON_RATIO, YOUNGS_MODULUS
 
 FloatArray = NDArray[np.float64]
 
@@ -91,6 +93,22 @@ def absent_finding(
     )
 
 
+def unseen_finding(effect: Effect, probability: float) -> EffectFinding:
+    """Return the finding of an effect that acts on nothing that was measured."""
+    return EffectFinding(
+        effect.label,
+        effect.form,
+        effect.group,
+        effect.words,
+        probability,
+        "cannot_tell",
+        {},
+        0.0,
+        None,
+        {},
+    )
+
+
 def present_finding(
     candidate: Candidate,
     number: int,
@@ -148,12 +166,17 @@ def effect_quantities(
 def material_quantities(
     hypothesis: Hypothesis, free: Sequence[HypothesisParameter], deviations: FloatArray
 ) -> dict[str, Quantity]:
-    """Return E and ν of a hypothesis; the rest as for :func:`effect_quantities`."""
-    return {
+    """Return E and ν of a hypothesis, without a deviation where given; the rest as for :func:`effect_quantities`."""
+    given = {
+        one.name: Quantity(hypothesis.of_material[one.name], 0.0, one.unit or "1")
+        for one in (YOUNGS_MODULUS, POISSON_RATIO)
+    }
+    fitted = {
         c.name: _quantity(c.of(hypothesis), float(d))
         for c, d in zip(free, deviations, strict=True)
         if c.effect is None
     }
+    return {**given, **fitted}
 
 
 def _quantity(parameter: FreeParameter, deviation: float) -> Quantity:

@@ -34,9 +34,15 @@ def what_cannot_be_told(
         f"where {one.asked:.1f} are asked."
         for one in doubted
     ]
+    sentences += [
+        f"{label} is not solved: no equilibrium was found with it near where the measurements would put it, so that "
+        "it is neither refuted nor borne out."
+        for label, effect in effects.items()
+        if effect.state == "not_solved"
+    ]
     for label, effect in effects.items():
         if effect.state == "cannot_tell":
-            limits = ", ".join(_limits(effect.detectable))
+            limits = ", ".join(_limits(effect.detectable)) or "nothing that it acts on was measured"
             advice = measured_by.get(label)
             sentences.append(
                 f"{label} would not show: {limits}" + (f"; {advice}." if advice is not None else ".")

@@ -44,12 +44,11 @@ def _expected(context: Context, trial: Trial, floor: float) -> Outcome:
     baseline = context.baseline
     joint = beside(baseline, trial.signature)
     step = np.array([c.of(trial.start).internal - c.internal for c in joint.free_parameters])
-    change = [
-        whitening.undo(columns @ step)
-        for whitening, columns in zip(context.case.whitenings, joint.jacobian, strict=True)
-    ]
+    moved = [columns @ step for columns in joint.jacobian]
+    change = [whitening.undo(along) for whitening, along in zip(context.case.whitenings, moved, strict=True)]
     channels = tuple(p + c for p, c in zip(baseline.predicted, change, strict=True))
-    deviations = parameter_deviations(joint, context.error, context.error.floor)
+    left = [r - along for r, along in zip(joint.residual, moved, strict=True)]
+    deviations = parameter_deviations(joint, context.error, context.error.floor, left)
     return _outcome(context, joint, trial.start, deviations, channels, floor)
 
 

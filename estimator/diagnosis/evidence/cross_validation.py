@@ -26,6 +26,9 @@ from estimator.inference.linear_model import chi2_of, negative_log_posterior, st
 
 FloatArray = NDArray[np.float64]
 
+# Of the information of all experiments, where the others have none: it is to have an inverse.
+_NEXT_TO_NONE = 1e-12
+
 
 def held_out_residuals(fit: Linearisation, settings: EvidenceSettings) -> list[FloatArray]:
     """Return the whitened residual (r,) of each experiment under a fit to the others.
@@ -107,7 +110,7 @@ def _left_open(fit: Linearisation, settings: EvidenceSettings) -> set[int]:
     return {
         number
         for number, (gram, r) in enumerate(zip(grams, fit.residual, strict=True))
-        if np.trace(np.linalg.solve((total - gram)[1:, 1:] + prior, gram[1:, 1:]))
+        if np.trace(np.linalg.solve(_of_others(total, gram) + prior, gram[1:, 1:]))
         > settings.moved_by_much**2 * len(r)
     }
 
@@ -151,12 +154,17 @@ def _log_density_of_left_out(fit: Linearisation, settings: EvidenceSettings) -> 
     priors, grams = _priors(fit, settings), _grams(fit)
     total, density = np.sum(grams, axis=0), 0.0
     for r, columns, gram in zip(fit.residual, fit.jacobian, grams, strict=True):
-        others = (total - gram)[1:, 1:] + np.diag(priors.inverse_scale**2)
+        others = _of_others(total, gram) + np.diag(priors.inverse_scale**2)
         left = r - columns @ _step(total - gram, priors)
         joint, along = others + gram[1:, 1:], columns.T @ left
         misfit = float(left @ left - along @ np.linalg.solve(joint, along))
         density -= 0.5 * (misfit + np.linalg.slogdet(joint)[1] - np.linalg.slogdet(others)[1])
     return density
+
+
+def _of_others(total: FloatArray, own: FloatArray) -> FloatArray:
+    """Return the information (p, p) of all experiments but one; of what that one alone sees next to none."""
+    return np.asarray((total - own)[1:, 1:] + _NEXT_TO_NONE * np.diag(np.diag(total)[1:]))
 
 
 def _last_third(fit: Linearisation, priors: Priors) -> FloatArray:

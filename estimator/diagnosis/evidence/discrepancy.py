@@ -104,7 +104,8 @@ def model_error_of(
         size = ((channels - rest) / whitening.deviation) ** 2
         squares += [size[:, :3].sum(), size[:, 6:].sum()]
         counts += [size[:, :3].size, size[:, 6:].size]
-    wrench, fiducials = np.maximum(settings.smallest_floor, settings.floor_share * np.sqrt(squares / counts))
+    sizes = np.sqrt(squares / np.maximum(counts, 1))
+    wrench, fiducials = np.maximum(settings.smallest_floor, settings.floor_share * sizes)
     floors = [
         (float(w * wrench), float(f * fiducials)) for w, f in itertools.product(settings.floors, repeat=2)
     ]
@@ -181,5 +182,5 @@ def _plane(rest: FloatArray, unit_m: float) -> FloatArray:
 
 def _principal(part: FloatArray) -> tuple[FloatArray, FloatArray]:
     eigenvalues, eigenvectors = np.linalg.eigh(part.T @ part)
-    kept = eigenvalues > 1e-10 * eigenvalues[-1]
+    kept = eigenvalues > 1e-10 * eigenvalues.max(initial=0.0)
     return part @ (eigenvectors[:, kept] / np.sqrt(eigenvalues[kept])), eigenvalues[kept]

@@ -72,11 +72,11 @@ def priors_within_a_step(free: Sequence[HypothesisParameter], settings: Evidence
     What derivatives promise of a constant far away, where the effect is small, is mostly not there, and would raise the
     evidence beyond that at the best constant.
     """
-    constants = [c.prior is not None and not c.pulled_to_null for c in free]
+    constants = [c.effect is not None and not c.pulled_to_null for c in free]
     return priors_of(free, settings).within(np.where(constants, [c.longest_step for c in free], np.inf))
 
 
 def priors_of(free: Sequence[HypothesisParameter], settings: EvidenceSettings) -> Priors:
     """Return the priors of what is free in a hypothesis, and its bounds as seen from there."""
     together = [c.effect if c.pulled_to_null and c.effect is not None else -1 for c in free]
-    return Priors.of(free, together, settings.sizes, settings.shows)
+    return Priors.of(free, [c.effect is None for c in free], together, settings.sizes, settings.shows)

@@ -21,7 +21,7 @@ def noise_floor(case: Case, fit: Linearisation, error: ModelError) -> float:
         rough = residual - smooth @ (smooth.T @ residual)
         squares += float(rough @ rough)
         count += len(rough) - smooth.shape[1]
-    return float(np.clip(np.sqrt(squares / count), white_floor(case), 1.0))
+    return float(np.clip(np.sqrt(squares / max(count, 1)), white_floor(case), 1.0))
 
 
 def white_floor(case: Case) -> float:

@@ -71,7 +71,7 @@ def shared_with_unknown(
     ----------
     explained, beyond : by how much the cause raises the log evidence, and the unknown beside it once more
     """
-    share = beyond / (beyond + max(explained, 0.0))
+    share = beyond / max(beyond + max(explained, 0.0), np.finfo(float).tiny)
     shared = {
         **probability,
         leading: (1.0 - share) * probability[leading],

@@ -8,15 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.model.hypothesis import LARGEST_POISSON_RATIO, Hypothesis
+from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.settings import FittingSettings
 from estimator.effects.effect import Amplitude, Constant, Effect
 from estimator.inference.free_parameter import IDENTITY, LOGARITHM, FreeParameter, NormalPrior, RangePrior
-from estimator.inference.material_parameters import POISSON_RATIO, YOUNGS_MODULUS
 
 FloatArray = NDArray[np.float64]
 
-MATERIAL: tuple[FreeParameter, ...] = (YOUNGS_MODULUS, replace(POISSON_RATIO, upper=LARGEST_POISSON_RATIO))
 # Of E and ν, small enough for a difference quotient; of the others a thousandth of their prior's deviation.
 _STEP_OF_MATERIAL, _STEP = 1e-4, 1e-3
 _USUAL = FittingSettings()
@@ -56,7 +54,7 @@ class HypothesisParameter(FreeParameter):
 def free_parameters(
     hypothesis: Hypothesis, settings: FittingSettings = _USUAL
 ) -> tuple[HypothesisParameter, ...]:
-    """Return the free parameters: E and ν first, then amplitudes and constants of each effect.
+    """Return the free parameters: E and ν first, unless they are given, then amplitudes and constants of each effect.
 
     ``settings`` tell how far a step may go.
     """
@@ -68,12 +66,13 @@ def free_parameters(
             transform=one.transform,
             lower=one.lower,
             upper=one.upper,
+            prior=one.prior,
             longest_step=settings.longest_step,
             effect=None,
             key=one.name,
             step=_STEP_OF_MATERIAL,
         )
-        for one in MATERIAL
+        for one in hypothesis.free_material
     ]
     for number, (effect, values) in enumerate(zip(hypothesis.effects, hypothesis.values, strict=True)):
         found += [_of_amplitude(number, effect, one, values[one.name], settings) for one in effect.amplitudes]

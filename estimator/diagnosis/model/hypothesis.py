@@ -14,6 +14,7 @@ from estimator.fem.assembly.body import with_modulus
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.morph import with_beads_at
 from estimator.fem.terms.term import Term
+from estimator.inference.free_parameter import FreeParameter
 from estimator.inference.material_parameters import POISSON_RATIO, YOUNGS_MODULUS
 from estimator.materials import NeoHookean
 from estimator.materials.law import Law
@@ -22,6 +23,7 @@ from estimator.materials.material import Material
 FloatArray = NDArray[np.float64]
 # Nearer to one half nothing more can be told by these sensors, and every state would take many small steps.
 LARGEST_POISSON_RATIO = 0.497
+MATERIAL: tuple[FreeParameter, ...] = (YOUNGS_MODULUS, replace(POISSON_RATIO, upper=LARGEST_POISSON_RATIO))
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,7 @@ class Hypothesis:
     effects : in the order in which they act
     values : parameters of each effect, by name
     law, shape : of the tissue
+    free_material : E and ν as far as they are not given, with their bounds and with what is known of them beforehand
     """
 
     youngs_modulus: float
@@ -42,6 +45,7 @@ class Hypothesis:
     values: tuple[Mapping[str, float], ...] = ()
     law: Law = field(default_factory=NeoHookean, kw_only=True)
     shape: tuple[float, ...] = field(default=(), kw_only=True)
+    free_material: tuple[FreeParameter, ...] = field(default=MATERIAL, kw_only=True, compare=False)
 
     def material(self) -> Material:
         """Return the tissue's law with all effects on it."""
@@ -118,6 +122,15 @@ class Hypothesis:
         return replace(
             self, youngs_modulus=found[YOUNGS_MODULUS.name], poisson_ratio=found[POISSON_RATIO.name]
         )
+
+    def with_material_between(self, other: Hypothesis, share: float) -> Hypothesis:
+        """Return the hypothesis with E and ν that have gone a share of the way from another's to its own."""
+        found = self
+        for one in self.free_material:
+            here, there = one.at(self.of_material[one.name]), one.at(other.of_material[one.name])
+            between = there.after(share * (here.internal - there.internal))
+            found = found.with_material(one.name, between.value)
+        return found
 
     @property
     def of_material(self) -> dict[str, float]:

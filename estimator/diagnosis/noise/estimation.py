@@ -86,8 +86,10 @@ def _correlation(misfits: Sequence[FloatArray], settings: NoiseSettings) -> floa
 
 def plane_polynomials(rest: FloatArray, length_m: float) -> FloatArray:
     """Return polynomials (m, 6) up to the second degree over the beads' rest positions (m, 3)."""
-    x, y = ((rest[:, :2] - rest[:, :2].mean(axis=0)) / length_m).T
-    return np.column_stack([np.ones_like(x), x, y, x * x - (x * x).mean(), x * y, y * y - (y * y).mean()])
+    beads = max(len(rest), 1)
+    x, y = ((rest[:, :2] - rest[:, :2].sum(axis=0) / beads) / length_m).T
+    xx, yy = x * x, y * y
+    return np.column_stack([np.ones_like(x), x, y, xx - xx.sum() / beads, x * y, yy - yy.sum() / beads])
 
 
 def _rest_deviation(

@@ -49,7 +49,7 @@ def _readings(experiments: Sequence[Experiment]) -> int:
 def _outliers(misfit: FloatArray, settings: NoiseSettings) -> NDArray[np.bool_]:
     """Tell which bead is wild in which row (n, m), of a misfit (n, 3m)."""
     beads = misfit.reshape(len(misfit), -1, 3)
-    if len(beads) < 3:
+    if len(beads) < 3 or not beads.size:
         return np.zeros(beads.shape[:2], dtype=bool)
     count = settings.neighbours
     before, after = _neighbours(beads, count), _neighbours(beads[::-1], count)[:, ::-1]

@@ -16,7 +16,7 @@ from estimator.diagnosis.fitting.case import Case, Linearisation, linearisation_
 from estimator.diagnosis.fitting.parallel import solved_by
 from estimator.diagnosis.fitting.refit import refit
 from estimator.diagnosis.model.grip_load import GripLoad, without_noise
-from estimator.diagnosis.model.hypothesis import LARGEST_POISSON_RATIO, Hypothesis
+from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.setup import Setup
 from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.noise.correlated_errors import (
@@ -37,26 +37,21 @@ from estimator.diagnosis.noise.estimation import Noise, noise_of, with_offsets_o
 from estimator.diagnosis.noise.outliers import without_outliers
 from estimator.diagnosis.search.candidate import Candidate
 from estimator.diagnosis.search.context import Context
+from estimator.diagnosis.search.rough_fit import rough_fit
 from estimator.diagnosis.settings import DiagnosisSettings, NoiseSettings
 from estimator.errors import SolverError
-from estimator.experiment import Experiment
+from estimator.experiment import Experiment, check_same_mounting
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.equilibrium.morph import beads_from_grasp
-from estimator.fit.estimate import fit_few_states
-from estimator.fit.linearisation import silent
-from estimator.fit.measurements import state_means
 from estimator.fit.settings import FitSettings
 from estimator.forward.meshing import FINE_GRADING, mesh_experiment
-from estimator.forward.model import ForwardModel
 from estimator.inference.channels import measured_rows
 from estimator.inference.material_parameters import POISSON_RATIO
-from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
 
 # A third of the default's cost; what it misses is corrected for at the fitted baseline.
 GRADING = Grading(grasp_m=2e-3, anchor_m=6e-3, largest_m=15e-3, growth=2.5, layers=1)
-_FIRST_GRADING = Grading(grasp_m=3e-3, anchor_m=8e-3, largest_m=25e-3, growth=3.0, layers=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,23 +77,24 @@ class Preparation:
 
 
 def prepare(
-    experiments: Sequence[Experiment], settings: DiagnosisSettings, law: Material, executor: Executor
+    experiments: Sequence[Experiment], settings: DiagnosisSettings, material: FitSettings, executor: Executor
 ) -> tuple[Preparation, Linearisation]:
     """Fit the baseline to a case; return the case prepared, and the fit where the most is left.
 
-    ``law`` is that of the baseline, with its shape.
+    ``material`` tells the baseline's law, and what is known of its parameters beforehand.
 
     Raises
     ------
     InputError
-        The phantom cannot be meshed.
+        The experiments are not of one mounting, or the phantom cannot be meshed.
     FitError
         The measured forces do not oppose the motion.
     SolverError
         A load step has no equilibrium.
     """
+    check_same_mounting(experiments)
     ordered = tuple(sorted(experiments, key=lambda experiment: experiment.order))
-    rough = _rough_fit(ordered, law)
+    rough = rough_fit(ordered, material)
     finer = [
         executor.submit(
             channels_at,
@@ -264,20 +260,6 @@ def _measured_as(mechanics: Mechanics, experiment: Experiment) -> Mechanics:
             load_steps=replace(load_steps, experiment=experiment),
             motion=replace(motion, experiment=experiment),
         ),
-    )
-
-
-def _rough_fit(experiments: tuple[Experiment, ...], law: Material) -> Hypothesis:
-    """Fit the baseline to a few states on a coarse mesh."""
-    model = ForwardModel(mesh_experiment(experiments[0], _FIRST_GRADING), experiments)
-    names = [parameter.name for parameter in law.law.shape_parameters]
-    fit = FitSettings(law=law.law, fixed=dict(zip(names, law.shape.tolist(), strict=True)))
-    values = fit_few_states(model, state_means(experiments, model.schedules), silent, fit)[-1].values
-    return Hypothesis(
-        values["youngs_modulus"],
-        min(values["poisson_ratio"], LARGEST_POISSON_RATIO),
-        law=law.law,
-        shape=tuple(law.shape.tolist()),
     )
 
 

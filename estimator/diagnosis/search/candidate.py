@@ -15,6 +15,7 @@ from estimator.diagnosis.evidence.marginal_likelihood import linear_model_within
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.search.context import Context
 from estimator.inference.free_parameter import prior_information
+from estimator.inference.linear_model import chi2_of
 
 FloatArray = NDArray[np.float64]
 
@@ -65,12 +66,33 @@ def candidate_of(context: Context, fit: Linearisation) -> Candidate:
 
 
 def parameter_deviations(
-    fit: Linearisation, error: ModelError, inexactness: tuple[float, float]
+    fit: Linearisation,
+    error: ModelError,
+    inexactness: tuple[float, float],
+    residual: Sequence[FloatArray] | None = None,
 ) -> FloatArray:
-    """Return the standard deviation (p,) of each internal variable, priors and what the model misses included."""
+    """Return the standard deviation (p,) of each internal variable, priors and what the model misses included.
+
+    Where the misfit stands above the noise the measurements tell the less: by as much as it does, like noise of that
+    size.
+
+    Parameters
+    ----------
+    fit : at its best parameters
+    error : what any model misses
+    inexactness : the amplitude of what this one misses, in wrench and fiducials
+    residual : of each experiment (r,), what is left where that is not what the fit leaves
+    """
     gram, _ = forgiven(error, moments_of(error, fit.jacobian), inexactness)
-    information = prior_information(fit.free_parameters) + gram
+    information = prior_information(fit.free_parameters) + gram / misfit_ratio(fit, residual) ** 2
     return np.asarray(np.sqrt(np.diag(np.linalg.inv(information))))
+
+
+def misfit_ratio(fit: Linearisation, residual: Sequence[FloatArray] | None = None) -> float:
+    """Return the root mean square misfit in units of the noise, 1 where it is no more than that."""
+    left = fit.residual if residual is None else residual
+    values = sum(len(each) for each in left) - len(fit.free_parameters)
+    return max(1.0, math.sqrt(chi2_of(left) / max(values, 1)))
 
 
 def explained(case: Case, base: Linearisation, fit: Linearisation) -> FloatArray:
@@ -80,4 +102,4 @@ def explained(case: Case, base: Linearisation, fit: Linearisation) -> FloatArray
         change = ((after - before) / whitening.deviation) ** 2
         squares += [change[:, :6].sum(), change[:, 6:].sum()]
         counts += [change[:, :6].size, change[:, 6:].size]
-    return np.asarray(np.sqrt(squares / counts))
+    return np.asarray(np.sqrt(squares / np.maximum(counts, 1)))

@@ -21,7 +21,7 @@ from estimator.diagnosis.evidence.noise_selection import (
     refitted_anew,
     signatures_anew,
 )
-from estimator.diagnosis.fitting.case import Case, Linearisation, linearise
+from estimator.diagnosis.fitting.case import Case
 from estimator.diagnosis.model.labels import UNKNOWN
 from estimator.diagnosis.noise.errors_left import AT_MOST
 from estimator.diagnosis.noise.outliers import number_left_out
@@ -29,7 +29,7 @@ from estimator.diagnosis.search.baseline import corrected_at_best, prepare
 from estimator.diagnosis.search.candidate import Candidate, best_of_labels, most_probable_first
 from estimator.diagnosis.search.context import Context, Tell
 from estimator.diagnosis.search.models import ModelTable
-from estimator.diagnosis.search.racing import finalists, race, race_on, to_the_end
+from estimator.diagnosis.search.racing import finalists, not_solved, race, race_on, to_the_end
 from estimator.diagnosis.search.refinements import (
     accidents,
     at_the_place_of,
@@ -37,14 +37,22 @@ from estimator.diagnosis.search.refinements import (
     mistaken_for,
     past_kinks,
     siblings,
+    with_material_of,
 )
-from estimator.diagnosis.search.screening import Trial, best_starts, from_full_size, screen, trials_of
+from estimator.diagnosis.search.screening import (
+    Trial,
+    best_starts,
+    from_full_size,
+    labels_without_signature,
+    screen,
+    trials_of,
+)
 from estimator.diagnosis.search.second_cause import asks_for_a_finer_form, promising_seconds
 from estimator.diagnosis.settings import DiagnosisSettings, SearchSettings
 from estimator.effects.catalogue import Catalogue
 from estimator.experiment import Experiment
+from estimator.fit.settings import FitSettings
 from estimator.inference.laplace import log_mean
-from estimator.materials.material import Material
 
 
 @dataclass(frozen=True)
@@ -58,6 +66,7 @@ class Comparison:
     trials : every effect at every start, to first order, the most probable first
     candidates : refitted, the most probable first
     none, unknown : log evidence of the baseline, and of something outside the catalogue beside it
+    unsolved : labels of which no refit had an equilibrium: neither refuted nor borne out
     """
 
     context: Context
@@ -66,6 +75,7 @@ class Comparison:
     candidates: tuple[Candidate, ...]
     none: float
     unknown: float
+    unsolved: tuple[str, ...] = ()
 
     @property
     def settings(self) -> SearchSettings:
@@ -108,7 +118,7 @@ def compare(
     experiments: Sequence[Experiment],
     settings: DiagnosisSettings,
     catalogue: Catalogue,
-    law: Material,
+    material: FitSettings,
     executor: Executor,
     tell: Tell,
 ) -> Comparison:
@@ -116,7 +126,7 @@ def compare(
 
     Parameters
     ----------
-    law : of the baseline, with its shape; E and ν are fitted
+    material : the baseline's law, and what is known of its parameters beforehand
 
     Raises
     ------
@@ -124,7 +134,7 @@ def compare(
         As :func:`estimator.diagnosis.diagnose.diagnose`.
     """
     tell("fitting the baseline", 0, 1)
-    preparation, baseline = prepare(experiments, settings, law, executor)
+    preparation, baseline = prepare(experiments, settings, material, executor)
     tell("fitting the baseline", 1, 1)
     lenient = preparation.cases(AT_MOST)
     case = most_probable_noise(preparation.cases, lenient, baseline)
@@ -137,9 +147,11 @@ def compare(
     trials = screen(context, plain)
     leaders = _leaders(best_starts(trials, settings.search.starts), none, settings.search)
     leaders = from_full_size(context, leaders)
-    candidates = race(context, [trial.start for trial in leaders], none)
+    starts = [trial.start for trial in leaders]
+    candidates = race(context, starts, none)
     left_out = number_left_out(experiments, case.experiments)
-    comparison = Comparison(context, left_out, tuple(trials), tuple(candidates), none, unknown)
+    unsolved = (*not_solved(starts, candidates), *labels_without_signature(context, trials))
+    comparison = Comparison(context, left_out, tuple(trials), tuple(candidates), none, unknown, unsolved)
     preparation = corrected_at_best(preparation, context, candidates, none)
     comparison = _with_most_probable_noise(comparison, preparation.cases)
     finer = _finer(comparison)
@@ -162,7 +174,11 @@ def _finer(comparison: Comparison) -> Comparison:
     if not (doubtful or mistaken or stopped):
         return comparison
     effects = [*elaborate, *mistaken]
-    finer = screen(context.beside(_with_material_of(comparison)), effects) if effects else []
+    finer = (
+        screen(context.beside(with_material_of(context, comparison.candidates[0])), effects)
+        if effects
+        else []
+    )
     begun = best_starts(finer, settings.starts)
     forms = [start for one in doubtful[:1] for start in at_the_place_of(context, one, comparison.candidates)]
     labels = context.catalogue.groups
@@ -187,18 +203,26 @@ def _finer(comparison: Comparison) -> Comparison:
     # One that falls short of the leader may still be its rival: its evidence is to be that of a refit in full.
     weighed = most_probable_first([*comparison.candidates, *found])
     candidates = to_the_end(context, weighed, comparison.none)
-    return replace(comparison, trials=(*comparison.trials, *finer), candidates=tuple(candidates))
+    solved = {one.labels[0] for one in candidates}
+    return replace(
+        comparison,
+        trials=(*comparison.trials, *finer),
+        candidates=tuple(candidates),
+        unsolved=tuple(label for label in comparison.unsolved if label not in solved),
+    )
 
 
-def _with_material_of(comparison: Comparison) -> Linearisation:
-    """Return the baseline with E and ν of the best candidate, where a form much like it is nearer to linear.
-
-    A stress that relaxes by half leaves half of E: from the fitted E, the shares of two terms begin far off.
-    """
-    there = comparison.candidates[0].fit.hypothesis
-    context = comparison.context
-    plain = replace(there, effects=(), values=())
-    return linearise(context.case, plain, context.baseline)
+def with_refitted(comparison: Comparison, label: str) -> Comparison:
+    """Return the comparison with the forms of a label refitted from their best starts, or with it as not solved."""
+    context, settings = comparison.context, comparison.settings
+    own = [trial for trial in comparison.trials if trial.signature.effect.label == label]
+    starts = [trial.start for trial in best_starts(own, settings.starts)[: settings.forms_of_a_label]]
+    found = race(context, starts, comparison.none)
+    return replace(
+        comparison,
+        candidates=tuple(most_probable_first([*comparison.candidates, *found])),
+        unsolved=(*comparison.unsolved, *not_solved(starts, found)),
+    )
 
 
 def _best_with_kinks(case: Case, candidates: Sequence[Candidate]) -> Candidate | None:

@@ -7,6 +7,8 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
+import numpy as np
+
 from estimator.diagnosis.evidence.discrepancy import ModelError
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.settings import DiagnosisSettings
@@ -41,6 +43,12 @@ class Context:
     def settings(self) -> DiagnosisSettings:
         """Those of the case."""
         return self.case.settings
+
+    @property
+    def beads_seen(self) -> int:
+        """How many beads were seen at all."""
+        seen = [np.isfinite(one.fiducials).any(axis=(0, 2)) for one in self.case.experiments]
+        return int(np.logical_or.reduce(seen).sum())
 
     def beside(self, fit: Linearisation) -> Context:
         """Return the context with another solved hypothesis in the baseline's place."""

@@ -14,7 +14,7 @@ from estimator.diagnosis.evidence.posterior import of_labels, probabilities, sha
 from estimator.diagnosis.model.hypothesis import Hypothesis, negligible_effects
 from estimator.diagnosis.model.labels import NONE, UNKNOWN
 from estimator.diagnosis.search.candidate import Candidate
-from estimator.diagnosis.search.comparison import Comparison
+from estimator.diagnosis.search.comparison import Comparison, with_refitted
 from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.search.models import Model
 from estimator.diagnosis.search.pair_search import search_pairs, with_what_it_is_mistaken_for
@@ -59,17 +59,28 @@ class Verdict:
 def reach_verdict(comparison: Comparison, evidence: Mapping[str, float]) -> Verdict:
     """Conclude from the log evidence of every answer; look for a second cause, and for what the causes leave."""
     verdict = _likeliest(comparison, evidence)
+    verdict = replace(verdict, probability=_no_likelier(verdict.probability, comparison.unsolved))
     in_doubt = verdict.probability[NONE] > comparison.settings.in_doubt
     return Verdict((), None, verdict.probability) if in_doubt else verdict
+
+
+def _no_likelier(probability: Mapping[str, float], unsolved: Sequence[str]) -> Mapping[str, float]:
+    """Return the probabilities with no answer that could not be solved above the most probable one that was."""
+    most = max(value for label, value in probability.items() if label not in unsolved)
+    kept = {label: min(value, most) for label, value in probability.items()}
+    total = sum(kept.values())
+    ordered = sorted(kept.items(), key=lambda item: (-item[1], item[0] in unsolved))
+    return {label: value / total for label, value in ordered}
 
 
 def _likeliest(comparison: Comparison, evidence: Mapping[str, float]) -> Verdict:
     """Return the verdict that is the most probable, however doubtful."""
     probability = _probabilities(comparison, evidence)
-    leading, groups = next(iter(probability)), comparison.context.catalogue.groups
+    leading, groups = _leading(comparison, probability), comparison.context.catalogue.groups
     outsider = _first_of(comparison, UNKNOWN) if evidence[UNKNOWN] > comparison.unknown else None
     recognised = outsider if leading == UNKNOWN else None
-    best = recognised or _first_of(comparison, next(label for label in probability if label in groups))
+    solved = (label for label in probability if label in groups and label not in comparison.unsolved)
+    best = recognised or _first_of(comparison, next(solved, UNKNOWN))
     if leading == NONE:
         verdict = _without_cause(comparison, probability)
     elif best is None:
@@ -79,7 +90,7 @@ def _likeliest(comparison: Comparison, evidence: Mapping[str, float]) -> Verdict
         if found.alone is not best:
             comparison = replace(comparison, candidates=(*comparison.candidates, found.alone))
             evidence = weigh(comparison)
-            leading = next(iter(_probabilities(comparison, evidence)))
+            leading = _leading(comparison, _probabilities(comparison, evidence))
             best = found.alone if leading in (found.alone.labels[0], UNKNOWN) else best
         verdict = _of_causes(comparison, evidence, best, found.pairs, recognised)
     return verdict
@@ -111,7 +122,7 @@ def _of_causes(
     ``recognised`` is the effect without a label as which something unknown that led was recognised.
     """
     probability = _probabilities(comparison, evidence)
-    leading = next(iter(probability))
+    leading = _leading(comparison, probability)
     models = comparison.table.with_two(best, pairs, leading == UNKNOWN)
     believed = [both for both in zip(pairs, models, strict=True) if both[1].verdict == "believed"]
     if believed and believed[0][1] is next(model for model in models if model.explains_more):
@@ -171,18 +182,41 @@ def _of_two(
     return verdict
 
 
+def with_contenders_refitted(comparison: Comparison) -> Comparison:
+    """Return the comparison with every cause refitted that leads: to first order alone nothing is concluded from it."""
+    for _ in comparison.context.catalogue.labels:
+        solved = {one.labels[0] for one in comparison.candidates}
+        probability = probabilities(weigh(comparison), comparison.context.settings.evidence)
+        leading = _leading(comparison, probability)
+        if leading in (NONE, UNKNOWN) or leading in solved:
+            break
+        comparison = with_refitted(comparison, leading)
+    return comparison
+
+
+def _leading(comparison: Comparison, probability: Mapping[str, float]) -> str:
+    """Return the most probable answer of those that were solved; ``probability`` has the most probable first."""
+    return next(label for label in probability if label not in comparison.unsolved)
+
+
 def weigh(comparison: Comparison) -> dict[str, float]:
     """Return the log evidence of every answer.
 
     An effect smaller than anybody would care for keeps the less of its evidence the less that is: a slight error of the
     baseline could feign it. An effect that makes the prediction of left-out experiments worse loses by as much. What is
     unknown is an effect without a label, one as likely as the other, or anything: whichever is more probable.
+
+    What first order promises of a cause that could not be solved is not known to be kept, and not refuted: it counts
+    for no more than the best answer that was solved.
     """
     forms = of_labels(_forms_weighed(comparison), comparison.none, comparison.context.settings.evidence)
     found = {label: forms.get(label, -np.inf) for label in comparison.context.catalogue.labels}
     found[NONE] = comparison.none
     found[UNKNOWN] = max(comparison.unknown, forms.get(UNKNOWN, -np.inf))
-    return found
+    most = max(value for label, value in found.items() if label not in comparison.unsolved)
+    return {
+        label: min(value, most) if label in comparison.unsolved else value for label, value in found.items()
+    }
 
 
 def _forms_weighed(comparison: Comparison) -> list[tuple[str, str, float]]:

@@ -23,6 +23,7 @@ from estimator.diagnosis.model.free_parameters import moved
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.search.screening import Trial, moments_beside, null_beside
+from estimator.inference.free_parameter import prior_information
 from estimator.inference.gauss_newton import step_of_gram
 
 FloatArray = NDArray[np.float64]
@@ -74,7 +75,8 @@ def _projected(moments: Moments, context: Context, signatures: Sequence[Signatur
     """Return the Gram matrix of residual and signatures, these in prior deviations, all else projected out."""
     gram, _ = forgiven(context.error, moments, context.error.floor)
     free = slice(1, own)
-    left = gram - gram[:, free] @ np.linalg.solve(gram[free, free], gram[free])
+    known = prior_information(context.baseline.free_parameters)
+    left = gram - gram[:, free] @ np.linalg.solve(gram[free, free] + known, gram[free])
     scale = np.ones(len(gram))
     scale[own:] = [
         context.settings.search.size_of_pairs * c.prior_scale

@@ -20,6 +20,9 @@ from estimator.effects.effect import Effect
 from estimator.errors import SolverError
 from estimator.inference.linear_model import objective
 
+# Shares of the way from a solved neighbour that are tried one after the other, and whether its fields are begun from.
+_RETRIES = ((1.0, True), (1 / 3, True), (1 / 9, True), (1 / 3, False), (1 / 27, False))
+
 
 @dataclass(frozen=True)
 class Round:
@@ -55,17 +58,22 @@ def race(context: Context, starts: Sequence[Hypothesis], bar: float) -> list[Can
     Parameters
     ----------
     context : with the fitted baseline, whose fields the refits start from
-    starts : one without equilibrium near its start drops out
+    starts : one without equilibrium anywhere near drops out, see :func:`not_solved`
     bar : log evidence that they compete to exceed; what remains much below it goes no further
     """
     solve = solved_by(context.executor)
     with refits_at_a_time(len(starts)) as threads:
-        jobs = [
-            threads.submit(_first_point, context.case, start, context.baseline, solve) for start in starts
-        ]
+        jobs = [threads.submit(first_point, context.case, start, context.baseline, solve) for start in starts]
         first = _candidates(context, dict.fromkeys(jobs, math.inf))
     chosen = worth_a_second_point(first, bar, context.settings.search)
     return to_the_end(context, _further(context, first, chosen, 1), bar)
+
+
+def not_solved(starts: Sequence[Hypothesis], candidates: Sequence[Candidate]) -> tuple[str, ...]:
+    """Return the labels of single causes that were raced from some starts, none of which had an equilibrium."""
+    solved = {one.labels[0] for one in candidates}
+    raced = dict.fromkeys(start.effects[0].label for start in starts if len(start.effects) == 1)
+    return tuple(label for label in raced if label not in solved)
 
 
 def race_on(context: Context, fits: Sequence[Linearisation], bar: float) -> list[Candidate]:
@@ -179,19 +187,34 @@ def _candidates(context: Context, jobs: Mapping[Future[Linearisation | None], fl
     return most_probable_first(found)
 
 
-def _first_point(case: Case, start: Hypothesis, near: Linearisation, solve: Solve) -> Linearisation | None:
-    """Solve a start; where that has no equilibrium, one with ever smaller amplitudes."""
-    for _ in range(3):
+def first_point(case: Case, start: Hypothesis, near: Linearisation, solve: Solve) -> Linearisation | None:
+    """Solve a start; where that has no equilibrium, one ever nearer to the solved neighbour; None where none has any.
+
+    The last ones are followed from rest in shorter steps: a neighbour's field may lead astray.
+    """
+    for share, known in _RETRIES:
+        nearer = start if share == 1.0 else start_nearer(start, near.hypothesis, share)
         try:
-            return refit(case, start, near, evaluations=1, solve=solve)
+            return refit(case, nearer, near if known else None, evaluations=1, solve=solve)
         except SolverError:
-            start = _with_smaller_amplitudes(start)
+            continue
     return None
 
 
-def _with_smaller_amplitudes(hypothesis: Hypothesis) -> Hypothesis:
+def start_nearer(start: Hypothesis, to: Hypothesis, share: float) -> Hypothesis:
+    """Return a start with only a share of the way that its E, ν and amplitudes have gone from a solved neighbour.
+
+    Amplitudes go from their null, unless the neighbour has the same effect; constants stay.
+    """
+    known = dict(zip((effect.name for effect in to.effects), to.values, strict=True))
     values: list[Mapping[str, float]] = []
-    for effect, present in zip(hypothesis.effects, hypothesis.values, strict=True):
+    for effect, present in zip(start.effects, start.values, strict=True):
+        begun = known.get(effect.name, {})
         names = {amplitude.name for amplitude in effect.amplitudes}
-        values.append({k: v / 3 if k in names else v for k, v in present.items()})
-    return replace(hypothesis, values=tuple(values))
+        values.append(
+            {
+                key: begun.get(key, 0.0) + share * (value - begun.get(key, 0.0)) if key in names else value
+                for key, value in present.items()
+            }
+        )
+    return replace(start.with_material_between(to, share), values=tuple(values))

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
-from estimator.diagnosis.fitting.case import Case
+from estimator.diagnosis.fitting.case import Case, Linearisation, linearise
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.search.candidate import Candidate
 from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.search.screening import Trial
 from estimator.effects.catalogue import Catalogue
 from estimator.effects.effect import Constant, Effect, Values
+from estimator.errors import SolverError
+
+# From the baseline's E and ν to a leader's, tried one after the other.
+_SHARES_OF_THE_WAY = (1.0, 0.5, 0.25)
 
 
 def elaborations(catalogue: Catalogue, labels: Collection[str]) -> list[Effect]:
@@ -35,6 +40,21 @@ def mistaken_for(context: Context, candidates: Sequence[Candidate]) -> list[Effe
                 place = cause.place(context.case.problem, values)
                 found.append(effect if place is None else effect.looked_for_at(*place))
                 break
+    return found
+
+
+def with_material_of(context: Context, leader: Candidate) -> Linearisation:
+    """Return the baseline with E and ν of a leader, where a form much like it is nearer to linear.
+
+    A stress that relaxes by half leaves half of E: from the fitted E, the shares of two terms begin far off. Where the
+    tissue has no equilibrium with these alone, they are as near to them as it has.
+    """
+    plain, found = replace(leader.fit.hypothesis, effects=(), values=()), context.baseline
+    for share in _SHARES_OF_THE_WAY:
+        with suppress(SolverError):
+            nearer = plain.with_material_between(context.baseline.hypothesis, share)
+            found = linearise(context.case, nearer, context.baseline)
+            break
     return found
 
 

@@ -24,10 +24,11 @@ from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.fitting.releases import starts_at_full_size
 from estimator.diagnosis.model.free_parameters import HypothesisParameter, moved
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.model.solution import mechanics_of, solve_case
+from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.settings import SearchSettings
 from estimator.effects.effect import Effect
+from estimator.errors import SolverError
 from estimator.inference.gauss_newton import step_of_gram
 
 FloatArray = NDArray[np.float64]
@@ -50,7 +51,8 @@ class Trial:
 
 
 def screen(context: Context, effects: Sequence[Effect]) -> list[Trial]:
-    """Return the trials of all effects at all their starts, the most probable first."""
+    """Return the trials of all effects that can show at all their starts, the most probable first."""
+    effects = [effect for effect in effects if beads_needed(effect) <= context.beads_seen]
     jobs = [
         context.executor.submit(_signatures, context.case, context.baseline, share)
         for share in _shares(effects, context.settings.search)
@@ -64,6 +66,18 @@ def screen(context: Context, effects: Sequence[Effect]) -> list[Trial]:
 
 def _descending(trial: Trial) -> float:
     return -trial.log_evidence
+
+
+def beads_needed(effect: Effect) -> int:
+    """Return how many beads must have been seen for an effect to show."""
+    return max(effect.fewest_beads, 1 if effect.group == "vision" else 0)
+
+
+def labels_without_signature(context: Context, trials: Sequence[Trial]) -> tuple[str, ...]:
+    """Return the labels that could show, and whose every form is without an equilibrium beside the baseline."""
+    screened = {trial.signature.effect.label for trial in trials}
+    could = (one.label for one in context.catalogue.effects if beads_needed(one) <= context.beads_seen)
+    return tuple(dict.fromkeys(label for label in could if label not in screened))
 
 
 def best_starts(trials: Sequence[Trial], of_searched: int) -> list[Trial]:
@@ -126,9 +140,25 @@ def _cost(group: Sequence[Effect], condensing: float) -> float:
 
 
 def _signatures(case: Case, base: Linearisation, effects: Sequence[Effect]) -> list[Signature]:
-    solutions = solve_case(case, base.hypothesis, base.known)
+    try:
+        solutions = solve_case(case, base.hypothesis, base.known)
+    except SolverError:
+        solutions = solve_case(case, base.hypothesis)  # from rest, in shorter steps
     mechanics = [mechanics_of(solution) for solution in solutions]
-    return signatures_of(case, mechanics, base.hypothesis, effects)
+    return _of_those_that_can_be(case, mechanics, base.hypothesis, effects)
+
+
+def _of_those_that_can_be(
+    case: Case, mechanics: Sequence[Mechanics], hypothesis: Hypothesis, effects: Sequence[Effect]
+) -> list[Signature]:
+    """Return the signatures of those effects that have one: a small change by the others has no equilibrium."""
+    try:
+        found = signatures_of(case, mechanics, hypothesis, effects)
+    except SolverError:
+        half = len(effects) // 2
+        parts = (effects[:half], effects[half:]) if half else ()
+        found = [one for part in parts for one in _of_those_that_can_be(case, mechanics, hypothesis, part)]
+    return [one for one in found if all(np.isfinite(columns).all() for columns in one.columns)]
 
 
 def trials_of(context: Context, signatures: Sequence[Signature], gain: float = -math.inf) -> list[Trial]:

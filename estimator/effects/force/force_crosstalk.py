@@ -64,8 +64,7 @@ class ForcePairCrosstalk(ForceCrosstalk):
         """Return the pairs that would take most off the misfit."""
         load = np.concatenate([in_gripper_axes(each.rotation, each.wrench) for each in baseline])
         misfit = np.concatenate([wrench_misfit(each) for each in baseline])
-        seen = np.isfinite(misfit).all(axis=1)
-        gain = (misfit[seen].T @ load[seen]) ** 2 / np.maximum((load[seen] ** 2).sum(axis=0), 1e-300)
+        gain = (misfit.T @ load) ** 2 / np.maximum((load**2).sum(axis=0), 1e-300)
         pairs = sorted(_PAIRS, key=lambda pair: -gain[pair[1], pair[0]])
         return [{"source": float(j), "target": float(i)} for j, i in pairs[:_TRIED_PAIRS]]
 

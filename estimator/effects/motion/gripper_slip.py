@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from estimator.effects.effect import Amplitude, Constant, Effect, Motion, Readings, Values
 from estimator.effects.shared.axes import AXES
+from estimator.effects.shared.misfit import measured_or_predicted
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
@@ -44,8 +45,8 @@ class GripperSlip(Effect):
 
     def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
         """Return thresholds from far below the largest measured force up to it."""
-        loads = [each.experiment.wrench[:, :3] for each in baseline]
-        largest = max(float(np.nanquantile(np.linalg.norm(load, axis=1), 0.95)) for load in loads)
+        loads = [measured_or_predicted(each)[:, :3] for each in baseline]
+        largest = max(float(np.quantile(np.linalg.norm(load, axis=1), 0.95)) for load in loads)
         return [{"threshold": share * largest} for share in _TRIED_THRESHOLDS]
 
     def motion(self, motion: Motion, values: Values) -> Motion:

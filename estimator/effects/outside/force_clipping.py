@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from estimator.effects.effect import OUTSIDE, Amplitude, Constant, Effect, Readings, Values
 from estimator.effects.shared.axes import in_gripper_axes, in_tissue_axes
+from estimator.effects.shared.misfit import measured_or_predicted
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
@@ -37,8 +38,8 @@ class ForceClipping(Effect):
     def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
         """Return the axes and limits that explain most of the misfit."""
         felt = [in_gripper_axes(each.rotation, each.wrench)[:, :_AXES] for each in baseline]
-        read = [in_gripper_axes(each.rotation, each.experiment.wrench)[:, :_AXES] for each in baseline]
-        force, error = np.concatenate(felt), np.nan_to_num(np.concatenate(read) - np.concatenate(felt))
+        read = [in_gripper_axes(each.rotation, measured_or_predicted(each))[:, :_AXES] for each in baseline]
+        force, error = np.concatenate(felt), np.concatenate(read) - np.concatenate(felt)
         found = []
         for axis in range(_AXES):
             largest = float(np.abs(force[:, axis]).max())

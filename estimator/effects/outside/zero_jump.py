@@ -54,6 +54,6 @@ class ZeroJump(Effect):
 
 def _likeliest_row(readings: Readings) -> int:
     """Return the row from which a constant on every axis explains most."""
-    misfit = np.nan_to_num(wrench_misfit(readings), nan=0.0)
+    misfit = wrench_misfit(readings)
     rows_left = np.arange(len(misfit), 0, -1)
     return int(np.argmax((sums_to_the_end(misfit) ** 2).sum(axis=1) / rows_left))

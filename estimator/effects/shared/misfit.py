@@ -15,7 +15,13 @@ def fiducial_misfit(readings: Readings) -> FloatArray:
 
 
 def wrench_misfit(readings: Readings) -> FloatArray:
-    """Return measured less predicted (n, 6) in the sensor's axes, in units of the noise; NaN where not measured."""
-    sensor = readings.experiment.sensor
-    noise = np.array(3 * [sensor.force_std] + 3 * [sensor.torque_std])
-    return in_gripper_axes(readings.rotation, readings.experiment.wrench - readings.wrench) / noise
+    """Return measured less predicted (n, 6) in the sensor's axes, in units of the noise, zero where not measured."""
+    noise = readings.experiment.sensor.wrench_std
+    misfit = np.nan_to_num(readings.experiment.wrench - readings.wrench, nan=0.0)
+    return in_gripper_axes(readings.rotation, misfit) / noise
+
+
+def measured_or_predicted(readings: Readings) -> FloatArray:
+    """Return the measured wrench (n, 6), N and N·m, with the predicted one where it was not measured."""
+    measured = readings.experiment.wrench
+    return np.where(np.isfinite(measured), measured, readings.wrench)

@@ -43,7 +43,8 @@ def change_of_channels(state: OneState, acting: Sequence[tuple[Effect, Values]])
     position, still = state.pose.position[None], np.zeros((1, 6))
     moving = Motion(began, position, Rotation.concatenate([state.pose.rotation]), still, still, np.zeros(1))
     felt = state.observation.wrench[None]
-    arms = (state.observation.fiducials - state.experiment.fiducials_rest.mean(axis=0))[None]
+    rest = state.experiment.fiducials_rest
+    arms = (state.observation.fiducials - rest.sum(axis=0) / max(len(rest), 1))[None]
     read = Readings(began, position, moving.rotation, position, felt, arms, felt[0], arms[0])
     motion, readings = moving, read
     for effect, values in acting:

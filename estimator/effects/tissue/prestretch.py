@@ -103,10 +103,11 @@ class DrawnBeforeBeadsWereMeasured(DrawnFromStatedShape):
 
 
 def _from_anchors(problem: RetractionProblem) -> FloatArray:
-    """Return the direction (2,) in the plane from the middle of the anchored nodes to the grasp."""
+    """Return the direction (2,) in the plane from the middle of the anchored nodes to the grasp; x if it lies above."""
     anchored = problem.body.mesh.points[problem.anchored]
     away = problem.grasp_centre - (anchored.min(axis=0) + anchored.max(axis=0)) / 2
-    return np.asarray(away[:2] / np.linalg.norm(away[:2]))
+    length = np.linalg.norm(away[:2])
+    return np.asarray(away[:2] / length) if length > 0.0 else np.array([1.0, 0.0])
 
 
 _DRAWN: dict[Direction, Amplitude] = {

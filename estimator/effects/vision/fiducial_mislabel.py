@@ -39,6 +39,7 @@ class FiducialMislabel(Effect):
     linear = True
     words = "Two fiducials are mistaken for each other from some instant on."
     inexactness = 0.0
+    fewest_beads = 2
     form = "to_the_last_experiment"
     amplitudes = (Amplitude("exchanged", "1", scale=1.0, smallest=0.1, lower=0.0, upper=1.0),)
     constants: tuple[Constant, ...] = (bead_constant("first"), bead_constant("second"), ORDER, TIME)
@@ -127,7 +128,7 @@ class FiducialMislabelFromShare(FiducialMislabelInEach):
 def _gain(readings: Readings) -> FloatArray:
     """Return by how much exchanging beads a and b lowers the sum of squares of a row, (n, m, m), m²."""
     apart = readings.experiment.fiducials[:, :, None] - readings.fiducials[:, None]
-    squares = np.nan_to_num((apart**2).sum(axis=-1), nan=0.0)
+    squares = np.nan_to_num(apart**2, nan=0.0).sum(axis=-1)
     own = np.einsum("naa->na", squares)
     return own[:, :, None] + own[:, None] - squares - squares.transpose(0, 2, 1)
 

@@ -37,7 +37,7 @@ class Grading:
 def block_mesh(
     size: FloatArray, anchors: tuple[Box, ...], grasp: Box, grading: Grading, kind: ElementKind = "hex27"
 ) -> Mesh:
-    """Mesh a block centred at the origin, without the gripped tissue.
+    """Mesh a block centred at the origin, without the gripped tissue; a flat grasp grips a face and no tissue.
 
     Parameters
     ----------
@@ -62,7 +62,9 @@ def block_mesh(
     mesh = structured_mesh(lines, kind)
     centres = mesh.points[mesh.cells].mean(axis=1)
     gripped = np.all((centres > grasp_planes[0]) & (centres < grasp_planes[1]), axis=1)
-    if gripped.all() or not gripped.any():
+    # A glued plate grips the nodes of a face, and no tissue behind it.
+    flat = np.count_nonzero(grasp_planes[0] == grasp_planes[1]) == 1
+    if gripped.all() or not (gripped.any() or flat):
         raise InputError(
             "the grasp box must hold a part of the phantom, but not all of it; correct [grasp] box"
         )

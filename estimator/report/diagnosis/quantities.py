@@ -28,6 +28,7 @@ STATE_WORDS: dict[State, str] = {
     "negligible": "present, negligible",
     "absent": "absent",
     "cannot_tell": "cannot tell",
+    "not_solved": "not solved",
 }
 
 

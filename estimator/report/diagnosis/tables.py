@@ -16,7 +16,7 @@ from estimator.report.diagnosis.quantities import (
 )
 from estimator.report.page import Html
 
-_ORDER: tuple[State, ...] = ("present", "negligible", "cannot_tell", "absent")
+_ORDER: tuple[State, ...] = ("present", "negligible", "not_solved", "cannot_tell", "absent")
 
 
 def effect_table(diagnosis: Diagnosis) -> Html:

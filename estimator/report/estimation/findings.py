@@ -83,6 +83,11 @@ def caveats(estimate: Estimate) -> list[str]:
         "want a value beyond it, and its interval means little."
         for name in estimate.at_bound
     ]
+    if estimate.below_zero:
+        found.append(
+            f"ν = {estimate.poisson_ratio.value:.3g} is below zero, as of no soft tissue and no elastomer: something "
+            "that the model leaves out moves it, or the measurements hardly tell it."
+        )
     largest = max(float(np.abs(fit.wrench[:, :3]).max()) for fit in estimate.fits)
     if estimate.discretisation_force > _LARGE_DISCRETISATION * largest:
         found.append(

@@ -1,0 +1,178 @@
+"""Whatever was measured of a case, a diagnosis names no wrong cause, or says in one line what is missing."""
+
+import json
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from retraction_cases import (
+    SMALL_BLOCK,
+    follow,
+    measured_only,
+    of_rows,
+    recorded,
+    straight_pull,
+    turning_pull,
+)
+from scipy.spatial.transform import Rotation
+
+from estimator.diagnosis import diagnose as diagnosing
+from estimator.diagnosis.conclusions.as_json import as_json
+from estimator.diagnosis.diagnose import diagnose
+from estimator.diagnosis.result import Diagnosis
+from estimator.diagnosis.search import baseline
+from estimator.effects.catalogue import Catalogue, default_catalogue
+from estimator.effects.effect import Readings
+from estimator.errors import EstimatorError
+from estimator.experiment import Experiment
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.equilibrium.newton import EquilibriumSolver
+from estimator.fem.equilibrium.observation import observe
+from estimator.forward.meshing import mesh_experiment
+from estimator.materials import NeoHookean
+from estimator.materials.material import Material
+from estimator.report.diagnosis.findings import summary_text
+from estimator.report.diagnosis.writing import write_report
+
+TRUTH = Material(NeoHookean(), 20e3, 0.44)
+CAUSE, SIZE = "force_drift", 0.08
+FINE = Grading(grasp_m=3e-3, anchor_m=6e-3, largest_m=15e-3, growth=2.5, layers=1)
+COARSE = Grading(grasp_m=6e-3, anchor_m=10e-3, largest_m=20e-3, growth=3.0, layers=1)
+# Those that look for beads, axes and loads among what was measured, and some that do not.
+FEW = (
+    "force_drift",
+    "gripper_slip",
+    "fiducial_mislabel",
+    "fiducial_misread",
+    "camera_scale",
+    "force_crosstalk",
+)
+
+
+class AtOnce(Executor):
+    """Works in this process, so that a warning is an error here as everywhere."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except EstimatorError as error:
+            future.set_exception(error)
+        return future
+
+
+@contextmanager
+def at_once() -> Iterator[Executor]:
+    yield AtOnce()
+
+
+def few_effects() -> Catalogue:
+    everything = default_catalogue()
+    chosen = tuple(one for one in everything.effects if one.label in FEW and not one.elaborates)
+    return Catalogue(chosen, tuple(one for one in everything.outsiders if one.form == "zero_jump"))
+
+
+@pytest.fixture(scope="module")
+def drifting() -> list[Experiment]:
+    """A pull and a twist whose force drifts by far more than the noise, on a finer mesh than the diagnosis."""
+    rng = np.random.default_rng(11)
+    problem = mesh_experiment(SMALL_BLOCK, FINE)
+    rest = EquilibriumSolver(problem).rest(TRUTH)
+    found = []
+    for order, path in enumerate(
+        (
+            straight_pull(SMALL_BLOCK, 0.008, 4),
+            turning_pull(SMALL_BLOCK, 0.006, np.radians([20.0, 0.0, 10.0]), 4),
+        ),
+        start=1,
+    ):
+        states = [rest, *follow(problem, TRUTH, path)]
+        experiment = recorded(
+            SMALL_BLOCK, [one.pose for one in states], [observe(problem, one) for one in states], rng, rows=2
+        )
+        found.append(drifted(replace(experiment, order=order, name=f"retraction {order}")))
+    return found
+
+
+def drifted(experiment: Experiment) -> Experiment:
+    """The experiment as a sensor reads it whose zero wanders along x."""
+    drift = next(one for one in default_catalogue().forms(CAUSE))
+    values = {amplitude.name: 0.0 for amplitude in drift.amplitudes} | {drift.amplitudes[0].name: SIZE}
+    still = np.zeros((len(experiment.time), 3))
+    rotation = Rotation.from_quat(experiment.quaternion_wxyz, scalar_first=True)
+    seen = Readings(
+        experiment,
+        experiment.position,
+        rotation,
+        still,
+        experiment.wrench,
+        experiment.fiducials,
+        experiment.wrench[0],
+        experiment.fiducials[0],
+    )
+    return replace(experiment, wrench=drift.readings(seen, values).wrench)
+
+
+def diagnosed(experiments: list[Experiment]) -> Diagnosis:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(diagnosing, "worker_pool", at_once)
+        patch.setattr(baseline, "GRADING", COARSE)
+        patch.setattr(baseline, "FINE_GRADING", FINE)
+        return diagnose(experiments, catalogue=few_effects())
+
+
+def is_sound(found: Diagnosis) -> bool:
+    """Whether the verdict is the right one or open, and agrees with its own probabilities."""
+    likeliest = max(found.probabilities.values())
+    agrees = not found.verdict or found.probabilities[found.verdict[0]] >= likeliest - 1e-9
+    right = set(found.verdict) <= {CAUSE, "unknown"}
+    return agrees and right and abs(sum(found.probabilities.values()) - 1.0) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("wrench", "beads", "axes"),
+    [([0], range(9), [0, 1]), ([0, 1, 2, 3, 4, 5], [4], [0, 1, 2])],
+    ids=["one force axis, beads in the plane", "one bead"],
+)
+def test_a_case_of_few_channels_is_told_and_drawn(
+    drifting: list[Experiment], tmp_path: Path, wrench: list[int], beads: range, axes: list[int]
+) -> None:
+    found = diagnosed([measured_only(one, wrench, beads, axes) for one in drifting])
+    assert is_sound(found)
+    assert json.dumps(as_json(found), allow_nan=False)
+    assert summary_text(found)
+    write_report(found, tmp_path / "page.html", title="few channels", provenance={})
+
+
+def test_what_nothing_measured_shows_is_said_not_to_show(drifting: list[Experiment]) -> None:
+    found = diagnosed([measured_only(one, [0, 1, 2], [], []) for one in drifting])
+    unseen = {label for label, effect in found.effects.items() if not effect.detectable}
+    assert unseen == {"fiducial_mislabel", "fiducial_misread", "camera_scale"}
+    assert all(found.effects[label].state == "cannot_tell" for label in unseen)
+
+
+@settings(max_examples=2, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@given(data=st.data())
+def test_what_is_dropped_at_random_never_gives_a_wrong_cause(
+    drifting: list[Experiment], data: st.DataObject
+) -> None:
+    experiments = data.draw(st.sampled_from([drifting, drifting[:1], drifting[1:]]), "experiments")
+    wrench = data.draw(st.lists(st.integers(0, 5), unique=True, min_size=1, max_size=6), "wrench")
+    beads = data.draw(st.lists(st.integers(0, 8), unique=True, max_size=9), "beads")
+    axes = data.draw(st.lists(st.integers(0, 2), unique=True, max_size=3), "axes")
+    rows = data.draw(st.lists(st.integers(1, 9), unique=True, min_size=1), "rows")
+    kept = [of_rows(measured_only(one, wrench, beads, axes), [0, *sorted(rows)]) for one in experiments]
+    try:
+        found = diagnosed(kept)
+    except EstimatorError as refused:
+        assert "\n" not in str(refused)
+    else:
+        assert is_sound(found)
+        assert json.dumps(as_json(found), allow_nan=False)
