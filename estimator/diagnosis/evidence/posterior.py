@@ -115,3 +115,12 @@ def of_labels(
         label: float(logsumexp([power * value for value in values.values()]) - np.log(len(values))) / power
         for label, values in best.items()
     }
+
+
+def no_likelier_than_solved(probability: Mapping[str, float], unsolved: Sequence[str]) -> Mapping[str, float]:
+    """Return the probabilities with no answer that could not be solved above the most probable one that was."""
+    most = max(value for label, value in probability.items() if label not in unsolved)
+    kept = {label: min(value, most) for label, value in probability.items()}
+    total = sum(kept.values())
+    ordered = sorted(kept.items(), key=lambda item: (-item[1], item[0] in unsolved))
+    return {label: value / total for label, value in ordered}

@@ -44,6 +44,7 @@ from estimator.diagnosis.search.screening import (
     best_starts,
     from_full_size,
     labels_without_signature,
+    leading_trials,
     screen,
     trials_of,
 )
@@ -145,7 +146,7 @@ def compare(
     plain = [effect for effect in everything if not (effect.elaborates or effect.mistaken_for)]
     context = Context(case, baseline, error, executor, tell, catalogue)
     trials = screen(context, plain)
-    leaders = _leaders(best_starts(trials, settings.search.starts), none, settings.search)
+    leaders = leading_trials(best_starts(trials, settings.search.starts), none, settings.search)
     leaders = from_full_size(context, leaders)
     starts = [trial.start for trial in leaders]
     candidates = race(context, starts, none)
@@ -256,26 +257,6 @@ def _with_most_probable_noise(comparison: Comparison, cases: CaseLeaving) -> Com
         none=none,
         unknown=unknown,
     )
-
-
-def _leaders(trials: Sequence[Trial], none: float, settings: SearchSettings) -> list[Trial]:
-    """Return the trials worth a refit: near the best, and not many forms of one label."""
-    best = trials[0].log_evidence - none
-    chosen: list[Trial] = []
-    for trial in trials:
-        label = trial.signature.effect.label
-        forms = sum(one.signature.effect.label == label for one in chosen)
-        gain = trial.log_evidence - none
-        if (
-            gain < max(-settings.strong, settings.promising * best)
-            and len(chosen) >= settings.fewest_candidates
-        ):
-            break
-        if forms < settings.forms_of_a_label:
-            chosen.append(trial)
-        if len(chosen) == settings.candidates:
-            break
-    return chosen
 
 
 def _unknown_leads(comparison: Comparison, best: Candidate) -> bool:

@@ -10,7 +10,12 @@ import numpy as np
 from estimator.diagnosis.evidence.cross_validation import lost_on_held_out
 from estimator.diagnosis.evidence.lack_of_fit import rough_gap
 from estimator.diagnosis.evidence.noise_floor import white_floor
-from estimator.diagnosis.evidence.posterior import of_labels, probabilities, shared_with_unknown
+from estimator.diagnosis.evidence.posterior import (
+    no_likelier_than_solved,
+    of_labels,
+    probabilities,
+    shared_with_unknown,
+)
 from estimator.diagnosis.model.hypothesis import Hypothesis, negligible_effects
 from estimator.diagnosis.model.labels import NONE, UNKNOWN
 from estimator.diagnosis.search.candidate import Candidate
@@ -59,18 +64,9 @@ class Verdict:
 def reach_verdict(comparison: Comparison, evidence: Mapping[str, float]) -> Verdict:
     """Conclude from the log evidence of every answer; look for a second cause, and for what the causes leave."""
     verdict = _likeliest(comparison, evidence)
-    verdict = replace(verdict, probability=_no_likelier(verdict.probability, comparison.unsolved))
+    verdict = replace(verdict, probability=no_likelier_than_solved(verdict.probability, comparison.unsolved))
     in_doubt = verdict.probability[NONE] > comparison.settings.in_doubt
     return Verdict((), None, verdict.probability) if in_doubt else verdict
-
-
-def _no_likelier(probability: Mapping[str, float], unsolved: Sequence[str]) -> Mapping[str, float]:
-    """Return the probabilities with no answer that could not be solved above the most probable one that was."""
-    most = max(value for label, value in probability.items() if label not in unsolved)
-    kept = {label: min(value, most) for label, value in probability.items()}
-    total = sum(kept.values())
-    ordered = sorted(kept.items(), key=lambda item: (-item[1], item[0] in unsolved))
-    return {label: value / total for label, value in ordered}
 
 
 def _likeliest(comparison: Comparison, evidence: Mapping[str, float]) -> Verdict:

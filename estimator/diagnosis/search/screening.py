@@ -226,3 +226,23 @@ def best_trials(trials: Sequence[Trial]) -> Mapping[str, Trial]:
         if label not in found or trial.log_evidence > found[label].log_evidence:
             found[label] = trial
     return found
+
+
+def leading_trials(trials: Sequence[Trial], none: float, settings: SearchSettings) -> list[Trial]:
+    """Return the trials worth a refit: near the best, and not many forms of one label."""
+    best = trials[0].log_evidence - none
+    chosen: list[Trial] = []
+    for trial in trials:
+        label = trial.signature.effect.label
+        forms = sum(one.signature.effect.label == label for one in chosen)
+        gain = trial.log_evidence - none
+        if (
+            gain < max(-settings.strong, settings.promising * best)
+            and len(chosen) >= settings.fewest_candidates
+        ):
+            break
+        if forms < settings.forms_of_a_label:
+            chosen.append(trial)
+        if len(chosen) == settings.candidates:
+            break
+    return chosen
