@@ -57,7 +57,7 @@ def calibrate_robot(recording: Recording, progress: Progress = silent) -> Outcom
     """
     rig = read_rig(recording.folder / RIG_FILE)
     windows = measuring_windows(recording.events)
-    stereo = StereoCalibration.load(rig.stereo_calibration)
+    stereo = rig.stereo()
     images = StereoImages(recording, rig)
     found_in = []
     for number, window in enumerate(windows):
