@@ -223,8 +223,13 @@ class Rig:
         return {one.name: CAMERA.specification(one.driver, one.settings) for one in self.cameras}
 
 
-def read_rig(path: Path) -> Rig:
+def read_rig(path: Path, *, to_connect: bool = True) -> Rig:
     """Read a rig file.
+
+    Parameters
+    ----------
+    to_connect : False for a rig that is only looked up, as that of a recording: its drivers need not be installed, and
+        a device without one keeps its table of settings as it was written
 
     Raises
     ------
@@ -236,12 +241,13 @@ def read_rig(path: Path) -> Rig:
         raise file.mistake(("format",), f'must be "{FORMAT}", not {file.root.get("format")!r}')
     rig = file.build(Rig, file.root)
     _check_cameras(file, rig)
+    with_settings = _with_settings if to_connect else _with_known_settings
     return replace(
         rig,
-        force_sensor=_with_settings(file, rig.force_sensor, FORCE_SENSOR, ("force_sensor",)),
-        robot=_with_settings(file, rig.robot, ROBOT, ("robot",)),
+        force_sensor=with_settings(file, rig.force_sensor, FORCE_SENSOR, ("force_sensor",)),
+        robot=with_settings(file, rig.robot, ROBOT, ("robot",)),
         cameras=tuple(
-            _with_settings(file, camera, CAMERA, ("cameras", number))
+            with_settings(file, camera, CAMERA, ("cameras", number))
             for number, camera in enumerate(rig.cameras)
         ),
     )
@@ -287,3 +293,8 @@ def _with_settings(file: TomlFile, device: D, role: AnyRole, keys: Keys) -> D:
     if driver is None:
         raise file.mistake((*keys, "driver"), f"must be {role.to_choose_from()}, not {device.driver!r}")
     return replace(device, settings=file.build(driver.settings, device.settings, (*keys, "settings")))
+
+
+def _with_known_settings(file: TomlFile, device: D, role: AnyRole, keys: Keys) -> D:
+    """Return the same where the driver is one of this project's, else the device as it is."""
+    return _with_settings(file, device, role, keys) if device.driver in role.own else device

@@ -60,7 +60,7 @@ def synchronise(recording: Recording, progress: Progress, most_pairs_per_s: floa
         There is no window at rest, a stream is missing from it, so that nothing can be zeroed, or the robot's poses
         are missing from any window.
     """
-    rig = read_rig(recording.folder / RIG_FILE)
+    rig = read_rig(recording.folder / RIG_FILE, to_connect=False)
     windows = measuring_windows(recording.events)
     progress("averaging force and pose", 0, 1)
     signals = signal_means(recording.force, recording.robot, rig, windows)

@@ -50,7 +50,7 @@ class RunningSynchronisation:
 
     def __init__(self, folder: Path) -> None:
         self._recording = RunningRecording(folder)
-        self._rig = read_rig(folder / RIG_FILE)
+        self._rig = read_rig(folder / RIG_FILE, to_connect=False)
         # one camera measures no beads
         self._fiducials = _RunningFiducials(self._rig) if len(self._rig.cameras) > 1 else None
         self._rows = 0
