@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.resources import files
 
 import numpy as np
 import pytest
@@ -152,16 +153,16 @@ def test_an_answer_that_makes_no_recipe_says_which_variable_it_is(answer, words)
         Recipe.of_answer(Package(Kind.OUTPUTS, answer), ("timestamp", "actual_q"))
 
 
-@given(st.floats(allow_nan=False, allow_infinity=False), ANGLES, st.integers(-(2**31), 2**31 - 1))
+@given(st.floats(-1e12, 1e12), ANGLES, st.integers(-(2**31), 2**31 - 1))
 def test_values_come_back_as_they_were_sent(time_s, joints, mode):
     recipe = Recipe.of_answer(Package(Kind.OUTPUTS, b"\x07DOUBLE,VECTOR6D,INT32"), ("t", "q", "m"))
     assert recipe.decode(recipe.encode((time_s, joints, mode))) == {"t": time_s, "q": joints, "m": mode}
 
 
-@pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
-def test_what_is_no_finite_number_is_refused(number):
+@pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf, 1e300])
+def test_what_nothing_can_measure_is_refused(number):
     recipe = Recipe.of_answer(Package(Kind.OUTPUTS, b"\x07DOUBLE"), ("t",))
-    with pytest.raises(DeviceProtocolError, match="no finite number"):
+    with pytest.raises(DeviceProtocolError, match="no controller measures"):
         recipe.decode(recipe.encode((number,)))
 
 
@@ -246,7 +247,7 @@ def checked(limits: URLimits, *targets: Pose, speed: Speed = SLOW) -> None:
             "z = ",
         ),
         (
-            URLimits(joint_limits=((-FULL_TURN, FULL_TURN), (-1.571, 1.0), *[(-7.0, 7.0)] * 4)),
+            URLimits(joint_limits=((-FULL_TURN, FULL_TURN), (-1.5709, -1.5707), *[(-7.0, 7.0)] * 4)),
             raised(HERE, -0.01),
             "axis",
         ),
@@ -304,7 +305,7 @@ def test_a_tool_other_than_the_rig_file_says_is_refused():
     tool = Pose((0.0, 0.0, 0.1))
     with (
         rig(UREmulatorSettings(T_flange_tool=tool)) as (_, robot),
-        pytest.raises(ConfigurationError, match="100.00 mm"),
+        pytest.raises(ConfigurationError, match=r"100\.00 mm"),
     ):
         robot.connect()
 
@@ -453,8 +454,6 @@ def test_a_sensor_beyond_its_range_is_not_usable():
 
 
 def test_the_script_and_the_driver_are_of_one_version():
-    from importlib.resources import files
-
     script = (
         files("robot_drivers.universal_robots").joinpath("script/retract_servo.script").read_text("utf-8")
     )
