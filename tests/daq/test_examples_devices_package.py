@@ -1,39 +1,28 @@
 """A package of devices, installed by pip: it records in the process that records, without an edit of this project."""
 
 import json
-import shutil
-import subprocess
 import sys
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
 import pytest
+from bench_package import install, rig_file
 
 from daq.acquisition.client import Acquisition
 from daq.cli import main
 from daq.devices import ROLES
-from daq.rig import CameraDevice, Device, read_rig, write_rig
-from daq.virtual_rig.layout import REST_TOOL, Addresses, rig_description
-from daq.virtual_rig.rendering.scene import flea2_pair
+from daq.rig import read_rig
 from estimator.experiment import read_experiment
 
-PACKAGE = Path(__file__).resolve().parents[2] / "examples" / "bench-devices"
-ADDRESSES = Addresses(1, 2, 3, 4, 5, 6, ("tcp://127.0.0.1:7", "tcp://127.0.0.1:8"))
 SHORT = ["--steps", "2", "--return-steps", "0", "--settle", "0.1", "--measure", "0.3"]
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Where pip has installed the package, beside nothing else."""
-    source, target = tmp_path_factory.mktemp("source") / "package", tmp_path_factory.mktemp("installed")
-    left_behind = shutil.ignore_patterns("build", "*.egg-info", "__pycache__")
-    shutil.copytree(PACKAGE, source, ignore=left_behind)
-    options = ["--quiet", "--no-deps", "--no-index", "--no-build-isolation", "--disable-pip-version-check"]
-    subprocess.run(
-        [sys.executable, "-m", "pip", "install", *options, "--target", str(target), str(source)], check=True
-    )
+    target = tmp_path_factory.mktemp("installed")
+    install(tmp_path_factory.mktemp("source") / "package", target)
     return target
 
 
@@ -44,25 +33,6 @@ def installed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         context.syspath_prepend(folder)
         yield
     sys.modules.pop("bench_devices", None)
-
-
-def rig_file(folder: Path, cameras: int) -> Path:
-    """A rig of the package's devices."""
-    devices = import_module("bench_devices")
-    calibration = folder / "stereo.toml"
-    flea2_pair().save(calibration)
-    rig = replace(
-        rig_description(ADDRESSES, calibration),
-        stereo_calibration=calibration if cameras > 1 else None,
-        force_sensor=Device("bench_sensor", devices.SensorSettings()),
-        robot=Device("bench_arm", devices.ArmSettings(REST_TOOL)),
-        cameras=tuple(
-            CameraDevice(f"camera{number}", "bench_camera", devices.CameraSettings())
-            for number in range(1, cameras + 1)
-        ),
-    )
-    write_rig(rig, folder / "rig.toml")
-    return folder / "rig.toml"
 
 
 def told(capsys: pytest.CaptureFixture[str], *arguments: str) -> Mapping[str, object]:

@@ -73,7 +73,10 @@ class URControllerEmulator(ClosedAtExit):
                 if self._faults.unpowered(elapsed_s):
                     self._power_off()
                     continue
-                self._cycles(reached=not self._faults.out_of_reach(elapsed_s))
+                reached = not self._faults.out_of_reach(elapsed_s)
+                if reached:
+                    self._accept()
+                self._cycles(reached)
 
     def _power_off(self) -> None:
         """Hang up, and forget everything but where the arm stands."""
@@ -112,7 +115,6 @@ class URControllerEmulator(ClosedAtExit):
         for _ in range(min(behind, _MOST_CYCLES_AT_ONCE)):
             self._done += 1
             if reached:
-                self._accept()
                 self._hear()
             self._arm.step(self._registers, self._faults)
             if reached and not self._faults.mute:

@@ -57,13 +57,12 @@ def continued(lengths: Lengths, T_base_flange: Pose, near: Joints) -> Joints:
 
 def _with_jacobian(lengths: Lengths, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return ``T_base_flange`` (4, 4) and the flange's velocity by the joints' (6, 6), base frame."""
-    T, axes, origins = np.eye(4), [], []
-    for a, d, alpha, angle in zip(lengths.a, lengths.d, ALPHA, q.tolist(), strict=True):
-        axes.append(T[:3, 2])
-        origins.append(T[:3, 3])
+    T, before = np.eye(4), np.empty((6, 4, 4))
+    for number, (a, d, alpha, angle) in enumerate(zip(lengths.a, lengths.d, ALPHA, q.tolist(), strict=True)):
+        before[number] = T
         T = T @ _link(a, d, alpha, angle)
-    columns = [np.concatenate([np.cross(z, T[:3, 3] - p), z]) for z, p in zip(axes, origins, strict=True)]
-    return T, np.column_stack(columns)
+    axes, arms = before[:, :3, 2], T[:3, 3] - before[:, :3, 3]
+    return T, np.concatenate([np.cross(axes, arms), axes], axis=1).T
 
 
 def _link(a: float, d: float, alpha: float, q: float) -> FloatArray:
