@@ -430,7 +430,7 @@ def connects(robot: URRobot) -> bool:
 )
 def test_samples_that_go_amiss_are_counted_and_the_others_are_right(faults, count):
     load = (1.0, -2.0, 3.0, 0.1, -0.2, 0.3)
-    with URControllerEmulator(wrench=lambda _: load) as controller:
+    with URControllerEmulator(UREmulatorSettings(noise_std=(0.0,) * 6), wrench=lambda _: load) as controller:
         controller.inject(faults)
         sensor = URWrench(URWrenchSettings("127.0.0.1", controller.port, silence_limit_s=PATIENCE_S))
         with contextlib.closing(sensor):

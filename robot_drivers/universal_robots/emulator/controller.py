@@ -125,7 +125,11 @@ class URControllerEmulator(ClosedAtExit):
         if not due:
             return
         clock_s = self._done * CYCLE_S * (1.0 + self.settings.clock_ppm * 1e-6)
-        wrench = tuple(float(part) for part in self._wrench(clock_s))
+        noise = self.settings.noise_std
+        wrench = tuple(
+            float(part) + self._random.gauss(0.0, std)
+            for part, std in zip(self._wrench(clock_s), noise, strict=True)
+        )
         values: dict[str, Value] = {
             **self._arm.outputs(self._faults),
             "timestamp": clock_s,

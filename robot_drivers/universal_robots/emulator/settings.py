@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from robot_drivers.emulated_outages import Outages
 from robot_drivers.motion import poses
 from robot_drivers.protocols import Pose
+from robot_drivers.specification import Six
 from robot_drivers.universal_robots.arms import Arm, Joints
 from robot_drivers.universal_robots.robot.registers import MOST_SILENT_CYCLES
 
@@ -53,6 +54,7 @@ class UREmulatorSettings:
     T_flange_tool : the tool centre point of the installation
     silence_s : without a new beat for so long, the servo program brakes; 0.1 of the real one
     servo_time_s : by which the arm trails its reference
+    noise_std : of the sensor in the flange, N and N·m, white; of a real one it is not known
     clock_ppm : how much faster its clock runs than that of this computer
     software : version of its software
     seed : of all random numbers of the emulator
@@ -65,6 +67,7 @@ class UREmulatorSettings:
     T_flange_tool: Pose = poses.IDENTITY
     silence_s: float = CYCLE_S * MOST_SILENT_CYCLES
     servo_time_s: float = 0.03
+    noise_std: Six = (0.01, 0.01, 0.01, 5e-4, 5e-4, 5e-4)
     clock_ppm: float = 0.0
     software: tuple[int, int, int, int] = (5, 14, 6, 1)
     seed: int = 0
