@@ -4,43 +4,32 @@ Other installed packages add theirs by entry points that name a :class:`~robot_d
 ``retract.force_sensors``, ``retract.robots`` and ``retract.cameras``.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, is_dataclass
-from typing import Protocol
+from typing import Generic, TypeVar
 
 from daq.errors import RigError
 from estimator.errors import InputError
 from estimator.plugins import Plugin, plugins
-from robot_drivers.abb.egm.guidance import EGMGuidedRobot
-from robot_drivers.abb.egm.guidance_session import EGMGuidanceSettings
-from robot_drivers.abb.irb140 import IRB140, IRB140Settings
-from robot_drivers.abb.open_abb import OpenABB, OpenABBSettings
-from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
-from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
-from robot_drivers.ati.netbox_can import NetBoxCan, NetBoxCanSettings
-from robot_drivers.ati.netcanoem import NetCANOEM, NetCANOEMSettings
-from robot_drivers.ati.netft import NetFT, NetFTSettings
-from robot_drivers.cameras.dc1394 import DC1394Camera, DC1394CameraSettings
-from robot_drivers.cameras.opencv import OpenCVCamera
-from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
+from robot_drivers import universal_robots
+from robot_drivers.abb import irb140, open_abb
+from robot_drivers.abb.egm import driver as egm
+from robot_drivers.ati import controller_ft, digital_ft, netbox_can, netcanoem, netft
+from robot_drivers.cameras import dc1394, opencv
 from robot_drivers.driver import Driver
-from robot_drivers.protocols import Camera, ForceSensor, Pose, Robot, Speed
+from robot_drivers.protocols import Camera, ForceSensor, Robot
+from robot_drivers.specification import CameraSpecification, ForceSensorSpecification, RobotSpecification
 
-
-class PathCheckingRobot(Robot, Protocol):
-    """A robot that can tell beforehand whether it could follow a path."""
-
-    def check_trajectory(self, targets: Sequence[Pose], speed: Speed) -> None:
-        """Raise MotionRefusedError where straight lines from here through all ``targets`` break a limit."""
+MOST_CAMERAS = 4
 
 
 @dataclass(frozen=True, slots=True)
 class Devices:
-    """The devices of a rig; the cameras by their names, left one first."""
+    """The devices of a rig; one to four cameras by their names, the first two those of the stereo pair, left first."""
 
     force_sensor: ForceSensor
-    robot: PathCheckingRobot
+    robot: Robot
     cameras: Mapping[str, Camera]
 
     def all(self) -> dict[str, ForceSensor | Robot | Camera]:
@@ -60,30 +49,43 @@ def connected(devices: Devices) -> Iterator[Devices]:
 
 
 FORCE_SENSORS: Mapping[str, Driver] = {
-    "netft": Driver(NetFTSettings, NetFT),
-    "netbox_can": Driver(NetBoxCanSettings, NetBoxCan),
-    "netcanoem": Driver(NetCANOEMSettings, NetCANOEM),
-    "digital_ft": Driver(DigitalFTSettings, DigitalFT),
-    "controller_ft": Driver(ControllerFTSettings, ControllerFT),
+    "netft": netft.DRIVER,
+    "netbox_can": netbox_can.DRIVER,
+    "netcanoem": netcanoem.DRIVER,
+    "digital_ft": digital_ft.DRIVER,
+    "controller_ft": controller_ft.DRIVER,
+    "ur_flange": universal_robots.WRENCH,
 }
 ROBOTS: Mapping[str, Driver] = {
-    "irb140": Driver(IRB140Settings, IRB140),
-    "egm_guidance": Driver(EGMGuidanceSettings, EGMGuidedRobot),
-    "open_abb": Driver(OpenABBSettings, OpenABB),
+    "irb140": irb140.DRIVER,
+    "egm_guidance": egm.DRIVER,
+    "open_abb": open_abb.DRIVER,
+    "ur_rtde": universal_robots.ROBOT,
 }
 CAMERAS: Mapping[str, Driver] = {
-    "opencv": Driver(OpenCVCameraSettings, OpenCVCamera),
-    "dc1394": Driver(DC1394CameraSettings, DC1394Camera),
+    "opencv": opencv.DRIVER,
+    "dc1394": dc1394.DRIVER,
 }
+
+S = TypeVar("S", ForceSensorSpecification, RobotSpecification, CameraSpecification)
 
 
 @dataclass(frozen=True, slots=True)
-class Role:
-    """What a device is to a rig: in words, where its drivers are declared, and those of this project by their names."""
+class Role(Generic[S]):
+    """What a device is to a rig.
+
+    Attributes
+    ----------
+    words : in words
+    entry_points : group in which packages declare its drivers
+    own : this project's drivers by their names
+    unspecified : what is known of a device whose driver says nothing
+    """
 
     words: str
     entry_points: str
     own: Mapping[str, Driver]
+    unspecified: S
 
     def driver(self, name: str) -> Driver | None:
         """Return the driver of that name; None where there is none.
@@ -100,11 +102,53 @@ class Role:
         found = {driver.name: driver.driver for driver in installed_drivers(self)}
         return found.get(name)
 
+    def named(self, name: str) -> Driver:
+        """Return the driver of that name.
 
-FORCE_SENSOR = Role("force sensor", "retract.force_sensors", FORCE_SENSORS)
-ROBOT = Role("robot", "retract.robots", ROBOTS)
-CAMERA = Role("camera", "retract.cameras", CAMERAS)
-ROLES = (FORCE_SENSOR, ROBOT, CAMERA)
+        Raises
+        ------
+        RigError
+            There is none, or as :func:`installed_drivers`.
+        """
+        driver = self.driver(name)
+        if driver is None:
+            raise RigError(f"no driver of a {self.words} is called '{name}'; {self.to_choose_from()}")
+        return driver
+
+    def to_choose_from(self) -> str:
+        """Return the names of the installed drivers, in words."""
+        return f"one of {', '.join(repr(one.name) for one in installed_drivers(self))}"
+
+    def specification(self, name: str, settings: object) -> S:
+        """Return what the driver of that name says of the device that these settings describe.
+
+        Raises
+        ------
+        RigError
+            As :meth:`named`; or what the driver says cannot be right.
+        """
+        driver = self.named(name)
+        if driver.specify is None:
+            return self.unspecified
+        try:
+            found = driver.specify(settings)
+        except ValueError as error:
+            raise RigError(
+                f"driver '{name}' of a {self.words}: {error}; correct its settings, or its package"
+            ) from error
+        if not isinstance(found, type(self.unspecified)):
+            raise RigError(
+                f"driver '{name}' of a {self.words}: its specification is a {type(found).__name__}, not a "
+                f"{type(self.unspecified).__name__}; repair its package"
+            )
+        return found
+
+
+FORCE_SENSOR = Role("force sensor", "retract.force_sensors", FORCE_SENSORS, ForceSensorSpecification())
+ROBOT = Role("robot", "retract.robots", ROBOTS, RobotSpecification())
+CAMERA = Role("camera", "retract.cameras", CAMERAS, CameraSpecification())
+AnyRole = Role[ForceSensorSpecification] | Role[RobotSpecification] | Role[CameraSpecification]
+ROLES: tuple[AnyRole, ...] = (FORCE_SENSOR, ROBOT, CAMERA)
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +160,7 @@ class InstalledDriver:
     driver: Driver
 
 
-def installed_drivers(role: Role) -> tuple[InstalledDriver, ...]:
+def installed_drivers(role: AnyRole) -> tuple[InstalledDriver, ...]:
     """Return this project's drivers for a role, and those of other installed packages.
 
     Raises
@@ -130,7 +174,7 @@ def installed_drivers(role: Role) -> tuple[InstalledDriver, ...]:
         raise RigError(str(error)) from error
 
 
-def with_plugins(role: Role, found: Iterable[Plugin]) -> tuple[InstalledDriver, ...]:
+def with_plugins(role: AnyRole, found: Iterable[Plugin]) -> tuple[InstalledDriver, ...]:
     """Return this project's drivers for a role, and those that packages declare.
 
     Raises

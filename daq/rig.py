@@ -9,13 +9,15 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from daq.devices import CAMERA, FORCE_SENSOR, ROBOT, Devices, Role, installed_drivers
+from daq.devices import CAMERA, FORCE_SENSOR, MOST_CAMERAS, ROBOT, AnyRole, Devices
 from daq.errors import RigError
 from daq.files.names import check_name
 from daq.files.toml_tables import Keys, TomlFile, toml_text
+from daq.vision.camera_model import StereoCalibration
 from daq.vision.fiducials import FiducialSettings
 from estimator.experiment import Box, Environment, Grasp, Phantom
 from robot_drivers.protocols import Pose
+from robot_drivers.specification import CameraSpecification, ForceSensorSpecification, RobotSpecification
 
 FORMAT = "retraction-rig/1"
 
@@ -52,7 +54,7 @@ class Device:
 
 @dataclass(frozen=True, slots=True)
 class CameraDevice:
-    """One camera of the stereo pair."""
+    """One camera by its name, its driver, and that driver's settings."""
 
     name: str
     driver: str
@@ -156,19 +158,19 @@ class Specimen:
 class Rig:
     """Everything that a session needs to know before it begins.
 
-    ``stereo_calibration`` is the file of the two cameras' calibration, ``cameras`` are left and right of it, and
-    ``vision`` says what their images show. ``calibration`` is the folder of the calibration files, None for none;
-    what is in force there goes before what the rig file says (:mod:`daq.calibration_files.in_force`).
-    ``laboratory_clock`` is the file of an emulated laboratory's clock (:mod:`daq.timing.laboratory_time`), and None for
-    real devices.
+    Of the one to four ``cameras`` the first two are left and right of a stereo pair, ``stereo_calibration`` is the file
+    of its calibration, and ``vision`` says what their images show. Further cameras are recorded and nothing else. A rig
+    with one camera has no stereo calibration, and nothing is measured in its images. ``calibration`` is the folder of
+    the calibration files, None for none; what is in force there goes before what the rig file says
+    (:mod:`daq.calibration_files.in_force`). ``laboratory_clock`` is the file of an emulated laboratory's clock
+    (:mod:`daq.timing.laboratory_time`), and None for real devices.
     """
 
     format: str
     name: str
-    stereo_calibration: Path
     force_sensor: Device
     robot: Device
-    cameras: tuple[CameraDevice, CameraDevice]
+    cameras: tuple[CameraDevice, ...]
     frames: Frames
     tool: Tool
     limits: Limits
@@ -176,12 +178,58 @@ class Rig:
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
     latencies: Latencies = field(default_factory=Latencies)
     vision: FiducialSettings = field(default_factory=FiducialSettings)
+    stereo_calibration: Path | None = None
     calibration: Path | None = None
     laboratory_clock: Path | None = None
 
+    @property
+    def pair(self) -> tuple[CameraDevice, CameraDevice]:
+        """The cameras of the stereo pair, left one first.
 
-def read_rig(path: Path) -> Rig:
+        Raises
+        ------
+        RigError
+            There is one camera.
+        """
+        if len(self.cameras) < 2:
+            raise RigError(f"rig {self.name!r} has one camera, which measures no place in space; two do")
+        return (self.cameras[0], self.cameras[1])
+
+    def stereo(self) -> StereoCalibration:
+        """Read the calibration of the stereo pair.
+
+        Raises
+        ------
+        RigError
+            There is one camera, or the file is none.
+        """
+        left, right = self.pair
+        if self.stereo_calibration is None:
+            raise RigError(
+                f"rig {self.name!r} names no stereo_calibration of its cameras {left.name!r} and {right.name!r}"
+            )
+        return StereoCalibration.load(self.stereo_calibration)
+
+    def force_sensor_specification(self) -> ForceSensorSpecification:
+        """Return what the driver says of the force sensor; raises RigError where there is no such driver."""
+        return FORCE_SENSOR.specification(self.force_sensor.driver, self.force_sensor.settings)
+
+    def robot_specification(self) -> RobotSpecification:
+        """Return what the driver says of the robot; raises RigError where there is no such driver."""
+        return ROBOT.specification(self.robot.driver, self.robot.settings)
+
+    def camera_specifications(self) -> dict[str, CameraSpecification]:
+        """Return what the drivers say of the cameras, by name; raises RigError where there is no such driver."""
+        return {one.name: CAMERA.specification(one.driver, one.settings) for one in self.cameras}
+
+
+def read_rig(path: Path, *, to_connect: bool = True) -> Rig:
     """Read a rig file.
+
+    Parameters
+    ----------
+    to_connect : False for a rig that is only looked up, as that of a recording: its drivers need not be installed, and
+        a device without one keeps its table of settings as it was written
 
     Raises
     ------
@@ -192,20 +240,33 @@ def read_rig(path: Path) -> Rig:
     if file.root.get("format") != FORMAT:
         raise file.mistake(("format",), f'must be "{FORMAT}", not {file.root.get("format")!r}')
     rig = file.build(Rig, file.root)
-    if rig.cameras[0].name == rig.cameras[1].name:
-        raise file.mistake(
-            ("cameras", 1, "name"), f"must differ from the first camera's, {rig.cameras[0].name!r}"
-        )
-    left, right = rig.cameras
+    _check_cameras(file, rig)
+    with_settings = _with_settings if to_connect else _with_known_settings
     return replace(
         rig,
-        force_sensor=_with_settings(file, rig.force_sensor, FORCE_SENSOR, ("force_sensor",)),
-        robot=_with_settings(file, rig.robot, ROBOT, ("robot",)),
-        cameras=(
-            _with_settings(file, left, CAMERA, ("cameras", 0)),
-            _with_settings(file, right, CAMERA, ("cameras", 1)),
+        force_sensor=with_settings(file, rig.force_sensor, FORCE_SENSOR, ("force_sensor",)),
+        robot=with_settings(file, rig.robot, ROBOT, ("robot",)),
+        cameras=tuple(
+            with_settings(file, camera, CAMERA, ("cameras", number))
+            for number, camera in enumerate(rig.cameras)
         ),
     )
+
+
+def _check_cameras(file: TomlFile, rig: Rig) -> None:
+    if not 1 <= len(rig.cameras) <= MOST_CAMERAS:
+        raise file.mistake(("cameras",), f"are {len(rig.cameras)}; a rig has one to {MOST_CAMERAS}")
+    names = [camera.name for camera in rig.cameras]
+    for number, name in enumerate(names):
+        if name in names[:number]:
+            which = "the first" if names.index(name) == 0 else "an earlier"
+            raise file.mistake(("cameras", number, "name"), f"must differ from {which} camera's, {name!r}")
+    if len(names) == 1 and rig.stereo_calibration is not None:
+        raise file.mistake(("stereo_calibration",), "is of two cameras, and the rig has one; leave it out")
+    if len(names) > 1 and rig.stereo_calibration is None:
+        raise file.mistake(
+            (), f"lacks the key stereo_calibration, of the cameras {names[0]!r} and {names[1]!r}"
+        )
 
 
 def write_rig(rig: Rig, path: Path) -> None:
@@ -222,20 +283,18 @@ def make_devices(rig: Rig) -> Devices:
     )
 
 
-def _made(device: Device | CameraDevice, role: Role) -> Any:
-    driver = role.driver(device.driver)
-    if driver is None:
-        raise RigError(f"no driver of a {role.words} is called '{device.driver}'; {_to_choose_from(role)}")
-    return driver.make(device.settings)
+def _made(device: Device | CameraDevice, role: AnyRole) -> Any:
+    return role.named(device.driver).make(device.settings)
 
 
-def _with_settings(file: TomlFile, device: D, role: Role, keys: Keys) -> D:
+def _with_settings(file: TomlFile, device: D, role: AnyRole, keys: Keys) -> D:
     """Return the device with its settings table turned into the settings of its driver."""
     driver = role.driver(device.driver)
     if driver is None:
-        raise file.mistake((*keys, "driver"), f"must be {_to_choose_from(role)}, not {device.driver!r}")
+        raise file.mistake((*keys, "driver"), f"must be {role.to_choose_from()}, not {device.driver!r}")
     return replace(device, settings=file.build(driver.settings, device.settings, (*keys, "settings")))
 
 
-def _to_choose_from(role: Role) -> str:
-    return f"one of {', '.join(repr(one.name) for one in installed_drivers(role))}"
+def _with_known_settings(file: TomlFile, device: D, role: AnyRole, keys: Keys) -> D:
+    """Return the same where the driver is one of this project's, else the device as it is."""
+    return _with_settings(file, device, role, keys) if device.driver in role.own else device

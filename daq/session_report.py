@@ -242,7 +242,7 @@ def _guard(recording: Recording) -> dict[str, Any]:
 
 def _alignments(recording: Recording, progress: Progress) -> tuple[Alignment, ...]:
     try:
-        rig = read_rig(recording.folder / RIG_FILE)
+        rig = read_rig(recording.folder / RIG_FILE, to_connect=False)
     except DaqError as error:
         return (Alignment("all streams", remark=str(error)),)
     return check_alignment(recording, rig, progress)

@@ -17,7 +17,14 @@ ROOT = Path(__file__).resolve().parents[1]
 SITE = ROOT / "docs" / "site"
 ROOMS = ("robot_drivers", "estimator", "daq", "gui")
 # What the site takes from outside docs/, at the same relative places, so that the same links hold.
-BESIDE = ("CHANGELOG.md", "CONTRIBUTING.md", "CITATION.cff", "LICENSE", "robot_drivers/abb/rapid/README.md")
+BESIDE = (
+    "CHANGELOG.md",
+    "CONTRIBUTING.md",
+    "CITATION.cff",
+    "LICENSE",
+    "robot_drivers/abb/rapid/README.md",
+    "robot_drivers/universal_robots/script/README.md",
+)
 
 # The front page is docs/README.md, which is that of the folder as well.
 TO_THE_FRONT_PAGE = (

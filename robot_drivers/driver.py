@@ -11,9 +11,13 @@ class Driver:
 
     Attributes
     ----------
-    settings : a dataclass; its fields are the keys of the rig file, its ``__post_init__`` refuses by ``ValueError``
+    settings : a dataclass; its fields are the keys of the rig file, its ``__post_init__`` refuses by ``ValueError``.
+        It can be imported by its name: the process that records is another than the one that reads the rig file
     make : makes the device, not connected yet, from such settings
+    specify : says from such settings what the device is, as the specification of its role in
+        :mod:`robot_drivers.specification`; None says nothing
     """
 
     settings: type[Any]
     make: Callable[[Any], Any]
+    specify: Callable[[Any], object] | None = None

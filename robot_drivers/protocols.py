@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+JOINT_COUNTS = (6, 7)
+"""How many joints a robot may have."""
+
 
 @dataclass(frozen=True, slots=True)
 class DeviceIdentity:
@@ -82,7 +85,7 @@ class PoseBlock:
     host_time_ns : (n,) int64, receive stamp on the host clock, ns
     position : (n, 3) float64, origin of the tool frame in the base frame, m
     quaternion_wxyz : (n, 4) float64, orientation of the tool frame in the base frame
-    joints : (n, 6) float64, joint angles, rad
+    joints : (n, 6) or (n, 7) float64, joint angles, rad
     moving : (n,) bool
     """
 
@@ -100,7 +103,10 @@ class PoseBlock:
 
 @dataclass(frozen=True, slots=True)
 class RobotState:
-    """The controller's present state; ``ready`` means that a motion command would be accepted."""
+    """The controller's present state; ``ready`` means that a motion command would be accepted.
+
+    ``joints`` holds the angle of each joint, rad.
+    """
 
     T_base_tool: Pose
     joints: tuple[float, ...]
@@ -175,6 +181,9 @@ class Robot(Protocol):
 
     def state(self) -> RobotState:
         """Return the controller's present state."""
+
+    def check_trajectory(self, targets: Sequence[Pose], speed: Speed) -> None:
+        """Raise MotionRefusedError where straight lines from here through all ``targets`` break a limit."""
 
     def move_linear(self, T_base_tool: Pose, speed: Speed, timeout_s: float) -> Pose:
         """Move the tool along a straight line, wait until it stands there, return the pose reached."""

@@ -83,7 +83,8 @@ def small_project(tmp_path: Path) -> Path:
     shutil.copytree(ROOT / "docs" / "site", project / "docs" / "site")
     for name in ("docs/build.py", "pyproject.toml", "CITATION.cff", "LICENSE"):
         shutil.copy2(ROOT / name, project / name)
-    for name in ("CHANGELOG.md", "CONTRIBUTING.md", "robot_drivers/abb/rapid/README.md"):
+    beside_the_code = ("robot_drivers/abb/rapid/README.md", "robot_drivers/universal_robots/script/README.md")
+    for name in ("CHANGELOG.md", "CONTRIBUTING.md", *beside_the_code):
         (project / name).parent.mkdir(parents=True, exist_ok=True)
         (project / name).write_text("# A page\n", encoding="utf-8")
     (project / "docs" / "README.md").write_text("# The front page\n", encoding="utf-8")
@@ -92,6 +93,7 @@ entries:
 - file: CHANGELOG
 - file: CONTRIBUTING
 - file: robot_drivers/abb/rapid/README
+- file: robot_drivers/universal_robots/script/README
 - glob: docs/reference/*
 """
     (project / "docs" / "site" / "_toc.yml").write_text(contents, encoding="utf-8")

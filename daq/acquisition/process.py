@@ -58,9 +58,9 @@ _TOLD_TO_END = "the acquisition process was told to end"
 
 def serve(commands: BinaryIO, reports: BinaryIO) -> None:
     """Do what the client says until it closes or is gone."""
-    first = pickle.load(commands)
     link = Link(reports)
     try:
+        first = _first(commands)
         if not isinstance(first, Open) or first.version != VERSION:
             raise SessionError(
                 f"the client speaks another version of the messages than {VERSION}; start it anew"
@@ -76,6 +76,23 @@ def serve(commands: BinaryIO, reports: BinaryIO) -> None:
             host.run(commands)
     except (DaqError, DeviceError) as error:
         link.send(Refused(failure_of(error)))
+
+
+def _first(commands: BinaryIO) -> object:
+    """Return the client's first message.
+
+    Raises
+    ------
+    SessionError
+        What it is made of cannot be imported in this process.
+    """
+    try:
+        return pickle.load(commands)
+    except (AttributeError, ImportError) as error:
+        raise SessionError(
+            f"the rig cannot be read in the process that records ({error}); a driver and its settings belong into an "
+            "installed package, not into the script that runs"
+        ) from error
 
 
 class Host:
@@ -257,7 +274,7 @@ class Host:
         while not self._closing.is_set():
             paced = self._live.wait_for_images(_SLOWEST_PACE_S if paced else _TELEMETRY_PERIOD_S)
             self._link.send(self._telemetry())
-            if frames := self._live.look.take(tuple(self._devices.cameras)):
+            if frames := self._live.look.take(tuple(self._devices.cameras)[:2]):
                 images = {name: frame.image for name, frame in frames.items()}
                 first = next(iter(frames.values()))
                 self._link.send(Seen(images, first.pixel_format, first.host_time_ns))

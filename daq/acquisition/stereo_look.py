@@ -1,4 +1,4 @@
-"""One pair of full images that were exposed together, for somebody who asked for it."""
+"""One pair of full images that were exposed together, for somebody who asked for it; of one camera one image."""
 
 import threading
 from collections.abc import Mapping, Sequence
@@ -46,9 +46,11 @@ class StereoLook:
                 del kept[:-_MOST_FRAMES]
 
     def take(self, cameras: Sequence[str]) -> Mapping[str, Frame]:
-        """Return a frame of each of the two cameras once there is a pair of them, else nothing."""
-        first, second = cameras
+        """Return a frame of each of two cameras once there is a pair of them, else nothing; of one its newest."""
         with self._lock:
+            if len(cameras) == 1:
+                return self._newest_of(cameras[0])
+            first, second = cameras
             frames = [self._frames.get(name, []) for name in (first, second)]
             if not self._asked or not all(frames):
                 return {}
@@ -60,3 +62,10 @@ class StereoLook:
             self._asked = False
             left, right = pairs[-1]
             return {first: frames[0][left], second: frames[1][right]}
+
+    def _newest_of(self, camera: str) -> Mapping[str, Frame]:
+        frames = self._frames.get(camera, [])
+        if not self._asked or not frames:
+            return {}
+        self._asked = False
+        return {camera: frames[-1]}

@@ -41,7 +41,7 @@ def calibrate_force(recording: Recording, progress: Progress = silent) -> Outcom
     SynchronisationError
         The recording has no window.
     """
-    rig = read_rig(recording.folder / RIG_FILE)
+    rig = read_rig(recording.folder / RIG_FILE, to_connect=False)
     windows = measuring_windows(recording.events)
     progress(f"weighing the tool in {len(windows)} poses", 0, 1)
     force, robot = recording.force, recording.robot

@@ -40,7 +40,7 @@ def calibrate_time(recording: Recording, progress: Progress) -> Outcome[TimeResu
     CalibrationError, SynchronisationError
         The recording holds no motion that both streams show.
     """
-    rig = read_rig(recording.folder / RIG_FILE)
+    rig = read_rig(recording.folder / RIG_FILE, to_connect=False)
     found: dict[str, Latency] = {
         FORCE: _whole(force_latency(recording, rig), rig.latencies.force_s),
         CAMERAS: _whole(camera_latency(recording, rig, progress), rig.latencies.cameras_s),

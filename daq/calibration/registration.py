@@ -55,9 +55,9 @@ def calibrate_robot(recording: Recording, progress: Progress = silent) -> Outcom
     CalibrationError
         No single marker is seen in enough poses, or the poses do not determine the registration.
     """
-    rig = read_rig(recording.folder / RIG_FILE)
+    rig = read_rig(recording.folder / RIG_FILE, to_connect=False)
     windows = measuring_windows(recording.events)
-    stereo = StereoCalibration.load(rig.stereo_calibration)
+    stereo = rig.stereo()
     images = StereoImages(recording, rig)
     found_in = []
     for number, window in enumerate(windows):

@@ -9,9 +9,8 @@ from matplotlib.figure import Figure as Plot
 from daq.calibration_files.outcome import Figure, Outcome
 from daq.calibration_files.results import ToolResult
 from daq.errors import CalibrationError
-from daq.frames import IDENTITY, distance, rotation
+from daq.frames import distance, rotation
 from daq.rig import Rig
-from robot_drivers.abb.irb140 import IRB140Settings
 from robot_drivers.protocols import FloatArray, Pose
 
 FEWEST_TOUCHES = 5
@@ -112,9 +111,8 @@ class ToolCalibration:
 
 
 def flange_tool(rig: Rig) -> Pose:
-    """Return the tool data ``T_flange_tool`` of a rig's robot, the identity for a robot that has none."""
-    settings = rig.robot.settings
-    return settings.T_flange_tool if isinstance(settings, IRB140Settings) else IDENTITY
+    """Return the tool data ``T_flange_tool`` of a rig's robot, as its driver says."""
+    return rig.robot_specification().T_flange_tool
 
 
 def _vector(values: FloatArray) -> tuple[float, float, float]:

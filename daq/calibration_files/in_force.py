@@ -40,7 +40,7 @@ class InForce:
         frames = rig.frames
         for kind, record in self.records.items():
             found = record.result
-            if kind == "stereo":
+            if kind == "stereo" and len(rig.cameras) > 1:
                 rig = replace(rig, stereo_calibration=self.files[kind])
             elif isinstance(found, RobotResult):
                 frames = replace(frames, T_base_tissue=found.T_base_tissue)

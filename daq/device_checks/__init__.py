@@ -9,7 +9,6 @@ from daq.device_checks.report import Check, DeviceReport
 from daq.device_checks.robot import check_robot
 from daq.devices import Devices
 from daq.rig import Rig
-from daq.vision.camera_model import PinholeCamera, StereoCalibration
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import Camera, ForceSensor, Robot
 
@@ -22,8 +21,13 @@ def check_devices(rig: Rig, devices: Devices, seconds: float) -> list[DeviceRepo
     Parameters
     ----------
     seconds : how long to look at what each one delivers
+
+    Raises
+    ------
+    RigError
+        A driver says what cannot be right, or the calibration of the cameras cannot be read.
     """
-    sizes = _calibrated_sizes(rig)
+    sizes, specifications = _calibrated_sizes(rig), rig.camera_specifications()
     reports = [
         _report(
             "force sensor",
@@ -34,7 +38,7 @@ def check_devices(rig: Rig, devices: Devices, seconds: float) -> list[DeviceRepo
     ]
     for camera in rig.cameras:
         device = devices.cameras[camera.name]
-        wanted_fps = getattr(camera.settings, "fps", None)
+        wanted_fps = specifications[camera.name].frames_per_s
         check = partial(check_camera, device, wanted_fps, sizes.get(camera.name), seconds)
         reports.append(_report(f"camera {camera.name}", device, check))
     return reports
@@ -57,11 +61,8 @@ def _report(
 
 def _calibrated_sizes(rig: Rig) -> Mapping[str, tuple[int, int]]:
     """Return the image sizes (px) that the stereo calibration is for, by camera; none without its file."""
-    if not rig.stereo_calibration.exists():
+    if rig.stereo_calibration is None or not rig.stereo_calibration.exists():
         return {}
-    pair = StereoCalibration.load(rig.stereo_calibration)
-    cameras: tuple[PinholeCamera, PinholeCamera] = (pair.left, pair.right)
-    return {
-        device.name: (camera.width, camera.height)
-        for device, camera in zip(rig.cameras, cameras, strict=True)
-    }
+    calibration, (left, right) = rig.stereo(), rig.pair
+    models = {left.name: calibration.left, right.name: calibration.right}
+    return {name: (model.width, model.height) for name, model in models.items()}

@@ -30,7 +30,7 @@ def check_camera(
     wanted = wanted_fps or (float(stated) if stated and float(stated) > 0 else None)
     return [
         identity_check(camera.identity),
-        rate_check(_frame_rate_hz(frames), wanted, "fps"),
+        rate_check(_frame_rate_hz(frames), wanted),
         losses_check(camera.statistics()),
         _format_check(frames, size),
         _exposure_check(frames[-1]),

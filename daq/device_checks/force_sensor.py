@@ -8,8 +8,8 @@ import numpy as np
 from daq.device_checks.report import Check
 from daq.device_checks.streams import collected, counting_rate_hz, identity_check, losses_check, rate_check
 from daq.rig import Rig
-from robot_drivers.ati.transducer.gamma import GAGE_NOISE_STD, RATED_WRENCH
 from robot_drivers.protocols import FloatArray, ForceSensor
+from robot_drivers.specification import ForceSensorSpecification
 
 _NOISE_ALLOWANCE = 8.0
 """Times the noise of one count on every gage; the sensor's maker takes 80 counts for the most."""
@@ -23,7 +23,7 @@ _UNITS = ("N", "N", "N", "N·m", "N·m", "N·m")
 
 def check_force_sensor(sensor: ForceSensor, rig: Rig, seconds: float) -> list[Check]:
     """Check a connected force sensor, and look for so many seconds at what it reads."""
-    settings = rig.force_sensor.settings
+    specification = rig.force_sensor_specification()
     sensor.start()
     blocks = collected(sensor.read, seconds)
     statistics = sensor.statistics()
@@ -33,15 +33,14 @@ def check_force_sensor(sensor: ForceSensor, rig: Rig, seconds: float) -> list[Ch
     wrench = np.concatenate([block.wrench for block in blocks])
     usable = np.concatenate([block.usable for block in blocks])
     details = sensor.identity.details
-    rated = np.array(getattr(settings, "rated_wrench", RATED_WRENCH))
     return [
         identity_check(sensor.identity),
-        rate_check(counting_rate_hz(blocks), getattr(settings, "rate_hz", None), "rate_hz"),
+        rate_check(counting_rate_hz(blocks), specification.rate_hz),
         losses_check(statistics),
         Check("units", True, details.get("units") or details.get("counts per N and N·m", "N, N·m")),
         _usable_check(usable),
-        _range_check(wrench, rated),
-        _noise_check(wrench, settings),
+        _range_check(wrench, specification),
+        _noise_check(wrench, specification),
     ]
 
 
@@ -52,9 +51,14 @@ def _usable_check(usable: np.ndarray[Any, Any]) -> Check:
     )
 
 
-def _range_check(wrench: FloatArray, rated: FloatArray) -> Check:
+def _range_check(wrench: FloatArray, sensor: ForceSensorSpecification) -> Check:
     """Judge the mean: what is used of the range at rest is not there for the measurement."""
-    shares = np.abs(wrench.mean(axis=0)) / rated
+    mean = wrench.mean(axis=0)
+    if sensor.rated_wrench is None:
+        told = " ".join(f"{value:.3g}" for value in mean)
+        return Check("range", True, f"mean {told} N, N·m, of a range that the driver does not say")
+    rated = np.array(sensor.rated_wrench)
+    shares = np.abs(mean) / rated
     axis = int(shares.argmax())
     told = f"{_AXES[axis]} at {100 * shares[axis]:.0f} % of its ±{rated[axis]:g} {_UNITS[axis]}"
     if shares[axis] > _LARGEST_REST_SHARE:
@@ -62,25 +66,21 @@ def _range_check(wrench: FloatArray, rated: FloatArray) -> Check:
     return Check("range", bool(shares[axis] <= _LARGEST_REST_SHARE), told)
 
 
-def _noise_check(wrench: FloatArray, settings: object) -> Check:
-    """Judge the scatter about a straight line against the sensor's, and against none at all."""
+def _noise_check(wrench: FloatArray, sensor: ForceSensorSpecification) -> Check:
+    """Judge the scatter about a straight line against the sensor's, where it is known, and against none at all."""
     n = len(wrench)
     ramp = np.stack([np.ones(n), np.linspace(-1.0, 1.0, n)], axis=1)
     residuals = wrench - ramp @ np.linalg.lstsq(ramp, wrench, rcond=None)[0]
     noise = residuals.std(axis=0, ddof=min(2, n - 1))
-    step = _resolution(settings)
-    expected = np.hypot(GAGE_NOISE_STD, step / math.sqrt(12.0))
-    axis = int((noise / expected).argmax())
+    step = np.array(sensor.resolution or np.zeros(6))
     told = "std " + " ".join(f"{value:.2g}" for value in noise) + " N, N·m"
     if n > _TELLING_SAMPLES and not noise.any() and not step.any():
         return Check("noise", False, f"{told}: no channel moves by a count; the sensor repeats one sample")
+    if sensor.noise_std is None:
+        return Check("noise", True, f"{told}, of a sensor whose noise the driver does not say")
+    expected = np.hypot(sensor.noise_std, step / math.sqrt(12.0))
+    axis = int((noise / expected).argmax())
     limit = _NOISE_ALLOWANCE * expected[axis]
     if noise[axis] > limit:
         told += f"; {_AXES[axis]} at most {limit:.2g} expected: does something move, or a cable pick up?"
     return Check("noise", bool(noise[axis] <= limit), told)
-
-
-def _resolution(settings: object) -> FloatArray:
-    """Return the size of a count (6,), N and N·m, where it is coarse and the settings tell it; else 0."""
-    counts = [getattr(settings, name, math.inf) for name in ("counts_per_newton", "counts_per_newton_metre")]
-    return np.repeat(1.0 / np.array(counts), 3)

@@ -9,6 +9,7 @@ from daq.device_checks.streams import collected, counting_rate_hz, identity_chec
 from daq.frames import compose, inverse
 from daq.rig import Rig
 from robot_drivers.protocols import Robot
+from robot_drivers.specification import RobotSpecification
 
 _SMALLEST_JOINT_MARGIN_RAD = math.radians(5.0)
 
@@ -25,10 +26,8 @@ def check_robot(robot: Robot, rig: Rig, seconds: float) -> list[Check]:
     if not blocks:
         checks.append(Check("rate", False, f"no pose came in {seconds:g} s; check its state stream or EGM"))
     else:
-        checks += [rate_check(counting_rate_hz(blocks), None, ""), losses_check(robot.statistics())]
-    limits = getattr(getattr(rig.robot.settings, "limits", None), "joint_limits", None)
-    if limits is not None:
-        checks.append(_joint_check(state.joints, limits))
+        checks += [rate_check(counting_rate_hz(blocks), None), losses_check(robot.statistics())]
+    checks.append(_joint_check(state.joints, rig.robot_specification()))
     T_tissue_base = inverse(rig.frames.T_base_tissue.pose)
     gripper = compose(compose(T_tissue_base, state.T_base_tool), rig.frames.T_tool_gripper.pose).position
     inside = bool(rig.limits.workspace.contains(gripper))
@@ -38,7 +37,11 @@ def check_robot(robot: Robot, rig: Rig, seconds: float) -> list[Check]:
     return checks
 
 
-def _joint_check(joints: tuple[float, ...], limits: tuple[tuple[float, float], ...]) -> Check:
+def _joint_check(joints: tuple[float, ...], robot: RobotSpecification) -> Check:
+    if len(joints) != robot.joints:
+        return Check("joints", False, f"{len(joints)} angles are told, the driver says {robot.joints} joints")
+    if (limits := robot.joint_limits) is None:
+        return Check("joints", True, f"{len(joints)} joints, of whose ends the driver says nothing")
     margins = [min(q - low, high - q) for q, (low, high) in zip(joints, limits, strict=True)]
     axis = int(np.argmin(margins))
     told = f"axis {axis + 1} is {math.degrees(margins[axis]):.1f}° from its end"

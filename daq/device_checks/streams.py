@@ -41,12 +41,12 @@ def identity_check(identity: DeviceIdentity) -> Check:
     return Check("identity", bool(identity.model), f"{identity.model}{serial}")
 
 
-def rate_check(rate_hz: float, wanted_hz: float | None, setting: str) -> Check:
-    """Judge a rate against that of a setting of this name; where none is wanted, there need only be one."""
+def rate_check(rate_hz: float, wanted_hz: float | None) -> Check:
+    """Judge a rate against the one that the settings ask for; where they ask for none, there need only be one."""
     if wanted_hz is None:
         return Check("rate", math.isfinite(rate_hz), f"{rate_hz:.1f} Hz")
     passed = abs(rate_hz - wanted_hz) <= _RATE_TOLERANCE * wanted_hz
-    told = f"{rate_hz:.1f} Hz" if passed else f"{rate_hz:.1f} Hz, {setting} says {wanted_hz:g}"
+    told = f"{rate_hz:.1f} Hz" if passed else f"{rate_hz:.1f} Hz, the settings say {wanted_hz:g}"
     return Check("rate", passed, told)
 
 

@@ -99,7 +99,7 @@ def _streams(recording: Recording) -> Iterator[_Stream]:
     pose["message_body"]["position"] = robot.position
     pose["message_body"]["quaternion_xyzw"] = np.roll(robot.quaternion_wxyz, -1, axis=1)
     yield _Stream("/robot/pose", schemas.POSE, time_ns, pose)
-    joints = message_rows(0, rows.joints_layout(ROBOT_FRAME), time_ns)
+    joints = message_rows(0, rows.joints_layout(ROBOT_FRAME, robot.joints.shape[1]), time_ns)
     joints["message_body"]["joints"] = robot.joints
     yield _Stream("/robot/joints", schemas.JOINT_STATE, time_ns, joints)
     for camera in recording.cameras:

@@ -14,6 +14,7 @@ from daq.recording.folder import CHECKSUMS_FILE, sha256, verify_checksums
 from daq.recording.reader import Recording, open_recording
 from daq.synchronisation.experiment_rows import Synchronised, synchronise
 from daq.versions import package_versions
+from daq.vision.errors import VisionError
 from estimator.experiment import Experiment, read_experiment, write_experiment
 
 _METHOD = (
@@ -103,7 +104,7 @@ class ExportedTables:
 def export_tables(session: Path, file_format: str, target: Path, progress: Progress) -> ExportedTables:
     """Write the streams of a sealed session, and the synchronised table, in one of :data:`FORMATS`.
 
-    A session without a measuring window at rest has streams all the same; what it lacks is told.
+    A session without a measuring window at rest, or without beads, has streams all the same; what it lacks is told.
 
     Parameters
     ----------
@@ -123,7 +124,7 @@ def export_tables(session: Path, file_format: str, target: Path, progress: Progr
         unsynchronised = ""
         try:
             tables.append(synchronised_table(synchronise(recording, progress).experiment))
-        except SynchronisationError as error:
+        except (SynchronisationError, VisionError) as error:
             unsynchronised = str(error)
         progress("writing the tables", 1, 2)
         FORMATS[file_format](tables, draft)

@@ -64,7 +64,7 @@ def stream_tables(recording: Recording) -> Iterator[Table]:
             *_stamps(robot, partial(clock_times, robot.device_time_s, counter=robot.counter), origin_ns),
             Column("moving", "1", robot.moving.astype(np.uint8)),
             *_columns(_POSE, np.hstack([robot.position, robot.quaternion_wxyz])),
-            *_columns([(f"joint_{n}", "rad") for n in range(1, 7)], robot.joints),
+            *_columns([(f"joint_{n}", "rad") for n in range(1, robot.joints.shape[1] + 1)], robot.joints),
         ),
     )
     for name in recording.cameras:

@@ -19,7 +19,7 @@ from daq.recording.messages.cdr import CdrLayout
 from daq.recording.messages.rows import RECORD
 from daq.recording.messages.stored_images import StoredImage, sequence_of, stored_image
 from daq.recording.scanning.segments import Scan
-from robot_drivers.protocols import FloatArray, IntArray, PoseBlock, WrenchBlock
+from robot_drivers.protocols import JOINT_COUNTS, FloatArray, IntArray, PoseBlock, WrenchBlock
 
 _NO_DATA = memoryview(b"")
 _IMAGES = (["image"], ["image_raw"], ["device"])
@@ -128,7 +128,7 @@ def robot_of(found: Scan) -> PoseBlock:
     """Return the robot stream of a scan of the signals."""
     poses, joints, stamp = _samples(
         messages_of(found, "/robot/pose", rows.pose_layout(ROBOT_FRAME)),
-        messages_of(found, "/robot/joints", rows.joints_layout(ROBOT_FRAME)),
+        _joints_of(found),
         messages_of(found, "/robot/device", rows.stamp_layout(ROBOT_FRAME)),
     )
     return PoseBlock(
@@ -140,6 +140,17 @@ def robot_of(found: Scan) -> PoseBlock:
         joints=joints["body"]["joints"],
         moving=stamp["body"]["status"] != 0,
     )
+
+
+def _joints_of(found: Scan) -> NDArray[np.void]:
+    """Return the messages of the robot's joints, as many as it has."""
+    failures = []
+    for joints in JOINT_COUNTS:
+        try:
+            return messages_of(found, "/robot/joints", rows.joints_layout(ROBOT_FRAME, joints))
+        except RecordingError as error:
+            failures.append(error)
+    raise failures[0]
 
 
 def cameras_of(found: Scan) -> tuple[str, ...]:

@@ -37,6 +37,22 @@ def require_rest(rig: Rig, state: RobotState) -> None:
         )
 
 
+def require_joints(rig: Rig, state: RobotState) -> None:
+    """Refuse a robot that has other joints than its driver says.
+
+    Raises
+    ------
+    SessionError
+        Telling how many.
+    """
+    stated = rig.robot_specification().joints
+    if len(state.joints) != stated:
+        raise SessionError(
+            f"the robot tells {len(state.joints)} joint angles, its driver {rig.robot.driver!r} says {stated}; "
+            "correct the driver, or its settings in the rig file"
+        )
+
+
 def gripper_in_tissue(rig: Rig, T_base_tool: Pose) -> Pose:
     """Return ``T_tissue_gripper``."""
     T_tissue_tool = compose(inverse(rig.frames.T_base_tissue.pose), T_base_tool)

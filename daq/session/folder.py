@@ -18,15 +18,18 @@ def make_folder(folder: Path, rig: Rig, in_force: InForce) -> dict[str, str]:
     RecordingError
         No session can be put there.
     """
-    calibration = folder / CALIBRATION_FOLDER / rig.stereo_calibration.name
+    calibrations = folder / CALIBRATION_FOLDER
+    stereo = None if rig.stereo_calibration is None else calibrations / rig.stereo_calibration.name
     try:
         folder.mkdir(parents=True)
-        calibration.parent.mkdir()
-        shutil.copyfile(rig.stereo_calibration, calibration)
-        copies = {calibration, *in_force.copy_to(calibration.parent)}
+        calibrations.mkdir()
+        copies = set(in_force.copy_to(calibrations))
+        if stereo is not None and rig.stereo_calibration is not None:
+            shutil.copyfile(rig.stereo_calibration, stereo)
+            copies.add(stereo)
     except OSError as error:
         raise RecordingError(f"{folder}: no session can be put there ({error}); name a new folder") from error
-    kept = replace(rig, stereo_calibration=calibration, calibration=calibration.parent, laboratory_clock=None)
+    kept = replace(rig, stereo_calibration=stereo, calibration=calibrations, laboratory_clock=None)
     write_rig(kept, folder / RIG_FILE)
     return {
         path.relative_to(folder).as_posix(): sha256(path) for path in (folder / RIG_FILE, *sorted(copies))

@@ -25,7 +25,7 @@ from daq.recording.reader import Recording
 from daq.recording.recorder import Recorder
 from daq.recording.streams import Observer
 from daq.rig import Rig
-from daq.session.checks import check_limits, require_rest, tool_targets
+from daq.session.checks import check_limits, require_joints, require_rest, tool_targets
 from daq.session.folder import make_folder
 from daq.session.guard import Guard, Stop
 from daq.session.losses import drops, losses_between, statistics
@@ -34,7 +34,7 @@ from daq.session.steps import StepRunner
 from daq.session_report import write_report
 from daq.trajectories import Trajectory
 from daq.versions import package_versions
-from daq.vision.camera_model import PinholeCamera, StereoCalibration
+from daq.vision.camera_model import PinholeCamera
 from robot_drivers.clock import host_time_ns, wait_until
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import FloatArray, Pose, StreamStatistics
@@ -110,6 +110,7 @@ class Session:
             The robot does not stand at the grasp, or a limit forbids a step; the message names step and axis.
         """
         state = self._devices.robot.state()
+        require_joints(self._rig, state)
         require_rest(self._rig, state)
         targets = tool_targets(self._rig, self._trajectory, state.T_base_tool)
         check_limits(self._rig, self._trajectory, targets)
@@ -287,5 +288,7 @@ class Session:
 
 
 def _camera_models(rig: Rig) -> dict[str, PinholeCamera]:
-    pair = StereoCalibration.load(rig.stereo_calibration)
-    return {rig.cameras[0].name: pair.left, rig.cameras[1].name: pair.right}
+    if rig.stereo_calibration is None:
+        return {}
+    calibration, (left, right) = rig.stereo(), rig.pair
+    return {left.name: calibration.left, right.name: calibration.right}

@@ -25,6 +25,8 @@ from daq.trajectories import experiment_kind
 from estimator.experiment import Experiment, SensorNoise
 from robot_drivers.protocols import FloatArray, PoseBlock, WrenchBlock
 
+_OF_NO_BEAD_M = 1e-5  # an experiment states some noise of beads, also without any
+
 
 @dataclass(frozen=True, slots=True)
 class Synchronised:
@@ -58,7 +60,7 @@ def synchronise(recording: Recording, progress: Progress, most_pairs_per_s: floa
         There is no window at rest, a stream is missing from it, so that nothing can be zeroed, or the robot's poses
         are missing from any window.
     """
-    rig = read_rig(recording.folder / RIG_FILE)
+    rig = read_rig(recording.folder / RIG_FILE, to_connect=False)
     windows = measuring_windows(recording.events)
     progress("averaging force and pose", 0, 1)
     signals = signal_means(recording.force, recording.robot, rig, windows)
@@ -188,8 +190,13 @@ def _noise(rig: Rig, positions: Means, wrenches: Means, beads: Means) -> SensorN
     return SensorNoise(
         force_std=math.hypot(wrenches.pooled_scatter(0, 1, 2), extra.force_n),
         torque_std=math.hypot(wrenches.pooled_scatter(3, 4, 5), extra.torque_nm),
-        fiducial_std=math.hypot(beads.pooled_scatter(), extra.fiducial_m),
+        fiducial_std=_fiducial_std(beads, extra.fiducial_m),
         position_std=math.hypot(positions.pooled_scatter(), extra.position_m),
         tool_mass=rig.tool.mass_kg,
         tool_centre=rig.tool.centre_m,
     )
+
+
+def _fiducial_std(beads: Means, extra_m: float) -> float:
+    """Return the noise of a bead's coordinate, m; where there are no beads, any that is one."""
+    return math.hypot(beads.pooled_scatter(), extra_m) if beads.mean.size else extra_m or _OF_NO_BEAD_M

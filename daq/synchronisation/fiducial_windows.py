@@ -19,7 +19,6 @@ from daq.rig import Rig
 from daq.synchronisation.stereo_images import RecordedImages, StereoImages
 from daq.synchronisation.windows import Means, Window
 from daq.timing.event_times import EventTimes
-from daq.vision.camera_model import StereoCalibration
 from daq.vision.fiducials import FiducialTracker
 from robot_drivers.protocols import FloatArray, IntArray
 
@@ -67,6 +66,8 @@ def fiducial_means(
 ) -> FiducialMeans:
     """Return the means of the beads over the windows, of which about so many pairs a second are looked at, at most.
 
+    One camera measures no place in space: of such a rig there are no beads.
+
     Raises
     ------
     SynchronisationError
@@ -74,9 +75,17 @@ def fiducial_means(
     VisionError
         Too few beads are seen in the first images.
     """
+    if len(rig.cameras) < 2:
+        return no_fiducials(windows)
     images = StereoImages(recording, rig)
     track = track_fiducials(images, rig, needed_pairs(images, windows, most_per_s), progress)
     return means_of_track(images, track, windows)
+
+
+def no_fiducials(windows: Sequence[Window]) -> FiducialMeans:
+    """Return what is known of the beads where nothing measures them."""
+    none = np.empty((len(windows), 0, 3))
+    return FiducialMeans(Means(none, none, (0,) * len(windows)), {}, {})
 
 
 def means_of_track(images: StereoImages, track: FiducialTrack, windows: Sequence[Window]) -> FiducialMeans:
@@ -102,9 +111,7 @@ def track_fiducials(
     VisionError
         Too few beads are seen in the first pair.
     """
-    tracker = FiducialTracker(
-        StereoCalibration.load(rig.stereo_calibration), rig.specimen.fiducials_m, rig.vision
-    )
+    tracker = FiducialTracker(rig.stereo(), rig.specimen.fiducials_m, rig.vision)
     exposed_ns = images.exposed_ns[chosen]
     positions = np.empty((len(exposed_ns), len(rig.specimen.fiducials_m), 3))
     rejected: Counter[str] = Counter()

@@ -8,8 +8,8 @@ behind looks at fewer pairs.
 """
 
 from collections import Counter
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,11 +18,17 @@ from daq.recording.folder import RIG_FILE
 from daq.recording.running import RunningRecording
 from daq.rig import Rig, read_rig
 from daq.synchronisation.experiment_rows import Synchronised, brought_together, signal_means
-from daq.synchronisation.fiducial_windows import FiducialTrack, means_of_track, needed_pairs
+from daq.synchronisation.fiducial_windows import (
+    FiducialMeans,
+    FiducialTrack,
+    means_of_track,
+    needed_pairs,
+    no_fiducials,
+)
 from daq.synchronisation.stereo_images import StereoImages
 from daq.synchronisation.stream_times import force_times, robot_times
 from daq.synchronisation.windows import UNDER_WAY, Window, measuring_windows, windows_begun
-from daq.vision.camera_model import StereoCalibration
+from daq.timing.event_times import EventTimes
 from daq.vision.fiducials import FiducialTracker
 from robot_drivers.protocols import FloatArray, IntArray
 
@@ -44,8 +50,9 @@ class RunningSynchronisation:
 
     def __init__(self, folder: Path) -> None:
         self._recording = RunningRecording(folder)
-        self._rig = read_rig(folder / RIG_FILE)
-        self._fiducials = _RunningFiducials(self._rig)
+        self._rig = read_rig(folder / RIG_FILE, to_connect=False)
+        # one camera measures no beads
+        self._fiducials = _RunningFiducials(self._rig) if len(self._rig.cameras) > 1 else None
         self._rows = 0
 
     def read_on(self) -> Synchronised | None:
@@ -65,47 +72,64 @@ class RunningSynchronisation:
 
     def read_rest(self) -> Synchronised | None:
         """Read on in a recording that nobody writes any more: no window is waited for; raises as :meth:`read_on`."""
-        return self._read(lambda images, windows: list(windows))
+        return self._read(lambda exposed, windows: list(windows))
 
     def _read(
-        self, complete: Callable[[StereoImages, Sequence[Window]], list[Window]]
+        self, complete: Callable[[Mapping[str, EventTimes], Sequence[Window]], list[Window]]
     ) -> Synchronised | None:
         """Read on; return all rows where the window behind the last of them is complete."""
         recording, rig = self._recording, self._rig
         recording.read_on()
         begun = windows_begun(recording.events)
-        cameras = [camera.name for camera in rig.cameras]
-        if not begun or not set(cameras) <= set(recording.cameras):
+        if not begun:
             return None
-        if any(len(recording.images(name)) < _FEWEST for name in cameras):
-            return None
-        images = StereoImages(recording, rig)
         following = self._rows + 1
-        pairs_per_s = PAIRS_PER_S if len(begun) <= following else PAIRS_PER_S_BEHIND
-        track = self._fiducials.look(images, begun[:following], pairs_per_s)
-        recording.let_go_images(self._fiducials.looked_until_ns)
-        if sum(window.end_ns != UNDER_WAY for window in begun) == self._rows:
+        seen = self._seen(begun, following)
+        if seen is None or sum(window.end_ns != UNDER_WAY for window in begun) == self._rows:
             return None
-        measured = complete(images, measuring_windows(recording.events))[:following]
+        measured = complete(seen.times, measuring_windows(recording.events))[:following]
         if len(measured) == self._rows:
             return None
         self._rows = len(measured)
         signals = signal_means(recording.force, recording.robot, rig, measured)
-        return brought_together(
-            recording.info, rig, measured, signals, means_of_track(images, track, measured)
-        )
+        return brought_together(recording.info, rig, measured, signals, seen.means(measured))
 
-    def _passed(self, images: StereoImages, windows: Sequence[Window]) -> list[Window]:
+    def _seen(self, begun: Sequence[Window], following: int) -> "_Seen | None":
+        """Look at the images that are new, up to so many windows; None while there are too few."""
+        recording, rig, fiducials = self._recording, self._rig, self._fiducials
+        if fiducials is None:
+            recording.let_go_images(begun[-1].begin_ns)
+            return _Seen({}, no_fiducials)
+        cameras = [camera.name for camera in rig.pair]
+        if not set(cameras) <= set(recording.cameras):
+            return None
+        if any(len(recording.images(name)) < _FEWEST for name in cameras):
+            return None
+        images = StereoImages(recording, rig)
+        pairs_per_s = PAIRS_PER_S if len(begun) <= following else PAIRS_PER_S_BEHIND
+        track = fiducials.look(images, begun[:following], pairs_per_s)
+        recording.let_go_images(fiducials.looked_until_ns)
+        return _Seen(images.times, lambda windows: means_of_track(images, track, windows))
+
+    def _passed(self, exposed: Mapping[str, EventTimes], windows: Sequence[Window]) -> list[Window]:
         """Return the windows that no stream still has something to say of."""
         if self._recording.sealed:
             return list(windows)
         force, robot = self._recording.force, self._recording.robot
         if min(len(force), len(robot)) < _FEWEST:
             return []
-        times = (force_times(force, self._rig), robot_times(robot), *images.times.values())
+        times = (force_times(force, self._rig), robot_times(robot), *exposed.values())
         newest = [int(stream.time_ns[-1]) for stream in times]
         passed_ns = max(min(newest), max(newest) - _PATIENCE_NS)
         return [window for window in windows if window.end_ns < passed_ns]
+
+
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    """What the cameras have shown so far: their exposure times by role, and the beads' means over windows."""
+
+    times: Mapping[str, EventTimes]
+    means: Callable[[Sequence[Window]], FiducialMeans]
 
 
 class _RunningFiducials:
@@ -117,9 +141,7 @@ class _RunningFiducials:
     """
 
     def __init__(self, rig: Rig) -> None:
-        self._tracker = FiducialTracker(
-            StereoCalibration.load(rig.stereo_calibration), rig.specimen.fiducials_m, rig.vision
-        )
+        self._tracker = FiducialTracker(rig.stereo(), rig.specimen.fiducials_m, rig.vision)
         self._beads = len(rig.specimen.fiducials_m)
         self._left: list[int] = []
         self._positions: list[FloatArray] = []

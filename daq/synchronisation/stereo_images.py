@@ -28,7 +28,7 @@ class RecordedImages(Protocol):
 
 
 class StereoImages:
-    """Pairs of images of a rig's two cameras, by the times of their exposure.
+    """Pairs of images of a rig's stereo pair, by the times of their exposure.
 
     Attributes
     ----------
@@ -41,11 +41,13 @@ class StereoImages:
     ------
     SynchronisationError
         A camera recorded no image, or images of another format than the rig file says.
+    RigError
+        The rig has one camera.
     """
 
     def __init__(self, recording: RecordedImages, rig: Rig) -> None:
-        roles = [f"camera {camera.name}" for camera in rig.cameras]
-        self._left, self._right = (recording.images(camera.name) for camera in rig.cameras)
+        roles = [f"camera {camera.name}" for camera in rig.pair]
+        self._left, self._right = (recording.images(camera.name) for camera in rig.pair)
         for role, images in zip(roles, (self._left, self._right), strict=True):
             _check_format(role, images, rig.vision.beads.pixel_format)
         left, right = (exposure_times(images, rig) for images in (self._left, self._right))

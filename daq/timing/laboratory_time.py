@@ -3,13 +3,9 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from ipaddress import ip_address
-from urllib.parse import urlsplit
 
 from daq.errors import RigError
 from daq.rig import Rig
-from robot_drivers.abb.irb140 import IRB140Settings
-from robot_drivers.ati.netft import NetFTSettings
-from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.clock import living_on
 from robot_drivers.errors import ConfigurationError
 from robot_drivers.laboratory_clock import LaboratoryClock
@@ -42,22 +38,13 @@ def in_the_time_of(rig: Rig) -> Iterator[None]:
 
 def _elsewhere(rig: Rig) -> str:
     """Return the first device that need not be emulated, empty where all are reached by the loopback network."""
+    cameras = rig.camera_specifications()
     places = {
-        "force sensor": _host(rig.force_sensor.settings),
-        "robot": _host(rig.robot.settings),
-        **{f"camera {camera.name}": _host(camera.settings) for camera in rig.cameras},
+        "force sensor": rig.force_sensor_specification().host,
+        "robot": rig.robot_specification().host,
+        **{f"camera {name}": specification.host for name, specification in cameras.items()},
     }
     return next((role for role, host in places.items() if not _loops_back(host)), "")
-
-
-def _host(settings: object) -> str:
-    """Return where a device is reached, empty where by no network."""
-    match settings:
-        case NetFTSettings(host=host) | IRB140Settings(host=host):
-            return host
-        case OpenCVCameraSettings(source=source):
-            return urlsplit(source).hostname or ""
-    return ""
 
 
 def _loops_back(host: str) -> bool:

@@ -63,7 +63,7 @@ def follow_session(
     """
     compute_in_one_thread()
     _wait_for_its_files(report, session)
-    _prepare(read_rig(session / RIG_FILE).specimen)
+    _prepare(read_rig(session / RIG_FILE, to_connect=False).specimen)
     synchronisation = RunningSynchronisation(session)
     following: Following | None = None
     while True:

@@ -153,6 +153,9 @@ class CalibrationWizard(QObject):
     def _on_seen(self, seen: Seen) -> None:
         if self._looking:
             self._looking = False
+            if len(seen.images) < 2:
+                self.told.emit("the rig has one camera; the board is shown to the two of a stereo pair")
+                return
             left, right = seen.images.values()
             self._ask(bench.TakeView((left, right), seen.pixel_format))
 

@@ -29,7 +29,7 @@ from gui.widgets.forms.trial_panel import TrialPanel
 from gui.widgets.plots.force_plot import ForcePlot
 from gui.widgets.rig.readings import PoseReadings
 from gui.widgets.split import ScrolledSides
-from gui.widgets.video.stereo_preview import StereoPreview
+from gui.widgets.video.camera_preview import CameraPreview
 from robot_drivers.protocols import Pose
 
 
@@ -57,7 +57,7 @@ class AcquirePage(QWidget):
         self._operator, self._order = QLineEdit(), QSpinBox()
         self._force = ForcePlot(context.rig.limits)
         cameras = context.rig.cameras
-        self._preview = StereoPreview((cameras[0].name, cameras[1].name))
+        self._preview = CameraPreview([camera.name for camera in cameras])
         self._pose = PoseReadings()
         self._progress = QProgressBar()
         self._step = label("nothing is recorded", "muted")

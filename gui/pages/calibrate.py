@@ -23,7 +23,7 @@ from gui.widgets.forms.parameter_form import ParameterForm
 from gui.widgets.plots.coverage_map import CoverageMap
 from gui.widgets.results.outcome_panel import OutcomePanel
 from gui.widgets.split import BesideOrBelow
-from gui.widgets.video.stereo_preview import StereoPreview
+from gui.widgets.video.camera_preview import CameraPreview
 from robot_drivers.protocols import DeviceIdentity
 
 _BOARD_KINDS: tuple[Kind, ...] = ("cameras", "stereo")
@@ -65,7 +65,7 @@ class CalibratePage(QWidget):
         self.finish_button = button("Calibrate")
         self._board_form = _board_form()
         self._board_card = Card("Board, as measured on the print")
-        self._preview = StereoPreview((context.rig.cameras[0].name, context.rig.cameras[1].name))
+        self._preview = CameraPreview([camera.name for camera in context.rig.cameras])
         self._maps = (CoverageMap("left"), CoverageMap("right"))
         self._view_card = Card("Views")
         self._views = BesideOrBelow(self._board_card, self._view_card, (0, 1))

@@ -1,5 +1,7 @@
 """Where the beads are in a pair of live images, who they are, and how well the two cameras agree.
 
+Of one camera the beads are found in the image, and neither placed nor named.
+
 Computed in a process of its own (:mod:`gui.jobs.companion`).
 """
 
@@ -12,7 +14,6 @@ from daq.one_thread import compute_in_one_thread
 from daq.progress import Progress, silent
 from daq.rig import Rig
 from daq.vision.beads import Detections, detect_beads
-from daq.vision.camera_model import StereoCalibration
 from daq.vision.errors import VisionError
 from daq.vision.identity import IdentityTracker
 from daq.vision.stereo import epipolar_distance_px, match
@@ -37,14 +38,14 @@ class BeadView:
 
     Attributes
     ----------
-    marks : in the left and the right image
+    marks : in the left and the right image, or in the only one
     size : width and height of the images, px
     epipolar_px : (m,) distance of each matched bead from the epipolar line of its partner
     named, expected : fiducials that are recognised, and that the specimen has
     words : what hinders, empty if nothing does
     """
 
-    marks: tuple[Marks, Marks]
+    marks: tuple[Marks, ...]
     size: tuple[int, int]
     epipolar_px: FloatArray
     named: int
@@ -58,11 +59,13 @@ class BeadViewer:
     def __init__(self, rig: Rig) -> None:
         compute_in_one_thread()
         self._rig = rig
-        self._stereo = StereoCalibration.load(rig.stereo_calibration)
+        self._stereo = rig.stereo() if len(rig.cameras) > 1 else None
         self._tracker: IdentityTracker | None = None
 
     def __call__(self, seen: Seen, progress: Progress = silent) -> BeadView:
         """Look at a pair of images; it is done before ``progress`` could be told anything."""
+        if self._stereo is None:
+            return self._in_one(seen)
         settings = self._rig.vision
         left, right = (detect_beads(image, settings.beads) for image in seen.images.values())
         matches = match(self._stereo, left, right, settings.stereo)
@@ -83,6 +86,15 @@ class BeadViewer:
             len(self._rig.specimen.fiducials_m),
             words,
         )
+
+    def _in_one(self, seen: Seen) -> BeadView:
+        """Look at the image of the only camera."""
+        (image,) = seen.images.values()
+        found = detect_beads(image, self._rig.vision.beads)
+        marks = Marks(found.centres, found.radii, np.full(len(found), UNNAMED, dtype=np.int64))
+        size, beads = (image.shape[1], image.shape[0]), len(self._rig.specimen.fiducials_m)
+        words = f"{len(found)} beads are in the image; one camera measures no place in space"
+        return BeadView((marks,), size, np.empty(0), 0, beads, words)
 
     def _named(self, points: FloatArray, time_s: float) -> IntArray:
         """Return the row of the point that is each fiducial, -1 where unseen."""

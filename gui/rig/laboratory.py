@@ -6,6 +6,7 @@ The emulated laboratory is started when the first device needs it, in a thread t
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import replace
+from itertools import zip_longest
 from pathlib import Path
 from typing import Literal, Protocol
 
@@ -137,8 +138,9 @@ def mixed(own: Rig | None, virtual: Rig, emulated: frozenset[str]) -> Rig:
     """Return a rig with some devices of the emulated laboratory.
 
     An emulated robot stands in the emulated laboratory, so frames, tool, limits and specimen are those of the latter;
-    emulated cameras bring their own calibration. The name tells what is emulated, so that no calibration of the real
-    rig is taken for the mixed one.
+    emulated cameras bring their own calibration. The emulated laboratory has a stereo pair: of further cameras those
+    that are to be emulated are left out. The name tells what is emulated, so that no calibration of the real rig is
+    taken for the mixed one.
     """
     if own is None or emulated >= set(roles(own)):
         return virtual
@@ -154,13 +156,16 @@ def mixed(own: Rig | None, virtual: Rig, emulated: frozenset[str]) -> Rig:
             limits=virtual.limits,
             specimen=virtual.specimen,
         )
-    left, right = (
-        replace(theirs, name=ours.name) if f"camera {ours.name}" in emulated else ours
-        for ours, theirs in zip(own.cameras, virtual.cameras, strict=True)
-    )
-    if any(f"camera {camera.name}" in emulated for camera in own.cameras):
-        rig = replace(rig, stereo_calibration=virtual.stereo_calibration, vision=virtual.vision)
-    return replace(rig, cameras=(left, right))
+    cameras = []
+    for ours, theirs in zip_longest(own.cameras, virtual.cameras[: len(own.cameras)]):
+        if f"camera {ours.name}" not in emulated:
+            cameras.append(ours)
+        elif theirs is not None:
+            cameras.append(replace(theirs, name=ours.name))
+    if any(f"camera {camera.name}" in emulated for camera in own.cameras[:2]):
+        stereo = virtual.stereo_calibration if len(own.cameras) > 1 else None
+        rig = replace(rig, stereo_calibration=stereo, vision=virtual.vision)
+    return replace(rig, cameras=tuple(cameras))
 
 
 class _Runner(QObject):

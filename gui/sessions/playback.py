@@ -135,7 +135,7 @@ def open_playback(session: Path) -> Playback:
 
 def _rig_of(session: Path) -> Rig | None:
     try:
-        return read_rig(session / RIG_FILE)
+        return read_rig(session / RIG_FILE, to_connect=False)
     except DaqError:
         # an old session is looked at with the limits of today's rig
         return None

@@ -13,10 +13,12 @@ from robot_drivers.cameras.dc1394_camera import BusTime, Camera1394, Image
 from robot_drivers.cameras.dc1394_library import DC1394Library
 from robot_drivers.cameras.dc1394_settings import DC1394CameraSettings
 from robot_drivers.cameras.frame_buffer import FrameBuffer
+from robot_drivers.driver import Driver
 from robot_drivers.errors import DeviceError, DeviceProtocolError, DeviceTimeoutError
 from robot_drivers.protocols import DeviceIdentity, Frame, StreamStatistics
+from robot_drivers.specification import CameraSpecification
 
-__all__ = ["BusTime", "DC1394Camera", "DC1394CameraSettings"]
+__all__ = ["DRIVER", "BusTime", "DC1394Camera", "DC1394CameraSettings"]
 
 _POLL_S = 0.1
 _CYCLE_TIME_WRAP_S = 128.0
@@ -187,3 +189,8 @@ def _silent(camera: Camera1394, silence_s: float) -> DeviceTimeoutError:
         f"camera {camera.guid}: sent no image for {silence_s:g} s; check cable, trigger and bandwidth, then close and "
         "connect again"
     )
+
+
+DRIVER = Driver(
+    DC1394CameraSettings, DC1394Camera, lambda settings: CameraSpecification(frames_per_s=settings.fps)
+)

@@ -1,6 +1,7 @@
 """Cameras that OpenCV can open: a device index, a video file, an image sequence or a network stream."""
 
 import threading
+from urllib.parse import urlsplit
 
 import cv2
 
@@ -14,8 +15,10 @@ from robot_drivers.cameras.opencv_capture import (
 )
 from robot_drivers.cameras.pixel_formats import as_pixel_format
 from robot_drivers.clock import host_time_ns
+from robot_drivers.driver import Driver
 from robot_drivers.errors import DeviceError, DeviceProtocolError, DeviceTimeoutError
 from robot_drivers.protocols import DeviceIdentity, Frame, StreamStatistics
+from robot_drivers.specification import CameraSpecification
 
 
 class OpenCVCamera:
@@ -150,3 +153,10 @@ class OpenCVCamera:
         if not self._settings.is_sequence:
             return float(capture.get(cv2.CAP_PROP_POS_MSEC)) * 1e-3
         return None if self._settings.fps is None else number / self._settings.fps
+
+
+def _specification(settings: OpenCVCameraSettings) -> CameraSpecification:
+    return CameraSpecification(host=urlsplit(settings.source).hostname or "", frames_per_s=settings.fps)
+
+
+DRIVER = Driver(OpenCVCameraSettings, OpenCVCamera, _specification)

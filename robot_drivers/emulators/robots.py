@@ -1,4 +1,4 @@
-"""Emulated controllers of an IRB 140, by name."""
+"""Emulated controllers of robots, by name."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -9,8 +9,10 @@ from robot_drivers.abb.emulator.controller import ControllerEmulator
 from robot_drivers.abb.emulator.guidance import GuidanceMode, GuidanceSettings, GuidanceState
 from robot_drivers.abb.emulator.open_abb import OpenABBEmulator, OpenABBEmulatorSettings
 from robot_drivers.abb.emulator.settings import ArmSettings, ControllerFaults, EmulatorSettings
+from robot_drivers.emulators.force_sensors import Load
 from robot_drivers.emulators.kind import EmulatorKind, Running
 from robot_drivers.errors import ConfigurationError
+from robot_drivers.universal_robots.emulator import URControllerEmulator, UREmulatorSettings, URFaults
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +100,15 @@ def _host_and_port(text: str) -> tuple[str, int]:
     return host, int(port)
 
 
+@contextmanager
+def _ur(settings: UREmulatorSettings, load: Load, faults: URFaults) -> Iterator[Running]:
+    with URControllerEmulator(settings, wrench=load.at) as controller:
+        controller.inject(faults)
+        yield Running(
+            f"controller of a {settings.arm} on {settings.bind_address}: RTDE TCP {controller.port}"
+        )
+
+
 ROBOTS: Mapping[str, EmulatorKind] = {
     "irb140": EmulatorKind(
         "ABB IRC5 controller with an IRB 140: RAPID server, EGM",
@@ -117,5 +128,11 @@ ROBOTS: Mapping[str, EmulatorKind] = {
         {"controller": OpenABBEmulatorSettings, "arm": ArmSettings, "faults": OpenABBFaults},
         _open_abb,
         example="--port 5000 --landing-offset 0 0 0.001",
+    ),
+    "ur": EmulatorKind(
+        "Universal Robots controller with an e-Series arm: RTDE, servo program, sensor in the flange",
+        {"controller": UREmulatorSettings, "load on the flange": Load, "faults": URFaults},
+        _ur,
+        example="--port 30004 --arm UR5e --wrench 0 0 -5 0 0 0",
     ),
 }

@@ -1,6 +1,6 @@
 """All fuzzed parsers, in the order in which chunks go to them."""
 
-from robot_drivers.fuzzing import cameras, can_bus, egm, net_ft, open_abb, rapid, serial_ft
+from robot_drivers.fuzzing import cameras, can_bus, egm, net_ft, open_abb, rapid, rtde, serial_ft
 from robot_drivers.fuzzing.target import Target
 
 TARGETS: tuple[Target, ...] = (
@@ -10,5 +10,6 @@ TARGETS: tuple[Target, ...] = (
     *egm.TARGETS,
     *rapid.TARGETS,
     *open_abb.TARGETS,
+    *rtde.TARGETS,
     *cameras.TARGETS,
 )

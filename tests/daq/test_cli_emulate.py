@@ -21,6 +21,7 @@ from robot_drivers.cameras.opencv import OpenCVCamera
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.dataclass_options import add_options, read_options
 from robot_drivers.emulators import KINDS
+from robot_drivers.universal_robots import URRobot, URSettings, URWrench, URWrenchSettings
 
 posix = pytest.mark.skipif(
     sys.platform == "win32", reason="pseudo-terminals and SIGINT are a matter of POSIX"
@@ -117,6 +118,18 @@ def test_a_can_board_is_found_behind_its_serial_adapter() -> None:
             bus.send(can.Message(arbitration_id=0x205, is_extended_id=False))
             answer = next(message for message in bus if message.arbitration_id == 0x205)
     assert bytes(answer.data) == b"FT1" + bytes(5)
+
+
+def test_an_emulated_ur_answers_both_of_its_drivers() -> None:
+    with emulated("ur", "--arm", "UR3e", "--wrench", "0", "0", "-5", "0", "0", "0") as line:
+        address = ("127.0.0.1", port(line, "TCP"))
+        with (
+            closing(URRobot(URSettings(*address, arm="UR3e"))) as robot,
+            closing(URWrench(URWrenchSettings(*address, arm="UR3e"))) as sensor,
+        ):
+            robot.connect()
+            assert robot.state().motors_on
+            assert first_block(sensor).wrench[0, 2] == pytest.approx(-5.0, abs=0.1)
 
 
 @posix

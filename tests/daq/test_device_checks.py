@@ -148,7 +148,7 @@ def test_a_rate_other_than_the_rig_file_says_fails(rig: Rig, devices: Devices) -
         "force sensor"
     ]
     assert failed(report) == ["rate"]
-    assert "rate_hz says 7000" in next(c.told for c in report.checks if c.name == "rate")
+    assert "the settings say 7000" in next(c.told for c in report.checks if c.name == "rate")
 
 
 def test_a_joint_close_to_its_end_fails(rig: Rig, devices: Devices) -> None:

@@ -103,10 +103,36 @@ def test_a_missing_table_is_told(rig_path: Path) -> None:
     assert "the file lacks the key tool, a table" in complaint_about(rig_path)
 
 
-def test_a_third_camera_is_refused(rig_path: Path) -> None:
-    with rig_path.open("a") as file:
-        file.write('\n[[cameras]]\nname = "third"\ndriver = "opencv"\n')
-    assert "cameras must have 2 entries, not 3" in complaint_about(rig_path)
+def with_cameras(path: Path, *names: str) -> None:
+    """Have further cameras."""
+    with path.open("a") as file:
+        for name in names:
+            file.write(
+                f'\n[[cameras]]\nname = "{name}"\ndriver = "opencv"\n[cameras.settings]\nsource = "0"\n'
+            )
+
+
+def test_a_fifth_camera_is_refused(rig_path: Path) -> None:
+    with_cameras(rig_path, "third", "fourth", "fifth")
+    assert "cameras are 5; a rig has one to 4" in complaint_about(rig_path)
+
+
+def test_a_later_camera_may_not_bear_the_name_of_an_earlier_one(rig_path: Path) -> None:
+    with_cameras(rig_path, "third", "third")
+    assert "cameras.3.name must differ from an earlier camera's, 'third'" in complaint_about(rig_path)
+
+
+def test_a_pair_of_cameras_needs_its_calibration(rig_path: Path) -> None:
+    replaced(rig_path, 'stereo_calibration = "stereo.toml"\n', "")
+    assert "lacks the key stereo_calibration, of the cameras 'left' and 'right'" in complaint_about(rig_path)
+
+
+def test_one_camera_has_no_calibration_of_two(rig_path: Path) -> None:
+    text = rig_path.read_text()
+    begin = text.rindex("[[cameras]]")
+    end = text.index("\n[", text.index("[cameras.settings]", begin)) + 1
+    rig_path.write_text(text[:begin] + text[end:])
+    assert "stereo_calibration is of two cameras, and the rig has one" in complaint_about(rig_path)
 
 
 def test_a_list_where_a_table_belongs_is_refused_at_its_line(rig_path: Path) -> None:

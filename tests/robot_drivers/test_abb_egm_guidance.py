@@ -37,14 +37,15 @@ from robot_drivers.abb.emulator.guidance import (
     GuidanceState,
 )
 from robot_drivers.abb.emulator.settings import ArmSettings
-from robot_drivers.abb.motion import kinematics, poses
-from robot_drivers.abb.motion.line_interpolator import LineInterpolator
+from robot_drivers.abb.motion import kinematics
 from robot_drivers.errors import (
     DeviceFaultError,
     DeviceTimeoutError,
     DeviceUnreachableError,
     MotionRefusedError,
 )
+from robot_drivers.motion import poses
+from robot_drivers.motion.line_interpolator import LineInterpolator
 from robot_drivers.protocols import Pose, Robot, Speed
 
 DOWN = (0.0, 0.0, 1.0, 0.0)

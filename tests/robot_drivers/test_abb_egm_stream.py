@@ -26,9 +26,10 @@ from robot_drivers.abb.emulator.arm import Reading
 from robot_drivers.abb.emulator.controller import ControllerEmulator
 from robot_drivers.abb.emulator.egm import GENERATIONS, ControllerSample, robot_message
 from robot_drivers.abb.emulator.settings import ArmSettings, ControllerFaults, EmulatorSettings
-from robot_drivers.abb.motion import kinematics, poses
+from robot_drivers.abb.motion import kinematics
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import ConfigurationError, DeviceUnreachableError
+from robot_drivers.motion import poses
 
 LOCAL = EGMSettings(port=0, bind_address="127.0.0.1", controller_address="127.0.0.1")
 JOINTS_DEG = (0.0, 10.0, 20.0, 0.0, 45.0, 0.0)

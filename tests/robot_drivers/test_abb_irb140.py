@@ -15,8 +15,7 @@ from robot_drivers.abb.egm.position_stream import EGMSettings
 from robot_drivers.abb.emulator.controller import ControllerEmulator
 from robot_drivers.abb.emulator.settings import ArmSettings, ControllerFaults, EmulatorSettings
 from robot_drivers.abb.irb140 import IRB140, IRB140Settings, MotionInterruptedError
-from robot_drivers.abb.motion import poses
-from robot_drivers.abb.motion.limits import Box, MotionLimits
+from robot_drivers.abb.motion.limits import MotionLimits
 from robot_drivers.errors import (
     ConfigurationError,
     DeviceFaultError,
@@ -24,6 +23,8 @@ from robot_drivers.errors import (
     DeviceUnreachableError,
     MotionRefusedError,
 )
+from robot_drivers.motion import poses
+from robot_drivers.motion.checks import Box
 from robot_drivers.protocols import Pose, Robot, Speed
 
 SPEED = Speed(linear=0.05, angular=0.3)

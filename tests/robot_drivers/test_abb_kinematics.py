@@ -8,8 +8,9 @@ import pytest
 from py_opw_kinematics import KinematicModel, Robot
 from scipy.spatial.transform import Rotation
 
-from robot_drivers.abb.motion import kinematics, poses
+from robot_drivers.abb.motion import kinematics
 from robot_drivers.errors import MotionRefusedError
+from robot_drivers.motion import poses
 from robot_drivers.protocols import Pose
 
 # joint angles (°), tool0 position (mm), quaternion (scalar first): three independent models agree on these

@@ -5,9 +5,11 @@ import math
 
 import pytest
 
-from robot_drivers.abb.motion import kinematics, poses
-from robot_drivers.abb.motion.limits import Box, MotionLimits, check_on_line, check_trajectory
+from robot_drivers.abb.motion import kinematics
+from robot_drivers.abb.motion.limits import MotionLimits, check_trajectory
 from robot_drivers.errors import ConfigurationError, DeviceFaultError, MotionRefusedError
+from robot_drivers.motion import poses
+from robot_drivers.motion.checks import Box, check_on_line
 from robot_drivers.protocols import Pose, Speed
 
 DOWN = (0.0, 0.0, 1.0, 0.0)

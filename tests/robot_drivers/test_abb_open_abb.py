@@ -13,8 +13,6 @@ from abb_motions import moving, shifted, stands
 
 from robot_drivers.abb.emulator.open_abb import OpenABBEmulator, OpenABBEmulatorSettings
 from robot_drivers.abb.emulator.settings import ArmSettings
-from robot_drivers.abb.motion import poses
-from robot_drivers.abb.motion.arrival import MotionInterruptedError
 from robot_drivers.abb.motion.limits import MotionLimits
 from robot_drivers.abb.open_abb import OpenABB, OpenABBSettings, messages
 from robot_drivers.errors import (
@@ -25,6 +23,8 @@ from robot_drivers.errors import (
     DeviceUnreachableError,
     MotionRefusedError,
 )
+from robot_drivers.motion import poses
+from robot_drivers.motion.arrival import MotionInterruptedError
 from robot_drivers.protocols import Pose, Speed
 
 SPEED = Speed(linear=0.05, angular=0.3)

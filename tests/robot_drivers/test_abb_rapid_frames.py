@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from robot_drivers.abb.emulator.arm import Arm
 from robot_drivers.abb.emulator.rapid import RapidServer
 from robot_drivers.abb.emulator.settings import ArmSettings, EmulatorSettings
-from robot_drivers.abb.motion.limits import Box, MotionLimits
+from robot_drivers.abb.motion.limits import MotionLimits
 from robot_drivers.abb.rapid_socket.codes import Code, Command, ReplyKind, Status
 from robot_drivers.abb.rapid_socket.frames import (
     FrameSplitter,
@@ -23,6 +23,7 @@ from robot_drivers.abb.rapid_socket.frames import (
     move_numbers,
 )
 from robot_drivers.errors import ConfigurationError, DeviceProtocolError
+from robot_drivers.motion.checks import Box
 from robot_drivers.protocols import Pose
 
 # 450 mm, -12.5 mm, 350 mm; quaternion 0 0 1 0; joints 0 19.5 27.25 0 43.25 -90

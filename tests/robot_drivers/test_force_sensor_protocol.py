@@ -28,6 +28,8 @@ from robot_drivers.ati.netft import NetFT, NetFTSettings
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import ForceSensor, WrenchBlock
+from robot_drivers.universal_robots import URWrench, URWrenchSettings
+from robot_drivers.universal_robots.emulator import URControllerEmulator, URFaults
 
 CLOCK_COMPARISON_NS = 10_000  # stamps of the kernel's clock are carried to the host clock batch by batch
 PATIENCE_S = 2.0  # with an emulated device on a busy machine
@@ -136,7 +138,16 @@ def controller_ft_bench():
     )
 
 
+@contextmanager
+def ur_wrench_bench():
+    with URControllerEmulator(wrench=lambda _: tuple(LOAD)) as emulator:
+        settings = URWrenchSettings("127.0.0.1", emulator.port, silence_limit_s=10 * PATIENCE_S)
+        with closing(URWrench(settings)) as sensor:
+            yield Bench(sensor, 500, 1e-9, lambda: emulator.inject(URFaults(mute=True)))
+
+
 BENCHES = {
+    "flange of a UR": ur_wrench_bench,
     "Net F/T, real-time": lambda: netft_bench("real-time"),
     "Net F/T, buffered": lambda: netft_bench("buffered"),
     "Digital F/T": digital_ft_bench,

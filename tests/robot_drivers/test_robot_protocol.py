@@ -34,7 +34,10 @@ from robot_drivers.errors import (
     DeviceUnreachableError,
     MotionRefusedError,
 )
-from robot_drivers.protocols import Pose, PoseBlock, Speed
+from robot_drivers.protocols import Pose, PoseBlock, Robot, Speed
+from robot_drivers.universal_robots import URRobot, URSettings
+from robot_drivers.universal_robots.emulator import URControllerEmulator, UREmulatorSettings
+from robot_drivers.universal_robots.robot.limits import URLimits
 
 LIMITS = MotionLimits(step_length=0.03)
 PATIENCE_S = 20.0  # with an emulated controller on a busy machine
@@ -53,7 +56,7 @@ class Bench:
     may_move : whether tests may move it
     """
 
-    robot: IRB140 | OpenABB | EGMGuidedRobot
+    robot: Robot
     stop_within_s: float
     accuracy_m: float
     true_pose: Callable[[], Pose] | None = None
@@ -111,7 +114,27 @@ def free_udp_port():
         return probe.getsockname()[1]
 
 
-BENCHES = {"RAPID server": irb140_bench, "open-abb": open_abb_bench, "EGM guidance": guided_bench}
+@contextmanager
+def ur_bench():
+    with URControllerEmulator(UREmulatorSettings(silence_s=PATIENCE_S)) as emulator:
+        settings = URSettings(
+            "127.0.0.1",
+            emulator.port,
+            rate_hz=125,
+            limits=URLimits(step_length=0.03),
+            silence_limit_s=PATIENCE_S,
+            connect_timeout_s=PATIENCE_S,
+        )
+        with contextlib.closing(URRobot(settings)) as robot:
+            yield Bench(robot, PATIENCE_S, 3e-4, emulator.pose)
+
+
+BENCHES = {
+    "RAPID server": irb140_bench,
+    "open-abb": open_abb_bench,
+    "EGM guidance": guided_bench,
+    "UR over RTDE": ur_bench,
+}
 
 
 @pytest.fixture(params=[*BENCHES, pytest.param("real", marks=pytest.mark.hardware)])

@@ -117,16 +117,18 @@ def _tell(words: str) -> None:
 
 def _look(devices: Devices) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     """Return an image of each camera, exposed together after the call."""
-    look = StereoLook()
-    for camera in devices.cameras.values():
-        while camera.read(0.0):
+    look, pair = StereoLook(), tuple(devices.cameras)[:2]
+    if len(pair) < 2:
+        raise CalibrationError("cameras: the rig has one; a stereo pair is calibrated from images of two")
+    for name in pair:
+        while devices.cameras[name].read(0.0):
             pass
     look.ask()
     deadline = time.monotonic() + _LOOK_TIMEOUT_S
-    seen = dict.fromkeys(devices.cameras, 0)
+    seen = dict.fromkeys(pair, 0)
     while time.monotonic() < deadline:
-        for name, camera in devices.cameras.items():
-            frames = camera.read(_FRAME_TIMEOUT_S)
+        for name in pair:
+            frames = devices.cameras[name].read(_FRAME_TIMEOUT_S)
             if not frames:
                 raise CalibrationError(
                     f"camera {name}: no image in {_FRAME_TIMEOUT_S:g} s; check the camera and its light"
@@ -135,7 +137,7 @@ def _look(devices: Devices) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
             fresh = frames[max(0, _PASSED_OVER - seen[name]) :]
             seen[name] += len(frames)
             look.add(name, fresh)
-        if found := look.take(tuple(devices.cameras)):
+        if found := look.take(pair):
             left, right = (grey(frame.image, frame.pixel_format) for frame in found.values())
             return left, right
     raise CalibrationError(

@@ -28,7 +28,9 @@ def add_parser(verbs: Verbs) -> None:
         "rig", metavar="RIG", nargs="?", help=f'rig file, or "{VIRTUAL}" for an emulated laboratory'
     )
     parser.add_argument(
-        "--list", action="store_true", help="print the drivers that a rig file may name, with their settings"
+        "--list",
+        action="store_true",
+        help="print the drivers that a rig file may name, with their settings and the package that each is of",
     )
     parser.add_argument(
         "--seconds",

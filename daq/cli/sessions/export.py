@@ -48,9 +48,12 @@ def _export_experiment(options: argparse.Namespace) -> Result:
     with progress() as tell:
         experiment, provenance = export_experiment(options.session, options.output, tell)
     noise = experiment.sensor
+    beads = f"fiducials {noise.fiducial_std * 1e6:.1f} µm"
+    if not experiment.fiducials.size:
+        beads = "no fiducials: one camera measures no place in space, so that wrench and pose alone are there"
     return Result(
         f"{len(experiment.time)} rows in {options.output}; noise of one value: force {noise.force_std * 1e3:.2f} mN, "
-        f"torque {noise.torque_std * 1e3:.3f} mN·m, fiducials {noise.fiducial_std * 1e6:.1f} µm",
+        f"torque {noise.torque_std * 1e3:.3f} mN·m, {beads}",
         {"experiment": str(options.output), "rows": len(experiment.time), "provenance": asdict(provenance)},
     )
 

@@ -17,7 +17,7 @@ from daq.recording.mcap.chunks import Placed, Rows
 from daq.recording.messages.cdr import CdrLayout
 from daq.recording.messages.codec import EncodedImage
 from daq.vision.camera_model import PinholeCamera
-from robot_drivers.protocols import FloatArray, IntArray, PoseBlock, WrenchBlock
+from robot_drivers.protocols import JOINT_COUNTS, FloatArray, IntArray, PoseBlock, WrenchBlock
 
 RECORD = np.dtype(
     [
@@ -43,12 +43,12 @@ def pose_layout(frame_id: str) -> CdrLayout:
     return CdrLayout().header(frame_id).add("position", "<f8", 3).add("quaternion_xyzw", "<f8", 4)
 
 
-def joints_layout(frame_id: str) -> CdrLayout:
-    """Return the layout of ``JointState`` with six positions, rad, and neither velocities nor efforts."""
-    layout = CdrLayout().header(frame_id).length(6)
-    for number in range(1, 7):
+def joints_layout(frame_id: str, joints: int) -> CdrLayout:
+    """Return the layout of ``JointState`` with so many positions, rad, and neither velocities nor efforts."""
+    layout = CdrLayout().header(frame_id).length(joints)
+    for number in range(1, joints + 1):
         layout.string(f"joint_{number}")
-    return layout.length(6).add("joints", "<f8", 6).length(0).length(0)
+    return layout.length(joints).add("joints", "<f8", joints).length(0).length(0)
 
 
 def stamp_layout(frame_id: str) -> CdrLayout:
@@ -103,15 +103,19 @@ class PoseRows:
     """Packs :class:`PoseBlock` into ``PoseStamped`` + ``JointState`` + ``DeviceStamp`` records."""
 
     def __init__(self, pose_channel: int, joints_channel: int, stamp_channel: int, frame_id: str) -> None:
-        self._template = _row(
-            pose=(pose_channel, pose_layout(frame_id)),
-            joints=(joints_channel, joints_layout(frame_id)),
-            stamp=(stamp_channel, stamp_layout(frame_id)),
-        )
+        self._templates = {
+            joints: _row(
+                pose=(pose_channel, pose_layout(frame_id)),
+                joints=(joints_channel, joints_layout(frame_id, joints)),
+                stamp=(stamp_channel, stamp_layout(frame_id)),
+            )
+            for joints in JOINT_COUNTS
+        }
 
     def pack(self, block: PoseBlock, first_sequence: int) -> Rows:
-        """Return the records of all samples of a block."""
-        rows = _stamped_rows(self._template, block.host_time_ns, first_sequence)
+        """Return the records of all samples of a block, of a robot with six or seven joints."""
+        template = self._templates[block.joints.shape[1]]
+        rows = _stamped_rows(template, block.host_time_ns, first_sequence)
         rows["pose_body"]["position"] = block.position
         rows["pose_body"]["quaternion_xyzw"] = np.roll(block.quaternion_wxyz, -1, axis=1)
         rows["joints_body"]["joints"] = block.joints

@@ -21,9 +21,11 @@ from daq.recording.messages.cdr import ENCAPSULATION, CdrLayout
 from daq.recording.messages.rows import RECORD
 from daq.recording.messages.stored_images import Fields
 from daq.recording.scanning.segments import Scan, Segment
+from robot_drivers.protocols import JOINT_COUNTS
 
 _CAMERA_FRAME = "camera_"
 _LENGTH_COUNTS_FROM = 9
+_NO_SIZES: Mapping[int, str] = {}
 _ENCODING = re.compile(r"(mono|bgr|rgb|bayer_)\w+(; png compressed( planes)?)?")
 _TOPIC = re.compile(
     r"/events|/force/(wrench|device)|/robot/(pose|joints|device)|/camera/[^/]+/(image|image_raw|device|camera_info)"
@@ -64,8 +66,11 @@ def topic_of(body: memoryview) -> str | None:
                 body,
                 {
                     "/robot/pose": rows.pose_layout(frame),
-                    "/robot/joints": rows.joints_layout(frame),
                     "/robot/device": rows.stamp_layout(frame),
+                },
+                {
+                    rows.joints_layout(frame, joints).dtype.itemsize: "/robot/joints"
+                    for joints in JOINT_COUNTS
                 },
             )
         if frame.startswith(_CAMERA_FRAME):
@@ -76,9 +81,12 @@ def topic_of(body: memoryview) -> str | None:
     return None
 
 
-def _by_layout(body: memoryview, layouts: Mapping[str, CdrLayout]) -> str | None:
+def _by_layout(
+    body: memoryview, layouts: Mapping[str, CdrLayout], further: Mapping[int, str] = _NO_SIZES
+) -> str | None:
+    """Return the topic of a message by its size: that of a layout, or one of the further sizes."""
     sizes = {layout.dtype.itemsize: topic for topic, layout in layouts.items()}
-    return sizes.get(len(body))
+    return sizes.get(len(body)) or further.get(len(body))
 
 
 def _camera_message(body: memoryview, frame: str) -> str | None:

@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from daq.frames import rotation
-from robot_drivers.abb.motion import poses
+from robot_drivers.motion import poses
 from robot_drivers.protocols import FloatArray, Pose
 
 

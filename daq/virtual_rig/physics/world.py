@@ -13,8 +13,8 @@ import numpy as np
 from daq.rig import Frames, Tool, Vector
 from daq.virtual_rig.physics.phantom import PhantomMotion, PhantomState, increment
 from estimator.errors import SolverError
-from robot_drivers.abb.motion import poses
 from robot_drivers.clock import host_time_ns
+from robot_drivers.motion import poses
 from robot_drivers.protocols import FloatArray, Pose
 
 _SOLVE_BEYOND_M = 5e-4

@@ -13,7 +13,7 @@ from gui.sessions.playback import Instant, Playback, open_playback
 from gui.widgets.cards import label
 from gui.widgets.plots.force_plot import SPAN_S, ForcePlot
 from gui.widgets.rig.readings import PoseReadings
-from gui.widgets.video.stereo_preview import StereoPreview
+from gui.widgets.video.camera_preview import CameraPreview
 
 _FRAME_MS = 40
 _SPEEDS = (0.5, 1.0, 2.0, 5.0, 10.0)
@@ -40,7 +40,7 @@ class ReplayPane(QWidget):
         self._background = Background(self)
         self._waiting = False
         self.force = ForcePlot(rig.limits)
-        self.preview = StereoPreview((rig.cameras[0].name, rig.cameras[1].name))
+        self.preview = CameraPreview([camera.name for camera in rig.cameras])
         self.pose = PoseReadings()
         self.words = label("open a session to replay it", "muted")
         self.words.setWordWrap(False)
@@ -108,6 +108,7 @@ class ReplayPane(QWidget):
     def _begin(self, playback: Playback) -> None:
         self._playback = playback
         self.force.set_limits((playback.rig or self._usual_rig).limits)
+        self.preview.set_cameras(playback.cameras)
         self.slider.blockSignals(True)
         self.slider.setRange(0, round(playback.duration_s * _TICKS_PER_S))
         self.slider.setValue(0)

@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from robot_drivers.abb.egm.codec import EgmRobot, MotorState
 from robot_drivers.abb.egm.guidance_session import EGMGuidanceSettings, GuidanceSession
 from robot_drivers.abb.egm.position_stream import EGMSample, PositionStream, pose_block
-from robot_drivers.abb.motion import poses
 from robot_drivers.abb.motion.limits import check_trajectory
 from robot_drivers.errors import (
     DeviceFaultError,
@@ -21,6 +20,7 @@ from robot_drivers.errors import (
     DeviceUnreachableError,
     MotionRefusedError,
 )
+from robot_drivers.motion import poses
 from robot_drivers.protocols import DeviceIdentity, Pose, PoseBlock, RobotState, Speed, StreamStatistics
 from robot_drivers.real_time import prefer_this_thread
 

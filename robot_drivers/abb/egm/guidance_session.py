@@ -24,10 +24,10 @@ from robot_drivers.abb.egm.codec import (
 )
 from robot_drivers.abb.egm.position_stream import EGMSample, EGMSettings
 from robot_drivers.abb.egm.protobuf import encode
-from robot_drivers.abb.motion import poses
 from robot_drivers.abb.motion.limits import MotionLimits
-from robot_drivers.abb.motion.line_interpolator import LineInterpolator
 from robot_drivers.errors import DeviceFaultError, MotionRefusedError
+from robot_drivers.motion import poses
+from robot_drivers.motion.line_interpolator import LineInterpolator
 from robot_drivers.protocols import Pose, Speed
 
 _LONGEST_STEP_S = 0.02  # of the reference, however long the gap between two datagrams was

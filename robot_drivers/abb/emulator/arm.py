@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from enum import Enum
 
 from robot_drivers.abb.emulator.settings import ArmSettings
-from robot_drivers.abb.motion import kinematics, poses
+from robot_drivers.abb.motion import kinematics
 from robot_drivers.abb.motion.kinematics import Joints
-from robot_drivers.abb.motion.poses import Vector
 from robot_drivers.errors import MotionRefusedError
+from robot_drivers.motion import poses
+from robot_drivers.motion.poses import Vector
 from robot_drivers.protocols import Pose
 
 CYCLE_S = 0.004032

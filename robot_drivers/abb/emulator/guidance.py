@@ -13,10 +13,10 @@ from enum import Enum
 
 from robot_drivers.abb.egm.codec import EgmSensor, decode_sensor
 from robot_drivers.abb.emulator.arm import CYCLE_S, Arm
-from robot_drivers.abb.motion import poses
 from robot_drivers.abb.motion.kinematics import Joints
-from robot_drivers.abb.motion.poses import Vector
 from robot_drivers.errors import DeviceProtocolError, MotionRefusedError
+from robot_drivers.motion import poses
+from robot_drivers.motion.poses import Vector
 from robot_drivers.protocols import Pose
 
 NO_DATA_FROM_DEVICE = 41822

@@ -15,8 +15,9 @@ from dataclasses import dataclass, field, replace
 from robot_drivers.abb.emulator.arm import CYCLE_S, Arm, Motion
 from robot_drivers.abb.emulator.ports import ServerPort
 from robot_drivers.abb.emulator.settings import ArmSettings
-from robot_drivers.abb.motion import kinematics, poses
+from robot_drivers.abb.motion import kinematics
 from robot_drivers.closing import ClosedAtExit
+from robot_drivers.motion import poses
 from robot_drivers.protocols import Pose
 
 _STRING = 80

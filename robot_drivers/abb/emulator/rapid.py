@@ -9,7 +9,7 @@ import struct
 
 from robot_drivers.abb.emulator.arm import Arm, Motion, Reading
 from robot_drivers.abb.emulator.settings import EmulatorSettings, InstalledLimits
-from robot_drivers.abb.motion import poses
+from robot_drivers.motion import poses
 from robot_drivers.protocols import Pose
 
 REQUEST_BYTES = 64

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass, field
 
-from robot_drivers.abb.motion import poses
-from robot_drivers.abb.motion.poses import Vector
 from robot_drivers.emulated_outages import Outages
+from robot_drivers.motion import poses
+from robot_drivers.motion.poses import Vector
 from robot_drivers.protocols import Pose
 
 TOOL_DOWN = (0.0, 0.0, 1.0, 0.0)

@@ -11,9 +11,7 @@ import threading
 from collections.abc import Sequence
 
 from robot_drivers.abb.irb140.session import IRB140Settings, Session, done, open_session
-from robot_drivers.abb.motion import poses
-from robot_drivers.abb.motion.arrival import MotionInterruptedError, check_arrival
-from robot_drivers.abb.motion.limits import check_on_line, check_trajectory
+from robot_drivers.abb.motion.limits import check_trajectory
 from robot_drivers.abb.rapid_socket.codes import Command, ReplyKind, Status
 from robot_drivers.abb.rapid_socket.frames import Reply, TextReply, move_numbers
 from robot_drivers.clock import host_time_s
@@ -24,6 +22,9 @@ from robot_drivers.errors import (
     DeviceUnreachableError,
     MotionRefusedError,
 )
+from robot_drivers.motion import poses
+from robot_drivers.motion.arrival import MotionInterruptedError, check_arrival
+from robot_drivers.motion.checks import check_on_line
 from robot_drivers.protocols import DeviceIdentity, Pose, PoseBlock, RobotState, Speed, StreamStatistics
 
 __all__ = ["IRB140", "IRB140Settings", "MotionInterruptedError"]

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from robot_drivers.abb.egm.position_stream import EGMSample, EGMSettings, PositionStream
-from robot_drivers.abb.motion import poses
 from robot_drivers.abb.motion.limits import MotionLimits
 from robot_drivers.abb.motion.tool_data import SAME_ANGLE, SAME_POSITION, check_tool_data
 from robot_drivers.abb.rapid_socket.codes import Command, ReplyKind
@@ -15,6 +14,7 @@ from robot_drivers.abb.rapid_socket.frames import PROTOCOL_VERSION, Reply, TextR
 from robot_drivers.abb.rapid_socket.state_stream import StateStream
 from robot_drivers.clock import host_time_ns, seconds_until
 from robot_drivers.errors import ConfigurationError, DeviceFaultError, DeviceProtocolError
+from robot_drivers.motion import poses
 from robot_drivers.protocols import DeviceIdentity, Pose, PoseBlock, StreamStatistics
 
 

@@ -1,1 +1,1 @@
-"""Where the arm is and what it may do: poses, kinematics, limits, straight lines, arrival."""
+"""Where an IRB 140 is and what it may do: kinematics, limits, tool data."""

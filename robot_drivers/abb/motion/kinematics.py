@@ -15,8 +15,8 @@ independent models (ARTE, robotkinematicscatalogue, several URDFs). Lengths in m
 import math
 from collections.abc import Iterator
 
-from robot_drivers.abb.motion import poses
 from robot_drivers.errors import MotionRefusedError
+from robot_drivers.motion import poses
 from robot_drivers.protocols import Pose
 
 Joints = tuple[float, float, float, float, float, float]

@@ -4,29 +4,16 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from robot_drivers.abb.motion import kinematics, poses
+from robot_drivers.abb.motion import kinematics
 from robot_drivers.abb.motion.kinematics import Joints
-from robot_drivers.errors import ConfigurationError, DeviceFaultError, MotionRefusedError
+from robot_drivers.errors import MotionRefusedError
+from robot_drivers.motion import poses
+from robot_drivers.motion.checks import Box, check_speed, check_step, check_workspace
 from robot_drivers.protocols import Pose, Speed
 
 _SAMPLE_LENGTH = 0.002  # m
 _SAMPLE_ANGLE = math.radians(1.0)
 _CONFIGURATION_JUMP = math.radians(30.0)  # between two samples: the arm would swing over to another solution
-_QUATERNION_TOLERANCE = 1e-3
-
-
-@dataclass(frozen=True, slots=True)
-class Box:
-    """A box along the axes of the base frame, m."""
-
-    lower: poses.Vector
-    upper: poses.Vector
-
-    def __post_init__(self) -> None:
-        if not all(low < high for low, high in zip(self.lower, self.upper, strict=True)):
-            raise ConfigurationError(
-                f"box {self.lower} .. {self.upper} m is empty; put the smaller corner first"
-            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +68,7 @@ def check_trajectory(
     MotionRefusedError
         Naming the step (from 1) and the axis or limit; nothing has moved.
     """
-    _check_speed(limits, speed)
+    check_speed(limits, speed)
     T_tool_flange = poses.inverse(T_flange_tool)
     joints = _joints_of_start(poses.compose(start, T_tool_flange), start_joints)
     reached, pose = [], start
@@ -97,56 +84,16 @@ def check_trajectory(
     return reached
 
 
-def check_on_line(limits: MotionLimits, start: Pose, target: Pose, present: Pose) -> None:
-    """Check that a tool under way from ``start`` to ``target`` is on its straight line.
-
-    Raises
-    ------
-    DeviceFaultError
-        When it is not.
-    """
-    way = [b - a for a, b in zip(start.position, target.position, strict=True)]
-    done = [p - a for a, p in zip(start.position, present.position, strict=True)]
-    squared_length = sum(w * w for w in way)
-    fraction = sum(w * d for w, d in zip(way, done, strict=True)) / squared_length if squared_length else 0.0
-    nearest = poses.interpolate(start, target, min(max(fraction, 0.0), 1.0))
-    deviation, _ = poses.distance(nearest, present)
-    if deviation > limits.path_deviation:
-        raise DeviceFaultError(
-            f"the tool is {deviation * 1e3:.2f} mm off its straight line, "
-            f"the limit is {limits.path_deviation * 1e3:.2f} mm"
-        )
-
-
-def _check_speed(limits: MotionLimits, speed: Speed) -> None:
-    for kind, value, limit, unit in (
-        ("linear", speed.linear, limits.linear_speed, "m/s"),
-        ("angular", speed.angular, limits.angular_speed, "rad/s"),
-    ):
-        if not 0 < value <= limit:
-            raise MotionRefusedError(
-                f"{kind} speed {value:g} {unit} is not above 0 and at most the limit of {limit:g} {unit}"
-            )
-
-
 def _check_step(
     limits: MotionLimits, start: Pose, joints: Joints, target: Pose, speed: Speed, T_tool_flange: Pose
 ) -> Joints:
-    _check_pose(target)
+    check_step(limits, start, target)
     length, angle = poses.distance(start, target)
-    if length > limits.step_length:
-        raise MotionRefusedError(
-            f"it is {length * 1e3:.2f} mm long, the limit is {limits.step_length * 1e3:.2f} mm"
-        )
-    if angle > limits.step_angle:
-        raise MotionRefusedError(
-            f"it turns by {math.degrees(angle):.2f}°, the limit is {math.degrees(limits.step_angle):.2f}°"
-        )
     samples = max(1, math.ceil(length / _SAMPLE_LENGTH), math.ceil(angle / _SAMPLE_ANGLE))
     sample_time = max(length / speed.linear, angle / speed.angular) / samples
     for sample in range(1, samples + 1):
         pose = poses.interpolate(start, target, sample / samples)
-        _check_workspace(limits, pose)
+        check_workspace(limits.workspace, pose)
         following = kinematics.inverse_continuous(poses.compose(pose, T_tool_flange), joints)
         _check_joints(limits, following)
         _check_joint_motion(joints, following, sample_time)
@@ -160,24 +107,6 @@ def _joints_of_start(T_base_flange: Pose, reported: Joints) -> Joints:
     if max(abs(a - b) for a, b in zip(joints, reported, strict=True)) > _CONFIGURATION_JUMP:
         raise MotionRefusedError("the joints reported do not belong to the pose reported; nothing has moved")
     return joints
-
-
-def _check_pose(target: Pose) -> None:
-    numbers = (*target.position, *target.quaternion_wxyz)
-    if not all(map(math.isfinite, numbers)):
-        raise MotionRefusedError(f"its target {numbers} is not a pose of finite numbers")
-    norm = math.hypot(*target.quaternion_wxyz)
-    if abs(norm - 1) > _QUATERNION_TOLERANCE:
-        raise MotionRefusedError(f"the quaternion {target.quaternion_wxyz} has length {norm:.4f}, not 1")
-
-
-def _check_workspace(limits: MotionLimits, pose: Pose) -> None:
-    box = limits.workspace
-    for axis, value, low, high in zip("xyz", pose.position, box.lower, box.upper, strict=True):
-        if not low <= value <= high:
-            raise MotionRefusedError(
-                f"the tool would come to {axis} = {value:.4f} m, the workspace is {low:.4f} .. {high:.4f} m"
-            )
 
 
 def _check_joints(limits: MotionLimits, joints: Joints) -> None:

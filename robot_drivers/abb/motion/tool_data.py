@@ -2,9 +2,10 @@
 
 import math
 
-from robot_drivers.abb.motion import kinematics, poses
+from robot_drivers.abb.motion import kinematics
 from robot_drivers.abb.motion.kinematics import Joints
 from robot_drivers.errors import ConfigurationError
+from robot_drivers.motion import poses
 from robot_drivers.protocols import Pose
 
 SAME_POSITION = 0.005

@@ -12,9 +12,7 @@ import threading
 import time
 from collections.abc import Sequence
 
-from robot_drivers.abb.motion import poses
-from robot_drivers.abb.motion.arrival import MotionInterruptedError, check_arrival
-from robot_drivers.abb.motion.limits import check_on_line, check_trajectory
+from robot_drivers.abb.motion.limits import check_trajectory
 from robot_drivers.abb.motion.tool_data import check_tool_data
 from robot_drivers.abb.open_abb.connection import OpenABBConnection
 from robot_drivers.abb.open_abb.messages import (
@@ -34,6 +32,9 @@ from robot_drivers.errors import (
     DeviceUnreachableError,
     MotionRefusedError,
 )
+from robot_drivers.motion import poses
+from robot_drivers.motion.arrival import MotionInterruptedError, check_arrival
+from robot_drivers.motion.checks import check_on_line
 from robot_drivers.protocols import DeviceIdentity, Pose, PoseBlock, RobotState, Speed, StreamStatistics
 
 __all__ = ["OpenABB", "OpenABBSettings"]

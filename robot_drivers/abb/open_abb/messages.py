@@ -10,10 +10,10 @@ import re
 from dataclasses import dataclass
 from enum import IntEnum
 
-from robot_drivers.abb.motion import poses
 from robot_drivers.abb.motion.kinematics import Joints
 from robot_drivers.decimal_text import decimal
 from robot_drivers.errors import ConfigurationError, DeviceProtocolError
+from robot_drivers.motion import poses
 from robot_drivers.protocols import Pose, Speed
 
 LONGEST_MESSAGE = 80

@@ -3,9 +3,9 @@
 import math
 from dataclasses import dataclass, field
 
-from robot_drivers.abb.motion import poses
 from robot_drivers.abb.motion.limits import MotionLimits
 from robot_drivers.errors import ConfigurationError
+from robot_drivers.motion import poses
 from robot_drivers.protocols import Pose
 
 

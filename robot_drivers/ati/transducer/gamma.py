@@ -3,7 +3,11 @@
 The certificate of the unit in use overrides everything here.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
+
+from robot_drivers.specification import Six
 
 RATED_WRENCH = (130.0, 130.0, 400.0, 10.0, 10.0, 10.0)
 """Rated range, ± N for Fx Fy Fz and ± N·m for Tx Ty Tz."""
@@ -22,3 +26,10 @@ GAGE_MATRIX = np.array(
 
 GAGE_NOISE_STD = (0.0060, 0.0060, 0.0132, 0.00032, 0.00032, 0.00023)
 """Standard deviation (N, N·m) that white noise of one gage count on every gage gives through that matrix."""
+
+
+def noise_std(rated_wrench: Sequence[float]) -> Six:
+    """Return the noise (6,), N and N·m, of a transducer of this rated range, if a count is the Gamma's share of it."""
+    parts = zip(GAGE_NOISE_STD, rated_wrench, RATED_WRENCH, strict=True)
+    fx, fy, fz, tx, ty, tz = (noise * rated / gamma for noise, rated, gamma in parts)
+    return (fx, fy, fz, tx, ty, tz)

@@ -2,8 +2,8 @@
 
 import math
 
-from robot_drivers.abb.motion import poses
 from robot_drivers.errors import DeviceFaultError
+from robot_drivers.motion import poses
 from robot_drivers.protocols import Pose
 
 

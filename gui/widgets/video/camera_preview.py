@@ -1,18 +1,19 @@
-"""Both cameras' live images with the beads, their numbers, and how well the cameras agree."""
+"""The cameras' live images with the beads, their numbers, and how well the stereo pair agrees."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QImage, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QSizePolicy, QVBoxLayout, QWidget
 
 from gui.rig.bead_marks import BeadView, Marks
 from gui.theme import theme_of
 from gui.widgets.cards import label
 
 _MARK_RADIUS = 7.0
+_COLUMNS = 2
 _NAMED, _UNNAMED = "#4fe08a", "#ffb347"
 
 
@@ -96,22 +97,31 @@ class CameraPane(QWidget):
                 painter.drawText(QPointF(x + _MARK_RADIUS + 1, y - 2), str(name))
 
 
-class StereoPreview(QWidget):
-    """The left and the right camera, and a line of figures."""
+class CameraPreview(QWidget):
+    """The cameras, two in a row, and a line of figures."""
 
-    def __init__(self, cameras: tuple[str, str], parent: QWidget | None = None) -> None:
+    def __init__(self, cameras: Sequence[str], parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.panes = {name: CameraPane(name) for name in cameras}
+        self.panes: dict[str, CameraPane] = {}
         self.figures = label("", "muted")
         self._told = ""
-        row = QHBoxLayout()
-        row.setSpacing(8)
-        for pane in self.panes.values():
-            row.addWidget(pane)
+        self._grid = QGridLayout()
+        self._grid.setSpacing(8)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
-        column.addLayout(row, stretch=1)
+        column.addLayout(self._grid, stretch=1)
         column.addWidget(self.figures)
+        self.set_cameras(cameras)
+
+    def set_cameras(self, cameras: Sequence[str]) -> None:
+        """Show these cameras from now on, and no image yet."""
+        if tuple(self.panes) != tuple(cameras):
+            for pane in self.panes.values():
+                self._grid.removeWidget(pane)
+                pane.deleteLater()
+            self.panes = {name: CameraPane(name) for name in cameras}
+            for number, pane in enumerate(self.panes.values()):
+                self._grid.addWidget(pane, *divmod(number, _COLUMNS))
         self.clear()
 
     def show_images(self, images: Mapping[str, NDArray[np.uint8]]) -> None:
@@ -121,8 +131,8 @@ class StereoPreview(QWidget):
             self.figures.setText(self._told)
 
     def show_beads(self, view: BeadView) -> None:
-        """Show what a pair of images showed."""
-        for pane, marks in zip(self.panes.values(), view.marks, strict=True):
+        """Show what a pair of images showed; cameras beyond the pair have no marks."""
+        for pane, marks in zip(self.panes.values(), view.marks, strict=False):
             pane.show_marks(marks, view.size)
         told = f"{view.named} of {view.expected} beads recognised"
         if len(view.epipolar_px):

@@ -107,6 +107,15 @@ def rotation_vector(q: Quaternion) -> Vector:
     return (scale * x, scale * y, scale * z)
 
 
+def from_rotation_vector(vector: Vector) -> Quaternion:
+    """Return the unit quaternion of a rotation about an axis by an angle, given as axis times angle, rad."""
+    angle = math.sqrt(sum(part * part for part in vector))
+    # sine of the half angle / angle, which tends to a half
+    scale = 0.5 if angle < _NEARLY_STILL else math.sin(angle / 2) / angle
+    x, y, z = vector
+    return (math.cos(angle / 2), scale * x, scale * y, scale * z)
+
+
 def matrix(q: Quaternion) -> Matrix:
     """Return the rotation matrix of a unit quaternion, row by row."""
     w, x, y, z = q

@@ -2,7 +2,7 @@
 
 import math
 
-from robot_drivers.abb.motion import poses
+from robot_drivers.motion import poses
 from robot_drivers.protocols import Pose, Speed
 
 _SMALLEST = 1e-9  # m, rad: keeps a motion without length or turn finite
