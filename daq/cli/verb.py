@@ -55,7 +55,8 @@ def concluded(run: Callable[[], Result], *, as_json: bool) -> int:
     except (DaqError, EstimatorError, DeviceError) as error:
         return fail(str(error), status=2)
     except OSError as error:
-        return fail(f"{error.filename or 'file'}: {error.strerror or error}", status=2)
+        where = f"{error.filename}: " if error.filename else ""  # a socket has none
+        return fail(f"{where}{error.strerror or error}", status=2)
     except Terminated as ended:
         return fail(str(ended), status=ended.status)
     except KeyboardInterrupt as interrupt:

@@ -3,6 +3,7 @@
 import argparse
 import re
 import signal
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -184,6 +185,15 @@ def test_no_emulator_listens_beyond_this_computer_unless_told(kind: str) -> None
         for field in ("host", "bind_address"):
             if field in settings.__dataclass_fields__:
                 assert settings.__dataclass_fields__[field].default == "127.0.0.1"
+
+
+def test_a_port_that_another_program_has_is_named_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        assert main(["emulate", "ur", "--port", str(port)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("retract: Address already in use")
+    assert str(port) in line
 
 
 def test_an_unknown_kind_and_a_wrong_option_end_with_status_2(capsys: pytest.CaptureFixture[str]) -> None:
