@@ -4,7 +4,8 @@ import argparse
 import json
 from pathlib import Path
 
-from daq.cli.estimation.bench_diagnosis import add_options, are_bench_tests, run_bench
+from daq.cli.estimation.bench_diagnosis import are_bench_tests, run_bench
+from daq.cli.estimation.uniaxial import add_what_a_file_may_leave_open
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.versions import package_versions
 from estimator.diagnosis.conclusions.as_json import as_json
@@ -40,7 +41,7 @@ def add_parser(verbs: Verbs) -> None:
         metavar="CASE",
         help="folder of experiments of one phantom, or one experiment; or files of bench tests of one material",
     )
-    add_options(parser)
+    add_what_a_file_may_leave_open(parser, ("tension", "compression", "shear"))
 
 
 def run(options: argparse.Namespace) -> Result:
