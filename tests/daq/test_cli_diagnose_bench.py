@@ -93,3 +93,22 @@ def test_files_and_folders_do_not_mix(capsys: pytest.CaptureFixture[str], tmp_pa
     status, _, err = run(capsys, [write_cycles(tmp_path / "cycles.csv"), tmp_path])
     assert status == 2
     assert "is no file" in err
+
+
+@pytest.mark.parametrize(
+    "option", [("--fix", "poisson_ratio=0.49"), ("--noise", "force_std=1"), ("--law", "yeoh2")]
+)
+def test_options_of_a_folder_are_refused_for_a_file(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, option: tuple[str, str]
+) -> None:
+    status, out, err = run(capsys, [write_cycles(tmp_path / "cycles.csv"), "--mode", "tension", *option])
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith(f"retract: {option[0]}: is of a folder of experiments")
+
+
+def test_options_of_a_file_are_refused_for_a_folder(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    status, out, err = run(capsys, [tmp_path, "--mode", "tension"])
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith("retract: --mode: is of a file of bench tests")

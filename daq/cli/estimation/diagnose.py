@@ -2,10 +2,12 @@
 
 import argparse
 import json
+from collections.abc import Callable
 from pathlib import Path
 
-from daq.cli.estimation.bench_diagnosis import add_options, are_bench_tests, run_bench
+from daq.cli.estimation.bench_diagnosis import are_bench_tests, run_bench
 from daq.cli.estimation.known import add_known_options, material_settings_of, with_noise_of
+from daq.cli.estimation.uniaxial import add_what_a_file_may_leave_open
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.versions import package_versions
 from estimator.diagnosis.conclusions.as_json import as_json
@@ -47,17 +49,34 @@ def add_parser(verbs: Verbs) -> None:
         metavar="CASE",
         help="folder of experiments of one phantom, or one experiment; or files of bench tests of one material",
     )
-    add_options(parser)
+    _add_file_options(parser)
+
+
+def _add_file_options(parser: argparse.ArgumentParser) -> None:
+    add_what_a_file_may_leave_open(parser, ("tension", "compression", "shear"))
+
+
+def _refuse(options: argparse.Namespace, add: Callable[[argparse.ArgumentParser], None], kind: str) -> None:
+    """Refuse what was given of the options that ``add`` adds: they are of another kind of input."""
+    parser = argparse.ArgumentParser()
+    add(parser)
+    for name, default in vars(parser.parse_args([])).items():
+        if getattr(options, name) != default:
+            raise InputError(
+                f"--{name.replace('_', '-')}: is of {kind}, and {options.case[0]} is none; leave it out"
+            )
 
 
 def run(options: argparse.Namespace) -> Result:
     """Diagnose, and tell the verdict."""
     if are_bench_tests(options.case):
+        _refuse(options, add_known_options, "a folder of experiments")
         return run_bench(options)
     if len(options.case) > 1:
         raise InputError(
             f"{options.case[1]}: one folder is diagnosed at a time; several files of bench tests may be"
         )
+    _refuse(options, _add_file_options, "a file of bench tests")
     material = material_settings_of(options)
     experiments = with_noise_of(options, read_case(options.case[0]))
     if options.output is not None:

@@ -1,7 +1,7 @@
 """``retract uniaxial``: fit material laws to a tensile or compression test."""
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Literal
@@ -99,12 +99,15 @@ def add_parser(verbs: Verbs) -> None:
     parser.add_argument(
         "--output", type=Path, metavar="DIR", help="write an HTML page and a plot into this folder"
     )
-    _add_what_a_file_may_leave_open(parser)
+    add_what_a_file_may_leave_open(parser, ("tension", "compression"))
 
 
-def _add_what_a_file_may_leave_open(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("what a file may leave open", "It is asked for where nothing tells it.")
-    group.add_argument("--mode", choices=("tension", "compression"), help="whether the test pulled or pushed")
+def add_what_a_file_may_leave_open(parser: argparse.ArgumentParser, modes: Sequence[str]) -> None:
+    """Add the options that tell how the file of a testing machine is to be read."""
+    group = parser.add_argument_group(
+        "what the file of a test may leave open", "It is asked for where nothing tells it."
+    )
+    group.add_argument("--mode", choices=modes, help="of loading")
     for option, example in (("strain", "%%"), ("stress", "kPa"), ("force", "N"), ("length", "mm")):
         what = "travel" if option == "length" else option
         group.add_argument(
@@ -125,14 +128,15 @@ def _add_what_a_file_may_leave_open(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _stated(options: argparse.Namespace) -> Stated:
+def stated_by(options: argparse.Namespace) -> Stated:
+    """Return what the options of :func:`add_what_a_file_may_leave_open` say; shear is no mode of a uniaxial test."""
     sizes = {
         option.replace("-", "_"): stated_quantity(text, dimension, f"--{option}")
         for option, (_, dimension) in _SIZES.items()
         if (text := getattr(options, option.replace("-", "_"))) is not None
     }
     return Stated(
-        mode=options.mode,
+        mode=None if options.mode == "shear" else options.mode,
         strain_unit=options.strain_unit,
         stress_unit=options.stress_unit,
         force_unit=options.force_unit,
@@ -146,7 +150,7 @@ def _stated(options: argparse.Namespace) -> Stated:
 
 def run(options: argparse.Namespace) -> Result:
     """Fit the laws, and tell their ranking."""
-    stated = _stated(options)
+    stated = stated_by(options)
     record = read_record(options.record, stated)
     runs = [read_record(path, stated) for path in options.against]
     fit = fit_record(

@@ -40,7 +40,7 @@ def held_out(hypothesis: Weighed, tests: Sequence[Rows]) -> HeldOut:
         named = weigh(hypothesis.forms, likelihood, starts=[hypothesis.z])
         if plain is not None and named is not None:
             sums += _errors(plain, named, tests, kept)
-    before, after, noise, signal = sums
+    before, after, noise, signal = sums[0], sums[1], sums[2], max(float(sums[3]), 1e-300)
     return HeldOut(
         what, float(np.sqrt(before / signal)), float(np.sqrt(after / signal)), float(np.sqrt(noise / signal))
     )
