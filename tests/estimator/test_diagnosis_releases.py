@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from effect_cases import there_and_back
+from numpy.typing import NDArray
 
 from estimator.diagnosis.fitting.case import Case, linearise
 from estimator.diagnosis.fitting.releases import starts_at_full_size
@@ -21,9 +22,28 @@ from estimator.experiment import Box, Experiment
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
 
+FloatArray = NDArray[np.float64]
+
 COARSE = Grading(grasp_m=6e-3, anchor_m=8e-3, largest_m=20e-3, growth=3.0, layers=1)
 BASE = Hypothesis(1e4, 0.4)
-ONE_SIDE = there_and_back().experiment
+
+
+def way_out(every: int) -> Experiment:
+    """The way out alone, one row in so many."""
+    whole, rows = there_and_back().experiment, slice(None, 21, every)
+    return replace(
+        whole,
+        time=whole.time[rows],
+        phase=whole.phase[rows],
+        step=whole.step[rows],
+        position=whole.position[rows],
+        quaternion_wxyz=whole.quaternion_wxyz[rows],
+        wrench=whole.wrench[rows],
+        fiducials=whole.fiducials[rows],
+    )
+
+
+ONE_SIDE = way_out(every=5)
 OTHER_SIDE = Box((-0.0501, 0.0499, -0.0051), (0.0501, 0.0501, 0.0051))
 TWO_SIDES = replace(ONE_SIDE, anchors=(*ONE_SIDE.anchors, OTHER_SIDE))
 
@@ -33,7 +53,7 @@ def case_of(experiment: Experiment, loose: Values) -> Case:
     problem, rows = mesh_experiment(experiment, COARSE), len(experiment.time)
     setup = Setup((experiment,), problem, (GripLoad.none(rows),))
 
-    def solved(hypothesis: Hypothesis) -> tuple[np.ndarray, np.ndarray]:
+    def solved(hypothesis: Hypothesis) -> tuple[FloatArray, FloatArray]:
         (solution,) = solve_case(setup, hypothesis)
         mechanics = mechanics_of(solution)
         of_row = solution.load_steps.of_row
