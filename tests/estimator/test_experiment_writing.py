@@ -10,11 +10,13 @@ from surface_files import BLOCK_FACES, BLOCK_VERTICES, obj_text, ply_file, stl_b
 
 from estimator.errors import InputError
 from estimator.experiment import (
+    Phantom,
     read_case,
     read_experiment,
     replace_experiment,
     write_experiment,
 )
+from estimator.experiment.mounting import is_same_body
 from estimator.geometry.shapes import block_surface
 from estimator.inference.channels import channel_variance
 from estimator.surfaces.reading import surface_bounds
@@ -162,3 +164,13 @@ def test_a_noise_of_a_channel_that_none_has_is_refused(
     sensor = replace(experiment.sensor, by_channel=by_channel)
     with pytest.raises(InputError, match=r"\[sensor.by_channel\] "):
         write_experiment(replace(experiment, sensor=sensor), tmp_path / "own")
+
+
+def test_a_surface_in_two_folders_is_one_body_by_what_its_files_hold(tmp_path: Path) -> None:
+    files = [tmp_path / name for name in ("one.stl", "same.stl", "other.stl")]
+    for file, faces in zip(files, (BLOCK_FACES, BLOCK_FACES, BLOCK_FACES[::-1]), strict=True):
+        file.write_bytes(stl_binary(BLOCK_VERTICES[faces]))
+    one, same, other = (Phantom("surface", (0.06, 0.03, 0.01), file) for file in files)
+    assert is_same_body(one, same)
+    assert not is_same_body(one, other)
+    assert not is_same_body(one, Phantom("block", (0.06, 0.03, 0.01)))

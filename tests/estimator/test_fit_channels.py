@@ -179,3 +179,20 @@ def test_what_is_dropped_at_random_leaves_an_answer_or_one_line(
     else:
         assert holds_truth(fit)
         assert np.all(np.isfinite([fit.youngs_modulus.std, fit.poisson_ratio.std, fit.noise_ratio]))
+
+
+def test_what_is_usual_moves_nothing_that_is_determined_and_stands_in_where_nothing_is(
+    whole: list[Experiment],
+) -> None:
+    flat = FitSettings(nuisances=WITHOUT_MESH, priors={"poisson_ratio": None})
+    supposed, without = fitted(whole), fitted(whole, flat)
+    for name, parameter in supposed.parameters.items():
+        assert abs(parameter.value - without.parameters[name].value) < 0.1 * parameter.std
+    assert supposed.prior_shares["poisson_ratio"] < 0.02
+    # A force along one motion alone tells one number.
+    of_one = of_rows(measured_only(whole[0], [0], [], []), [0, 4, 9])
+    open_question = fitted([of_one])
+    assert open_question.prior_shares["poisson_ratio"] > 0.9
+    low, high = open_question.poisson_ratio.interval95
+    assert low < 0.25 and high > 0.49
+    assert any("what is usual (0.40 to 0.49)" in sentence for sentence in open_question.identifiability)

@@ -21,7 +21,7 @@ from estimator.errors import SolverError
 from estimator.inference.linear_model import objective
 
 # Shares of the way from a solved neighbour that are tried one after the other, and whether its fields are begun from.
-_RETRIES = ((1.0, True), (1 / 3, True), (1 / 9, True), (1 / 3, False), (1 / 27, False))
+_RETRIES = ((1.0, True), (1 / 3, True), (1.0, False), (1 / 3, False), (1 / 9, False))
 
 
 @dataclass(frozen=True)
@@ -188,9 +188,9 @@ def _candidates(context: Context, jobs: Mapping[Future[Linearisation | None], fl
 
 
 def first_point(case: Case, start: Hypothesis, near: Linearisation, solve: Solve) -> Linearisation | None:
-    """Solve a start; where that has no equilibrium, one ever nearer to the solved neighbour; None where none has any.
+    """Solve a start; where that has no equilibrium, one nearer to the solved neighbour; None where none has any.
 
-    The last ones are followed from rest in shorter steps: a neighbour's field may lead astray.
+    The last ones are followed from rest in shorter steps, which costs more: a neighbour's field may lead astray.
     """
     for share, known in _RETRIES:
         nearer = start if share == 1.0 else start_nearer(start, near.hypothesis, share)
