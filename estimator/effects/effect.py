@@ -273,10 +273,7 @@ class Effect:
         return problem
 
     def beads(self, problem: RetractionProblem, at_rest: FloatArray, values: Values) -> RetractionProblem:
-        """Return the problem with its beads on the tissue that they sit on.
-
-        ``at_rest`` (n, 3) is how the nodes are displaced, m, with the gripper at rest.
-        """
+        """Return the problem with its beads on their tissue; ``at_rest`` (n, 3) displaces nodes before a motion, m."""
         return problem
 
     def log_modulus(self, problem: RetractionProblem, values: Values) -> FloatArray | None:
