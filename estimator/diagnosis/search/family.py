@@ -58,9 +58,13 @@ def explained_by_other_forms(context: Context, signatures: Sequence[Signature], 
 def _principal(moments: Moments, known: int) -> Moments:
     """Return moments with the columns from ``known`` on replaced by their principal ones, of unit variance in all.
 
-    Each column counts alike, with what is free in the fit projected out.
+    Each column counts alike, with what is free in the fit projected out; one that no reading feels does not count.
     """
+    felt = [*range(known), *(known + np.flatnonzero(np.diag(moments.gram)[known:]))]
+    moments = moments.among(felt)
     gram, count = moments.gram, len(moments.gram) - known
+    if count == 0:
+        return moments
     free, family = slice(1, known), slice(known, None)
     passed = np.linalg.lstsq(gram[free, free], gram[free, family], rcond=None)[0]
     left = gram[family, family] - gram[family, free] @ passed
@@ -81,6 +85,7 @@ def _with_more(priors: Priors, count: int, deviation: float) -> Priors:
     open_ends = np.full(count, np.inf)
     return replace(
         priors,
+        common=np.concatenate([priors.common, np.zeros(count, dtype=bool)]),
         centre=np.concatenate([priors.centre, np.zeros(count)]),
         scale=np.concatenate([priors.scale, np.full(count, deviation)]),
         lower=np.concatenate([priors.lower, -open_ends]),
