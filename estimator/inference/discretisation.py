@@ -41,6 +41,8 @@ def change_along(schedule: PoseSchedule, change: Mapping[int, FloatArray], cours
     way = travel(schedule)
     known = {0: np.zeros_like(next(iter(change.values()))), **change}
     ordered = sorted(known, key=lambda state: way[state])
+    if len(ordered) == 1:  # a gripper that stood throughout
+        return np.tile(known[ordered[0]], (len(way), 1))
     return course(
         way[ordered], np.array([known[state] for state in ordered]), np.minimum(way, way[ordered[-1]])
     )

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from retraction_cases import (
     SMALL_BLOCK,
@@ -151,7 +151,13 @@ def test_what_nothing_measured_shows_is_said_not_to_show(drifting: list[Experime
     assert all(found.effects[label].state == "cannot_tell" for label in unseen)
 
 
-@settings(max_examples=2, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@settings(
+    max_examples=2,
+    deadline=None,
+    derandomize=True,
+    phases=[Phase.explicit, Phase.generate],  # each example takes seconds: a failing one is not made smaller
+    suppress_health_check=list(HealthCheck),
+)
 @given(data=st.data())
 def test_what_is_dropped_at_random_never_gives_a_wrong_cause(
     drifting: list[Experiment], data: st.DataObject
