@@ -63,15 +63,13 @@ def _principal(moments: Moments, known: int) -> Moments:
     felt = [*range(known), *(known + np.flatnonzero(np.diag(moments.gram)[known:]))]
     moments = moments.among(felt)
     gram, count = moments.gram, len(moments.gram) - known
-    if count == 0:
-        return moments
     free, family = slice(1, known), slice(known, None)
     passed = np.linalg.lstsq(gram[free, free], gram[free, family], rcond=None)[0]
     left = gram[family, family] - gram[family, free] @ passed
     length = np.sqrt(np.maximum(np.diag(left), _UNSEEN * np.diag(gram)[family]))
-    values, vectors = np.linalg.eigh(left / np.outer(length, length) / count)
-    kept = values > _UNSEEN * values[-1]
-    combined = vectors[:, kept] / length[:, None] / np.sqrt(count)
+    values, vectors = np.linalg.eigh(left / np.outer(length, length) / max(count, 1))
+    kept = values > _UNSEEN * np.max(values, initial=0.0)
+    combined = vectors[:, kept] / length[:, None] / np.sqrt(max(count, 1))
     change = np.zeros((len(gram), known + combined.shape[1]))
     change[:known, :known] = np.eye(known)
     change[free, known:] = -passed @ combined
