@@ -144,7 +144,7 @@ def test_the_seed_alone_draws_the_noise() -> None:
             "slip=1",
             "no effect is called 'slip'; did you mean gripper_slip; the effects are strain_stiffening,",
         ),
-        ("gripper_slip:sudden=1", "has no form 'sudden'; it has gradual, creeping, jump"),
+        ("gripper_slip:sudden=1", "has no form 'sudden'; it has gradual, creeping, by_axis, jump"),
         (
             "gripper_slip=0.01",
             "needs threshold=VALUE; it takes slip_per_force (m/N, usually 0.01), threshold (N,",

@@ -37,7 +37,10 @@ def fitted(
     SolverError
         The motion has no equilibrium at the first guess.
     """
-    settings = FitSettings(objective=objective, bounds={"poisson_ratio": _POISSON_RATIOS})
+    # What the data alone say is compared with the truth: no prior.
+    settings = FitSettings(
+        objective=objective, priors={"poisson_ratio": None}, bounds={"poisson_ratio": _POISSON_RATIOS}
+    )
     try:
         if finer is None:
             as_it_is = replace(settings, nuisances=USUAL - {DISCRETISATION})
