@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -160,6 +161,19 @@ def measured_only(
     kept = np.ix_(range(len(experiment.time)), beads, axes)
     seen[kept] = experiment.fiducials[kept]
     return replace(experiment, wrench=felt, fiducials=seen)
+
+
+@st.composite
+def with_some_dropped(
+    draw: st.DrawFn, whole: Sequence[Experiment], fewest_of_wrench: int = 0
+) -> list[Experiment]:
+    """Two experiments of nine beads and ten rows, or one of them, with channels, beads and rows left out at random."""
+    experiments = draw(st.sampled_from([whole, whole[:1], whole[1:]]))
+    wrench = draw(st.lists(st.integers(0, 5), unique=True, min_size=fewest_of_wrench, max_size=6))
+    beads = draw(st.lists(st.integers(0, 8), unique=True, max_size=9))
+    axes = draw(st.lists(st.integers(0, 2), unique=True, max_size=3))
+    rows = draw(st.lists(st.integers(1, 9), unique=True, min_size=1))
+    return [of_rows(measured_only(one, wrench, beads, axes), [0, *sorted(rows)]) for one in experiments]
 
 
 def of_rows(experiment: Experiment, rows: list[int]) -> Experiment:

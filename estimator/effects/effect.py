@@ -257,7 +257,7 @@ class Effect:
         return []
 
     def choices(self, experiments: Sequence[Experiment]) -> int:
-        """Return among how many equally likely values of its fixed constants a search chooses, as noise does."""
+        """Return how many equally likely values of its fixed constants a search, and noise with it, chooses among."""
         return 1
 
     def place(self, problem: RetractionProblem, values: Values) -> tuple[FloatArray, float] | None:
@@ -273,7 +273,7 @@ class Effect:
         return problem
 
     def beads(self, problem: RetractionProblem, at_rest: FloatArray, values: Values) -> RetractionProblem:
-        """Return the problem with its beads on their tissue; ``at_rest`` (n, 3) displaces nodes before a motion, m."""
+        """Return the problem with beads on their tissue; ``at_rest`` (n, 3): displacement of the nodes at rest, m."""
         return problem
 
     def log_modulus(self, problem: RetractionProblem, values: Values) -> FloatArray | None:

@@ -16,10 +16,10 @@ from retraction_cases import (
     SMALL_BLOCK,
     follow,
     measured_only,
-    of_rows,
     recorded,
     straight_pull,
     turning_pull,
+    with_some_dropped,
 )
 from scipy.spatial.transform import Rotation
 
@@ -162,12 +162,7 @@ def test_what_nothing_measured_shows_is_said_not_to_show(drifting: list[Experime
 def test_what_is_dropped_at_random_never_gives_a_wrong_cause(
     drifting: list[Experiment], data: st.DataObject
 ) -> None:
-    experiments = data.draw(st.sampled_from([drifting, drifting[:1], drifting[1:]]), "experiments")
-    wrench = data.draw(st.lists(st.integers(0, 5), unique=True, min_size=1, max_size=6), "wrench")
-    beads = data.draw(st.lists(st.integers(0, 8), unique=True, max_size=9), "beads")
-    axes = data.draw(st.lists(st.integers(0, 2), unique=True, max_size=3), "axes")
-    rows = data.draw(st.lists(st.integers(1, 9), unique=True, min_size=1), "rows")
-    kept = [of_rows(measured_only(one, wrench, beads, axes), [0, *sorted(rows)]) for one in experiments]
+    kept = data.draw(with_some_dropped(drifting, fewest_of_wrench=1))
     try:
         found = diagnosed(kept)
     except EstimatorError as refused:

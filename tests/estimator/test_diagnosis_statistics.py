@@ -2,15 +2,12 @@
 
 import numpy as np
 import pytest
-from bare_contexts import bare_case
 from effect_cases import there_and_back
 from numpy.typing import NDArray
-from retraction_cases import REFERENCE_BLOCK
 from scipy.optimize import lsq_linear
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
-from estimator.diagnosis.conclusions.gap import largest_gaps
 from estimator.diagnosis.conclusions.model_averaging import (
     over_answers,
     with_cause_left_open,
@@ -33,7 +30,6 @@ from estimator.diagnosis.evidence.posterior import (
 )
 from estimator.diagnosis.evidence.rivals import projected
 from estimator.diagnosis.evidence.signatures import Signature
-from estimator.diagnosis.fitting.case import Case
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.noise.correlated_errors import left_beside_rim
 from estimator.diagnosis.result import Material, Quantity
@@ -390,33 +386,3 @@ def test_what_moves_to_the_unknown_leaves_no_negative_probability() -> None:
         shared = shared_with_unknown({"none": none, "unknown": 1.0 - none}, "none", 0.0, 14.3)
         assert shared["none"] == 0.0
         assert shared["unknown"] == pytest.approx(1.0)
-
-
-def small_gap_case(gap: float, shared: float, rng: np.random.Generator) -> tuple[Case, list[FloatArray]]:
-    """A case of 80 rows and six beads, a misfit of noise and of a gap of all beads, in units of their noise."""
-    rows, channels = 80, 6 + 3 * 6
-    deviation = np.concatenate([np.full(3, 0.02), np.full(3, 5e-4), np.full(channels - 6, 5e-5)])
-    aside = np.zeros((rows, channels))
-    aside[:, 6:] = shared
-    seen = np.ones((rows, channels), dtype=bool)
-    whitening = Whitening(seen, deviation, np.zeros(channels), *inverse_root(aside.reshape(-1, 1)))
-    # What rows have in common whitens to noise; only what is beyond stays.
-    misfit = rng.normal(size=(rows, channels)) + gap * np.sign(rng.normal(size=channels)) * (
-        np.arange(channels) >= 6
-    )
-    residual = shrunk(misfit.reshape(-1, 1), whitening.vectors, whitening.shrink)[:, 0]
-    return bare_case([REFERENCE_BLOCK], [whitening]), [residual]
-
-
-@pytest.mark.parametrize("gap", [0.0, 0.3, 1.0])
-def test_a_gap_is_told_to_be_no_larger_than_it_may_be_and_no_smaller_than_it_is(gap: float) -> None:
-    case, residual = small_gap_case(gap, 0.0, np.random.default_rng(11))
-    found = largest_gaps(case, residual, 1.0)
-    assert gap * 5e-5 < found["fiducials"].value < (gap + 0.5) * 5e-5
-    assert found["force"].value < 0.6 * 0.02
-    assert [quantity.unit for quantity in found.values()] == ["N", "N·m", "m"]
-
-
-def test_what_the_model_may_be_off_by_is_never_told_to_be_excluded() -> None:
-    case, residual = small_gap_case(0.0, 2.0, np.random.default_rng(12))
-    assert largest_gaps(case, residual, 1.0)["fiducials"].value > 2.0 * 5e-5

@@ -15,6 +15,7 @@ from retraction_cases import (
     recorded,
     straight_pull,
     turning_pull,
+    with_some_dropped,
 )
 
 from estimator.errors import EstimatorError, FitError
@@ -165,12 +166,7 @@ def test_only_a_force_along_the_motion_is_blamed_for_its_sign(whole: list[Experi
 def test_what_is_dropped_at_random_leaves_an_answer_or_one_line(
     whole: list[Experiment], data: st.DataObject
 ) -> None:
-    experiments = data.draw(st.sampled_from([whole, whole[:1], whole[1:]]), "experiments")
-    wrench = data.draw(st.lists(st.integers(0, 5), unique=True, max_size=6), "wrench")
-    beads = data.draw(st.lists(st.integers(0, 8), unique=True, max_size=9), "beads")
-    axes = data.draw(st.lists(st.integers(0, 2), unique=True, max_size=3), "axes")
-    rows = data.draw(st.lists(st.integers(1, 9), unique=True, min_size=1), "rows")
-    kept = [of_rows(measured_only(one, wrench, beads, axes), [0, *sorted(rows)]) for one in experiments]
+    kept = data.draw(with_some_dropped(whole))
     try:
         fit = fitted(kept)
     except EstimatorError as refused:

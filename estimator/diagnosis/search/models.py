@@ -169,7 +169,7 @@ class ModelTable:
         return cache(partial(explained_by_other_forms, self.context, self.signatures))
 
     def _asked_beside(self, one: Candidate, pair: Candidate) -> float:
-        """Return the same of a refitted pair, with what the mesh's own error could feign of what it adds."""
+        """Return what a refitted pair must gain over one of its causes: what the mesh's own error could feign added."""
         context = self.context
         further = [effect for effect in pair.fit.hypothesis.effects if effect.label not in one.labels]
         asked = self.asked_of_two(one, pair.labels)
