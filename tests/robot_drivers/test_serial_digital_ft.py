@@ -250,7 +250,9 @@ def test_a_cable_that_comes_back_costs_the_samples_meanwhile():
     with streaming() as (emulator, sensor):
         blocks = read_for(sensor, 0.1)
         emulator.inject(LineFaults(unplug_at_s=0.0, unplug_for_s=0.3))
-        blocks += read_for(sensor, 0.8)
+        blocks += read_until(sensor, lambda: sensor.statistics().lost > 1000)
+        received = sensor.statistics().received
+        blocks += read_until(sensor, lambda: sensor.statistics().received > received + 2500)
         unplugged = emulator.counts.unplugged / 13
         statistics = sensor.statistics()
     assert statistics.lost == pytest.approx(unplugged, abs=0.02 * 7000)
