@@ -22,7 +22,8 @@ from estimator.fem.equilibrium.newton import EquilibriumSolver, NewtonSettings
 from estimator.fem.equilibrium.observation import Observation, observe
 from estimator.fem.equilibrium.state import EquilibriumState, linear_change
 from estimator.fem.terms.term import Term
-from estimator.inference.material_parameters import POISSON_RATIO
+from estimator.inference.extrapolation import extrapolated
+from estimator.inference.material_parameters import POISSON_RATIO, YOUNGS_MODULUS
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
@@ -95,37 +96,18 @@ class Mechanics:
         return Mechanics(replace(self.solution, states=()), light)
 
     def at(self, before: Hypothesis, after: Hypothesis) -> Mechanics:
-        """Extrapolate the observables of the baseline to another E and ν nearby.
-
-        Every force is proportional to E; the rest is linear in −ln(1 − 2ν).
-        """
-        ratio = after.youngs_modulus / before.youngs_modulus
-        old, new = before.poisson_ratio, after.poisson_ratio
-        along = POISSON_RATIO.transform.internal_of(new) - POISSON_RATIO.transform.internal_of(old)
-        change = POISSON_RATIO.transform.slope(old) * along
-        modulus = after.youngs_modulus
-        return Mechanics(
-            self.solution, tuple(_extrapolated(o, ratio, change, modulus) for o in self.observations)
+        """Extrapolate the observables of the baseline to another E and ν nearby."""
+        moved = tuple(
+            extrapolated(one, (YOUNGS_MODULUS, POISSON_RATIO), before.of_material, after.of_material)
+            for one in self.observations
         )
+        return Mechanics(self.solution, moved)
 
 
 def mechanics_of(solution: Solution) -> Mechanics:
     """Evaluate the observables of every load step."""
     of_state = {id(state): observe(solution.problem, state) for state in solution.distinct_states}
     return Mechanics(solution, tuple(of_state[id(state)] for state in solution.states))
-
-
-def _extrapolated(observation: Observation, ratio: float, change: float, modulus: float) -> Observation:
-    """Multiply E by ``ratio`` to ``modulus``, and move ν, as it were, by ``change``."""
-    by_ratio = observation.wrench_by["poisson_ratio"]
-    wrench = ratio * (observation.wrench + change * by_ratio)
-    return replace(
-        observation,
-        wrench=wrench,
-        fiducials=observation.fiducials + change * observation.fiducials_by["poisson_ratio"],
-        wrench_by={"youngs_modulus": wrench / modulus, "poisson_ratio": ratio * by_ratio},
-        wrench_by_pose=ratio * observation.wrench_by_pose,
-    )
 
 
 def solve_case(
