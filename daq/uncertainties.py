@@ -80,17 +80,18 @@ def planned_noise(rig: Rig, measured_s: float) -> PlannedNoise:
         There is no such driver, or neither it nor the rig file tells of the force sensor's noise.
     """
     sheet, extra = rig.force_sensor_specification(), rig.uncertainty
-    driver = rig.force_sensor.driver
     force, torque, words = extra.force_n, extra.torque_nm, "uncertainty in the rig file"
-    if sheet.noise_std is not None and sheet.rate_hz is not None:
-        samples = max(sheet.rate_hz * measured_s, 1.0)
+    if sheet.noise_std is not None:
+        # Without a rate it is the noise of one sample.
+        samples = max((sheet.rate_hz or 0.0) * measured_s, 1.0)
         force = math.hypot(force, _rms(sheet.noise_std[:3]) / math.sqrt(samples))
         torque = math.hypot(torque, _rms(sheet.noise_std[3:]) / math.sqrt(samples))
-        words = f"data sheet of {driver}, mean of {samples:.0f} samples; uncertainty in the rig file"
+        of_samples = "one sample" if samples == 1.0 else f"{samples:.0f} samples"
+        words = f"data sheet of {rig.force_sensor.driver}, {of_samples}; {words}"
     if not (force > 0 and torque > 0):
         raise RigError(
-            f"rig {rig.name!r}: the driver {driver} tells no noise of its sensor; write force_n and torque_nm under "
-            "[uncertainty]"
+            f"rig {rig.name!r}: the driver {rig.force_sensor.driver} tells no noise of its sensor; write force_n and "
+            "torque_nm under [uncertainty]"
         )
     of_force = Origin("B", words)
     sensor = SensorNoise(

@@ -75,7 +75,7 @@ def budget_sentences(budget: Budget) -> list[str]:
             f"(k = {budget.coverage_factor:.2f}, about 95 %)."
         )
         found.append(
-            f"To know {symbol} better, improve {_named(first)} first: it makes {100 * first.share[name]:.0f} % of the "
+            f"To know {symbol} better, begin with {_named(first)}: it makes {100 * first.share[name]:.0f} % of the "
             f"variance, and half as uncertain it would leave {_value(name, first.halved[name])}{unit}."
         )
     return found
