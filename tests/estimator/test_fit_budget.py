@@ -126,9 +126,7 @@ def test_an_error_of_one_unknown_moves_the_estimate_by_its_sensitivity(exact: Es
         assert abs(change) == pytest.approx(
             abs(amount) * told.contribution[parameter], rel=0.05, abs=negligible
         )
-        assert told.contribution[parameter] == pytest.approx(
-            abs(told.sensitivity[parameter]) * told.source.size
-        )
+        assert told.contribution[parameter] == pytest.approx(told.sensitivity[parameter] * told.source.size)
 
 
 @pytest.mark.parametrize("name", ["force_tare", "bead", "motion_direction"])

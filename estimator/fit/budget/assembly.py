@@ -75,6 +75,18 @@ def all_components(
 def _changes(
     case: FittedCase, body: Body, one: Systematic, size: float, tell: Callable[[int, int], None]
 ) -> Changes:
+    """Return what an error of either sign changes, each as half of it in the square.
+
+    A clock that is late shows where the gripper is under way, one that is early as well where it sets off; a grasp that
+    begins beside a bead holds it, or does not. The change is that of the mean square over a symmetric distribution.
+    """
+    sides = [_changes_by(case, body, one, sign * size, tell) for sign in (1.0, -1.0)]
+    return {state: np.hstack([side[state] for side in sides]) / np.sqrt(2.0) for state in sides[0]}
+
+
+def _changes_by(
+    case: FittedCase, body: Body, one: Systematic, size: float, tell: Callable[[int, int], None]
+) -> Changes:
     if not one.mechanical:
         return changes_of_rows(one, size, case.experiments, case.schedules, case.predictions)
     solved = (body.problem, body.material, case.predictions)

@@ -15,7 +15,7 @@ class Line:
     Attributes
     ----------
     source : what it is
-    sensitivity : c = ∂y/∂x by the source's unit; of a source with several components the root of the sum of squares
+    sensitivity : |c|, c = ∂y/∂x by the source's unit; of one with several components the root of the sum of squares
     contribution : |c| u(x), standard deviation
     share : of the combined variance
     halved, gone : combined standard uncertainty if the source were half as large, and if it were gone

@@ -86,7 +86,6 @@ def _sum(covariances: Iterable[FloatArray], size: int) -> FloatArray:
 
 
 def _sensitivity(component: Component) -> FloatArray:
-    """Return the change (p,) by a unit of the source, with its sign where the source is one unknown."""
-    spread, size = component.spread, component.source.size
-    change = spread[:, 0] if spread.shape[1] == 1 else np.sqrt(np.sum(spread**2, axis=1))
+    """Return by how much (p,) a unit of the source moves the parameters."""
+    change, size = np.sqrt(np.sum(component.spread**2, axis=1)), component.source.size
     return np.asarray(change / size if size > 0 else np.zeros_like(change))

@@ -24,6 +24,8 @@ _SIZES: Mapping[str, tuple[str, float]] = {
 }
 # Sources that give less to every variance are named together on a terminal.
 _SMALL = 5e-4
+# What rounding errors give to a variance.
+_ROUNDING = 1e-15
 _WIDTH_IN = 11.4
 HALVED_NOTE = (
     "Halved and gone: the combined standard uncertainty if all that is uncertain of this device were half as large, or "
@@ -36,7 +38,7 @@ def source_head(budget: Budget) -> list[str]:
     head = ["source", "u(x)", "type"]
     for name, symbol in budget.symbols.items():
         unit = _unit(budget, name)
-        head += [f"c({symbol}), {unit or '1'}/unit", f"u({symbol}){f', {unit}' if unit else ''}", "share"]
+        head += [f"|c({symbol})|, {unit or '1'}/unit", f"u({symbol}){f', {unit}' if unit else ''}", "share"]
     return [*head, "of", "from"]
 
 
@@ -123,8 +125,11 @@ def _source_row(budget: Budget, line: Line) -> list[str]:
     row = [f"{source.words}{' *' if source.known else ''}", _size(source), source.origin.evaluation]
     _, factor = _SIZES[source.unit]
     for name in budget.symbols:
+        if line.share[name] < _ROUNDING:
+            row += ["0", "0", _percent(0.0)]
+            continue
         row += [
-            f"{_factor(name) * line.sensitivity[name] / factor:+.2g}",
+            f"{_factor(name) * line.sensitivity[name] / factor:.2g}",
             _value(name, line.contribution[name]),
             _percent(line.share[name]),
         ]
@@ -177,4 +182,4 @@ def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def _is_text(column: Sequence[str]) -> bool:
-    return not any(text[:1].isdigit() or text[:1] in "+-" for text in column[1:])
+    return not any(text[:1].isdigit() or text[:1] == "-" for text in column[1:])
