@@ -26,7 +26,7 @@ _SIZES: Mapping[str, tuple[str, float]] = {
 _SMALL = 5e-4
 # What rounding errors give to a variance.
 _ROUNDING = 1e-15
-_WIDTH_IN = 11.4
+WIDTH_IN = 11.4
 HALVED_NOTE = (
     "Halved and gone: the combined standard uncertainty if all that is uncertain of this device were half as large, or "
     "nothing, and the estimate weighed the measurements as it does."
@@ -106,7 +106,7 @@ def budget_section(budget: Budget | None) -> Iterator[Html]:
         yield page.paragraph(sentence)
     yield page.figure(
         partial(draw_budget, budget=budget),
-        (_WIDTH_IN, height_in(budget)),
+        (WIDTH_IN, height_in(budget)),
         "Share of each source in the variance. Blue is what the fit knows of, so that the interval of the estimate "
         "holds it; orange are errors of calibrations and of the geometry, which come on top.",
     )
