@@ -17,11 +17,13 @@ from estimator.fit.budget.budget import Budget, Line
 from estimator.fit.budget.source import Origin
 from estimator.fit.budget.systematic import SYSTEMATIC, Stated
 from estimator.fit.estimate import estimate
+from estimator.fit.losses import loss_named
 from estimator.fit.nuisances import FORCE_GAIN, TARE, USUAL
 from estimator.fit.result import Estimate
 from estimator.fit.settings import FitSettings
 from estimator.forward.meshing import mesh_experiment
 from estimator.inference.whitening import Whitening, inverse_root
+from estimator.materials import law_named
 
 _COARSE = Grading(grasp_m=6e-3, anchor_m=12e-3, largest_m=25e-3, growth=3.0, layers=1)
 
@@ -87,8 +89,19 @@ def test_what_the_fit_knows_of_is_the_deviation_that_it_tells(exact: Estimate) -
         {"priors": {"poisson_ratio": None}},
         {"fixed": {"poisson_ratio": 0.45}},
         {"objective": "paper"},
+        {"law": law_named("yeoh2"), "fixed": {"poisson_ratio": 0.45}},
+        {"loss": loss_named("huber"), "intervals": "profile"},
     ],
-    ids=["no nuisance", "with the mesh", "a gain", "no prior", "ν known", "the paper's objective"],
+    ids=[
+        "no nuisance",
+        "with the mesh",
+        "a gain",
+        "no prior",
+        "ν known",
+        "the paper's objective",
+        "a law's shape",
+        "robust, by profiles",
+    ],
 )
 def test_so_it_is_whatever_the_fit_was_asked_for(measured: Experiment, changes: dict[str, object]) -> None:
     assert_known_is_what_the_estimate_tells(with_budget(measured, **changes))
