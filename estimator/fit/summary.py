@@ -184,8 +184,6 @@ def budget(
     ------
     InputError
         A size is stated of what the fit estimates.
-    SolverError
-        The motion has no equilibrium on such a body.
     """
     settings, problem = outcome.settings, outcome.problem
     problem.likelihood(outcome.linearised_at)  # profiles may have left it at another point
@@ -200,8 +198,8 @@ def budget(
         outcome.model.problem.fiducials_rest if settings.objective == "paper" else None,
     )
     body = Body(outcome.model.problem, settings.material(outcome.linearised_at))
-    components = all_components(case, body, found.bias_std, stated, tell)
-    return budget_of(at_values(settings.free, outcome.values), components)
+    components, left_out = all_components(case, body, found.bias_std, stated, tell)
+    return budget_of(at_values(settings.free, outcome.values), components, left_out)
 
 
 def _correlation(found: Uncertainty, names: Sequence[str]) -> float:

@@ -10,7 +10,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.stats import chi2
 
 from benchmarks.budget import PARAMETERS, drawn, fitted, planned_pull, recorded
-from estimator.errors import InputError
+from estimator.errors import InputError, SolverError
 from estimator.experiment import Experiment
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fit.budget.budget import Budget, Line
@@ -221,6 +221,19 @@ def test_a_stream_is_late_only_for_what_was_measured_under_way(measured: Experim
     found = with_budget(standing)
     for name in ("force_latency", "camera_latency"):
         assert set(line(found, name).contribution.values()) == {0.0}
+
+
+def test_an_error_with_which_nothing_can_be_solved_is_left_out_and_told(
+    measured: Experiment, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unsolvable(*_: object) -> None:
+        raise SolverError("no equilibrium")
+
+    monkeypatch.setattr("estimator.fit.budget.assembly.changes_of_mechanics", unsolvable)
+    found = with_budget(measured)
+    assert "thickness of the phantom" in budget_of(found).left_out
+    assert "thickness" not in names(found)
+    assert "force_gain" in names(found)
 
 
 def test_without_beads_and_torques_their_sources_are_not_listed(measured: Experiment) -> None:

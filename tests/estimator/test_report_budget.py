@@ -44,6 +44,11 @@ def test_the_device_to_begin_with_is_another_for_each_parameter() -> None:
     )
 
 
+def test_what_could_not_be_evaluated_is_told() -> None:
+    *_, last = budget_sentences(replace(made_up_budget(), left_out=("thickness of the phantom",)))
+    assert last.startswith("Not in it: thickness of the phantom; the motion has no equilibrium")
+
+
 def test_the_terminal_names_small_sources_together_and_aligns_the_others() -> None:
     lines = budget_text(made_up_budget()).splitlines()
     assert "Below 0.05 % of every variance: mass beyond the force sensor." in lines

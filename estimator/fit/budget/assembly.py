@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.errors import InputError
+from estimator.errors import InputError, SolverError
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fit.budget.changes import Changes, changes_of_mechanics, changes_of_rows
 from estimator.fit.budget.components import (
@@ -35,7 +35,7 @@ class Body:
 
 def all_components(
     case: FittedCase, body: Body, bias: FloatArray, stated: Stated, tell: Callable[[int, int], None]
-) -> list[Component]:
+) -> tuple[list[Component], list[str]]:
     """Return every component of a budget.
 
     Parameters
@@ -44,12 +44,15 @@ def all_components(
     stated : sizes and origins
     tell : called with how many states of a body of another geometry are solved, and how many there are
 
+    Returns
+    -------
+    components
+    left_out : in words, the errors of the geometry with which the motion has no equilibrium
+
     Raises
     ------
     InputError
         A size is stated of what the fit estimates.
-    SolverError
-        The motion has no equilibrium on such a body.
     """
     response = response_of(case)
     measured = [*noise_components(case, response, stated), *nuisance_components(case, response)]
@@ -60,16 +63,22 @@ def all_components(
     if bias.any():
         found.append(bias_component(bias))
     floated = {one.source.name for one in measured}
+    left_out = []
     for name, one in SYSTEMATIC.items():
-        if name not in floated:
+        if name in floated:
+            if name in stated.sizes:
+                raise InputError(
+                    f"uncertainty {name}: the fit estimates it, with a prior of its own; leave out its size, or take "
+                    "it off the nuisances"
+                )
+            continue
+        try:
             changes = _changes(case, body, one, stated.size_of(one), tell)
+        except SolverError:
+            left_out.append(one.words)
+        else:
             found.append(systematic_component(case, response, one, stated, changes))
-        elif name in stated.sizes:
-            raise InputError(
-                f"uncertainty {name}: the fit estimates it, with a prior of its own; leave out its size, or take it "
-                "off the nuisances"
-            )
-    return found
+    return found, left_out
 
 
 def _changes(

@@ -52,6 +52,7 @@ class Budget:
     combined : standard uncertainty
     known : the part of it that the fit knows of: the standard deviation that the estimate tells
     correlation : of the first two parameters; 0 where there is one
+    left_out : in words, errors of the geometry with which the motion has no equilibrium
     """
 
     values: Mapping[str, float]
@@ -62,6 +63,7 @@ class Budget:
     combined: Mapping[str, float]
     known: Mapping[str, float]
     correlation: float
+    left_out: tuple[str, ...] = ()
     coverage_factor: float = Z95
 
     @property

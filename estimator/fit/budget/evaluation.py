@@ -20,13 +20,16 @@ FloatArray = NDArray[np.float64]
 _HALVED = 0.75
 
 
-def budget_of(free: Sequence[FreeParameter], components: Sequence[Component]) -> Budget:
+def budget_of(
+    free: Sequence[FreeParameter], components: Sequence[Component], left_out: Sequence[str] = ()
+) -> Budget:
     """Evaluate a budget.
 
     Parameters
     ----------
     free : the p parameters at their final values
     components : all sources; each is independent of the others
+    left_out : in words, what could not be evaluated
     """
     names, slopes = [p.name for p in free], np.array([p.slope for p in free])
     covariances = [one.spread @ one.spread.T for one in components]
@@ -74,6 +77,7 @@ def budget_of(free: Sequence[FreeParameter], components: Sequence[Component]) ->
         combined=deviations(total),
         known=deviations(_sum(known, len(free))),
         correlation=float(total[0, 1] / np.sqrt(total[0, 0] * total[1, 1])) if len(names) > 1 else 0.0,
+        left_out=tuple(left_out),
     )
 
 

@@ -80,6 +80,11 @@ def budget_sentences(budget: Budget) -> list[str]:
             f"To know {symbol} better, begin with {_named(first)}: it makes {100 * first.share[name]:.0f} % of the "
             f"variance, and half as uncertain it would leave {_value(name, first.halved[name])}{unit}."
         )
+    if budget.left_out:
+        found.append(
+            f"Not in it: {', '.join(budget.left_out)}; the motion has no equilibrium with such an error. State a "
+            "smaller one."
+        )
     return found
 
 
