@@ -108,6 +108,22 @@ def test_a_budget_is_made_where_it_is_asked_for() -> None:
 
 
 @pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("force_std", "force"),
+        ("tz", "torque"),
+        ("z", "bead"),
+        ("fiducial_std", "bead"),
+        ("position_std", "position"),
+    ],
+)
+def test_a_noise_that_was_stated_is_told_as_such_in_the_budget(name: str, kind: str) -> None:
+    found = settings("--budget", "--noise", f"{name}=1e-3").budget
+    assert found is not None
+    assert {name: origin.words for name, origin in found.origins.items()} == {kind: "stated by --noise"}
+
+
+@pytest.mark.parametrize(
     ("options", "complaint"),
     [
         (["--budget", "--uncertainty", "wind=1"], "--uncertainty: no uncertainty is called 'wind'"),

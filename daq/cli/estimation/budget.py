@@ -71,7 +71,7 @@ def run(options: argparse.Namespace) -> Result:
         trajectories = _trajectories(options)
         measured_s = min(step.measure_s for one in trajectories for step in one.steps)
         noise = planned_noise(rig, measured_s)
-        stated = stated_of(options.uncertainty, rig)
+        stated = stated_of(options, rig)
         planned = _planned(rig, trajectories, noise)
     planned = with_noise_of(options, planned)
     settings = replace(law, budget=replace(stated, origins={**noise.origins, **stated.origins}))

@@ -153,4 +153,4 @@ def settings_of(options: argparse.Namespace) -> FitSettings:
 
 def _stated(options: argparse.Namespace) -> Stated:
     rig = None if options.rig is None else read_rig(options.rig, to_connect=False)
-    return stated_of(options.uncertainty, rig)
+    return stated_of(options, rig)

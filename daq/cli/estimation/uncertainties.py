@@ -6,8 +6,19 @@ from collections.abc import Sequence
 from daq.rig import Rig
 from daq.uncertainties import stated_by_calibrations
 from estimator.errors import InputError
+from estimator.experiment.model import BEAD_CHANNELS, WRENCH_CHANNELS
 from estimator.fit.budget.source import Origin
 from estimator.fit.budget.systematic import SYSTEMATIC, Stated
+
+_NOISY = {
+    "force_std": "force",
+    "torque_std": "torque",
+    "fiducial_std": "bead",
+    "position_std": "position",
+    **dict.fromkeys(WRENCH_CHANNELS[:3], "force"),
+    **dict.fromkeys(WRENCH_CHANNELS[3:], "torque"),
+    **dict.fromkeys(BEAD_CHANNELS, "bead"),
+}
 
 
 def add_uncertainty_option(parser: argparse.ArgumentParser) -> None:
@@ -23,8 +34,8 @@ def add_uncertainty_option(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def stated_of(texts: Sequence[str], rig: Rig | None) -> Stated:
-    """Return what the options state, and for the rest what the calibrations of a rig found.
+def stated_of(options: argparse.Namespace, rig: Rig | None) -> Stated:
+    """Return what ``--uncertainty`` and ``--noise`` state, and for the rest what the calibrations of a rig found.
 
     Raises
     ------
@@ -35,7 +46,7 @@ def stated_of(texts: Sequence[str], rig: Rig | None) -> Stated:
     """
     found = Stated() if rig is None else stated_by_calibrations(rig)
     given: dict[str, float] = {}
-    for text in texts:
+    for text in options.uncertainty:
         name, _, number = text.partition("=")
         try:
             given[name] = float(number)
@@ -44,10 +55,19 @@ def stated_of(texts: Sequence[str], rig: Rig | None) -> Stated:
     try:
         return Stated(
             {**found.sizes, **given},
-            {**found.origins, **dict.fromkeys(given, Origin("B", "stated by --uncertainty"))},
+            {
+                **found.origins,
+                **dict.fromkeys(given, Origin("B", "stated by --uncertainty")),
+                **dict.fromkeys(_noisy(options.noise), Origin("B", "stated by --noise")),
+            },
         )
     except InputError as error:
         raise InputError(f"--uncertainty: {error}") from None
+
+
+def _noisy(texts: Sequence[str]) -> set[str]:
+    """Return the kinds of noise of which ``--noise`` states a deviation."""
+    return {_NOISY[name] for name in (text.partition("=")[0] for text in texts) if name in _NOISY}
 
 
 def _unit(unit: str) -> str:
