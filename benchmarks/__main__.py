@@ -4,7 +4,7 @@ import argparse
 import sys
 from collections.abc import Callable, Iterator, Mapping
 
-from benchmarks import accuracy, bench_tests, calibration, diagnosis, online, scaling, speed
+from benchmarks import accuracy, bench_tests, budget, calibration, diagnosis, online, scaling, speed
 from estimator.errors import EstimatorError
 
 _WITHOUT_OPTIONS: Mapping[str, Callable[[], Iterator[str]]] = {
@@ -13,7 +13,12 @@ _WITHOUT_OPTIONS: Mapping[str, Callable[[], Iterator[str]]] = {
     "scaling": scaling.lines,
     "accuracy": accuracy.lines,
 }
-_WITH_OPTIONS = {"diagnosis": diagnosis, "calibration": calibration, "bench-tests": bench_tests}
+_WITH_OPTIONS = {
+    "diagnosis": diagnosis,
+    "calibration": calibration,
+    "bench-tests": bench_tests,
+    "budget": budget,
+}
 
 
 def main() -> int:

@@ -6,8 +6,13 @@ from estimator.experiment import Box, Environment, Experiment, Grasp, Phantom, S
 from estimator.fem.discretisation.block_mesh import structured_mesh
 from estimator.fem.discretisation.elements import ElementKind
 from estimator.fem.discretisation.mesh import Mesh
+from estimator.fit.budget.budget import Budget
+from estimator.fit.budget.components import Component
+from estimator.fit.budget.evaluation import budget_of
+from estimator.fit.budget.source import Origin, Source
 from estimator.fit.result import Estimate, ExperimentFit, ParameterEstimate, Rmse
 from estimator.fit.search import Iterate
+from estimator.inference.material_parameters import POISSON_RATIO, YOUNGS_MODULUS
 from estimator.report.estimation.findings import Truth
 
 TRUTH = Truth(20_100.0, 0.46)
@@ -89,4 +94,35 @@ def estimate_of(*fits: ExperimentFit) -> Estimate:
         mesh=block(),
         discretisation_force=0.004,
         fits=fits,
+    )
+
+
+def made_up_budget() -> Budget:
+    """A budget of E and ν with noise that the fit knows of, a gain that it does not, and an error of no consequence."""
+    scatter, assumed = Origin("A", "scatter"), Origin("B", "assumed: a guess")
+    modulus, ratio = YOUNGS_MODULUS.at(20_000.0), POISSON_RATIO.at(0.45)
+    return budget_of(
+        (modulus, ratio),
+        [
+            Component(
+                Source("bead", "noise of the beads", "cameras", 5e-5, "m", scatter, known=True),
+                np.array([[3e-4, 0.0], [0.0, 0.04]]),
+            ),
+            Component(
+                Source("force_gain", "force gain", "force sensor", 0.01, "1", assumed, known=False),
+                np.array([[0.01], [0.0]]),
+            ),
+            Component(
+                Source(
+                    "tool_mass",
+                    "mass beyond the force sensor",
+                    "force sensor",
+                    5e-3,
+                    "kg",
+                    assumed,
+                    known=False,
+                ),
+                np.zeros((2, 1)),
+            ),
+        ],
     )

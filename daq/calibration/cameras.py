@@ -9,7 +9,7 @@ from matplotlib.figure import Figure as Plot
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from daq.calibration_files.outcome import Figure, Outcome
+from daq.calibration_files.outcome import HELD_OUT_SCALE, Figure, Outcome
 from daq.calibration_files.results import CamerasResult, Lens
 from daq.errors import CalibrationError
 from daq.frames import pose
@@ -201,7 +201,7 @@ class BoardCalibration:
             Figure("pairs of views left out, as they disagree", float(len(report.rejected)), ""),
             Figure("reprojection, rms", report.calibration.rms_px, "px", most=MOST_RMS_PX),
             Figure("largest rms of a view", float(report.pair_rms_px.max()), "px", most=2 * MOST_RMS_PX),
-            Figure("held-out scale, off by", abs(report.held_out_scale), "", most=MOST_SCALE),
+            Figure(HELD_OUT_SCALE, abs(report.held_out_scale), "", most=MOST_SCALE),
             Figure("held-out distances, rms", report.held_out_rms_m, "m", most=MOST_HELD_OUT_M),
             Figure("baseline", report.calibration.baseline_m, "m"),
         )

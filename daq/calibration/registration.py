@@ -14,7 +14,7 @@ from matplotlib.figure import Figure as Plot
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from daq.calibration_files.outcome import Figure, Outcome
+from daq.calibration_files.outcome import TURN_STD, Figure, Outcome
 from daq.calibration_files.results import RobotResult
 from daq.errors import CalibrationError
 from daq.frames import compose, inverse, pose, rotation
@@ -180,7 +180,7 @@ def _outcome(found: _Registration, stereo: StereoCalibration, most_rms_m: float)
         Figure("spread of the points across", spread, "m", least=LEAST_SPREAD_M),
         Figure("not explained, rms a coordinate", rms, "m", most=most_rms_m),
         Figure("origin of the tissue frame, standard deviation", std, "m", most=MOST_STD_RATIO * most_rms_m),
-        Figure("turn of the tissue frame, standard deviation", turn_std_deg, "°", most=MOST_TURN_STD_DEG),
+        Figure(TURN_STD, turn_std_deg, "°", most=MOST_TURN_STD_DEG),
     )
 
     def draw(plot: Plot) -> None:

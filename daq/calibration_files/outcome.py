@@ -12,6 +12,10 @@ R = TypeVar("R")
 Kind = Literal["cameras", "stereo", "robot", "force", "time", "tool"]
 KINDS: tuple[Kind, ...] = ("cameras", "stereo", "robot", "force", "time", "tool")
 
+# Figures that an uncertainty budget takes up.
+TURN_STD = "turn of the tissue frame, standard deviation"
+HELD_OUT_SCALE = "held-out scale, off by"
+
 
 @dataclass(frozen=True, slots=True)
 class Figure:

@@ -24,6 +24,7 @@ _VERBS = {
     "check": "estimation",
     "simulate": "estimation",
     "estimate": "estimation",
+    "budget": "estimation",
     "diagnose": "estimation",
     "uniaxial": "estimation",
     "mesh": "estimation",

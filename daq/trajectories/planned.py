@@ -77,6 +77,12 @@ def planned_experiment(
     )
 
 
+def moves(experiment: Experiment) -> bool:
+    """Tell whether the gripper is ever elsewhere than at rest."""
+    poses = np.column_stack([experiment.position, experiment.quaternion_wxyz])
+    return not np.allclose(poses, poses[0], rtol=0.0, atol=1e-9)
+
+
 def move_duration_s(trajectory: Trajectory, start: Pose, stop: Pose) -> float:
     """Return how long the straight way between two steps takes at the trajectory's speed, s."""
     turn = rotation(stop.quaternion_wxyz) * rotation(start.quaternion_wxyz).inv()

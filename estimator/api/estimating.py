@@ -9,6 +9,7 @@ from estimator.api.experiments import several
 from estimator.api.tables import dataframe
 from estimator.experiment import model
 from estimator.fit import result
+from estimator.fit.budget.systematic import Stated
 from estimator.fit.estimate import estimate as fit_experiments
 from estimator.fit.linearisation import Progress
 from estimator.fit.losses import loss_named
@@ -54,7 +55,7 @@ class Estimate(result.Estimate):
 
         Parameters
         ----------
-        kind : "wrench", "fiducials" or "body" of an experiment, or "convergence" of the fit
+        kind : "wrench", "fiducials" or "body" of an experiment, "convergence" of the fit, "budget" where there is one
         experiment : number of the experiment, from 0
 
         Raises
@@ -62,14 +63,19 @@ class Estimate(result.Estimate):
         InputError
             There is no such figure.
         """
-        from estimator.api.drawings import chosen
+        from estimator.api.drawings import Draw, chosen
         from estimator.report.estimation import writing as report
         from estimator.report.estimation.body_plot import draw_body
+        from estimator.report.estimation.budget import WIDTH_IN
+        from estimator.report.estimation.budget_plot import draw_budget, height_in
         from estimator.report.estimation.convergence_plot import draw_convergence
         from estimator.report.estimation.fiducial_plot import draw_fiducials
         from estimator.report.estimation.wrench_plot import draw_wrench
 
-        fit = self.fits[experiment]
+        fit, budget = self.fits[experiment], self.budget
+        of_budget: dict[str, tuple[Draw, tuple[float, float]]] = {}
+        if budget is not None:
+            of_budget["budget"] = (partial(draw_budget, budget=budget), (WIDTH_IN, height_in(budget)))
         return chosen(
             {
                 "wrench": (partial(draw_wrench, fit=fit), report.WRENCH_SIZE_IN),
@@ -79,6 +85,7 @@ class Estimate(result.Estimate):
                     partial(draw_convergence, estimate=self, truth=None),
                     report.CONVERGENCE_SIZE_IN,
                 ),
+                **of_budget,
             },
             kind,
         )
@@ -106,6 +113,7 @@ def estimate(
     loss: str = "linear",
     nuisances: Collection[str] = USUAL,
     profile: bool = False,
+    budget: bool | Mapping[str, float] = False,
     progress: Progress | None = None,
 ) -> Estimate:
     """Estimate the parameters of the tissue from experiments of one phantom in one mounting.
@@ -124,6 +132,8 @@ def estimate(
     loss : of the residuals: "linear", "huber" or "cauchy"
     nuisances : what is unknown besides, of :data:`estimator.fit.nuisances.NUISANCES`
     profile : whether intervals come from the profile likelihood
+    budget : whether there is to be a budget of uncertainty; or the standard uncertainties, by name, of errors that the
+        model does not have (:data:`estimator.fit.budget.systematic.SYSTEMATIC`), where others are not to be assumed
     progress : called with what is being done, how much of it is done, and how much there is
 
     Raises
@@ -151,6 +161,7 @@ def estimate(
         loss=loss_named(loss),
         nuisances=frozenset(nuisances),
         intervals="profile" if profile else "linear",
+        budget=None if budget is False else Stated({} if budget is True else dict(budget)),
     )
     found = fit_experiments(several(experiments), progress, settings)
     return Estimate(**{field.name: getattr(found, field.name) for field in fields(result.Estimate)})

@@ -21,10 +21,10 @@ from estimator.errors import EstimatorError, InputError
 from estimator.experiment import Box, Environment, Experiment, Grasp, Phantom, SensorNoise
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fit.estimate import estimate
-from estimator.fit.result import Z95
 from estimator.fit.settings import FitSettings, material_of
 from estimator.forward.meshing import mesh_experiment
 from estimator.forward.model import ForwardModel
+from estimator.inference.normal import Z95
 from estimator.materials import NeoHookean
 from estimator.result_lines import append_result, read_results
 from estimator.workers import worker_pool

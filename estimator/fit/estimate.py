@@ -18,17 +18,17 @@ from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.newton import NewtonSettings
 from estimator.fit.linearisation import Linearisation, Progress, silent
 from estimator.fit.measurements import StateMean, state_means
-from estimator.fit.nuisances import DISCRETISATION
+from estimator.fit.nuisances import DISCRETISATION, REMAINING_ERROR
 from estimator.fit.paper.sqp import minimise_by_sqp
 from estimator.fit.profile import Profile, profile
 from estimator.fit.result import Estimate
 from estimator.fit.search import Iterate, Values, determined_step, internal_change, minimise, moved
 from estimator.fit.settings import FitSettings
-from estimator.fit.summary import FitOutcome, Uncertainty, summarise, uncertainty
+from estimator.fit.summary import FitOutcome, Uncertainty, budget, summarise, uncertainty
 from estimator.forward.meshing import measuring_mesh, mesh_experiment
 from estimator.forward.model import ForwardModel
 from estimator.forward.schedule import spread_states
-from estimator.inference.discretisation import change_on_finer_mesh
+from estimator.inference.discretisation import change_in_another_model
 from estimator.inference.gauss_newton import NewtonStep
 
 FloatArray = NDArray[np.float64]
@@ -44,10 +44,6 @@ _LINEAR_STEP = 0.01
 _LINEAR_CORRECTION = 0.1
 # One that moved the parameters by more has carried them to where the error is another one: it is measured again there.
 _MEASURED_NEARBY = 0.3
-# What remains of the discretisation error once it is corrected for, as a share of the correction: a third at second
-# order with half the element size, a quarter where it was measured; a half is on the safe side. It is a bias, so no
-# amount of data averages it out.
-_REMAINING_ERROR = 0.5
 # Rounds of parameters in turn with weights, or with corrections; what one of them leaves, the next mostly takes away.
 _ROUNDS = 4
 _STEADY_WEIGHT = 0.02
@@ -113,7 +109,7 @@ def estimate(
         finer = ForwardModel(finer_mesh(experiments[0]), experiments)
         for _ in range(_ROUNDS):
             before = values
-            change = change_on_finer_mesh(
+            change = change_in_another_model(
                 finer, settings.material(values), every.predictions, partial(tell, "finer mesh")
             )
             every.correct(change)
@@ -140,12 +136,16 @@ def estimate(
         weights=weights,
         change=change,
         discretisation=correction,
-        bias_std=_REMAINING_ERROR * correction,
+        bias_std=REMAINING_ERROR * correction,
         finer_solves=solved,
     )
     found = uncertainty(outcome)
     profiles = _profiles(every, settings, values, found) if settings.intervals == "profile" else []
-    return summarise(outcome, found, profiles, started)
+    summary = summarise(outcome, found, profiles, started)
+    if settings.budget is None:
+        return summary
+    of_bodies = partial(tell, "bodies of other geometry")
+    return replace(summary, budget=budget(outcome, found, settings.budget, of_bodies))
 
 
 def fit_few_states(

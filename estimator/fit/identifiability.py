@@ -2,27 +2,18 @@
 
 The information of the data on the free parameters, scaled to ones on its diagonal, has an eigenvalue for every
 direction in which they may go together; where one is near zero, the parameters of that direction make up for each
-other. Errors outside the model act the same way: a calibration that is off by a known amount, as effects of the
-catalogue have it, changes the channels along a column, of which the fit takes up the share that its parameters span.
+other. Errors outside the model act the same way: a calibration that is off by a known amount, as a systematic error of
+the budget has it, changes the channels along a column, of which the fit takes up the share that its parameters span.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.effects.effect import Effect
-from estimator.effects.force.force_axis_gain import ForceAxisGain
-from estimator.effects.motion.motion_scale import MotionScale
-from estimator.effects.shared.axes import WRENCH_CHANNELS
-from estimator.effects.shared.one_state import OneState, change_of_channels
-from estimator.effects.vision.camera_scale import CameraScale
-from estimator.experiment import Experiment
-from estimator.fem.equilibrium.observation import Observation
+from estimator.fit.budget.systematic import CAMERA_SCALE, FORCE_GAIN, GRIPPER_TRAVEL
 from estimator.fit.linearised_fit import LinearisedFit
-from estimator.fit.measurements import StateMean
-from estimator.forward.schedule import PoseSchedule
 from estimator.inference.free_parameter import FreeParameter, prior_information
 from estimator.inference.prior_share import prior_shares, what_rests_on_priors
 
@@ -37,28 +28,9 @@ _UNDETERMINED_SHAPE = 3.0
 _INSEPARABLE = 0.98
 
 
-@dataclass(frozen=True, slots=True)
-class Confounder:
-    """An error of a sensor or of the motion that the model does not have.
-
-    Attributes
-    ----------
-    name : in words
-    effects : of the catalogue that together are this error, each with one amplitude, a pure number
-    """
-
-    name: str
-    effects: tuple[Effect, ...]
-
-
-# The same gain on every axis is no effect of its own: it is Young's modulus.
-CONFOUNDERS = (
-    Confounder("force gain", tuple(ForceAxisGain(channel) for channel in WRENCH_CHANNELS)),
-    Confounder("camera scale", (CameraScale(),)),
-    Confounder("gripper travel", (MotionScale(),)),
-)
 # What each of them is taken to be off by, and how that is told.
-_OFF, _SIZE = 0.01, "1 %"
+CONFOUNDERS = (FORCE_GAIN, CAMERA_SCALE, GRIPPER_TRAVEL)
+OFF, _SIZE = 0.01, "1 %"
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,23 +50,6 @@ class Absorption:
     share: float
     left: float
     shifts: dict[str, float]
-
-
-def confounder_columns(
-    experiments: Sequence[Experiment], schedules: Sequence[PoseSchedule]
-) -> Callable[[StateMean, Observation], FloatArray]:
-    """Return the function that gives a state's change (c, k) by every confounder."""
-
-    def columns(mean: StateMean, observation: Observation) -> FloatArray:
-        poses = schedules[mean.experiment].poses
-        state = OneState(experiments[mean.experiment], poses[0], poses[mean.state], observation)
-        changes = [
-            change_of_channels(state, [(one, {one.amplitudes[0].name: _OFF}) for one in confounder.effects])
-            for confounder in CONFOUNDERS
-        ]
-        return np.stack(changes, axis=1)
-
-    return columns
 
 
 def absorptions(problem: LinearisedFit, columns: FloatArray) -> tuple[Absorption, ...]:
@@ -118,7 +73,7 @@ def absorptions(problem: LinearisedFit, columns: FloatArray) -> tuple[Absorption
             for p, z in zip(problem.free_parameters, shifts[:, n], strict=True)
         }
         left = float(np.sqrt(max(squared - taken, 0.0)))
-        found.append(Absorption(confounder.name, _SIZE, share, left, by_name))
+        found.append(Absorption(confounder.words, _SIZE, share, left, by_name))
     return tuple(found)
 
 

@@ -13,7 +13,7 @@ from estimator.fit.linearised_fit import LinearisedFit, Predictions, Whitenings,
 from estimator.fit.losses import LINEAR
 from estimator.fit.measurements import StateMean, row_deviation, row_residuals, state_means
 from estimator.fit.nuisances import GRIPPER_POSITION, floating, nuisance_columns
-from estimator.fit.paper.objective import paper_covariance, paper_system
+from estimator.fit.paper.objective import paper_covariance, paper_gains, paper_system
 from estimator.fit.search import Values, at_values, determined_step
 from estimator.fit.settings import FitSettings
 from estimator.forward.model import ForwardModel
@@ -97,9 +97,8 @@ class Linearisation:
         if self._settings.objective == "likelihood":
             return determined_step(problem).covariance
         rest = self._model.problem.fiducials_rest
-        return paper_covariance(
-            self.means, self.predictions, problem.free_parameters, rest, self.whitenings, self._nuisances
-        )
+        gains = paper_gains(self.means, self.predictions, problem.free_parameters, rest)
+        return paper_covariance(self.means, self.predictions, gains, self.whitenings, self._nuisances)
 
     def correct(self, change: Mapping[tuple[int, int], FloatArray]) -> None:
         """Take what a finer mesh changes in the prediction of every state, (c,), off the measurements.

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from estimator.experiment import Experiment
 from estimator.fem.discretisation.mesh import Mesh
+from estimator.fit.budget.budget import Budget
 from estimator.fit.identifiability import Absorption
 from estimator.fit.profile import Profile
 from estimator.fit.search import Iterate
 from estimator.inference.free_parameter import FreeParameter
+from estimator.inference.normal import Z95
 
 FloatArray = NDArray[np.float64]
-
-Z95 = 1.959963984540054
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +124,7 @@ class Estimate:
     absorptions : what the fit would make of errors outside the model
     floated : what the nuisances took up; None where nobody asked
     profiles : of the likelihood, of each free parameter where intervals come from them
+    budget : of uncertainty; None where nobody asked
     """
 
     youngs_modulus: ParameterEstimate
@@ -148,6 +149,7 @@ class Estimate:
     absorptions: tuple[Absorption, ...] = ()
     floated: Floated | None = None
     profiles: tuple[Profile, ...] = ()
+    budget: Budget | None = None
 
     @property
     def parameters(self) -> dict[str, ParameterEstimate]:
@@ -184,6 +186,7 @@ class Estimate:
             "absorptions": [asdict(absorption) for absorption in self.absorptions],
             "floated": None if self.floated is None else _floated_json(self.floated),
             "profiles": [asdict(profile) for profile in self.profiles],
+            "budget": None if self.budget is None else self.budget.as_json(),
         }
 
 

@@ -7,6 +7,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from estimator.errors import InputError
+from estimator.fit.budget.systematic import Stated
 from estimator.fit.losses import LINEAR, Loss
 from estimator.fit.nuisances import USUAL, floating
 from estimator.inference.free_parameter import FreeParameter, NormalPrior, Prior
@@ -40,6 +41,7 @@ class FitSettings:
         Gauss–Newton; ``"paper"``: sums of squares, by sequential quadratic programming, see
         :mod:`estimator.fit.paper`
     prior_weight : by how many times the measurements scatter more than stated: as much surer are all priors beside them
+    budget : what is known of errors that the model does not have, for a budget of uncertainty; None for no budget
     intervals : from the curvature at the optimum, or ``"profile"``: from the profile likelihood
 
     Raises
@@ -57,6 +59,7 @@ class FitSettings:
     objective: Objective = "likelihood"
     intervals: Intervals = "linear"
     prior_weight: float = 1.0
+    budget: Stated | None = None
 
     def __post_init__(self) -> None:
         known = {parameter.name: parameter for parameter in law_parameters(self.law)}

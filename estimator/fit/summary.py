@@ -1,20 +1,27 @@
 """From the last linearisation to the values, intervals and residuals that people read."""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimator.experiment import Experiment
-from estimator.fit.identifiability import absorptions, confounder_columns, identifiability
+from estimator.fem.equilibrium.observation import Observation
+from estimator.fit.budget.assembly import Body, all_components
+from estimator.fit.budget.budget import Budget
+from estimator.fit.budget.changes import changes_of_rows
+from estimator.fit.budget.evaluation import budget_of
+from estimator.fit.budget.gains import FittedCase
+from estimator.fit.budget.systematic import Stated
+from estimator.fit.identifiability import CONFOUNDERS, OFF, absorptions, identifiability
 from estimator.fit.linearisation import Linearisation
 from estimator.fit.linearised_fit import LinearisedFit, whitened_rows
-from estimator.fit.measurements import row_deviation
+from estimator.fit.measurements import StateMean, row_deviation
 from estimator.fit.nuisances import FORCE_GAIN, GAIN_STD, REST_POSITIONS, TARE, FloatingNuisance, floating
 from estimator.fit.profile import Profile
-from estimator.fit.result import Z95, Estimate, ExperimentFit, Floated, ParameterEstimate, Rmse, interval
+from estimator.fit.result import Estimate, ExperimentFit, Floated, ParameterEstimate, Rmse, interval
 from estimator.fit.search import Iterate, at_values, determined_step, internal_change
 from estimator.fit.settings import FitSettings
 from estimator.forward.model import ForwardModel
@@ -27,6 +34,7 @@ from estimator.inference.channels import (
 )
 from estimator.inference.free_parameter import FreeParameter, prior_information
 from estimator.inference.material_parameters import law_parameters
+from estimator.inference.normal import Z95
 from estimator.inference.prior_share import prior_shares
 
 FloatArray = NDArray[np.float64]
@@ -162,6 +170,38 @@ def summarise(
     )
 
 
+def budget(
+    outcome: FitOutcome, found: Uncertainty, stated: Stated, tell: Callable[[int, int], None]
+) -> Budget:
+    """Return the uncertainty budget of a finished fit.
+
+    Parameters
+    ----------
+    stated : what is known of errors beyond what the experiments state
+    tell : called with how many states of a body of another geometry are solved, and how many there are
+
+    Raises
+    ------
+    InputError
+        A size is stated of what the fit estimates.
+    """
+    settings, problem = outcome.settings, outcome.problem
+    problem.likelihood(outcome.linearised_at)  # profiles may have left it at another point
+    case = FittedCase(
+        outcome.experiments,
+        outcome.model.schedules,
+        problem.means,
+        problem.predictions,
+        at_values(replace(settings, prior_weight=1.0).free, outcome.linearised_at),
+        settings.nuisances,
+        found.inflation,
+        outcome.model.problem.fiducials_rest if settings.objective == "paper" else None,
+    )
+    body = Body(outcome.model.problem, settings.material(outcome.linearised_at))
+    components, left_out = all_components(case, body, found.bias_std, stated, tell)
+    return budget_of(at_values(settings.free, outcome.values), components, left_out)
+
+
 def _correlation(found: Uncertainty, names: Sequence[str]) -> float:
     if not set(_ELASTIC) <= set(names):
         return 0.0
@@ -173,7 +213,15 @@ def _correlation(found: Uncertainty, names: Sequence[str]) -> float:
 def _confounders(outcome: FitOutcome, last: LinearisedFit) -> FloatArray:
     """Return the whitened change (r, k) by every confounder."""
     problem = outcome.problem
-    columns = confounder_columns(outcome.experiments, outcome.model.schedules)
+    changes = [
+        changes_of_rows(one, OFF, outcome.experiments, outcome.model.schedules, problem.predictions)
+        for one in CONFOUNDERS
+    ]
+
+    def columns(mean: StateMean, observation: Observation) -> FloatArray:
+        del observation
+        return np.hstack([change[mean.experiment, mean.state] for change in changes])
+
     return last.whitened(whitened_rows(problem.means, problem.predictions, problem.whitenings, columns))
 
 

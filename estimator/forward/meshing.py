@@ -10,6 +10,7 @@ from estimator.experiment import Experiment
 from estimator.fem.boundary.problem import RetractionProblem, retraction_problem
 from estimator.fem.discretisation.block_mesh import Grading, block_mesh, snapped_to_block
 from estimator.fem.discretisation.elements import ElementKind
+from estimator.forward.coarseness import thin_tissue_note
 from estimator.geometry.grading import EdgeLengths
 from estimator.geometry.holds import Region
 from estimator.geometry.mesh_cache import tissue_mesh
@@ -115,8 +116,12 @@ def surface_notes(experiment: Experiment, grading: Grading = DEFAULT_GRADING) ->
     read = read_surface(experiment.phantom.surface, experiment.phantom.unit)
     regions = held_regions(experiment)
     lengths = edge_lengths(read.surface, regions, grading)
-    quality = tissue_mesh(read.surface, regions, lengths).quality
-    notes = [*read.repairs, *quality_warnings(quality, envelope_m(lengths), read.surface)]
+    tissue = tissue_mesh(read.surface, regions, lengths)
+    notes = [
+        *read.repairs,
+        *quality_warnings(tissue.quality, envelope_m(lengths), read.surface),
+        *filter(None, [thin_tissue_note(tissue.mesh)]),
+    ]
     return [f"{experiment.phantom.surface}: {note}" for note in notes]
 
 

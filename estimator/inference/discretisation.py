@@ -48,17 +48,17 @@ def change_along(schedule: PoseSchedule, change: Mapping[int, FloatArray], cours
     )
 
 
-def change_on_finer_mesh(
-    finer: ForwardModel,
+def change_in_another_model(
+    other: ForwardModel,
     material: Material,
     predictions: Sequence[Mapping[int, Observation]],
     progress: Callable[[int, int], None],
 ) -> dict[tuple[int, int], FloatArray]:
-    """Return by how much the finer mesh's predictions differ: for each (experiment, state), (6 + 3m,)."""
-    chosen = [spread_states(schedule, _STATES) for schedule in finer.schedules]
-    solved = finer.predict(material, chosen, progress, _NEWTON)
+    """Return what a finer mesh, or another body, changes of the predictions: by (experiment, state), (6 + 3m,)."""
+    chosen = [spread_states(schedule, _STATES) for schedule in other.schedules]
+    solved = other.predict(material, chosen, progress, _NEWTON)
     change = {}
-    for number, schedule in enumerate(finer.schedules):
+    for number, schedule in enumerate(other.schedules):
         of_few = {
             s: predicted_channels(solved[number][s]) - predicted_channels(predictions[number][s])
             for s in chosen[number]

@@ -46,6 +46,15 @@ class Whitening:
         deviation = np.broadcast_to(self.deviation, self.seen.shape)[self.seen]
         return np.asarray(deviation[:, None] * self._with_shared(np.eye(len(deviation))))
 
+    def derivative(self, by_whitened: FloatArray) -> FloatArray:
+        """Return the derivative (p, n, c) by each value of what has this one (p, r) by the whitened values.
+
+        It is for rows without correlation, and zero for what was not measured.
+        """
+        by_value = np.zeros((len(by_whitened), *self.seen.shape))
+        by_value[:, self.seen] = shrunk(by_whitened.T, self.vectors, self.shrink).T
+        return by_value / self.deviation
+
     def undo(self, whitened: FloatArray) -> FloatArray:
         """Return the channels (n, c) whose whitened values these (r,) are; NaN where nothing was measured."""
         channels = np.full(self.seen.shape, np.nan)

@@ -58,6 +58,11 @@ def headline(text: str) -> Html:
     return Html(f'<p class="headline">{html.escape(text)}</p>')
 
 
+def paragraph(text: str) -> Html:
+    """Return a sentence or two."""
+    return Html(f"<p>{html.escape(text)}</p>")
+
+
 def note(text: str) -> Html:
     """Return a remark in small print."""
     return Html(f'<p class="note">{html.escape(text)}</p>')

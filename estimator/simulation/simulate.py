@@ -74,6 +74,24 @@ def simulate_case(
     ]
 
 
+def simulate_exactly(
+    planned: Sequence[Experiment],
+    material: Material,
+    acting: Sequence[ActingEffect] = (),
+    progress: Progress | None = None,
+    resolution: Resolution = TRUE_RESOLUTION,
+) -> list[Experiment]:
+    """Return the experiments as sensors without noise would have seen them; as :func:`simulate_case`.
+
+    They still state the noise that was planned.
+    """
+    exact = exact_readings(planned, material, acting, progress, resolution)
+    return [
+        replace(experiment, wrench=seen.wrench, fiducials=seen.fiducials, path=None)
+        for experiment, seen in zip(planned, exact, strict=True)
+    ]
+
+
 def exact_readings(
     planned: Sequence[Experiment],
     material: Material,

@@ -20,7 +20,7 @@ from estimator.fit.estimate import estimate
 from estimator.fit.result import Estimate
 from estimator.fit.settings import FitSettings
 from estimator.materials import law_named
-from gui.analysis.sources import experiments_of
+from gui.analysis.sources import experiments_of, stated_by
 from gui.jobs.process import Reporter
 
 EXPERIMENT = "experiment"
@@ -29,8 +29,9 @@ EXPORTS: tuple[str, ...] = (EXPERIMENT, *FORMATS)
 
 
 def estimate_sources(report: Reporter, sources: Sequence[Path], law: str) -> Estimate:
-    """Estimate the parameters of a law from sessions and experiment folders of one phantom."""
-    return estimate(experiments_of(sources, report), report, FitSettings(law=law_named(law)))
+    """Estimate the parameters of a law from sessions and experiment folders of one phantom, with their budget."""
+    settings = FitSettings(law=law_named(law), budget=stated_by(sources))
+    return estimate(experiments_of(sources, report), report, settings)
 
 
 def diagnose_sources(report: Reporter, sources: Sequence[Path]) -> Diagnosis:

@@ -20,7 +20,8 @@ from estimator.experiment import SensorNoise
 from estimator.fit.estimate import estimate
 from estimator.fit.online import Following, OnlineEstimate, advance, follow_from, renewed, standing_rows
 from estimator.fit.result import Estimate
-from gui.analysis.sources import experiments_of
+from estimator.fit.settings import FitSettings
+from gui.analysis.sources import experiments_of, stated_by
 from gui.jobs.process import Reporter
 from gui.sessions.session_list import entry_of
 
@@ -76,7 +77,8 @@ def follow_session(
             report("waiting for the next step", 0, 0)
             time.sleep(_POLL_S)
         elif _sealed(report, session, patience_of_seal_s):
-            return estimate(experiments_of((session,), report), report)
+            settings = FitSettings(budget=stated_by((session,)))
+            return estimate(experiments_of((session,), report), report, settings)
         else:
             return None
 

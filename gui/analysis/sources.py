@@ -7,9 +7,12 @@ from pathlib import Path
 
 from daq.export import export_experiment
 from daq.progress import Progress
-from daq.recording.folder import DERIVED_FOLDER, INFO_FILE
+from daq.recording.folder import DERIVED_FOLDER, INFO_FILE, RIG_FILE
+from daq.rig import read_rig
+from daq.uncertainties import stated_by_calibrations
 from estimator.errors import InputError
 from estimator.experiment import Experiment, read_case, read_experiment
+from estimator.fit.budget.systematic import Stated
 
 EXPERIMENT_FOLDER = "experiment"
 
@@ -37,6 +40,20 @@ def experiments_of(sources: Sequence[Path], progress: Progress) -> list[Experime
         told = f"{len(phantoms)} phantoms ({', '.join(phantoms)})" if phantoms else "nothing"
         raise InputError(f"what was chosen is of {told}; choose sessions of one phantom in one mounting")
     return _named_apart(sorted(found, key=lambda experiment: experiment.order))
+
+
+def stated_by(sources: Sequence[Path]) -> Stated:
+    """Return the uncertainties that calibrations tell which were in force for the last of these that is a session.
+
+    Raises
+    ------
+    RigError
+        Its rig file or a calibration cannot be read.
+    """
+    sessions = [source for source in sources if is_session(source)]
+    if not sessions:
+        return Stated()
+    return stated_by_calibrations(read_rig(sessions[-1] / RIG_FILE, to_connect=False))
 
 
 def _of_session(session: Path, progress: Progress) -> Experiment:

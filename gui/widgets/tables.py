@@ -40,6 +40,12 @@ class ReadTable(QTableWidget):
         self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         self.horizontalHeader().setStretchLastSection(True)
 
+    def show_table(self, head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+        """Show rows under another head."""
+        self.setColumnCount(len(head))
+        self.setHorizontalHeaderLabels(list(head))
+        self.show_rows(rows)
+
     def show_rows(self, rows: Sequence[Sequence[str]]) -> None:
         """Show rows of as many texts as the head has."""
         self.setRowCount(len(rows))

@@ -95,3 +95,49 @@ def test_wrong_options_end_with_one_line_and_status_two(
     assert complaint in said.err
     assert said.err.count("\n") == 1
     assert said.out == ""
+
+
+def test_a_budget_is_made_where_it_is_asked_for() -> None:
+    assert settings().budget is None
+    found = settings(
+        "--budget", "--uncertainty", "force_gain=0.005", "--uncertainty", "thickness=0.02"
+    ).budget
+    assert found is not None
+    assert found.sizes == {"force_gain": 0.005, "thickness": 0.02}
+    assert found.origins["force_gain"].words == "stated by --uncertainty"
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("force_std", "force"),
+        ("tz", "torque"),
+        ("z", "bead"),
+        ("fiducial_std", "bead"),
+        ("position_std", "position"),
+    ],
+)
+def test_a_noise_that_was_stated_is_told_as_such_in_the_budget(name: str, kind: str) -> None:
+    found = settings("--budget", "--noise", f"{name}=1e-3").budget
+    assert found is not None
+    assert {name: origin.words for name, origin in found.origins.items()} == {kind: "stated by --noise"}
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        (["--budget", "--uncertainty", "wind=1"], "--uncertainty: no uncertainty is called 'wind'"),
+        (["--budget", "--uncertainty", "force_gain"], "--uncertainty force_gain: write it as NAME=NUMBER"),
+        (["--budget", "--uncertainty", "force_gain=-1"], "write a number that is not negative"),
+        (["--uncertainty", "force_gain=0.01"], "ask for it with --budget, or leave them out"),
+        (["--rig", "lab.toml"], "ask for it with --budget, or leave them out"),
+    ],
+)
+def test_uncertainties_that_cannot_be_are_refused_in_a_line(
+    capsys: pytest.CaptureFixture[str], options: list[str], complaint: str
+) -> None:
+    assert main(["estimate", "somewhere", *options]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert complaint in err
+    assert err.count("\n") == 1

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from synthetic_diagnoses import inclusion, small_experiment
-from synthetic_estimates import estimate_of, pull_fit
+from synthetic_estimates import estimate_of, made_up_budget, pull_fit
 
 import estimator
 from daq.cli import main
@@ -223,6 +223,12 @@ def test_an_estimate_draws_every_figure_of_its_report(kind: str, estimate: Estim
     assert "</svg>" in figure._repr_svg_()
 
 
+def test_an_estimate_draws_its_budget_where_it_has_one(estimate: Estimate) -> None:
+    with pytest.raises(InputError, match="no picture is called 'budget'"):
+        estimate.plot("budget")
+    assert len(replace(estimate, budget=made_up_budget()).plot("budget").axes) == 2
+
+
 @pytest.mark.parametrize("kind", DIAGNOSIS_KINDS)
 def test_a_diagnosis_draws_every_figure_of_its_report(kind: str, diagnosis: Diagnosis) -> None:
     assert diagnosis.plot(kind).axes
@@ -274,8 +280,11 @@ def test_what_an_estimation_is_asked_for_reaches_the_fit(monkeypatch: pytest.Mon
         loss="huber",
         nuisances=["tare"],
         profile=True,
+        budget={"force_gain": 0.005},
     )
     (settings,) = asked
+    assert settings.budget is not None
+    assert settings.budget.sizes == {"force_gain": 0.005}
     assert (settings.law.name, settings.fixed, settings.nuisances) == ("yeoh2", {"c2": 0.1}, {"tare"})
     assert settings.priors["youngs_modulus"].std == 2e3
     assert (settings.loss.name, settings.intervals) == ("huber", "profile")

@@ -8,7 +8,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 from stand_in_jobs import StandInJobs, without_processes
 from synthetic_diagnoses import small_experiment
-from synthetic_estimates import estimate_of, pull_fit
+from synthetic_estimates import estimate_of, made_up_budget, pull_fit
 
 from daq.progress import silent
 from estimator.errors import InputError
@@ -18,7 +18,7 @@ from estimator.fit.result import ParameterEstimate
 from estimator.materials import LAWS, Law, Yeoh
 from gui.analysis.computations import estimate_sources, write_estimate_page
 from gui.analysis.following import FollowedStep, follow_session
-from gui.analysis.sources import experiments_of
+from gui.analysis.sources import experiments_of, stated_by
 from gui.context import Context
 from gui.jobs.process import Progressed, Reporter
 from gui.messages import Message
@@ -112,6 +112,23 @@ def test_the_result_tells_values_intervals_and_what_is_left(
     sigma = result.residuals.item(0, 2)
     assert sigma is not None
     assert float(sigma.text()) > 2.0
+
+
+def test_a_budget_has_a_tab_where_there_is_one(jobs_and_page: tuple[StandInJobs, EstimatePage]) -> None:
+    _, page = jobs_and_page
+    result = page.result
+    page.show_estimate(estimate_of(pull_fit()))
+    assert not result.tabs.isTabVisible(result.tabs.indexOf(result.budget))
+    page.show_estimate(replace(estimate_of(pull_fit()), budget=made_up_budget()))
+    assert result.tabs.isTabVisible(result.tabs.indexOf(result.budget))
+    assert "begin with the force sensor" in result.budget.sentences.text()
+    first = result.budget.sources.item(0, 0), result.budget.devices.item(0, 0)
+    assert [cell.text() for cell in first if cell is not None] == ["noise of the beads *", "cameras"]
+    assert result.budget.sources.rowCount() == 3
+
+
+def test_calibrations_of_a_session_tell_sizes_and_a_folder_none(tmp_path: Path) -> None:
+    assert not stated_by((stored(tmp_path / "pull"),)).sizes
 
 
 def test_a_failure_is_told_in_one_line_and_the_page_goes_on(

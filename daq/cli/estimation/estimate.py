@@ -6,16 +6,20 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 from daq.cli.estimation.known import add_known_options, material_settings_of, with_noise_of
+from daq.cli.estimation.uncertainties import add_uncertainty_option, stated_of
 from daq.cli.verb import Result, Verbs, add_verb, progress
+from daq.rig import read_rig
 from daq.versions import package_versions
 from estimator.errors import InputError
 from estimator.experiment import Experiment, read_experiment
+from estimator.fit.budget.systematic import Stated
 from estimator.fit.estimate import estimate
 from estimator.fit.losses import LOSSES, loss_named
 from estimator.fit.nuisances import NUISANCES, USUAL
 from estimator.fit.online import follow
 from estimator.fit.settings import OBJECTIVES, FitSettings
 from estimator.forward.meshing import surface_notes
+from estimator.report.estimation.budget import budget_text
 from estimator.report.estimation.findings import step_text, summary_text
 from estimator.report.estimation.writing import write_report
 
@@ -27,6 +31,7 @@ _EXAMPLES = """  retract estimate experiments/pull
   retract estimate experiments/pull --noise force_std=0.05 --prior poisson_ratio=none
   retract estimate experiments/pull --nuisances tare,rest_positions --objective paper
   retract estimate experiments/pull --follow
+  retract estimate experiments/pull --budget --uncertainty force_gain=0.005 --report runs/pull.html
 
 Every parameter of the law is estimated that is not fixed: youngs_modulus (Pa), poisson_ratio, those of its shape."""
 
@@ -56,6 +61,18 @@ def add_parser(verbs: Verbs) -> None:
     )
     parser.add_argument("--profile", action="store_true", help="intervals by profile likelihood")
     parser.add_argument(
+        "--budget",
+        action="store_true",
+        help="which uncertainty contributes how much to the deviations, and which device to improve",
+    )
+    parser.add_argument(
+        "--rig",
+        type=Path,
+        metavar="FILE",
+        help="rig file, whose calibrations tell how large uncertainties of the budget are",
+    )
+    add_uncertainty_option(parser)
+    parser.add_argument(
         "--follow",
         action="store_true",
         help="go through one experiment as if it ran, and tell the estimate after each step and the time it took",
@@ -67,6 +84,10 @@ def add_parser(verbs: Verbs) -> None:
 
 def run(options: argparse.Namespace) -> Result:
     """Estimate, and tell the parameters."""
+    if not options.budget and (options.rig is not None or options.uncertainty):
+        raise InputError(
+            "--rig and --uncertainty are of the budget; ask for it with --budget, or leave them out"
+        )
     settings = settings_of(options)
     experiments = with_noise_of(options, [read_experiment(path) for path in options.experiments])
     if options.follow:
@@ -82,15 +103,18 @@ def run(options: argparse.Namespace) -> Result:
             provenance={"experiments": ", ".join(map(str, options.experiments)), **package_versions()},
         )
     notes = surface_notes(experiments[0])
-    text = "\n".join([summary_text(found, None), *(f"Surface: {note}" for note in notes)])
+    budget = [] if found.budget is None else ["", budget_text(found.budget)]
+    text = "\n".join([summary_text(found, None), *(f"Surface: {note}" for note in notes), *budget])
     return Result(text, {**found.as_json(), "surface": notes})
 
 
 def _followed(
     experiments: Sequence[Experiment], options: argparse.Namespace, settings: FitSettings
 ) -> Result:
-    if len(experiments) > 1 or options.report is not None:
-        raise InputError("--follow goes through one experiment, and writes no report; leave the rest out")
+    if len(experiments) > 1 or options.report is not None or options.budget:
+        raise InputError(
+            "--follow goes through one experiment, and writes neither report nor budget; leave the rest out"
+        )
     steps = []
     with progress() as tell:
         for found in follow(experiments[0], settings):
@@ -123,4 +147,10 @@ def settings_of(options: argparse.Namespace) -> FitSettings:
         nuisances=frozenset(named),
         objective=options.objective,
         intervals="profile" if options.profile else "linear",
+        budget=_stated(options) if options.budget else None,
     )
+
+
+def _stated(options: argparse.Namespace) -> Stated:
+    rig = None if options.rig is None else read_rig(options.rig, to_connect=False)
+    return stated_of(options, rig)

@@ -9,14 +9,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from daq.cli.sessions.record import trajectory_name
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.files.atomic import appearing
 from daq.plans import Trial
 from daq.trajectories import STANDARD
-from daq.trajectories.planned import planned_experiment
+from daq.trajectories.planned import moves, planned_experiment
 from daq.trajectories.routines import NAMED, RETRACTIONS
 from daq.virtual_rig.layout import SPECIMEN, placed_beads
 from estimator.effects.catalogue import default_catalogue
@@ -161,19 +159,13 @@ def _planned(options: argparse.Namespace) -> list[Experiment]:
             )
         trajectory = Trial(name, holds_s=tuple(options.hold)).lay_out(Path())
         experiment = planned_experiment(trajectory, specimen, sensor, order)
-        if not _moves(experiment):
+        if not moves(experiment):
             raise InputError(
                 f"--trajectory {name}: the gripper never leaves its pose at rest, so no tissue is retracted; "
                 "let a step lead elsewhere"
             )
         planned.append(experiment)
     return planned
-
-
-def _moves(experiment: Experiment) -> bool:
-    """Tell whether the gripper is ever elsewhere than at rest."""
-    poses = np.column_stack([experiment.position, experiment.quaternion_wxyz])
-    return not np.allclose(poses, poses[0], rtol=0.0, atol=1e-9)
 
 
 def _truth(material: Material, acting: Sequence[ActingEffect], experiment: Experiment) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fit.result import Z95
+from estimator.inference.normal import Z95
 
 FloatArray = NDArray[np.float64]
 

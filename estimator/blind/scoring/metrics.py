@@ -18,7 +18,7 @@ from estimator.blind.scoring.intervals import (
 from estimator.blind.scoring.keys import Key
 from estimator.blind.scoring.labels import answers_to, block_of, group_of
 from estimator.diagnosis.model.labels import UNKNOWN
-from estimator.fit.result import Z95
+from estimator.inference.normal import Z95
 
 CONFIDENT = 0.9
 # What stands out by so many deviations of the noise can be told apart.

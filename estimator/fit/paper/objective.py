@@ -10,7 +10,7 @@ The estimate is linear in the measurements near its optimum, so that their covar
 G Σ Gᵀ with G = (Dᵀ W D)⁻¹ Dᵀ W, as for any least squares whose weights W are not the inverse covariance.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,11 +59,39 @@ def paper_system(
     return LinearisedFit.of(free, system[:, 0], system[:, 1:])
 
 
-def paper_covariance(
+def paper_gains(
     means: Sequence[StateMean],
     predictions: Predictions,
     free: Sequence[FreeParameter],
     fiducials_rest: FloatArray,
+) -> dict[tuple[int, int], FloatArray]:
+    """Return G, the derivative (p, c) of the internal variables at the minimum of Φ by the mean of each channel.
+
+    Parameters
+    ----------
+    means, predictions, free, fiducials_rest : as for :func:`paper_system`; every state is predicted
+
+    Returns
+    -------
+    by (experiment, state)
+    """
+    weights = _weights(means, fiducials_rest)
+    normal, weighted = np.zeros((len(free), len(free))), {}
+    for mean in means:
+        observation = predictions[mean.experiment][mean.state]
+        derivative = np.stack([channels_by(observation, p.name) * p.slope for p in free], axis=1)
+        weighted[mean.experiment, mean.state] = derivative.T * np.where(
+            mean.count > 0, weights * mean.count, 0.0
+        )
+        normal += weighted[mean.experiment, mean.state] @ derivative
+    inverse = np.linalg.inv(normal)
+    return {state: inverse @ one for state, one in weighted.items()}
+
+
+def paper_covariance(
+    means: Sequence[StateMean],
+    predictions: Predictions,
+    gains: Mapping[tuple[int, int], FloatArray],
     whitenings: Whitenings,
     nuisances: Sequence[FloatingNuisance],
 ) -> FloatArray:
@@ -71,25 +99,22 @@ def paper_covariance(
 
     Parameters
     ----------
-    means, predictions, free, fiducials_rest : as for :func:`paper_system`; every state is predicted
+    means, predictions : as for :func:`paper_system`; every state is predicted
+    gains : from :func:`paper_gains`
     whitenings : of the states' means
     nuisances : errors that states have in common
     """
-    weights = _weights(means, fiducials_rest)
-    size = len(free)
-    normal, spread, common = np.zeros((size, size)), np.zeros((size, size)), []
+    size = len(next(iter(gains.values())))
+    spread, common = np.zeros((size, size)), []
     for mean in means:
         observation = predictions[mean.experiment][mean.state]
         seen = mean.count > 0
-        derivative = np.stack([channels_by(observation, p.name) * p.slope for p in free], axis=1)[seen]
-        weighted = derivative.T * (weights * mean.count)[seen]
-        normal += weighted @ derivative
-        noise = weighted @ whitenings[mean.experiment, mean.state].root()
+        gain = gains[mean.experiment, mean.state][:, seen]
+        noise = gain @ whitenings[mean.experiment, mean.state].root()
         spread += noise @ noise.T
-        common.append(weighted @ _nuisances(nuisances, mean, observation, len(predictions))[seen])
+        common.append(gain @ _nuisances(nuisances, mean, observation, len(predictions))[seen])
     together = sum(common, start=np.zeros_like(common[0]))
-    inverse = np.linalg.inv(normal)
-    return np.asarray(inverse @ (spread + together @ together.T) @ inverse)
+    return spread + np.asarray(together @ together.T)
 
 
 def _weights(means: Sequence[StateMean], fiducials_rest: FloatArray) -> FloatArray:

@@ -7,6 +7,7 @@ from pathlib import Path
 from estimator.fit.result import Estimate, ExperimentFit
 from estimator.report import page
 from estimator.report.estimation.body_plot import draw_body
+from estimator.report.estimation.budget import budget_section
 from estimator.report.estimation.convergence_plot import draw_convergence
 from estimator.report.estimation.facts import fit_facts, specimen_facts
 from estimator.report.estimation.fiducial_plot import arrow_factor, draw_fiducials
@@ -51,6 +52,7 @@ def write_report(
             "χ² grows with the measurements in use, so that only points joined by a line compare.",
         ),
         *identifiability_section(estimate),
+        *budget_section(estimate.budget),
         page.heading("Numbers"),
         residual_table(estimate),
         page.note(

@@ -17,6 +17,7 @@ from gui.widgets.plots.convergence import ConvergencePlots
 from gui.widgets.plots.plan_view import PlanView
 from gui.widgets.plots.plot_sheet import Stroke
 from gui.widgets.plots.wrench_curves import Curve, WrenchCurves
+from gui.widgets.results.budget_tab import BudgetTab
 from gui.widgets.tables import Facts, ReadTable
 from gui.widgets.view_3d.film_player import FilmPlayer
 
@@ -43,6 +44,7 @@ class EstimateResult(QWidget):
         self.wrench, self.plan, self.body = WrenchCurves(), PlanView(), FilmPlayer()
         self.residuals = ReadTable(("channel", "rms", "rms, σ", "scatter, σ"))
         self.convergence = ConvergencePlots()
+        self.budget = BudgetTab()
         self.fit_facts, self.specimen_facts = Facts(), Facts()
         self._hint = label(_HINT, "muted")
         self._card = Card()
@@ -56,6 +58,7 @@ class EstimateResult(QWidget):
             ("Body", self.body),
             ("Residuals", self.residuals),
             ("Convergence", self.convergence),
+            ("Uncertainty", self.budget),
             ("Numbers", scrolled(_beside(self.fit_facts, self.specimen_facts))),
         )
         for name, widget in tabs:
@@ -87,12 +90,15 @@ class EstimateResult(QWidget):
         self.remarks.setVisible(bool(self.remarks.text()))
         self.fit_facts.show_facts(fit_facts(estimate))
         self.specimen_facts.show_facts(specimen_facts(estimate.fits[0].experiment))
+        if estimate.budget is not None:
+            self.budget.show_budget(estimate.budget)
         self.experiment.blockSignals(True)
         self.experiment.clear()
         self.experiment.addItems([fit.experiment.name for fit in estimate.fits])
         self.experiment.blockSignals(False)
         self.experiment.setVisible(len(estimate.fits) > 1)
         self._show_tabs(whole=True)
+        self.tabs.setTabVisible(self.tabs.indexOf(self.budget), estimate.budget is not None)
         self._show_experiment(0)
 
     def show_history(self, history: Sequence[OnlineEstimate], late_s: float) -> None:
