@@ -76,7 +76,7 @@ class _Streams:
         self.remarks: list[str] = []
         self.read: dict[str, int] = {}
         self._series: list[Series] = []
-        self._links: dict[str, list[Link]] = {}
+        self._links: list[Link] = []
 
     def take(self, topic: Topic, messages: Messages) -> None:
         """Take the messages of a topic."""
@@ -91,9 +91,7 @@ class _Streams:
 
     def series(self) -> list[Series]:
         """Return the streams of two rows or more, each under a name of its own."""
-        links = [link for of_topic in self._links.values() for link in of_topic]
-        topic = next(iter(self._links), "")
-        found = [*self._series, *series_of_links(topic, links)]
+        found = [*self._series, *series_of_links(self._links)]
         return [one for one in found if one.rows > 1 and one.columns]
 
     def _take(self, topic: Topic, messages: Messages, decode: Decode) -> None:
@@ -113,7 +111,7 @@ class _Streams:
                 yield int(messages.log_time_ns[place]), message
 
         if kind in _TRANSFORMS:
-            self._links.setdefault(topic.name, []).extend(links_of(stamped()))
+            self._links += links_of(stamped())
         else:
             self._series += _maker_of(kind)(topic.name, stamped())
         if count < len(messages.data):

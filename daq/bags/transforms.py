@@ -51,14 +51,14 @@ def links_of(messages: Stamped) -> list[Link]:
     return [_link(*key, rows) for key, rows in found.items()]
 
 
-def series_of_links(topic: str, links: Sequence[Link]) -> list[Series]:
+def series_of_links(links: Sequence[Link]) -> list[Series]:
     """Return the chains from the root to every end of the tree that moves, then each link that moves."""
     by_child = {link.child: link for link in links}
     chains = [chain for link in links if (chain := _chain_to(link, by_child)) and _is_end(link, links)]
     composed = [
-        _series(topic, _composed(chain)) for chain in chains if len(chain) > 1 and any(x.moves for x in chain)
+        _series(_composed(chain)) for chain in chains if len(chain) > 1 and any(x.moves for x in chain)
     ]
-    return [*composed, *(_series(topic, link) for link in links if link.moves)]
+    return [*composed, *(_series(link) for link in links if link.moves)]
 
 
 def _link(parent: str, child: str, rows: Sequence[tuple[int, Any]]) -> Link:
@@ -130,10 +130,10 @@ def _first(link: Link) -> Link:
     return Link(link.parent, link.child, *arrays)
 
 
-def _series(topic: str, link: Link) -> Series:
+def _series(link: Link) -> Series:
     columns = [
         *(("position." + axis, "m", link.position[:, place]) for place, axis in enumerate("xyz")),
         *(("q." + axis, None, link.quaternion_xyzw[:, place]) for place, axis in enumerate("xyzw")),
     ]
-    name = f"{topic} {link.parent} to {link.child}"
+    name = f"tf {link.parent} to {link.child}"
     return Series(name, _TYPE, link.log_time_ns, link.header_time_ns, tuple(columns), link.parent)
