@@ -124,6 +124,27 @@ bool do_rectify
 """,
 )
 
+TRANSFORMS = _ros2(
+    "tf2_msgs/msg/TFMessage",
+    f"""geometry_msgs/TransformStamped[] transforms
+{_RULE}
+MSG: geometry_msgs/TransformStamped
+std_msgs/Header header
+string child_frame_id
+geometry_msgs/Transform transform
+{_HEADER}{_RULE}
+MSG: geometry_msgs/Transform
+geometry_msgs/Vector3 translation
+geometry_msgs/Quaternion rotation
+{_VECTOR}{_RULE}
+MSG: geometry_msgs/Quaternion
+float64 x
+float64 y
+float64 z
+float64 w
+""",
+)
+
 DEVICE_STAMP = _ros2(
     "retraction_msgs/msg/DeviceStamp",
     """# What a device itself says about the message of the same sequence number and time.
