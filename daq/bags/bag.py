@@ -4,7 +4,6 @@ The folder's ``metadata.yaml`` names the files and counts the messages. Where it
 taken by their names. Format: ``rosbag2_storage/metadata_io.cpp`` and ``rosbag2_compression`` of ROS 2.
 """
 
-import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
@@ -30,6 +29,8 @@ ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 _ROS1_MAGIC = b"#ROSBAG V"
 _SUFFIXES = (".mcap", ".db3")
 _MOST_BYTES_OF_A_MESSAGE = 500_000_000
+_MOST_BYTES_OF_A_FILE = 50_000_000_000
+_BLOCK = 2**24
 
 
 @dataclass(slots=True)
@@ -138,7 +139,13 @@ def _unpacked(file: Path, scratch: Path) -> Path:
     target = scratch / file.name.removesuffix(".zstd")
     try:
         with file.open("rb") as packed, target.open("wb") as plain:
-            shutil.copyfileobj(zstandard.ZstdDecompressor().stream_reader(packed), plain)
+            reader = zstandard.ZstdDecompressor().stream_reader(packed)
+            while block := reader.read(_BLOCK):
+                if plain.tell() > _MOST_BYTES_OF_A_FILE:
+                    raise RecordingError(
+                        f"{file}: unpacks to more than 50 GB; divide the bag, or unpack it yourself"
+                    )
+                plain.write(block)
     except zstandard.ZstdError as error:
         if not target.stat().st_size:
             raise RecordingError(f"{file}: cannot be unpacked ({error}); restore it from a copy") from None
