@@ -101,14 +101,16 @@ def open_bag(path: Path) -> Iterator[Bag]:
     with ExitStack() as stack:
         scratch = Path(stack.enter_context(TemporaryDirectory()))
         if not path.is_dir():
-            storage = stack.enter_context(_opened(path, scratch))
+            storage = _opened(path, scratch)
+            stack.callback(storage.close)
             yield Bag("MCAP" if isinstance(storage, McapStorage) else "SQLite3", [storage])
             return
         told, faults = _metadata(path)
         storages: list[Storage] = []
         for file in _listed(path, told, faults):
             try:
-                storages.append(stack.enter_context(_opened(file, scratch)))
+                storages.append(_opened(file, scratch))
+                stack.callback(storages[-1].close)
             except (RecordingError, InputError) as error:
                 faults.append(str(error))
         if not storages:

@@ -107,7 +107,8 @@ def columns_of(frames: Frames, episode: int, first: int, task: int) -> Columns:
 
 def schema_of(features: Features) -> pa.Schema:
     """Return the columns' types, with what the library ``datasets`` asks for to show images as such."""
-    fields, told = [], {}
+    fields: list[Any] = []
+    told: dict[str, Any] = {}
     for name, feature in features.items():
         kind, size = feature["dtype"], feature["shape"][0]
         value: dict[str, Any] = {"dtype": kind, "_type": "Value"}

@@ -134,7 +134,7 @@ def _instants(streams: list[IntArray], fps: int) -> IntArray:
 def _ascending(time_ns: IntArray, origin_ns: int) -> tuple[FloatArray, IntArray]:
     """Return times in s that ascend, and the places of their samples."""
     unique, first = np.unique(time_ns, return_index=True)
-    return (unique - origin_ns) * 1e-9, first
+    return np.asarray((unique - origin_ns) * 1e-9, np.float64), first.astype(np.int64)
 
 
 def _between(time_ns: IntArray, values: FloatArray, wanted_ns: IntArray) -> FloatArray:
