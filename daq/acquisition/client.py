@@ -26,6 +26,7 @@ from daq.acquisition.messages import (
     Start,
     Telemetry,
 )
+from daq.acquisition.viewing.channels import Analysis
 from daq.acquisition.viewing.server import LiveServer
 from daq.errors import SessionError
 from daq.progress import Progress
@@ -183,6 +184,11 @@ class Acquisition(ClosedAtExit):
         if ended.info is None:
             raise SessionError(f"{folder}: the session has ended without a word; look at its files")
         return ended.info
+
+    def show(self, analysis: Analysis) -> None:
+        """Show those who look on what was made of the measurements; does nothing where nobody may."""
+        if self.viewers is not None:
+            self.viewers.tell(analysis)
 
     def close(self) -> None:
         """End the process; a session under way is held and sealed first."""

@@ -18,6 +18,7 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import InvalidStatus
 
 from daq.acquisition.messages import StreamCounts, Telemetry
+from daq.acquisition.viewing.channels import Analysis
 from daq.acquisition.viewing.protocol import (
     Subscribe,
     UnknownRequestError,
@@ -146,6 +147,28 @@ def test_a_viewer_sees_force_pose_images_and_state_at_their_times(
         "P07_pull",
         {"force": 1},
     )
+
+
+def test_a_viewer_sees_what_was_made_of_the_measurements(server: LiveServer) -> None:
+    beads = np.array([[0.001, 0.002, 0.003], [np.nan, np.nan, np.nan], [0.004, 0.005, 0.006]])
+    measured_ns = host_time_ns()
+    analysis = Analysis(measured_ns, 3, beads, {"youngs_modulus": (12e3, 11e3, 13e3)})
+
+    async def act(connection: ClientConnection) -> list[tuple[str, int, Any]]:
+        wanted = await subscribed(connection, "/tissue/beads", "/estimate")
+        server.tell(analysis)
+        return await messages(connection, wanted, 2)
+
+    (_, time_ns, seen), (_, _, estimate) = looking(server, act)
+    assert abs(time_ns - time.time_ns()) < 5 * 10**9
+    assert seen.header.frame_id == "tissue"
+    places = [[one.position.x, one.position.y, one.position.z] for one in seen.poses]
+    np.testing.assert_array_equal(places, beads)
+    assert [one.orientation.w for one in seen.poses] == [1.0] * 3
+    assert estimate == {
+        "step": 3,
+        "parameters": {"youngs_modulus": {"value": 12e3, "low": 11e3, "high": 13e3}},
+    }
 
 
 def test_a_viewer_gets_what_it_subscribes_to_and_nothing_else(server: LiveServer) -> None:

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -21,6 +22,8 @@ Shown = tuple[str, int, bytes]
 """Topic, Unix time in ns, and the message."""
 
 FORCE, POSE, STATE = "/force/wrench", "/robot/pose", "/state"
+BEADS, ESTIMATE = "/tissue/beads", "/estimate"
+_TISSUE_FRAME = "tissue"
 _STATE_SCHEMA = {
     "type": "object",
     "properties": {
@@ -33,7 +36,38 @@ _STATE_SCHEMA = {
         "lost": {"type": "object"},
     },
 }
+_ESTIMATE_SCHEMA = {
+    "type": "object",
+    "properties": {
+        "step": {"type": "integer"},
+        "parameters": {
+            "type": "object",
+            "additionalProperties": {
+                "type": "object",
+                "properties": {name: {"type": "number"} for name in ("value", "low", "high")},
+            },
+        },
+    },
+}
 _QUALITY = (cv2.IMWRITE_JPEG_QUALITY, 80)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Analysis:
+    """What a client has made of the measurements of a running session, to be shown as well.
+
+    Attributes
+    ----------
+    time_ns : that it belongs to, host clock
+    step : of the session, from 0
+    beads : (m, 3) tissue frame, m; NaN where one is not seen
+    parameters : value, and the ends of its 95 % interval, by the parameter's name, SI units
+    """
+
+    time_ns: int
+    step: int
+    beads: FloatArray
+    parameters: Mapping[str, tuple[float, float, float]]
 
 
 def image_topic(camera: str) -> str:
@@ -43,13 +77,15 @@ def image_topic(camera: str) -> str:
 
 def channels_of(cameras: tuple[str, ...]) -> tuple[Channel, ...]:
     """Return all channels of a rig with these cameras."""
-    ros = {FORCE: schemas.WRENCH, POSE: schemas.POSE}
+    ros = {FORCE: schemas.WRENCH, POSE: schemas.POSE, BEADS: schemas.POSE_ARRAY}
     ros |= {image_topic(camera): schemas.COMPRESSED_IMAGE for camera in cameras}
     found = [
         _ros_channel(number, topic, schema) for number, (topic, schema) in enumerate(ros.items(), start=1)
     ]
-    state = Channel(len(found) + 1, STATE, "json", "State", "jsonschema", json.dumps(_STATE_SCHEMA))
-    return (*found, state)
+    documents = ((STATE, "State", _STATE_SCHEMA), (ESTIMATE, "Estimate", _ESTIMATE_SCHEMA))
+    for topic, name, schema in documents:
+        found.append(Channel(len(found) + 1, topic, "json", name, "jsonschema", json.dumps(schema)))
+    return tuple(found)
 
 
 def shown(telemetry: Telemetry, shift_ns: int, wanted: frozenset[str]) -> Iterator[Shown]:
@@ -75,6 +111,19 @@ def shown(telemetry: Telemetry, shift_ns: int, wanted: frozenset[str]) -> Iterat
         yield STATE, time_ns, _state(telemetry)
 
 
+def shown_analysis(analysis: Analysis, shift_ns: int, wanted: frozenset[str]) -> Iterator[Shown]:
+    """Yield the messages of what a client has made of the measurements, of the wanted topics alone."""
+    time_ns = analysis.time_ns + shift_ns
+    if BEADS in wanted:
+        yield BEADS, time_ns, _beads(analysis.beads, time_ns)
+    if ESTIMATE in wanted:
+        parameters = {
+            name: dict(zip(("value", "low", "high"), map(float, values), strict=True))
+            for name, values in analysis.parameters.items()
+        }
+        yield ESTIMATE, time_ns, json.dumps({"step": analysis.step, "parameters": parameters}).encode()
+
+
 def _ros_channel(number: int, topic: str, schema: Schema) -> Channel:
     return Channel(number, topic, schema.message_encoding, schema.name, schema.encoding, schema.text)
 
@@ -89,6 +138,18 @@ def _signal(
         body[name] = values[:, columns]
     for place, stamp in enumerate(time_ns.tolist()):
         yield topic, stamp, body[place].tobytes()
+
+
+def _beads(places: FloatArray, time_ns: int) -> bytes:
+    """Return the beads as poses without a turn, in their order; the place of one that is not seen is NaN."""
+    layout = CdrLayout().header(_TISSUE_FRAME).length(len(places))
+    for number in range(len(places)):
+        layout.add(f"position_{number}", "<f8", 3).add(f"quaternion_xyzw_{number}", "<f8", 4)
+    body = message_rows(0, layout, np.array([time_ns]))["message_body"]
+    for number, place in enumerate(places):
+        body[f"position_{number}"] = place
+        body[f"quaternion_xyzw_{number}"] = (0.0, 0.0, 0.0, 1.0)
+    return bytes(body[0].tobytes())
 
 
 def _image(camera: str, pixels: NDArray[np.uint8], time_ns: int) -> bytes:

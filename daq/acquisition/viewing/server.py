@@ -10,13 +10,14 @@ import hmac
 import threading
 import time
 from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from http import HTTPStatus
 from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qs, urlsplit
 
 from daq.acquisition.messages import Telemetry
-from daq.acquisition.viewing.channels import channels_of, shown
+from daq.acquisition.viewing.channels import Analysis, Shown, channels_of, shown, shown_analysis
 from daq.acquisition.viewing.protocol import (
     SUBPROTOCOLS,
     Subscribe,
@@ -78,7 +79,7 @@ class LiveServer(ClosedAtExit):
         self._viewers = viewers
         self._channels = {channel.number: channel for channel in channels_of(cameras)}
         self._shift_ns = time.time_ns() - host_time_ns()
-        self._told: deque[Telemetry] = deque(maxlen=_WAITING)
+        self._told: deque[Telemetry | Analysis] = deque(maxlen=_WAITING)
         self._connected: dict[Any, _Viewer] = {}
         self._loop = asyncio.new_event_loop()
         self._ended = asyncio.Event()
@@ -93,10 +94,10 @@ class LiveServer(ClosedAtExit):
                 f"[viewers] of the rig file: nobody can listen on {where} ({why}); name another port"
             )
 
-    def tell(self, telemetry: Telemetry) -> None:
-        """Show viewers what a client was told; returns at once, whoever looks on."""
+    def tell(self, what: Telemetry | Analysis) -> None:
+        """Show viewers what a client was told, or has made of it; returns at once, whoever looks on."""
         if self._connected:
-            self._told.append(telemetry)
+            self._told.append(what)
             self._call(self._pass_on)
 
     def close(self) -> None:
@@ -202,16 +203,21 @@ class LiveServer(ClosedAtExit):
     def _pass_on(self) -> None:
         """Put what was told into the queues of those who want it."""
         while self._told:
-            telemetry = self._told.popleft()
+            told = self._told.popleft()
             wanted = frozenset(
                 topic for one in self._connected.values() for topic in one.subscriptions.values()
             )
-            for topic, time_ns, data in shown(telemetry, self._shift_ns, wanted):
+            for topic, time_ns, data in self._messages(told, wanted):
                 for viewer in self._connected.values():
                     for subscription, subscribed in viewer.subscriptions.items():
                         if subscribed == topic:
                             viewer.waiting.append(message_data(subscription, time_ns, data))
                             viewer.ready.set()
+
+    def _messages(self, told: Telemetry | Analysis, wanted: frozenset[str]) -> Iterator[Shown]:
+        if isinstance(told, Analysis):
+            return shown_analysis(told, self._shift_ns, wanted)
+        return shown(told, self._shift_ns, wanted)
 
 
 async def _send(connection: "ServerConnection", viewer: _Viewer) -> None:
