@@ -6,7 +6,7 @@ from pathlib import Path
 
 from daq.errors import RecordingError, SynchronisationError
 from daq.export.lerobot.dataset import LerobotDataset, write_lerobot
-from daq.export.ro_crate.crate import RoCrate, write_ro_crate
+from daq.export.ro_crate.crate import EXPERIMENT, RoCrate, write_ro_crate
 from daq.export.ro_crate.publication import Publication
 from daq.export.ros2_bag import Ros2Bag, write_ros2_bag
 from daq.export.stream_tables import Table, stream_tables, synchronised_table
@@ -89,12 +89,18 @@ def export_experiment(session: Path, target: Path, progress: Progress) -> tuple[
     """
     recording = sealed_recording(session)
     with appearing(target) as draft:
-        synchronised = synchronise(recording, progress)
-        write_experiment(synchronised.experiment, draft)
-        provenance = _provenance(recording, synchronised)
-        with (draft / "experiment.toml").open("a", encoding="utf-8") as file:
-            file.write(toml_text(_Annex(provenance), draft))
+        provenance = _write_synchronised(recording, draft, progress)
     return read_experiment(target), provenance
+
+
+def _write_synchronised(recording: Recording, folder: Path, progress: Progress) -> Provenance:
+    """Write the experiment of a recording into a new folder, with where it comes from."""
+    synchronised = synchronise(recording, progress)
+    write_experiment(synchronised.experiment, folder)
+    provenance = _provenance(recording, synchronised)
+    with (folder / "experiment.toml").open("a", encoding="utf-8") as file:
+        file.write(toml_text(_Annex(provenance), folder))
+    return provenance
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,12 +189,13 @@ def export_ro_crate(session: Path, target: Path, publication: Publication, progr
     """
     recording = sealed_recording(session)
     with appearing(target) as draft:
-        experiment: Experiment | str
+        draft.mkdir()
+        unsynchronised = ""
         try:
-            experiment = synchronise(recording, progress).experiment
+            _write_synchronised(recording, draft / EXPERIMENT, progress)
         except (SynchronisationError, VisionError) as error:
-            experiment = str(error)
-        return write_ro_crate(recording, experiment, draft, publication, progress)
+            unsynchronised = str(error)
+        return write_ro_crate(recording, draft, unsynchronised, publication, progress)
 
 
 def sealed_recording(session: Path) -> Recording:

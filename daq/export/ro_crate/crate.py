@@ -22,13 +22,12 @@ from daq.export.ro_crate.entities import (
     reference,
     software,
 )
-from daq.export.ro_crate.publication import Publication, licence, person
+from daq.export.ro_crate.publication import Publication, licence, person, slug
 from daq.progress import Progress
 from daq.recording.folder import DERIVED_FOLDER, RIG_FILE
 from daq.recording.reader import Recording
 from daq.rig import read_rig
 from daq.versions import package_versions
-from estimator.experiment import Experiment, write_experiment
 
 METADATA = "ro-crate-metadata.json"
 SESSION, EXPERIMENT = "session", "experiment"
@@ -52,24 +51,16 @@ class RoCrate:
 
 
 def write_ro_crate(
-    recording: Recording,
-    experiment: Experiment | str,
-    folder: Path,
-    publication: Publication,
-    progress: Progress,
+    recording: Recording, folder: Path, unsynchronised: str, publication: Publication, progress: Progress
 ) -> RoCrate:
-    """Write a session into a new folder as a crate.
+    """Make a crate of a folder that may hold the session's experiment already, and put the session beside it.
 
     Parameters
     ----------
-    experiment : of the session, or why there is none
+    unsynchronised : why there is no experiment; empty where there is one
     """
-    folder.mkdir()
     progress("copying the session", 0, 2)
     shutil.copytree(recording.folder, folder / SESSION, ignore=shutil.ignore_patterns(DERIVED_FOLDER))
-    missing = experiment if isinstance(experiment, str) else ""
-    if isinstance(experiment, Experiment):
-        write_experiment(experiment, folder / EXPERIMENT)
     progress("describing the files", 1, 2)
     session_files, experiment_files = (_files(folder / name, folder) for name in (SESSION, EXPERIMENT))
     graph = _graph(recording, (session_files, experiment_files), publication)
@@ -77,7 +68,7 @@ def write_ro_crate(
         {"@context": f"{_SPECIFICATION}/context", "@graph": graph}, indent=2, ensure_ascii=False
     )
     (folder / METADATA).write_text(text + "\n", encoding="utf-8")
-    return RoCrate(len(session_files) + len(experiment_files), len(graph), missing)
+    return RoCrate(len(session_files) + len(experiment_files), len(graph), unsynchronised)
 
 
 def _files(part: Path, crate: Path) -> list[Entity]:
@@ -180,12 +171,12 @@ def _part(name: str, files: Sequence[Entity]) -> Entity:
 
 
 def _measured(name: str, unit: str) -> Entity:
-    return {"@id": f"#{name.replace(' ', '-')}", "@type": "PropertyValue", "name": name, "unitText": unit}
+    return {"@id": f"#{slug(name)}", "@type": "PropertyValue", "name": name, "unitText": unit}
 
 
 def _description(recording: Recording) -> str:
     info = recording.info
-    streams = ", ".join(f"{count} messages of {topic}" for topic, count in info.samples.items())
+    streams = ", ".join(f"{count} messages of {topic}" for topic, count in info.samples.items() if count)
     parts = [
         f"A robot retracts soft tissue and records it ({streams})." if streams else "A recorded retraction.",
         info.notes,
