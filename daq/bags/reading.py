@@ -149,7 +149,7 @@ def _table(series: Series, origin_ns: int, remarks: list[str]) -> Table:
     columns += [Column(name, values[kept], unit) for name, unit, values in series.columns]
     facts = {
         "type": series.type_name,
-        "frame": series.frame or "not told",
+        "frame": series.frame,
         "time": times.how,
         "time 0": f"{origin_ns // 10**9}.{origin_ns % 10**9:09d} s of unix time",
         **series.facts,

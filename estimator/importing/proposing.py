@@ -41,6 +41,7 @@ class Proposal:
     beads : at most 30 of the others, evenly spread
     all_points : how many there are
     force_of : what the force is exerted by, where the work that it does tells
+    force_frame : that the file states the force in, where that is another than the motion's; empty otherwise
     axes : the tissue's x, y, z in the source's axes
     noise : standard deviations that rows at rest show, by name, in SI units
     """
@@ -52,6 +53,7 @@ class Proposal:
     beads: tuple[Point, ...]
     all_points: int
     force_of: str | None
+    force_frame: str
     axes: tuple[str, str, str]
     noise: dict[str, float]
 
@@ -81,6 +83,7 @@ def propose(source: Source) -> Proposal:
         beads=tuple(spread(others, MOST_BEADS)),
         all_points=len(others),
         force_of=_force_of(channels, times),
+        force_frame=_frame_of_its_own(channels),
         axes=_axes(source),
         noise=_noise(channels, others, times),
     )
@@ -126,6 +129,15 @@ def _force_of(channels: dict[str, Proposed], times: dict[str, Proposed]) -> str 
     if effort == 0 or abs(work) < 0.5 * effort:
         return None
     return "tissue on gripper" if work > 0 else "gripper on tissue"
+
+
+def _frame_of_its_own(channels: dict[str, Proposed]) -> str:
+    """Return the frame of the force as the file states it, where the motion is stated in another."""
+    force, motion = (
+        next((channels[name].table.facts.get("frame", "") for name in names if name in channels), "")
+        for names in (("fx", "fy", "fz"), ("px", "py", "pz"))
+    )
+    return force if force and motion and force != motion else ""
 
 
 def _beside(one: Proposed, base: Table, times: dict[str, Proposed]) -> FloatArray | None:

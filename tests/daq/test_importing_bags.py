@@ -33,6 +33,9 @@ from scipy.spatial.transform import Rotation
 from daq.bags.reading import read_bag
 from daq.cli import main
 from estimator.experiment import read_experiment
+from estimator.importing import import_experiment
+from estimator.importing.applying import experiment_of
+from estimator.importing.mapping import read_mapping
 from estimator.importing.table import Source, Table
 
 ONE_TRIAL = trial()
@@ -109,10 +112,12 @@ def test_a_bag_becomes_an_experiment_by_its_mapping(
     call = ["import", str(bag), "--output", str(tmp_path / "pull")]
     assert main([*call, "--json"]) == 2
     asked = {one["key"] for one in json.loads(capsys.readouterr().out)["open"]}
+    assert "[force] along" in asked  # the sensor's frame is not the robot's base
     assert "[force] is_of" not in asked  # the work of a force at another rate tells
     mapping = tmp_path / "pull.import.toml"
     lines = mapping.read_text(encoding="utf-8")
     answers = {
+        "along": '"source"',
         "origin": "[0.0, 0.0, 0.0]",
         "shape": '"block"',
         "size": "[0.06, 0.03, 0.01]",
@@ -133,6 +138,42 @@ def test_a_bag_becomes_an_experiment_by_its_mapping(
     assert known.sum() >= len(ONE_TRIAL.time_ns) - 1  # the last pose comes after the last force
     np.testing.assert_allclose(found.wrench[known, :3], ONE_TRIAL.force[known], atol=2e-3)
     np.testing.assert_allclose(found.time, (ONE_TRIAL.time_ns - ONE_TRIAL.time_ns[0]) / 1e9, atol=1e-9)
+
+
+def test_a_sensor_that_turns_with_the_gripper_is_turned_back(tmp_path: Path) -> None:
+    """The same load in the base all the time, read by a sensor that turns half around the vertical."""
+    times = (BEGIN_NS + np.arange(40) * 25_000_000).tolist()
+    turns = Rotation.from_euler("z", np.linspace(0, 180, 40)[:, None], degrees=True)
+    load = np.array([1.0, 2.0, 3.0])
+    messages: list[Message] = []
+    for place, time in enumerate(times):
+        position = (0.4 + 1e-4 * place, 0.0, 0.2)
+        messages.append(("/tool_pose", time, pose(time, position, turns[place].as_quat())))
+        read = turns[place].inv().apply(load)
+        messages.append(("/ft", time, wrench(time, [*read, *(0.1 * read)])))
+    bag = write_bag(tmp_path / "bag", messages)
+    mapping = tmp_path / "turn.import.toml"
+    for along, expected in (("gripper", True), ("source", False)):
+        mapping.unlink(missing_ok=True)
+        import_experiment(read_bag(bag), tmp_path / "turn")
+        lines = mapping.read_text(encoding="utf-8")
+        for key, answer in (*BODY, ("along", f'"{along}"'), ("is_of", '"tissue on gripper"')):
+            lines = lines.replace(f'{key} = "?"', f"{key} = {answer}", 1)
+        mapping.write_text(lines.replace('zero = "at rest"', 'zero = "as it is"'), encoding="utf-8")
+        found = experiment_of(read_bag(bag), read_mapping(mapping), tmp_path)
+        same = np.allclose(found.wrench, [*load, *(0.1 * load)], atol=1e-6)
+        assert same is expected
+
+
+BODY = (
+    ("shape", '"block"'),
+    ("size", "[0.06, 0.03, 0.01]"),
+    ("box", '"x+ 0.012"'),
+    ("box", '"x-"'),
+    ("surface_below", '"table"'),
+    ("force_std", "0.01"),
+    ("torque_std", "0.001"),
+)
 
 
 @pytest.mark.parametrize("offset_s", [-5.0, 0.0, 3600.0])
