@@ -40,6 +40,7 @@ def series_of_fields(topic: str, messages: Stamped) -> list[Series]:
         if not rows:
             type_name = str(getattr(message, "__msgtype__", ""))
             leaves = list(_leaves(message))
+            # the class beside them, so that one path alone gives a tuple too
             get = attrgetter(*(path for path, _, _ in leaves), "__class__") if leaves else None
         rows.append(get(message) if get is not None else ())
     columns: list[tuple[str, str | None, FloatArray]] = []

@@ -4,7 +4,9 @@ Times count from the first message of the bag, in seconds; a number of seconds b
 exactly. The unix time of that instant stands beside each table.
 """
 
+from collections import Counter
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +22,7 @@ from daq.bags.storage import Messages, Topic
 from daq.bags.transforms import Link, links_of, series_of_links
 from daq.errors import RecordingError
 from daq.recording.folder import INFO_FILE
+from daq.recording.foreign_bags import METADATA_FILE
 from estimator.importing.points import is_on_gripper
 from estimator.importing.table import Column, Source, Table
 from robot_drivers.protocols import FloatArray, IntArray
@@ -46,6 +49,8 @@ def read_bag(path: Path) -> Source:
     InputError
         There is no such file.
     """
+    if path.name == METADATA_FILE:
+        path = path.parent
     if (path / INFO_FILE).is_file():
         raise RecordingError(
             f"{path}: is a session of this software; `retract export` makes an experiment of it"
@@ -91,8 +96,15 @@ class _Streams:
 
     def series(self) -> list[Series]:
         """Return the streams of two rows or more, each under a name of its own."""
-        found = [*self._series, *series_of_links(self._links)]
-        return [one for one in found if one.rows > 1 and one.columns]
+        found = [
+            one for one in (*self._series, *series_of_links(self._links)) if one.rows > 1 and one.columns
+        ]
+        names = Counter(one.name for one in found)
+        # topics of one name, and of several types or definitions
+        return [
+            replace(one, name=f"{one.name} ({place})") if names[one.name] > 1 else one
+            for place, one in enumerate(found, start=1)
+        ]
 
     def _take(self, topic: Topic, messages: Messages, decode: Decode) -> None:
         kind = _kind(topic)

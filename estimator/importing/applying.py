@@ -99,8 +99,8 @@ def _mean_at_rest(wrench: FloatArray, rows: int) -> FloatArray:
 
 def _turned(turns: Rotation, vectors: FloatArray) -> FloatArray:
     """Return vectors (n, 3) along the axes that the turns are stated in; NaN where a component is not known."""
-    known = np.isfinite(vectors).all(axis=1)
-    return np.where(known[:, None], turns.apply(np.where(known[:, None], vectors, 0.0)), np.nan)
+    known = np.isfinite(vectors).all(axis=1, keepdims=True)
+    return np.where(known, turns.apply(np.where(known, vectors, 0.0)), np.nan)
 
 
 class _Reading:

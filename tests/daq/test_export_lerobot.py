@@ -197,6 +197,8 @@ def test_the_command_tells_what_was_written_and_takes_several_sessions(
     ("options", "told"),
     [
         (["--format", "csv"], "takes one session"),
+        (["--format", "ros2", "--fps", "10"], "--fps is of --format lerobot"),
+        (["--format", "lerobot", "--licence", "CC0-1.0"], "--licence is of --format ro-crate"),
         (["--format", "lerobot", "--fps", "0"], "--fps 0: write a whole number"),
         (["--format", "lerobot", "--fps", "-3"], "--fps -3: write a whole number"),
     ],

@@ -191,6 +191,27 @@ def test_a_topic_that_a_mapping_names_and_that_is_absent_is_told(
     assert told.count("\n") == 1
 
 
+def test_a_topic_of_two_types_is_two_streams(tmp_path: Path) -> None:
+    file = tmp_path / "two.mcap"
+    with file.open("wb") as stream:
+        writer = PlainWriter(stream)
+        writer.start()
+        for name in ("N", "mN"):
+            schema = writer.register_schema(f"lab/msg/{name}", "ros2msg", f"float64 {name}\n".encode())
+            channel = writer.register_channel("/load", "cdr", schema)
+            for k in range(3):
+                writer.add_message(channel, k, b"\0\1\0\0" + np.float64(k).tobytes(), k)
+        writer.finish()
+    found = {table.name: table.columns[-1].name for table in read_bag(file).tables}
+    assert sorted(found.values()) == ["N", "mN"]
+    assert len(found) == 2
+
+
+def test_the_description_stands_for_its_bag(tmp_path: Path) -> None:
+    bag = write_bag(tmp_path / "bag", MESSAGES)
+    assert rows(bag / "metadata.yaml") == WRENCHES
+
+
 def test_two_messages_of_one_stamp_are_one_row_and_counted(tmp_path: Path) -> None:
     messages = [
         ("/ft", BEGIN_NS + k // 2 * 10**7, wrench(BEGIN_NS + k // 2 * 10**7, [k] * 6)) for k in range(10)

@@ -80,6 +80,7 @@ def add_parser(verbs: Verbs) -> None:
 
 def run(options: argparse.Namespace) -> Result:
     """Export, and tell what came out."""
+    _require_options_of_its_own(options)
     if options.format == _LEROBOT:
         return _export_lerobot(options)
     session, *others = options.sessions
@@ -92,6 +93,18 @@ def run(options: argparse.Namespace) -> Result:
     if options.format == _RO_CRATE:
         return _export_ro_crate(session, options)
     return _export_ros2(session, options) if options.format == _ROS2 else _export_tables(session, options)
+
+
+def _require_options_of_its_own(options: argparse.Namespace) -> None:
+    """Refuse an option that the format does not have."""
+    given = {
+        "--fps": (_LEROBOT, options.fps is not None),
+        "--author": (_RO_CRATE, bool(options.author)),
+        "--licence": (_RO_CRATE, bool(options.licence)),
+    }
+    for name, (owner, is_given) in given.items():
+        if is_given and options.format != owner:
+            raise RecordingError(f"{name} is of --format {owner}; leave it out for --format {options.format}")
 
 
 def _export_experiment(session: Path, options: argparse.Namespace) -> Result:
