@@ -24,7 +24,7 @@ from daq.errors import RecordingError
 from daq.recording.folder import INFO_FILE
 from daq.recording.foreign_bags import METADATA_FILE
 from estimator.importing.points import is_on_gripper
-from estimator.importing.table import Column, Source, Table
+from estimator.importing.table import Column, Source, Table, require_tables
 from robot_drivers.protocols import FloatArray, IntArray
 
 _MOST_TOLD = 8
@@ -70,7 +70,8 @@ def read_bag(path: Path) -> Source:
                 f"{path}: no topic is a stream of forces, poses, joints or points: {topics}{_because(remarks)}"
             )
     origin_ns = min(int(one.log_time_ns.min()) for one in series)
-    tables = tuple(_table(one, origin_ns, remarks) for one in sorted(series, key=_first_on_the_gripper))
+    found = [_table(one, origin_ns, remarks) for one in sorted(series, key=_first_on_the_gripper)]
+    tables = require_tables(path, found, "is read as a bag")
     return Source(path, tables, _how(bag), remarks=tuple(remarks))
 
 
