@@ -157,13 +157,14 @@ def export_ros2(session: Path, target: Path, progress: Progress) -> Ros2Bag:
 
 
 def export_lerobot(
-    sessions: Sequence[Path], target: Path, fps: int | None, progress: Progress
+    sessions: Sequence[Path], target: Path, fps: int | None, progress: Progress, *, as_video: bool = False
 ) -> LerobotDataset:
     """Write sealed sessions as the episodes of a LeRobot dataset.
 
     Parameters
     ----------
     fps : frames a second; None for the rate of the slowest camera
+    as_video : whether images become video, which is small and not without loss
 
     Raises
     ------
@@ -174,7 +175,7 @@ def export_lerobot(
     """
     recordings = [sealed_recording(session) for session in sessions]
     with appearing(target) as draft:
-        return write_lerobot(recordings, draft, fps, progress)
+        return write_lerobot(recordings, draft, fps, progress, as_video=as_video)
 
 
 def export_ro_crate(session: Path, target: Path, publication: Publication, progress: Progress) -> RoCrate:

@@ -5,6 +5,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
@@ -166,6 +167,54 @@ def test_statistics_are_those_of_all_frames(dataset: Path) -> None:
     )
 
 
+@pytest.fixture(scope="module")
+def filmed(sessions: list[Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    target = tmp_path_factory.mktemp("lerobot") / "filmed"
+    export_lerobot(sessions, target, FPS, silent, as_video=True)
+    return target
+
+
+def test_images_become_video_that_follows_the_frames(filmed: Path, dataset: Path) -> None:
+    """Each episode begins where its row says, and each frame is the image of its row, but for what the codec loses."""
+    told = info(filmed)
+    feature = told["features"]["observation.images.left"]
+    assert (feature["dtype"], feature["info"]["video.fps"]) == ("video", FPS)
+    assert "observation.images.left" not in frames(filmed, 0)
+    for episode, row in enumerate(pq.read_table(filmed / "meta" / "episodes").to_pylist()):
+        key = "videos/observation.images.left"
+        place = told["video_path"].format(
+            video_key="observation.images.left",
+            chunk_index=row[f"{key}/chunk_index"],
+            file_index=row[f"{key}/file_index"],
+        )
+        film = cv2.VideoCapture(str(filmed / place))
+        assert film.get(cv2.CAP_PROP_FPS) == FPS
+        shown = []
+        while (read := film.read())[0]:
+            shown.append(read[1])
+        first = round(row[f"{key}/from_timestamp"] * FPS)
+        assert row[f"{key}/to_timestamp"] * FPS == first + row["length"]
+        kept = frames(dataset, episode)["observation.images.left"]
+        assert len(kept) == row["length"]
+        for number, cell in enumerate(kept):
+            exact = np.array(Image.open(io.BytesIO(cell["bytes"])))[..., ::-1]
+            assert cv2.PSNR(shown[first + number], np.ascontiguousarray(exact)) > 30
+    assert len(shown) == told["total_frames"]
+    size = sum(file.stat().st_size for file in filmed.rglob("*") if file.is_file())
+    assert size < 0.05 * sum(file.stat().st_size for file in dataset.rglob("*") if file.is_file())
+
+
+def test_the_library_opens_the_video(filmed: Path, dataset: Path) -> None:
+    lerobot = pytest.importorskip("lerobot.datasets.lerobot_dataset")
+    opened = lerobot.LeRobotDataset("laboratory/filmed", root=filmed)
+    for number in (0, len(opened) // 2, len(opened) - 1):
+        image = opened[number]["observation.images.left"].numpy()
+        episode = int(opened[number]["episode_index"])
+        cell = frames(dataset, episode)["observation.images.left"][int(opened[number]["frame_index"])]
+        exact = np.array(Image.open(io.BytesIO(cell["bytes"]))).transpose(2, 0, 1) / 255.0
+        assert np.sqrt(np.mean((image - exact) ** 2)) < 0.04
+
+
 def test_the_library_opens_it(dataset: Path) -> None:
     lerobot = pytest.importorskip("lerobot.datasets.lerobot_dataset")
     opened = lerobot.LeRobotDataset("laboratory/retractions", root=dataset)
@@ -198,6 +247,7 @@ def test_the_command_tells_what_was_written_and_takes_several_sessions(
     [
         (["--format", "csv"], "takes one session"),
         (["--format", "ros2", "--fps", "10"], "--fps is of --format lerobot"),
+        (["--format", "csv", "--video"], "--video is of --format lerobot"),
         (["--format", "lerobot", "--licence", "CC0-1.0"], "--licence is of --format ro-crate"),
         (["--format", "lerobot", "--fps", "0"], "--fps 0: write a whole number"),
         (["--format", "lerobot", "--fps", "-3"], "--fps -3: write a whole number"),

@@ -55,6 +55,11 @@ def add_parser(verbs: Verbs) -> None:
         help="of lerobot: frames a second (default: those of the slowest camera)",
     )
     parser.add_argument(
+        "--video",
+        action="store_true",
+        help="of lerobot: images as video, a thousandth of the size (default: without loss, as PNG in Parquet)",
+    )
+    parser.add_argument(
         "--author",
         action="append",
         default=[],
@@ -99,6 +104,7 @@ def _require_options_of_its_own(options: argparse.Namespace) -> None:
     """Refuse an option that the format does not have."""
     given = {
         "--fps": (_LEROBOT, options.fps is not None),
+        "--video": (_LEROBOT, options.video),
         "--author": (_RO_CRATE, bool(options.author)),
         "--licence": (_RO_CRATE, bool(options.licence)),
     }
@@ -125,7 +131,7 @@ def _export_lerobot(options: argparse.Namespace) -> Result:
     if options.fps is not None and options.fps < 1:
         raise RecordingError(f"--fps {options.fps}: write a whole number of frames a second above zero")
     with progress() as tell:
-        dataset = export_lerobot(options.sessions, options.output, options.fps, tell)
+        dataset = export_lerobot(options.sessions, options.output, options.fps, tell, as_video=options.video)
     lines = [f"{count:9d} frames  {session}" for session, count in dataset.frames.items()]
     if dataset.between:
         lines.append(

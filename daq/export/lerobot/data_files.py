@@ -1,11 +1,11 @@
 """The frames of a LeRobot dataset in Parquet: what each column is, and the files that hold them.
 
-Images are kept without loss, as PNG within Parquet (``dtype`` ``image``), not as video, so that beads can still be
-measured in them.
+Images are kept without loss, as PNG within Parquet (``dtype`` ``image``), so that beads can still be measured in them;
+or as video beside it (``dtype`` ``video``), where their size matters more.
 """
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from daq.export.lerobot.frames import POSE, WRENCH, Frames
 from daq.export.lerobot.statistics import MOST_IMAGES, ImageStatistics
+from daq.export.lerobot.videos import Video, even, video_info
 
 Features: TypeAlias = dict[str, dict[str, Any]]
 Columns: TypeAlias = dict[str, NDArray[Any]]
@@ -67,7 +68,12 @@ class DataFiles:
         self._writer.write_table(table)
 
 
-def features_of(frames: Frames) -> Features:
+def image_key(camera: str) -> str:
+    """Return the name of a camera's column."""
+    return f"observation.images.{camera}"
+
+
+def features_of(frames: Frames, *, as_video: bool) -> Features:
     """Return what each column is, in the words of ``meta/info.json``."""
     joints = [f"joint_{number}" for number in range(1, frames.joints.shape[1] + 1)]
     vectors = {
@@ -80,11 +86,11 @@ def features_of(frames: Frames) -> Features:
         name: {"dtype": "float32", "shape": [len(names)], "names": names} for name, names in vectors.items()
     }
     for name, camera in frames.cameras.items():
-        found[f"observation.images.{name}"] = {
-            "dtype": "image",
-            "shape": list(camera.rgb(0).shape),
-            "names": ["height", "width", "channels"],
-        }
+        first = camera.rgb(0)
+        shape = (even(first) if as_video else first).shape
+        named: dict[str, Any] = {"shape": list(shape), "names": ["height", "width", "channels"]}
+        kind = {"dtype": "video", "info": video_info(shape, frames.fps)} if as_video else {"dtype": "image"}
+        found[image_key(name)] = kind | named
     found["timestamp"] = {"dtype": "float32", "shape": [1], "names": None}
     return found | {name: {"dtype": "int64", "shape": [1], "names": None} for name in _INDICES}
 
@@ -106,12 +112,14 @@ def columns_of(frames: Frames, episode: int, first: int, task: int) -> Columns:
 
 
 def schema_of(features: Features) -> pa.Schema:
-    """Return the columns' types, with what the library ``datasets`` asks for to show images as such."""
+    """Return the types of the columns in Parquet, and what the library ``datasets`` asks for to show images."""
     fields: list[Any] = []
     told: dict[str, Any] = {}
     for name, feature in features.items():
         kind, size = feature["dtype"], feature["shape"][0]
         value: dict[str, Any] = {"dtype": kind, "_type": "Value"}
+        if kind == "video":
+            continue  # beside the Parquet files
         if kind == "image":
             fields.append(pa.field(name, _IMAGE))
             told[name] = {"_type": "Image"}
@@ -125,10 +133,19 @@ def schema_of(features: Features) -> pa.Schema:
 
 
 def write_frames(
-    files: DataFiles, frames: Frames, columns: Columns, progress: Callable[[int, int], None]
+    files: DataFiles,
+    frames: Frames,
+    columns: Columns,
+    videos: Mapping[str, Video],
+    progress: Callable[[int, int], None],
 ) -> dict[str, ImageStatistics]:
-    """Write the frames of an episode in batches; return what values its images have."""
-    schema = schema_of(features_of(frames))
+    """Write the frames of an episode in batches; return what values its images have.
+
+    Parameters
+    ----------
+    videos : of each camera, with the episode begun; empty where images go into Parquet
+    """
+    schema = schema_of(features_of(frames, as_video=bool(videos)))
     found = {name: ImageStatistics() for name in frames.cameras}
     counted = set(np.linspace(0, len(frames) - 1, min(len(frames), MOST_IMAGES)).astype(int).tolist())
     for begin in range(0, len(frames), _BATCH):
@@ -138,11 +155,14 @@ def write_frames(
         for name, camera in frames.cameras.items():
             cells = []
             for row in rows:
-                rgb = camera.rgb(row)
+                rgb = even(camera.rgb(row)) if videos else camera.rgb(row)
                 if row in counted:
                     found[name].add(rgb)
-                cells.append({"bytes": _png(rgb), "path": f"frame-{row:06d}.png"})
-            arrays[f"observation.images.{name}"] = pa.array(cells, _IMAGE)
+                if videos:
+                    videos[name].add(rgb)
+                else:
+                    cells.append({"bytes": _png(rgb), "path": f"frame-{row:06d}.png"})
+            arrays[image_key(name)] = pa.array(cells, _IMAGE)
         files.write(pa.table([arrays[name] for name in schema.names], schema=schema))
     return found
 

@@ -14,6 +14,7 @@ import pyarrow.parquet as pq
 
 from daq.export.lerobot.data_files import CHUNK_SIZE, DATA_PATH, FILE, MOST_DATA_MB, Columns, Features
 from daq.export.lerobot.statistics import ImageStatistics, Statistics, joined, statistics
+from daq.export.lerobot.videos import MOST_VIDEO_MB, VIDEO_PATH
 
 _VERSION = "v3.0"
 
@@ -56,11 +57,11 @@ def write_description(
         "total_tasks": len(tasks),
         "chunks_size": CHUNK_SIZE,
         "data_files_size_in_mb": MOST_DATA_MB,
-        "video_files_size_in_mb": 200,
+        "video_files_size_in_mb": MOST_VIDEO_MB,
         "fps": fps,
         "splits": {"train": f"0:{len(episodes)}"},
         "data_path": DATA_PATH,
-        "video_path": None,
+        "video_path": VIDEO_PATH if any(one["dtype"] == "video" for one in features.values()) else None,
         "features": features,
     }
     _write_json(folder / "meta" / "info.json", info)
