@@ -204,17 +204,6 @@ def test_images_become_video_that_follows_the_frames(filmed: Path, dataset: Path
     assert size < 0.05 * sum(file.stat().st_size for file in dataset.rglob("*") if file.is_file())
 
 
-def test_the_library_opens_the_video(filmed: Path, dataset: Path) -> None:
-    lerobot = pytest.importorskip("lerobot.datasets.lerobot_dataset")
-    opened = lerobot.LeRobotDataset("laboratory/filmed", root=filmed)
-    for number in (0, len(opened) // 2, len(opened) - 1):
-        image = opened[number]["observation.images.left"].numpy()
-        episode = int(opened[number]["episode_index"])
-        cell = frames(dataset, episode)["observation.images.left"][int(opened[number]["frame_index"])]
-        exact = np.array(Image.open(io.BytesIO(cell["bytes"]))).transpose(2, 0, 1) / 255.0
-        assert np.sqrt(np.mean((image - exact) ** 2)) < 0.04
-
-
 def test_the_library_opens_it(dataset: Path) -> None:
     lerobot = pytest.importorskip("lerobot.datasets.lerobot_dataset")
     opened = lerobot.LeRobotDataset("laboratory/retractions", root=dataset)

@@ -1,7 +1,7 @@
 """The images of a LeRobot dataset as video: a thousandth of the size, and not what the camera saw to the last bit.
 
 Each camera has files of its own, in which the frames of one episode follow those of another; an episode is never
-divided. The codec is MPEG-4 Part 2, which the image library at hand writes and which LeRobot's decoders read.
+divided. The codec is MPEG-4 Part 2, which the image library at hand writes and every decoder of FFmpeg reads.
 """
 
 from collections.abc import Mapping
