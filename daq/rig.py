@@ -13,6 +13,7 @@ from daq.devices import CAMERA, FORCE_SENSOR, MOST_CAMERAS, ROBOT, AnyRole, Devi
 from daq.errors import RigError
 from daq.files.names import check_name
 from daq.files.toml_tables import Keys, TomlFile, toml_text
+from daq.viewers import Viewers
 from daq.vision.camera_model import StereoCalibration
 from daq.vision.fiducials import FiducialSettings
 from estimator.experiment import Box, Environment, Grasp, Phantom
@@ -113,10 +114,7 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class Uncertainty:
-    """Standard deviations that the scatter within a window does not show, from certificates or calibration.
-
-    They are added in quadrature to the scatter that a recording shows.
-    """
+    """Standard deviations, of certificates or calibration, that go in quadrature to the scatter within a window."""
 
     force_n: float = 0.0
     torque_nm: float = 0.0
@@ -163,7 +161,7 @@ class Rig:
     with one camera has no stereo calibration, and nothing is measured in its images. ``calibration`` is the folder of
     the calibration files, None for none; what is in force there goes before what the rig file says
     (:mod:`daq.calibration_files.in_force`). ``laboratory_clock`` is the file of an emulated laboratory's clock
-    (:mod:`daq.timing.laboratory_time`), and None for real devices.
+    (:mod:`daq.timing.laboratory_time`), and None for real devices. ``viewers`` may look on, None for nobody.
     """
 
     format: str
@@ -181,6 +179,7 @@ class Rig:
     stereo_calibration: Path | None = None
     calibration: Path | None = None
     laboratory_clock: Path | None = None
+    viewers: Viewers | None = None
 
     @property
     def pair(self) -> tuple[CameraDevice, CameraDevice]:

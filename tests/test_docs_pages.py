@@ -12,6 +12,7 @@ from doc_commands import DOCUMENTS, ROOT
 from daq.devices import CAMERAS, FORCE_SENSORS, ROBOTS
 from daq.files.toml_tables import TomlFile
 from daq.plans import read_plan
+from daq.viewers import Viewers
 
 DRIVERS = {**FORCE_SENSORS, **ROBOTS, **CAMERAS}
 FIRST_DAY = (ROOT / "docs" / "first-day.md").read_text(encoding="utf-8")
@@ -122,6 +123,9 @@ def test_a_block_of_settings_is_one_that_the_program_takes(block: str, tmp_path:
         assert read_plan(place).trials
         return
     file = TomlFile.read(place)
+    if root.keys() == {"viewers"}:
+        assert file.build(Viewers, root["viewers"], ("viewers",))
+        return
     devices = [(key, root[key]) for key in ("force_sensor", "robot") if key in root]
     devices += [("cameras", camera) for camera in root.get("cameras", [])]
     assert devices

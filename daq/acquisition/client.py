@@ -26,6 +26,8 @@ from daq.acquisition.messages import (
     Start,
     Telemetry,
 )
+from daq.acquisition.viewing.channels import Analysis
+from daq.acquisition.viewing.server import LiveServer
 from daq.errors import SessionError
 from daq.progress import Progress
 from daq.recording.folder import SessionInfo
@@ -51,15 +53,18 @@ class Acquisition(ClosedAtExit):
     ----------
     devices : who they are, by their roles
     telemetry : the newest, None before the first
+    viewers : who look on, where the rig file lets them; None where it lets nobody
 
     Raises
     ------
     SessionError
-        The devices cannot be connected.
+        The devices cannot be connected, or nobody can listen for viewers.
     """
 
     def __init__(self, rig: Rig) -> None:
         self.telemetry: Telemetry | None = None
+        cameras = tuple(camera.name for camera in rig.cameras)
+        self.viewers = None if rig.viewers is None else LiveServer(rig.viewers, cameras)
         # who is to be seen alive: a window's interface thread is its first
         self._watcher = threading.main_thread().native_id or threading.get_native_id()
         self._process = subprocess.Popen(
@@ -180,6 +185,11 @@ class Acquisition(ClosedAtExit):
             raise SessionError(f"{folder}: the session has ended without a word; look at its files")
         return ended.info
 
+    def show(self, analysis: Analysis) -> None:
+        """Show those who look on what was made of the measurements; does nothing where nobody may."""
+        if self.viewers is not None:
+            self.viewers.tell(analysis)
+
     def close(self) -> None:
         """End the process; a session under way is held and sealed first."""
         assert self._process.stdin is not None
@@ -194,6 +204,8 @@ class Acquisition(ClosedAtExit):
             self._reader.join(_END_TIMEOUT_S)
             if self._process.stdout is not None:
                 self._process.stdout.close()
+            if self.viewers is not None:
+                self.viewers.close()
 
     def _watch(self, progress: Progress) -> Ended:
         while (ended := self.poll(_POLL_S)) is None:
@@ -218,6 +230,8 @@ class Acquisition(ClosedAtExit):
                 report = pickle.load(self._process.stdout)
                 if isinstance(report, Telemetry):
                     self.telemetry = report
+                    if self.viewers is not None:
+                        self.viewers.tell(report)
                 else:
                     self._reports.put(report)
         except (EOFError, OSError, ValueError, pickle.UnpicklingError):

@@ -3,11 +3,12 @@
 A session's own files are stamped with the host's monotonic clock, which all its streams share and nobody sets, and have
 topics that such readers do not know. Here ``header.stamp`` and ``log_time`` are Unix time: the receive stamps, moved by
 the difference of both clocks when recording began. Left out are the events, the stamps of the devices, and samples that
-the force sensor forbids to use. Images are PNG; a mosaic is one image, not its four planes.
+the force sensor forbids to use. Images are PNG; a mosaic is one image, not its four planes. Transforms tell where the
+frames of the messages are: ``/tf`` the tool in the robot's base, ``/tf_static`` what the rig file states.
 """
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.errors import RecordingError
+from daq.export.ros2_transforms import KEPT_FOR_LATER, TOOL_FRAME, transform_rows
 from daq.progress import Progress
+from daq.recording.folder import RIG_FILE
 from daq.recording.layout import FORCE_FRAME, ROBOT_FRAME, camera_frame
 from daq.recording.mcap import schemas
 from daq.recording.mcap.chunks import Rows
@@ -26,6 +29,7 @@ from daq.recording.messages.rows import message_rows, placed
 from daq.recording.reader import Recording
 from daq.recording.sealing.seal import seal
 from daq.recording.stored_streams import Images
+from daq.rig import read_rig
 from robot_drivers.protocols import IntArray
 
 _BAG_FILE = "recording_0.mcap"
@@ -43,12 +47,13 @@ class Ros2Bag:
 
 @dataclass(frozen=True, slots=True)
 class _Stream:
-    """Messages of one topic and their times (n,), ns."""
+    """Messages of one topic, their times (n,), ns, and what is asked of their delivery; empty for the usual."""
 
     topic: str
     schema: Schema
     time_ns: IntArray
     messages: NDArray[np.void] | Images
+    qos: str = ""
 
 
 def write_ros2_bag(recording: Recording, folder: Path, progress: Progress) -> Ros2Bag:
@@ -68,7 +73,10 @@ def write_ros2_bag(recording: Recording, folder: Path, progress: Progress) -> Ro
     end = max(int(stream.time_ns.max()) for stream in streams)
     chunks = (end - begin) // _CHUNK_NS + 1
     with McapLog(folder / _BAG_FILE) as log:
-        channels = [log.add_channel(stream.topic, stream.schema) for stream in streams]
+        channels = [
+            log.add_channel(stream.topic, stream.schema, {"offered_qos_profiles": stream.qos})
+            for stream in streams
+        ]
         for number in range(chunks):
             progress("writing the bag", number, chunks)
             first = begin + number * _CHUNK_NS
@@ -81,8 +89,7 @@ def write_ros2_bag(recording: Recording, folder: Path, progress: Progress) -> Ro
                 log.append(*batch)
     seal(folder / _BAG_FILE)
     counts = {stream.topic: len(stream.time_ns) for stream in streams}
-    types = {stream.topic: stream.schema.name for stream in streams}
-    (folder / "metadata.yaml").write_text(_metadata(counts, types, begin, end), encoding="utf-8")
+    (folder / "metadata.yaml").write_text(_metadata(streams, begin, end), encoding="utf-8")
     return Ros2Bag(counts, int(np.sum(~force.usable)))
 
 
@@ -99,6 +106,11 @@ def _streams(recording: Recording) -> Iterator[_Stream]:
     pose["message_body"]["position"] = robot.position
     pose["message_body"]["quaternion_xyzw"] = np.roll(robot.quaternion_wxyz, -1, axis=1)
     yield _Stream("/robot/pose", schemas.POSE, time_ns, pose)
+    moved = transform_rows(
+        ((ROBOT_FRAME, TOOL_FRAME),), time_ns, robot.position[:, None], robot.quaternion_wxyz[:, None]
+    )
+    yield _Stream("/tf", schemas.TRANSFORMS, time_ns, moved)
+    yield from _fixed(recording, time_ns[:1])
     joints = message_rows(0, rows.joints_layout(ROBOT_FRAME, robot.joints.shape[1]), time_ns)
     joints["message_body"]["joints"] = robot.joints
     yield _Stream("/robot/joints", schemas.JOINT_STATE, time_ns, joints)
@@ -112,6 +124,20 @@ def _streams(recording: Recording) -> Iterator[_Stream]:
                 described["message_body"][name] = info[name]
             yield _Stream(f"/camera/{camera}/camera_info", schemas.CAMERA_INFO, time_ns[:1], described)
         yield _Stream(f"/camera/{camera}/image", schemas.COMPRESSED_IMAGE, time_ns, images)
+
+
+def _fixed(recording: Recording, time_ns: IntArray) -> Iterator[_Stream]:
+    """Yield the transforms that the rig file states, as one message of the first instant."""
+    if not (recording.folder / RIG_FILE).is_file() or not len(time_ns):
+        return
+    frames = read_rig(recording.folder / RIG_FILE, to_connect=False).frames
+    links = ((ROBOT_FRAME, "tissue"), (TOOL_FRAME, "gripper"), ("gripper", FORCE_FRAME))
+    poses = [one.pose for one in (frames.T_base_tissue, frames.T_tool_gripper, frames.T_gripper_sensor)]
+    places, turns = (
+        np.array([getattr(pose, name) for pose in poses])[None] for name in ("position", "quaternion_wxyz")
+    )
+    message = transform_rows(links, time_ns, places, turns)
+    yield _Stream("/tf_static", schemas.TRANSFORMS, time_ns, message, KEPT_FOR_LATER)
 
 
 def _packed(stream: _Stream, channel: int, begin_ns: int, end_ns: int) -> Iterator[Rows]:
@@ -142,9 +168,9 @@ def _image(stream: _Stream, images: Images, channel: int, index: int) -> Rows:
     return Rows((*head.parts, data), head.placed)
 
 
-def _metadata(counts: Mapping[str, int], types: Mapping[str, str], begin_ns: int, end_ns: int) -> str:
+def _metadata(streams: Sequence[_Stream], begin_ns: int, end_ns: int) -> str:
     """Return the description of a bag; JSON is YAML."""
-    total = sum(counts.values())
+    total = sum(len(stream.time_ns) for stream in streams)
     times = {
         "starting_time": {"nanoseconds_since_epoch": begin_ns},
         "duration": {"nanoseconds": end_ns - begin_ns},
@@ -153,14 +179,14 @@ def _metadata(counts: Mapping[str, int], types: Mapping[str, str], begin_ns: int
     topics = [
         {
             "topic_metadata": {
-                "name": topic,
-                "type": types[topic],
+                "name": stream.topic,
+                "type": stream.schema.name,
                 "serialization_format": "cdr",
-                "offered_qos_profiles": "",
+                "offered_qos_profiles": stream.qos,
             },
-            "message_count": count,
+            "message_count": len(stream.time_ns),
         }
-        for topic, count in counts.items()
+        for stream in streams
     ]
     told = {
         "version": _BAG_VERSION,

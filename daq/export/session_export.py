@@ -1,9 +1,13 @@
 """Writing the experiment folder of a session, with where it comes from, or its streams as tables."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from daq.errors import RecordingError, SynchronisationError
+from daq.export.lerobot.dataset import LerobotDataset, write_lerobot
+from daq.export.ro_crate.crate import EXPERIMENT, RoCrate, write_ro_crate
+from daq.export.ro_crate.publication import Publication
 from daq.export.ros2_bag import Ros2Bag, write_ros2_bag
 from daq.export.stream_tables import Table, stream_tables, synchronised_table
 from daq.export.table_formats import FORMATS
@@ -85,12 +89,18 @@ def export_experiment(session: Path, target: Path, progress: Progress) -> tuple[
     """
     recording = sealed_recording(session)
     with appearing(target) as draft:
-        synchronised = synchronise(recording, progress)
-        write_experiment(synchronised.experiment, draft)
-        provenance = _provenance(recording, synchronised)
-        with (draft / "experiment.toml").open("a", encoding="utf-8") as file:
-            file.write(toml_text(_Annex(provenance), draft))
+        provenance = _write_synchronised(recording, draft, progress)
     return read_experiment(target), provenance
+
+
+def _write_synchronised(recording: Recording, folder: Path, progress: Progress) -> Provenance:
+    """Write the experiment of a recording into a new folder, with where it comes from."""
+    synchronised = synchronise(recording, progress)
+    write_experiment(synchronised.experiment, folder)
+    provenance = _provenance(recording, synchronised)
+    with (folder / "experiment.toml").open("a", encoding="utf-8") as file:
+        file.write(toml_text(_Annex(provenance), folder))
+    return provenance
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,6 +154,49 @@ def export_ros2(session: Path, target: Path, progress: Progress) -> Ros2Bag:
     recording = sealed_recording(session)
     with appearing(target) as draft:
         return write_ros2_bag(recording, draft, progress)
+
+
+def export_lerobot(
+    sessions: Sequence[Path], target: Path, fps: int | None, progress: Progress, *, as_video: bool = False
+) -> LerobotDataset:
+    """Write sealed sessions as the episodes of a LeRobot dataset.
+
+    Parameters
+    ----------
+    fps : frames a second; None for the rate of the slowest camera
+    as_video : whether images become video, which is small and not without loss
+
+    Raises
+    ------
+    RecordingError, RigError, SynchronisationError
+        A session cannot be used, or differs from the others.
+    InputError
+        The target exists.
+    """
+    recordings = [sealed_recording(session) for session in sessions]
+    with appearing(target) as draft:
+        return write_lerobot(recordings, draft, fps, progress, as_video=as_video)
+
+
+def export_ro_crate(session: Path, target: Path, publication: Publication, progress: Progress) -> RoCrate:
+    """Write a sealed session, and its experiment where there can be one, as an RO-Crate.
+
+    Raises
+    ------
+    RecordingError, RigError
+        The session cannot be used.
+    InputError
+        The target exists.
+    """
+    recording = sealed_recording(session)
+    with appearing(target) as draft:
+        draft.mkdir()
+        unsynchronised = ""
+        try:
+            _write_synchronised(recording, draft / EXPERIMENT, progress)
+        except (SynchronisationError, VisionError) as error:
+            unsynchronised = str(error)
+        return write_ro_crate(recording, draft, unsynchronised, publication, progress)
 
 
 def sealed_recording(session: Path) -> Recording:

@@ -6,10 +6,10 @@ from daq.errors import RecordingError
 from estimator.errors import InputError
 from estimator.input_file import read_input_text
 
-_BAG_FILE = "metadata.yaml"
-_BAG_KEY = "rosbag2_bagfile_information"
+METADATA_FILE = "metadata.yaml"
+METADATA_KEY = "rosbag2_bagfile_information"
 _SUFFIXES = (".mcap", ".db3")
-_ONLY_OWN = "only sessions that this software recorded are read"
+_ONLY_OWN = "only sessions that this software recorded are read; `retract import` reads those of others"
 
 
 def require_no_foreign_bag(place: Path) -> None:
@@ -23,15 +23,16 @@ def require_no_foreign_bag(place: Path) -> None:
     if place.is_file():
         kind = "an MCAP file or a part of a rosbag2" if place.suffix in _SUFFIXES else "a file"
         raise RecordingError(f"{place}: is {kind}; name the folder of a session; {_ONLY_OWN}")
-    if _is_bag(place):
+    if is_bag_folder(place):
         files = sorted(path.name for path in place.iterdir() if path.suffix in _SUFFIXES)
         raise RecordingError(
-            f"{place}: is a rosbag2 ({', '.join([_BAG_FILE, *files[:3]])}) of other software; {_ONLY_OWN}"
+            f"{place}: is a rosbag2 ({', '.join([METADATA_FILE, *files[:3]])}) of other software; {_ONLY_OWN}"
         )
 
 
-def _is_bag(place: Path) -> bool:
+def is_bag_folder(place: Path) -> bool:
+    """Tell whether a folder has the description of a rosbag2."""
     try:
-        return _BAG_KEY in read_input_text(place / _BAG_FILE)
+        return METADATA_KEY in read_input_text(place / METADATA_FILE)
     except InputError:
         return False

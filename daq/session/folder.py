@@ -29,7 +29,10 @@ def make_folder(folder: Path, rig: Rig, in_force: InForce) -> dict[str, str]:
             copies.add(stereo)
     except OSError as error:
         raise RecordingError(f"{folder}: no session can be put there ({error}); name a new folder") from error
-    kept = replace(rig, stereo_calibration=stereo, calibration=calibrations, laboratory_clock=None)
+    # who may look on is nobody's business afterwards, and their token a secret
+    kept = replace(
+        rig, stereo_calibration=stereo, calibration=calibrations, laboratory_clock=None, viewers=None
+    )
     write_rig(kept, folder / RIG_FILE)
     return {
         path.relative_to(folder).as_posix(): sha256(path) for path in (folder / RIG_FILE, *sorted(copies))

@@ -53,7 +53,7 @@ def experiment_of(source: Source, mapping: ImportMapping, scratch: Path) -> Expe
         arm = np.array(centre) - frame.points(places[0])
         moved = moved + turned.apply(arm) - arm
     beads, rest = reading.beads(frame)
-    wrench = reading.wrench(frame)
+    wrench = reading.wrench(frame, turns)
     distance = np.linalg.norm(np.nan_to_num(moved), axis=1) + np.nan_to_num(turned.magnitude()) * 1e-3
     keep = kept_rows(distance, 0, len(distance) - 1, mapping.rows[2])
     keep = keep[~lost[keep]]
@@ -95,6 +95,12 @@ def _mean_at_rest(wrench: FloatArray, rows: int) -> FloatArray:
     known = np.isfinite(wrench[:rows])
     total = np.where(known, wrench[:rows], 0.0).sum(axis=0)
     return np.asarray(total / np.maximum(known.sum(axis=0), 1))
+
+
+def _turned(turns: Rotation, vectors: FloatArray) -> FloatArray:
+    """Return vectors (n, 3) along the axes that the turns are stated in; NaN where a component is not known."""
+    known = np.isfinite(vectors).all(axis=1, keepdims=True)
+    return np.where(known, turns.apply(np.where(known, vectors, 0.0)), np.nan)
 
 
 class _Reading:
@@ -143,8 +149,18 @@ class _Reading:
             )
         return places, turns, np.asarray(~np.isfinite(places).all(axis=1))
 
-    def wrench(self, frame: SourceFrame) -> FloatArray:
-        """Return force and torque of the tissue on the gripper along the tissue axes, (n, 6)."""
+    def wrench(self, frame: SourceFrame, turns: Rotation) -> FloatArray:
+        """Return force and torque of the tissue on the gripper along the tissue axes, (n, 6).
+
+        Parameters
+        ----------
+        turns : n orientations of the gripper in the source's axes
+
+        Raises
+        ------
+        InputError
+            The wrench is stated along the gripper's axes, and nothing tells these.
+        """
         forces = np.stack([self._channel(name, "force", np.nan) for name in WRENCH_COLUMNS[:3]], axis=1)
         torques = np.stack([self._channel(name, "torque", np.nan) for name in WRENCH_COLUMNS[3:]], axis=1)
         axis = self._mapping.machine_axis
@@ -152,8 +168,19 @@ class _Reading:
             # the other components are not measured
             along = self._channel("f", "force", np.nan)[:, None] * axis
             forces = np.where(axis != 0, along, forces)
+        if self._mapping.force_along == "gripper":
+            self._require_orientation()
+            forces, torques = (_turned(turns, vectors) for vectors in (forces, torques))
         sign = 1.0 if self._mapping.force_of == "tissue on gripper" else -1.0
         return sign * np.concatenate([frame.vectors(forces), frame.vectors(torques)], axis=1)
+
+    def _require_orientation(self) -> None:
+        mapping = self._mapping
+        if not any(name in mapping.channels for name in (*QUATERNION, *TURNS)):
+            raise InputError(
+                f'{mapping.file}: [force] along = "gripper" needs the gripper\'s orientation; name [columns] qw, qx, '
+                'qy, qz or rx, ry, rz, or write "source"'
+            )
 
     def beads(self, frame: SourceFrame) -> tuple[FloatArray, FloatArray]:
         """Return the beads (n, m, 3) in the tissue frame, and where they are at rest, (m, 3): in the first row.

@@ -18,6 +18,7 @@ from estimator.importing.pictures.picture import draw_experiment
 from estimator.importing.pictures.proposal_picture import draw_proposal
 from estimator.importing.proposal_text import text_of
 from estimator.importing.proposing import propose
+from estimator.importing.table import Source
 
 MAPPING_SUFFIX = ".import.toml"
 PICTURE_SUFFIX = ".import.png"
@@ -36,6 +37,7 @@ class Imported:
     picture : of it, or of what was understood for the proposal
     findings : of the checks, the worst first
     refusal : why no experiment was written
+    remarks : what of the source was left out or is damaged, a line each
     """
 
     mapping: Path
@@ -45,14 +47,17 @@ class Imported:
     picture: Path | None = None
     findings: tuple[Finding, ...] = ()
     refusal: str = ""
+    remarks: tuple[str, ...] = ()
 
 
-def import_experiment(source: Path | str, output: Path | str, mapping: Path | str | None = None) -> Imported:
-    """Import a file or a folder as a new experiment folder.
+def import_experiment(
+    source: Path | str | Source, output: Path | str, mapping: Path | str | None = None
+) -> Imported:
+    """Import a file, a folder, or what was read of one as a new experiment folder.
 
     Parameters
     ----------
-    source : CSV, XLSX, NPZ, HDF5, MAT, C3D, or a folder of files or of frames
+    source : CSV, XLSX, NPZ, HDF5, MAT, C3D, a folder of files or of frames; or tables that were read elsewhere
     output : experiment folder to write; ``OUTPUT.import.toml`` and ``OUTPUT.import.png`` are written beside it
     mapping : None for ``OUTPUT.import.toml``, which is proposed if it is not there
 
@@ -66,7 +71,7 @@ def import_experiment(source: Path | str, output: Path | str, mapping: Path | st
         raise InputError(f"{target}: exists already; give another name, or remove it first")
     beside = target.with_name(target.name + MAPPING_SUFFIX)
     picture = target.with_name(target.name + PICTURE_SUFFIX)
-    read = read_source(source)
+    read = source if isinstance(source, Source) else read_source(source)
     proposed = mapping is None and not beside.exists()
     if proposed:
         beside.parent.mkdir(parents=True, exist_ok=True)
@@ -76,7 +81,9 @@ def import_experiment(source: Path | str, output: Path | str, mapping: Path | st
     file = beside if mapping is None else Path(mapping)
     missing = open_lines(file)
     if missing:
-        return Imported(file, tuple(missing), proposed, picture=picture if proposed else None)
+        return Imported(
+            file, tuple(missing), proposed, picture=picture if proposed else None, remarks=read.remarks
+        )
     with tempfile.TemporaryDirectory() as scratch:
         experiment = experiment_of(read, read_mapping(file), Path(scratch))
         findings = findings_of(replace(experiment, path=target))
@@ -85,10 +92,10 @@ def import_experiment(source: Path | str, output: Path | str, mapping: Path | st
         try:
             written = write_experiment(experiment, target)
         except InputError as error:
-            return Imported(file, (), proposed, None, picture, tuple(findings), str(error))
+            return Imported(file, (), proposed, None, picture, tuple(findings), str(error), read.remarks)
     if file.resolve() != beside.resolve():
         shutil.copyfile(file, beside)
-    return Imported(file, (), proposed, written, picture, tuple(findings))
+    return Imported(file, (), proposed, written, picture, tuple(findings), remarks=read.remarks)
 
 
 def told(lines: Sequence[tuple[int, str]]) -> str:

@@ -26,6 +26,7 @@ ALONG = ("p", "f")
 TARGETS: tuple[str, ...] = (*POSITIONS, *QUATERNION, *TURNS, *WRENCH_COLUMNS, *ALONG)
 
 ForceOf = Literal["tissue on gripper", "gripper on tissue"]
+ForceAlong = Literal["source", "gripper"]
 Shape = Literal["block", "cylinder", "surface"]
 _FACE = re.compile(r"([xyz])([+-])(?:\s+(\S+))?")
 _HEADING = re.compile(r"\[{1,2}\w+\]{1,2}")
@@ -95,6 +96,7 @@ class ImportMapping:
     gripper_points: tuple[tuple[str, str, str], ...]
     gripper_unit: str
     force_of: ForceOf
+    force_along: ForceAlong
     zeroed: bool
     R_tissue_source: FloatArray
     origin: Vector
@@ -180,6 +182,7 @@ def read_mapping(file: Path) -> ImportMapping:
                 "is_of", ("tissue on gripper", "gripper on tissue"), "tissue on gripper"
             ),
         ),
+        force_along=cast(ForceAlong, root.table("force").choice("along", ("source", "gripper"), "source")),
         zeroed=root.table("force").choice("zero", ("at rest", "as it is"), "at rest") == "at rest",
         R_tissue_source=rotation_of_axes(
             plain.get("frame", {}).get("axes", ["x", "y", "z"]), f"{file}: [frame] axes"

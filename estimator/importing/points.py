@@ -40,7 +40,12 @@ class Point:
     @property
     def on_gripper(self) -> bool:
         """Whether its name says that it is on the gripper."""
-        return any(word in self.name.lower() for word in _GRIPPER_WORDS)
+        return is_on_gripper(self.name)
+
+
+def is_on_gripper(name: str) -> bool:
+    """Tell whether a name says that what it names is on the gripper."""
+    return any(word in name.lower() for word in _GRIPPER_WORDS)
 
 
 def points_of(source: Source) -> list[Point]:

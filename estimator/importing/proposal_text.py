@@ -95,6 +95,11 @@ def _columns(proposal: Proposal) -> Iterator[str]:
         yield ""
         yield "[force]"
         yield f'is_of = {told}    # "tissue on gripper" or "gripper on tissue"; {why}'
+        if proposal.force_frame:
+            yield (
+                f"along = {_OPEN}                    # stated in the frame {_text(proposal.force_frame)}: "
+                '"gripper" if that turns with it, else "source"'
+            )
         yield 'zero = "at rest"               # the mean before any motion counts as zero; or "as it is"'
 
 

@@ -41,6 +41,7 @@ class Proposal:
     beads : at most 30 of the others, evenly spread
     all_points : how many there are
     force_of : what the force is exerted by, where the work that it does tells
+    force_frame : that the file states the force in, where that is another than the motion's; empty otherwise
     axes : the tissue's x, y, z in the source's axes
     noise : standard deviations that rows at rest show, by name, in SI units
     """
@@ -52,6 +53,7 @@ class Proposal:
     beads: tuple[Point, ...]
     all_points: int
     force_of: str | None
+    force_frame: str
     axes: tuple[str, str, str]
     noise: dict[str, float]
 
@@ -80,9 +82,10 @@ def propose(source: Source) -> Proposal:
         gripper=gripper,
         beads=tuple(spread(others, MOST_BEADS)),
         all_points=len(others),
-        force_of=_force_of(channels),
+        force_of=_force_of(channels, times),
+        force_frame=_frame_of_its_own(channels),
         axes=_axes(source),
-        noise=_noise(channels, others),
+        noise=_noise(channels, others, times),
     )
 
 
@@ -103,7 +106,7 @@ def _consistent(channels: dict[str, Proposed]) -> dict[str, Proposed]:
     return kept
 
 
-def _force_of(channels: dict[str, Proposed]) -> str | None:
+def _force_of(channels: dict[str, Proposed], times: dict[str, Proposed]) -> str | None:
     """Return whether a force is that on the gripper, by the sign of the work that it does; None where that is open.
 
     Work on a body from rest is never negative, so the force that the tissue exerts on the gripper points against the
@@ -112,9 +115,10 @@ def _force_of(channels: dict[str, Proposed]) -> str | None:
     work, effort = 0.0, 0.0
     for force, motion in (("fx", "px"), ("fy", "py"), ("fz", "pz"), ("f", "p")):
         one, other = channels.get(force), channels.get(motion)
-        if one is None or other is None or one.table.name != other.table.name:
+        read = None if one is None or other is None else _beside(one, other.table, times)
+        if one is None or other is None or read is None:
             continue
-        values, place = one.column.values, other.column.values * _factor(other)
+        values, place = read, other.column.values * _factor(other)
         values = (values - _first(values)) * _factor(one)
         end = int(np.nanargmax(np.abs(place - _first(place)))) + 1
         step = np.diff(place[:end])
@@ -125,6 +129,34 @@ def _force_of(channels: dict[str, Proposed]) -> str | None:
     if effort == 0 or abs(work) < 0.5 * effort:
         return None
     return "tissue on gripper" if work > 0 else "gripper on tissue"
+
+
+def _frame_of_its_own(channels: dict[str, Proposed]) -> str:
+    """Return the frame of the force as the file states it, where the motion is stated in another."""
+    force, motion = (
+        next((channels[name].table.facts.get("frame", "") for name in names if name in channels), "")
+        for names in (("fx", "fy", "fz"), ("px", "py", "pz"))
+    )
+    return force if force and motion and force != motion else ""
+
+
+def _beside(one: Proposed, base: Table, times: dict[str, Proposed]) -> FloatArray | None:
+    """Return a column at the rows of a table, by the clocks of both; None where one has none."""
+    if one.table.name == base.name:
+        return one.column.values
+    if not {one.table.name, base.name} <= times.keys():
+        return None
+    own, wanted = (_seconds(times[table.name]) for table in (one.table, base))
+    known = np.isfinite(own) & np.isfinite(one.column.values)
+    if known.sum() < 2:
+        return None
+    order = np.argsort(own[known], kind="stable")
+    values = one.column.values[known][order]
+    return np.interp(wanted, own[known][order], values, left=np.nan, right=np.nan)
+
+
+def _seconds(time: Proposed) -> FloatArray:
+    return np.asarray(time.column.values * UNITS["time"].get(spelt(time.unit or ""), 1.0))
 
 
 def _axes(source: Source) -> tuple[str, str, str]:
@@ -142,26 +174,46 @@ def _axes(source: Source) -> tuple[str, str, str]:
     return "x", "y", "z"
 
 
-def _noise(channels: dict[str, Proposed], points: Sequence[Point]) -> dict[str, float]:
+def _noise(
+    channels: dict[str, Proposed], points: Sequence[Point], times: dict[str, Proposed]
+) -> dict[str, float]:
     """Return the scatter of rows before any motion, from differences of neighbouring rows."""
-    motion = [channels[name].column.values for name in ("p", "px", "py", "pz") if name in channels]
+    motion = [channels[name] for name in ("p", "px", "py", "pz") if name in channels]
     if not motion:
         return {}
-    rest = rows_at_rest(motion)
+    at_rest = _Rest(motion[0].table, rows_at_rest([one.column.values for one in motion]), times)
     found: dict[str, float] = {}
     for name, targets in (("force_std", ("f", "fx", "fy", "fz")), ("torque_std", ("tx", "ty", "tz"))):
         series = [
-            channels[one].column.values[:rest] * _factor(channels[one]) for one in targets if one in channels
+            at_rest.of(channels[one].table, channels[one].column) * _factor(channels[one])
+            for one in targets
+            if one in channels
         ]
         _add(found, name, series)
     coordinates = [
-        column.values[:rest] * UNITS["length"][spelt(point.unit)]
+        at_rest.of(point.table, column) * UNITS["length"][spelt(point.unit)]
         for point in points[:MOST_BEADS]
         for column in point.columns
         if column is not None and point.unit is not None and spelt(point.unit) in UNITS["length"]
     ]
     _add(found, "fiducial_std", coordinates)
     return found
+
+
+@dataclass(frozen=True, slots=True)
+class _Rest:
+    """How many rows of a table are at rest, and by the clocks those of any other."""
+
+    table: Table
+    rows: int
+    times: dict[str, Proposed]
+
+    def of(self, table: Table, column: Column) -> FloatArray:
+        """Return the values of a column at rest; without clocks as many rows as of the motion."""
+        if table.name == self.table.name or not {table.name, self.table.name} <= self.times.keys():
+            return column.values[: self.rows]
+        end = _seconds(self.times[self.table.name])[self.rows - 1]
+        return column.values[_seconds(self.times[table.name]) <= end]
 
 
 def _add(found: dict[str, float], name: str, series: Iterable[FloatArray]) -> None:

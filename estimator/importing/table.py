@@ -57,12 +57,14 @@ class Source:
     tables : those with two rows or more
     how : how it was read, in words
     y_down : whether y counts downwards, as in images
+    remarks : what was left out or is damaged, a line each
     """
 
     path: Path
     tables: tuple[Table, ...]
     how: str
     y_down: bool = False
+    remarks: tuple[str, ...] = ()
 
     def names(self) -> tuple[str, ...]:
         """Return what each column is called in a mapping: its name, or ``table:name`` where that is not unique."""

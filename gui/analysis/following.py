@@ -24,6 +24,7 @@ from estimator.fit.settings import FitSettings
 from gui.analysis.sources import experiments_of, stated_by
 from gui.jobs.process import Reporter
 from gui.sessions.session_list import entry_of
+from robot_drivers.protocols import FloatArray
 
 _POLL_S = 0.05
 _PATIENCE_S = 30.0
@@ -31,7 +32,7 @@ PATIENCE_OF_SEAL_S = 60.0
 """A long recording is judged for some time before it is sealed."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class FollowedStep:
     """What the steps of a running session tell up to one of them.
 
@@ -39,10 +40,12 @@ class FollowedStep:
     ----------
     estimate : after the step
     measured_ns : when its measuring window ended, host clock
+    beads : (m, 3) where they were in it, tissue frame, m; NaN where one was not seen
     """
 
     estimate: OnlineEstimate
     measured_ns: int
+    beads: FloatArray
 
 
 def follow_session(
@@ -110,7 +113,8 @@ def _caught_up(report: Reporter, following: Following, found: Synchronised) -> F
         try:
             following = advance(following, stay)
             if following.estimate is not None:
-                report.show(FollowedStep(following.estimate, found.windows[row - 1].end_ns))
+                beads = found.experiment.fiducials[row - 1]
+                report.show(FollowedStep(following.estimate, found.windows[row - 1].end_ns, beads))
             following = renewed(following)
         except (FitError, SolverError) as error:
             report(f"step {step} does not suffice ({error})", 0, 0)

@@ -6,6 +6,7 @@ from typing import ClassVar
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QCheckBox, QComboBox, QFileDialog, QVBoxLayout, QWidget
 
+from daq.acquisition.viewing.channels import Analysis
 from estimator.errors import InputError
 from estimator.fit.online import OnlineEstimate
 from estimator.fit.result import Estimate
@@ -92,6 +93,8 @@ class EstimatePage(QWidget):
         late_s = (host_time_ns() - found.measured_ns) * 1e-9
         self.result.show_history(self._history, late_s)
         self.step_shown.emit(found.estimate.step, late_s)
+        told = {name: (one.value, *one.interval95) for name, one in found.estimate.parameters.items()}
+        self._context.link.show(Analysis(found.measured_ns, found.estimate.step, found.beads, told))
 
     def _laws(self) -> list[str]:
         """Return the laws to choose from; those of this project alone where another package is broken."""

@@ -27,6 +27,7 @@ from daq.acquisition.messages import (
     TakeTare,
     Tared,
 )
+from daq.acquisition.viewing.channels import Analysis
 from daq.rig import Rig
 from daq.session.session import Label
 from daq.trajectories import Trajectory
@@ -121,6 +122,10 @@ class AcquisitionLink(QObject):
     def note(self, text: str) -> None:
         """Record what the operator has to say."""
         self._commanded.emit(Note(text))
+
+    def show(self, analysis: Analysis) -> None:
+        """Show those who look on from elsewhere what was made of the measurements."""
+        self._commanded.emit(analysis)
 
     def look(self) -> None:
         """Ask for both cameras' next full images of one moment; ``seen`` follows."""

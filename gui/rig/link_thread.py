@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from daq.acquisition.client import Acquisition
 from daq.acquisition.messages import Close, Command, Failure, Open, Refused, Telemetry
+from daq.acquisition.viewing.channels import Analysis
 from daq.errors import DaqError
 from daq.rig import Rig
 
@@ -89,9 +90,11 @@ class Worker(QObject):
         self._timer.timeout.connect(self._listen)
 
     @Slot(object)
-    def obey(self, command: Command) -> None:
+    def obey(self, command: Command | Analysis) -> None:
         """Carry out a command; what needs devices is refused without them."""
         match command:
+            case Analysis():
+                self._guarded(lambda acquisition: acquisition.show(command))
             case Open(rig):
                 self._open(rig)
             case Close():

@@ -1,5 +1,6 @@
 """A session as a rosbag2 folder, read by a reader that knows ROS 2 alone."""
 
+import json
 from pathlib import Path
 
 import cv2
@@ -8,6 +9,9 @@ import pytest
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
+from ruamel.yaml import YAML
+from scipy.spatial.transform import Rotation
+from synthetic_session import SyntheticSession
 
 from daq.bad_input.samples.sessions import Extent, cut_session
 from daq.cli import main
@@ -20,13 +24,19 @@ from daq.recording.mcap.log import McapLog
 from daq.recording.messages.codec import compressed
 from daq.recording.messages.rows import FrameRows, WrenchRows, camera_info_row
 from daq.recording.reader import Recording
+from daq.rig import read_rig
+from daq.synchronisation.experiment_rows import gripper_in_tissue
+from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads
+from daq.virtual_rig.physics.phantom import SpringPhantom
 from daq.virtual_rig.rendering.scene import flea2_pair
-from robot_drivers.protocols import Frame, WrenchBlock
+from robot_drivers.protocols import Frame, Pose, WrenchBlock
 
 TYPES = {
     "/force/wrench": "geometry_msgs/msg/WrenchStamped",
     "/robot/pose": "geometry_msgs/msg/PoseStamped",
     "/robot/joints": "sensor_msgs/msg/JointState",
+    "/tf": "tf2_msgs/msg/TFMessage",
+    "/tf_static": "tf2_msgs/msg/TFMessage",
     "/camera/left/image": "sensor_msgs/msg/CompressedImage",
     "/camera/right/image": "sensor_msgs/msg/CompressedImage",
 }
@@ -112,6 +122,71 @@ def test_a_mosaic_is_one_image_and_the_intrinsics_come_along(tmp_path: Path) -> 
     ((_, info),) = found["/camera/left/camera_info"]
     model = flea2_pair().left
     assert (info.height, info.width, info.k[0]) == (model.height, model.width, model.intrinsic_matrix[0, 0])
+
+
+def test_transforms_tell_where_the_frames_of_the_messages_are(tmp_path: Path) -> None:
+    turn = Rotation.from_euler("z", 30, degrees=True)
+    poses = (Pose((0.04, 0.0, 0.0)), Pose((0.043, 0.0, 0.0), tuple(turn.as_quat(scalar_first=True))))
+    session = SyntheticSession(poses, SpringPhantom(GRASP_CENTRE, placed_beads(3))).write(
+        tmp_path / "session"
+    )
+    seal_session(session)
+    export_ros2(session, tmp_path / "bag", silent)
+    found = messages(tmp_path / "bag")
+    ((_, static),) = found["/tf_static"]
+    links = {(one.header.frame_id, one.child_frame_id): one.transform for one in static.transforms}
+    assert links.keys() == {("robot_base", "tissue"), ("tool", "gripper"), ("gripper", "force_sensor")}
+    base_tool = [message.transforms[0] for _, message in found["/tf"]]
+    assert {(one.header.frame_id, one.child_frame_id) for one in base_tool} == {("robot_base", "tool")}
+    assert found["/force/wrench"][0][1].header.frame_id == "force_sensor"
+    assert found["/robot/pose"][0][1].header.frame_id == "robot_base"
+    # where the recording puts the gripper in the tissue is where the transforms put it
+    recording, rig = Recording(session), read_rig(session / "rig.toml", to_connect=False)
+    expected, _ = gripper_in_tissue(recording.robot, rig.frames)
+    R_tissue, tissue = placed(links[("robot_base", "tissue")])
+    _, gripper = placed(links[("tool", "gripper")])
+    for place in (0, len(base_tool) - 1):
+        R_tool, tool = placed(base_tool[place].transform)
+        in_tissue = R_tissue.inv().apply(tool + R_tool.apply(gripper) - tissue)
+        np.testing.assert_allclose(in_tissue, expected[place], atol=1e-12)
+    static_topic = next(
+        one["topic_metadata"]
+        for one in described(tmp_path / "bag")["topics_with_message_count"]
+        if one["topic_metadata"]["name"] == "/tf_static"
+    )
+    (quality,) = json.loads(static_topic["offered_qos_profiles"])
+    assert quality["durability"] == 1  # transient local: told again to those who come later
+
+
+def placed(transform: object) -> tuple[Rotation, np.ndarray]:
+    turn, place = transform.rotation, transform.translation
+    return Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]), np.array([place.x, place.y, place.z])
+
+
+def described(bag: Path) -> dict:
+    return YAML(typ="safe").load((bag / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+
+
+def test_the_description_is_as_rosbag2_reads_it(session: Path, tmp_path: Path) -> None:
+    """Every key that ``rosbag2_storage/yaml.hpp`` asks for in version 5, and the counts of what is there."""
+    bag = export_ros2(session, tmp_path / "bag", silent)
+    told = described(tmp_path / "bag")
+    assert told["version"] == 5
+    assert told["storage_identifier"] == "mcap"
+    assert told["message_count"] == sum(bag.messages.values())
+    assert {
+        one["topic_metadata"]["name"]: one["message_count"] for one in told["topics_with_message_count"]
+    } == dict(bag.messages)
+    for topic in told["topics_with_message_count"]:
+        assert topic["topic_metadata"].keys() == {
+            "name",
+            "type",
+            "serialization_format",
+            "offered_qos_profiles",
+        }
+    (file,) = told["files"]
+    assert (tmp_path / "bag" / file["path"]).is_file()
+    assert {"compression_format", "compression_mode", "starting_time", "duration"} <= told.keys()
 
 
 MOSAIC = np.random.default_rng(0).integers(0, 255, (16, 24), np.uint8)

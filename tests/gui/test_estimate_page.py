@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 from stand_in_jobs import StandInJobs, without_processes
@@ -40,7 +41,7 @@ def after_step(step: int) -> FollowedStep:
     modulus = ParameterEstimate(12e3 + step, 150.0, (11.7e3, 12.3e3))
     ratio = ParameterEstimate(0.46, 0.004, (0.452, 0.468))
     found = OnlineEstimate(step, {"youngs_modulus": modulus, "poisson_ratio": ratio}, 1.02, 0.2)
-    return FollowedStep(found, host_time_ns() - 3 * 10**9)
+    return FollowedStep(found, host_time_ns() - 3 * 10**9, np.zeros((2, 3)))
 
 
 def stored(folder: Path, name: str = "pull", **changes: object) -> Path:

@@ -1,7 +1,16 @@
 """All kinds of files that a user hands over, with the readers and the verbs that read them."""
 
 from daq.bad_input.kind import Kind
-from daq.bad_input.kinds import benchmarks, experiments, importing, laboratory, sessions, surfaces, uniaxial
+from daq.bad_input.kinds import (
+    bags,
+    benchmarks,
+    experiments,
+    importing,
+    laboratory,
+    sessions,
+    surfaces,
+    uniaxial,
+)
 
 KINDS: tuple[Kind, ...] = (
     *laboratory.KINDS,
@@ -10,5 +19,6 @@ KINDS: tuple[Kind, ...] = (
     *surfaces.KINDS,
     *uniaxial.KINDS,
     *importing.KINDS,
+    *bags.KINDS,
     *benchmarks.KINDS,
 )

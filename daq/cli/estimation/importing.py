@@ -3,6 +3,8 @@
 import argparse
 from pathlib import Path
 
+from daq.bags.bag import is_bag
+from daq.bags.reading import read_bag
 from daq.cli.verb import Result, Verbs, add_verb
 from estimator.experiment_checks.checking import Checked
 from estimator.experiment_checks.telling import as_data, as_text
@@ -12,6 +14,7 @@ from estimator.importing.importing import told
 _EXAMPLES = """  retract import trial.csv --output experiments/trial
   retract import capture.c3d --output experiments/trial --mapping lab.import.toml
   retract import dic_frames/ --output experiments/sheet
+  retract import rosbag2_2026_05_04/ --output experiments/pull
 
 The first call writes experiments/trial.import.toml with all that could be understood, and says which lines are to be
 filled in (exit status 2). The same call again then writes the experiment, a picture of it beside it, and what
@@ -25,7 +28,8 @@ def add_parser(verbs: Verbs) -> None:
         "source",
         type=Path,
         metavar="SOURCE",
-        help="CSV, XLSX, NPZ, HDF5, MAT, C3D, or a folder of files, such as the frames of an image correlation",
+        help="CSV, XLSX, NPZ, HDF5, MAT, C3D, a rosbag2 folder, MCAP, or a folder of files, such as the frames of an "
+        "image correlation",
     )
     parser.add_argument(
         "--output", type=Path, required=True, metavar="DIR", help="experiment folder to write; a new one"
@@ -40,7 +44,8 @@ def add_parser(verbs: Verbs) -> None:
 
 def run(options: argparse.Namespace) -> Result:
     """Import, and tell what is still open or what came out."""
-    done = import_experiment(options.source, options.output, options.mapping)
+    source = read_bag(options.source) if is_bag(options.source) else options.source
+    done = import_experiment(source, options.output, options.mapping)
     if done.open_lines:
         return _open(done)
     checked = Checked(options.output, done.findings, done.experiment)
@@ -51,12 +56,13 @@ def run(options: argparse.Namespace) -> Result:
         "picture": str(done.picture),
         "refusal": done.refusal,
         "check": as_data([checked]),
+        "remarks": list(done.remarks),
     }
     if done.experiment is None:
         head = f"not written: {done.refusal}; correct {done.mapping}"
     else:
         head = f"{len(done.experiment.time)} rows, {len(done.experiment.fiducials_rest)} beads in {options.output}"
-    lines = [head, f"picture {done.picture}", f"mapping {done.mapping}", as_text([checked])]
+    lines = [head, f"picture {done.picture}", f"mapping {done.mapping}", *done.remarks, as_text([checked])]
     return Result("\n".join(line for line in lines if line), data, status=2 if wrong else 0)
 
 
@@ -66,4 +72,5 @@ def _open(done: Imported) -> Result:
     if done.picture is not None:
         text += f"\npicture {done.picture}"
     lines = [{"line": number, "key": key} for number, key in done.open_lines]
-    return Result(text, {"mapping": str(done.mapping), "experiment": None, "open": lines}, status=2)
+    data = {"mapping": str(done.mapping), "experiment": None, "open": lines, "remarks": list(done.remarks)}
+    return Result("\n".join([text, *done.remarks]), data, status=2)

@@ -6,6 +6,7 @@ process; the disk follows when :meth:`McapLog.sync` is called. Such a file has n
 
 import os
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 from mcap.data_stream import RecordBuilder
@@ -17,6 +18,8 @@ from daq.recording.in_use import lock
 from daq.recording.mcap.chunks import Rows, encode_chunk
 from daq.recording.mcap.schemas import Schema
 from robot_drivers.closing import ClosedAtExit
+
+_NOTHING: Mapping[str, str] = {}
 
 
 class McapLog(ClosedAtExit):
@@ -31,14 +34,14 @@ class McapLog(ClosedAtExit):
         self._channels = 0
         self._write(preamble())
 
-    def add_channel(self, topic: str, schema: Schema) -> int:
-        """Declare a channel and return its id."""
+    def add_channel(self, topic: str, schema: Schema, metadata: Mapping[str, str] = _NOTHING) -> int:
+        """Declare a channel, with what else is said of it, and return its id."""
         self._channels += 1
         channel = Channel(
             id=self._channels,
             topic=topic,
             message_encoding=schema.message_encoding,
-            metadata={},
+            metadata=dict(metadata),
             schema_id=self._add_schema(schema) if schema.name else 0,
         )
         self._write(encoded(channel))

@@ -32,6 +32,19 @@ float64 x
 float64 y
 float64 z
 """
+_POINT = f"""{_RULE}
+MSG: geometry_msgs/Point
+float64 x
+float64 y
+float64 z
+"""
+_QUATERNION = f"""{_RULE}
+MSG: geometry_msgs/Quaternion
+float64 x
+float64 y
+float64 z
+float64 w
+"""
 
 
 def _ros2(name: str, text: str) -> Schema:
@@ -57,18 +70,18 @@ geometry_msgs/Pose pose
 MSG: geometry_msgs/Pose
 geometry_msgs/Point position
 geometry_msgs/Quaternion orientation
-{_RULE}
-MSG: geometry_msgs/Point
-float64 x
-float64 y
-float64 z
-{_RULE}
-MSG: geometry_msgs/Quaternion
-float64 x
-float64 y
-float64 z
-float64 w
-""",
+{_POINT}{_QUATERNION}""",
+)
+
+POSE_ARRAY = _ros2(
+    "geometry_msgs/msg/PoseArray",
+    f"""std_msgs/Header header
+geometry_msgs/Pose[] poses
+{_HEADER}{_RULE}
+MSG: geometry_msgs/Pose
+geometry_msgs/Point position
+geometry_msgs/Quaternion orientation
+{_POINT}{_QUATERNION}""",
 )
 
 JOINT_STATE = _ros2(
@@ -122,6 +135,21 @@ uint32 height
 uint32 width
 bool do_rectify
 """,
+)
+
+TRANSFORMS = _ros2(
+    "tf2_msgs/msg/TFMessage",
+    f"""geometry_msgs/TransformStamped[] transforms
+{_RULE}
+MSG: geometry_msgs/TransformStamped
+std_msgs/Header header
+string child_frame_id
+geometry_msgs/Transform transform
+{_HEADER}{_RULE}
+MSG: geometry_msgs/Transform
+geometry_msgs/Vector3 translation
+geometry_msgs/Quaternion rotation
+{_VECTOR}{_QUATERNION}""",
 )
 
 DEVICE_STAMP = _ros2(

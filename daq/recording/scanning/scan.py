@@ -30,16 +30,36 @@ _SHOWN_BYTES = 16
 
 
 def scan(path: Path) -> Scan:
-    """Scan a file; raises RecordingError where it is none of MCAP."""
+    """Scan a file of a session; raises RecordingError where it is none of MCAP."""
+    trusted = Declared()
+    result = _scanned(path, trusted)
+    if result.mapped is not None:
+        recognise(result, trusted)
+    return result
+
+
+def scan_foreign(path: Path) -> Scan:
+    """Scan a file of another program, whose channels are what they are declared to be.
+
+    Raises
+    ------
+    RecordingError
+        It is no MCAP file.
+    """
+    return _scanned(path, Declared())
+
+
+def _scanned(path: Path, trusted: Declared) -> Scan:
+    """Return what is in a file, and fill in the declarations that a checksum agrees with."""
     result = _opened(path)
     if result.mapped is None:
         return result
     data = result.view
     summary = read_summary(data)
-    trusted = Declared()
     if summary is not None:
         if summary.checked:
-            trusted = Declared(dict(summary.channels), dict(summary.schemas))
+            trusted.channels.update(summary.channels)
+            trusted.schemas.update(summary.schemas)
         result.schemas.update(summary.schemas)
         result.channels.update(summary.channels)
         result.summary_fault = summary.fault
@@ -54,7 +74,6 @@ def scan(path: Path) -> Scan:
             f"{path}: is no MCAP file; it begins with {start!r}, and no chunk of a recording is in it; put the right "
             "file there, or take it away and recover what the session holds beside it"
         )
-    recognise(result, trusted)
     if summary is not None:
         _compare(summary, result)
     result.sealed = data_end is not None and summary is not None and not result.summary_fault

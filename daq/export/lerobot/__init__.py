@@ -1,0 +1,1 @@
+"""Sessions as a LeRobot dataset, v3.0: the format that programs of robot learning read."""
