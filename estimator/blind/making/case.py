@@ -125,7 +125,8 @@ def _reached(form: Form, effect: Sized, level: str) -> bool:
 def _truth(planned: Planned, setup: Setup, effects: list[Sized], carried: Carried) -> dict[str, Any]:
     law = setup.mechanics.law
     levels = [effect.level for effect in effects]
-    families = [form_named(*named).family for named in zip(planned.labels, planned.forms, strict=True)]
+    named = list(zip(planned.labels, planned.forms, strict=True))
+    families = [form_named(*one).family for one in named]
     parameters: dict[str, Any] = {}
     where: dict[str, Any] = {}
     for label, form, effect in zip(planned.labels, planned.forms, effects, strict=True):
@@ -144,6 +145,7 @@ def _truth(planned: Planned, setup: Setup, effects: list[Sized], carried: Carrie
             "level": levels[0] if len(levels) == 1 else levels,
             "form": list(planned.forms),
             "in_family": families[0] if len(families) == 1 else families,
+            **({"block": form_named(*named[0]).acts_on} if planned.labels == (UNKNOWN,) else {}),
             "sigma": [round(effect.sigma, 2) for effect in effects],
             "size": [round(effect.size, 4) for effect in effects],
             "noise": setup.noise,

@@ -16,7 +16,7 @@ from estimator.blind.scoring.intervals import (
     share,
 )
 from estimator.blind.scoring.keys import Key
-from estimator.blind.scoring.labels import answers_to, block_of, group_of
+from estimator.blind.scoring.labels import GROUPS, answers_to, block_of, group_of
 from estimator.diagnosis.model.labels import UNKNOWN
 from estimator.fit.result import Z95
 
@@ -60,6 +60,16 @@ class Scored:
         """Whether the leading answer is among the truths."""
         return self.answer.leading in self.truths
 
+    @property
+    def true_block(self) -> str:
+        """The block of the rig where the first effect sits; empty where the key does not say."""
+        return self.key.block or (block_of(self.truths[0]) if self.truths[0] in GROUPS else "")
+
+    @property
+    def names_right_block(self) -> bool:
+        """Whether a gap is seen and laid to the right block, be it by a label or by something unknown there."""
+        return bool(self.answer.verdict) and self.answer.block == self.true_block
+
 
 @dataclass(frozen=True, slots=True)
 class Metric:
@@ -95,6 +105,11 @@ class Cases:
         return [case for case in self.everything if case.key.effects == (UNKNOWN,)]
 
     @property
+    def outside_with_block(self) -> list[Scored]:
+        """Those whose key says on which block of the rig the effect acts."""
+        return [case for case in self.outside if case.true_block]
+
+    @property
     def plain(self) -> list[Scored]:
         """With one effect of the catalogue that stands out plainly; without those whose key does not say."""
         return [case for case in self.singles if min(case.key.sigma, default=0.0) >= PLAIN]
@@ -128,7 +143,7 @@ def _naming(singles: Sequence[Scored]) -> list[Metric]:
     return [
         _share("single cause: top-1", singles, lambda c: c.is_right, _mean_ceiling(singles)),
         _share("single cause: top-3", singles, _is_among_three),
-        _share("single cause: right group", singles, _has_right_group),
+        _share("single cause: right group", singles, has_right_group),
         _share("single cause: some gap seen", singles, lambda c: bool(c.answer.verdict)),
     ]
 
@@ -137,7 +152,8 @@ def _is_among_three(case: Scored) -> bool:
     return case.truths[0] in case.answer.ranking[:3]
 
 
-def _has_right_group(case: Scored) -> bool:
+def has_right_group(case: Scored) -> bool:
+    """Tell whether the leading answer is of the group of the truth."""
     return group_of(case.answer.leading) == group_of(case.truths[0])
 
 
@@ -152,15 +168,21 @@ def _names(cases: Cases) -> list[Metric]:
         *_naming(cases.singles),
         _share(f"of those from {PLAIN:g} σ on: top-1", cases.plain, lambda c: c.is_right),
         _share(f"of those from {PLAIN:g} σ on: top-3", cases.plain, _is_among_three),
-        _share(f"of those from {PLAIN:g} σ on: right group", cases.plain, _has_right_group),
+        _share(f"of those from {PLAIN:g} σ on: right group", cases.plain, has_right_group),
         _share("no gap: false alarms", cases.clean, lambda c: bool(c.answer.verdict)),
-        _share("outside the catalogue: recognised", cases.outside, lambda c: UNKNOWN in c.answer.verdict),
-        _share("outside the catalogue: confidently wrong", cases.outside, _is_confidently_wrong),
-        _share("all cases: confidently wrong", cases.everything, _is_confidently_wrong),
+        _share("outside the catalogue: recognised", cases.outside, recognised),
+        _share("outside the catalogue: confidently wrong", cases.outside, is_confidently_wrong),
+        _share("all cases: confidently wrong", cases.everything, is_confidently_wrong),
     ]
 
 
-def _is_confidently_wrong(case: Scored) -> bool:
+def recognised(case: Scored) -> bool:
+    """Tell whether something unknown was seen."""
+    return UNKNOWN in case.answer.verdict
+
+
+def is_confidently_wrong(case: Scored) -> bool:
+    """Tell whether the likeliest answer is wrong, and has more than nine tenths."""
     label, probability = case.answer.likeliest
     return probability > CONFIDENT and label not in case.truths
 
@@ -173,7 +195,8 @@ def _places(cases: Cases) -> list[Metric]:
         if case.key.centre is not None and case.answer.centre is not None
     ]
     return [
-        _share("right block of the rig", cases.singles, lambda c: c.answer.block == block_of(c.truths[0])),
+        _share("right block of the rig", cases.singles, lambda c: c.names_right_block),
+        _share("outside the catalogue: right block", cases.outside_with_block, lambda c: c.names_right_block),
         _share("local cause: a place is given", local, lambda c: c.answer.centre is not None),
         Metric("place error, median", quantile(errors, 50), "mm"),
         Metric("place error, 90th percentile", quantile(errors, 90), "mm"),
@@ -184,25 +207,36 @@ def _amounts(cases: Cases) -> list[Metric]:
     closures = [case.answer.closure for case in cases.singles if case.answer.closure is not None]
     named = [case for case in cases.singles if case.is_right]
     answered = [*cases.singles, *cases.clean]
-    modulus = [[abs(e / case.key.youngs_modulus - 1) for e in case.answer.youngs_modulus] for case in named]
-    ratio = [[abs(nu - case.key.poisson_ratio) for nu in case.answer.poisson_ratio] for case in named]
+    modulus_before, ratio_before = errors_of_material(named, after=False)
+    modulus, ratio = errors_of_material(named)
     return [
         Metric("single cause: closure on held-out data, median", quantile(closures, 50), "%"),
         Metric("single cause: closure, 10th percentile", quantile(closures, 10), "%"),
         Metric("single cause: negative closure", share([closure < 0 for closure in closures]), "%"),
-        Metric(
-            "rightly named: error of E before, median", quantile([before for before, _ in modulus], 50), "%"
-        ),
-        Metric("rightly named: error of E after, median", quantile([after for _, after in modulus], 50), "%"),
-        Metric(
-            "rightly named: E within 3 % after", share([after <= _MODULUS_BACK for _, after in modulus]), "%"
-        ),
-        Metric("rightly named: error of ν before, median", quantile([before for before, _ in ratio], 50), ""),
-        Metric("rightly named: error of ν after, median", quantile([after for _, after in ratio], 50), ""),
-        Metric("rightly named: ν within 0.01 after", share([after <= _NU_BACK for _, after in ratio]), "%"),
+        Metric("rightly named: error of E before, median", quantile(modulus_before, 50), "%"),
+        Metric("rightly named: error of E after, median", quantile(modulus, 50), "%"),
+        _share("rightly named: E within 3 % after", named, lambda c: material_is_back(c)[0]),
+        Metric("rightly named: error of ν before, median", quantile(ratio_before, 50), ""),
+        Metric("rightly named: error of ν after, median", quantile(ratio, 50), ""),
+        _share("rightly named: ν within 0.01 after", named, lambda c: material_is_back(c)[1]),
         _share("one cause or none: E in its 95 % interval", answered, lambda c: _off_by(c)[0] < Z95),
         _share("one cause or none: ν in its 95 % interval", answered, lambda c: _off_by(c)[1] < Z95),
     ]
+
+
+def errors_of_material(cases: Sequence[Scored], *, after: bool = True) -> tuple[list[float], list[float]]:
+    """Return by how much E (a share) and ν are off in each case, after the causes are in or before."""
+    found = [
+        (case.answer.youngs_modulus[after], case.answer.poisson_ratio[after], case.key) for case in cases
+    ]
+    modulus = [abs(e / key.youngs_modulus - 1) for e, _, key in found]
+    return modulus, [abs(nu - key.poisson_ratio) for _, nu, key in found]
+
+
+def material_is_back(case: Scored) -> tuple[bool, bool]:
+    """Tell whether E is within 3 % after the causes are in, and ν within 0.01."""
+    (modulus,), (ratio,) = errors_of_material([case])
+    return modulus <= _MODULUS_BACK, ratio <= _NU_BACK
 
 
 def _off_by(case: Scored) -> tuple[float, float]:
@@ -245,20 +279,21 @@ def _calibration(cases: Cases) -> list[Metric]:
 def _doubles(cases: Cases) -> list[Metric]:
     doubles = cases.doubles
     return [
-        _share(
-            "several causes: all named",
-            doubles,
-            lambda c: set(c.key.effects) <= set(c.answer.verdict),
-            _mean_ceiling(doubles),
-        ),
-        _share(
-            "several causes: at least one",
-            doubles,
-            lambda c: bool(set(c.key.effects) & set(c.answer.verdict)),
-        ),
+        _share("several causes: all named", doubles, all_are_named, _mean_ceiling(doubles)),
+        _share("several causes: at least one", doubles, one_is_named),
         _share("several causes: a spurious one", doubles, lambda c: bool(_spurious(c))),
         _share("single cause: a spurious second", cases.singles, lambda c: c.is_right and bool(_spurious(c))),
     ]
+
+
+def all_are_named(case: Scored) -> bool:
+    """Tell whether every effect is in the verdict."""
+    return set(case.key.effects) <= set(case.answer.verdict)
+
+
+def one_is_named(case: Scored) -> bool:
+    """Tell whether an effect at least is in the verdict."""
+    return bool(set(case.key.effects) & set(case.answer.verdict))
 
 
 def _spurious(case: Scored) -> set[str]:

@@ -214,6 +214,18 @@ _OF_BEADS = frozenset(
     )
 )
 
+_BLOCKS: dict[str, str] = {
+    **dict.fromkeys(("cut", "tearing", "warming"), "interior"),
+    **dict.fromkeys(("sticky_patch", "air_pocket"), "support"),
+    **dict.fromkeys(
+        ("lens_distortion", "refraction", "creeping_camera", "shaking_camera", "loose_bead"), "vision"
+    ),
+    **dict.fromkeys(("stale_images", "late_vision"), "timing"),
+    **dict.fromkeys(("cable", "second_zero", "clipped_force"), "force"),
+    "thermal_shrinkage": "geometry",
+    "jammed_wrist": "robot",
+}
+
 FORMS: dict[str, Form] = {
     name: Form(
         name,
@@ -222,6 +234,7 @@ FORMS: dict[str, Form] = {
         family="far" if name in _FAR else "exact",
         block=name in _OF_BLOCKS,
         beads=int(name in _OF_BEADS),
+        acts_on=_BLOCKS[name],
     )
     for name, (draw, limits) in _EFFECTS.items()
 }

@@ -204,6 +204,7 @@ class Form:
     family : how far the catalogue of the diagnosis knows it
     block : whether it needs a phantom that is a block
     beads : fewest beads with which it makes sense
+    acts_on : block of the rig of an effect that no label means; empty for others
     """
 
     name: str
@@ -214,6 +215,7 @@ class Form:
     family: Family = "exact"
     block: bool = False
     beads: int = 0
+    acts_on: str = ""
 
 
 def _rotated(rotation: Rotation, wrench: FloatArray) -> FloatArray:

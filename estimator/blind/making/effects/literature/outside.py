@@ -91,17 +91,17 @@ def _drying(random: Random, size: float, base: Mechanics) -> Drawn:
     )
 
 
-_DRAWS: dict[str, tuple[Draw, tuple[float, float], int]] = {
-    "force_hysteresis": (_hysteresis, (0.05, 6.0), 0),
-    "coarse_converter": (_coarse, (0.05, 5.0), 0),
-    "hum": (_hum, (0.02, 8.0), 0),
-    "obstacle": (_obstacle, (0.02, 10.0), 0),
-    "prism": (_distorted("prism"), (0.02, 8.0), 1),
-    "curved_field": (_distorted("field"), (0.02, 8.0), 1),
-    "drying": (_drying, (0.02, 5.0), 0),
+_DRAWS: dict[str, tuple[Draw, tuple[float, float], str]] = {
+    "force_hysteresis": (_hysteresis, (0.05, 6.0), "force"),
+    "coarse_converter": (_coarse, (0.05, 5.0), "force"),
+    "hum": (_hum, (0.02, 8.0), "force"),
+    "obstacle": (_obstacle, (0.02, 10.0), "force"),
+    "prism": (_distorted("prism"), (0.02, 8.0), "vision"),
+    "curved_field": (_distorted("field"), (0.02, 8.0), "vision"),
+    "drying": (_drying, (0.02, 5.0), "geometry"),
 }
 
 FORMS: dict[str, Form] = {
-    name: Form(name, draw, limits, family="far", beads=beads)
-    for name, (draw, limits, beads) in _DRAWS.items()
+    name: Form(name, draw, limits, family="far", beads=int(block == "vision"), acts_on=block)
+    for name, (draw, limits, block) in _DRAWS.items()
 }
