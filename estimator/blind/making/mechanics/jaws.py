@@ -138,7 +138,7 @@ class Flexure:
             slope = np.concatenate([2 * u / self.stiffens_at**2, np.zeros(3)])
             pushed = self.stiffness @ offset
             tangent = factor * self.stiffness + np.outer(pushed, slope)
-            return factor * pushed, (tangent + tangent.T) / 2, memory
+            return factor * pushed, tangent, memory
         if not self.play:
             return self.stiffness @ offset, self.stiffness, memory
         # A hundredth bears within the play.
@@ -148,8 +148,7 @@ class Flexure:
         if length > self.play:
             reduced[:3, :3] += 0.99 * self.play / length**3 * np.outer(u, u)
         left = np.concatenate([share * u, offset[3:]])
-        tangent = self.stiffness @ reduced
-        return self.stiffness @ left, (tangent + tangent.T) / 2, memory
+        return self.stiffness @ left, self.stiffness @ reduced, memory
 
 
 @dataclass(frozen=True, slots=True)

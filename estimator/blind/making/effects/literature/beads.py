@@ -96,9 +96,9 @@ FORMS: dict[str, tuple[Form, ...]] = {
     ),
     "fiducial_misread": (
         Form("now_and_then", _misread("now_and_then"), (0.05, 8.0), family="far", beads=2),
-        Form("with_the_pull", _misread("with_the_pull"), (0.05, 6.0), family="near", beads=2),
+        Form("with_the_pull", _misread("with_the_pull"), (0.05, 6.0), family="far", beads=2),
         Form("towards_another", _misread("towards_another"), (0.05, 8.0), family="near", beads=2),
         Form("two_beads", _misread("two_beads"), (0.05, 6.0), family="far", beads=2),
-        Form("follows_in_part", _stuck, (0.05, 8.0), family="near", beads=1),
+        Form("follows_in_part", _stuck, (0.05, 8.0), family="far", beads=1),
     ),
 }

@@ -138,7 +138,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
         Form("about_any_point", _scaled("readings"), (0.02, 8.0), family="exact", beads=1),
         Form("creeping", _scaled("readings", courses.growing), (0.02, 10.0), family="far", beads=1),
         Form("rest_measured_too", _scaled("both"), (0.02, 8.0), family="exact", beads=1),
-        Form("one_focal_length", _one_camera("focal_length"), (0.02, 8.0), family="far", beads=1),
+        Form("one_focal_length", _one_camera("focal_length"), (0.02, 8.0), family="near", beads=1),
         Form("of_rest_alone", _scaled("rest"), (0.02, 8.0), family="exact", beads=1),
         Form("other_along_y", _scaled("readings", sheared=True), (0.02, 8.0), family="near", beads=1),
         Form("of_the_motion", _scaled("motion"), (0.05, 12.0), family="near", beads=1),
@@ -147,7 +147,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
     ),
     "camera_rotation": (
         Form("about_any_point", _turned("readings"), (0.02, 8.0), family="exact", beads=1),
-        Form("one_camera", _one_camera("turned"), (0.02, 8.0), family="far", beads=1),
+        Form("one_camera", _one_camera("turned"), (0.02, 8.0), family="near", beads=1),
         Form("rest_measured_too", _turned("both"), (0.02, 8.0), family="exact", beads=1),
         Form("knocked_later", _turned("readings", courses.later), (0.02, 8.0), family="far", beads=1),
         Form("of_the_motion", _turned("motion"), (0.05, 12.0), family="exact", beads=1),

@@ -147,16 +147,16 @@ FORMS: dict[str, tuple[Form, ...]] = {
     "tool_weight": (
         Form("centre_alone", _weight("centre_alone"), (0.02, 8.0), family="exact"),
         Form("tilted_gravity", _weight("tilted_gravity"), (0.02, 6.0), family="far"),
-        Form("by_order", _weight("by_order"), (0.02, 7.0), family="far"),
-        Form("loose_mass", _weight("loose_mass"), (0.05, 10.0), family="far"),
+        Form("by_order", _weight("by_order"), (0.02, 7.0), family="near"),
+        Form("loose_mass", _weight("loose_mass"), (0.05, 10.0), family="near"),
     ),
     "time_offset": (
         Form("jitter", _shifted("jitter"), (0.05, 6.0), family="far"),
-        Form("drifting", _shifted("drifting"), (0.05, 5.0), family="near"),
+        Form("drifting", _shifted("drifting"), (0.05, 5.0), family="far"),
         Form("low_pass", _filtered, (0.1, 8.0), family="near"),
         Form("dropped", _shifted("dropped"), (0.05, 6.0), family="far"),
         Form("by_order", _shifted("by_order"), (0.05, 5.0), family="near"),
         Form("rate", _stretched, (0.05, 6.0), family="far"),
-        Form("stepwise", _shifted("stepwise"), (0.05, 5.0), family="near"),
+        Form("stepwise", _shifted("stepwise"), (0.05, 5.0), family="far"),
     ),
 }
