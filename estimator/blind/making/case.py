@@ -16,7 +16,7 @@ from estimator.blind.making.plan import Planned
 from estimator.blind.making.scenes.outline import Outline
 from estimator.blind.making.scenes.scene import Drawn, Form, Scene
 from estimator.blind.making.scenes.setup import SENSOR, Setup, draw_setup
-from estimator.blind.making.scenes.simulate import FINE, TRIAL, Carried, carry_out, read
+from estimator.blind.making.scenes.simulate import FINE, PILOT, TRIAL, Carried, carry_out, read
 from estimator.blind.making.scenes.sizing import LEVELS, Pilot, Sized, sized
 from estimator.blind.making.scenes.stated import experiments_of, surface_file
 from estimator.blind.making.scenes.wide_setup import draw_wide_setup
@@ -54,7 +54,7 @@ def make_case(
         random = np.random.default_rng([*planned.seed, attempt])
         setup = (draw_wide_setup if planned.wide else draw_setup)(random, forms)
         try:
-            pilot = Pilot(setup) if forms else None
+            pilot = Pilot(setup, TRIAL if quick else PILOT) if forms else None
             effects = _sized_effects(forms, planned.levels, setup, pilot, random) if pilot else []
             last = attempt == _DRAWS - 1
             if not last and not all(map(_reached, forms, effects, planned.levels)):

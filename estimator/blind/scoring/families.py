@@ -58,6 +58,7 @@ def _metrics(cases: Cases) -> list[Metric]:
             calibration_error_by_chance(confidence),
         ),
         _share(f"wrong with more than {CONFIDENT:g}", cases.everything, is_confidently_wrong),
+        _share(f"wrong with more than {CONFIDENT:g}, and of the block", cases.everything, _misplaced),
         Metric("rightly named: error of E, median", quantile(modulus, 50), "%"),
         Metric("rightly named: error of ν, median", quantile(ratio, 50), ""),
         _share("rightly named: E within 3 %", named, lambda c: material_is_back(c)[0]),
@@ -65,6 +66,10 @@ def _metrics(cases: Cases) -> list[Metric]:
         _share("several causes: all named", cases.doubles, all_are_named),
         _share("several causes: at least one", cases.doubles, one_is_named),
     ]
+
+
+def _misplaced(case: Scored) -> bool:
+    return is_confidently_wrong(case) and not case.names_right_block
 
 
 def _share(name: str, cases: Sequence[Scored], holds: Callable[[Scored], bool]) -> Metric:

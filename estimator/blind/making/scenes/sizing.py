@@ -56,8 +56,9 @@ class Sized:
 class Pilot:
     """Coarse runs of one setup, which tell how far an effect stands out."""
 
-    def __init__(self, setup: Setup) -> None:
+    def __init__(self, setup: Setup, resolution: Resolution = PILOT) -> None:
         self._setup = setup
+        self._resolution = resolution
         self._base = self._run(Scene(setup.mechanics))
         law = setup.mechanics.law
         softer = replace(law, poisson_ratio=law.poisson_ratio - _POISSON_STEP)
@@ -89,7 +90,7 @@ class Pilot:
         carried = self._base if same else self._run(scene)
         channels = self._channels(read(scene, carried), scene)
         if scene.rest_as_seen:
-            return self._left(channels, self._with_beads_as_stated(scene, PILOT))
+            return self._left(channels, self._with_beads_as_stated(scene, self._resolution))
         return self._left(channels, self._origin_on_mesh_of(scene.mechanics))
 
     def sigma_as_made(self, scene: Scene, carried: Carried, resolution: Resolution) -> float:
@@ -155,7 +156,7 @@ class Pilot:
         ]
 
     def _run(self, scene: Scene) -> Carried:
-        return carry_out(scene.mechanics, self._setup.experiments, self._setup.beads, PILOT)
+        return carry_out(scene.mechanics, self._setup.experiments, self._setup.beads, self._resolution)
 
     def _channels(self, readings: Sequence[Readings], scene: Scene) -> Channels:
         rest = stated_rest(self._setup, scene, readings)
