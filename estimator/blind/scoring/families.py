@@ -12,10 +12,6 @@ from estimator.blind.scoring.intervals import (
 from estimator.blind.scoring.labels import FAMILIES
 from estimator.blind.scoring.metrics import (
     CONFIDENT,
-    PLAIN,
-    Cases,
-    Metric,
-    Scored,
     all_are_named,
     claims,
     errors_of_material,
@@ -25,6 +21,7 @@ from estimator.blind.scoring.metrics import (
     one_is_named,
     recognised,
 )
+from estimator.blind.scoring.scored import PLAIN, Cases, Metric, Scored
 
 
 def metrics_by_family(cases: Cases) -> Mapping[str, list[Metric]]:

@@ -14,8 +14,9 @@ from estimator.blind.scoring.families import metrics_by_family
 from estimator.blind.scoring.intervals import Figure
 from estimator.blind.scoring.keys import open_keys
 from estimator.blind.scoring.labels import GROUPS, group_of
-from estimator.blind.scoring.metrics import Cases, Metric, Scored, claims, metrics, metrics_by_level
+from estimator.blind.scoring.metrics import claims, metrics, metrics_by_level
 from estimator.blind.scoring.reliability import Claim, reliability
+from estimator.blind.scoring.scored import Cases, Metric, Scored
 from estimator.diagnosis.model.labels import NONE, UNKNOWN
 from estimator.errors import InputError
 

@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure as Sheet
 
-from estimator.blind.scoring.metrics import Metric
 from estimator.blind.scoring.reliability import Claim
 from estimator.blind.scoring.score import Confusion, Score
+from estimator.blind.scoring.scored import Metric
 from estimator.errors import InputError
 from estimator.report import page
 from estimator.report.theme import COLOURS, MUTED, PLOT_STYLE, PREDICTED, TRUTH

@@ -34,7 +34,8 @@ def _layer(kind: str) -> Draw:
         length = 0.006 * size
         normal = base.law.youngs_modulus / length
         tangential = normal * drawn_between(random, 0.3, 1.0)
-        local, stiffens_at, slack = everywhere, None, 0.0
+        local: OverFace = everywhere
+        stiffens_at, slack = None, 0.0
         if kind == "stiffening":
             stiffens_at = drawn_between(random, 5e-4, 2e-3)
         elif kind == "slack":

@@ -195,7 +195,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
         Form("random_walk", _added("random walk", 0.08, courses.random_walk), (0.02, 8.0), family="far"),
         Form("of_the_gain", _gain_drift, (0.02, 8.0), family="far"),
         Form("running_on", _added("running on", 0.08, courses.running_on), (0.02, 6.0), family="near"),
-        Form("two_rates", _two_rates, (0.02, 8.0), family="far"),
+        Form("two_rates", _two_rates, (0.02, 8.0), family="near"),
     ),
     "force_axis_gain": (
         Form("every_axis", _gains("every_axis"), (0.02, 8.0), family="near"),

@@ -101,7 +101,7 @@ def _shifted(kind: str) -> Draw:
             elif kind == "stepwise":
                 late = lag * course(reading)
             else:
-                late = lag * (1 + (reading.rows.order - 1) * 0.8 * sign)
+                late = np.full(len(time), lag * (1 + (reading.rows.order - 1) * 0.8 * sign))
             return _seen_at(reading, time - late)
 
         return read_as({"kind": kind, "force_lag": lag, "sign": sign, "dropped_share": share}, change)

@@ -43,7 +43,8 @@ def _one_side(random: Random) -> OverFace:
 def _rubbing(kind: str) -> Draw:
     def draw(random: Random, size: float, base: Mechanics) -> Drawn:
         limit, slip = 0.5 * size * _WEIGHT_PA, drawn_between(random, 5e-5, 5e-4)
-        local, sticks, breaks = everywhere, 1.0, False
+        local: OverFace = everywhere
+        sticks, breaks = 1.0, False
         if kind == "patches":
             local, limit = _patches(random), 2 * limit
         elif kind == "one_side":
