@@ -26,7 +26,10 @@ BODIES = {
 }
 # 10 mm along +x while turning by 14° about an oblique axis, in two steps.
 POSES = [
-    Pose(GRIPPER_AT_REST + [0.005 * n, 0.0, 0.0], Rotation.from_rotvec(n * np.array([0.08, 0.0, 0.09])))
+    Pose(
+        GRIPPER_AT_REST + np.array([0.005 * n, 0.0, 0.0]),
+        Rotation.from_rotvec(n * np.array([0.08, 0.0, 0.09])),
+    )
     for n in (1, 2)
 ]
 
