@@ -8,17 +8,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from blind_scenes import baseline
+from blind_scenes import BASELINE, BEADS, baseline, drawn
 
-from estimator.blind.making.effects.catalogue import FORMS, GROUP_OF
+from estimator.blind.making.case import Made, write_case
+from estimator.blind.making.effects.catalogue import FORM_SETS, FORMS, GROUP_OF, FormSet, form_named, forms_of
 from estimator.blind.making.making import make_cases
 from estimator.blind.making.plan import deck_size, plan
 from estimator.blind.making.scenes.noise import NOISE_KINDS, NoiseKind, with_noise
+from estimator.blind.making.scenes.outline import Cylinder, Organ
 from estimator.blind.making.scenes.retraction import KINDS, Manner, rows_of
 from estimator.blind.making.scenes.scene import Scene
-from estimator.blind.making.scenes.setup import SENSOR, draw_setup
-from estimator.blind.making.scenes.simulate import PILOT, carry_out
-from estimator.blind.making.scenes.sizing import Pilot
+from estimator.blind.making.scenes.setup import SENSOR, Setup, draw_setup
+from estimator.blind.making.scenes.simulate import PILOT, TRIAL, carry_out
+from estimator.blind.making.scenes.sizing import Pilot, sized
+from estimator.blind.making.scenes.stated import experiments_of
+from estimator.blind.making.scenes.wide_setup import draw_wide_setup
 from estimator.errors import InputError
 from estimator.experiment import read_case
 from estimator.experiment.model import TrajectoryKind
@@ -41,10 +45,105 @@ def test_a_plan_depends_on_its_seed_alone_and_its_order_tells_nothing() -> None:
     assert [case.labels for case in first] != [case.labels for case in second]
 
 
-def test_another_seed_takes_other_forms() -> None:
-    forms = [{case.labels: case.forms for case in plan(seed, 54) if len(case.labels) == 1} for seed in (1, 2)]
-    several = [(label,) for label, known in FORMS.items() if len(known) > 1]
+@pytest.mark.parametrize("form_set", FORM_SETS)
+def test_another_seed_takes_other_forms(form_set: FormSet) -> None:
+    plans = [plan(seed, 54, form_set=form_set) for seed in (1, 2)]
+    forms = [{case.labels: case.forms for case in cases if len(case.labels) == 1} for cases in plans]
+    several = [(label,) for label, known in forms_of(form_set).items() if len(known) > 1]
     assert all(forms[0][label] != forms[1][label] for label in several)
+
+
+def test_a_seed_of_the_catalogue_plans_what_it_always_did() -> None:
+    cases = plan(50, 5, form_set="catalogue")
+    assert [(case.labels[0], case.forms[0], case.levels[0]) for case in cases] == [
+        ("anchor_debonding", "failing_glue", "clear"),
+        ("force_drift", "linear", "clear"),
+        ("second_invariant", "mooney_rivlin", "clear"),
+        ("gripper_compliance", "translation", "clear"),
+        ("support_friction", "coulomb_where_it_lies", "large"),
+    ]
+    assert not any(case.wide for case in cases)
+
+
+def test_a_mixed_deck_has_forms_of_both_hands() -> None:
+    singles = [case for case in plan(3, deck_size()) if len(case.labels) == 1 and case.labels[0] in FORMS]
+    own = {label: {form.name for form in forms} for label, forms in FORMS.items()}
+    old = [case for case in singles if case.forms[0] in own[case.labels[0]]]
+    assert 8 <= len(old) <= len(singles) - 8
+
+
+def test_wide_setups_are_of_every_kind_and_suit_the_forms() -> None:
+    setups = [draw_wide_setup(np.random.default_rng(seed), ()) for seed in range(150)]
+    assert {setup.mechanics.beads for setup in setups} == {0, 6, 16, 60}
+    assert {type(setup.mechanics.outline) for setup in setups} == {type(None), Organ, Cylinder}
+    assert {setup.mechanics.two_sides for setup in setups} == {True, False}
+    noise = [setup.sensor.force_std / SENSOR.force_std for setup in setups]
+    assert 0.2 <= min(noise) < 0.3 and 4.0 < max(noise) <= 5.0
+    assert len({setup.manner.hold for setup in setups}) > 10
+    friction, exchange = (
+        form_named("support_friction", "patches"),
+        form_named("fiducial_mislabel", "now_and_then"),
+    )
+    for seed in range(40):
+        setup = draw_wide_setup(np.random.default_rng(seed), (friction, exchange))
+        assert setup.mechanics.outline is None
+        assert len(setup.beads) == setup.mechanics.beads >= 2
+
+
+@pytest.mark.parametrize("seed", [1, 4, 5], ids=["cylinder", "force alone", "organ"])
+def test_any_phantom_can_be_carried_out_written_and_read(seed: int, tmp_path: Path) -> None:
+    setup = replace(draw_wide_setup(np.random.default_rng(seed), ()), order=("pull",))
+    scene, outline = Scene(setup.mechanics), setup.mechanics.outline
+    carried = carry_out(scene.mechanics, setup.experiments, setup.beads, TRIAL)
+    experiments = experiments_of(setup, scene, carried.readings, np.random.default_rng(1))
+    write_case(Made(experiments, {}, outline), tmp_path / "case", tmp_path / "key.toml")
+    (found,) = read_case(tmp_path / "case")
+    assert found.phantom.shape == ("block" if outline is None else "surface")
+    assert found.fiducials.shape[1] == setup.mechanics.beads
+    assert found.wrench[:, 0].min() < -0.1
+
+
+@pytest.mark.parametrize(
+    ("label", "form"),
+    [
+        ("force_drift", "periodic"),
+        ("time_offset", "low_pass"),
+        ("camera_scale", "rest_measured_too"),
+    ],
+)
+def test_a_form_is_drawn_as_large_as_it_is_asked_for(label: str, form: str, pull_pilot: Pilot) -> None:
+    known = form_named(label, form)
+    found = sized(pull_pilot, lambda size: drawn(known, size), known, 20.0)
+    assert found.sigma == pytest.approx(20.0, rel=0.25)
+
+
+@pytest.fixture(scope="module")
+def pull_pilot() -> Pilot:
+    """One short pull of the usual phantom."""
+    manner = Manner(long_hold=(5.0,), steps=0.2)
+    return Pilot(Setup(BASELINE, ("pull",), manner, BEADS, "standard", "P1"))
+
+
+def test_a_foreign_set_keeps_its_answers_apart_and_comes_out_the_same(tmp_path: Path) -> None:
+    cases = plan(1, 1, ["time_offset"], form_set="others")
+    for name in ("one", "again"):
+        assert (
+            make_cases(cases, tmp_path / name, tmp_path / f"{name}-keys", processes=1, quick=True).failed
+            == {}
+        )
+    files = [file for file in sorted((tmp_path / "one").rglob("*")) if file.is_file()]
+    assert {file.name for file in files} <= {"experiment.toml", "observations.csv", "phantom.stl"}
+    for file in files:
+        assert file.read_bytes() == (tmp_path / "again" / file.relative_to(tmp_path / "one")).read_bytes()
+        if file.suffix == ".toml":
+            told = file.read_text()
+            assert not any(
+                word in told for case in cases for word in (*case.labels, *case.forms, "in_family")
+            )
+    for case in cases:
+        truth = tomllib.loads((tmp_path / "one-keys" / f"{case.name}.toml").read_text())
+        assert truth["generator"]["in_family"] in ("exact", "near", "far")
+        assert truth["generator"]["form"] == list(case.forms)
 
 
 @pytest.mark.parametrize(
@@ -88,7 +187,7 @@ def test_a_set_can_be_broken_off_and_comes_out_the_same(tmp_path: Path) -> None:
     out, keys = tmp_path / "cases", tmp_path / "keys"
 
     def make() -> tuple[tuple[str, ...], tuple[str, ...]]:
-        done = make_cases(plan(5, 2, ["none"]), out, keys, processes=2, quick=True)
+        done = make_cases(plan(5, 2, ["none"], form_set="catalogue"), out, keys, processes=2, quick=True)
         assert done.failed == {}
         return done.made, done.present
 
@@ -113,10 +212,10 @@ def test_a_region_stands_out_in_proportion_to_how_much_stiffer_it_is() -> None:
     setup = replace(draw_setup(np.random.default_rng(3), ()), order=("pull",))
     form = next(form for form in FORMS["inhomogeneity"] if form.name == "stiff_ball")
     pilot = Pilot(setup)
-    drawn = [form.draw(np.random.default_rng(5), size, setup.mechanics) for size in (0.02, 0.04)]
-    slight, double = map(pilot.sigma, drawn)
+    effects = [form.draw(np.random.default_rng(5), size, setup.mechanics) for size in (0.02, 0.04)]
+    slight, double = map(pilot.sigma, effects)
     assert double == pytest.approx(2 * slight, rel=0.1)
-    scene = drawn[1].change(Scene(setup.mechanics))
+    scene = effects[1].change(Scene(setup.mechanics))
     carried = carry_out(scene.mechanics, setup.experiments, setup.beads, PILOT)
     assert pilot.sigma_as_made(scene, carried, PILOT) == pytest.approx(double, rel=1e-6)
 

@@ -35,7 +35,8 @@ def benchmark(folder: Path) -> None:
         (folder / "answers" / f"{name}.json").write_text(json.dumps(answer, indent=1), encoding="utf-8")
         (folder / "keys" / f"{name}.toml").write_text(
             f'effects = ["{label}"]\nyoungs_modulus = 15000.0\npoisson_ratio = 0.45\n\n[where]\n'
-            'centre = [0.01, 0.02, 0.0]\nradius = 0.01\n\n[generator]\nlevel = "clear"\nsigma = [21.5]\n',
+            'centre = [0.01, 0.02, 0.0]\nradius = 0.01\n\n[generator]\nlevel = "clear"\nsigma = [21.5]\n'
+            'in_family = "near"\n',
             encoding="utf-8",
         )
 

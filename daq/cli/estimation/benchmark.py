@@ -5,12 +5,14 @@ from pathlib import Path
 
 from daq.cli.estimation.benchmark_scoring import add_run, add_score
 from daq.cli.verb import Result, Verbs, add_verb, progress
+from estimator.blind.making.effects.catalogue import FORM_SETS
 from estimator.blind.making.making import make_cases
-from estimator.blind.making.plan import CHOICES, deck_size, plan
+from estimator.blind.making.plan import CHOICES, DEFAULT_FORM_SET, deck_size, plan
 from estimator.blind.making.scenes.sizing import LEVELS
 
 _MAKE_EXAMPLES = """  retract benchmark make --seed 7 --out sealed/cases --keys sealed/keys
-  retract benchmark make --seed 8 --out trial --cases 3 --only none viscoelasticity --quick"""
+  retract benchmark make --seed 8 --out trial --cases 3 --only none viscoelasticity --quick
+  retract benchmark make --seed 50 --forms catalogue --out again"""
 
 
 def add_parser(verbs: Verbs) -> None:
@@ -41,6 +43,14 @@ def _add_make(actions: Verbs) -> None:
     parser.add_argument(
         "--level", nargs="+", default=[], metavar="LEVEL", help=f"limit sizes to some of: {', '.join(LEVELS)}"
     )
+    parser.add_argument(
+        "--forms",
+        choices=FORM_SETS,
+        default=DEFAULT_FORM_SET,
+        help="whose forms of the effects: those that the catalogue of the diagnosis was written beside, on the usual "
+        "phantoms, as all seeds to 52 have them; those of the literature, on phantoms, beads, channels, speeds, "
+        "holds and noise of all kinds; or both in turn, on such (default: %(default)s)",
+    )
     parser.add_argument("--processes", type=int, metavar="N", help="cases at a time (default: one a core)")
     parser.add_argument("--quick", action="store_true", help="on a coarse mesh, for trials")
 
@@ -48,7 +58,7 @@ def _add_make(actions: Verbs) -> None:
 def run_make(options: argparse.Namespace) -> Result:
     """Make the cases that are not there yet."""
     keys = options.keys or options.out.with_name(f"{options.out.name}-keys")
-    cases = plan(options.seed, options.cases, options.only, options.level)
+    cases = plan(options.seed, options.cases, options.only, options.level, options.forms)
     with progress() as tell:
         done = make_cases(
             cases,

@@ -13,16 +13,16 @@ import numpy as np
 
 from estimator.blind.making.effects.catalogue import UNKNOWN, form_named
 from estimator.blind.making.plan import Planned
-from estimator.blind.making.scenes.noise import with_noise
-from estimator.blind.making.scenes.scene import GRASP_X, GRASP_Y, SIZE, Drawn, Form, Readings, Scene
+from estimator.blind.making.scenes.outline import Outline
+from estimator.blind.making.scenes.scene import Drawn, Form, Scene
 from estimator.blind.making.scenes.setup import SENSOR, Setup, draw_setup
-from estimator.blind.making.scenes.simulate import FINE, TRIAL, Carried, carry_out, read
-from estimator.blind.making.scenes.sizing import LEVELS, Pilot, Sized, sized, stated_rest
+from estimator.blind.making.scenes.simulate import FINE, PILOT, TRIAL, Carried, carry_out, read
+from estimator.blind.making.scenes.sizing import LEVELS, Pilot, Sized, sized
+from estimator.blind.making.scenes.stated import experiments_of, surface_file
+from estimator.blind.making.scenes.wide_setup import draw_wide_setup
 from estimator.errors import SolverError
-from estimator.experiment import Box, Environment, Experiment, Grasp, Phantom, write_experiment
+from estimator.experiment import Experiment, write_experiment
 
-_ANCHOR_X = Box((-0.0501, -0.0501, -0.0051), (-0.0499, 0.0501, 0.0051))
-_ANCHOR_Y = Box((-0.0501, 0.0499, -0.0051), (0.0501, 0.0501, 0.0051))
 _DRAWS = 6
 # A level counts as reached within this factor of its limits.
 _SLACK = 1.25
@@ -30,10 +30,11 @@ _SLACK = 1.25
 
 @dataclass(frozen=True)
 class Made:
-    """A case in memory: its experiments and its answer."""
+    """A case in memory: its experiments and its answer; the outline of a phantom that is no block."""
 
     experiments: tuple[Experiment, ...]
     truth: dict[str, Any]
+    outline: Outline | None = None
 
 
 def make_case(
@@ -51,9 +52,9 @@ def make_case(
     failure: SolverError | None = None
     for attempt in range(_DRAWS):
         random = np.random.default_rng([*planned.seed, attempt])
-        setup = draw_setup(random, forms)
+        setup = (draw_wide_setup if planned.wide else draw_setup)(random, forms)
         try:
-            pilot = Pilot(setup) if forms else None
+            pilot = Pilot(setup, TRIAL if quick else PILOT) if forms else None
             effects = _sized_effects(forms, planned.levels, setup, pilot, random) if pilot else []
             last = attempt == _DRAWS - 1
             if not last and not all(map(_reached, forms, effects, planned.levels)):
@@ -73,7 +74,7 @@ def make_case(
         readings = read(scene, carried)
         truth = _truth(planned, setup, effects, carried)
         truth["generator"]["seconds"] = round(time.process_time() - started, 1)
-        return Made(_experiments(setup, scene, readings, random), truth)
+        return Made(experiments_of(setup, scene, readings, random), truth, setup.mechanics.outline)
     raise SolverError(f"{planned.name}: none of {_DRAWS} draws could be made ({failure}); use another seed")
 
 
@@ -84,8 +85,10 @@ def write_case(made: Made, folder: Path, key: Path) -> None:
     staged = folder.with_name(f".{folder.name}.partial")
     if staged.exists():
         shutil.rmtree(staged)
-    for experiment in made.experiments:
-        write_experiment(experiment, staged / experiment.name)
+    with surface_file(made.outline) as surface:
+        for experiment in made.experiments:
+            phantom = replace(experiment.phantom, surface=surface)
+            write_experiment(replace(experiment, phantom=phantom), staged / experiment.name)
     key.write_text(_toml(made.truth), encoding="utf-8")
     staged.rename(folder)
 
@@ -119,43 +122,11 @@ def _reached(form: Form, effect: Sized, level: str) -> bool:
     return low / _SLACK <= effect.sigma <= high * _SLACK
 
 
-def _experiments(
-    setup: Setup, scene: Scene, readings: tuple[Readings, ...], random: np.random.Generator
-) -> tuple[Experiment, ...]:
-    anchors = (_ANCHOR_X, _ANCHOR_Y) if setup.mechanics.two_sides else (_ANCHOR_X,)
-    grasp = Grasp(Box((GRASP_X[0], GRASP_Y[0], -0.0051), (GRASP_X[1], GRASP_Y[1], 0.0051)), (0.04, 0.0, 0.0))
-    rest = stated_rest(setup, scene, readings)
-    experiments = []
-    for reading in readings:
-        noisy = with_noise(reading, SENSOR, setup.noise, random)
-        rows = reading.rows
-        experiments.append(
-            Experiment(
-                name=rows.kind,
-                phantom_id=setup.phantom_id,
-                order=rows.order,
-                phantom=Phantom("block", SIZE),
-                anchors=anchors,
-                grasp=grasp,
-                trajectory_kind=rows.kind,
-                environment=Environment(),
-                sensor=SENSOR,
-                fiducials_rest=rest,
-                time=rows.time,
-                phase=rows.phase,
-                step=rows.step,
-                position=noisy.position,
-                quaternion_wxyz=np.round(rows.rotation.as_quat(scalar_first=True), 9),
-                wrench=noisy.wrench,
-                fiducials=noisy.beads,
-            )
-        )
-    return tuple(experiments)
-
-
 def _truth(planned: Planned, setup: Setup, effects: list[Sized], carried: Carried) -> dict[str, Any]:
     law = setup.mechanics.law
     levels = [effect.level for effect in effects]
+    named = list(zip(planned.labels, planned.forms, strict=True))
+    families = [form_named(*one).family for one in named]
     parameters: dict[str, Any] = {}
     where: dict[str, Any] = {}
     for label, form, effect in zip(planned.labels, planned.forms, effects, strict=True):
@@ -173,9 +144,14 @@ def _truth(planned: Planned, setup: Setup, effects: list[Sized], carried: Carrie
         "generator": {
             "level": levels[0] if len(levels) == 1 else levels,
             "form": list(planned.forms),
+            "in_family": families[0] if len(families) == 1 else families,
+            **({"block": form_named(*named[0]).acts_on} if planned.labels == (UNKNOWN,) else {}),
             "sigma": [round(effect.sigma, 2) for effect in effects],
             "size": [round(effect.size, 4) for effect in effects],
             "noise": setup.noise,
+            "noise_factor": round(setup.sensor.force_std / SENSOR.force_std, 3),
+            "body": type(setup.mechanics.outline).__name__.lower() if setup.mechanics.outline else "block",
+            "beads": setup.mechanics.beads,
             "anchors": "two" if setup.mechanics.two_sides else "one",
             "seed": list(planned.seed),
             "newton_steps": carried.iterations,

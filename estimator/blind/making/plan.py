@@ -6,14 +6,25 @@ from typing import TypeAlias
 
 import numpy as np
 
-from estimator.blind.making.effects import outside
-from estimator.blind.making.effects.catalogue import FORMS, GROUP_OF, UNKNOWN
+from estimator.blind.making.effects.catalogue import (
+    FORM_SETS,
+    FORMS,
+    GROUP_OF,
+    UNKNOWN,
+    FormSet,
+    forms_of,
+    outside_of,
+)
+from estimator.blind.making.scenes.scene import Form
 from estimator.blind.making.scenes.sizing import LEVELS
 from estimator.errors import InputError
 
 NONE = "none"
 DOUBLE = "double"
 CHOICES: tuple[str, ...] = (NONE, UNKNOWN, DOUBLE, *FORMS)
+
+# A laboratory's cause may have a form that the catalogue has, or any other; the score tells them apart.
+DEFAULT_FORM_SET: FormSet = "mixed"
 
 _CLEAN = 8
 _OUTSIDE = 8
@@ -35,6 +46,7 @@ class Planned:
     forms : names of one for each label
     levels : one for each label, of ``LEVELS``
     seed : of everything that is drawn for it
+    wide : whether its phantom, channels, speeds and noise are drawn as other laboratories have them
     """
 
     name: str
@@ -42,6 +54,7 @@ class Planned:
     forms: tuple[str, ...]
     levels: tuple[str, ...]
     seed: tuple[int, int]
+    wide: bool = False
 
 
 def deck_size() -> int:
@@ -49,18 +62,25 @@ def deck_size() -> int:
     return _CLEAN + len(FORMS) + _OUTSIDE + _DOUBLES
 
 
-def plan(seed: int, count: int, only: Sequence[str] = (), levels: Sequence[str] = ()) -> tuple[Planned, ...]:
+def plan(
+    seed: int,
+    count: int,
+    only: Sequence[str] = (),
+    levels: Sequence[str] = (),
+    form_set: FormSet = DEFAULT_FORM_SET,
+) -> tuple[Planned, ...]:
     """Plan a set of ``count`` cases, numbered at random.
 
     Parameters
     ----------
     only : labels, "none", "unknown" or "double", to which the cases are limited
     levels : to which the sizes are limited; empty: all
+    form_set : whose forms the effects have; that of the catalogue has the usual phantoms, any other has all kinds
 
     Raises
     ------
     InputError
-        ``count`` is not positive, or a name in ``only`` or ``levels`` is unknown.
+        ``count`` is not positive, or a name in ``only``, ``levels`` or ``form_set`` is unknown.
     """
     if count < 1:
         raise InputError(f"{count} cases: nothing to make; ask for at least one")
@@ -70,11 +90,15 @@ def plan(seed: int, count: int, only: Sequence[str] = (), levels: Sequence[str] 
     for name in levels:
         if name not in LEVELS:
             raise InputError(f"'{name}' is no level; choose from {', '.join(LEVELS)}")
+    if form_set not in FORM_SETS:
+        raise InputError(f"'{form_set}' is no set of forms; choose from {', '.join(FORM_SETS)}")
     random = np.random.default_rng([seed, 0])
     chosen: list[_Entry] = []
     deck_number = 0
     while len(chosen) < count:
-        deck = [entry for kind, entry in _deck(seed + deck_number, random) if not only or kind in only]
+        deck = [
+            entry for kind, entry in _deck(seed + deck_number, random, form_set) if not only or kind in only
+        ]
         chosen += [deck[i] for i in random.permutation(len(deck))]
         deck_number += 1
     allowed = [level for level in LEVELS if not levels or level in levels]
@@ -82,27 +106,33 @@ def plan(seed: int, count: int, only: Sequence[str] = (), levels: Sequence[str] 
     cases = []
     for number, (labels, forms) in enumerate(chosen[:count], start=1):
         drawn = tuple(str(random.choice(allowed, p=weights / weights.sum())) for _ in labels)
-        cases.append(Planned(f"case{number:03d}", labels, forms, drawn, (seed, number)))
+        name, wide = f"case{number:03d}", form_set != "catalogue"
+        cases.append(Planned(name, labels, forms, drawn, (seed, number), wide))
     return tuple(cases)
 
 
-def _deck(turn: int, random: np.random.Generator) -> list[tuple[str, _Entry]]:
+def _deck(turn: int, random: np.random.Generator, form_set: FormSet) -> list[tuple[str, _Entry]]:
     """Return one deck: what kind each case is, its labels and forms; forms take turns from deck to deck."""
+    known = forms_of(form_set)
     deck: list[tuple[str, _Entry]] = []
     deck += [(NONE, ((), ()))] * _CLEAN
-    deck += [(label, ((label,), (_in_turn(label, turn),))) for label in FORMS]
-    unknown = list(outside.FORMS)
+    # The sets of several hands begin elsewhere with each label: else a deck would have one hand's forms alone.
+    turns = [turn + (place if form_set == "mixed" else 0) for place in range(len(FORMS))]
+    deck += [
+        (label, ((label,), (_in_turn(known[label], own),))) for label, own in zip(FORMS, turns, strict=True)
+    ]
+    unknown = [form.name for form in outside_of(form_set)]
     first = turn * _OUTSIDE
     deck += [(UNKNOWN, ((UNKNOWN,), (unknown[(first + i) % len(unknown)],))) for i in range(_OUTSIDE)]
     for _ in range(_DOUBLES):
         labels = _pair(random)
-        forms = tuple(FORMS[label][int(random.integers(len(FORMS[label])))].name for label in labels)
+        forms = tuple(known[label][int(random.integers(len(known[label])))].name for label in labels)
         deck.append((DOUBLE, (labels, forms)))
     return deck
 
 
-def _in_turn(label: str, turn: int) -> str:
-    return FORMS[label][turn % len(FORMS[label])].name
+def _in_turn(forms: Sequence[Form], turn: int) -> str:
+    return forms[turn % len(forms)].name
 
 
 def _pair(random: np.random.Generator) -> tuple[str, str]:

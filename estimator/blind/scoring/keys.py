@@ -6,7 +6,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from estimator.blind.scoring.labels import within_catalogue
+from estimator.blind.scoring.labels import FAMILIES, within_catalogue
+from estimator.effects.blocks import GROUPS
 from estimator.errors import InputError
 from estimator.input_file import is_number, parse_toml, read_input_text
 
@@ -30,6 +31,9 @@ class Key:
     level : by how much the effect stands out: clear, moderate, subtle, …; empty where the key does not say
     sigma : by how many standard deviations of the noise, after E and ν are fitted, each effect stands out; empty where
         the key does not say
+    family : how far the catalogue knows the forms of the effects, of several the one that it knows least; empty where
+        there is no effect, and where the key does not say
+    block : of the rig on which an effect outside the catalogue acts; empty for others, and where the key does not say
     """
 
     effects: tuple[str, ...]
@@ -38,6 +42,8 @@ class Key:
     centre: tuple[float, float, float] | None
     level: str
     sigma: tuple[float, ...]
+    family: str = ""
+    block: str = ""
 
 
 def open_keys(folder: Path, reader: str) -> tuple[dict[str, Key], int]:
@@ -92,6 +98,8 @@ def _read_key(file: Path) -> Key:
         centre=_point(where["centre"], file) if "centre" in where else None,
         level=" and ".join(_levels(generator.get("level", []), file)),
         sigma=_sigma(generator.get("sigma", []), file),
+        family=_family(generator.get("in_family", []), file),
+        block=_block(generator.get("block", ""), file),
     )
 
 
@@ -132,6 +140,25 @@ def _sigma(value: object, file: Path) -> tuple[float, ...]:
             f"{file}: [generator] sigma is {value}; state a number for each effect, or leave it out"
         )
     return tuple(map(float, numbers))
+
+
+def _family(value: object, file: Path) -> str:
+    """Return how far the catalogue knows the least known of the forms, of which a single one may stand for itself."""
+    families: list[object] = value if isinstance(value, list) else [value]
+    if not all(family in FAMILIES for family in families):
+        raise InputError(
+            f"{file}: [generator] in_family is {value}; state {', '.join(FAMILIES)} for each effect, or leave it out"
+        )
+    return max((str(family) for family in families), key=FAMILIES.index, default="")
+
+
+def _block(value: object, file: Path) -> str:
+    blocks = sorted({block.name for block in GROUPS.values()})
+    if value and value not in blocks:
+        raise InputError(
+            f"{file}: [generator] block is {value}; state one of {', '.join(blocks)}, or leave it out"
+        )
+    return str(value)
 
 
 def _number(table: Mapping[str, Any], name: str, file: Path) -> float:

@@ -8,6 +8,10 @@ from estimator.effects.catalogue import LABELS
 
 GROUPS: Mapping[str, Group] = {**LABELS, "discretization": "numerics"}
 
+# How far the catalogue knows the form of an effect: it has the formula; it has another of the same mechanism, which
+# follows most of it; or neither.
+FAMILIES: tuple[str, ...] = ("exact", "near", "far")
+
 
 def group_of(label: str) -> str:
     """Return the group of a label; "none" and "unknown" are groups of their own."""

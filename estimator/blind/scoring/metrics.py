@@ -2,112 +2,23 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
-from estimator.blind.scoring.answers import Answer
-from estimator.blind.scoring.ceiling import ceiling_of
 from estimator.blind.scoring.intervals import (
     CALIBRATION_BINS,
-    Figure,
     calibration_error,
     calibration_error_by_chance,
     mean,
     quantile,
     share,
 )
-from estimator.blind.scoring.keys import Key
-from estimator.blind.scoring.labels import answers_to, block_of, group_of
+from estimator.blind.scoring.labels import group_of
+from estimator.blind.scoring.scored import PLAIN, Cases, Metric, Scored
 from estimator.diagnosis.model.labels import UNKNOWN
 from estimator.inference.normal import Z95
 
 CONFIDENT = 0.9
-# What stands out by so many deviations of the noise can be told apart.
-PLAIN = 6.0
 _MM = 1e3
 _NU_BACK, _MODULUS_BACK = 0.01, 0.03
-
-
-@dataclass(frozen=True, slots=True)
-class Scored:
-    """A case with its truth and the answer to it."""
-
-    name: str
-    key: Key
-    answer: Answer
-
-    @property
-    def truths(self) -> tuple[str, ...]:
-        """The right names of the leading cause."""
-        return answers_to(self.key.effects)
-
-    @property
-    def ceiling(self) -> float | None:
-        """How often the best possible test would name every cause at the most; None where that is not known.
-
-        It names the one that is hardest to name no oftener than if it knew the others to the letter.
-        """
-        if not self.key.effects or len(self.key.sigma) != len(self.key.effects):
-            return None
-        known = [
-            ceiling_of(self.answer.ceiling, (effect,), sigma)
-            for effect, sigma in zip(self.key.effects, self.key.sigma, strict=True)
-        ]
-        shares = [share for share in known if share is not None]
-        return min(shares) if len(shares) == len(known) else None
-
-    @property
-    def is_right(self) -> bool:
-        """Whether the leading answer is among the truths."""
-        return self.answer.leading in self.truths
-
-
-@dataclass(frozen=True, slots=True)
-class Metric:
-    """A figure with its name, its unit, and the best that can be expected of so many cases where that is known."""
-
-    name: str
-    figure: Figure
-    unit: str
-    ceiling: float | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Cases:
-    """A set of scored cases by what is true of them."""
-
-    everything: tuple[Scored, ...]
-
-    @property
-    def clean(self) -> list[Scored]:
-        """Without any effect."""
-        return [case for case in self.everything if not case.key.effects]
-
-    @property
-    def singles(self) -> list[Scored]:
-        """With one effect of the catalogue."""
-        return [
-            case for case in self.everything if len(case.key.effects) == 1 and UNKNOWN not in case.key.effects
-        ]
-
-    @property
-    def outside(self) -> list[Scored]:
-        """With one effect that the catalogue does not hold."""
-        return [case for case in self.everything if case.key.effects == (UNKNOWN,)]
-
-    @property
-    def plain(self) -> list[Scored]:
-        """With one effect of the catalogue that stands out plainly; without those whose key does not say."""
-        return [case for case in self.singles if min(case.key.sigma, default=0.0) >= PLAIN]
-
-    @property
-    def with_one_answer(self) -> list[Scored]:
-        """All but those with several effects."""
-        return [*self.singles, *self.clean, *self.outside]
-
-    @property
-    def doubles(self) -> list[Scored]:
-        """With several effects."""
-        return [case for case in self.everything if len(case.key.effects) > 1]
 
 
 def metrics(cases: Cases) -> list[Metric]:
@@ -128,7 +39,7 @@ def _naming(singles: Sequence[Scored]) -> list[Metric]:
     return [
         _share("single cause: top-1", singles, lambda c: c.is_right, _mean_ceiling(singles)),
         _share("single cause: top-3", singles, _is_among_three),
-        _share("single cause: right group", singles, _has_right_group),
+        _share("single cause: right group", singles, has_right_group),
         _share("single cause: some gap seen", singles, lambda c: bool(c.answer.verdict)),
     ]
 
@@ -137,7 +48,8 @@ def _is_among_three(case: Scored) -> bool:
     return case.truths[0] in case.answer.ranking[:3]
 
 
-def _has_right_group(case: Scored) -> bool:
+def has_right_group(case: Scored) -> bool:
+    """Tell whether the leading answer is of the group of the truth."""
     return group_of(case.answer.leading) == group_of(case.truths[0])
 
 
@@ -152,15 +64,21 @@ def _names(cases: Cases) -> list[Metric]:
         *_naming(cases.singles),
         _share(f"of those from {PLAIN:g} σ on: top-1", cases.plain, lambda c: c.is_right),
         _share(f"of those from {PLAIN:g} σ on: top-3", cases.plain, _is_among_three),
-        _share(f"of those from {PLAIN:g} σ on: right group", cases.plain, _has_right_group),
+        _share(f"of those from {PLAIN:g} σ on: right group", cases.plain, has_right_group),
         _share("no gap: false alarms", cases.clean, lambda c: bool(c.answer.verdict)),
-        _share("outside the catalogue: recognised", cases.outside, lambda c: UNKNOWN in c.answer.verdict),
-        _share("outside the catalogue: confidently wrong", cases.outside, _is_confidently_wrong),
-        _share("all cases: confidently wrong", cases.everything, _is_confidently_wrong),
+        _share("outside the catalogue: recognised", cases.outside, recognised),
+        _share("outside the catalogue: confidently wrong", cases.outside, is_confidently_wrong),
+        _share("all cases: confidently wrong", cases.everything, is_confidently_wrong),
     ]
 
 
-def _is_confidently_wrong(case: Scored) -> bool:
+def recognised(case: Scored) -> bool:
+    """Tell whether something unknown was seen."""
+    return UNKNOWN in case.answer.verdict
+
+
+def is_confidently_wrong(case: Scored) -> bool:
+    """Tell whether the likeliest answer is wrong, and has more than nine tenths."""
     label, probability = case.answer.likeliest
     return probability > CONFIDENT and label not in case.truths
 
@@ -173,7 +91,8 @@ def _places(cases: Cases) -> list[Metric]:
         if case.key.centre is not None and case.answer.centre is not None
     ]
     return [
-        _share("right block of the rig", cases.singles, lambda c: c.answer.block == block_of(c.truths[0])),
+        _share("right block of the rig", cases.singles, lambda c: c.names_right_block),
+        _share("outside the catalogue: right block", cases.outside_with_block, lambda c: c.names_right_block),
         _share("local cause: a place is given", local, lambda c: c.answer.centre is not None),
         Metric("place error, median", quantile(errors, 50), "mm"),
         Metric("place error, 90th percentile", quantile(errors, 90), "mm"),
@@ -184,25 +103,36 @@ def _amounts(cases: Cases) -> list[Metric]:
     closures = [case.answer.closure for case in cases.singles if case.answer.closure is not None]
     named = [case for case in cases.singles if case.is_right]
     answered = [*cases.singles, *cases.clean]
-    modulus = [[abs(e / case.key.youngs_modulus - 1) for e in case.answer.youngs_modulus] for case in named]
-    ratio = [[abs(nu - case.key.poisson_ratio) for nu in case.answer.poisson_ratio] for case in named]
+    modulus_before, ratio_before = errors_of_material(named, after=False)
+    modulus, ratio = errors_of_material(named)
     return [
         Metric("single cause: closure on held-out data, median", quantile(closures, 50), "%"),
         Metric("single cause: closure, 10th percentile", quantile(closures, 10), "%"),
         Metric("single cause: negative closure", share([closure < 0 for closure in closures]), "%"),
-        Metric(
-            "rightly named: error of E before, median", quantile([before for before, _ in modulus], 50), "%"
-        ),
-        Metric("rightly named: error of E after, median", quantile([after for _, after in modulus], 50), "%"),
-        Metric(
-            "rightly named: E within 3 % after", share([after <= _MODULUS_BACK for _, after in modulus]), "%"
-        ),
-        Metric("rightly named: error of ν before, median", quantile([before for before, _ in ratio], 50), ""),
-        Metric("rightly named: error of ν after, median", quantile([after for _, after in ratio], 50), ""),
-        Metric("rightly named: ν within 0.01 after", share([after <= _NU_BACK for _, after in ratio]), "%"),
+        Metric("rightly named: error of E before, median", quantile(modulus_before, 50), "%"),
+        Metric("rightly named: error of E after, median", quantile(modulus, 50), "%"),
+        _share("rightly named: E within 3 % after", named, lambda c: material_is_back(c)[0]),
+        Metric("rightly named: error of ν before, median", quantile(ratio_before, 50), ""),
+        Metric("rightly named: error of ν after, median", quantile(ratio, 50), ""),
+        _share("rightly named: ν within 0.01 after", named, lambda c: material_is_back(c)[1]),
         _share("one cause or none: E in its 95 % interval", answered, lambda c: _off_by(c)[0] < Z95),
         _share("one cause or none: ν in its 95 % interval", answered, lambda c: _off_by(c)[1] < Z95),
     ]
+
+
+def errors_of_material(cases: Sequence[Scored], *, after: bool = True) -> tuple[list[float], list[float]]:
+    """Return by how much E (a share) and ν are off in each case, after the causes are in or before."""
+    found = [
+        (case.answer.youngs_modulus[after], case.answer.poisson_ratio[after], case.key) for case in cases
+    ]
+    modulus = [abs(e / key.youngs_modulus - 1) for e, _, key in found]
+    return modulus, [abs(nu - key.poisson_ratio) for _, nu, key in found]
+
+
+def material_is_back(case: Scored) -> tuple[bool, bool]:
+    """Tell whether E is within 3 % after the causes are in, and ν within 0.01."""
+    (modulus,), (ratio,) = errors_of_material([case])
+    return modulus <= _MODULUS_BACK, ratio <= _NU_BACK
 
 
 def _off_by(case: Scored) -> tuple[float, float]:
@@ -245,20 +175,21 @@ def _calibration(cases: Cases) -> list[Metric]:
 def _doubles(cases: Cases) -> list[Metric]:
     doubles = cases.doubles
     return [
-        _share(
-            "several causes: all named",
-            doubles,
-            lambda c: set(c.key.effects) <= set(c.answer.verdict),
-            _mean_ceiling(doubles),
-        ),
-        _share(
-            "several causes: at least one",
-            doubles,
-            lambda c: bool(set(c.key.effects) & set(c.answer.verdict)),
-        ),
+        _share("several causes: all named", doubles, all_are_named, _mean_ceiling(doubles)),
+        _share("several causes: at least one", doubles, one_is_named),
         _share("several causes: a spurious one", doubles, lambda c: bool(_spurious(c))),
         _share("single cause: a spurious second", cases.singles, lambda c: c.is_right and bool(_spurious(c))),
     ]
+
+
+def all_are_named(case: Scored) -> bool:
+    """Tell whether every effect is in the verdict."""
+    return set(case.key.effects) <= set(case.answer.verdict)
+
+
+def one_is_named(case: Scored) -> bool:
+    """Tell whether an effect at least is in the verdict."""
+    return bool(set(case.key.effects) & set(case.answer.verdict))
 
 
 def _spurious(case: Scored) -> set[str]:

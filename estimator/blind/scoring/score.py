@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.blind.scoring.answers import read_answers
+from estimator.blind.scoring.families import metrics_by_family
 from estimator.blind.scoring.intervals import Figure
 from estimator.blind.scoring.keys import open_keys
 from estimator.blind.scoring.labels import GROUPS, group_of
-from estimator.blind.scoring.metrics import Cases, Metric, Scored, claims, metrics, metrics_by_level
+from estimator.blind.scoring.metrics import claims, metrics, metrics_by_level
 from estimator.blind.scoring.reliability import Claim, reliability
+from estimator.blind.scoring.scored import Cases, Metric, Scored
 from estimator.diagnosis.model.labels import NONE, UNKNOWN
 from estimator.errors import InputError
 
@@ -37,6 +39,7 @@ class Score:
     ----------
     metrics : over all cases
     by_level : of single causes
+    by_family : by how far the catalogue knows the forms
     by_claim : of all but several causes, how often an answer is right by what it claims
     groups, labels : confusion
     unanswered : names of cases with a key and no answer; they count for nothing
@@ -46,6 +49,7 @@ class Score:
 
     metrics: tuple[Metric, ...]
     by_level: Mapping[str, list[Metric]]
+    by_family: Mapping[str, list[Metric]]
     by_claim: tuple[Claim, ...]
     groups: Confusion
     labels: Confusion
@@ -61,6 +65,7 @@ class Score:
             "openings": self.openings,
             "metrics": _plain(self.metrics),
             "by_level": {level: _plain(found) for level, found in self.by_level.items()},
+            "by_family": {family: _plain(found) for family, found in self.by_family.items()},
             "by_claim": [
                 {"from": one.low, "to": one.high, "claimed": one.claimed, **_of_figure(one.right)}
                 for one in self.by_claim
@@ -103,6 +108,7 @@ def score_answers(sets: Sequence[tuple[Path, Path]]) -> Score:
     return Score(
         metrics=tuple(metrics(cases)),
         by_level=metrics_by_level(cases),
+        by_family=metrics_by_family(cases),
         by_claim=tuple(reliability(*claims(single))),
         groups=_confusion(single, group_of),
         labels=_confusion(single, str),

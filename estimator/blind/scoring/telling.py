@@ -9,14 +9,19 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure as Sheet
 
-from estimator.blind.scoring.metrics import Metric
 from estimator.blind.scoring.reliability import Claim
 from estimator.blind.scoring.score import Confusion, Score
+from estimator.blind.scoring.scored import Metric
 from estimator.errors import InputError
 from estimator.report import page
 from estimator.report.theme import COLOURS, MUTED, PLOT_STYLE, PREDICTED, TRUTH
 
 _HEAD = ("", "value", "95 % interval", "cases", "at best")
+_FAMILIES = {
+    "exact": "forms that the catalogue has",
+    "near": "forms that the catalogue has nearly",
+    "far": "forms that the catalogue has not",
+}
 _CLAIMS_HEAD = ("an answer that claims", "on average", "is right", "95 % interval", "cases")
 _CLAIMS_IN = (9.0, 3.8)
 _CELL_IN = 0.3
@@ -31,6 +36,8 @@ def score_text(score: Score) -> str:
     rows = [_HEAD, *map(_cells, score.metrics)]
     for level, found in score.by_level.items():
         rows += [(f"level {level}", "", "", "", ""), *map(_cells, found)]
+    for family, found in score.by_family.items():
+        rows += [(_FAMILIES[family], "", "", "", ""), *map(_cells, found)]
     claims = [_CLAIMS_HEAD, *map(_claim_cells, score.by_claim)] if score.by_claim else []
     return "\n".join([_counts(score), *_aligned(rows), *_aligned(claims)])
 
@@ -82,6 +89,11 @@ def _page(score: Score, title: str) -> str:
         page.heading("Single causes by how far they stand out"),
     ]
     blocks += [page.table(level, _HEAD, map(_cells, found)) for level, found in score.by_level.items()]
+    if score.by_family:
+        blocks.append(page.heading("By how far the catalogue knows the form"))
+    blocks += [
+        page.table(_FAMILIES[family], _HEAD, map(_cells, found)) for family, found in score.by_family.items()
+    ]
     if not score.by_claim:  # of several causes alone there is no single answer
         return page.page(title, blocks)
     blocks += _of_claims(score.by_claim)

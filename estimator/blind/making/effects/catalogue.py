@@ -1,9 +1,19 @@
 """Every form of every effect that the maker knows, by the labels of the diagnosis."""
 
+from collections.abc import Mapping
+from itertools import chain, zip_longest
+from typing import Literal, get_args
+
 from estimator.blind.making.effects import material, motion, mounting, outside, sensing
+from estimator.blind.making.effects.literature import forms as literature
+from estimator.blind.making.effects.literature import outside as further_outside
 from estimator.blind.making.scenes.scene import Form
 
 UNKNOWN = "unknown"
+
+# Whose forms a set has: those that the catalogue of the diagnosis was written beside, those of the literature, or both.
+FormSet = Literal["catalogue", "others", "mixed"]
+FORM_SETS: tuple[FormSet, ...] = get_args(FormSet)
 
 FORMS: dict[str, tuple[Form, ...]] = {
     **material.FORMS,
@@ -11,6 +21,28 @@ FORMS: dict[str, tuple[Form, ...]] = {
     **motion.FORMS,
     **sensing.FORMS,
 }
+
+
+def forms_of(form_set: FormSet) -> Mapping[str, tuple[Form, ...]]:
+    """Return the forms of a set by their labels; of a mixed one they alternate, those of the literature first."""
+    if form_set == "catalogue":
+        return FORMS
+    if form_set == "others":
+        return {label: literature.FORMS[label] for label in FORMS}
+    return {label: _alternating(literature.FORMS[label], FORMS[label]) for label in FORMS}
+
+
+def outside_of(form_set: FormSet) -> tuple[Form, ...]:
+    """Return the effects that no label means."""
+    known, further = tuple(outside.FORMS.values()), tuple(further_outside.FORMS.values())
+    if form_set == "mixed":
+        return _alternating(further, known)
+    return known if form_set == "catalogue" else further
+
+
+def _alternating(one: tuple[Form, ...], other: tuple[Form, ...]) -> tuple[Form, ...]:
+    return tuple(form for form in chain.from_iterable(zip_longest(one, other)) if form is not None)
+
 
 # What a laboratory would act on; the two of a double are of different groups.
 GROUPS: dict[str, tuple[str, ...]] = {
@@ -46,5 +78,5 @@ GROUP_OF: dict[str, str] = {label: group for group, labels in GROUPS.items() for
 
 def form_named(label: str, name: str) -> Form:
     """Return one form of the effect with this label, which may be "unknown"."""
-    forms = outside.FORMS.values() if label == UNKNOWN else FORMS[label]
+    forms = outside_of("mixed") if label == UNKNOWN else forms_of("mixed")[label]
     return next(form for form in forms if form.name == name)

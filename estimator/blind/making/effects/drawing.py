@@ -33,3 +33,13 @@ def read_as(parameters: dict[str, object], reading: Reading) -> Drawn:
 def moved_as(parameters: dict[str, object], change: Callable[[Rows], Rows]) -> Drawn:
     """An effect of how the gripper moves alone."""
     return Drawn(parameters, lambda scene: replace(scene, mechanics=scene.mechanics.with_motion(change)))
+
+
+def acted_as(parameters: dict[str, object], **changes: object) -> Drawn:
+    """An effect that changes fields of the mechanics."""
+    return Drawn(parameters, lambda scene: scene.acted_on(**changes))
+
+
+def drawn_between(random: Random, low: float, high: float) -> float:
+    """Return a number between two of one sign, uniform in its logarithm."""
+    return float(np.exp(random.uniform(np.log(low), np.log(high))))

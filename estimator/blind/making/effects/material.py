@@ -183,13 +183,13 @@ def _gradient(axis: int, curve: str) -> Draw:
 
 FORMS: dict[str, tuple[Form, ...]] = {
     "strain_stiffening": (
-        Form("yeoh", _yeoh, (0.05, 8.0)),
+        Form("yeoh", _yeoh, (0.05, 8.0), family="near"),
         Form("gent", _gent, (0.05, 3.0)),
-        Form("exponential", _exponential, (0.05, 6.0)),
+        Form("exponential", _exponential, (0.05, 6.0), family="near"),
     ),
     "second_invariant": (
         Form("mooney_rivlin", _mooney, (0.1, 2.6)),
-        Form("gent_thomas", _gent_thomas, (0.1, 3.0)),
+        Form("gent_thomas", _gent_thomas, (0.1, 3.0), family="near"),
     ),
     "viscoelasticity": (
         Form("one_term_relaxed", _viscous(1, instantaneous=False), (0.05, 3.0)),
@@ -197,12 +197,12 @@ FORMS: dict[str, tuple[Form, ...]] = {
         Form("one_term_instantaneous", _viscous(1, instantaneous=True), (0.05, 3.0)),
     ),
     "stress_softening": (
-        Form("pseudo_elastic", _pseudo_elastic, (0.05, 3.0)),
+        Form("pseudo_elastic", _pseudo_elastic, (0.05, 3.0), family="near"),
         Form("continuum_damage", _damage, (0.05, 2.5)),
     ),
     "permanent_set": (
         Form("at_once", _set(creeps=False), (0.02, 4.0)),
-        Form("creeping", _set(creeps=True), (0.02, 6.0)),
+        Form("creeping", _set(creeps=True), (0.02, 6.0), family="near"),
     ),
     "anisotropy": (
         Form("quadratic", _fibres("quadratic", lambda random: power(2)), (0.02, 6.0)),
@@ -215,9 +215,9 @@ FORMS: dict[str, tuple[Form, ...]] = {
     "inhomogeneity": (
         Form("stiff_cylinder", _region("cylinder", stiffer=True), (0.05, 6.0)),
         Form("soft_cylinder", _region("cylinder", stiffer=False), (0.05, 6.0)),
-        Form("stiff_ball", _region("soft_ball", stiffer=True), (0.05, 8.0)),
-        Form("stiff_box", _region("box", stiffer=True), (0.05, 6.0)),
-        Form("soft_box", _region("box", stiffer=False), (0.05, 6.0)),
+        Form("stiff_ball", _region("soft_ball", stiffer=True), (0.05, 8.0), family="near"),
+        Form("stiff_box", _region("box", stiffer=True), (0.05, 6.0), family="near"),
+        Form("soft_box", _region("box", stiffer=False), (0.05, 6.0), family="near"),
     ),
     "modulus_gradient": (
         Form("along_x", _gradient(0, "linear"), (0.02, 5.0)),

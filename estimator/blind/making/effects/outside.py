@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from estimator.blind.making.effects import outside_tissue
 from estimator.blind.making.effects.drawing import Draw, FloatArray, Random, drawn_sign, read_as
 from estimator.blind.making.scenes.retraction import KINDS, Rows
-from estimator.blind.making.scenes.scene import BEADS, Drawn, Form, Mechanics, Readings
+from estimator.blind.making.scenes.scene import Drawn, Form, Mechanics, Readings
 
 
 def _lens(random: Random, size: float, base: Mechanics) -> Drawn:
@@ -101,7 +101,7 @@ def _cable(random: Random, size: float, base: Mechanics) -> Drawn:
 
 
 def _loose_bead(random: Random, size: float, base: Mechanics) -> Drawn:
-    bead = int(random.integers(BEADS))
+    bead = int(random.integers(base.beads))
     onset = float(random.uniform(0.004, 0.014))
     slide = np.array([*random.standard_normal(2), 0.0]) * 0.0012 * size
     kind = str(random.choice(KINDS))
@@ -199,4 +199,42 @@ _EFFECTS: dict[str, tuple[Draw, tuple[float, float]]] = {
     "clipped_force": (_clipped_force, (0.1, 8.0)),
 }
 
-FORMS: dict[str, Form] = {name: Form(name, draw, limits) for name, (draw, limits) in _EFFECTS.items()}
+# What the diagnosis has a form for, though no label; these it has not.
+_FAR = frozenset(("shaking_camera", "stale_images", "tearing"))
+_OF_BLOCKS = frozenset(("air_pocket", "cut", "sticky_patch", "tearing"))
+_OF_BEADS = frozenset(
+    (
+        "creeping_camera",
+        "late_vision",
+        "lens_distortion",
+        "loose_bead",
+        "refraction",
+        "shaking_camera",
+        "stale_images",
+    )
+)
+
+_BLOCKS: dict[str, str] = {
+    **dict.fromkeys(("cut", "tearing", "warming"), "interior"),
+    **dict.fromkeys(("sticky_patch", "air_pocket"), "support"),
+    **dict.fromkeys(
+        ("lens_distortion", "refraction", "creeping_camera", "shaking_camera", "loose_bead"), "vision"
+    ),
+    **dict.fromkeys(("stale_images", "late_vision"), "timing"),
+    **dict.fromkeys(("cable", "second_zero", "clipped_force"), "force"),
+    "thermal_shrinkage": "geometry",
+    "jammed_wrist": "robot",
+}
+
+FORMS: dict[str, Form] = {
+    name: Form(
+        name,
+        draw,
+        limits,
+        family="far" if name in _FAR else "exact",
+        block=name in _OF_BLOCKS,
+        beads=int(name in _OF_BEADS),
+        acts_on=_BLOCKS[name],
+    )
+    for name, (draw, limits) in _EFFECTS.items()
+}

@@ -187,9 +187,9 @@ def _camera_turned(axis: tuple[float, float, float] | None) -> Draw:
 
 def _exchanged(neighbours: bool, everywhere: bool) -> Draw:
     def draw(random: Random, size: float, base: Mechanics) -> Drawn:
-        first = int(random.integers(BEADS))
-        others = [b for b in range(BEADS) if b != first]
-        if neighbours:
+        first = int(random.integers(base.beads))
+        others = [b for b in range(base.beads) if b != first]
+        if neighbours and base.beads == BEADS:
             row, column = divmod(first, 4)
             others = [b for b in others if abs(b // 4 - row) + abs(b % 4 - column) == 1]
         second = int(random.choice(others))
@@ -216,7 +216,7 @@ def _exchanged(neighbours: bool, everywhere: bool) -> Draw:
 
 def _misread(in_plane: bool, everywhere: bool) -> Draw:
     def draw(random: Random, size: float, base: Mechanics) -> Drawn:
-        bead = int(random.integers(BEADS))
+        bead = int(random.integers(base.beads))
         error = drawn_direction(random) * np.array([1.0, 1.0, 0.0 if in_plane else 1.0])
         error = 0.0006 * size * error / np.linalg.norm(error)
         kind = str(random.choice(KINDS))
@@ -272,23 +272,23 @@ FORMS: dict[str, tuple[Form, ...]] = {
     "time_offset": (
         Form("lags", _late(leads=False, varies=False), (0.05, 5.0)),
         Form("leads", _late(leads=True, varies=False), (0.05, 5.0)),
-        Form("lags_unevenly", _late(leads=False, varies=True), (0.05, 5.0)),
+        Form("lags_unevenly", _late(leads=False, varies=True), (0.05, 5.0), family="near"),
     ),
     "camera_scale": (
-        Form("uniform", _camera_scale(depth=False), (0.02, 8.0)),
-        Form("in_the_plane", _camera_scale(depth=True), (0.02, 8.0)),
+        Form("uniform", _camera_scale(depth=False), (0.02, 8.0), beads=1),
+        Form("in_the_plane", _camera_scale(depth=True), (0.02, 8.0), beads=1),
     ),
     "camera_rotation": (
-        Form("about_z", _camera_turned((0.0, 0.0, 1.0)), (0.02, 8.0)),
-        Form("about_any_axis", _camera_turned(None), (0.02, 8.0)),
+        Form("about_z", _camera_turned((0.0, 0.0, 1.0)), (0.02, 8.0), beads=1),
+        Form("about_any_axis", _camera_turned(None), (0.02, 8.0), beads=1),
     ),
     "fiducial_mislabel": (
-        Form("neighbours_one_experiment", _exchanged(neighbours=True, everywhere=False), (1.0, 1.0)),
-        Form("any_two_all_experiments", _exchanged(neighbours=False, everywhere=True), (1.0, 1.0)),
+        Form("neighbours_one_experiment", _exchanged(neighbours=True, everywhere=False), (1.0, 1.0), beads=2),
+        Form("any_two_all_experiments", _exchanged(neighbours=False, everywhere=True), (1.0, 1.0), beads=2),
     ),
     "fiducial_misread": (
-        Form("in_plane_all", _misread(in_plane=True, everywhere=True), (0.05, 6.0)),
-        Form("any_direction_all", _misread(in_plane=False, everywhere=True), (0.05, 6.0)),
-        Form("one_experiment", _misread(in_plane=False, everywhere=False), (0.05, 6.0)),
+        Form("in_plane_all", _misread(in_plane=True, everywhere=True), (0.05, 6.0), beads=1),
+        Form("any_direction_all", _misread(in_plane=False, everywhere=True), (0.05, 6.0), beads=1),
+        Form("one_experiment", _misread(in_plane=False, everywhere=False), (0.05, 6.0), beads=1),
     ),
 }

@@ -137,7 +137,9 @@ class BrickMesh:
             natural = np.clip(natural, -2.0, 2.0)
         cells = np.argmin(np.abs(natural).max(axis=2), axis=1)
         inside = natural[np.arange(len(points)), cells]
-        return cells, np.array([ELEMENT.function(r) for r in inside])
+        return cells, np.array([ELEMENT.function(r) for r in inside]).reshape(
+            len(points), self.cells.shape[1]
+        )
 
 
 def brick_mesh(

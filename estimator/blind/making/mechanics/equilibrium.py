@@ -57,8 +57,7 @@ class Solver:
         self._gripped = np.repeat(held.gripped, 3)
         self._stiffness = FreeStiffness(held.body.dofs, free)
         self._control = _hourglass_control(held)
-        unit = _nodal_volumes(held.body)
-        self._weight = (unit[:, None] * held.body_force).reshape(-1)
+        self._weight = (_nodal_volumes(held.body, held.heavy)[:, None] * held.body_force).reshape(-1)
 
     @property
     def unknowns(self) -> int:
@@ -81,7 +80,9 @@ class Solver:
 
     def after_rest(self, state: State) -> State:
         """Return the state after a long rest and a new grasp: what changed for good stays, in material and faces."""
-        return replace(self.rest(), memory=rested(state.memory), face_memories=state.face_memories)
+        return replace(
+            self.rest(), memory=rested(self.held.material, state.memory), face_memories=state.face_memories
+        )
 
     def advance(
         self, state: State, pose: Pose, instant: Instant, load: float = 1.0, guess: FloatArray | None = None
@@ -222,7 +223,7 @@ class Solver:
         face_memories, face_tangents = [], []
         for face, before in zip(self.held.faces, state.face_memories, strict=True):
             cells = face.face.cells
-            face_forces, face_tangent, after = face.loads(u[body.mesh.cells[cells]], before)
+            face_forces, face_tangent, after = face.loads(u[body.mesh.cells[cells]], before, instant)
             cell_forces[cells] += face_forces
             face_tangents.append((cells, face_tangent))
             face_memories.append(after)
@@ -257,11 +258,16 @@ def _hourglass_control(held: HeldBody) -> FloatArray:
     return _HOURGLASS_SHARE * shear[:, None, None] * held.body.unseen_gradients
 
 
-def _nodal_volumes(body: Body) -> FloatArray:
-    """Return the integral of each node's shape function, (n,) m³; corner nodes' are negative."""
+def _nodal_volumes(body: Body, heavy: FloatArray | None) -> FloatArray:
+    """Return the integral of each node's shape function, (n,) m³; corner nodes' are negative.
+
+    ``heavy`` (e·q,) weighs the quadrature points; None: all alike.
+    """
     quadrature, mesh = body.quadrature, body.mesh
-    shapes = body.shapes
-    cells = np.einsum("eq,qn->en", quadrature.volumes, shapes)
+    volumes = (
+        quadrature.volumes if heavy is None else quadrature.volumes * heavy.reshape(quadrature.volumes.shape)
+    )
+    cells = np.einsum("eq,qn->en", volumes, body.shapes)
     return np.bincount(mesh.cells.reshape(-1), cells.reshape(-1), len(mesh.points)).astype(np.float64)
 
 

@@ -3,6 +3,7 @@
 An offset is where the held tissue stands in the gripper's frame: a translation (m) and a small rotation vector (rad).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -15,8 +16,17 @@ FloatArray = NDArray[np.float64]
 _RIGID = np.array([1e6, 1e6, 1e6, 1e4, 1e4, 1e4])
 
 
+# Which share of the offset the tissue at places (n, 3) in the gripper's frame takes; None: all takes all of it.
+Evenness = Callable[[FloatArray], FloatArray] | None
+
+
 class Grip(Protocol):
     """A law of the wrench that returns the held tissue to the gripper, by its offset."""
+
+    @property
+    def evenness(self) -> Evenness:
+        """Whether some of the held tissue moves less than the rest."""
+        ...
 
     def start(self) -> FloatArray:
         """Return the memory at rest."""
@@ -39,6 +49,7 @@ class Springs:
 
     translation: tuple[float, float, float]
     rotation: tuple[float, float, float]
+    evenness: Evenness = None
 
     def start(self) -> FloatArray:
         """Return an empty memory."""
@@ -65,11 +76,13 @@ class Jaws:
     threshold : force at which it slides, N
     hardening : by which that grows with the slip, N/m
     viscosity : further force by the slip's speed, N·s/m
+    evenness : which share of the slip the tissue at a place takes
     """
 
     threshold: float
     hardening: float
     viscosity: float = 0.0
+    evenness: Evenness = None
 
     def start(self) -> FloatArray:
         """Return the slip (3,) m and its length."""
@@ -113,6 +126,7 @@ class SlippingOnce:
 
     threshold: float
     jump: float
+    evenness: Evenness = None
 
     def start(self) -> FloatArray:
         """Return the slip (3,) m, and how often it gave way."""

@@ -38,6 +38,7 @@ class HeldBody:
     body_force : (3,) N/m³
     faces : outer faces with a traction
     grip : what lies between gripper and tissue; None holds rigidly
+    heavy : (e·q,) share of the body force that acts; None: all of it
     """
 
     body: Body
@@ -48,13 +49,19 @@ class HeldBody:
     body_force: FloatArray
     faces: tuple[LoadedFace, ...] = ()
     grip: Grip | None = None
+    heavy: FloatArray | None = None
 
     def held_displacements(self, pose: Pose, offset: FloatArray) -> FloatArray:
         """Return displacements (ng, 3), m, of the gripped nodes at a pose, offset by (6,) in the gripper's frame."""
         points = self.body.mesh.points[self.gripped]
         local = self.rest.rotation.inv().apply(points - self.rest.position)
-        moved = Rotation.from_rotvec(offset[3:]).apply(local) + offset[:3]
+        moved = Rotation.from_rotvec(offset[3:]).apply(local) + self._follows(local)[:, None] * offset[:3]
         return pose.rotation.apply(moved) + pose.position - points
+
+    def _follows(self, local: FloatArray) -> FloatArray:
+        """Return which share of the offset the gripped nodes at places (ng, 3) in the gripper's frame take."""
+        uneven = None if self.grip is None else self.grip.evenness
+        return np.ones(len(local)) if uneven is None else uneven(local)
 
     def levers(self, pose: Pose, offset: FloatArray) -> FloatArray:
         """Return the displacements of the gripped degrees of freedom by the offset, (3 ng, 6); 0 if held rigidly."""
@@ -62,9 +69,11 @@ class HeldBody:
         if self.grip is None:
             return np.zeros((points.size, 6))
         R = pose.rotation.as_matrix()
-        arms = points + self.held_displacements(pose, offset) - pose.position - R @ offset[:3]
+        follows = self._follows(self.rest.rotation.inv().apply(points - self.rest.position))
+        arms = points + self.held_displacements(pose, offset) - pose.position
+        arms = arms - follows[:, None] * (R @ offset[:3])
         turning = np.cross(R.T[None, :, :], arms[:, None, :])
-        levers = np.concatenate([np.broadcast_to(R.T, turning.shape), turning], axis=1)
+        levers = np.concatenate([follows[:, None, None] * R.T, turning], axis=1)
         return np.swapaxes(levers, 1, 2).reshape(-1, 6)
 
     def wrench(self, pose: Pose, u: FloatArray, held_force: FloatArray) -> FloatArray:

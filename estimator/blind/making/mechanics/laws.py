@@ -5,6 +5,7 @@ The baseline is W = μ/2 (I1 − 3 − 2 ln J) + λ/2 (J − 1)². The other ter
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,11 +50,24 @@ class Term:
 
 @dataclass(frozen=True, slots=True)
 class Fibres:
-    """Fibres along a unit direction at rest: E/8 times the weight times a curve of I4 − 1."""
+    """Fibres about a unit direction at rest: E/8 times the weight times a curve of κ I1 + (1 − 3κ) I4 − 1.
+
+    The dispersion κ is 0 where all fibres have that direction and 1/3 where they have none (Gasser, Ogden and
+    Holzapfel 2006).
+    """
 
     direction: tuple[float, float, float]
     curve: Curve
     weight: float
+    dispersion: float = 0.0
+
+
+class Addition(Protocol):
+    """Energy that a law has beside what its invariants give."""
+
+    def __call__(self, C: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return energy (n,), S (n, 6) and D = dS/dE (n, 6, 6) for C (n, 6), all over the shear modulus."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +78,7 @@ class Law:
     poisson_ratio: float
     terms: Sequence[Term] = ()
     fibres: Sequence[Fibres] = field(default=())
+    additions: Sequence[Addition] = ()
 
     def stress(self, C: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return energy W (n,), second Piola-Kirchhoff stress S (n, 6) and D = dS/dE (n, 6, 6) for C (n, 6).
@@ -112,12 +127,15 @@ class Law:
         D += (J**2 * by_jj + J * by_j)[:, None, None] * _outer(inverse, inverse)
         D -= (2 * J * by_j)[:, None, None] * _symmetric_product(inverse)
         for fibres in self.fibres:
-            A = _dyad(fibres.direction)
+            A = _structure(fibres)
             stretch = C @ (A * np.array([1, 1, 1, 2, 2, 2])) - 1
             f, f1, f2 = (fibres.weight * self.youngs_modulus / 8 * part for part in fibres.curve(stretch))
             energy = energy + f
             S = S + 2 * f1[:, None] * A
             D = D + 4 * f2[:, None, None] * np.outer(A, A)
+        for addition in self.additions:
+            f, f1, f2 = addition(C)
+            energy, S, D = energy + mu * f, S + mu * f1, D + mu * f2
         return energy, S, D
 
 
@@ -221,6 +239,7 @@ def _symmetric_product(inverse: FloatArray) -> FloatArray:
     return (straight + crossed) / 2
 
 
-def _dyad(direction: tuple[float, float, float]) -> FloatArray:
-    a = np.asarray(direction)
-    return np.array([a[0] ** 2, a[1] ** 2, a[2] ** 2, a[0] * a[1], a[1] * a[2], a[0] * a[2]])
+def _structure(fibres: Fibres) -> FloatArray:
+    a = np.asarray(fibres.direction)
+    dyad = np.array([a[0] ** 2, a[1] ** 2, a[2] ** 2, a[0] * a[1], a[1] * a[2], a[0] * a[2]])
+    return fibres.dispersion * _IDENTITY + (1 - 3 * fibres.dispersion) * dyad

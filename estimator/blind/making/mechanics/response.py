@@ -42,18 +42,45 @@ class Softening(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Relaxation:
-    """Maxwell elements beside the spring: shares of its stiffness, and time constants, s."""
+    """Maxwell elements beside the spring.
+
+    Attributes
+    ----------
+    shares : of the spring's stiffness
+    times : time constants, s
+    energy_scale : J/m³; what relaxes is the spring's stress times 1 + W / this, W its energy density (Pipkin and
+        Rogers 1968): the more, the larger the strain; None: in proportion
+    """
 
     shares: tuple[float, ...]
     times: tuple[float, ...]
+    energy_scale: float | None = None
+
+    def driven(self, energy: FloatArray, S: FloatArray, D: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return what relaxes of a stress S (n, 6) with tangent D (n, 6, 6) and energy (n,), and its tangent."""
+        if self.energy_scale is None:
+            return S, D
+        factor = 1 + energy / self.energy_scale
+        grows = S[:, :, None] * S[:, None, :] / self.energy_scale
+        return factor[:, None] * S, factor[:, None, None] * D + grows
 
 
 @dataclass(frozen=True, slots=True)
 class PermanentSet:
-    """A share of the largest strain that stays; it grows towards that with a time constant, s (0: at once)."""
+    """A share of the largest strain that stays.
+
+    Attributes
+    ----------
+    share : of that strain
+    time : constant with which it grows towards that, s; 0: at once
+    yields_at : strain below which nothing stays
+    per_strain : by how much the share grows with the strain beyond that, 1
+    """
 
     share: float
     time: float = 0.0
+    yields_at: float = 0.0
+    per_strain: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -67,6 +94,7 @@ class Material:
     tear : returns (n,) further factors at an instant, which only ever fall
     seasons : factor of the whole stress at an instant
     swelling : linear factor of the natural size at an instant
+    mended : share of softening and set that is gone when the next experiment begins
     """
 
     law: Law
@@ -77,6 +105,7 @@ class Material:
     tear: Callable[[Instant], FloatArray] | None = None
     seasons: Callable[[Instant], float] | None = None
     swelling: Callable[[Instant], float] | None = None
+    mended: float = 0.0
 
     @property
     def remembers(self) -> bool:
@@ -111,9 +140,16 @@ def at_rest(material: Material) -> Memory:
     return Memory(np.zeros(n), np.zeros((n, 6)), np.zeros((n, 6)), np.zeros((elements, n, 6)), np.ones(n))
 
 
-def rested(memory: Memory) -> Memory:
-    """Return the memory after a long rest: overstress is gone, softening and set stay."""
-    return replace(memory, elastic=np.zeros_like(memory.elastic), overstress=np.zeros_like(memory.overstress))
+def rested(material: Material, memory: Memory) -> Memory:
+    """Return the memory after a long rest: overstress is gone, softening and set stay but for what has mended."""
+    kept = 1 - material.mended
+    return replace(
+        memory,
+        peak=kept * memory.peak,
+        set=kept * memory.set,
+        elastic=np.zeros_like(memory.elastic),
+        overstress=np.zeros_like(memory.overstress),
+    )
 
 
 def respond(
@@ -142,8 +178,9 @@ def respond(
     S, D = local[:, None] * S, local[:, None, None] * D
     overstress, elastic = memory.overstress, S
     if material.relaxation:
-        overstress, gain = _relaxed(material.relaxation, memory, S, instant.interval)
-        S, D = S + overstress.sum(axis=0), (1 + gain) * D
+        elastic, elastic_D = material.relaxation.driven(local * energy, S, D)
+        overstress, gain = _relaxed(material.relaxation, memory, elastic, instant.interval)
+        S, D = S + overstress.sum(axis=0), D + gain * elastic_D
     kept = memory.set
     if material.permanent_set:
         kept = _set(material.permanent_set, memory.set, C, instant.interval)
@@ -165,8 +202,12 @@ def _relaxed(
 def _set(law: PermanentSet, before: FloatArray, C: FloatArray, interval: float) -> FloatArray:
     strain = (C - _UNIT) / 2
     strain = strain - strain[:, :3].mean(axis=1, keepdims=True) * _UNIT
-    goal = law.share * strain
     doubled = np.array([1, 1, 1, 2, 2, 2])
+    beyond = np.maximum(np.sqrt(strain**2 @ doubled) - law.yields_at, 0.0)
+    share = law.share * (1 + law.per_strain * beyond)
+    if law.yields_at:
+        share = share * beyond / (beyond + law.yields_at)
+    goal = share[:, None] * strain
     grows = (goal**2 @ doubled) > (before**2 @ doubled)
     pace = 1.0 if law.time == 0 else -np.expm1(-interval / law.time)
     return before + pace * np.where(grows[:, None], goal - before, 0.0)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.blind.making.mechanics.brick_mesh import Face
+from estimator.blind.making.mechanics.response import Instant
 
 FloatArray = NDArray[np.float64]
 
@@ -19,7 +20,7 @@ class Traction(Protocol):
         ...
 
     def __call__(
-        self, points: FloatArray, u: FloatArray, memory: FloatArray
+        self, points: FloatArray, u: FloatArray, memory: FloatArray, instant: Instant
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return tractions (n, 3) Pa that resist u (n, 3) m, their tangents (n, 3, 3) Pa/m, and the new memory."""
         ...
@@ -50,7 +51,7 @@ class Layer:
         return np.zeros((count, 0))
 
     def __call__(
-        self, points: FloatArray, u: FloatArray, memory: FloatArray
+        self, points: FloatArray, u: FloatArray, memory: FloatArray, instant: Instant
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return traction, tangent and memory, as :class:`Traction` says."""
         stiffness = np.full(3, self.tangential)
@@ -81,7 +82,7 @@ class Glue:
         return np.ones((count, 1))
 
     def __call__(
-        self, points: FloatArray, u: FloatArray, memory: FloatArray
+        self, points: FloatArray, u: FloatArray, memory: FloatArray, instant: Instant
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return traction, tangent and memory, as :class:`Traction` says."""
         strength = self.strength * np.clip(
@@ -118,7 +119,7 @@ class Friction:
         return np.zeros((count, 2))
 
     def __call__(
-        self, points: FloatArray, u: FloatArray, memory: FloatArray
+        self, points: FloatArray, u: FloatArray, memory: FloatArray, instant: Instant
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return traction, tangent and memory, as :class:`Traction` says."""
         limit = np.full(len(u), self.limit)
@@ -167,7 +168,7 @@ class Patch(_Disc):
     """Tissue that sticks elastically to the table inside a disc, in every direction."""
 
     def __call__(
-        self, points: FloatArray, u: FloatArray, memory: FloatArray
+        self, points: FloatArray, u: FloatArray, memory: FloatArray, instant: Instant
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return traction, tangent and memory, as :class:`Traction` says."""
         stiffness = np.where(self.holds(points), self.stiffness, 0.0)
@@ -186,7 +187,7 @@ class Pocket(_Disc):
     height: float
 
     def __call__(
-        self, points: FloatArray, u: FloatArray, memory: FloatArray
+        self, points: FloatArray, u: FloatArray, memory: FloatArray, instant: Instant
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return traction, tangent and memory, as :class:`Traction` says."""
         stiffness = np.where(self.holds(points) & (u[:, 2] < self.height), self.stiffness, 0.0)
@@ -203,7 +204,9 @@ class LoadedFace:
     face: Face
     traction: Traction
 
-    def loads(self, u_cells: FloatArray, memory: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def loads(
+        self, u_cells: FloatArray, memory: FloatArray, instant: Instant
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return nodal forces (k, 60) N and tangents (k, 60, 60) N/m of the face's cells, and the new memory.
 
         ``u_cells`` (k, 20, 3) m are the displacements of those cells.
@@ -211,7 +214,7 @@ class LoadedFace:
         shapes, areas = self.face.shapes, self.face.areas
         k, q = areas.shape
         u = np.einsum("qn,kni->kqi", shapes, u_cells)
-        t, tangent, memory = self.traction(self.face.points.reshape(-1, 3), u.reshape(-1, 3), memory)
+        t, tangent, memory = self.traction(self.face.points.reshape(-1, 3), u.reshape(-1, 3), memory, instant)
         forces = np.einsum("kqi,kq,qn->kni", t.reshape(k, q, 3), areas, shapes)
         stiffness = np.einsum(
             "kqij,kq,qn,qm->knimj", tangent.reshape(k, q, 3, 3), areas, shapes, shapes, optimize=True

@@ -65,16 +65,29 @@ class Rows:
 
 @dataclass(frozen=True, slots=True)
 class Manner:
-    """How far and how fast: total pull (m), share of the usual turn, and a factor of all times."""
+    """How far, how fast, and with which holds.
+
+    Attributes
+    ----------
+    distance : total pull, m
+    turn : share of the usual one
+    slowness : factor of all times
+    hold : after a step, s
+    long_hold : further rows of the hold at the end, s after the one before
+    steps : share of the usual number
+    """
 
     distance: float = 0.02
     turn: float = 1.0
     slowness: float = 1.0
+    hold: float = _HOLD_S
+    long_hold: tuple[float, ...] = _LONG_HOLD_S
+    steps: float = 1.0
 
 
 def rows_of(kind: TrajectoryKind, order: int, manner: Manner) -> Rows:
     """Return the rows of a trajectory: retraction in steps of two rows and a hold, a long hold, the way back."""
-    steps = _STEPS[kind]
+    steps = round(_STEPS[kind] * manner.steps)
     table: list[tuple[float, str, int, float]] = [(0.0, "hold", 0, 0.0)]
 
     def add(after: float, phase: str, step: int, done: float) -> None:
@@ -83,13 +96,13 @@ def rows_of(kind: TrajectoryKind, order: int, manner: Manner) -> Rows:
     for step in range(1, steps + 1):
         add(_HALF_STEP_S, "ramp", step, (step - 0.5) / steps)
         add(_HALF_STEP_S, "ramp", step, step / steps)
-        add(_HOLD_S, "hold", step, step / steps)
-    for pause in _LONG_HOLD_S:
+        add(manner.hold, "hold", step, step / steps)
+    for pause in manner.long_hold:
         add(pause, "hold", steps, 1.0)
     for back in range(1, _RETURN_STEPS + 1):
         add(_HALF_STEP_S, "return", steps + back, 1 - (back - 0.5) / _RETURN_STEPS)
         add(_HALF_STEP_S, "return", steps + back, 1 - back / _RETURN_STEPS)
-        add(_HOLD_S, "return_hold", steps + back, 1 - back / _RETURN_STEPS)
+        add(manner.hold, "return_hold", steps + back, 1 - back / _RETURN_STEPS)
     times, phases, numbers, shares = zip(*table, strict=True)
     done = np.array(shares)
     angle = np.radians(_TURN_DEG[kind]) * manner.turn

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +10,10 @@ from scipy.spatial.transform import Rotation
 
 from estimator.blind.making.mechanics.brick_mesh import Break
 from estimator.blind.making.mechanics.grip import Grip
-from estimator.blind.making.mechanics.laws import Fibres, Law, Term
+from estimator.blind.making.mechanics.laws import Addition, Fibres, Law, Term
 from estimator.blind.making.mechanics.response import Instant, PermanentSet, Relaxation, Softening
 from estimator.blind.making.mechanics.surfaces import Traction
+from estimator.blind.making.scenes.outline import Outline
 from estimator.blind.making.scenes.retraction import Rows
 
 FloatArray = NDArray[np.float64]
@@ -35,12 +36,17 @@ class Mechanics:
     law : at the centre of the body
     two_sides : anchored at y = +0.05 too, not at x = −0.05 alone
     thickness : true one, m
+    outline : of a body that is no block, nor flat; None: it is
+    beads : how many the tissue carries
+    grasp_x, grasp_y : where the jaws end along x and y on the block, m
     grasp_shift, grasp_yaw : of the grasped region against the stated one, m and rad
     centre_shift : of the gripper frame's true origin, m
     stiffness : factors of the modulus at points (n, 3)
     relaxation, softening, permanent_set, tear, seasons, swelling : as ``response.Material`` has them; ``tear``
         still takes the points
+    mended : share of softening and set that is gone when the next experiment begins
     body_force : N/m³
+    heavy : share of the body force that acts at points (n, 3); None: all of it
     bonded : which points (n, 3) of the anchored faces are attached; None: all
     anchor : law of the layer between tissue and anchor, by the axis of the face; None holds rigidly
     table : law of the traction on the lower face
@@ -53,6 +59,10 @@ class Mechanics:
     law: Law
     two_sides: bool = False
     thickness: float = SIZE[2]
+    outline: Outline | None = None
+    beads: int = BEADS
+    grasp_x: tuple[float, float] = GRASP_X
+    grasp_y: tuple[float, float] = GRASP_Y
     grasp_shift: tuple[float, float] = (0.0, 0.0)
     grasp_yaw: float = 0.0
     centre_shift: tuple[float, float] = (0.0, 0.0)
@@ -63,7 +73,9 @@ class Mechanics:
     tear: Callable[[FloatArray, Instant], FloatArray] | None = None
     seasons: Callable[[Instant], float] | None = None
     swelling: Callable[[Instant], float] | None = None
+    mended: float = 0.0
     body_force: Vector = (0.0, 0.0, 0.0)
+    heavy: Callable[[FloatArray], FloatArray] | None = None
     bonded: Callable[[FloatArray], NDArray[np.bool_]] | None = None
     anchor: Callable[[int], Traction] | None = None
     table: Traction | None = None
@@ -79,6 +91,10 @@ class Mechanics:
     def with_fibres(self, *fibres: Fibres) -> "Mechanics":
         """Add fibres to the law's energy."""
         return replace(self, law=replace(self.law, fibres=(*self.law.fibres, *fibres)))
+
+    def with_additions(self, *additions: Addition) -> "Mechanics":
+        """Add energy to the law."""
+        return replace(self, law=replace(self.law, additions=(*self.law.additions, *additions)))
 
     def with_motion(self, change: Callable[[Rows], Rows]) -> "Mechanics":
         """Let the gripper move otherwise than reported."""
@@ -136,11 +152,13 @@ class Scene:
     Attributes
     ----------
     rest_after_mounting : the list of rest positions was read at the first row, not before mounting
+    rest_as_seen : where whoever measured the rest positions saw beads that are at (m, 3) m
     """
 
     mechanics: Mechanics
     readings: tuple[Reading, ...] = ()
     rest_after_mounting: bool = False
+    rest_as_seen: tuple[Callable[[FloatArray], FloatArray], ...] = ()
 
     def read_by(self, *readings: Reading) -> "Scene":
         """Add distortions of the instruments."""
@@ -167,6 +185,11 @@ class Drawn:
     where: dict[str, Any] = field(default_factory=dict)
 
 
+# How far the catalogue of the diagnosis knows a form: its own formula; the same mechanism by another function, most of
+# which its formulas follow; or neither.
+Family = Literal["exact", "near", "far"]
+
+
 @dataclass(frozen=True)
 class Form:
     """One way in which an effect may show.
@@ -178,6 +201,10 @@ class Form:
     range : smallest and largest plausible size
     two_sides : False where the form needs a phantom anchored on one side only
     least_modulus : softest phantom for which it makes sense, Pa
+    family : how far the catalogue of the diagnosis knows it
+    block : whether it needs a phantom that is a block
+    beads : fewest beads with which it makes sense
+    acts_on : block of the rig of an effect that no label means; empty for others
     """
 
     name: str
@@ -185,6 +212,10 @@ class Form:
     range: tuple[float, float] = (0.02, 4.0)
     two_sides: bool = True
     least_modulus: float = 0.0
+    family: Family = "exact"
+    block: bool = False
+    beads: int = 0
+    acts_on: str = ""
 
 
 def _rotated(rotation: Rotation, wrench: FloatArray) -> FloatArray:

@@ -23,8 +23,8 @@ SENSOR = SensorNoise(
     tool_centre=(0.0, 0.0, 0.06),
 )
 
-_MODULUS_PA = (4e3, 30e3)
-_POISSON = (0.37, 0.48)
+MODULUS_PA = (4e3, 30e3)
+POISSON = (0.37, 0.48)
 _GRID = (-0.03, -0.01, 0.01, 0.03)
 _JITTER_M = 1.5e-3
 _STRUCTURED_NOISE = 0.2
@@ -43,6 +43,7 @@ class Setup:
     beads : (m, 3) stated rest positions, m
     noise : its structure
     phantom_id : of the experiments
+    sensor : stated noise
     """
 
     mechanics: Mechanics
@@ -51,6 +52,7 @@ class Setup:
     beads: FloatArray
     noise: NoiseKind
     phantom_id: str
+    sensor: SensorNoise = SENSOR
 
     @property
     def experiments(self) -> tuple[Rows, ...]:
@@ -60,9 +62,9 @@ class Setup:
 
 def draw_setup(random: np.random.Generator, forms: tuple[Form, ...]) -> Setup:
     """Draw a case that suits the forms of effects it is to have."""
-    least = max((_MODULUS_PA[0], *(form.least_modulus for form in forms)))
-    modulus = float(np.exp(random.uniform(np.log(least), np.log(_MODULUS_PA[1]))))
-    poisson = float(random.uniform(*_POISSON))
+    least = max((MODULUS_PA[0], *(form.least_modulus for form in forms)))
+    modulus = float(np.exp(random.uniform(np.log(least), np.log(MODULUS_PA[1]))))
+    poisson = float(random.uniform(*POISSON))
     two_sides = bool(random.random() < _TWO_SIDES) and all(form.two_sides for form in forms)
     order = tuple(KINDS[i] for i in random.permutation(len(KINDS)))
     manner = Manner()

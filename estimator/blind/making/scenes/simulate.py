@@ -75,8 +75,7 @@ def carry_out(
     held = held_body(mechanics, resolution)
     solver = Solver(held)
     mesh = held.body.mesh
-    on_top = np.column_stack([beads[:, :2], np.full(len(beads), mechanics.thickness / 2)])
-    cells, shapes = mesh.locate(on_top)
+    cells, shapes = mesh.locate(_on_top(mechanics, beads))
     nodes = mesh.cells[cells]
     last, readings = solver.rest(), []
     total, done = sum(len(rows.time) for rows in experiments), 0
@@ -98,6 +97,13 @@ def carry_out(
     return Carried(tuple(readings), solver.unknowns, solver.iterations)
 
 
+def _on_top(mechanics: Mechanics, beads: FloatArray) -> FloatArray:
+    """Return where beads (m, 3) sit on the upper face of the true body, m."""
+    x, y = beads[:, :2].T
+    top = mechanics.outline.top(x, y) if mechanics.outline else np.full(len(beads), mechanics.thickness / 2)
+    return np.column_stack([x, y, top])
+
+
 def read(scene: Scene, carried: Carried) -> tuple[Readings, ...]:
     """Read a carried-out scene by its own instruments."""
     return tuple(
@@ -112,11 +118,12 @@ def held_body(mechanics: Mechanics, resolution: Resolution) -> HeldBody:
     body = Body(mesh)
     x, y, _ = mesh.grid.T
     shift_x, shift_y = mechanics.grasp_shift
-    end = GRASP_X[1] + shift_x
+    grasp_x, grasp_y = mechanics.grasp_x, mechanics.grasp_y
+    end = grasp_x[1] + shift_x
     # The mesh has no plane so close to its face, which then is the end of the grasp.
     end = SIZE[0] / 2 if abs(end - SIZE[0] / 2) < NEAREST_TO_A_FACE else end
-    gripped = (x > GRASP_X[0] + shift_x - _TOUCH) & (x < end + _TOUCH)
-    gripped &= (y > GRASP_Y[0] + shift_y - _TOUCH) & (y < GRASP_Y[1] + shift_y + _TOUCH)
+    gripped = (x > grasp_x[0] + shift_x - _TOUCH) & (x < end + _TOUCH)
+    gripped &= (y > grasp_y[0] + shift_y - _TOUCH) & (y < grasp_y[1] + shift_y + _TOUCH)
     points = body.gauss_points
     stiffness = np.ones(len(points))
     for factor in mechanics.stiffness:
@@ -131,6 +138,7 @@ def held_body(mechanics: Mechanics, resolution: Resolution) -> HeldBody:
         None if tear is None else lambda instant: tear(points, instant),
         mechanics.seasons,
         mechanics.swelling,
+        mechanics.mended,
     )
     centre = GRIPPER_AT_REST + np.array([*mechanics.centre_shift, 0.0])
     return HeldBody(
@@ -142,6 +150,7 @@ def held_body(mechanics: Mechanics, resolution: Resolution) -> HeldBody:
         np.array(mechanics.body_force),
         tuple(_loaded_faces(mechanics, mesh)),
         mechanics.grip,
+        None if mechanics.heavy is None else mechanics.heavy(points),
     )
 
 
@@ -184,8 +193,9 @@ def _key(pose: Pose) -> tuple[float, ...]:
 def _mesh(mechanics: Mechanics, resolution: Resolution) -> BrickMesh:
     shift_x, shift_y = mechanics.grasp_shift
     half_x, half_y = SIZE[0] / 2, SIZE[1] / 2
-    grasp_x = [Break(at + shift_x, resolution.grasp) for at in GRASP_X]
-    grasp_y = [Break(at + shift_y, resolution.grasp) for at in GRASP_Y]
+    grasp_x = [Break(at + shift_x, resolution.grasp) for at in mechanics.grasp_x]
+    # Jaws that hold the whole width have no edges within it.
+    grasp_y = [Break(at + shift_y, resolution.grasp) for at in mechanics.grasp_y if abs(at) < half_y]
     # The ends of the anchored face are sharper than its middle; a second anchored face is sharp all along.
     beside = resolution.anchor if mechanics.two_sides else 2 * resolution.anchor
     x = [Break(-half_x, resolution.anchor), *grasp_x, *mechanics.breaks[0]]
@@ -197,9 +207,16 @@ def _mesh(mechanics: Mechanics, resolution: Resolution) -> BrickMesh:
         (*finest, ()),
         resolution.region if mechanics.has_region else resolution.largest,
         resolution.growth,
-        resolution.layers,
-        None if mechanics.grasp_yaw == 0 else lambda grid: _turned(grid, mechanics),
+        resolution.layers * (mechanics.outline.layers if mechanics.outline else 1),
+        _reshape(mechanics),
     )
+
+
+def _reshape(mechanics: Mechanics) -> Callable[[FloatArray], FloatArray] | None:
+    """Return what moves the block's nodes to where they lie at rest; None where they lie there."""
+    if mechanics.outline is not None:
+        return mechanics.outline.shaped
+    return None if mechanics.grasp_yaw == 0 else lambda grid: _turned(grid, mechanics)
 
 
 def _turned(grid: FloatArray, mechanics: Mechanics) -> FloatArray:

@@ -8,6 +8,7 @@ effect the measure is taken again there.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from estimator.blind.making.scenes.noise import correlation_of
 from estimator.blind.making.scenes.retraction import Rows
 from estimator.blind.making.scenes.scene import Drawn, Form, Mechanics, Readings, Scene
-from estimator.blind.making.scenes.setup import SENSOR, Setup
+from estimator.blind.making.scenes.setup import Setup
 from estimator.blind.making.scenes.simulate import PILOT, Carried, Resolution, carry_out, read
 from estimator.blind.making.scenes.whitening import length, whitened, whitening_of
 from estimator.errors import SolverError
@@ -55,8 +56,9 @@ class Sized:
 class Pilot:
     """Coarse runs of one setup, which tell how far an effect stands out."""
 
-    def __init__(self, setup: Setup) -> None:
+    def __init__(self, setup: Setup, resolution: Resolution = PILOT) -> None:
         self._setup = setup
+        self._resolution = resolution
         self._base = self._run(Scene(setup.mechanics))
         law = setup.mechanics.law
         softer = replace(law, poisson_ratio=law.poisson_ratio - _POISSON_STEP)
@@ -66,7 +68,7 @@ class Pilot:
         self._origins = {_refinement(setup.mechanics): origin}
         by_position = [self._by_position(axis, origin) for axis in range(3)]
         self._whitenings = [
-            whitening_of(rows, np.stack(changes, axis=-1), SENSOR, correlation_of(setup.noise))
+            whitening_of(rows, np.stack(changes, axis=-1), setup.sensor, correlation_of(setup.noise))
             for rows, *changes in zip(setup.experiments, *by_position, strict=True)
         ]
         by_poisson = _difference(self._channels(read(scene, other), scene), origin)
@@ -86,9 +88,10 @@ class Pilot:
         scene = drawn.change(Scene(self._setup.mechanics))
         same = scene.mechanics is self._setup.mechanics
         carried = self._base if same else self._run(scene)
-        return self._left(
-            self._channels(read(scene, carried), scene), self._origin_on_mesh_of(scene.mechanics)
-        )
+        channels = self._channels(read(scene, carried), scene)
+        if scene.rest_as_seen:
+            return self._left(channels, self._with_beads_as_stated(scene, self._resolution))
+        return self._left(channels, self._origin_on_mesh_of(scene.mechanics))
 
     def sigma_as_made(self, scene: Scene, carried: Carried, resolution: Resolution) -> float:
         """Return the same of a case that was carried out, beside one without effect on the same mesh.
@@ -105,6 +108,9 @@ class Pilot:
             The body without effect has no equilibrium.
         """
         mechanics = self._setup.mechanics
+        if scene.rest_as_seen:
+            channels = self._channels(read(scene, carried), scene)
+            return self._left(channels, self._with_beads_as_stated(scene, resolution))
         plain = Scene(mechanics.meshed_like(scene.mechanics))
         without = (
             carried
@@ -139,8 +145,18 @@ class Pilot:
             self._origins[refinement] = self._channels(read(scene, self._run(scene)), scene)
         return self._origins[refinement]
 
+    def _with_beads_as_stated(self, scene: Scene, resolution: Resolution) -> Channels:
+        """Return what the body without an effect shows of beads that sit where a scene's rest positions say."""
+        places = reduce(lambda beads, seen: seen(beads), scene.rest_as_seen, self._setup.beads)
+        plain = self._setup.mechanics.meshed_like(scene.mechanics)
+        carried = carry_out(plain, self._setup.experiments, places, resolution)
+        return [
+            np.hstack([reading.wrench, (reading.beads - places).reshape(len(reading.wrench), -1)])
+            for reading in carried.readings
+        ]
+
     def _run(self, scene: Scene) -> Carried:
-        return carry_out(scene.mechanics, self._setup.experiments, self._setup.beads, PILOT)
+        return carry_out(scene.mechanics, self._setup.experiments, self._setup.beads, self._resolution)
 
     def _channels(self, readings: Sequence[Readings], scene: Scene) -> Channels:
         rest = stated_rest(self._setup, scene, readings)
@@ -160,7 +176,8 @@ def _refinement(mechanics: Mechanics) -> tuple[object, ...]:
 
 def stated_rest(setup: Setup, scene: Scene, readings: Sequence[Readings]) -> FloatArray:
     """Return the rest positions that the operator writes down, (m, 3) m."""
-    return np.round(readings[0].beads[0], 7) if scene.rest_after_mounting else setup.beads
+    rest = readings[0].beads[0] if scene.rest_after_mounting else setup.beads
+    return np.round(reduce(lambda places, seen: seen(places), scene.rest_as_seen, rest), 7)
 
 
 def sized(pilot: Pilot, draw: Callable[[float], Drawn], form: Form, target: float) -> Sized:
