@@ -26,6 +26,7 @@ _VERBS = {
     "estimate": "estimation",
     "diagnose": "estimation",
     "uniaxial": "estimation",
+    "phantom": "estimation",
     "mesh": "estimation",
     "study": "estimation",
     "benchmark": "estimation",

@@ -9,9 +9,10 @@ from estimator.experiment.model import (
     Grasp,
     Phantom,
     SensorNoise,
+    TissueRegion,
 )
 from estimator.experiment.mounting import check_same_mounting
-from estimator.experiment.reading import read_case, read_experiment
+from estimator.experiment.reading import read_case, read_experiment, read_mounted_phantom
 from estimator.experiment.validation import check_experiment
 from estimator.experiment.writing import replace_experiment, write_experiment
 
@@ -24,10 +25,12 @@ __all__ = [
     "Grasp",
     "Phantom",
     "SensorNoise",
+    "TissueRegion",
     "check_experiment",
     "check_same_mounting",
     "read_case",
     "read_experiment",
+    "read_mounted_phantom",
     "replace_experiment",
     "write_experiment",
 ]

@@ -26,6 +26,9 @@ OBSERVATIONS_FILE = "observations.csv"
 SURFACE_FILES: tuple[str, ...] = ("phantom.stl", "phantom.ply", "phantom.obj", "phantom.vtp", "phantom")
 """How the file of a surface may be called in a folder that is written: by its suffix, the last without one."""
 
+REGION_PREFIX = "region_"
+"""With which the files of regions begin in a folder that is written."""
+
 WRENCH_CHANNELS: tuple[str, ...] = ("fx", "fy", "fz", "tx", "ty", "tz")
 BEAD_CHANNELS: tuple[str, ...] = ("x", "y", "z")
 PHASES: tuple[str, ...] = ("ramp", "hold", "return", "return_hold")
@@ -61,6 +64,29 @@ class Box:
 
 
 @dataclass(frozen=True, slots=True)
+class TissueRegion:
+    """A part of the phantom that is stiffer or softer than the rest.
+
+    Attributes
+    ----------
+    name : of letters, digits, _ and -
+    surface : its closed surface, STL, PLY, OBJ or VTP file, in the same frame as the phantom's
+    modulus_ratio : of its Young's modulus to that of the rest
+    unit : of the file; None as for the phantom's
+    """
+
+    name: str
+    surface: Path
+    modulus_ratio: float
+    unit: Unit | None = None
+
+    @property
+    def file_name(self) -> str:
+        """How its file is called in a folder that is written."""
+        return f"{REGION_PREFIX}{self.name}{self.surface.suffix.lower()}"
+
+
+@dataclass(frozen=True, slots=True)
 class Phantom:
     """The body at rest.
 
@@ -71,6 +97,7 @@ class Phantom:
     surface : STL, PLY, OBJ or VTP file; None for a block
     density : kg/m³
     unit : of the surface file; None for metres, or millimetres where only these give a phantom
+    regions : parts of a surface's tissue with another modulus; where they share tissue, their ratios multiply
     """
 
     shape: Shape
@@ -78,6 +105,7 @@ class Phantom:
     surface: Path | None = None
     density: float = 1070.0
     unit: Unit | None = None
+    regions: tuple[TissueRegion, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

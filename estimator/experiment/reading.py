@@ -1,6 +1,7 @@
 """Reads experiment folders and cases; what comes back has passed every check."""
 
-from dataclasses import replace
+import re
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
 
@@ -14,19 +15,68 @@ from estimator.experiment.model import (
     OBSERVATIONS_FILE,
     TRAJECTORY_KINDS,
     WRENCH_CHANNELS,
+    Box,
     Environment,
     Experiment,
     Grasp,
     Phantom,
     SensorNoise,
     SurfaceBelow,
+    TissueRegion,
     TrajectoryKind,
+    Vector,
 )
 from estimator.experiment.observations import read_observations
 from estimator.experiment.tables import TomlTable
 from estimator.experiment.validation import check_experiment
 from estimator.surfaces.reading import surface_bounds
 from estimator.surfaces.units import UNITS, Unit
+
+PHANTOM_FORMAT = "retraction-phantom/1"
+"""Of a file that states a phantom and, where it is mounted already, how."""
+
+_REGION_NAME = re.compile(r"[A-Za-z0-9_-]{1,40}")
+
+
+@dataclass(frozen=True, slots=True)
+class MountedPhantom:
+    """A phantom, and how it is held.
+
+    Attributes
+    ----------
+    phantom, anchors, grasp, environment : as those of an experiment
+    fiducials_rest : m
+    """
+
+    phantom: Phantom
+    anchors: tuple[Box, ...]
+    grasp: Grasp
+    environment: Environment
+    fiducials_rest: tuple[Vector, ...]
+
+
+def read_mounted_phantom(path: Path | str) -> MountedPhantom:
+    """Read a phantom and how it is held from a file of its own, with the tables that an experiment has for it.
+
+    Raises
+    ------
+    InputError
+        Something is missing, unreadable, or of another type.
+    """
+    file = Path(path)
+    stated = TomlTable.read(file)
+    if (found := stated.text("format")) != PHANTOM_FORMAT:
+        raise InputError(f'{file}: format is "{found}"; a phantom has "{PHANTOM_FORMAT}"')
+    anchors = tuple(anchor.box("box") for anchor in stated.tables("anchor"))
+    if not anchors or "grasp" not in stated:
+        raise InputError(
+            f"{file}: states no {'[[anchor]]' if not anchors else '[grasp]'}; add where the phantom is held, as in an "
+            "experiment.toml"
+        )
+    rest = [(x, y, z) for x, y, z in stated.table("fiducials").points("rest").tolist()]
+    environment = _environment(stated.table("environment"))
+    phantom = _phantom(stated.table("phantom"), file.parent)
+    return MountedPhantom(phantom, anchors, _grasp(stated.table("grasp")), environment, tuple(rest))
 
 
 def read_experiment(path: Path | str) -> Experiment:
@@ -139,7 +189,21 @@ def _phantom(table: TomlTable, folder: Path) -> Phantom:
     surface = folder / table.text("surface")
     unit = cast(Unit, table.choice("unit", UNITS)) if "unit" in table else None
     x, y, z = np.ptp(surface_bounds(surface, unit), axis=0).tolist()
-    return Phantom("surface", table.vector("size", (x, y, z)), surface, density, unit)
+    size, regions = table.vector("size", (x, y, z)), _regions(table, folder)
+    return Phantom("surface", size, surface, density, unit, regions)
+
+
+def _regions(table: TomlTable, folder: Path) -> tuple[TissueRegion, ...]:
+    found = list[TissueRegion]()
+    for stated in table.tables("region"):
+        name, ratio = stated.text("name"), stated.number("modulus_ratio")
+        if not _REGION_NAME.fullmatch(name) or name in [region.name for region in found]:
+            raise stated.error("name", f'is "{name}"; give each region a name of letters, digits, _ and -')
+        if not 1e-3 <= ratio <= 1e3:
+            raise stated.error("modulus_ratio", f"is {ratio:g}; write a ratio of moduli of 0.001 to 1000")
+        unit = cast(Unit, stated.choice("unit", UNITS)) if "unit" in stated else None
+        found.append(TissueRegion(name, folder / stated.text("surface"), ratio, unit))
+    return tuple(found)
 
 
 def _grasp(table: TomlTable) -> Grasp:

@@ -1,20 +1,24 @@
 """The mesh of an experiment, coarse or fine, and which of its nodes are held."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.experiment import Experiment
+from estimator.errors import InputError
+from estimator.experiment import Experiment, TissueRegion
+from estimator.fem.assembly.body import Body, with_modulus
 from estimator.fem.boundary.problem import RetractionProblem, retraction_problem
 from estimator.fem.discretisation.block_mesh import Grading, block_mesh, snapped_to_block
 from estimator.fem.discretisation.elements import ElementKind
+from estimator.fem.discretisation.quadrature import points_of_parts
 from estimator.geometry.grading import EdgeLengths
 from estimator.geometry.holds import Region
 from estimator.geometry.mesh_cache import tissue_mesh
 from estimator.geometry.quality import quality_warnings
 from estimator.geometry.tetrahedralise import envelope_m
+from estimator.surfaces.queries import inside
 from estimator.surfaces.reading import read_surface
 from estimator.surfaces.surface import Surface
 
@@ -147,7 +151,26 @@ def surface_problem(
         gripped | anchored,
     )
     # Beads in rigid tissue have no place in the mesh. Those that an anchor holds then follow no node: they stay.
-    return replace(problem, fiducials_gripped=gripped)
+    return replace(
+        problem, body=_with_regions(problem.body, experiment.phantom.regions), fiducials_gripped=gripped
+    )
+
+
+def _with_regions(body: Body, regions: Sequence[TissueRegion]) -> Body:
+    """Return the body with each region as stiff as it says, by how much of an integration point's part lies in it."""
+    if not regions:
+        return body
+    points = points_of_parts(body.mesh)
+    log_factor = np.zeros(body.volume.shape)
+    for region in regions:
+        surface = read_surface(region.surface, region.unit).surface
+        share = inside(surface, points.reshape(-1, 3)).reshape(points.shape[:-1]).mean(axis=2)
+        if not share.any():
+            raise InputError(
+                f"{region.surface}: region {region.name} holds no tissue; is it in the same frame?"
+            )
+        log_factor += np.log(region.modulus_ratio) * share
+    return with_modulus(body, np.exp(log_factor))
 
 
 def _inside(points: FloatArray, corners: FloatArray) -> BoolArray:

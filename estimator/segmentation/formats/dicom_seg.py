@@ -1,0 +1,68 @@
+"""Segments of a DICOM segmentation object, by highdicom, which is installed with the extra ``dicom``."""
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from estimator.errors import InputError
+from estimator.segmentation.label_map import LabelMap, Segment
+
+_HINT = 'reading DICOM takes highdicom; install it with: pip install "retraction[dicom]"'
+
+
+def read_dicom_seg(file: Path) -> LabelMap:
+    """Return the segments of a segmentation object; each has its segment number as label.
+
+    Raises
+    ------
+    InputError
+        highdicom is not installed, or the file is another object, is damaged, or its frames make up no volume.
+    """
+    try:
+        import highdicom
+        from pydicom.errors import InvalidDicomError
+    except ImportError:
+        raise InputError(f"{file}: {_HINT}") from None
+    damaged = (
+        InvalidDicomError,
+        ValueError,
+        AttributeError,
+        KeyError,
+        RuntimeError,
+        TypeError,
+        OSError,
+        EOFError,
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            segmentation = highdicom.seg.segread(file)
+            segments = [segmentation.get_segment_description(n) for n in segmentation.segment_numbers]
+        except damaged as error:
+            raise InputError(
+                f"{file}: is no DICOM segmentation that can be read ({error}); give the SEG object, not the images"
+            ) from None
+        try:
+            volume = segmentation.get_volume(combine_segments=True, rescale_fractional=False)
+            layers, apart = (np.asarray(volume.array),), False
+        except (RuntimeError, ValueError):  # segments overlap, or are fractions
+            layers, apart = (), True
+        if apart:
+            try:
+                volume = segmentation.get_volume(combine_segments=False)
+            except damaged as error:
+                raise InputError(f"{file}: its frames make up no volume ({error}); export it again") from None
+            layers = _layers(np.asarray(volume.array), segmentation.segment_numbers)
+    if volume is None:
+        raise InputError(f"{file}: its frames make up no volume; export it with evenly spaced slices")
+    numbers = [int(one.segment_number) for one in segments]
+    named = tuple(
+        Segment(str(one.segment_label), number, place if apart else 0)
+        for place, (one, number) in enumerate(zip(segments, numbers, strict=True))
+    )
+    return LabelMap(layers, np.array(volume.affine, dtype=np.float64), named)
+
+
+def _layers(values: np.ndarray, numbers: list[int]) -> tuple[np.ndarray, ...]:
+    return tuple((values[..., place] >= 0.5) * np.uint16(number) for place, number in enumerate(numbers))
