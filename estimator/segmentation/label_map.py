@@ -86,6 +86,11 @@ class LabelMap:
         return f"{shown} and {len(names) - _NAMED} more" if len(names) > _NAMED else shown
 
 
+def first_line(error: Exception) -> str:
+    """Return what an error of a library says, as part of a message of one line."""
+    return (str(error) or type(error).__name__).splitlines()[0]
+
+
 def whole_numbers(values: NDArray[np.generic], source: str) -> NDArray[np.integer]:
     """Return values as integers.
 

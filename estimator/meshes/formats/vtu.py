@@ -7,7 +7,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.meshes.volume_mesh import CellKind, VolumeMesh
+from estimator.meshes.volume_mesh import MIRRORED, CellKind, VolumeMesh
 
 # VTK's numbers of the kinds of cells.
 _CELL_TYPES: dict[CellKind, int] = {"tet4": 10, "tet10": 24, "pyramid5": 14, "wedge6": 13, "hex8": 12}
@@ -32,12 +32,17 @@ def write_vtu(mesh: VolumeMesh, file: Path | str) -> None:
         "</CellData><Points>",
         _array("Points", mesh.points),
         "</Points><Cells>",
-        _array("connectivity", np.concatenate([cells.ravel() for cells in mesh.blocks.values()])),
+        _array("connectivity", np.concatenate([_in_vtk_order(kind, mesh).ravel() for kind in mesh.blocks])),
         _array("offsets", np.cumsum(sizes)),
         _array("types", types.astype(np.uint8)),
         "</Cells></Piece></UnstructuredGrid></VTKFile>",
     ]
     Path(file).write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _in_vtk_order(kind: CellKind, mesh: VolumeMesh) -> NDArray[np.int64]:
+    """Return the nodes of elements; the first triangle of VTK's wedge looks out of it, that of others into it."""
+    return mesh.blocks[kind][:, MIRRORED[kind]] if kind == "wedge6" else mesh.blocks[kind]
 
 
 def _array(name: str, values: NDArray[np.generic]) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from estimator.errors import InputError
-from estimator.segmentation.label_map import LabelMap, Segment
+from estimator.segmentation.label_map import LabelMap, Segment, first_line
 
 _HINT = 'reading DICOM takes highdicom; install it with: pip install "retraction[dicom]"'
 
@@ -41,7 +41,8 @@ def read_dicom_seg(file: Path) -> LabelMap:
             segments = [segmentation.get_segment_description(n) for n in segmentation.segment_numbers]
         except damaged as error:
             raise InputError(
-                f"{file}: is no DICOM segmentation that can be read ({error}); give the SEG object, not the images"
+                f"{file}: is no DICOM segmentation that can be read ({first_line(error)}); give the SEG object, not "
+                "the images"
             ) from None
         try:
             volume = segmentation.get_volume(combine_segments=True, rescale_fractional=False)
@@ -52,7 +53,9 @@ def read_dicom_seg(file: Path) -> LabelMap:
             try:
                 volume = segmentation.get_volume(combine_segments=False)
             except damaged as error:
-                raise InputError(f"{file}: its frames make up no volume ({error}); export it again") from None
+                raise InputError(
+                    f"{file}: its frames make up no volume ({first_line(error)}); export it again"
+                ) from None
             layers = _layers(np.asarray(volume.array), segmentation.segment_numbers)
     if volume is None:
         raise InputError(f"{file}: its frames make up no volume; export it with evenly spaced slices")
@@ -61,7 +64,10 @@ def read_dicom_seg(file: Path) -> LabelMap:
         Segment(str(one.segment_label), number, place if apart else 0)
         for place, (one, number) in enumerate(zip(segments, numbers, strict=True))
     )
-    return LabelMap(layers, np.array(volume.affine, dtype=np.float64), named)
+    # slices without any segment have no frame; with one at either end the image does not seem cut off there
+    T_lps_index = np.array(volume.affine, dtype=np.float64)
+    T_lps_index[:3, 3] -= T_lps_index[:3, 0]
+    return LabelMap(tuple(np.pad(one, ((1, 1), (0, 0), (0, 0))) for one in layers), T_lps_index, named)
 
 
 def _layers(values: np.ndarray, numbers: list[int]) -> tuple[np.ndarray, ...]:

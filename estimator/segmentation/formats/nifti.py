@@ -13,7 +13,7 @@ from nibabel.spatialimages import HeaderDataError
 from numpy.typing import NDArray
 
 from estimator.errors import InputError
-from estimator.segmentation.label_map import RAS_TO_LPS, LabelMap, whole_numbers
+from estimator.segmentation.label_map import RAS_TO_LPS, LabelMap, first_line, whole_numbers
 
 FloatArray = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ def read_nifti(content: bytes, file: Path) -> LabelMap:
         values = np.asarray(image.dataobj)
     except (ImageFileError, HeaderDataError, ValueError, OSError, EOFError, MemoryError) as error:
         raise InputError(
-            f"{file}: cannot be read as NIfTI ({error}); save it again, or copy it again"
+            f"{file}: cannot be read as NIfTI ({first_line(error)}); save it again, or copy it again"
         ) from None
     affine, remarks = _affine(image.header, values.shape[:3], file)
     while values.ndim > 3 and values.shape[-1] == 1:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.errors import InputError
-from estimator.segmentation.label_map import LabelMap, Segment, whole_numbers
+from estimator.segmentation.label_map import LabelMap, Segment, first_line, whole_numbers
 
 FloatArray = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ def read_nrrd(file: Path) -> LabelMap:
             warnings.simplefilter("ignore")
             values, header = nrrd.read(str(file), index_order="F")
     except _DAMAGED as error:
-        raise InputError(f"{file}: cannot be read as NRRD ({_first_line(error)}); save it again") from None
+        raise InputError(f"{file}: cannot be read as NRRD ({first_line(error)}); save it again") from None
     if "space directions" not in header:
         stated = ", ".join(one for one in ("spacings", "axis mins", "axis maxs") if one in header) or "sizes"
         raise InputError(
@@ -91,7 +91,3 @@ def _segments(header: Mapping[str, Any]) -> tuple[Segment, ...]:
             if str(value).isdecimal() and str(layer).isdecimal():
                 found.append(Segment(str(name), int(value), int(layer)))
     return tuple(found)
-
-
-def _first_line(error: Exception) -> str:
-    return (str(error) or type(error).__name__).splitlines()[0]
