@@ -13,14 +13,20 @@ from estimator.experiment.model import (
     EXPERIMENT_FILE,
     FORMAT,
     OBSERVATIONS_FILE,
+    PAINTING_PREFIX,
     REGION_PREFIX,
     SURFACE_FILES,
+    Box,
     Experiment,
+    PaintedPatch,
     Phantom,
 )
 from estimator.experiment.observations import write_observations
 from estimator.experiment.toml_values import toml_box, toml_number, toml_text, toml_vector
 from estimator.experiment.validation import check_experiment
+
+# How the files of regions and painted patches begin.
+_OWN = (REGION_PREFIX, PAINTING_PREFIX)
 
 
 def write_experiment(experiment: Experiment, path: Path | str) -> Experiment:
@@ -56,7 +62,7 @@ def replace_experiment(experiment: Experiment, path: Path | str) -> Experiment:
         raise InputError(f"{target}: is no experiment folder, and would be lost; move it away first")
     known = {EXPERIMENT_FILE, OBSERVATIONS_FILE, *SURFACE_FILES}
     found = (entry.name for entry in target.iterdir())
-    if foreign := sorted(name for name in found if name not in known and not name.startswith(REGION_PREFIX)):
+    if foreign := sorted(name for name in found if name not in known and not name.startswith(_OWN)):
         raise InputError(f"{target}: holds {foreign[0]}, which would be lost; move it away first")
     with _staged(experiment, target) as staged:
         old = staged.with_name(staged.name + ".old")
@@ -85,12 +91,35 @@ def _staged(experiment: Experiment, target: Path) -> Iterator[Path]:
             shutil.copyfile(experiment.phantom.surface, staged / _surface_name(experiment.phantom.surface))
         for region in experiment.phantom.regions:
             shutil.copyfile(region.surface, staged / region.file_name)
+        for name, held in _held(experiment).items():
+            if isinstance(held, PaintedPatch):
+                shutil.copyfile(held.file, staged / _painting_name(name, held))
         for file in staged.iterdir():
             _sync(file)
         yield staged
     finally:
         if staged.exists():
             shutil.rmtree(staged)
+
+
+def _held(experiment: Experiment) -> dict[str, Box]:
+    anchors = {f"anchor_{number}": anchor for number, anchor in enumerate(experiment.anchors, start=1)}
+    return {**anchors, "grasp": experiment.grasp.box}
+
+
+def _painting_name(name: str, held: PaintedPatch) -> str:
+    return f"{PAINTING_PREFIX}{name}{held.file.suffix.lower()}"
+
+
+def _held_lines(name: str, held: Box) -> list[str]:
+    if not isinstance(held, PaintedPatch):
+        return [f"box = {toml_box(held)}"]
+    return [
+        f"painted = {toml_text(_painting_name(name, held))}",
+        f"scalar = {toml_text(held.scalar)}",
+        f"value = {toml_number(held.value)}",
+        *([] if held.unit is None else [f"unit = {toml_text(held.unit)}"]),
+    ]
 
 
 def _located(experiment: Experiment, target: Path) -> Experiment:
@@ -103,7 +132,12 @@ def _located(experiment: Experiment, target: Path) -> Experiment:
             replace(region, surface=target / region.file_name) for region in experiment.phantom.regions
         ),
     )
-    return replace(experiment, phantom=phantom, path=target)
+    *anchors, grasp = (
+        replace(held, file=target / _painting_name(name, held)) if isinstance(held, PaintedPatch) else held
+        for name, held in _held(experiment).items()
+    )
+    mounted = replace(experiment, anchors=tuple(anchors), grasp=replace(experiment.grasp, box=grasp))
+    return replace(mounted, phantom=phantom, path=target)
 
 
 def _surface_name(file: Path) -> str:
@@ -114,9 +148,7 @@ def _surface_name(file: Path) -> str:
 
 def _toml(experiment: Experiment) -> str:
     sensor, environment = experiment.sensor, experiment.environment
-    anchors = [
-        line for anchor in experiment.anchors for line in ("", "[[anchor]]", f"box = {toml_box(anchor)}")
-    ]
+    *anchors, grasp = (_held_lines(name, held) for name, held in _held(experiment).items())
     rest = [f"    {toml_vector(tuple(point))}," for point in experiment.fiducials_rest.tolist()]
     lines = [
         f"format = {toml_text(FORMAT)}",
@@ -125,10 +157,10 @@ def _toml(experiment: Experiment) -> str:
         f"order = {experiment.order}",
         "",
         *phantom_lines(experiment.phantom),
-        *anchors,
+        *(line for lines in anchors for line in ("", "[[anchor]]", *lines)),
         "",
         "[grasp]",
-        f"box = {toml_box(experiment.grasp.box)}",
+        *grasp,
         f"centre = {toml_vector(experiment.grasp.centre)}",
         "",
         "[trajectory]",

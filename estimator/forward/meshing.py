@@ -7,14 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.errors import InputError
-from estimator.experiment import Experiment, TissueRegion
+from estimator.experiment import Box, Experiment, PaintedPatch, TissueRegion
 from estimator.fem.assembly.body import Body, with_modulus
 from estimator.fem.boundary.problem import RetractionProblem, retraction_problem
 from estimator.fem.discretisation.block_mesh import Grading, block_mesh, snapped_to_block
 from estimator.fem.discretisation.elements import ElementKind
 from estimator.fem.discretisation.quadrature import points_of_parts
 from estimator.geometry.grading import EdgeLengths
-from estimator.geometry.holds import Region
+from estimator.geometry.holds import Painted, Region
 from estimator.geometry.mesh_cache import tissue_mesh
 from estimator.geometry.quality import quality_warnings
 from estimator.geometry.tetrahedralise import envelope_m
@@ -91,10 +91,22 @@ def measuring_mesh(experiment: Experiment) -> RetractionProblem:
     return mesh_experiment(experiment, _MEASURING_GRADING if of_block else FINE_GRADING)
 
 
-def held_regions(experiment: Experiment) -> dict[str, Region]:
-    """Return where the phantom is held: "anchor 1", "anchor 2", ... and "grasp"."""
+def held_regions(experiment: Experiment, surface: Surface) -> dict[str, Region]:
+    """Return where the phantom is held: "anchor 1", "anchor 2", ... and "grasp".
+
+    Raises
+    ------
+    InputError
+        The painting of a patch cannot be read.
+    """
     anchors = {f"anchor {number}": box for number, box in enumerate(experiment.anchors, start=1)}
-    return {**anchors, _GRASP: experiment.grasp.box}
+    return {name: _region(box, surface) for name, box in {**anchors, _GRASP: experiment.grasp.box}.items()}
+
+
+def _region(held: Box, surface: Surface) -> Region:
+    if isinstance(held, PaintedPatch):
+        return Painted(held.contains(surface.corners.mean(axis=1)))
+    return held
 
 
 def edge_lengths(surface: Surface, regions: Iterable[str], grading: Grading) -> EdgeLengths:
@@ -117,7 +129,7 @@ def surface_notes(experiment: Experiment, grading: Grading = DEFAULT_GRADING) ->
     if experiment.phantom.surface is None:
         return []
     read = read_surface(experiment.phantom.surface, experiment.phantom.unit)
-    regions = held_regions(experiment)
+    regions = held_regions(experiment, read.surface)
     lengths = edge_lengths(read.surface, regions, grading)
     quality = tissue_mesh(read.surface, regions, lengths).quality
     notes = [*read.repairs, *quality_warnings(quality, envelope_m(lengths), read.surface)]
@@ -134,7 +146,7 @@ def surface_problem(
     InputError
         Grasp or anchors hold no tissue, the surface cannot be meshed, or a fiducial lies off the tissue.
     """
-    regions = held_regions(experiment)
+    regions = held_regions(experiment, surface)
     tissue = tissue_mesh(surface, regions, edge_lengths(surface, regions, grading))
     fixed = np.any([nodes for name, nodes in tissue.held.items() if name != _GRASP], axis=0)
     beads = experiment.fiducials_rest

@@ -109,14 +109,14 @@ def _ordered(
     volumes = point_volumes(points, kind, cells)
     size = np.ptp(points[cells], axis=1).max(axis=1)
     over = (volumes < 0).all(axis=1)
-    bad = ~(over | (volumes > 0).all(axis=1)) | (np.abs(volumes.sum(axis=1)) <= _FLAT * size**3)
+    whole = np.abs(volumes.sum(axis=1)) > _FLAT * size**3
+    bad: BoolArray = np.asarray(~((over | (volumes > 0).all(axis=1)) & whole))
     if bad.any():
         number = int(np.argmax(bad))
-        flat = abs(volumes[number].sum()) <= _FLAT * size[number] ** 3
         place = np.round(points[cells[number]].mean(axis=0), 6).tolist()
         raise InputError(
-            f"{source}: {np.count_nonzero(bad)} {kind} are {'without volume' if flat else 'folded'}, the first number "
-            f"{number} (from 0) about {place}; mend the mesh where it was made"
+            f"{source}: {np.count_nonzero(bad)} {kind} are {'folded' if whole[number] else 'without volume'}, the "
+            f"first number {number} (from 0) about {place}; mend the mesh where it was made"
         )
     if over.any():
         cells = np.where(over[:, None], cells[:, MIRRORED[kind]], cells)

@@ -34,4 +34,4 @@ def _free_above(surface: Surface, points: FloatArray) -> NDArray[np.bool_]:
     share = (np.arange(_STEPS_UP) + 0.5) / _STEPS_UP
     above = np.repeat(points[:, None], _STEPS_UP, axis=1)
     above[..., 2] += share * (surface.bounds[1, 2] - points[:, None, 2])
-    return ~inside(surface, above.reshape(-1, 3)).reshape(-1, _STEPS_UP).any(axis=1)
+    return np.asarray(~inside(surface, above.reshape(-1, 3)).reshape(-1, _STEPS_UP).any(axis=1))

@@ -107,64 +107,17 @@ def _fill(values: NDArray[np.float32], level: float, keys: IntArray) -> None:
                             downs += 1
                     if ups == 0 or downs == 0:
                         continue
+                    a, b, c = above[0], above[1], above[2]
+                    d, e, f = below[0], below[1], below[2]
                     if ups == 1:
-                        _write(
-                            keys,
-                            row,
-                            odd,
-                            base,
-                            shape,
-                            above[0],
-                            below[0],
-                            above[0],
-                            below[1],
-                            above[0],
-                            below[2],
-                        )
-                        row += 1
+                        _write(keys, row, odd, base, shape, (a, d, a, e, a, f))
                     elif ups == 3:
-                        _write(
-                            keys,
-                            row,
-                            odd,
-                            base,
-                            shape,
-                            above[0],
-                            below[0],
-                            above[1],
-                            below[0],
-                            above[2],
-                            below[0],
-                        )
-                        row += 1
+                        _write(keys, row, odd, base, shape, (a, d, b, d, c, d))
                     else:
-                        _write(
-                            keys,
-                            row,
-                            odd,
-                            base,
-                            shape,
-                            above[0],
-                            below[0],
-                            above[0],
-                            below[1],
-                            above[1],
-                            below[1],
-                        )
-                        _write(
-                            keys,
-                            row + 1,
-                            odd,
-                            base,
-                            shape,
-                            above[0],
-                            below[0],
-                            above[1],
-                            below[1],
-                            above[1],
-                            below[0],
-                        )
-                        row += 2
+                        _write(keys, row, odd, base, shape, (a, d, a, e, b, e))
+                        row += 1
+                        _write(keys, row, odd, base, shape, (a, d, b, e, b, d))
+                    row += 1
 
 
 @njit(cache=True)
@@ -184,17 +137,13 @@ def _write(
     odd: bool,
     base: int,
     shape: tuple[int, int, int],
-    a: int,
-    b: int,
-    c: int,
-    d: int,
-    e: int,
-    f: int,
+    ends: tuple[int, int, int, int, int, int],
 ) -> None:
+    """Write a triangle, whose corners lie between the ends of three edges."""
     second, third = (2, 1) if odd else (1, 2)
-    keys[row, 0] = _edge(base, shape, a, b)
-    keys[row, second] = _edge(base, shape, c, d)
-    keys[row, third] = _edge(base, shape, e, f)
+    keys[row, 0] = _edge(base, shape, ends[0], ends[1])
+    keys[row, second] = _edge(base, shape, ends[2], ends[3])
+    keys[row, third] = _edge(base, shape, ends[4], ends[5])
 
 
 @njit(cache=True)

@@ -100,7 +100,7 @@ def whole_numbers(values: NDArray[np.generic], source: str) -> NDArray[np.intege
         They are fractions, as those of an image or of probabilities.
     """
     if np.issubdtype(values.dtype, np.integer):
-        return values.astype(values.dtype.newbyteorder("="), copy=False)  # type: ignore[return-value]
+        return values.astype(values.dtype.newbyteorder("="), copy=False)
     if values.dtype == bool:
         return values.astype(np.uint8)
     if not np.issubdtype(values.dtype, np.floating):

@@ -106,10 +106,10 @@ def parts_of(labels: LabelMap, selection: Selection, source: str) -> Parts:
 
 
 def _check_once(selection: Selection, source: str) -> None:
-    used = [*selection.organ, *selection.cavities, *(one.label for one in selection.regions)]
-    names = [one.name for one in selection.regions]
+    used: list[Label] = [*selection.organ, *selection.cavities, *(one.label for one in selection.regions)]
+    names: list[Label] = [one.name for one in selection.regions]
     for word, several in (("label", used), ("region", names)):
-        doubled: Sequence[Label] = [one for one in several if several.count(one) > 1]
+        doubled = [one for one in several if several.count(one) > 1]
         if doubled:
             raise InputError(f"{source}: {word} {doubled[0]} is named twice; each stands for one thing")
 

@@ -116,7 +116,7 @@ def registered_by_surface(
                 "two ways round fit about as well; give fiducials too, from which the search then starts",
             )
     motion = _iterated(surface, some, start, _ROUNDS)
-    back = np.linalg.inv(motion)
+    back = np.asarray(np.linalg.inv(motion), dtype=np.float64)
     _, foot = nearest(surface.corners, _applied(back, points))
     return Registration(motion, "surface", points, _applied(motion, foot), np.zeros(0), remarks)
 
@@ -162,7 +162,7 @@ def _right_handed(axes: FloatArray) -> FloatArray:
 def _iterated(surface: Surface, points: FloatArray, motion: FloatArray, rounds: int) -> FloatArray:
     """Move the points, back in the surface's frame, until they settle on it."""
     corners, normals = surface.corners, surface.area_vectors / surface.areas[:, None]
-    back = np.linalg.inv(motion)
+    back = np.asarray(np.linalg.inv(motion), dtype=np.float64)
     for _ in range(rounds):
         now = _applied(back, points)
         triangle, foot = nearest(corners, now)
@@ -185,6 +185,6 @@ def _thinned(points: FloatArray, most: int) -> FloatArray:
 
 
 def _rms(surface: Surface, points: FloatArray, motion: FloatArray) -> float:
-    now = _applied(np.linalg.inv(motion), points)
+    now = _applied(np.asarray(np.linalg.inv(motion), dtype=np.float64), points)
     _, foot = nearest(surface.corners, now)
     return float(np.sqrt(np.mean(np.sum((foot - now) ** 2, axis=1))))

@@ -2,15 +2,13 @@
 
 import argparse
 import time
-from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from estimator.errors import InputError
-from estimator.experiment import read_experiment
+from estimator.experiment import Experiment, read_experiment
 from estimator.forward.meshing import DEFAULT_GRADING, edge_lengths, held_regions
-from estimator.geometry.holds import Region
 from estimator.geometry.mesh_cache import tissue_mesh
 from estimator.geometry.quality import quality_warnings
 from estimator.geometry.tetrahedralise import TissueMesh, envelope_m
@@ -89,8 +87,9 @@ def run(options: argparse.Namespace) -> Result:
             f"{options.phantom}: --surface is for volume meshes, and this is a surface; leave it out"
         )
     started = time.perf_counter()
-    file, unit, regions = _phantom(options.phantom, options.unit)
+    file, unit, experiment = _phantom(options.phantom, options.unit)
     read = read_surface(file, unit)
+    regions = {} if experiment is None else held_regions(experiment, read.surface)
     if options.strict and read.repairs:
         raise InputError(
             f"{file}: {'; '.join(read.repairs)}; mend it where it was made, or leave --strict out to have that done"
@@ -173,10 +172,10 @@ def _surfaces(mesh: VolumeMesh, options: argparse.Namespace) -> dict[Path, Surfa
     return found
 
 
-def _phantom(path: Path, unit: Unit | None) -> tuple[Path, Unit | None, Mapping[str, Region]]:
-    """Return the surface file and its unit, and where an experiment holds it."""
+def _phantom(path: Path, unit: Unit | None) -> tuple[Path, Unit | None, Experiment | None]:
+    """Return the surface file and its unit, and the experiment that it is of."""
     if not path.is_dir():
-        return path, unit, {}
+        return path, unit, None
     if unit is not None:
         raise InputError(
             f'{path}: --unit is for a surface file; write unit = "{unit}" under [phantom] of its experiment.toml'
@@ -187,7 +186,7 @@ def _phantom(path: Path, unit: Unit | None) -> tuple[Path, Unit | None, Mapping[
             f"{path}: its phantom is a block, which is meshed with hexahedra as it is needed; "
             "give an experiment whose phantom is a surface, or a surface file"
         )
-    return experiment.phantom.surface, experiment.phantom.unit, held_regions(experiment)
+    return experiment.phantom.surface, experiment.phantom.unit, experiment
 
 
 def _describe(tissue: TissueMesh, target: Path, seconds: float) -> str:

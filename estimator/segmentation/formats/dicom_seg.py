@@ -1,9 +1,12 @@
 """Segments of a DICOM segmentation object, by highdicom, which is installed with the extra ``dicom``."""
 
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from estimator.errors import InputError
 from estimator.segmentation.label_map import LabelMap, Segment, first_line
@@ -46,10 +49,10 @@ def read_dicom_seg(file: Path) -> LabelMap:
             ) from None
         try:
             volume = segmentation.get_volume(combine_segments=True, rescale_fractional=False)
-            layers, apart = (np.asarray(volume.array),), False
+            layers: tuple[NDArray[Any], ...] = (np.asarray(volume.array),)
         except (RuntimeError, ValueError):  # segments overlap, or are fractions
-            layers, apart = (), True
-        if apart:
+            layers = ()
+        if not layers:
             try:
                 volume = segmentation.get_volume(combine_segments=False)
             except damaged as error:
@@ -57,11 +60,9 @@ def read_dicom_seg(file: Path) -> LabelMap:
                     f"{file}: its frames make up no volume ({first_line(error)}); export it again"
                 ) from None
             layers = _layers(np.asarray(volume.array), segmentation.segment_numbers)
-    if volume is None:
-        raise InputError(f"{file}: its frames make up no volume; export it with evenly spaced slices")
     numbers = [int(one.segment_number) for one in segments]
     named = tuple(
-        Segment(str(one.segment_label), number, place if apart else 0)
+        Segment(str(one.segment_label), number, place if len(layers) > 1 else 0)
         for place, (one, number) in enumerate(zip(segments, numbers, strict=True))
     )
     # slices without any segment have no frame; with one at either end the image does not seem cut off there
@@ -70,5 +71,5 @@ def read_dicom_seg(file: Path) -> LabelMap:
     return LabelMap(tuple(np.pad(one, ((1, 1), (0, 0), (0, 0))) for one in layers), T_lps_index, named)
 
 
-def _layers(values: np.ndarray, numbers: list[int]) -> tuple[np.ndarray, ...]:
+def _layers(values: NDArray[Any], numbers: Sequence[int]) -> tuple[NDArray[Any], ...]:
     return tuple((values[..., place] >= 0.5) * np.uint16(number) for place, number in enumerate(numbers))

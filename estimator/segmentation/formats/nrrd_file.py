@@ -51,7 +51,7 @@ def read_nrrd(file: Path) -> LabelMap:
             "orientation"
         )
     directions = np.array(header["space directions"], dtype=np.float64)
-    spatial = ~np.isnan(directions).any(axis=1)
+    spatial = np.asarray(~np.isnan(directions).any(axis=1))
     if spatial.sum() != 3 or directions.shape[1] != 3 or len(spatial) != values.ndim:
         raise InputError(
             f"{file}: {int(spatial.sum())} of its {values.ndim} axes lie in space; three have to"
