@@ -1,6 +1,7 @@
 """Reads a volume mesh in MSH, VTU, Abaqus INP or MED, told by its content, with every element checked."""
 
 import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,7 +13,8 @@ from estimator.input_file import require_file
 from estimator.meshes.elements import in_order, point_volumes
 from estimator.meshes.formats.by_meshio import read_by_meshio
 from estimator.meshes.formats.inp import read_inp
-from estimator.meshes.volume_mesh import VolumeMesh
+from estimator.meshes.formats.msh41 import read_msh41
+from estimator.meshes.volume_mesh import FoundMesh, VolumeMesh
 from estimator.surfaces.units import METRES, Unit, unit_of
 
 FloatArray = NDArray[np.float64]
@@ -21,6 +23,15 @@ _MOST_BYTES = 2_000_000_000
 _BEGINNING = 4000
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _INP = re.compile(rb"^\*(HEADING|NODE|PART|INCLUDE|ASSEMBLY|PREPRINT)\b", re.IGNORECASE | re.MULTILINE)
+
+
+_READERS: Mapping[str, Callable[[Path], FoundMesh]] = {
+    "MSH 2": lambda file: read_by_meshio(file, "MSH"),
+    "MSH 4": read_msh41,
+    "VTU": lambda file: read_by_meshio(file, "VTU"),
+    "MED": lambda file: read_by_meshio(file, "MED"),
+    "INP": read_inp,
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +84,7 @@ def read_volume_mesh(file: Path | str, unit: Unit | None = None) -> ReadMesh:
     form = _form(path)
     if form is None:
         raise InputError(f"{path}: is no mesh in MSH, VTU, INP or MED; save it in one of these")
-    found = read_inp(path) if form == "INP" else read_by_meshio(path, form)
+    found = _READERS[form](path)
     found, repairs = in_order(found, str(path))
     used = np.unique(np.concatenate([cells.ravel() for cells in found.blocks.values()]))
     number = np.full(len(found.points), -1)
@@ -99,7 +110,8 @@ def _form(file: Path) -> str | None:
     with file.open("rb") as stream:
         beginning = stream.read(_BEGINNING)
     if beginning.lstrip().startswith((b"$MeshFormat", b"$Comments", b"$NOD")):
-        return "MSH"
+        version = re.search(rb"\$MeshFormat\s+(\d)", beginning)
+        return "MSH 4" if version and version[1] == b"4" else "MSH 2"
     if beginning.startswith(_HDF5):
         return "MED"
     if b"<VTKFile" in beginning and re.search(rb"""type\s*=\s*["']UnstructuredGrid""", beginning):

@@ -19,6 +19,8 @@ RAS_TO_LPS = np.diag([-1.0, -1.0, 1.0, 1.0])
 # Labels are stored as numbers that count up; an image of this many different ones is none of labels.
 _MOST_LABELS = 10_000
 _NAMED = 12
+# Of voxels, from the finest micro-CT to thick slices.
+_EDGES_MM = (1e-4, 100.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,6 +132,10 @@ def checked(labels: LabelMap, source: str) -> LabelMap:
     linear = labels.T_lps_index[:3, :3]
     if not np.isfinite(labels.T_lps_index).all() or not labels.spacing_mm.min() > 0:
         raise InputError(f"{source}: its voxels have no size along an axis; write the image with its spacing")
+    low, high = _EDGES_MM
+    if labels.spacing_mm.min() < low or labels.spacing_mm.max() > high:
+        edges = " x ".join(f"{edge:.3g}" for edge in labels.spacing_mm)
+        raise InputError(f"{source}: its voxels are {edges} mm large; write the image again in millimetres")
     if abs(np.linalg.det(linear)) < 1e-6 * np.prod(labels.spacing_mm):
         raise InputError(f"{source}: two axes of its grid have the same direction; write the image again")
     for layer in labels.layers:

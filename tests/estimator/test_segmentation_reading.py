@@ -256,7 +256,7 @@ def refusals(folder: Path) -> dict[str, tuple[Path, str]]:
         "left-handed": (folder / "handed.nrrd", "its space is 3d-left-handed, which may be mirrored"),
         "without its data": (folder / "lost.nhdr", "cannot be read as NRRD"),
         "data cut short": (folder / "whole.mhd", "there are 100 voxels of 120"),
-        "no numbers": (folder / "words.mha", "its header has no readable"),
+        "no numbers": (folder / "words.mha", "its header is not as the format has it (invalid literal"),
         "probabilities": (folder / "probabilities.mha", "a voxel is 0.37; labels are whole numbers"),
         "another kind": (folder / "text.txt", "give a segmentation in NIfTI"),
         "absent": (folder / "nothing.nii", "there is no such file"),

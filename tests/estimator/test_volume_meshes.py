@@ -90,6 +90,28 @@ def test_what_gmsh_writes_is_read_once_the_right_way_round_with_its_groups(
     assert all("stand there twice" in repair for repair in found.repairs)
 
 
+@pytest.mark.parametrize("binary", [0, 1])
+def test_elements_in_no_group_are_read_from_msh_as_well(tmp_path: Path, binary: int) -> None:
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.model.occ.addBox(0, 0, 0, 0.1, 0.1, 0.1)
+        gmsh.model.occ.addBox(1, 0, 0, 0.1, 0.1, 0.2)
+        gmsh.model.occ.synchronize()
+        gmsh.model.addPhysicalGroup(3, [2], name="tall")
+        gmsh.model.mesh.generate(3)
+        gmsh.option.setNumber("Mesh.SaveAll", 1)
+        gmsh.option.setNumber("Mesh.SaveParametric", 1)
+        gmsh.option.setNumber("Mesh.Binary", binary)
+        gmsh.write(str(tmp_path / "a.msh"))
+    finally:
+        gmsh.finalize()
+    found = read_volume_mesh(tmp_path / "a.msh").mesh
+    assert volume_m3(found) == pytest.approx(3e-3)
+    tall = found.blocks["tet4"][found.members("tall", "tet4")]
+    assert point_volumes(found.points, "tet4", tall).sum() == pytest.approx(2e-3)
+
+
 @pytest.mark.parametrize("suffix", [".vtu", ".msh", ".inp"])
 @pytest.mark.parametrize("order", [1, 2])
 def test_a_round_trip_by_meshio_and_one_by_ourselves_keep_everything(

@@ -1,4 +1,4 @@
-"""Meshes in MSH 2.2 and 4.1, VTU and MED, by meshio.
+"""Meshes in MSH 2.2, VTU and MED, by meshio.
 
 meshio takes elements as a file has them: in MSH 2.2 one for each of its groups, which
 :func:`estimator.meshes.elements.in_order` puts right, and in MED with their nodes the other way round.

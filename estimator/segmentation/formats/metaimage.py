@@ -5,7 +5,7 @@ No library of a few megabytes reads the format. Layout: "MetaIO", https://itk.or
 """
 
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -39,13 +39,13 @@ def read_metaimage(file: Path, most_bytes: int) -> LabelMap:
     content = read_input(file, most_bytes)
     header, after = _header(content, file)
     try:
-        shape = tuple(int(word) for word in header["DimSize"].split())
-        kind = np.dtype(_TYPES[header["ElementType"]])
+        shape = tuple(int(word) for word in header.get("DimSize", "").split())
+        kind = np.dtype(_TYPES[_one_of(header, "ElementType", _TYPES)])
         T_lps_index = _placed(header, len(shape))
         channels = int(header.get("ElementNumberOfChannels", "1"))
-    except (KeyError, ValueError) as error:
+    except (ValueError, OverflowError) as error:
         raise InputError(
-            f"{file}: its header has no readable {_named(error)}; write the image again"
+            f"{file}: its header is not as the format has it ({error}); write the image again"
         ) from None
     count = int(np.prod(np.array(shape, dtype=object)))
     if channels != 1 or count <= 0 or count * kind.itemsize > most_bytes:
@@ -88,14 +88,14 @@ def _header(content: bytes, file: Path) -> tuple[dict[str, str], int]:
 def _placed(header: Mapping[str, str], axes: int) -> FloatArray:
     """Return the way from index to LPS, mm."""
     if axes != 3:
-        raise ValueError("DimSize of three axes")
+        raise ValueError(f"DimSize of {axes} axes, not three")
     matrix = _numbers(header, ("TransformMatrix", "Rotation", "Orientation"), np.eye(3).ravel())
     spacing = _numbers(header, ("ElementSpacing", "ElementSize"), np.ones(3))
     origin = _numbers(header, ("Offset", "Position", "Origin"), np.zeros(3))
     T_lps_index = np.eye(4)
     T_lps_index[:3, :3] = matrix.reshape(3, 3).T * spacing
     T_lps_index[:3, 3] = origin
-    T_lps_index[:3] *= _UNITS_MM[header.get("DistanceUnits", "mm").lower()]
+    T_lps_index[:3] *= _UNITS_MM[_one_of(header, "DistanceUnits", _UNITS_MM, "mm")]
     return T_lps_index
 
 
@@ -104,9 +104,16 @@ def _numbers(header: Mapping[str, str], names: tuple[str, ...], otherwise: Float
         if name in header:
             words = header[name].split()
             if len(words) != len(otherwise):
-                raise ValueError(name)
+                raise ValueError(f"{name} of {len(words)} numbers, not {len(otherwise)}")
             return np.array(words, dtype=np.float64)
     return otherwise
+
+
+def _one_of(header: Mapping[str, str], name: str, known: Iterable[str], otherwise: str = "") -> str:
+    value = header.get(name, otherwise)
+    if value not in known:
+        raise ValueError(f"{name} is {value[:40]!r}")
+    return value
 
 
 def _data(header: Mapping[str, str], behind: bytes, file: Path, most_bytes: int) -> bytes:
@@ -127,7 +134,3 @@ def _unpacked(data: bytes, header: Mapping[str, str], size: int, file: Path) -> 
         return zlib.decompressobj().decompress(data, size)
     except zlib.error as error:
         raise InputError(f"{file}: its voxels cannot be unpacked ({error}); copy it again") from None
-
-
-def _named(error: Exception) -> str:
-    return str(error).strip("'")

@@ -33,6 +33,11 @@ def read_nifti(content: bytes, file: Path) -> LabelMap:
     kind = nibabel.Nifti2Image if content[:4] in (b"\x1c\x02\0\0", b"\0\0\x02\x1c") else nibabel.Nifti1Image
     try:
         image = kind.from_bytes(content)
+        # nibabel makes room for what the header tells before it looks for it
+        if int(np.prod(np.array(image.shape, dtype=object))) * image.get_data_dtype().itemsize > len(content):
+            raise ValueError(
+                f"it tells of {' x '.join(map(str, image.shape))} voxels, for which it is too short"
+            )
         values = np.asarray(image.dataobj)
     except (ImageFileError, HeaderDataError, ValueError, OSError, EOFError, MemoryError) as error:
         raise InputError(
