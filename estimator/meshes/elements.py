@@ -22,6 +22,8 @@ _AS_HEXAHEDRON: Mapping[CellKind, tuple[int, ...]] = {
 }
 # A hexahedron's corners in the order of its tensor product.
 _TENSOR = (0, 4, 3, 7, 1, 5, 2, 6)
+# No coordinate is as large, in any unit.
+_FARTHEST = 1e12
 # An element of less than this share of the cube of its size has no volume.
 _FLAT = 1e-12
 # Elements whose centres are closer than this share of the mesh's size fill the same space.
@@ -67,8 +69,9 @@ def in_order(found: FoundMesh, source: str) -> tuple[FoundMesh, tuple[str, ...]]
 
 
 def _check_numbers(found: FoundMesh, source: str) -> None:
-    if not np.isfinite(found.points).all():
-        bad = int(np.argmin(np.isfinite(found.points).all(axis=1)))
+    placed = np.asarray((np.abs(found.points) < _FARTHEST).all(axis=1))
+    if not placed.all():
+        bad = int(np.argmin(placed))
         raise InputError(f"{source}: node {bad} (from 0) has no finite place; save the mesh again")
     for kind, cells in found.blocks.items():
         wrong = (cells < 0) | (cells >= len(found.points))

@@ -10,6 +10,7 @@ from typing import Any
 
 import meshio
 import numpy as np
+from meshio._exceptions import CorruptionError
 from numpy.typing import NDArray
 
 from estimator.errors import InputError
@@ -33,7 +34,17 @@ _READERS: Mapping[str, Callable[[str], Any]] = {
 }
 # What reading a damaged file raises; some of meshio's readers assert.
 _DAMAGED = (
-    *(meshio.ReadError, OSError, EOFError, ValueError, KeyError, IndexError, TypeError, AttributeError),
+    *(
+        meshio.ReadError,
+        CorruptionError,
+        OSError,
+        EOFError,
+        ValueError,
+        KeyError,
+        IndexError,
+        TypeError,
+        AttributeError,
+    ),
     *(AssertionError, SystemExit, RuntimeError, MemoryError, SyntaxError, StopIteration, UnboundLocalError),
 )
 

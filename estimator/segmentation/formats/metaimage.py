@@ -24,6 +24,8 @@ _TYPES = {
     for sign in ("", "U")
 } | {"MET_FLOAT": "f4", "MET_DOUBLE": "f8"}
 _UNITS_MM = {"mm": 1.0, "um": 1e-3, "cm": 10.0}
+# No coordinate of an image is as large.
+_FARTHEST_MM = 1e9
 _LONGEST_HEADER = 100_000
 _DATA = "ElementDataFile"
 
@@ -105,7 +107,10 @@ def _numbers(header: Mapping[str, str], names: tuple[str, ...], otherwise: Float
             words = header[name].split()
             if len(words) != len(otherwise):
                 raise ValueError(f"{name} of {len(words)} numbers, not {len(otherwise)}")
-            return np.array(words, dtype=np.float64)
+            values = np.array(words, dtype=np.float64)
+            if not (np.abs(values) < _FARTHEST_MM).all():
+                raise ValueError(f"{name} is {header[name][:60]}")
+            return values
     return otherwise
 
 

@@ -4,11 +4,15 @@ nibabel leaves the header's unit of length to its caller, and gives a file that 
 first axis is turned over.
 """
 
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import nibabel
 import numpy as np
 from nibabel.filebasedimages import ImageFileError
+from nibabel.imageglobals import logger
 from nibabel.spatialimages import HeaderDataError
 from numpy.typing import NDArray
 
@@ -32,7 +36,8 @@ def read_nifti(content: bytes, file: Path) -> LabelMap:
     """
     kind = nibabel.Nifti2Image if content[:4] in (b"\x1c\x02\0\0", b"\0\0\x02\x1c") else nibabel.Nifti1Image
     try:
-        image = kind.from_bytes(content)
+        with _told() as told:
+            image = kind.from_bytes(content)
         # nibabel makes room for what the header tells before it looks for it
         if int(np.prod(np.array(image.shape, dtype=object))) * image.get_data_dtype().itemsize > len(content):
             raise ValueError(
@@ -44,9 +49,15 @@ def read_nifti(content: bytes, file: Path) -> LabelMap:
             f"{file}: cannot be read as NIfTI ({first_line(error)}); save it again, or copy it again"
         ) from None
     affine, remarks = _affine(image.header, values.shape[:3], file)
+    remarks = (*told, *remarks)
     while values.ndim > 3 and values.shape[-1] == 1:
         values = values[..., 0]
-    unit = image.header.get_xyzt_units()[0]
+    try:
+        unit = image.header.get_xyzt_units()[0]
+    except KeyError as error:
+        raise InputError(
+            f"{file}: its unit of length has the code {error}, which there is not; save it again"
+        ) from None
     if unit != "mm":
         remarks = (
             *remarks,
@@ -55,6 +66,22 @@ def read_nifti(content: bytes, file: Path) -> LabelMap:
     T_lps_index = RAS_TO_LPS @ affine
     T_lps_index[:3] *= _UNITS_MM[unit]
     return LabelMap((whole_numbers(values, str(file)),), T_lps_index, remarks=remarks)
+
+
+@contextmanager
+def _told() -> Iterator[list[str]]:
+    """Collect what nibabel finds odd in a header and mends, which it would write to standard error."""
+    told = list[str]()
+
+    class Collector(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            told.append(record.getMessage())
+
+    handlers, logger.handlers = logger.handlers, [Collector()]
+    try:
+        yield told
+    finally:
+        logger.handlers = handlers
 
 
 def _affine(

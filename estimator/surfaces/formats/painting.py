@@ -82,8 +82,8 @@ def _read(path: Path, scalar: str, unit: Unit | None, _modified_ns: int, _size: 
         raise InputError(
             f"{path}: has no single number {scalar!r} at its corners or faces; it has {', '.join(names) or 'none'}"
         )
-    if not np.isfinite(points).all():
-        raise InputError(f"{path}: a corner is no finite place; save it again")
+    if not len(points) or not np.isfinite(points).all():
+        raise InputError(f"{path}: has no corner, or one at no finite place; save it again")
     which, _ = unit_of(float(np.ptp(points, axis=0).max()), unit, str(path))
     return Painting(points * METRES[which], values)
 
