@@ -111,8 +111,8 @@ def _ordered(
             remarks.append(f"put the middle nodes of {moved} tet10 in order")
     volumes = point_volumes(points, kind, cells)
     size = np.ptp(points[cells], axis=1).max(axis=1)
-    over = (volumes < 0).all(axis=1)
-    whole = np.abs(volumes.sum(axis=1)) > _FLAT * size**3
+    over: BoolArray = np.asarray((volumes < 0).all(axis=1))
+    whole: BoolArray = np.asarray(np.abs(volumes.sum(axis=1)) > _FLAT * size**3)
     bad: BoolArray = np.asarray(~((over | (volumes > 0).all(axis=1)) & whole))
     if bad.any():
         number = int(np.argmax(bad))

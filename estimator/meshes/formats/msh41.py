@@ -6,7 +6,7 @@ meshio refuses a file in which an element is in no group beside others that are 
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +42,6 @@ _OF_LESS_DIMENSIONS = {
 _NODES = {4: 4, 5: 8, 6: 6, 7: 5, 11: 10}
 # Gmsh has the last two middle nodes of a tet10 the other way round.
 _ORDER: Mapping[int, list[int]] = {11: [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]}
-_SIZES = {"i": np.dtype("i4"), "z": np.dtype("u8"), "d": np.dtype("f8")}
 
 _Physical = Mapping[tuple[int, int], list[int]]
 
@@ -74,28 +73,32 @@ class _Cursor:
         if end < 0 and not order:
             raise ValueError("a section is cut short")
 
-    def take(self, kind: Literal["i", "z", "d"], count: int) -> FloatArray | IntArray:
-        """Return so many numbers: integers, sizes or floating-point ones."""
-        if count < 0 or count > len(self._content):
+    def numbers(self, count: int) -> FloatArray:
+        """Return so many floating-point numbers."""
+        return np.asarray(self._values(np.dtype("f8"), count), dtype=np.float64)
+
+    def integers(self, count: int) -> list[int]:
+        """Return so many integers of four bytes."""
+        return self._values(np.dtype("i4"), count).astype(np.int64).tolist()
+
+    def sizes(self, count: int) -> IntArray:
+        """Return so many integers of eight bytes."""
+        return np.asarray(self._values(np.dtype("i8"), count), dtype=np.int64)
+
+    def _values(self, kind: np.dtype[Any], count: int) -> NDArray[Any]:
+        if not 0 <= count <= len(self._content):
             raise ValueError(f"a count of {count}")
-        whole = np.dtype(np.float64 if kind == "d" else np.int64)
-        if not self._order:
-            words = self._words[self._next : self._next + count]
-            self._next += count
-            values = np.array(words, dtype=np.bytes_).astype(whole) if words else np.zeros(0, whole)
+        if self._order:
+            end = self.at + count * kind.itemsize
+            values = np.frombuffer(self._content[self.at : end], kind.newbyteorder(self._order))
+            self.at = end
         else:
-            size = _SIZES[kind].newbyteorder(self._order)
-            values = np.frombuffer(self._content[self.at : self.at + count * size.itemsize], size).astype(
-                whole
-            )
-            self.at += count * size.itemsize
+            words = self._words[self._next : self._next + count]
+            values = np.array(words, dtype=np.bytes_).astype(kind) if words else np.zeros(0, kind)
+            self._next += count
         if len(values) != count:
             raise ValueError("a section is cut short")
         return values
-
-    def whole(self, kind: Literal["i", "z"], count: int) -> list[int]:
-        """Return so many whole numbers."""
-        return [int(value) for value in self.take(kind, count)]
 
 
 class _Sections:
@@ -173,15 +176,15 @@ def _physical(cursor: _Cursor | None) -> _Physical:
     found = dict[tuple[int, int], list[int]]()
     if cursor is None:
         return found
-    for dimension, count in enumerate(cursor.whole("z", 4)):
+    for dimension, count in enumerate(cursor.sizes(4).tolist()):
         for _ in range(count):
-            (tag,) = cursor.whole("i", 1)
-            cursor.take("d", 6 if dimension else 3)
-            (groups,) = cursor.whole("z", 1)
-            found[dimension, tag] = [abs(group) for group in cursor.whole("i", groups)]
+            (tag,) = cursor.integers(1)
+            cursor.numbers(6 if dimension else 3)
+            (groups,) = cursor.sizes(1).tolist()
+            found[dimension, tag] = [abs(group) for group in cursor.integers(groups)]
             if dimension:
-                (bounding,) = cursor.whole("z", 1)
-                cursor.take("i", bounding)
+                (bounding,) = cursor.sizes(1).tolist()
+                cursor.integers(bounding)
     return found
 
 
@@ -190,16 +193,14 @@ def _points(sections: _Sections) -> tuple[FloatArray, IntArray]:
     cursor = sections.cursor("Nodes")
     if cursor is None:
         raise ValueError("it has no nodes")
-    blocks, count, _, _ = cursor.whole("z", 4)
+    blocks, count, _, _ = cursor.sizes(4).tolist()
     tags, points = list[IntArray](), list[FloatArray]()
     for _ in range(blocks):
-        dimension, _, parametric = cursor.whole("i", 3)
-        (held,) = cursor.whole("z", 1)
-        tags.append(np.asarray(cursor.take("z", held), dtype=np.int64))
+        dimension, _, parametric = cursor.integers(3)
+        (held,) = cursor.sizes(1).tolist()
+        tags.append(cursor.sizes(held))
         width = 3 + (dimension if parametric else 0)
-        points.append(
-            np.asarray(cursor.take("d", held * width), dtype=np.float64).reshape(held, width)[:, :3]
-        )
+        points.append(cursor.numbers(held * width).reshape(held, width)[:, :3])
     numbers = np.concatenate([np.empty(0, np.int64), *tags])
     if (
         len(numbers) != count
@@ -218,17 +219,17 @@ def _elements(sections: _Sections, file: Path) -> list[tuple[int, int, int, IntA
     cursor = sections.cursor("Elements")
     if cursor is None:
         raise ValueError("it has no elements")
-    blocks, _, _, _ = cursor.whole("z", 4)
+    blocks, _, _, _ = cursor.sizes(4).tolist()
     found = []
     for _ in range(blocks):
-        dimension, entity, element_type = cursor.whole("i", 3)
-        (count,) = cursor.whole("z", 1)
+        dimension, entity, element_type = cursor.integers(3)
+        (count,) = cursor.sizes(1).tolist()
         nodes = _NODES.get(element_type) or _OF_LESS_DIMENSIONS.get(element_type)
         if nodes is None:
             raise InputError(
                 f"{file}: has elements of Gmsh's type {element_type}; read are tetrahedra of 4 and 10 nodes, pyramids "
                 "of 5, wedges of 6 and hexahedra of 8: convert it where it was made"
             )
-        rows = np.asarray(cursor.take("z", count * (1 + nodes)), dtype=np.int64).reshape(count, 1 + nodes)
+        rows = cursor.sizes(count * (1 + nodes)).reshape(count, 1 + nodes)
         found.append((dimension, entity, element_type, rows[:, 1:]))
     return found
