@@ -3,6 +3,7 @@
 import json
 import sys
 import tomllib
+from functools import partial
 from pathlib import Path
 
 import meshio
@@ -10,11 +11,14 @@ import numpy as np
 import pytest
 
 from daq.cli import main
-from estimator.experiment import read_mounted_phantom
+from estimator.experiment import PaintedPatch, read_case, read_mounted_phantom
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.simulation.simulate import Resolution, simulate_case
 from estimator.surfaces.reading import read_surface
 from tests.estimator.segmentation_files import write_by_simpleitk, write_dicom_seg
 
 ORGAN, CYST, TUMOUR = 1, 2, 3
+TINY = Resolution(Grading(8e-3, 15e-3, 30e-3, 3.0, 1))
 
 
 @pytest.fixture(scope="module")
@@ -168,3 +172,37 @@ def test_a_mesh_is_converted_and_its_surface_written(
     message = refused(["mesh", tmp_path / "a.vtu", "-o", out, "--strict"], capsys)
     assert "turned 1 tet4, which were inside out; mend it where it was made" in message
     assert "give a name that ends with" in refused(["mesh", out, "-o", tmp_path / "b.xyz"], capsys)
+
+
+def test_a_segmented_phantom_with_a_tumour_is_simulated_in_a_painted_grasp(
+    segmentation: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("RETRACT_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr("daq.cli.estimation.simulate.simulate_case", partial(simulate_case, resolution=TINY))
+    options = [
+        "--label",
+        ORGAN,
+        "--cavity",
+        CYST,
+        "--region",
+        "tumour=3:modulus_ratio=4",
+        "--centred",
+        "--beads",
+        3,
+    ]
+    told(["phantom", segmentation, *options, "--output", tmp_path / "P07"], capsys)
+    surface = read_surface(tmp_path / "P07" / "phantom.ply", "m").surface
+    held = (surface.vertices[:, 1] > 0.02).astype(np.uint8)
+    painted = meshio.Mesh(surface.vertices, [("triangle", surface.triangles)], point_data={"held": held})
+    painted.write(tmp_path / "P07" / "painted.vtu")
+    with (tmp_path / "P07" / "phantom.toml").open("a") as file:
+        file.write("\n[[anchor]]\nbox = [[-0.1, -0.1, -0.1], [0.1, -0.02, 0.1]]\n")
+        file.write('\n[grasp]\npainted = "painted.vtu"\nscalar = "held"\ncentre = [0.0, 0.025, 0.0]\n')
+    (tmp_path / "mine.csv").write_text("x_m,y_m,z_m,rz_rad,phase\n0,0.002,0,0,hold\n")
+    arguments = ["--trajectory", tmp_path / "mine.csv", "--force-std", 1e-4, "--torque-std", 1e-5]
+    case = tmp_path / "case"
+    told(["simulate", "--phantom", tmp_path / "P07" / "phantom.toml", *arguments, "--output", case], capsys)
+    (pulled,) = read_case(case)
+    assert pulled.wrench[-1, 1] < -0.1
+    assert isinstance(pulled.grasp.box, PaintedPatch)
+    assert [(one.name, one.modulus_ratio) for one in pulled.phantom.regions] == [("tumour", 4.0)]
