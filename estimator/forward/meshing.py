@@ -119,7 +119,7 @@ def edge_lengths(surface: Surface, regions: Iterable[str], grading: Grading) -> 
 
 
 def surface_notes(experiment: Experiment, grading: Grading = DEFAULT_GRADING) -> list[str]:
-    """Return what is to be said of a phantom's surface and of its mesh: what was repaired, and what is doubtful.
+    """Return what is to be said of a phantom's surface and of its mesh: what was repaired, what is doubtful, and its regions.
 
     Raises
     ------
@@ -133,7 +133,12 @@ def surface_notes(experiment: Experiment, grading: Grading = DEFAULT_GRADING) ->
     lengths = edge_lengths(read.surface, regions, grading)
     quality = tissue_mesh(read.surface, regions, lengths).quality
     notes = [*read.repairs, *quality_warnings(quality, envelope_m(lengths), read.surface)]
-    return [f"{experiment.phantom.surface}: {note}" for note in notes]
+    stiffer = [
+        f"{region.surface}: region {region.name} is taken as {region.modulus_ratio:g} times as stiff as the rest, "
+        "whose parameters are told"
+        for region in experiment.phantom.regions
+    ]
+    return [*(f"{experiment.phantom.surface}: {note}" for note in notes), *stiffer]
 
 
 def surface_problem(

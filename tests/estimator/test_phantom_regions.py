@@ -27,7 +27,7 @@ from estimator.experiment.model import Box
 from estimator.experiment_checks import findings_of
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.discretisation.shares import nodal_volumes
-from estimator.forward.meshing import mesh_experiment
+from estimator.forward.meshing import mesh_experiment, surface_notes
 from estimator.geometry.shapes import block_surface
 from estimator.surfaces.surface import Surface
 from estimator.surfaces.writing import write_ply
@@ -106,6 +106,8 @@ def test_a_region_is_as_much_stiffer_as_it_says_in_as_much_of_the_tissue(folder:
     assert (log_factor * plain.body.volume).sum() == pytest.approx(8e-6, rel=0.05)
     assert log_factor.min() >= -1e-12
     assert log_factor.max() <= 1 + 1e-12
+    (note,) = surface_notes(experiment(folder, (lump,)), COARSE)
+    assert note.endswith("region lump is taken as 3 times as stiff as the rest, whose parameters are told")
     # mass and areas are those of the mesh
     assert nodal_volumes(stiffer.body.mesh).sum() == pytest.approx(np.prod(SIZE), rel=0.01)
 
