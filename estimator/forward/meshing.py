@@ -119,7 +119,7 @@ def edge_lengths(surface: Surface, regions: Iterable[str], grading: Grading) -> 
 
 
 def surface_notes(experiment: Experiment, grading: Grading = DEFAULT_GRADING) -> list[str]:
-    """Return what is to be said of a phantom's surface and of its mesh: what was repaired, what is doubtful, and its regions.
+    """Return what is to be said of a surface, its mesh and its regions: what was repaired, and what is doubtful.
 
     Raises
     ------
