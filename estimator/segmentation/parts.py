@@ -57,16 +57,18 @@ class Selection:
 
 @dataclass(frozen=True, eq=False)
 class Parts:
-    """Voxels of a phantom.
+    """Voxels of a phantom, within the bounding box of its labels.
 
     Attributes
     ----------
+    start : index in the image of the first voxel of the box
     body : (i, j, k) bool, the organ with what lies in it
     cavities : each (i, j, k) bool, enclosed by it
     regions : (i, j, k) bool by name, within it
     remarks : what was left out or filled
     """
 
+    start: tuple[int, int, int]
     body: BoolArray
     cavities: tuple[BoolArray, ...]
     regions: Mapping[str, BoolArray]
@@ -87,21 +89,29 @@ def parts_of(labels: LabelMap, selection: Selection, source: str) -> Parts:
         A label has no voxel, one stands for two things, the organ is in several pieces, or a region lies beside it.
     """
     _check_once(selection, source)
-    regions = {one.name: labels.mask(one.label, source) for one in selection.regions}
-    hollow = _union([labels.mask(label, source) for label in selection.cavities], labels)
-    organ = _union([labels.mask(label, source) for label in selection.organ], labels)
-    tissue = (organ | _union(list(regions.values()), labels)) & ~hollow
+    shape = labels.layers[0].shape
+    whole = {one.name: labels.mask(one.label, source) for one in selection.regions}
+    hollow = _union([labels.mask(label, source) for label in selection.cavities], shape)
+    organ = _union([labels.mask(label, source) for label in selection.organ], shape) | _union(
+        list(whole.values()), shape
+    )
+    (box,) = ndimage.find_objects((organ | hollow).astype(np.uint8))
+    organ, hollow = organ[box], hollow[box]
+    regions = {name: mask[box] for name, mask in whole.items()}
+    tissue = organ & ~hollow
     tissue, remarks = _one_piece(tissue, labels.voxel_mm3, selection.largest, source)
     holes, told = _holes(tissue, hollow, labels.voxel_mm3, selection.fill_holes)
     body = np.asarray(ndimage.binary_fill_holes(tissue))
     for name, region in regions.items():
         if not (region & tissue).any():
             raise InputError(f"{source}: region {name} lies apart from the organ; is it the right label?")
+    i, j, k = box
     return Parts(
+        (i.start, j.start, k.start),
         body,
         holes,
         {name: region & tissue for name, region in regions.items()},
-        (*remarks, *told, *_open_cavities(hollow, body, labels.voxel_mm3), *_at_border(body)),
+        (*remarks, *told, *_open_cavities(hollow, body, labels.voxel_mm3), *_at_border(body, box, shape)),
     )
 
 
@@ -114,8 +124,8 @@ def _check_once(selection: Selection, source: str) -> None:
             raise InputError(f"{source}: {word} {doubled[0]} is named twice; each stands for one thing")
 
 
-def _union(masks: Sequence[BoolArray], labels: LabelMap) -> BoolArray:
-    return np.logical_or.reduce(masks) if masks else np.zeros(labels.layers[0].shape, dtype=bool)
+def _union(masks: Sequence[BoolArray], shape: tuple[int, ...]) -> BoolArray:
+    return np.logical_or.reduce(masks) if masks else np.zeros(shape, dtype=bool)
 
 
 def _one_piece(
@@ -174,15 +184,14 @@ def _open_cavities(hollow: BoolArray, body: BoolArray, voxel_mm3: float) -> tupl
     )
 
 
-def _at_border(body: BoolArray) -> tuple[str, ...]:
+def _at_border(body: BoolArray, box: Sequence[slice], shape: Sequence[int]) -> tuple[str, ...]:
     """Tell at which faces of the image the body ends because the image does."""
     sides = []
     for axis, name in enumerate("ijk"):
-        if body.shape[axis] == 1:
-            continue
-        sides += [
-            f"{word} {name}" for word, at in (("first", 0), ("last", -1)) if body.take(at, axis=axis).any()
-        ]
+        if box[axis].start == 0 and body.take(0, axis=axis).any():
+            sides.append(f"first {name}")
+        if box[axis].stop == shape[axis] and body.take(-1, axis=axis).any():
+            sides.append(f"last {name}")
     if not sides:
         return ()
     return (f"reaches the border of the image ({', '.join(sides)}), where it is cut off flat",)

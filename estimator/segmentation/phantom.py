@@ -75,6 +75,7 @@ def segmented_phantom(labels: LabelMap, selection: Selection, source: str) -> Se
     """
     parts = parts_of(labels, selection, source)
     T_lps_index = labels.T_lps_index.copy()
+    T_lps_index[:3, 3] += T_lps_index[:3, :3] @ parts.start
     T_lps_index[:3] *= 1e-3
     outer = smooth_shell(parts.body, T_lps_index, source)
     inner = [smooth_shell(one, T_lps_index, f"{source}: a cavity") for one in parts.cavities]
