@@ -27,6 +27,7 @@ _VERBS = {
     "budget": "estimation",
     "diagnose": "estimation",
     "uniaxial": "estimation",
+    "phantom": "estimation",
     "mesh": "estimation",
     "study": "estimation",
     "benchmark": "estimation",

@@ -7,11 +7,13 @@ from estimator.experiment.model import (
     Environment,
     Experiment,
     Grasp,
+    PaintedPatch,
     Phantom,
     SensorNoise,
+    TissueRegion,
 )
 from estimator.experiment.mounting import check_same_mounting
-from estimator.experiment.reading import read_case, read_experiment
+from estimator.experiment.reading import read_case, read_experiment, read_mounted_phantom
 from estimator.experiment.validation import check_experiment
 from estimator.experiment.writing import replace_experiment, write_experiment
 
@@ -22,12 +24,15 @@ __all__ = [
     "Environment",
     "Experiment",
     "Grasp",
+    "PaintedPatch",
     "Phantom",
     "SensorNoise",
+    "TissueRegion",
     "check_experiment",
     "check_same_mounting",
     "read_case",
     "read_experiment",
+    "read_mounted_phantom",
     "replace_experiment",
     "write_experiment",
 ]

@@ -11,6 +11,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from estimator.surfaces.formats.painting import read_painting
 from estimator.surfaces.units import Unit
 
 FloatArray = NDArray[np.float64]
@@ -25,6 +26,15 @@ EXPERIMENT_FILE = "experiment.toml"
 OBSERVATIONS_FILE = "observations.csv"
 SURFACE_FILES: tuple[str, ...] = ("phantom.stl", "phantom.ply", "phantom.obj", "phantom.vtp", "phantom")
 """How the file of a surface may be called in a folder that is written: by its suffix, the last without one."""
+
+PAINTING_PREFIX = "painted_"
+"""With which the files of painted patches begin in a folder that is written."""
+
+# Corners of the phantom's surface may lie beside the painting's by this share of its size.
+_BESIDE_PATCH = 0.01
+
+REGION_PREFIX = "region_"
+"""With which the files of regions begin in a folder that is written."""
 
 WRENCH_CHANNELS: tuple[str, ...] = ("fx", "fy", "fz", "tx", "ty", "tz")
 BEAD_CHANNELS: tuple[str, ...] = ("x", "y", "z")
@@ -51,6 +61,11 @@ class Box:
         beyond = np.maximum(np.asarray(self.lower) - coordinates, coordinates - np.asarray(self.upper))
         return np.asarray(np.linalg.norm(np.maximum(beyond, 0.0), axis=-1))
 
+    def overlaps_within(self, other: "Box", body: "Box") -> bool:
+        """Tell whether the two boxes share a part of a third one."""
+        shared = None if isinstance(other, PaintedPatch) else self.intersection(other)
+        return shared is not None and shared.intersection(body) is not None
+
     def intersection(self, other: "Box") -> "Box | None":
         """Return what the two boxes share, None where they share nothing."""
         lower = np.maximum(self.lower, other.lower)
@@ -58,6 +73,61 @@ class Box:
         if np.any(lower > upper):
             return None
         return Box((lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2]))
+
+
+@dataclass(frozen=True, slots=True)
+class PaintedPatch(Box):
+    """A patch of a phantom's surface, within its bounding box, m: where a painting has a value.
+
+    Attributes
+    ----------
+    scalar, value : the number that is painted, and its value on the patch
+    file : PLY, VTP or VTU with that number at its corners or faces
+    unit : of the file; None as for the phantom's
+    """
+
+    scalar: str
+    value: float
+    file: Path = field(compare=False)
+    unit: Unit | None = None
+
+    def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """Tell for each of the points (..., 3) of the surface whether it lies on the patch."""
+        coordinates = np.asarray(points, dtype=np.float64)
+        flat = coordinates.reshape(-1, 3)
+        painting = read_painting(self.file, self.scalar, self.unit)
+        margin = _BESIDE_PATCH * float(np.linalg.norm(np.ptp(painting.points, axis=0)))
+        near = np.all(
+            (flat >= np.array(self.lower) - margin) & (flat <= np.array(self.upper) + margin), axis=1
+        )
+        return (near & painting.nearest_has(self.value, flat)).reshape(coordinates.shape[:-1])
+
+    def overlaps_within(self, other: Box, body: Box) -> bool:
+        """Tell that it does not: a patch has no volume, and a painting one value in each place."""
+        return False
+
+
+@dataclass(frozen=True, slots=True)
+class TissueRegion:
+    """A part of the phantom that is stiffer or softer than the rest.
+
+    Attributes
+    ----------
+    name : of letters, digits, _ and -
+    surface : its closed surface, STL, PLY, OBJ or VTP file, in the same frame as the phantom's
+    modulus_ratio : of its Young's modulus to that of the rest
+    unit : of the file; None as for the phantom's
+    """
+
+    name: str
+    surface: Path
+    modulus_ratio: float
+    unit: Unit | None = None
+
+    @property
+    def file_name(self) -> str:
+        """How its file is called in a folder that is written."""
+        return f"{REGION_PREFIX}{self.name}{self.surface.suffix.lower()}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +141,7 @@ class Phantom:
     surface : STL, PLY, OBJ or VTP file; None for a block
     density : kg/m³
     unit : of the surface file; None for metres, or millimetres where only these give a phantom
+    regions : parts of a surface's tissue with another modulus; where they share tissue, their ratios multiply
     """
 
     shape: Shape
@@ -78,6 +149,7 @@ class Phantom:
     surface: Path | None = None
     density: float = 1070.0
     unit: Unit | None = None
+    regions: tuple[TissueRegion, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,11 +3,13 @@
 import filecmp
 import math
 from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from estimator.errors import InputError
-from estimator.experiment.model import Experiment, Phantom
+from estimator.experiment.model import Experiment, Phantom, TissueRegion
 
 
 def check_same_mounting(experiments: Sequence[Experiment], rest_tolerance_m: float = math.inf) -> None:
@@ -41,7 +43,18 @@ def is_same_body(one: Phantom, other: Phantom) -> bool:
     )
     if not stated or one.surface is None or other.surface is None:
         return stated and one.surface is other.surface
-    return one.surface == other.surface or filecmp.cmp(one.surface, other.surface, shallow=False)
+    return _hold_the_same(one.surface, other.surface) and _are_same_regions(one.regions, other.regions)
+
+
+def _are_same_regions(some: Sequence[TissueRegion], others: Sequence[TissueRegion]) -> bool:
+    return len(some) == len(others) and all(
+        replace(one, surface=other.surface) == other and _hold_the_same(one.surface, other.surface)
+        for one, other in zip(some, others, strict=True)
+    )
+
+
+def _hold_the_same(one: Path, other: Path) -> bool:
+    return one == other or filecmp.cmp(one, other, shallow=False)
 
 
 def _difference(one: Experiment, other: Experiment, rest_tolerance_m: float) -> str:

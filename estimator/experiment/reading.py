@@ -1,6 +1,7 @@
 """Reads experiment folders and cases; what comes back has passed every check."""
 
-from dataclasses import replace
+import re
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
 
@@ -14,19 +15,70 @@ from estimator.experiment.model import (
     OBSERVATIONS_FILE,
     TRAJECTORY_KINDS,
     WRENCH_CHANNELS,
+    Box,
     Environment,
     Experiment,
     Grasp,
+    PaintedPatch,
     Phantom,
     SensorNoise,
     SurfaceBelow,
+    TissueRegion,
     TrajectoryKind,
+    Vector,
 )
 from estimator.experiment.observations import read_observations
 from estimator.experiment.tables import TomlTable
 from estimator.experiment.validation import check_experiment
+from estimator.surfaces.formats.painting import read_painting
 from estimator.surfaces.reading import surface_bounds
 from estimator.surfaces.units import UNITS, Unit
+
+PHANTOM_FORMAT = "retraction-phantom/1"
+"""Of a file that states a phantom and, where it is mounted already, how."""
+
+_REGION_NAME = re.compile(r"[A-Za-z0-9_-]{1,40}")
+
+
+@dataclass(frozen=True, slots=True)
+class MountedPhantom:
+    """A phantom, and how it is held.
+
+    Attributes
+    ----------
+    phantom, anchors, grasp, environment : as those of an experiment
+    fiducials_rest : m
+    """
+
+    phantom: Phantom
+    anchors: tuple[Box, ...]
+    grasp: Grasp
+    environment: Environment
+    fiducials_rest: tuple[Vector, ...]
+
+
+def read_mounted_phantom(path: Path | str) -> MountedPhantom:
+    """Read a phantom and how it is held from a file of its own, with the tables that an experiment has for it.
+
+    Raises
+    ------
+    InputError
+        Something is missing, unreadable, or of another type.
+    """
+    file = Path(path)
+    stated = TomlTable.read(file)
+    if (found := stated.text("format")) != PHANTOM_FORMAT:
+        raise InputError(f'{file}: format is "{found}"; a phantom has "{PHANTOM_FORMAT}"')
+    phantom = _phantom(stated.table("phantom"), file.parent)
+    anchors = tuple(_held(anchor, file.parent, phantom) for anchor in stated.tables("anchor"))
+    if not anchors or "grasp" not in stated:
+        raise InputError(
+            f"{file}: states no {'[[anchor]]' if not anchors else '[grasp]'}; add where the phantom is held, as in an "
+            "experiment.toml"
+        )
+    rest = [(x, y, z) for x, y, z in stated.table("fiducials").points("rest").tolist()]
+    grasp = _grasp(stated.table("grasp"), file.parent, phantom)
+    return MountedPhantom(phantom, anchors, grasp, _environment(stated.table("environment")), tuple(rest))
 
 
 def read_experiment(path: Path | str) -> Experiment:
@@ -66,14 +118,15 @@ def read_unchecked(path: Path | str) -> Experiment:
         raise InputError(f'{file}: format is "{found}"; only "{FORMAT}" can be read')
     fiducials_rest = stated.table("fiducials").points("rest")
     observed = read_observations(folder / OBSERVATIONS_FILE, len(fiducials_rest))
+    phantom = _phantom(stated.table("phantom"), folder)
     kind = stated.table("trajectory").choice("kind", TRAJECTORY_KINDS, "other")
     return Experiment(
         name=stated.text("name", folder.resolve().name),
         phantom_id=stated.text("phantom_id", folder.resolve().parent.name),
         order=stated.integer("order", 1),
-        phantom=_phantom(stated.table("phantom"), folder),
-        anchors=tuple(anchor.box("box") for anchor in stated.tables("anchor")),
-        grasp=_grasp(stated.table("grasp")),
+        phantom=phantom,
+        anchors=tuple(_held(anchor, folder, phantom) for anchor in stated.tables("anchor")),
+        grasp=_grasp(stated.table("grasp"), folder, phantom),
         trajectory_kind=cast(TrajectoryKind, kind),
         environment=_environment(stated.table("environment")),
         sensor=_sensor(stated.table("sensor")),
@@ -139,11 +192,42 @@ def _phantom(table: TomlTable, folder: Path) -> Phantom:
     surface = folder / table.text("surface")
     unit = cast(Unit, table.choice("unit", UNITS)) if "unit" in table else None
     x, y, z = np.ptp(surface_bounds(surface, unit), axis=0).tolist()
-    return Phantom("surface", table.vector("size", (x, y, z)), surface, density, unit)
+    size, regions = table.vector("size", (x, y, z)), _regions(table, folder)
+    return Phantom("surface", size, surface, density, unit, regions)
 
 
-def _grasp(table: TomlTable) -> Grasp:
-    box = table.box("box")
+def _regions(table: TomlTable, folder: Path) -> tuple[TissueRegion, ...]:
+    found = list[TissueRegion]()
+    for stated in table.tables("region"):
+        name, ratio = stated.text("name"), stated.number("modulus_ratio")
+        if not _REGION_NAME.fullmatch(name) or name in [region.name for region in found]:
+            raise stated.error("name", f'is "{name}"; give each region a name of letters, digits, _ and -')
+        if not 1e-3 <= ratio <= 1e3:
+            raise stated.error("modulus_ratio", f"is {ratio:g}; write a ratio of moduli of 0.001 to 1000")
+        unit = cast(Unit, stated.choice("unit", UNITS)) if "unit" in stated else None
+        found.append(TissueRegion(name, folder / stated.text("surface"), ratio, unit))
+    return tuple(found)
+
+
+def _held(table: TomlTable, folder: Path, phantom: Phantom) -> Box:
+    """Return the box that is held, or the patch of a surface that a painting shows."""
+    if "painted" not in table:
+        return table.box("box")
+    if phantom.surface is None:
+        raise table.error("painted", "is for phantoms of shape surface; give a block's box")
+    file, scalar, value = folder / table.text("painted"), table.text("scalar"), table.number("value", 1.0)
+    unit = cast(Unit, table.choice("unit", UNITS)) if "unit" in table else phantom.unit
+    painting = read_painting(file, scalar, unit)
+    points = painting.points[painting.has(value)]
+    if not len(points):
+        found = ", ".join(f"{one:g}" for one in np.unique(painting.values)[:12])
+        raise table.error("value", f"is {value:g}, and {scalar} of {file} has {found}; write one of these")
+    (x0, y0, z0), (x1, y1, z1) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    return PaintedPatch((x0, y0, z0), (x1, y1, z1), scalar, value, file, unit)
+
+
+def _grasp(table: TomlTable, folder: Path, phantom: Phantom) -> Grasp:
+    box = _held(table, folder, phantom)
     x, y, z = np.mean([box.lower, box.upper], axis=0).tolist()
     return Grasp(box, table.vector("centre", (x, y, z)))
 

@@ -85,8 +85,7 @@ def _check_mounting(experiment: Experiment, file: Path) -> None:
         raise InputError(f"{file}: no [[anchor]]; state at least one box whose tissue does not move")
     for i, anchor in enumerate(experiment.anchors, start=1):
         _check_holds_tissue(anchor, body, f"{file}: [[anchor]] {i} box")
-        shared = anchor.intersection(grasp)
-        if shared is not None and shared.intersection(body) is not None:
+        if anchor.overlaps_within(grasp, body):
             raise InputError(
                 f"{file}: [[anchor]] {i} box overlaps [grasp] box in the tissue, which cannot both stand and "
                 "move; part them"

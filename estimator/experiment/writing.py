@@ -1,6 +1,5 @@
 """Writes experiment folders; a reader sees a whole one or none."""
 
-import json
 import os
 import shutil
 import tempfile
@@ -14,13 +13,20 @@ from estimator.experiment.model import (
     EXPERIMENT_FILE,
     FORMAT,
     OBSERVATIONS_FILE,
+    PAINTING_PREFIX,
+    REGION_PREFIX,
     SURFACE_FILES,
     Box,
     Experiment,
-    Vector,
+    PaintedPatch,
+    Phantom,
 )
 from estimator.experiment.observations import write_observations
+from estimator.experiment.toml_values import toml_box, toml_number, toml_text, toml_vector
 from estimator.experiment.validation import check_experiment
+
+# How the files of regions and painted patches begin.
+_OWN = (REGION_PREFIX, PAINTING_PREFIX)
 
 
 def write_experiment(experiment: Experiment, path: Path | str) -> Experiment:
@@ -55,7 +61,8 @@ def replace_experiment(experiment: Experiment, path: Path | str) -> Experiment:
     if not (target / EXPERIMENT_FILE).exists():
         raise InputError(f"{target}: is no experiment folder, and would be lost; move it away first")
     known = {EXPERIMENT_FILE, OBSERVATIONS_FILE, *SURFACE_FILES}
-    if foreign := sorted(entry.name for entry in target.iterdir() if entry.name not in known):
+    found = (entry.name for entry in target.iterdir())
+    if foreign := sorted(name for name in found if name not in known and not name.startswith(_OWN)):
         raise InputError(f"{target}: holds {foreign[0]}, which would be lost; move it away first")
     with _staged(experiment, target) as staged:
         old = staged.with_name(staged.name + ".old")
@@ -82,6 +89,11 @@ def _staged(experiment: Experiment, target: Path) -> Iterator[Path]:
         write_observations(staged / OBSERVATIONS_FILE, experiment)
         if experiment.phantom.surface is not None:
             shutil.copyfile(experiment.phantom.surface, staged / _surface_name(experiment.phantom.surface))
+        for region in experiment.phantom.regions:
+            shutil.copyfile(region.surface, staged / region.file_name)
+        for name, held in _held(experiment).items():
+            if isinstance(held, PaintedPatch):
+                shutil.copyfile(held.file, staged / _painting_name(name, held))
         for file in staged.iterdir():
             _sync(file)
         yield staged
@@ -90,11 +102,42 @@ def _staged(experiment: Experiment, target: Path) -> Iterator[Path]:
             shutil.rmtree(staged)
 
 
+def _held(experiment: Experiment) -> dict[str, Box]:
+    anchors = {f"anchor_{number}": anchor for number, anchor in enumerate(experiment.anchors, start=1)}
+    return {**anchors, "grasp": experiment.grasp.box}
+
+
+def _painting_name(name: str, held: PaintedPatch) -> str:
+    return f"{PAINTING_PREFIX}{name}{held.file.suffix.lower()}"
+
+
+def _held_lines(name: str, held: Box) -> list[str]:
+    if not isinstance(held, PaintedPatch):
+        return [f"box = {toml_box(held)}"]
+    return [
+        f"painted = {toml_text(_painting_name(name, held))}",
+        f"scalar = {toml_text(held.scalar)}",
+        f"value = {toml_number(held.value)}",
+        *([] if held.unit is None else [f"unit = {toml_text(held.unit)}"]),
+    ]
+
+
 def _located(experiment: Experiment, target: Path) -> Experiment:
     if experiment.phantom.surface is None:
         return replace(experiment, path=target)
-    phantom = replace(experiment.phantom, surface=target / _surface_name(experiment.phantom.surface))
-    return replace(experiment, phantom=phantom, path=target)
+    phantom = replace(
+        experiment.phantom,
+        surface=target / _surface_name(experiment.phantom.surface),
+        regions=tuple(
+            replace(region, surface=target / region.file_name) for region in experiment.phantom.regions
+        ),
+    )
+    *anchors, grasp = (
+        replace(held, file=target / _painting_name(name, held)) if isinstance(held, PaintedPatch) else held
+        for name, held in _held(experiment).items()
+    )
+    mounted = replace(experiment, anchors=tuple(anchors), grasp=replace(experiment.grasp, box=grasp))
+    return replace(mounted, phantom=phantom, path=target)
 
 
 def _surface_name(file: Path) -> str:
@@ -104,45 +147,38 @@ def _surface_name(file: Path) -> str:
 
 
 def _toml(experiment: Experiment) -> str:
-    phantom, sensor, environment = experiment.phantom, experiment.sensor, experiment.environment
-    surface = [] if phantom.surface is None else [f"surface = {_text(_surface_name(phantom.surface))}"]
-    unit = [] if phantom.unit is None else [f"unit = {_text(phantom.unit)}"]
-    anchors = [line for anchor in experiment.anchors for line in ("", "[[anchor]]", f"box = {_box(anchor)}")]
-    rest = [f"    {_vector(tuple(point))}," for point in experiment.fiducials_rest.tolist()]
+    sensor, environment = experiment.sensor, experiment.environment
+    *anchors, grasp = (_held_lines(name, held) for name, held in _held(experiment).items())
+    rest = [f"    {toml_vector(tuple(point))}," for point in experiment.fiducials_rest.tolist()]
     lines = [
-        f"format = {_text(FORMAT)}",
-        f"name = {_text(experiment.name)}",
-        f"phantom_id = {_text(experiment.phantom_id)}",
+        f"format = {toml_text(FORMAT)}",
+        f"name = {toml_text(experiment.name)}",
+        f"phantom_id = {toml_text(experiment.phantom_id)}",
         f"order = {experiment.order}",
         "",
-        "[phantom]",
-        f"shape = {_text(phantom.shape)}",
-        *surface,
-        *unit,
-        f"size = {_vector(phantom.size_m)}",
-        f"density = {_number(phantom.density)}",
-        *anchors,
+        *phantom_lines(experiment.phantom),
+        *(line for lines in anchors for line in ("", "[[anchor]]", *lines)),
         "",
         "[grasp]",
-        f"box = {_box(experiment.grasp.box)}",
-        f"centre = {_vector(experiment.grasp.centre)}",
+        *grasp,
+        f"centre = {toml_vector(experiment.grasp.centre)}",
         "",
         "[trajectory]",
-        f"kind = {_text(experiment.trajectory_kind)}",
+        f"kind = {toml_text(experiment.trajectory_kind)}",
         "",
         "[environment]",
-        f"gravity = {_vector(environment.gravity)}",
-        f"surface_below = {_text(environment.surface_below)}",
+        f"gravity = {toml_vector(environment.gravity)}",
+        f"surface_below = {toml_text(environment.surface_below)}",
         "",
         "[sensor]",
-        f"force_std = {_number(sensor.force_std)}",
-        f"torque_std = {_number(sensor.torque_std)}",
-        f"fiducial_std = {_number(sensor.fiducial_std)}",
-        f"position_std = {_number(sensor.position_std)}",
-        f"tool_mass = {_number(sensor.tool_mass)}",
-        f"tool_centre = {_vector(sensor.tool_centre)}",
+        f"force_std = {toml_number(sensor.force_std)}",
+        f"torque_std = {toml_number(sensor.torque_std)}",
+        f"fiducial_std = {toml_number(sensor.fiducial_std)}",
+        f"position_std = {toml_number(sensor.position_std)}",
+        f"tool_mass = {toml_number(sensor.tool_mass)}",
+        f"tool_centre = {toml_vector(sensor.tool_centre)}",
         *(["", "[sensor.by_channel]"] if sensor.by_channel else []),
-        *(f"{name} = {_number(std)}" for name, std in sensor.by_channel.items()),
+        *(f"{name} = {toml_number(std)}" for name, std in sensor.by_channel.items()),
         "",
         "[fiducials]",
         "rest = [",
@@ -153,20 +189,28 @@ def _toml(experiment: Experiment) -> str:
     return "\n".join(lines)
 
 
-def _text(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def _number(value: float) -> str:
-    return repr(float(value))
-
-
-def _vector(vector: Vector) -> str:
-    return f"[{', '.join(_number(value) for value in vector)}]"
-
-
-def _box(box: Box) -> str:
-    return f"[{_vector(box.lower)}, {_vector(box.upper)}]"
+def phantom_lines(phantom: Phantom) -> list[str]:
+    """Return the table of a phantom, with those of its regions; their files lie in the same folder."""
+    surface = [] if phantom.surface is None else [f"surface = {toml_text(_surface_name(phantom.surface))}"]
+    unit = [] if phantom.unit is None else [f"unit = {toml_text(phantom.unit)}"]
+    lines = [
+        "[phantom]",
+        f"shape = {toml_text(phantom.shape)}",
+        *surface,
+        *unit,
+        f"size = {toml_vector(phantom.size_m)}",
+        f"density = {toml_number(phantom.density)}",
+    ]
+    for region in phantom.regions:
+        lines += [
+            "",
+            "[[phantom.region]]",
+            f"name = {toml_text(region.name)}",
+            f"surface = {toml_text(region.file_name)}",
+            *([] if region.unit is None else [f"unit = {toml_text(region.unit)}"]),
+            f"modulus_ratio = {toml_number(region.modulus_ratio)}",
+        ]
+    return lines
 
 
 def _sync(path: Path) -> None:

@@ -45,8 +45,7 @@ def check_anchors(experiment: Experiment) -> list[Finding]:
         if not _holds(anchor, body):
             findings.append(_outside(key, "anchors", anchor, body))
             continue
-        shared = anchor.intersection(experiment.grasp.box)
-        if shared is not None and shared.intersection(body) is not None:
+        if anchor.overlaps_within(experiment.grasp.box, body):
             findings.append(
                 of_facts("wrong", "anchors", "overlaps [grasp] box in the tissue", "part the two boxes", key)
             )

@@ -1,21 +1,25 @@
 """The mesh of an experiment, coarse or fine, and which of its nodes are held."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.experiment import Experiment
+from estimator.errors import InputError
+from estimator.experiment import Box, Experiment, PaintedPatch, TissueRegion
+from estimator.fem.assembly.body import Body, with_modulus
 from estimator.fem.boundary.problem import RetractionProblem, retraction_problem
 from estimator.fem.discretisation.block_mesh import Grading, block_mesh, snapped_to_block
 from estimator.fem.discretisation.elements import ElementKind
+from estimator.fem.discretisation.quadrature import points_of_parts
 from estimator.forward.coarseness import thin_tissue_note
 from estimator.geometry.grading import EdgeLengths
-from estimator.geometry.holds import Region
+from estimator.geometry.holds import Painted, Region
 from estimator.geometry.mesh_cache import tissue_mesh
 from estimator.geometry.quality import quality_warnings
 from estimator.geometry.tetrahedralise import envelope_m
+from estimator.surfaces.queries import inside
 from estimator.surfaces.reading import read_surface
 from estimator.surfaces.surface import Surface
 
@@ -88,10 +92,22 @@ def measuring_mesh(experiment: Experiment) -> RetractionProblem:
     return mesh_experiment(experiment, _MEASURING_GRADING if of_block else FINE_GRADING)
 
 
-def held_regions(experiment: Experiment) -> dict[str, Region]:
-    """Return where the phantom is held: "anchor 1", "anchor 2", ... and "grasp"."""
+def held_regions(experiment: Experiment, surface: Surface) -> dict[str, Region]:
+    """Return where the phantom is held: "anchor 1", "anchor 2", ... and "grasp".
+
+    Raises
+    ------
+    InputError
+        The painting of a patch cannot be read.
+    """
     anchors = {f"anchor {number}": box for number, box in enumerate(experiment.anchors, start=1)}
-    return {**anchors, _GRASP: experiment.grasp.box}
+    return {name: _region(box, surface) for name, box in {**anchors, _GRASP: experiment.grasp.box}.items()}
+
+
+def _region(held: Box, surface: Surface) -> Region:
+    if isinstance(held, PaintedPatch):
+        return Painted(held.contains(surface.corners.mean(axis=1)))
+    return held
 
 
 def edge_lengths(surface: Surface, regions: Iterable[str], grading: Grading) -> EdgeLengths:
@@ -104,7 +120,7 @@ def edge_lengths(surface: Surface, regions: Iterable[str], grading: Grading) -> 
 
 
 def surface_notes(experiment: Experiment, grading: Grading = DEFAULT_GRADING) -> list[str]:
-    """Return what is to be said of a phantom's surface and of its mesh: what was repaired, and what is doubtful.
+    """Return what is to be said of a surface, its mesh and its regions: what was repaired, and what is doubtful.
 
     Raises
     ------
@@ -114,7 +130,7 @@ def surface_notes(experiment: Experiment, grading: Grading = DEFAULT_GRADING) ->
     if experiment.phantom.surface is None:
         return []
     read = read_surface(experiment.phantom.surface, experiment.phantom.unit)
-    regions = held_regions(experiment)
+    regions = held_regions(experiment, read.surface)
     lengths = edge_lengths(read.surface, regions, grading)
     tissue = tissue_mesh(read.surface, regions, lengths)
     notes = [
@@ -122,7 +138,12 @@ def surface_notes(experiment: Experiment, grading: Grading = DEFAULT_GRADING) ->
         *quality_warnings(tissue.quality, envelope_m(lengths), read.surface),
         *filter(None, [thin_tissue_note(tissue.mesh)]),
     ]
-    return [f"{experiment.phantom.surface}: {note}" for note in notes]
+    stiffer = [
+        f"{region.surface}: region {region.name} is taken as {region.modulus_ratio:g} times as stiff as the rest, "
+        "whose parameters are told"
+        for region in experiment.phantom.regions
+    ]
+    return [*(f"{experiment.phantom.surface}: {note}" for note in notes), *stiffer]
 
 
 def surface_problem(
@@ -135,7 +156,7 @@ def surface_problem(
     InputError
         Grasp or anchors hold no tissue, the surface cannot be meshed, or a fiducial lies off the tissue.
     """
-    regions = held_regions(experiment)
+    regions = held_regions(experiment, surface)
     tissue = tissue_mesh(surface, regions, edge_lengths(surface, regions, grading))
     fixed = np.any([nodes for name, nodes in tissue.held.items() if name != _GRASP], axis=0)
     beads = experiment.fiducials_rest
@@ -152,7 +173,26 @@ def surface_problem(
         gripped | anchored,
     )
     # Beads in rigid tissue have no place in the mesh. Those that an anchor holds then follow no node: they stay.
-    return replace(problem, fiducials_gripped=gripped)
+    return replace(
+        problem, body=_with_regions(problem.body, experiment.phantom.regions), fiducials_gripped=gripped
+    )
+
+
+def _with_regions(body: Body, regions: Sequence[TissueRegion]) -> Body:
+    """Return the body with each region as stiff as it says, by how much of an integration point's part lies in it."""
+    if not regions:
+        return body
+    points = points_of_parts(body.mesh)
+    log_factor = np.zeros(body.volume.shape)
+    for region in regions:
+        surface = read_surface(region.surface, region.unit).surface
+        share = inside(surface, points.reshape(-1, 3)).reshape(points.shape[:-1]).mean(axis=2)
+        if not share.any():
+            raise InputError(
+                f"{region.surface}: region {region.name} holds no tissue; is it in the same frame?"
+            )
+        log_factor += np.log(region.modulus_ratio) * share
+    return with_modulus(body, np.exp(log_factor))
 
 
 def _inside(points: FloatArray, corners: FloatArray) -> BoolArray:

@@ -36,23 +36,12 @@ def decimated(surface: Surface, source: str) -> tuple[Surface, list[str]]:
     if len(surface.triangles) <= MOST_TRIANGLES:
         return surface, []
     size = surface.volume_m3 ** (1 / 3)
-    body = manifold3d.Manifold(
-        manifold3d.Mesh64(
-            np.ascontiguousarray(surface.vertices), np.ascontiguousarray(surface.triangles.astype(np.uint64))
-        )
-    )
-    if body.status() != manifold3d.Error.NoError:
-        raise InputError(
-            f"{source}: {len(surface.triangles)} triangles, and at most {MOST_TRIANGLES} are taken without "
-            f"decimation, which fails ({body.status().name}); decimate the surface where it was made"
-        )
+    body = _body(surface, source)
     for tolerance in _TOLERANCES:
         body = body.simplify(tolerance * size)
         if body.num_tri() <= _ENOUGH:
             break
-    mesh = body.to_mesh64()
-    vertices = np.array(mesh.vert_properties, dtype=np.float64)[:, :3]
-    result = renumbered(vertices, np.array(mesh.tri_verts, dtype=np.int64))
+    result = _surface(body)
     if len(result.triangles) > MOST_TRIANGLES:
         raise InputError(
             f"{source}: {len(surface.triangles)} triangles, and still {len(result.triangles)} once it is smoothed "
@@ -63,6 +52,37 @@ def decimated(surface: Surface, source: str) -> tuple[Surface, list[str]]:
         f"decimated {len(surface.triangles)} triangles to {len(result.triangles)}, which moves the surface by at most "
         f"{moved * 1e3:.2g} mm and the volume by {100 * (result.volume_m3 / surface.volume_m3 - 1):+.2g} %"
     ]
+
+
+def collapsed(surface: Surface, tolerance_m: float, source: str) -> Surface:
+    """Return the surface with the edges collapsed that this leaves closed and moves it by no more than a tolerance.
+
+    Raises
+    ------
+    InputError
+        The surface is none that can be decimated.
+    """
+    return _surface(_body(surface, source).simplify(tolerance_m))
+
+
+def _body(surface: Surface, source: str) -> manifold3d.Manifold:
+    body = manifold3d.Manifold(
+        manifold3d.Mesh64(
+            np.ascontiguousarray(surface.vertices), np.ascontiguousarray(surface.triangles.astype(np.uint64))
+        )
+    )
+    if body.status() != manifold3d.Error.NoError:
+        raise InputError(
+            f"{source}: {len(surface.triangles)} triangles, and at most {MOST_TRIANGLES} are taken without "
+            f"decimation, which fails ({body.status().name}); decimate the surface where it was made"
+        )
+    return body
+
+
+def _surface(body: manifold3d.Manifold) -> Surface:
+    mesh = body.to_mesh64()
+    vertices = np.array(mesh.vert_properties, dtype=np.float64)[:, :3]
+    return renumbered(vertices, np.array(mesh.tri_verts, dtype=np.int64))
 
 
 def _farthest(one: Surface, other: Surface) -> float:

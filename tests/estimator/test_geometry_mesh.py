@@ -24,9 +24,9 @@ from estimator.geometry.holds import Painted
 from estimator.geometry.quality import MeshQuality, check_quality, quality_warnings, tetrahedron_volumes
 from estimator.geometry.shapes import block_surface, sphere_surface
 from estimator.geometry.tetrahedralise import TissueMesh, tetrahedralise
-from estimator.geometry.vtu import write_vtu
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
+from estimator.meshes.writing import volume_mesh_of, write_mesh
 from estimator.report.drawing.mesh_picture import draw_mesh
 from estimator.surfaces.repair import closed_surface
 from estimator.surfaces.surface import Surface
@@ -299,7 +299,7 @@ def test_a_vtu_file_holds_points_cells_and_held_nodes(
     tmp_path: Path, block: TissueMesh, kind: str, cell_type: int
 ) -> None:
     mesh = block.mesh if kind == "tet10" else Mesh(block.mesh.points, block.mesh.cells[:, :4].copy(), "tet4")
-    write_vtu(mesh, block.held, tmp_path / "block.vtu")
+    write_mesh(volume_mesh_of(mesh, block.held), tmp_path / "block.vtu")
     piece = ElementTree.parse(tmp_path / "block.vtu").find("./UnstructuredGrid/Piece")
     assert piece is not None
     assert piece.attrib == {"NumberOfPoints": str(len(mesh.points)), "NumberOfCells": str(len(mesh.cells))}
@@ -323,7 +323,7 @@ def decoded(array: ElementTree.Element) -> NDArray[np.generic]:
 def test_a_mesh_of_hexahedra_is_not_written_as_vtu(tmp_path: Path) -> None:
     mesh = Mesh(reference_element("hex8").nodes, np.arange(8)[None], "hex8")
     with pytest.raises(InputError, match="a mesh of hex8 cannot be written"):
-        write_vtu(mesh, {}, tmp_path / "hex.vtu")
+        write_mesh(volume_mesh_of(mesh, {}), tmp_path / "hex.vtu")
 
 
 def test_a_picture_is_a_png(tmp_path: Path, block: TissueMesh) -> None:

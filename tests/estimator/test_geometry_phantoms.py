@@ -213,5 +213,5 @@ def test_the_verb_refuses_a_block_and_a_name_that_is_no_vtu(as_surface: Experime
     assert block.path is not None
     with pytest.raises(InputError, match="its phantom is a block"):
         run_verb(block.path)
-    with pytest.raises(InputError, match=r"out\.stl: the mesh is written as VTU"):
+    with pytest.raises(InputError, match=r"out\.stl: meshes are written as \.vtu, \.msh, \.inp, \.feb"):
         run_verb(as_surface.phantom.surface or "", "-o", "out.stl")

@@ -4,6 +4,7 @@ from daq.bad_input.kind import Kind
 from daq.bad_input.kinds import (
     bags,
     benchmarks,
+    bodies,
     experiments,
     importing,
     laboratory,
@@ -17,6 +18,7 @@ KINDS: tuple[Kind, ...] = (
     *experiments.KINDS,
     *sessions.KINDS,
     *surfaces.KINDS,
+    *bodies.KINDS,
     *uniaxial.KINDS,
     *importing.KINDS,
     *bags.KINDS,

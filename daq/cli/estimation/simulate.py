@@ -13,13 +13,14 @@ from daq.cli.sessions.record import trajectory_name
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.files.atomic import appearing
 from daq.plans import Trial
+from daq.rig import Specimen
 from daq.trajectories import STANDARD
 from daq.trajectories.planned import moves, planned_experiment
 from daq.trajectories.routines import NAMED, RETRACTIONS
 from daq.virtual_rig.layout import SPECIMEN, placed_beads
 from estimator.effects.catalogue import default_catalogue
 from estimator.errors import InputError
-from estimator.experiment import Experiment, SensorNoise, write_experiment
+from estimator.experiment import Experiment, SensorNoise, read_mounted_phantom, write_experiment
 from estimator.forward.meshing import mesh_experiment
 from estimator.materials import installed_laws, law_named
 from estimator.materials.material import Material, make_material
@@ -32,6 +33,7 @@ _EXAMPLES = """  retract simulate --output cases/soft --youngs-modulus 6000 --po
   retract simulate --output cases/lump --effect inhomogeneity=0.7,centre_x=0.01,radius=0.012 --hold 5
   retract simulate --output cases/two --effect force_bias:tissue_frame=bias_fz=0.2 --effect camera_scale=0.01
   retract simulate --output cases/mine --trajectory mine.csv --trajectory twist_and_pull
+  retract simulate --output cases/liver --phantom phantoms/liver/phantom.toml --trajectory pull
   retract simulate --effects                 the effects with their forms, parameters, units and usual sizes
   retract diagnose cases/slip"""
 
@@ -57,6 +59,12 @@ def add_parser(verbs: Verbs) -> None:
     parser = add_verb(verbs, "simulate", "write synthetic experiments of a known phantom", _EXAMPLES, run)
     parser.add_argument(
         "--output", type=Path, metavar="DIR", required=True, help="folder of the case; must not exist"
+    )
+    parser.add_argument(
+        "--phantom",
+        type=Path,
+        metavar="FILE",
+        help="phantom.toml that states the phantom and where it is held (default: the block of the virtual laboratory)",
     )
     parser.add_argument(
         "--trajectory",
@@ -149,7 +157,7 @@ def _names(experiments: Sequence[Experiment]) -> list[str]:
 
 def _planned(options: argparse.Namespace) -> list[Experiment]:
     sensor = SensorNoise(options.force_std, options.torque_std, options.fiducial_std, options.position_std)
-    specimen = replace(SPECIMEN, fiducials_m=placed_beads(options.seed))
+    specimen = _specimen(options)
     planned = []
     for order, name in enumerate(options.trajectory or STANDARD, start=1):
         if name in NAMED and name not in RETRACTIONS:
@@ -166,6 +174,20 @@ def _planned(options: argparse.Namespace) -> list[Experiment]:
             )
         planned.append(experiment)
     return planned
+
+
+def _specimen(options: argparse.Namespace) -> Specimen:
+    if options.phantom is None:
+        return replace(SPECIMEN, fiducials_m=placed_beads(options.seed))
+    stated = read_mounted_phantom(options.phantom)
+    return Specimen(
+        options.phantom.resolve().parent.name,
+        stated.phantom,
+        stated.anchors,
+        stated.grasp,
+        stated.environment,
+        stated.fiducials_rest,
+    )
 
 
 def _truth(material: Material, acting: Sequence[ActingEffect], experiment: Experiment) -> str:

@@ -77,7 +77,7 @@ def _remark(seen: Experiment, model: RetractionProblem) -> str:
 
 def linear_problem(experiment: Experiment, surface: Surface, edge_m: float) -> RetractionProblem:
     """Pose a retraction of a surface on linear tetrahedra of about one size."""
-    regions = held_regions(experiment)
+    regions = held_regions(experiment, surface)
     tissue = tissue_mesh(surface, regions, EdgeLengths(edge_m, dict.fromkeys(regions, edge_m), 0.5))
     cells = tissue.mesh.cells[:, :4]
     corners, renumbered = np.unique(cells, return_inverse=True)

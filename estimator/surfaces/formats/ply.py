@@ -1,6 +1,6 @@
 """Polygons of a PLY file, text or binary of either byte order (G. Turk, "The PLY Polygon File Format", 1994)."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +36,31 @@ def read_ply(content: bytes, file: Path) -> PolygonSoup:
     InputError
         The header is none, an element has other columns than it should, or the file is cut short.
     """
+    vertices = np.empty((0, 3))
+    parts: list[tuple[IntArray, IntArray]] = []
+    for element, table in ply_tables(content, file):
+        if element.name == "vertex":
+            vertices = vertices_of(table, file)
+        elif element.name == "face":
+            parts.append(_polygons(table, element, file))
+        elif element.name == "tristrips":
+            parts.append(_strips(table, element, file))
+    return PolygonSoup(vertices, *joined(parts))
+
+
+def vertices_of(table: Mapping[str, Column], file: Path) -> NDArray[np.float64]:
+    """Return the places (n, 3) of the rows of a table, in the file's unit."""
+    return np.stack([_scalars(table, axis, file) for axis in "xyz"], axis=1)
+
+
+def ply_tables(content: bytes, file: Path) -> Iterator[tuple[Element, Mapping[str, Column]]]:
+    """Yield the elements of a file with their columns, in the order of the file, which is named.
+
+    Raises
+    ------
+    InputError
+        The header is none, or the file is cut short.
+    """
     head, separator, rest = content.partition(b"\nend_header")
     if not separator:
         head, separator, rest = content.partition(b"\rend_header")
@@ -51,17 +76,8 @@ def read_ply(content: bytes, file: Path) -> PolygonSoup:
         if form == "ascii"
         else BinaryBody(body, np.dtype(_BYTE_ORDERS[form] + "i4"), file)
     )
-    vertices = np.empty((0, 3))
-    parts: list[tuple[IntArray, IntArray]] = []
     for element in elements:
-        table = rows.table(element)
-        if element.name == "vertex":
-            vertices = np.stack([_scalars(table, axis, file) for axis in "xyz"], axis=1)
-        elif element.name == "face":
-            parts.append(_polygons(table, element, file))
-        elif element.name == "tristrips":
-            parts.append(_strips(table, element, file))
-    return PolygonSoup(vertices, *joined(parts))
+        yield element, rows.table(element)
 
 
 def _behind_line_end(rest: bytes, head: bytes) -> bytes:

@@ -1,0 +1,1 @@
+"""Files of volume meshes: read with every element checked, and written, with their regions."""

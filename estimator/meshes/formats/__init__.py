@@ -1,0 +1,1 @@
+"""Readers and writers of volume meshes, one for each format."""

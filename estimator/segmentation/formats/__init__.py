@@ -1,0 +1,1 @@
+"""Readers of label maps, one for each format."""
