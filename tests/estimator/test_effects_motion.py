@@ -226,7 +226,9 @@ def test_without_drag_slip_does_not_creep():
     motion = there_and_back()
     at_once = position_change(GripperSlip(), motion, **CREEPING)
     assert_allclose(
-        position_change(CreepingSlip(), motion, **CREEPING, time_constant=0.05, power=1.0), at_once, atol=1e-12
+        position_change(CreepingSlip(), motion, **CREEPING, time_constant=0.05, power=1.0),
+        at_once,
+        atol=1e-12,
     )
 
 

@@ -88,7 +88,10 @@ class Dispersed(TensionOnly):
 
 
 class TwoFamilies(TensionOnly):
-    """Two families of fibres of tension alone, to either side of ``fibre_angle``: a weave, or the layers of a skin."""
+    """Two families of fibres of tension alone, to either side of ``fibre_angle``, each of which scatters or does not.
+
+    A weave; the layers of a skin; or a fan in the plane, which scatter in space alone does not describe.
+    """
 
     form = "two_families"
     elaborates = "tension_only"
