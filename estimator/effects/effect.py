@@ -256,6 +256,10 @@ class Effect:
         """Return values at full size among which a search looks, where derivatives at the null hardly tell."""
         return []
 
+    def looked_over_near(self, values: Values) -> list[dict[str, float]]:
+        """Return values near one of those, among which it looks once more where that was the best."""
+        return []
+
     def choices(self, experiments: Sequence[Experiment]) -> int:
         """Return how many equally likely values of its fixed constants a search, and noise with it, chooses among."""
         return 1

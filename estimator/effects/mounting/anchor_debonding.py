@@ -72,6 +72,18 @@ class AnchorDebonding(Effect):
         ends = itertools.combinations(np.linspace(0.0, 1.0, _STEPS_OF_RIM + 1).tolist(), 2)
         return [_between(one, other) for one, other in ends if other - one <= _SHARE.upper]
 
+    def looked_over_near(self, values: Values) -> list[dict[str, float]]:
+        """Return the stretches whose ends are less than a step from those of one, in quarters of a step."""
+        first = values["place"] * (1.0 - values["share"])
+        aside = np.linspace(-0.75, 0.75, 7) / _STEPS_OF_RIM
+        ends = itertools.product(first + aside, first + values["share"] + aside)
+        within = {(float(max(one, 0.0)), float(min(other, 1.0))) for one, other in ends}
+        return [
+            _between(one, other)
+            for one, other in sorted(within)
+            if _SHARE.smallest <= other - one <= _SHARE.upper
+        ]
+
     def past_kinks(self, problem: RetractionProblem, values: Values) -> list[dict[str, float]]:
         """Return the stretch with either end one column of nodes further out or in.
 
@@ -155,6 +167,10 @@ class AnchorPeeling(AnchorDebonding):
 
     def looked_over(self) -> list[dict[str, float]]:
         """Return nothing: the beads tell the instant, about which a search begins."""
+        return []
+
+    def looked_over_near(self, values: Values) -> list[dict[str, float]]:
+        """Return nothing either."""
         return []
 
     def choices(self, experiments: Sequence[Experiment]) -> int:
