@@ -65,7 +65,7 @@ def releases_of(
         return []
     states = _FewStates.of(case, mechanics, hypothesis)
     best, *others = states.releases(effect, values)
-    nearer = effect.looked_over_near(best.start.values[-1])
+    nearer = effect.looked_over(best.start.values[-1])
     if nearer:
         best = min(best, *states.releases(effect, nearer), key=lambda one: one.left)
     return [best, *others]
