@@ -19,7 +19,9 @@ class MotionScale(Effect):
     words = "The gripper moves a little more or less than reported."
     inexactness = HARDLY_INEXACT
     form = "translation"
-    amplitudes = (Amplitude("scale_error", "1", scale=0.03, smallest=2e-3, lower=-0.5),)
+    amplitudes: tuple[Amplitude, ...] = (
+        Amplitude("scale_error", "1", scale=0.03, smallest=2e-3, lower=-0.5),
+    )
 
     def motion(self, motion: Motion, values: Values) -> Motion:
         """Scale the displacement."""

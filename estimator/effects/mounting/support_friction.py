@@ -52,7 +52,7 @@ class SupportFriction(Effect):
     words: ClassVar[str] = "The tissue rubs on the table below it."
     law: ClassVar[type[LyingOnTable]] = LaidDownAnew
     form = "laid_down_anew"
-    amplitudes = (
+    amplitudes: tuple[Amplitude, ...] = (
         Amplitude("coefficient", "1", scale=0.5, smallest=0.02, lower=0.0, upper=4.0),
         Amplitude("contact", "1", scale=0.8, smallest=0.02, lower=0.0, upper=1.0),
     )
