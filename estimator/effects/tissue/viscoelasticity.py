@@ -97,8 +97,6 @@ class RelaxationSpectrum(Viscoelasticity):
     a single time.
     """
 
-    terms_alike: ClassVar[bool] = False
-
     def __init__(self, form: str, part: RelaxingPart, elaborates: str) -> None:
         super().__init__(form, 1, part, elaborates)
         self.constants = (*self.constants, _BAND, _LEAN)
