@@ -97,6 +97,10 @@ class GradedInhomogeneity(Inhomogeneity):
         self.form = "graded"
         self.elaborates = "cylinder"
 
+    def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
+        """Return nothing: it begins where a round one has been found."""
+        return []
+
     def _inside(self, points: FloatArray, spacing_m: FloatArray, values: Values) -> FloatArray:
         along_x, along_diagonal = (values[one.name] for one in _ELONGATIONS)
         elongation = float(np.hypot(along_x, along_diagonal))

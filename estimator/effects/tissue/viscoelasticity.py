@@ -28,6 +28,7 @@ _BAND = Constant("half_width_of_ln_time", "1", (1.5,), lower=0.05, upper=3.5)
 # From all but nothing at the fast end to all but nothing at the slow one.
 _LEAN = Constant("lean", "1", (0.0,), lower=-1.0, upper=1.0)
 _TERMS_OF_A_BAND = 6
+_MIDDLE = Constant("relaxation_time_1", "s", (8.0,), lower=0.1, upper=1000.0)
 
 
 class Viscoelasticity(Effect):
@@ -99,12 +100,11 @@ class RelaxationSpectrum(Viscoelasticity):
 
     def __init__(self, form: str, part: RelaxingPart, elaborates: str) -> None:
         super().__init__(form, 1, part, elaborates)
-        self.constants = (*self.constants, _BAND, _LEAN)
+        self.constants = (_MIDDLE, _BAND, _LEAN)
 
     def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
-        """Return every time of the grid as the middle of every band."""
-        grid = itertools.product(*(constant.grid for constant in self.constants))
-        return [dict(zip((one.name for one in self.constants), point, strict=True)) for point in grid]
+        """Return one band, as wide as the times from which a search for a single one begins."""
+        return [{constant.name: constant.grid[0] for constant in self.constants}]
 
     def _prony(self, values: Values) -> tuple[FloatArray, FloatArray]:
         (share,), (middle_s,) = super()._prony(values)
