@@ -53,13 +53,13 @@ CATALOGUE = default_catalogue()
 
 
 def planned(order: int, turn_deg: Sequence[float], seconds: float) -> Experiment:
-    """Out in six steps, a hold of as many rows, and back in three; the second one turns as it goes."""
-    way = np.concatenate([np.linspace(0, 1, 7), np.ones(5), [0.67, 0.33, 0.0]])
+    """Out in five steps, a hold of as many rows, and back in two; the second one turns as it goes."""
+    way = np.concatenate([np.linspace(0, 1, 6), np.ones(4), [0.5, 0.0]])
     turn, start = np.radians(turn_deg), np.array(REFERENCE_BLOCK.grasp.centre)
     poses = [GripperPose(start + s * LENGTH_M, Rotation.from_rotvec(s * turn)) for s in way]
     rows = len(poses)
     blank = with_rows(REFERENCE_BLOCK, poses, np.zeros((rows, 6)), np.zeros((rows, 16, 3)))
-    phase = ("hold", *6 * ("ramp",), *5 * ("hold",), *3 * ("return",))
+    phase = ("hold", *5 * ("ramp",), *4 * ("hold",), *2 * ("return",))
     return replace(blank, order=order, time=seconds * blank.time, phase=phase)
 
 
