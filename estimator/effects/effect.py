@@ -3,9 +3,8 @@
 An effect may act in six places, each a method that by default changes nothing: the tissue's material, the boundary
 value problem (geometry, anchors), the field of its stiffness, further forces on the tissue, the gripper's true motion,
 and what the sensors make of the truth. All amplitudes at their null, every method must return what it was given.
-
-An effect whose physics has several usual forms (two laws, two frames) is several instances with the same label; one
-with a constant that is no amplitude (a relaxation time, a place) states a grid of values from which a refit starts.
+Several usual forms (two laws, two frames) are several instances with the same label; a constant that is no amplitude
+(a relaxation time, a place) states a grid of values from which a refit starts.
 """
 
 from __future__ import annotations
@@ -252,8 +251,8 @@ class Effect:
         """Return values at which to begin anew where a refit may have stopped at a kink of the misfit; mostly none."""
         return []
 
-    def looked_over(self) -> list[dict[str, float]]:
-        """Return values at full size among which a search looks, where derivatives at the null hardly tell."""
+    def looked_over(self, best: Values | None = None) -> list[dict[str, float]]:
+        """Return values at full size to look among, where the null hardly tells; then those near the best of them."""
         return []
 
     def choices(self, experiments: Sequence[Experiment]) -> int:

@@ -1,12 +1,16 @@
 """The effects of this project, in the order in which they act from the tissue to the recording, and its outsiders."""
 
 from estimator.effects.effect import Effect
-from estimator.effects.force.force_axis_gain import ForceAxisGain
-from estimator.effects.force.force_bias import ForceBias
-from estimator.effects.force.force_crosstalk import ForceCrosstalk, ForcePairCrosstalk
+from estimator.effects.force.force_axis_gain import ForceAxisGain, ForceGains
+from estimator.effects.force.force_bias import ForceBias, ForceBiasInOne
+from estimator.effects.force.force_crosstalk import (
+    ForceCrosstalk,
+    ForceCrosstalkInTissue,
+    ForcePairCrosstalk,
+)
 from estimator.effects.force.force_drift import ForceDrift
 from estimator.effects.force.force_frame_rotation import ForceFrameRotation
-from estimator.effects.force.time_offset import TimeOffset
+from estimator.effects.force.time_offset import Filtered, TimeOffset
 from estimator.effects.force.tool_weight import ToolWeight, ToolWeightAndCentre
 from estimator.effects.force.torque_centre import TorqueCentre
 from estimator.effects.motion.gripper_compliance import (
@@ -17,8 +21,8 @@ from estimator.effects.motion.gripper_compliance import (
 )
 from estimator.effects.motion.gripper_slip import CreepingSlip, GripperJump, GripperSlip, SlipByAxis
 from estimator.effects.motion.motion_direction import MotionDirection, PoseDirection
-from estimator.effects.motion.motion_scale import MotionScale, PoseScale
-from estimator.effects.motion.robot_backlash import RobotBacklash
+from estimator.effects.motion.motion_scale import AxisScale, MotionScale, PoseScale
+from estimator.effects.motion.robot_backlash import AxisBacklash, RobotBacklash
 from estimator.effects.mounting.anchor_compliance import ANCHOR_COMPLIANCE
 from estimator.effects.mounting.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
 from estimator.effects.mounting.grasp_misplacement import GRASP_MISPLACEMENT
@@ -83,6 +87,7 @@ _SURROUNDINGS: tuple[Effect, ...] = (*SUPPORT_FRICTION, *GRAVITY_SAG)
 _MOTION: tuple[Effect, ...] = (
     MotionScale(),
     PoseScale(),
+    AxisScale(),
     MotionDirection(),
     PoseDirection(),
     RobotBacklash("translation", "taken_up"),
@@ -91,6 +96,7 @@ _MOTION: tuple[Effect, ...] = (
     RobotBacklash("rotation", "centred"),
     RobotBacklash("translation", "anywhere"),
     RobotBacklash("rotation", "anywhere"),
+    AxisBacklash(),
     GripperCompliance(),
     AxisCompliance(),
     RotationCompliance(),
@@ -108,20 +114,27 @@ _FORCE: tuple[Effect, ...] = (
     TorqueCentre("gripper"),
     TorqueCentre("tissue"),
     ForceFrameRotation(),
+    ForceFrameRotation("tissue"),
     ForceCrosstalk(),
+    ForceCrosstalkInTissue(),
     ForcePairCrosstalk(),
     *(ForceAxisGain(channel) for channel in WRENCH_CHANNELS),
+    ForceGains("sensor"),
+    ForceGains("tissue"),
     ForceBias("sensor"),
     ForceBias("tissue"),
     *(ForceBias("sensor", channel) for channel in WRENCH_CHANNELS),
+    ForceBiasInOne(),
     ForceDrift("linear", "sensor"),
     ForceDrift("linear", "tissue"),
     ForceDrift("saturating", "sensor"),
     ForceDrift("saturating", "tissue"),
     ForceDrift("running_on", "sensor"),
     ForceDrift("zeroed_once", "sensor"),
+    ForceDrift("power", "sensor"),
     TimeOffset("lag"),
     TimeOffset("lead"),
+    Filtered(),
 )
 
 # From the beads to their recorded positions: the cameras' frame, then the tracks.

@@ -11,6 +11,7 @@ from types import MappingProxyType
 from estimator.errors import InputError
 from estimator.materials.arruda_boyce import ArrudaBoyce
 from estimator.materials.gent import Gent
+from estimator.materials.knowles import Knowles
 from estimator.materials.law import Law
 from estimator.materials.material import Material
 from estimator.materials.mooney_rivlin import IsochoricMooneyRivlin, MooneyRivlin
@@ -27,6 +28,7 @@ __all__ = [
     "ArrudaBoyce",
     "Gent",
     "IsochoricMooneyRivlin",
+    "Knowles",
     "Law",
     "MooneyRivlin",
     "NeoHookean",

@@ -176,7 +176,7 @@ def test_a_form_with_an_instant_of_its_own_does_not_begin_at_the_leaders_place()
 
 
 def test_forms_whose_amplitudes_mean_something_else_do_not_begin_there() -> None:
-    leader = candidate("robot_backlash:translation_anywhere", 90.0, start=0.3, width=1e-4)
+    leader = candidate("robot_backlash:rotation_anywhere", 90.0, start=0.3, width=1e-4)
     assert at_the_place_of(bare_context(), leader, [leader]) == []
 
 

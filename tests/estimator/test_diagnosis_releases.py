@@ -84,8 +84,8 @@ def test_it_begins_at_the_stretch_that_is_loose(experiment: Experiment, first: f
     (start,) = starts_at_full_size(case, linearise(case, BASE), ANCHOR_DEBONDING, 1)
     (found,) = start.values
     begins = found["place"] * (1.0 - found["share"])
-    assert begins == pytest.approx(first, abs=0.13)
-    assert begins + found["share"] == pytest.approx(last, abs=0.13)
+    assert begins == pytest.approx(first, abs=0.06)
+    assert begins + found["share"] == pytest.approx(last, abs=0.06)
 
 
 def test_what_has_no_size_to_look_over_begins_nowhere() -> None:

@@ -62,7 +62,7 @@ def test_the_project_s_own_effects_come_in_the_order_in_which_they_act() -> None
     assert OWN.labels[:3] == ("strain_stiffening", "second_invariant", "viscoelasticity")
     assert OWN.labels[-2:] == ("fiducial_misread", "fiducial_mislabel")
     assert len(OWN.labels) == 32
-    assert [effect.form for effect in OWN.forms("time_offset")] == ["lag", "lead"]
+    assert [effect.form for effect in OWN.forms("time_offset")] == ["lag", "lead", "filtered"]
     assert OWN.groups["gripper_slip"] == "grasp"
 
 

@@ -226,7 +226,9 @@ def test_without_drag_slip_does_not_creep():
     motion = there_and_back()
     at_once = position_change(GripperSlip(), motion, **CREEPING)
     assert_allclose(
-        position_change(CreepingSlip(), motion, **CREEPING, time_constant=0.05), at_once, atol=1e-12
+        position_change(CreepingSlip(), motion, **CREEPING, time_constant=0.05, power=1.0),
+        at_once,
+        atol=1e-12,
     )
 
 
@@ -244,7 +246,7 @@ def test_slip_against_a_drag_is_that_of_a_spring_a_slider_and_a_dashpot():
     slip = solve_ivp(
         speed, motion.time[[0, -1]], [0.0], t_eval=motion.time, max_step=0.1, rtol=1e-8, atol=1e-12
     ).y[0]
-    given = {**CREEPING, "time_constant": drag / stiffness_and_hardening}
+    given = {**CREEPING, "time_constant": drag / stiffness_and_hardening, "power": 1.0}
     assert_allclose(position_change(CreepingSlip(), motion, **given)[:, 0], -slip, atol=5e-3 * slip.max())
     assert slip[STANDING][-1] > 1.2 * slip[STANDING][0]
 

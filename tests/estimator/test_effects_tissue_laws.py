@@ -40,7 +40,8 @@ def inclusion(log_ratio: float, x: float = -0.02, y: float = 0.01, radius: float
 def nominal_stress(effect: Effect, share_of_scale: float, stretch: float) -> float:
     """Uniaxial stress over μ of an incompressible tissue."""
     amplitude = effect.amplitudes[0]
-    law = effect.material(TISSUE, {amplitude.name: share_of_scale * amplitude.scale})
+    values = {**at_null(effect), amplitude.name: share_of_scale * amplitude.scale}
+    law = effect.material(TISSUE, values)
     i1, i2 = stretch**2 + 2 / stretch, 2 * stretch + 1 / stretch**2
     first = law.law.derivatives(np.array([i1]), np.array([i2]), np.ones(1), law.shape).first[:, 0]
     return float(2 * (stretch - 1 / stretch**2) * (first[0] + first[1] / stretch))
@@ -62,14 +63,18 @@ def test_a_field_at_its_null_is_absent(effect: Effect) -> None:
     assert effect.log_modulus(PROBLEM, at_null(effect)) is None
 
 
-@pytest.mark.parametrize("effect", STRAIN_STIFFENING[:3], ids=name_of)
+@pytest.mark.parametrize(
+    "effect", [one for one in STRAIN_STIFFENING if one.form != "arruda_boyce"], ids=name_of
+)
 def test_the_scale_of_stiffening_adds_a_tenth_at_a_fifth_of_stretch(effect: StrainStiffening) -> None:
     assert nominal_stress(effect, 1.0, 1.2) == pytest.approx(1.1 * nominal_stress(effect, 0.0, 1.2), rel=0.01)
 
 
 @pytest.mark.parametrize("effect", STRAIN_STIFFENING, ids=name_of)
 def test_stiffening_leaves_small_strains_alone(effect: StrainStiffening) -> None:
-    assert nominal_stress(effect, 1.0, 1.001) == pytest.approx(nominal_stress(effect, 0.0, 1.001), rel=1e-5)
+    assert nominal_stress(effect, 1.0, 1 + 1e-6) == pytest.approx(
+        nominal_stress(effect, 0.0, 1 + 1e-6), rel=1e-5
+    )
 
 
 @pytest.mark.parametrize("effect", SECOND_INVARIANT, ids=name_of)

@@ -10,6 +10,7 @@ from estimator.materials import (
     LAWS,
     Gent,
     IsochoricMooneyRivlin,
+    Knowles,
     MooneyRivlin,
     NeoHookean,
     VerondaWestmann,
@@ -24,13 +25,14 @@ TYPICAL_SHAPE = {
     "yeoh2": [0.2],
     "yeoh3": [-0.1, 0.05],
     "gent": [0.3],
+    "knowles": [0.8, -0.5],
     "arruda_boyce": [0.25],
     "veronda_westmann": [0.8, -0.4],
     "ogden1": [3.0],
     "ogden2": [2.5, -1.5, 0.3],
     "st_venant_kirchhoff": [],
 }
-EVERY_LAW = (*LAWS.values(), IsochoricMooneyRivlin())
+EVERY_LAW = (*LAWS.values(), IsochoricMooneyRivlin(), Knowles())
 ALL_LAWS = pytest.mark.parametrize("law", EVERY_LAW, ids=lambda law: law.name)
 # All but St. Venant's and Kirchhoff's contain the Neo-Hookean law.
 DEPARTURES = [law for law in EVERY_LAW if law.name != "st_venant_kirchhoff"]
@@ -333,3 +335,31 @@ def test_st_venants_and_kirchhoffs_law_is_linear_between_strain_and_second_stres
     stress = stress + 2 * first[1][:, None, None] * (i1[:, None, None] * identity - C)
     expected = 2 * mu * strain + lame * np.trace(strain, axis1=1, axis2=2)[:, None, None] * identity
     np.testing.assert_allclose(stress, expected, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("course", "law", "shape"),
+    [
+        (1.0, law_named("yeoh2"), [0.4]),
+        (0.0, law_named("veronda_westmann"), [0.8, 0.0]),
+        (-1.0, law_named("gent"), [0.8]),
+    ],
+    ids=["yeoh", "fung", "gent"],
+)
+@pytest.mark.parametrize("beside", [0.0, 1e-8, 1e-4])
+def test_the_law_of_knowles_goes_over_into_those_of_others(
+    course: float, law: Law, shape: list[float], beside: float
+) -> None:
+    point = invariants(deformations(20, 0.2))
+    found = Knowles().derivatives(*point, np.array([0.8, course + beside]))
+    expected = law.derivatives(*point, np.array(shape))
+    for part in ("value", "first", "second"):
+        scale = np.abs(getattr(expected, part)).max()
+        np.testing.assert_allclose(
+            getattr(found, part), getattr(expected, part), atol=(1e-8 + beside) * scale
+        )
+
+
+def test_beyond_its_limit_the_law_of_knowles_has_no_energy() -> None:
+    with pytest.raises(SolverError, match="limit"):
+        Knowles().derivatives(*invariants(deformations(5, 0.5)), np.array([9.0, -3.0]))

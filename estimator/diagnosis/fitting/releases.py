@@ -17,9 +17,9 @@ from estimator.diagnosis.fitting.case import Case, Linearisation, predictions
 from estimator.diagnosis.model.free_parameters import free_parameters, moved
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.load_steps import LoadSteps
-from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
+from estimator.diagnosis.model.solution import Mechanics, Solution, mechanics_of, solve_case
 from estimator.diagnosis.sensitivity.constraint_release import changes_by_release
-from estimator.effects.effect import Effect
+from estimator.effects.effect import Effect, Values
 from estimator.forward.schedule import schedule_poses, spread_states
 from estimator.inference.channels import channels_by, measured_rows, side_by_side
 
@@ -42,9 +42,14 @@ class Release:
 
 
 def starts_at_full_size(case: Case, base: Linearisation, effect: Effect, count: int) -> list[Hypothesis]:
-    """Return so many hypotheses at which a refit of an effect should begin beside a solved one, the best first."""
+    """Return at most so many hypotheses at which a refit of an effect should begin beside a solved one, the best first.
+
+    One Newton step tells what gives way nearly as a refit does: what falls behind the best is not begun from.
+    """
     mechanics = [mechanics_of(one) for one in solve_case(case, base.hypothesis, base.known)]
-    return [one.start for one in releases_of(case, mechanics, base.hypothesis, effect)[:count]]
+    found = releases_of(case, mechanics, base.hypothesis, effect)
+    close = 2.0 * case.settings.search.close
+    return [one.start for one in found[:count] if one.left < found[0].left + close]
 
 
 def releases_of(
@@ -52,32 +57,64 @@ def releases_of(
 ) -> list[Release]:
     """Return all that an effect looks over beside a solved hypothesis, what leaves least first.
 
-    To first order in E and ν, and in the tissue, but not in what gives way.
+    In place of the best stands what is still better near it. To first order in E and ν, and in the tissue, but not in
+    what gives way.
     """
     values = effect.looked_over()
     if not values:
         return []
-    count = case.settings.noise.corrected_states
-    chosen = [_few_load_steps(one.solution.load_steps, count) for one in mechanics]
-    misfit, by_material = _misfits(case, mechanics, hypothesis, chosen)
-    releasing = [hypothesis.with_effect(effect, each) for each in values]
-    thinned = [_thinned(one, steps).solution for one, steps in zip(mechanics, chosen, strict=True)]
-    changes = changes_by_release(thinned, hypothesis, releasing)
-    free = free_parameters(hypothesis, case.settings.fitting)
-    longest = np.array([parameter.longest_step for parameter in free])
-    found = []
-    for released, of_experiments in zip(releasing, changes, strict=True):
-        change = [
-            side_by_side(one.wrench, one.fiducials) / whitening.deviation
-            for one, whitening in zip(of_experiments, case.whitenings, strict=True)
-        ]
-        left = misfit - np.where(np.isfinite(misfit), np.concatenate(change).ravel(), np.nan)
-        seen = np.isfinite(left)
-        step, *_ = np.linalg.lstsq(by_material[seen], left[seen], rcond=None)
-        step = np.clip(step, -longest, longest)
-        remaining = left[seen] - by_material[seen] @ step
-        found.append(Release(moved(released, free, step), float(remaining @ remaining)))
-    return sorted(found, key=lambda one: one.left)
+    states = _FewStates.of(case, mechanics, hypothesis)
+    best, *others = states.releases(effect, values)
+    nearer = effect.looked_over(best.start.values[-1])
+    if nearer:
+        best = min(best, *states.releases(effect, nearer), key=lambda one: one.left)
+    return [best, *others]
+
+
+@dataclass(frozen=True, eq=False)
+class _FewStates:
+    """A few solved states of each experiment.
+
+    Attributes
+    ----------
+    case, hypothesis : of which they are
+    solutions : of each experiment, thinned out to them
+    misfit, by_material : (r,) and (r, 2), in units of the noise
+    """
+
+    case: Case
+    hypothesis: Hypothesis
+    solutions: Sequence[Solution]
+    misfit: FloatArray
+    by_material: FloatArray
+
+    @classmethod
+    def of(cls, case: Case, mechanics: Sequence[Mechanics], hypothesis: Hypothesis) -> _FewStates:
+        count = case.settings.noise.corrected_states
+        chosen = [_few_load_steps(one.solution.load_steps, count) for one in mechanics]
+        misfit, by_material = _misfits(case, mechanics, hypothesis, chosen)
+        thinned = [_thinned(one, steps).solution for one, steps in zip(mechanics, chosen, strict=True)]
+        return cls(case, hypothesis, thinned, misfit, by_material)
+
+    def releases(self, effect: Effect, values: Sequence[Values]) -> list[Release]:
+        """Return the releases of an effect at some values, what leaves least first."""
+        releasing = [self.hypothesis.with_effect(effect, each) for each in values]
+        changes = changes_by_release(self.solutions, self.hypothesis, releasing)
+        free = free_parameters(self.hypothesis, self.case.settings.fitting)
+        longest = np.array([parameter.longest_step for parameter in free])
+        found = []
+        for released, of_experiments in zip(releasing, changes, strict=True):
+            change = [
+                side_by_side(one.wrench, one.fiducials) / whitening.deviation
+                for one, whitening in zip(of_experiments, self.case.whitenings, strict=True)
+            ]
+            left = self.misfit - np.where(np.isfinite(self.misfit), np.concatenate(change).ravel(), np.nan)
+            seen = np.isfinite(left)
+            step, *_ = np.linalg.lstsq(self.by_material[seen], left[seen], rcond=None)
+            step = np.clip(step, -longest, longest)
+            remaining = left[seen] - self.by_material[seen] @ step
+            found.append(Release(moved(released, free, step), float(remaining @ remaining)))
+        return sorted(found, key=lambda one: one.left)
 
 
 def _few_load_steps(load_steps: LoadSteps, count: int) -> IntArray:

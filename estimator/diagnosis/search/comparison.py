@@ -21,7 +21,6 @@ from estimator.diagnosis.evidence.noise_selection import (
     refitted_anew,
     signatures_anew,
 )
-from estimator.diagnosis.fitting.case import Case
 from estimator.diagnosis.model.labels import UNKNOWN
 from estimator.diagnosis.noise.errors_left import AT_MOST
 from estimator.diagnosis.noise.outliers import number_left_out
@@ -171,7 +170,7 @@ def _finer(comparison: Comparison) -> Comparison:
     if best_few and _unknown_leads(comparison, best_few[0]):
         elaborate += [effect for effect in accidents(context.catalogue) if effect not in elaborate]
     mistaken = mistaken_for(context, best_few)
-    stopped = _best_with_kinks(context.case, best_few)
+    stopped = _stopped_at_kink(comparison, best_few)
     if not (doubtful or mistaken or stopped):
         return comparison
     effects = [*elaborate, *mistaken]
@@ -200,7 +199,7 @@ def _finer(comparison: Comparison) -> Comparison:
         *race(context, others[: settings.finer], behind),
     ]
     if stopped is not None:
-        found += race(context, past_kinks(context.case, stopped), stopped.log_evidence)
+        found += race(context, past_kinks(context.case, stopped), stopped.log_evidence, of_one_place=True)
     # One that falls short of the leader may still be its rival: its evidence is to be that of a refit in full.
     weighed = most_probable_first([*comparison.candidates, *found])
     candidates = to_the_end(context, weighed, comparison.none)
@@ -226,9 +225,11 @@ def with_refitted(comparison: Comparison, label: str) -> Comparison:
     )
 
 
-def _best_with_kinks(case: Case, candidates: Sequence[Candidate]) -> Candidate | None:
-    """Return the first candidate whose refit may have stopped at a kink."""
-    return next((one for one in candidates if past_kinks(case, one)), None)
+def _stopped_at_kink(comparison: Comparison, candidates: Sequence[Candidate]) -> Candidate | None:
+    """Return the first candidate whose refit may have stopped at a kink, unless it leaves nothing."""
+    case = comparison.context.case
+    first = next((one for one in candidates if past_kinks(case, one)), None)
+    return None if first is None or comparison.table.is_whole(first) else first
 
 
 def _with_most_probable_noise(comparison: Comparison, cases: CaseLeaving) -> Comparison:

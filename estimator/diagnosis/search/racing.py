@@ -48,7 +48,9 @@ def rounds_of(settings: SearchSettings) -> list[Round]:
     ]
 
 
-def race(context: Context, starts: Sequence[Hypothesis], bar: float) -> list[Candidate]:
+def race(
+    context: Context, starts: Sequence[Hypothesis], bar: float, of_one_place: bool = False
+) -> list[Candidate]:
     """Refit hypotheses from their starts, and return them with the most probable first.
 
     After one point, those within a share of the leader's gain go on to a second one. After that those go on that are
@@ -60,11 +62,13 @@ def race(context: Context, starts: Sequence[Hypothesis], bar: float) -> list[Can
     context : with the fitted baseline, whose fields the refits start from
     starts : one without equilibrium anywhere near drops out, see :func:`not_solved`
     bar : log evidence that they compete to exceed; what remains much below it goes no further
+    of_one_place : whether they lie around one place and end together: then the best after one point goes on alone
     """
     solve = solved_by(context.executor)
     with refits_at_a_time(len(starts)) as threads:
         jobs = [threads.submit(first_point, context.case, start, context.baseline, solve) for start in starts]
         first = _candidates(context, dict.fromkeys(jobs, math.inf))
+    first = first[:1] if of_one_place else first
     chosen = worth_a_second_point(first, bar, context.settings.search)
     return to_the_end(context, _further(context, first, chosen, 1), bar)
 

@@ -94,7 +94,10 @@ def best_starts(trials: Sequence[Trial], of_searched: int) -> list[Trial]:
 
 
 def from_full_size(context: Context, trials: Sequence[Trial]) -> list[Trial]:
-    """Return trials, the most probable first, that begin where what gives way leaves least at its full size."""
+    """Return trials, the most probable first, that begin where what gives way leaves least at its full size.
+
+    What does not come near the best place of its effect is left out.
+    """
     tried = Counter(trial.signature.effect for trial in trials)
     jobs = {
         effect: context.executor.submit(starts_at_full_size, context.case, context.baseline, effect, count)
@@ -102,12 +105,13 @@ def from_full_size(context: Context, trials: Sequence[Trial]) -> list[Trial]:
         if effect.looked_over()
     }
     starts = {effect: iter(job.result()) for effect, job in jobs.items()}
-    return [
-        replace(trial, start=next(starts[trial.signature.effect], trial.start))
-        if trial.signature.effect in starts
-        else trial
-        for trial in trials
-    ]
+    found = []
+    for trial in trials:
+        effect = trial.signature.effect
+        start = next(starts[effect], None) if effect in starts else trial.start
+        if start is not None:
+            found.append(replace(trial, start=start))
+    return found
 
 
 def _shares(effects: Sequence[Effect], settings: SearchSettings) -> list[list[Effect]]:

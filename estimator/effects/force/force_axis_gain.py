@@ -3,7 +3,11 @@
 import numpy as np
 
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
-from estimator.effects.shared.axes import WRENCH_CHANNELS, in_gripper_axes, in_tissue_axes
+from estimator.effects.shared.axes import WRENCH_CHANNELS, Frame, changed_in
+
+
+def _gain(name: str) -> Amplitude:
+    return Amplitude(name, "1", scale=0.08, smallest=0.01, lower=-1.0)
 
 
 class ForceAxisGain(Effect):
@@ -20,13 +24,34 @@ class ForceAxisGain(Effect):
     measured_by = "hang a known weight on the gripper along each axis"
     words = "One axis of the force sensor reads too much or too little in proportion to its load."
     inexactness = HARDLY_INEXACT
-    amplitudes = (Amplitude("gain", "1", scale=0.08, smallest=0.01, lower=-1.0),)
+    amplitudes: tuple[Amplitude, ...] = (_gain("gain"),)
 
     def __init__(self, channel: str) -> None:
         self.form = channel
-        self._unit = np.eye(6)[WRENCH_CHANNELS.index(channel)]
+        self._unit = np.diag(np.eye(6)[WRENCH_CHANNELS.index(channel)])
 
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Scale the component."""
-        surplus = values["gain"] * self._unit * in_gripper_axes(readings.rotation, readings.wrench)
-        return readings.with_wrench(readings.wrench + in_tissue_axes(readings.rotation, surplus))
+        gain = values["gain"] * self._unit
+        return readings.with_wrench(changed_in("sensor", readings.rotation, readings.wrench, gain))
+
+
+class ForceGains(ForceAxisGain):
+    """Every axis has a gain of its own, of the sensor or of what software makes of it in the tissue's axes.
+
+    Parameters
+    ----------
+    frame : of whose axes the gains are
+    """
+
+    amplitudes = tuple(_gain(f"gain_{channel}") for channel in WRENCH_CHANNELS)
+    elaborates = "fx"
+
+    def __init__(self, frame: Frame) -> None:
+        self.form = f"all_axes_{frame}_frame"
+        self._frame: Frame = frame
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Scale the components."""
+        gains = np.diag([values[amplitude.name] for amplitude in self.amplitudes])
+        return readings.with_wrench(changed_in(self._frame, readings.rotation, readings.wrench, gains))

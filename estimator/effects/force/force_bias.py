@@ -1,13 +1,13 @@
 """A constant error of the wrench after zeroing."""
 
-from typing import Literal
+from collections.abc import Sequence
 
 import numpy as np
 
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
-from estimator.effects.shared.axes import WRENCH_CHANNELS, in_tissue_axes
-
-Frame = Literal["sensor", "tissue"]
+from estimator.effects.shared.axes import WRENCH_CHANNELS, Frame, in_tissue_axes
+from estimator.effects.shared.instants import ORDER
+from estimator.experiment import Experiment
 
 _UNITS = 3 * ["N"] + 3 * ["N·m"]
 _SCALES = 3 * [0.1] + 3 * [0.004]
@@ -51,3 +51,29 @@ class ForceBias(Effect):
         if self._turns:
             bias = in_tissue_axes(readings.rotation, bias)
         return readings.with_wrench(readings.wrench + bias)
+
+
+class ForceBiasInOne(ForceBias):
+    """The sensor was zeroed before each experiment, and before one of them wrongly."""
+
+    constants = (ORDER,)
+
+    def __init__(self) -> None:
+        super().__init__("sensor")
+        self.form = "in_one_experiment"
+
+    def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
+        """Return every experiment."""
+        return [{ORDER.name: float(each.experiment.order)} for each in baseline]
+
+    def choices(self, experiments: Sequence[Experiment]) -> int:
+        """Return the number of experiments."""
+        return len(experiments)
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Add the bias to that experiment."""
+        return (
+            super().readings(readings, values)
+            if readings.experiment.order == round(values["order"])
+            else readings
+        )

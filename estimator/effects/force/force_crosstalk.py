@@ -2,12 +2,13 @@
 
 import itertools
 from collections.abc import Sequence
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Constant, Effect, Readings, Values
-from estimator.effects.shared.axes import WRENCH_CHANNELS, in_gripper_axes, in_tissue_axes
+from estimator.effects.shared.axes import WRENCH_CHANNELS, Frame, changed_in, in_gripper_axes
 from estimator.effects.shared.misfit import wrench_misfit
 from estimator.experiment import Experiment
 
@@ -25,7 +26,8 @@ _TRIED_PAIRS = 4
 class ForceCrosstalk(Effect):
     """Every axis leaks into every other: w' = w + C w in the sensor's axes, with no diagonal in C.
 
-    The entries of C are counted as shares of full scale: C_ij = leak_ij s_i/s_j.
+    The entries of C are counted as shares of full scale: C_ij = leak_ij s_i/s_j. A matrix that was applied to the
+    wrench in the tissue's axes leaks there.
     """
 
     label = "force_crosstalk"
@@ -37,6 +39,7 @@ class ForceCrosstalk(Effect):
     words = "Load along one axis of the force sensor shows on another."
     inexactness = HARDLY_INEXACT
     form = "all_axes"
+    frame: ClassVar[Frame] = "sensor"
     amplitudes: tuple[Amplitude, ...] = tuple(
         Amplitude(f"{WRENCH_CHANNELS[j]}_into_{WRENCH_CHANNELS[i]}", "1", _LEAK_SCALE, _LEAK_SMALLEST)
         for j, i in _PAIRS
@@ -47,7 +50,15 @@ class ForceCrosstalk(Effect):
         leak = np.zeros((6, 6))
         for (j, i), amplitude in zip(_PAIRS, self.amplitudes, strict=True):
             leak[i, j] = values[amplitude.name]
-        return _leaking(readings, leak)
+        return _leaking(readings, leak, self.frame)
+
+
+class ForceCrosstalkInTissue(ForceCrosstalk):
+    """The axes that leak are those of the tissue: a calibration was applied after the wrench had been turned."""
+
+    form = "all_axes_tissue_frame"
+    elaborates = "all_axes"
+    frame: ClassVar[Frame] = "tissue"
 
 
 class ForcePairCrosstalk(ForceCrosstalk):
@@ -76,10 +87,9 @@ class ForcePairCrosstalk(ForceCrosstalk):
         """Add what leaks."""
         leak = np.zeros((6, 6))
         leak[round(values["target"]), round(values["source"])] = values["leak"]
-        return _leaking(readings, leak)
+        return _leaking(readings, leak, self.frame)
 
 
-def _leaking(readings: Readings, leak: FloatArray) -> Readings:
+def _leaking(readings: Readings, leak: FloatArray, frame: Frame) -> Readings:
     matrix = leak * _FULL_SCALE[:, None] / _FULL_SCALE
-    leaked = in_gripper_axes(readings.rotation, readings.wrench) @ matrix.T
-    return readings.with_wrench(readings.wrench + in_tissue_axes(readings.rotation, leaked))
+    return readings.with_wrench(changed_in(frame, readings.rotation, readings.wrench, matrix))

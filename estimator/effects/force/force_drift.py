@@ -6,25 +6,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.effect import Amplitude, Constant, Effect, Readings, Values
-from estimator.effects.shared.axes import WRENCH_CHANNELS, in_tissue_axes
+from estimator.effects.shared.axes import WRENCH_CHANNELS, Frame, in_tissue_axes
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
-Frame = Literal["sensor", "tissue"]
-Course = Literal["linear", "saturating", "running_on", "zeroed_once"]
+Course = Literal["linear", "saturating", "running_on", "zeroed_once", "power"]
 
 _UNITS = 3 * ["N/s"] + 3 * ["N·m/s"]
 _SCALES = 3 * [3e-3] + 3 * [8e-5]
 _SMALLEST = 3 * [2e-4] + 3 * [8e-6]
 # What settles within less than this is an offset of the zero.
 _TIME_CONSTANT = Constant("time_constant", "s", (20.0, 60.0, 180.0), 10.0, 3600.0)
+# Of time: a half where heat soaks into the sensor, above one where it is only beginning to warm.
+_POWER = Constant("power", "1", (0.5,), lower=0.2, upper=3.0)
+# At which drift by any power of time has reached what it would with its rate at first.
+_MINUTE_S = 60.0
 _INTERVAL = Constant("interval", "s", (100.0, 300.0), 10.0, 1e5)
 _CONSTANTS: dict[Course, tuple[Constant, ...]] = {
     "linear": (),
     "saturating": (_TIME_CONSTANT,),
     "running_on": (_TIME_CONSTANT, _INTERVAL),
     "zeroed_once": (_INTERVAL,),
+    "power": (_POWER,),
 }
+_FINER: frozenset[Course] = frozenset(("zeroed_once", "power"))
 
 
 class ForceDrift(Effect):
@@ -34,7 +39,8 @@ class ForceDrift(Effect):
     g = τ (1 − exp(−t/τ)) where the sensor warms towards a steady state of its own (Newton's law of cooling). Where
     warming runs on from experiment to experiment, each an ``interval`` after the one before, what is left of it has
     become smaller: g = exp(−(order − 1) interval/τ) τ (1 − exp(−t/τ)). A sensor that is zeroed before the first
-    experiment alone has drifted all the time: g = t + (order − 1) interval.
+    experiment alone has drifted all the time: g = t + (order − 1) interval. Drift by a power of time has
+    g = T (t/T)^p, with T a minute and r its mean rate over that.
     """
 
     label = "force_drift"
@@ -55,7 +61,7 @@ class ForceDrift(Effect):
         )
         self.constants = _CONSTANTS[course]
         self._zeroed_once = course == "zeroed_once"
-        self.elaborates = f"linear_{frame}_frame" if self._zeroed_once else ""
+        self.elaborates = f"linear_{frame}_frame" if course in _FINER else ""
         self._turns = frame == "sensor"
 
     def readings(self, readings: Readings, values: Values) -> Readings:
@@ -72,6 +78,8 @@ class ForceDrift(Effect):
 
 def _grown(experiment: Experiment, values: Values) -> FloatArray:
     """Return g (n,), s: the drift since the zeroing for a unit rate at first."""
+    if _POWER.name in values:
+        return np.asarray(_MINUTE_S * (experiment.time / _MINUTE_S) ** values[_POWER.name])
     if "time_constant" not in values:
         return experiment.time
     constant = values["time_constant"]

@@ -4,13 +4,19 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
-from estimator.effects.shared.axes import AXES, in_gripper_axes, in_tissue_axes, turned
+from estimator.effects.shared.axes import AXES, Frame, in_gripper_axes, in_tissue_axes, turned
 
 
 class ForceFrameRotation(Effect):
     """A sensor that sits turned by Q in the gripper reads Qᵀ w for the wrench w in the gripper's axes.
 
-    The amplitudes are the rotation vector of Q in the gripper's axes. The origin of both frames is the same.
+    The amplitudes are the rotation vector of Q in the gripper's axes. The origin of both frames is the same. Where the
+    turn from the robot's base to the tissue is wrong instead, the wrench is turned by Q in the tissue's axes, whatever
+    the gripper does.
+
+    Parameters
+    ----------
+    frame : whose axes Q is constant in
     """
 
     label = "force_frame_rotation"
@@ -25,9 +31,15 @@ class ForceFrameRotation(Effect):
         for axis in AXES
     )
 
+    def __init__(self, frame: Frame = "sensor") -> None:
+        self.form = "" if frame == "sensor" else f"{frame}_frame"
+        self._turns = frame == "sensor"
+
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Take the components along the sensor's axes for those along the gripper's."""
         mounting = Rotation.from_rotvec(np.array([values[amplitude.name] for amplitude in self.amplitudes]))
+        if not self._turns:
+            return readings.with_wrench(turned(mounting.inv(), readings.wrench))
         wrench = in_gripper_axes(readings.rotation, readings.wrench)
         change = turned(mounting.inv(), wrench) - wrench
         return readings.with_wrench(readings.wrench + in_tissue_axes(readings.rotation, change))

@@ -2,9 +2,14 @@
 
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 from estimator.effects.shared.axes import in_gripper_axes, in_tissue_axes
 from estimator.effects.shared.instants import at_other_times
+
+FloatArray = NDArray[np.float64]
 
 
 class TimeOffset(Effect):
@@ -35,3 +40,35 @@ class TimeOffset(Effect):
         shifted = at_other_times(time, wrench, self._sign * values[self.form])
         change = in_tissue_axes(readings.rotation, shifted - wrench)
         return readings.with_wrench(readings.wrench + change)
+
+
+class Filtered(TimeOffset):
+    """The force stream is late because a filter of the first order smooths it, in the sensor's own axes.
+
+    y + T dy/dt = w, exactly for a wrench that goes in straight lines between rows. To first order it is a lag of T.
+    """
+
+    elaborates = "lag"
+    amplitudes = (Amplitude("filter_time", "s", scale=0.3, smallest=0.02, lower=0.0),)
+
+    def __init__(self) -> None:
+        self.form = "filtered"
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Smooth the wrench."""
+        filter_time = values["filter_time"]
+        if not filter_time:
+            return readings
+        wrench = in_gripper_axes(readings.rotation, readings.wrench)
+        change = in_tissue_axes(readings.rotation, -_behind(readings.experiment.time, wrench, filter_time))
+        return readings.with_wrench(readings.wrench + change)
+
+
+def _behind(time: FloatArray, rows: FloatArray, filter_time: float) -> FloatArray:
+    """Return by how much (n, k) a filter is behind rows (n, k) of times (n,), s; it has settled at the first."""
+    behind = np.zeros_like(rows)
+    for n in range(1, len(rows)):
+        elapsed = time[n] - time[n - 1]
+        steady = filter_time * (rows[n] - rows[n - 1]) / elapsed
+        behind[n] = steady + (behind[n - 1] - steady) * np.exp(-elapsed / filter_time)
+    return behind

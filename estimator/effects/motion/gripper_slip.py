@@ -67,24 +67,42 @@ class GripperSlip(Effect):
 
 
 class CreepingSlip(GripperSlip):
-    """The same against a drag as well, in proportion to the speed: what is slipped lags, and goes on in a hold.
+    """The same against a drag as well, and in proportion to any power of what pulls beyond the threshold.
 
     The drag η adds to what hardens: (k + h) s + η ds/dt = |F| − threshold, so that the slip nears what it would be
-    without drag with the time constant η/(k + h) (P. Perzyna, Adv. Appl. Mech. 9 (1966) 243, in one dimension).
+    without drag with the time constant η/(k + h) (P. Perzyna, Adv. Appl. Mech. 9 (1966) 243, in one dimension): it
+    lags, and goes on in a hold. Without drag it is
+
+        s = c · threshold · (max (|F| − threshold) / threshold)^p
+
+    which with p < 1 starts all but at once and then catches, as where jaws hold by a rim, and with p > 1 sets in
+    gradually, as where one place of the jaws after another lets go.
     """
 
     form = "creeping"
     elaborates = "gradual"
     rate_dependent = True
-    constants = (_THRESHOLD, Constant("time_constant", "s", (1.0, 5.0), lower=0.05, upper=500.0))
+    constants = (
+        _THRESHOLD,
+        Constant("time_constant", "s", (1.0, 5.0), lower=0.05, upper=500.0),
+        Constant("power", "1", (1.0,), lower=0.3, upper=3.0),
+    )
 
     def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
-        """Return the same thresholds, with every time constant of the grid."""
-        times = self.constants[1].grid
-        return [{**start, "time_constant": time} for start in super().starts(baseline) for time in times]
+        """Return the same thresholds, with every time constant and power of the grid."""
+        _, times, powers = (constant.grid for constant in self.constants)
+        return [
+            {**start, "time_constant": time, "power": power}
+            for start in super().starts(baseline)
+            for time in times
+            for power in powers
+        ]
 
     def _slipped(self, motion: Motion, values: Values) -> FloatArray:
-        to_be = values["slip_per_force"] * _excess(motion, values)
+        threshold = values["threshold"]
+        to_be = (
+            values["slip_per_force"] * threshold * (_excess(motion, values) / threshold) ** values["power"]
+        )
         reached = -np.expm1(-np.diff(motion.time, prepend=motion.time[0]) / values["time_constant"])
         slipped = np.zeros_like(to_be)
         for n in range(1, len(to_be)):

@@ -4,6 +4,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Motion, Values
+from estimator.effects.shared.axes import AXES
 
 
 class MotionScale(Effect):
@@ -18,7 +19,9 @@ class MotionScale(Effect):
     words = "The gripper moves a little more or less than reported."
     inexactness = HARDLY_INEXACT
     form = "translation"
-    amplitudes = (Amplitude("scale_error", "1", scale=0.03, smallest=2e-3, lower=-0.5),)
+    amplitudes: tuple[Amplitude, ...] = (
+        Amplitude("scale_error", "1", scale=0.03, smallest=2e-3, lower=-0.5),
+    )
 
     def motion(self, motion: Motion, values: Values) -> Motion:
         """Scale the displacement."""
@@ -36,3 +39,19 @@ class PoseScale(MotionScale):
         moved = super().motion(motion, values)
         surplus = Rotation.from_rotvec(values["scale_error"] * motion.rotation.as_rotvec())
         return moved.moved(moved.position, surplus * motion.rotation)
+
+
+class AxisScale(MotionScale):
+    """Each axis of the tissue frame has a scale of its own: gears, or axes of a gantry, that differ."""
+
+    form = "by_axis"
+    elaborates = "translation"
+    amplitudes = tuple(
+        Amplitude(f"scale_error_{axis}", "1", scale=0.03, smallest=2e-3, lower=-0.5) for axis in AXES
+    )
+
+    def motion(self, motion: Motion, values: Values) -> Motion:
+        """Scale the displacement along each axis."""
+        displacement = motion.position - np.asarray(motion.experiment.grasp.centre)
+        errors = np.array([values[amplitude.name] for amplitude in self.amplitudes])
+        return motion.moved(motion.position + errors * displacement)

@@ -62,6 +62,26 @@ class RobotBacklash(Effect):
         return motion.moved(motion.position, Rotation.from_rotvec(-lost) * motion.rotation)
 
 
+class AxisBacklash(RobotBacklash):
+    """Each axis of the tissue frame has a play of its own, of the same width, in which it rests anywhere.
+
+    One that moves little loses as much as one that moves far.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("translation", "anywhere")
+        self.form = "by_axis"
+        self.elaborates = "translation_taken_up"
+
+    def motion(self, motion: Motion, values: Values) -> Motion:
+        """Let each axis follow with play."""
+        half_width, start = 0.5 * values["width"], values[_START.name]
+        noise = _NOISE_STDS * motion.experiment.sensor.position_std
+        path = settled(motion)
+        lost = [_lost(path[:, [axis]], half_width, noise, start) for axis in range(3)]
+        return motion.moved(motion.position - np.hstack(lost))
+
+
 def _lost(path: FloatArray, half_width: float, noise: float, start: float) -> FloatArray:
     """Return by how much (n, 3) what follows is behind the path (n, 3)."""
     radius = max(half_width, noise, 1e-12)

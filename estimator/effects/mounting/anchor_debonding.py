@@ -67,10 +67,23 @@ class AnchorDebonding(Effect):
         spread = np.average((points[:, :2] - centre[:2]) ** 2, axis=0, weights=weight).sum()
         return centre, float(np.sqrt(3.0 * spread))
 
-    def looked_over(self) -> list[dict[str, float]]:
-        """Return the stretches between any two of some steps along the rim, on whichever anchors that lie there."""
-        ends = itertools.combinations(np.linspace(0.0, 1.0, _STEPS_OF_RIM + 1).tolist(), 2)
-        return [_between(one, other) for one, other in ends if other - one <= _SHARE.upper]
+    def looked_over(self, best: Values | None = None) -> list[dict[str, float]]:
+        """Return the stretches between any two of some steps along the rim, on whichever anchors that lie there.
+
+        About the best of them, those whose ends are less than a step from its own, in quarters of a step.
+        """
+        if best is None:
+            ends = set(itertools.combinations(np.linspace(0.0, 1.0, _STEPS_OF_RIM + 1).tolist(), 2))
+        else:
+            first = best["place"] * (1.0 - best["share"])
+            aside = np.linspace(-0.75, 0.75, 7) / _STEPS_OF_RIM
+            around = itertools.product(first + aside, first + best["share"] + aside)
+            ends = {(float(max(one, 0.0)), float(min(other, 1.0))) for one, other in around}
+        return [
+            _between(one, other)
+            for one, other in sorted(ends)
+            if _SHARE.smallest <= other - one <= _SHARE.upper
+        ]
 
     def past_kinks(self, problem: RetractionProblem, values: Values) -> list[dict[str, float]]:
         """Return the stretch with either end one column of nodes further out or in.
@@ -153,7 +166,7 @@ class AnchorPeeling(AnchorDebonding):
         }
         return [{"place": place, **when} for place in _TRIED_PLACES]
 
-    def looked_over(self) -> list[dict[str, float]]:
+    def looked_over(self, best: Values | None = None) -> list[dict[str, float]]:
         """Return nothing: the beads tell the instant, about which a search begins."""
         return []
 

@@ -15,6 +15,7 @@ from estimator.effects.shared.zeroing import with_wrench_zeroed
 from estimator.experiment import Experiment
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.discretisation.shares import nodal_volumes
+from estimator.fem.terms.film import ViscousFilm
 from estimator.fem.terms.friction import LaidDownAnew, LyingOnTable
 from estimator.fem.terms.term import Term
 from estimator.materials.material import Material
@@ -51,7 +52,7 @@ class SupportFriction(Effect):
     words: ClassVar[str] = "The tissue rubs on the table below it."
     law: ClassVar[type[LyingOnTable]] = LaidDownAnew
     form = "laid_down_anew"
-    amplitudes = (
+    amplitudes: tuple[Amplitude, ...] = (
         Amplitude("coefficient", "1", scale=0.5, smallest=0.02, lower=0.0, upper=4.0),
         Amplitude("contact", "1", scale=0.8, smallest=0.02, lower=0.0, upper=1.0),
     )
@@ -78,6 +79,7 @@ class SupportFriction(Effect):
                 values["coefficient"],
                 values["elastic_slip"],
                 _depth(values),
+                values.get("breakaway", 0.0),
             ),
         )
 
@@ -97,6 +99,30 @@ class UnevenSupportFriction(SupportFriction):
         half = np.array(experiment.phantom.size_m)[:2] / 2
         slopes = np.array([values[f"unevenness_{axis}"] for axis in "xy"])
         return np.clip(1.0 + (problem.body.mesh.points[:, :2] / half) @ slopes, 0.0, None)
+
+
+class ViscousSupportFriction(SupportFriction):
+    """A film between tissue and table drags by the speed as well, and the dry part sticks more before it has slid."""
+
+    form = "viscous"
+    elaborates = "laid_down_anew"
+    rate_dependent: ClassVar[bool] = True
+    amplitudes = (
+        *SupportFriction.amplitudes,
+        # 50 Pa, about a usual dry friction, at 1 mm/s
+        Amplitude("viscosity", "Pa·s/m", scale=5e4, smallest=2e3, lower=0.0, upper=1e7),
+    )
+    constants = (*SupportFriction.constants, Constant("breakaway", "1", (0.0,), lower=0.0, upper=2.0))
+
+    def terms(
+        self, problem: RetractionProblem, material: Material, experiment: Experiment, values: Values
+    ) -> tuple[Term, ...]:
+        """Let every node on the table rub, and the film drag at it."""
+        dry = super().terms(problem, material, experiment, values)
+        if not values["viscosity"]:
+            return dry
+        touching = np.where(_clear_of_jaws(problem), area_on_table(problem), 0.0)
+        return (*dry, ViscousFilm.at_rest(values["viscosity"] * touching))
 
 
 class SupportFrictionLeftLying(SupportFriction):
@@ -128,4 +154,9 @@ def _clear_of_jaws(problem: RetractionProblem) -> NDArray[np.bool_]:
     return np.asarray(distance > _CLEARANCE_M)
 
 
-SUPPORT_FRICTION = (SupportFriction(), SupportFrictionLeftLying(), UnevenSupportFriction())
+SUPPORT_FRICTION = (
+    SupportFriction(),
+    SupportFrictionLeftLying(),
+    UnevenSupportFriction(),
+    ViscousSupportFriction(),
+)

@@ -30,6 +30,8 @@ _ANGLE = Constant(
 _RATE = Constant("fibre_stiffening", "1", (0.1,), lower=0.02, upper=5.0)
 # κ of Gasser, Ogden and Holzapfel: 0 where all have one direction, 1/3 where they have none.
 _DISPERSION = Constant("dispersion", "1", (0.1,), lower=0.0, upper=0.3)
+# Of two families, each from their mean direction; at a quarter of π no direction in the plane is the mean one.
+_APART = Constant("half_angle_apart", "rad", (0.4,), lower=0.02, upper=0.75)
 
 
 class Anisotropy(Effect):
@@ -85,4 +87,29 @@ class Dispersed(TensionOnly):
         return BucklingFibres(problem.body, modulus_pa, direction, rate, dispersion=dispersion)
 
 
-ANISOTROPY = (Anisotropy(), TensionOnly(), Dispersed())
+class TwoFamilies(TensionOnly):
+    """Two families of fibres of tension alone, to either side of ``fibre_angle``, each of which scatters or does not.
+
+    A weave; the layers of a skin; or a fan in the plane, which scatter in space alone does not describe.
+    """
+
+    form = "two_families"
+    elaborates = "tension_only"
+    constants = (_ANGLE, _RATE, _APART)
+
+    def terms(
+        self, problem: RetractionProblem, material: Material, experiment: Experiment, values: Values
+    ) -> tuple[Term, ...]:
+        """Return the fibres of both, half of the modulus in each."""
+        half = {**values, _FIBRES.name: 0.5 * values[_FIBRES.name]}
+        aside = (values[_ANGLE.name] + sign * values[_APART.name] for sign in (-1, 1))
+        return tuple(
+            term
+            for angle in aside
+            for term in super(TwoFamilies, self).terms(
+                problem, material, experiment, {**half, _ANGLE.name: angle}
+            )
+        )
+
+
+ANISOTROPY = (Anisotropy(), TensionOnly(), Dispersed(), TwoFamilies())

@@ -20,6 +20,11 @@ RegionShape = Literal["cylinder", "sphere"]
 
 _LOG_RATIO = Amplitude("log_stiffness_ratio", "1", scale=1.0, smallest=0.1, lower=-5.0, upper=5.0)
 _RADIUS = Constant("radius", "m", (0.009, 0.016), lower=0.004, upper=0.04)
+# Half the width over which a gradual region ends.
+_RIM = Constant("rim", "m", (0.003,), lower=1e-3, upper=0.02)
+_ELONGATIONS = tuple(
+    Constant(f"elongation_{way}", "1", (0.0,), lower=-1.2, upper=1.2) for way in ("x", "diagonal")
+)
 
 
 @dataclass(frozen=True)
@@ -68,11 +73,44 @@ class Inhomogeneity(Effect):
         log_ratio = values[_LOG_RATIO.name]
         if not log_ratio:
             return None
-        centre = np.array([values["centre_x"], values["centre_y"], 0.0])
-        region = _Region(self._shape, centre, values[_RADIUS.name])
         points = points_of_parts(problem.body.mesh)
         spacing_m = np.cbrt(problem.body.volume)[..., None]
-        return np.asarray(log_ratio * region.inside(points, spacing_m).mean(axis=2))
+        return np.asarray(log_ratio * self._inside(points, spacing_m, values).mean(axis=2))
+
+    def _inside(self, points: FloatArray, spacing_m: FloatArray, values: Values) -> FloatArray:
+        """Return how far points (..., 3) belong to the region, from 0 to 1, smoothly over their spacing at the rim."""
+        centre = np.array([values["centre_x"], values["centre_y"], 0.0])
+        return _Region(self._shape, centre, values[_RADIUS.name]).inside(points, spacing_m)
 
 
-INHOMOGENEITY = (Inhomogeneity("cylinder"), Inhomogeneity("sphere"))
+class GradedInhomogeneity(Inhomogeneity):
+    """An oblong cylinder through the thickness whose stiffness goes over gradually into that of the rest.
+
+    Its contour is the circle of the radius, stretched by exp(e/2) along one axis and shortened by as much across it.
+    The elongations along x, and along the diagonal of x and y, are e cos 2θ and e sin 2θ for an axis at θ from x.
+    """
+
+    constants = (*Inhomogeneity.constants, _RIM, *_ELONGATIONS)
+
+    def __init__(self) -> None:
+        super().__init__("cylinder")
+        self.form = "graded"
+        self.elaborates = "cylinder"
+
+    def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
+        """Return nothing: it begins where a round one has been found."""
+        return []
+
+    def _inside(self, points: FloatArray, spacing_m: FloatArray, values: Values) -> FloatArray:
+        along_x, along_diagonal = (values[one.name] for one in _ELONGATIONS)
+        elongation = float(np.hypot(along_x, along_diagonal))
+        shape = np.array([[along_x, along_diagonal], [along_diagonal, -along_x]])
+        # The matrix exponential of −shape/2; sinh(e/2)/e is ½ where it is round.
+        steep = np.sinh(elongation / 2) / elongation if elongation else 0.5
+        back = np.cosh(elongation / 2) * np.eye(2) - steep * shape
+        arms = (points[..., :2] - [values["centre_x"], values["centre_y"]]) @ back
+        depth = values[_RADIUS.name] - np.linalg.norm(arms, axis=-1)
+        return belonging(depth, np.maximum(2 * values[_RIM.name], spacing_m))
+
+
+INHOMOGENEITY = (Inhomogeneity("cylinder"), Inhomogeneity("sphere"), GradedInhomogeneity())

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from estimator.effects.blocks import Group
 from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Readings, Stage, Values
@@ -16,9 +17,18 @@ from estimator.fem.terms.relaxation import Relaxation, RelaxingPart
 from estimator.fem.terms.term import Term
 from estimator.materials.material import Material
 
+FloatArray = NDArray[np.float64]
+
 _TIMES_S = (2.0, 8.0, 30.0)
 # Of several terms the slowest may be slower than any one that fits alone.
 _TIMES_OF_SEVERAL_S = (*_TIMES_S, 120.0)
+# Half the width of a band of times in ln τ: e to e³ on either side of its middle. By six terms the relaxation of the
+# widest is told within 0.002 of the share that relaxes.
+_BAND = Constant("half_width_of_ln_time", "1", (1.5,), lower=0.05, upper=3.5)
+# From all but nothing at the fast end to all but nothing at the slow one.
+_LEAN = Constant("lean", "1", (0.0,), lower=-1.0, upper=1.0)
+_TERMS_OF_A_BAND = 6
+_MIDDLE = Constant("relaxation_time_1", "s", (8.0,), lower=0.1, upper=1000.0)
 
 
 class Viscoelasticity(Effect):
@@ -68,11 +78,39 @@ class Viscoelasticity(Effect):
         self, problem: RetractionProblem, material: Material, experiment: Experiment, values: Values
     ) -> tuple[Term, ...]:
         """Return the relaxing stress."""
-        shares = np.array([values[amplitude.name] for amplitude in self.amplitudes])
+        shares, times_s = self._prony(values)
         if not shares.any():
             return ()
-        times_s = np.array([values[constant.name] for constant in self.constants])
         return (Relaxation.at_rest(problem.body, material, self._part, shares, times_s),)
+
+    def _prony(self, values: Values) -> tuple[FloatArray, FloatArray]:
+        """Return shares and times, s, of the terms."""
+        shares = np.array([values[amplitude.name] for amplitude in self.amplitudes])
+        names = (f"relaxation_time_{n}" for n in range(1, len(shares) + 1))
+        return shares, np.array([values[name] for name in names])
+
+
+class RelaxationSpectrum(Viscoelasticity):
+    """A continuous spectrum of times in place of a few: even in ln τ over a band, or more at one end of it.
+
+    An even band is the spectrum of Fung's quasi-linear tissue; one that leans towards its slow or its fast end is that
+    of a power law of time as far as an experiment lasts (Y. C. Fung, Biomechanics, 1993, section 7.6). A narrow band is
+    a single time.
+    """
+
+    def __init__(self, form: str, part: RelaxingPart, elaborates: str) -> None:
+        super().__init__(form, 1, part, elaborates)
+        self.constants = (_MIDDLE, _BAND, _LEAN)
+
+    def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
+        """Return one band, as wide as the times from which a search for a single one begins."""
+        return [{constant.name: constant.grid[0] for constant in self.constants}]
+
+    def _prony(self, values: Values) -> tuple[FloatArray, FloatArray]:
+        (share,), (middle_s,) = super()._prony(values)
+        places, weights = np.polynomial.legendre.leggauss(_TERMS_OF_A_BAND)
+        leaning = 0.5 * weights * (1.0 + values[_LEAN.name] * places)
+        return share * leaning, middle_s * np.exp(values[_BAND.name] * places)
 
 
 # Those of the isochoric part leave pressure and volume as they are, which is usual: rubbery networks relax in shear
@@ -83,4 +121,6 @@ VISCOELASTICITY = (
     Viscoelasticity("two_terms", terms=2, part="isochoric", elaborates="one_term"),
     Viscoelasticity("whole_stress", terms=1, part="whole"),
     Viscoelasticity("whole_stress_two_terms", terms=2, part="whole", elaborates="whole_stress"),
+    RelaxationSpectrum("spectrum", "isochoric", elaborates="one_term"),
+    RelaxationSpectrum("whole_stress_spectrum", "whole", elaborates="whole_stress"),
 )

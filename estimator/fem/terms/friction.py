@@ -2,7 +2,9 @@
 
 Each node sticks to a point of the table by a spring that yields at the friction limit and then drags that point
 along: an elastic-plastic return mapping (Wriggers, Computational Contact Mechanics, 2006, section 10.5.2). The limit
-follows the contact pressure of the last solved state, which keeps the tangent symmetric.
+follows the contact pressure of the last solved state, which keeps the tangent symmetric. So does what the limit is
+raised by where a node has hardly slid yet: static friction, which sliding over the length at which it began wears down
+to that of sliding (J. H. Dieterich, J. Geophys. Res. 84 (1979) 2161, without its healing).
 """
 
 from __future__ import annotations
@@ -35,6 +37,8 @@ class LyingOnTable:
     depth_m : to which a node sinks under its weight; infinite where the table does but rub
     pressing : (n,) ≥ 0, normal force in the last solved state, N
     slid : (n, 2) how far each node's sticking point has moved, m
+    breakaway : share by which the limit is raised before anything has slid
+    travelled : (n,) way that each node has slid, m
     """
 
     weight: FloatArray
@@ -44,6 +48,8 @@ class LyingOnTable:
     depth_m: float
     pressing: FloatArray
     slid: FloatArray
+    breakaway: float
+    travelled: FloatArray
 
     @classmethod
     def at_rest(
@@ -53,9 +59,21 @@ class LyingOnTable:
         coefficient: float,
         elastic_slip_m: float,
         depth_m: float,
+        breakaway: float = 0.0,
     ) -> LyingOnTable:
         """Return the contact of a body that has not moved yet."""
-        return cls(weight, adhesion, coefficient, elastic_slip_m, depth_m, weight, np.zeros((len(weight), 2)))
+        nowhere = np.zeros((len(weight), 2))
+        return cls(
+            weight,
+            adhesion,
+            coefficient,
+            elastic_slip_m,
+            depth_m,
+            weight,
+            nowhere,
+            breakaway,
+            np.zeros(len(weight)),
+        )
 
     def forces(self, displacement: FloatArray, response: Response) -> FloatArray:
         """Return the forces (n, 3), N, that the tissue's motion has to overcome."""
@@ -82,8 +100,13 @@ class LyingOnTable:
     def after(self, displacement: FloatArray, response: Response) -> LyingOnTable:
         """Return the contact with the sticking points dragged along, and the pressure of this state."""
         stretch, share, _ = self._stretch(displacement)
-        slid = self.slid + (1.0 - share)[:, None] * stretch
-        return replace(self, slid=slid, pressing=self._normal(displacement))
+        sliding = (1.0 - share)[:, None] * stretch
+        return replace(
+            self,
+            slid=self.slid + sliding,
+            travelled=self.travelled + np.linalg.norm(sliding, axis=1),
+            pressing=self._normal(displacement),
+        )
 
     def rested(self) -> LyingOnTable:
         """Return the same contact: what has slid stays where it is."""
@@ -92,7 +115,8 @@ class LyingOnTable:
     @property
     def _spring(self) -> FloatArray:
         """Stiffness (n,) of what sticks, N/m."""
-        return self.coefficient * (self.pressing + self.adhesion) / self.elastic_slip_m
+        raised = 1.0 + self.breakaway * np.exp(-self.travelled / self.elastic_slip_m)
+        return np.asarray(raised * self.coefficient * (self.pressing + self.adhesion) / self.elastic_slip_m)
 
     def _normal(self, displacement: FloatArray) -> FloatArray:
         """Return the normal force (n,) of the table, N."""
@@ -113,4 +137,9 @@ class LaidDownAnew(LyingOnTable):
 
     def rested(self) -> LyingOnTable:
         """Return the contact free of stress."""
-        return replace(self, slid=np.zeros_like(self.slid), pressing=self.weight)
+        return replace(
+            self,
+            slid=np.zeros_like(self.slid),
+            travelled=np.zeros_like(self.travelled),
+            pressing=self.weight,
+        )
