@@ -19,8 +19,13 @@ Vector = tuple[float, float, float]
 Shape = Literal["block", "surface"]
 TrajectoryKind = Literal["pull", "gradual_tangent_pull", "twist_and_pull", "other"]
 SurfaceBelow = Literal["table", "none"]
+Weight = Literal["left_out", "acts", "acts_after_first_row"]
+ForceZero = Literal["first_row", "no_load"]
+FirstRow = Literal["at_rest", "under_load"]
 
-FORMAT = "retraction-experiment/1"
+FORMAT = "retraction-experiment/2"
+FORMATS: tuple[str, ...] = ("retraction-experiment/1", FORMAT)
+"""Those that can be read; the last is the one that is written."""
 EXPERIMENT_FILE = "experiment.toml"
 OBSERVATIONS_FILE = "observations.csv"
 SURFACE_FILES: tuple[str, ...] = ("phantom.stl", "phantom.ply", "phantom.obj", "phantom.vtp", "phantom")
@@ -101,6 +106,8 @@ class SensorNoise:
     tool_mass : kg beyond the sensor
     tool_centre : its centre of mass in the gripper frame, m
     by_channel : of single channels that differ from these, by name: ``fx`` to ``tz``, and ``x y z`` of every fiducial
+    force_zero : where force and torque are zero: ``"first_row"``, whatever pulled at the gripper then, or ``"no_load"``
+        where no tissue does, so that they are absolute
     """
 
     force_std: float
@@ -110,6 +117,7 @@ class SensorNoise:
     tool_mass: float = 0.0
     tool_centre: Vector = (0.0, 0.0, 0.0)
     by_channel: Mapping[str, float] = field(default_factory=dict)
+    force_zero: ForceZero = "first_row"
 
     @property
     def wrench_std(self) -> FloatArray:
@@ -125,10 +133,19 @@ class SensorNoise:
 
 @dataclass(frozen=True, slots=True)
 class Environment:
-    """Gravity in the tissue frame, m/s², and what the phantom lies on (a table at z = −size_m[2]/2)."""
+    """What surrounds the phantom.
+
+    Attributes
+    ----------
+    gravity : in the tissue frame, m/s²
+    surface_below : what the phantom lies on, a table at z = −size_m[2]/2
+    weight : whether the phantom's weight strains it: ``"left_out"`` where it is carried or negligible; ``"acts"`` in
+        every row; ``"acts_after_first_row"`` where the first row is of the phantom free of stress, as in its mould
+    """
 
     gravity: Vector = (0.0, 0.0, -9.81)
     surface_below: SurfaceBelow = "table"
+    weight: Weight = "left_out"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -153,6 +170,7 @@ class Experiment:
         frame's present origin
     fiducials : (n, m, 3) m
     path : the folder it was read from; None where it was made in memory
+    first_row : ``"at_rest"``, or ``"under_load"`` where the gripper has moved already: poses are from rest all the same
     """
 
     name: str
@@ -173,3 +191,18 @@ class Experiment:
     wrench: FloatArray
     fiducials: FloatArray
     path: Path | None = None
+    first_row: FirstRow = "at_rest"
+
+    @property
+    def specific_weight(self) -> FloatArray:
+        """The weight that strains the phantom, (3,), N/m³; zero where it is left out."""
+        if self.environment.weight == "left_out":
+            return np.zeros(3)
+        return self.phantom.density * np.asarray(self.environment.gravity)
+
+    @property
+    def zeroed_under_load(self) -> bool:
+        """Whether the first row, in which force and torque count as zero, has the tissue pull at the gripper."""
+        weight = self.environment.weight
+        loaded = weight == "acts" or (weight == "left_out" and self.first_row == "under_load")
+        return loaded and self.sensor.force_zero == "first_row"

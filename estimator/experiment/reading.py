@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import cast
+from typing import cast, get_args
 
 import numpy as np
 
@@ -11,18 +11,23 @@ from estimator.experiment.model import (
     BEAD_CHANNELS,
     EXPERIMENT_FILE,
     FORMAT,
+    FORMATS,
     OBSERVATIONS_FILE,
     TRAJECTORY_KINDS,
     WRENCH_CHANNELS,
     Environment,
     Experiment,
+    FirstRow,
+    ForceZero,
     Grasp,
     Phantom,
     SensorNoise,
     SurfaceBelow,
     TrajectoryKind,
+    Weight,
 )
 from estimator.experiment.observations import read_observations
+from estimator.experiment.strained_rows import strained_rows
 from estimator.experiment.tables import TomlTable
 from estimator.experiment.validation import check_experiment
 from estimator.surfaces.reading import surface_bounds
@@ -32,10 +37,13 @@ from estimator.surfaces.units import UNITS, Unit
 def read_experiment(path: Path | str) -> Experiment:
     """Read and check one experiment folder; quaternions come back with unit norm to the last digit.
 
+    A first row of the phantom free of stress, before its weight acts, is left out once it is checked.
+
     Unknown keys are ignored. Keys that may be missing: ``name`` (then the folder's name), ``phantom_id`` (the
     name of the folder above), ``order`` (1), ``density`` (1070), the grasp's ``centre`` (its box's), ``kind``
-    ("other"), ``gravity`` (0, 0, −9.81), ``surface_below`` ("table"), ``tool_mass`` (0), ``tool_centre``
-    (0, 0, 0), a surface's ``size`` (its bounding box's) and ``unit`` (metres; millimetres where only these give a
+    ("other"), ``first_row`` ("at_rest"), ``gravity`` (0, 0, −9.81), ``surface_below`` ("table"), ``weight``
+    ("left_out"), ``force_zero`` ("first_row"), ``tool_mass`` (0), ``tool_centre`` (0, 0, 0), a surface's ``size``
+    (its bounding box's) and ``unit`` (metres; millimetres where only these give a
     phantom), and the whole table of fiducials (none).
 
     Raises
@@ -46,7 +54,7 @@ def read_experiment(path: Path | str) -> Experiment:
     experiment = read_unchecked(path)
     check_experiment(experiment)
     norm = np.linalg.norm(experiment.quaternion_wxyz, axis=1, keepdims=True)
-    return replace(experiment, quaternion_wxyz=experiment.quaternion_wxyz / norm)
+    return strained_rows(replace(experiment, quaternion_wxyz=experiment.quaternion_wxyz / norm))
 
 
 def read_unchecked(path: Path | str) -> Experiment:
@@ -62,11 +70,14 @@ def read_unchecked(path: Path | str) -> Experiment:
         raise InputError(f"{folder}: there is no such folder; give a folder that holds {EXPERIMENT_FILE}")
     file = folder / EXPERIMENT_FILE
     stated = TomlTable.read(file)
-    if (found := stated.text("format")) != FORMAT:
-        raise InputError(f'{file}: format is "{found}"; only "{FORMAT}" can be read')
+    if (found := stated.text("format")) not in FORMATS:
+        raise InputError(f'{file}: format is "{found}"; only {" and ".join(FORMATS)} can be read')
+    if found != FORMAT:
+        _refuse_newer_keys(stated, file)
     fiducials_rest = stated.table("fiducials").points("rest")
     observed = read_observations(folder / OBSERVATIONS_FILE, len(fiducials_rest))
-    kind = stated.table("trajectory").choice("kind", TRAJECTORY_KINDS, "other")
+    trajectory = stated.table("trajectory")
+    kind = trajectory.choice("kind", TRAJECTORY_KINDS, "other")
     return Experiment(
         name=stated.text("name", folder.resolve().name),
         phantom_id=stated.text("phantom_id", folder.resolve().parent.name),
@@ -86,6 +97,7 @@ def read_unchecked(path: Path | str) -> Experiment:
         wrench=observed.wrench,
         fiducials=observed.fiducials,
         path=folder,
+        first_row=cast(FirstRow, trajectory.choice("first_row", get_args(FirstRow), "at_rest")),
     )
 
 
@@ -132,6 +144,13 @@ def case_members(path: Path | str) -> list[Path]:
     return members
 
 
+def _refuse_newer_keys(stated: TomlTable, file: Path) -> None:
+    """Refuse what an older format would pass over in silence."""
+    for table, key in (("environment", "weight"), ("sensor", "force_zero"), ("trajectory", "first_row")):
+        if key in stated.table(table):
+            raise InputError(f'{file}: [{table}] {key} needs format = "{FORMAT}"; write that at the head')
+
+
 def _phantom(table: TomlTable, folder: Path) -> Phantom:
     density = table.number("density", 1070.0)
     if table.choice("shape", ("block", "surface")) == "block":
@@ -151,7 +170,10 @@ def _grasp(table: TomlTable) -> Grasp:
 def _environment(table: TomlTable) -> Environment:
     default = Environment()
     below = table.choice("surface_below", ("table", "none"), default.surface_below)
-    return Environment(table.vector("gravity", default.gravity), cast(SurfaceBelow, below))
+    weight = table.choice("weight", get_args(Weight), default.weight)
+    return Environment(
+        table.vector("gravity", default.gravity), cast(SurfaceBelow, below), cast(Weight, weight)
+    )
 
 
 def _sensor(table: TomlTable) -> SensorNoise:
@@ -163,6 +185,7 @@ def _sensor(table: TomlTable) -> SensorNoise:
         tool_mass=table.number("tool_mass", 0.0),
         tool_centre=table.vector("tool_centre", (0.0, 0.0, 0.0)),
         by_channel=_by_channel(table.table("by_channel")) if "by_channel" in table else {},
+        force_zero=cast(ForceZero, table.choice("force_zero", get_args(ForceZero), "first_row")),
     )
 
 

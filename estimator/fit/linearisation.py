@@ -32,6 +32,8 @@ def silent(stage: str, done: int, total: int) -> None:
 
 _EXACT = NewtonSettings()
 _REWEIGHTINGS = 50
+# Beside weight a first guess of E is improved on until it changes by less than this factor's logarithm.
+_NEAR, _GUESSES = 0.1, 6
 _STEADY_WEIGHT = 1e-3
 
 
@@ -191,14 +193,20 @@ class Linearisation:
         modulus = next((p for p in self._settings.free if p.name == YOUNGS_MODULUS.name), None)
         if modulus is None:
             return values
-        self._predict(values)
-        try:
-            ratio = modulus_ratio(self.means, self.predictions, self._model.schedules)
-        except NothingTellsModulusError:
-            if modulus.prior is None:
-                raise
-            return values
-        return {**values, modulus.name: modulus.at(ratio * modulus.value).value}
+        for _ in range(_GUESSES):
+            self._predict(values)
+            try:
+                ratio = modulus_ratio(
+                    self.means, self.predictions, self._model.schedules, values[modulus.name]
+                )
+            except NothingTellsModulusError:
+                if modulus.prior is None:
+                    raise
+                return values
+            values = {**values, modulus.name: modulus.at(ratio * values[modulus.name]).value}
+            if not self._model.problem.heavy or abs(np.log(ratio)) < _NEAR:
+                break
+        return values
 
     def _expected(self, values: Values) -> dict[tuple[int, int], FloatArray]:
         """Return the channels (c,) of every state at the linearised optimum, nuisances and corrections included."""

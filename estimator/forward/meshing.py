@@ -71,6 +71,7 @@ def mesh_experiment(
         np.asarray(experiment.grasp.centre),
         experiment.fiducials_rest,
         _inside(experiment.fiducials_rest, grasp),
+        experiment.specific_weight,
     )
 
 
@@ -145,6 +146,7 @@ def surface_problem(
         np.asarray(experiment.grasp.centre),
         beads,
         gripped | anchored,
+        experiment.specific_weight,
     )
     # Beads in rigid tissue have no place in the mesh. Those that an anchor holds then follow no node: they stay.
     return replace(problem, fiducials_gripped=gripped)

@@ -99,7 +99,8 @@ def test_an_experiment_without_cameras_has_no_fiducials(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('"retraction-experiment/1"', '"retraction-experiment/2"', r"format is .*/2.*only .*/1"),
+        ('"retraction-experiment/1"', '"retraction-experiment/3"', r"format is .*/3.*only .*/1 and .*/2"),
+        ("[sensor]", 'weight = "acts"\n[sensor]', r'weight needs format = "retraction-experiment/2"'),
         ('format = "retraction-experiment/1"', "", r"experiment\.toml: format is missing"),
         ("order = 2", "order = 2.5", r"order is 2\.5; write a whole number"),
         ("order = 2", "order = 0", r"number the experiments from 1"),

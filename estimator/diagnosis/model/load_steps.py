@@ -44,7 +44,12 @@ class LoadSteps:
 
     @property
     def off_rest(self) -> FloatArray:
-        """By what the first reported pose, at rest but for its noise, is off the stated rest pose, (6,) m and rad."""
+        """By what the first reported pose, at rest but for its noise, is off the stated rest pose, (6,) m and rad.
+
+        Where it is under load it is itself where force and torque are counted from.
+        """
+        if self.experiment.first_row == "under_load":
+            return np.zeros(6)
         shift = self.position[0] - np.asarray(self.experiment.grasp.centre)
         return np.concatenate([shift, self.rotation[0].as_rotvec()])
 

@@ -19,7 +19,8 @@ from estimator.errors import SolverError
 from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.newton import EquilibriumSolver, NewtonSettings
-from estimator.fem.equilibrium.observation import Observation, observe
+from estimator.fem.equilibrium.observation import Observation, at_modulus, observe
+from estimator.fem.equilibrium.settling import settled
 from estimator.fem.equilibrium.state import EquilibriumState, linear_change
 from estimator.fem.terms.term import Term
 from estimator.inference.material_parameters import POISSON_RATIO
@@ -97,16 +98,14 @@ class Mechanics:
     def at(self, before: Hypothesis, after: Hypothesis) -> Mechanics:
         """Extrapolate the observables of the baseline to another E and ν nearby.
 
-        Every force is proportional to E; the rest is linear in −ln(1 − 2ν).
+        By E it goes as :func:`~estimator.fem.equilibrium.observation.at_modulus` says; the rest is linear in
+        −ln(1 − 2ν).
         """
-        ratio = after.youngs_modulus / before.youngs_modulus
         old, new = before.poisson_ratio, after.poisson_ratio
         along = POISSON_RATIO.transform.internal_of(new) - POISSON_RATIO.transform.internal_of(old)
         change = POISSON_RATIO.transform.slope(old) * along
-        modulus = after.youngs_modulus
-        return Mechanics(
-            self.solution, tuple(_extrapolated(o, ratio, change, modulus) for o in self.observations)
-        )
+        moduli = before.youngs_modulus, after.youngs_modulus
+        return Mechanics(self.solution, tuple(_extrapolated(o, change, *moduli) for o in self.observations))
 
 
 def mechanics_of(solution: Solution) -> Mechanics:
@@ -115,17 +114,17 @@ def mechanics_of(solution: Solution) -> Mechanics:
     return Mechanics(solution, tuple(of_state[id(state)] for state in solution.states))
 
 
-def _extrapolated(observation: Observation, ratio: float, change: float, modulus: float) -> Observation:
-    """Multiply E by ``ratio`` to ``modulus``, and move ν, as it were, by ``change``."""
-    by_ratio = observation.wrench_by["poisson_ratio"]
-    wrench = ratio * (observation.wrench + change * by_ratio)
-    return replace(
+def _extrapolated(observation: Observation, change: float, before: float, after: float) -> Observation:
+    """Move ν, as it were, by ``change``, and E from before to after, Pa."""
+    force = change * observation.wrench_by["poisson_ratio"]
+    by_modulus = observation.wrench_by["youngs_modulus"] + force / before
+    moved = replace(
         observation,
-        wrench=wrench,
+        wrench=observation.wrench + force,
         fiducials=observation.fiducials + change * observation.fiducials_by["poisson_ratio"],
-        wrench_by={"youngs_modulus": wrench / modulus, "poisson_ratio": ratio * by_ratio},
-        wrench_by_pose=ratio * observation.wrench_by_pose,
+        wrench_by={**observation.wrench_by, "youngs_modulus": by_modulus},
     )
+    return at_modulus(moved, before, after)
 
 
 def solve_case(
@@ -182,7 +181,7 @@ def solve_case(
                 strays += known is not None
                 if strays > settings.strays:
                     known = None
-                state = following.solve(pose, material, last or following.rest(material), terms)
+                state = following.solve(pose, material, last or settled(following, material), terms)
             history.pass_by(state.displacement, state.response)
             states.append(state)
             been[_place(pose)] = state

@@ -11,6 +11,7 @@ from estimator.diagnosis.model.solution import Mechanics
 from estimator.diagnosis.sensitivity.mechanical_changes import all_mechanical_changes
 from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, Perturbation
 from estimator.effects.effect import Readings
+from estimator.effects.shared.zeroing import with_wrench_zeroed
 from estimator.inference.channels import side_by_side
 
 FloatArray = NDArray[np.float64]
@@ -44,18 +45,19 @@ def predicted_readings(
     rest_wrench, rest_fiducials = _at_rest(mechanics, correction[0])
     if change is not None:
         rest_wrench, rest_fiducials = rest_wrench + change.wrench[0], rest_fiducials + change.fiducials[0]
-    return hypothesis.readings(
-        Readings(
-            solution.load_steps.experiment,
-            position,
-            rotation,
-            solution.load_steps.position[rows],
-            wrench,
-            fiducials,
-            rest_wrench,
-            rest_fiducials,
-        )
+    readings = Readings(
+        solution.load_steps.experiment,
+        position,
+        rotation,
+        solution.load_steps.position[rows],
+        wrench,
+        fiducials,
+        rest_wrench,
+        rest_fiducials,
     )
+    if readings.experiment.zeroed_under_load:
+        readings = with_wrench_zeroed(readings)
+    return hypothesis.readings(readings)
 
 
 def _at_rest(mechanics: Mechanics, correction: FloatArray) -> tuple[FloatArray, FloatArray]:
