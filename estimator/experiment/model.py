@@ -22,6 +22,7 @@ SurfaceBelow = Literal["table", "none"]
 Weight = Literal["left_out", "acts", "acts_after_first_row"]
 ForceZero = Literal["first_row", "no_load"]
 FirstRow = Literal["at_rest", "under_load"]
+Driven = Literal["pose", "load"]
 
 FORMAT = "retraction-experiment/2"
 FORMATS: tuple[str, ...] = ("retraction-experiment/1", FORMAT)
@@ -103,6 +104,7 @@ class SensorNoise:
     torque_std : N·m
     fiducial_std : m, each coordinate
     position_std : m, the gripper's reported position
+    orientation_std : rad, its reported turn about each axis
     tool_mass : kg beyond the sensor
     tool_centre : its centre of mass in the gripper frame, m
     by_channel : of single channels that differ from these, by name: ``fx`` to ``tz``, and ``x y z`` of every fiducial
@@ -118,6 +120,12 @@ class SensorNoise:
     tool_centre: Vector = (0.0, 0.0, 0.0)
     by_channel: Mapping[str, float] = field(default_factory=dict)
     force_zero: ForceZero = "first_row"
+    orientation_std: float = 0.0
+
+    @property
+    def pose_std(self) -> FloatArray:
+        """Of the gripper's reported position and turn about each axis (6,), m and rad."""
+        return np.repeat([self.position_std, self.orientation_std], 3)
 
     @property
     def wrench_std(self) -> FloatArray:
@@ -171,6 +179,8 @@ class Experiment:
     fiducials : (n, m, 3) m
     path : the folder it was read from; None where it was made in memory
     first_row : ``"at_rest"``, or ``"under_load"`` where the gripper has moved already: poses are from rest all the same
+    driven : by the ``"pose"`` of the gripper, or by the ``"load"`` on it: it is free then, as under a hung weight, and
+        its pose is what was measured
     """
 
     name: str
@@ -192,6 +202,7 @@ class Experiment:
     fiducials: FloatArray
     path: Path | None = None
     first_row: FirstRow = "at_rest"
+    driven: Driven = "pose"
 
     @property
     def specific_weight(self) -> FloatArray:

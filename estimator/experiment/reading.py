@@ -7,6 +7,7 @@ from typing import cast, get_args
 import numpy as np
 
 from estimator.errors import InputError
+from estimator.experiment.as_modelled import as_modelled
 from estimator.experiment.model import (
     BEAD_CHANNELS,
     EXPERIMENT_FILE,
@@ -15,6 +16,7 @@ from estimator.experiment.model import (
     OBSERVATIONS_FILE,
     TRAJECTORY_KINDS,
     WRENCH_CHANNELS,
+    Driven,
     Environment,
     Experiment,
     FirstRow,
@@ -27,7 +29,6 @@ from estimator.experiment.model import (
     Weight,
 )
 from estimator.experiment.observations import read_observations
-from estimator.experiment.strained_rows import strained_rows
 from estimator.experiment.tables import TomlTable
 from estimator.experiment.validation import check_experiment
 from estimator.surfaces.reading import surface_bounds
@@ -37,13 +38,14 @@ from estimator.surfaces.units import UNITS, Unit
 def read_experiment(path: Path | str) -> Experiment:
     """Read and check one experiment folder; quaternions come back with unit norm to the last digit.
 
-    A first row of the phantom free of stress, before its weight acts, is left out once it is checked.
+    A first row of the phantom free of stress, before its weight acts, is left out once it is checked, and what is empty
+    of a known load is zero.
 
     Unknown keys are ignored. Keys that may be missing: ``name`` (then the folder's name), ``phantom_id`` (the
     name of the folder above), ``order`` (1), ``density`` (1070), the grasp's ``centre`` (its box's), ``kind``
-    ("other"), ``first_row`` ("at_rest"), ``gravity`` (0, 0, −9.81), ``surface_below`` ("table"), ``weight``
-    ("left_out"), ``force_zero`` ("first_row"), ``tool_mass`` (0), ``tool_centre`` (0, 0, 0), a surface's ``size``
-    (its bounding box's) and ``unit`` (metres; millimetres where only these give a
+    ("other"), ``first_row`` ("at_rest"), ``driven`` ("pose"), ``gravity`` (0, 0, −9.81), ``surface_below`` ("table"),
+    ``weight`` ("left_out"), ``force_zero`` ("first_row"), ``orientation_std`` (0), ``tool_mass`` (0), ``tool_centre``
+    (0, 0, 0), a surface's ``size`` (its bounding box's) and ``unit`` (metres; millimetres where only these give a
     phantom), and the whole table of fiducials (none).
 
     Raises
@@ -54,7 +56,7 @@ def read_experiment(path: Path | str) -> Experiment:
     experiment = read_unchecked(path)
     check_experiment(experiment)
     norm = np.linalg.norm(experiment.quaternion_wxyz, axis=1, keepdims=True)
-    return strained_rows(replace(experiment, quaternion_wxyz=experiment.quaternion_wxyz / norm))
+    return as_modelled(replace(experiment, quaternion_wxyz=experiment.quaternion_wxyz / norm))
 
 
 def read_unchecked(path: Path | str) -> Experiment:
@@ -98,6 +100,7 @@ def read_unchecked(path: Path | str) -> Experiment:
         fiducials=observed.fiducials,
         path=folder,
         first_row=cast(FirstRow, trajectory.choice("first_row", get_args(FirstRow), "at_rest")),
+        driven=cast(Driven, trajectory.choice("driven", get_args(Driven), "pose")),
     )
 
 
@@ -146,9 +149,15 @@ def case_members(path: Path | str) -> list[Path]:
 
 def _refuse_newer_keys(stated: TomlTable, file: Path) -> None:
     """Refuse what an older format would pass over in silence."""
-    for table, key in (("environment", "weight"), ("sensor", "force_zero"), ("trajectory", "first_row")):
-        if key in stated.table(table):
-            raise InputError(f'{file}: [{table}] {key} needs format = "{FORMAT}"; write that at the head')
+    newer = {
+        "environment": ("weight",),
+        "sensor": ("force_zero", "orientation_std"),
+        "trajectory": ("first_row", "driven"),
+    }
+    for table, keys in newer.items():
+        for key in keys:
+            if key in stated.table(table):
+                raise InputError(f'{file}: [{table}] {key} needs format = "{FORMAT}"; write that at the head')
 
 
 def _phantom(table: TomlTable, folder: Path) -> Phantom:
@@ -185,6 +194,7 @@ def _sensor(table: TomlTable) -> SensorNoise:
         tool_mass=table.number("tool_mass", 0.0),
         tool_centre=table.vector("tool_centre", (0.0, 0.0, 0.0)),
         by_channel=_by_channel(table.table("by_channel")) if "by_channel" in table else {},
+        orientation_std=table.number("orientation_std", 0.0),
         force_zero=cast(ForceZero, table.choice("force_zero", get_args(ForceZero), "first_row")),
     )
 

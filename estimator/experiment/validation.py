@@ -26,6 +26,7 @@ _SIZE_LIMIT_M = 2.0
 _DENSITY_RANGE = (100.0, 20_000.0)
 _GRAVITY_LIMIT = 20.0
 _TOOL_MASS_LIMIT_KG = 50.0
+_ORIENTATION_NOISE_LIMIT = 0.5
 _FORCE_LIMIT_N = 400.0  # the largest range of a Gamma calibration along z
 _TORQUE_LIMIT_NM = 20.0
 # in longest edges of the phantom:
@@ -121,6 +122,15 @@ def _check_environment_and_sensor(experiment: Experiment, file: Path) -> None:
                 f"{file}: [sensor.by_channel] {name} is {std:g}; name one of fx fy fz tx ty tz x y z, with a "
                 "standard deviation above 0"
             )
+    if not 0 <= sensor.orientation_std <= _ORIENTATION_NOISE_LIMIT:
+        raise InputError(
+            f"{file}: [sensor] orientation_std is {sensor.orientation_std:g} rad; write radians, 0 or more"
+        )
+    if experiment.driven == "load" and not sensor.orientation_std:
+        raise InputError(
+            f'{file}: [trajectory] driven is "load", so that the orientation of the gripper was measured; state '
+            "[sensor] orientation_std in rad (by markers: their position_std over their distance)"
+        )
     if not 0 <= sensor.tool_mass <= _TOOL_MASS_LIMIT_KG:
         raise InputError(
             f"{file}: [sensor] tool_mass is {sensor.tool_mass:g} kg; write 0 or more, in kilograms"

@@ -229,9 +229,19 @@ class Linearisation:
         return expected
 
     def _trusted(self, means: Sequence[StateMean]) -> list[StateMean]:
-        if GRIPPER_POSITION in self._settings.nuisances:
-            return list(means)
-        return [replace(mean, position_variance=0.0) for mean in means]
+        """Return the means with what of the pose's error counts beside their own scatter.
+
+        Where a gripper that the robot drives is says the robot, as surely as it states, however far the rest scatters.
+        """
+        if GRIPPER_POSITION not in self._settings.nuisances:
+            return [replace(mean, pose_variance=np.zeros(6)) for mean in means]
+        share = 1.0 / self._settings.prior_weight**2
+        return [
+            mean
+            if self._model.driven_by_load[mean.experiment]
+            else replace(mean, pose_variance=share * mean.pose_variance)
+            for mean in means
+        ]
 
     def _free(self, values: Values) -> tuple[FreeParameter, ...]:
         return at_values(self._settings.free, values)

@@ -233,9 +233,7 @@ def standing_rows(experiment: Experiment) -> Iterator[Rows]:
 def _mean(experiment: Experiment, rows: Rows, number: int) -> StateMean:
     values = side_by_side(rows.wrench, rows.fiducials)
     weights = np.isfinite(values).astype(np.float64)
-    return mean_of_rows(
-        0, number, values, weights, channel_variance(experiment), experiment.sensor.position_std
-    )
+    return mean_of_rows(0, number, values, weights, channel_variance(experiment), experiment.sensor.pose_std)
 
 
 def _solved(

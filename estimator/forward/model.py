@@ -74,10 +74,15 @@ class ForwardModel:
     ----------
     problem : the retraction, common to all experiments
     experiments : whose gripper motion drives it
+
+    Attributes
+    ----------
+    driven_by_load : of each experiment, whether its gripper was free, so that its poses were measured
     """
 
     def __init__(self, problem: RetractionProblem, experiments: Sequence[Experiment]) -> None:
         self.problem = problem
+        self.driven_by_load = tuple(experiment.driven == "load" for experiment in experiments)
         self.schedules = tuple(schedule_poses(experiment) for experiment in experiments)
         self.solved_states = 0
         self._solver = EquilibriumSolver(problem)

@@ -24,7 +24,7 @@ from estimator.fem.equilibrium.settling import settled
 from estimator.fit.estimate import estimate
 from estimator.forward.meshing import mesh_experiment
 from estimator.forward.model import ForwardModel
-from estimator.inference.channels import channels_by, channels_by_position, predicted_channels
+from estimator.inference.channels import channels_by, channels_by_pose, predicted_channels
 from estimator.inference.extrapolation import extrapolated
 from estimator.inference.material_parameters import law_parameters
 from estimator.materials import NeoHookean
@@ -142,7 +142,7 @@ def test_the_derivatives_are_those_of_the_sagging_tissue(parameter: str, force_z
         way = np.zeros((len(POSES), 3))
         way[1:, axis] = step
         around = [predicted(experiment, SOFT, sign * way) for sign in (1, -1)]
-        slopes = {number: channels_by_position(seen[number])[:, axis] for number in range(1, len(POSES))}
+        slopes = {number: channels_by_pose(seen[number])[:, axis] for number in range(1, len(POSES))}
     else:
         step = 1e-4 * getattr(SOFT, parameter)
         changed = [replace(SOFT, **{parameter: getattr(SOFT, parameter) + sign * step}) for sign in (1, -1)]

@@ -12,7 +12,7 @@ from estimator.diagnosis.sensitivity.mechanical_changes import all_mechanical_ch
 from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, Perturbation
 from estimator.effects.effect import Readings
 from estimator.effects.shared.zeroing import with_wrench_zeroed
-from estimator.inference.channels import side_by_side
+from estimator.inference.channels import channels_by_pose, side_by_side
 
 FloatArray = NDArray[np.float64]
 
@@ -97,11 +97,6 @@ def derivatives(
     return found
 
 
-def derivatives_by_position(mechanics: Mechanics) -> FloatArray:
-    """Return the derivative (v, 6 + 3m, 3) of the mechanics by the gripper's position at each load step."""
-    return np.array(
-        [
-            np.concatenate([o.wrench_by_pose[:, :3], o.fiducials_by_pose.reshape(-1, 6)[:, :3]])
-            for o in mechanics.observations
-        ]
-    )
+def derivatives_by_pose(mechanics: Mechanics) -> FloatArray:
+    """Return the derivative (v, 6 + 3m, 6) of the mechanics by the gripper's pose at each load step."""
+    return np.array([channels_by_pose(observation) for observation in mechanics.observations])
