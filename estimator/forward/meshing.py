@@ -64,15 +64,15 @@ def mesh_experiment(
     for anchor in experiment.anchors:
         fixed |= _inside(mesh.points, snapped_to_block(anchor, half))
     grasp = snapped_to_block(experiment.grasp.box, half)
-    return retraction_problem(
+    problem = retraction_problem(
         mesh,
         fixed,
         _inside(mesh.points, grasp),
         np.asarray(experiment.grasp.centre),
         experiment.fiducials_rest,
         _inside(experiment.fiducials_rest, grasp),
-        experiment.specific_weight,
     )
+    return replace(problem, specific_weight=experiment.specific_weight)
 
 
 def measuring_mesh(experiment: Experiment) -> RetractionProblem:
@@ -146,10 +146,9 @@ def surface_problem(
         np.asarray(experiment.grasp.centre),
         beads,
         gripped | anchored,
-        experiment.specific_weight,
     )
     # Beads in rigid tissue have no place in the mesh. Those that an anchor holds then follow no node: they stay.
-    return replace(problem, fiducials_gripped=gripped)
+    return replace(problem, fiducials_gripped=gripped, specific_weight=experiment.specific_weight)
 
 
 def _inside(points: FloatArray, corners: FloatArray) -> BoolArray:

@@ -48,10 +48,9 @@ class LoadSteps:
 
         Where it is under load it is itself where force and torque are counted from.
         """
-        if self.experiment.first_row == "under_load":
-            return np.zeros(6)
         shift = self.position[0] - np.asarray(self.experiment.grasp.centre)
-        return np.concatenate([shift, self.rotation[0].as_rotvec()])
+        off = np.concatenate([shift, self.rotation[0].as_rotvec()])
+        return np.where(self.experiment.first_row == "under_load", 0.0, off)
 
 
 def load_steps_of(experiment: Experiment, felt: FloatArray) -> LoadSteps:

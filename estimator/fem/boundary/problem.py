@@ -90,11 +90,8 @@ def retraction_problem(
     grasp_centre: FloatArray,
     fiducials_rest: FloatArray,
     fiducials_gripped: BoolArray,
-    specific_weight: FloatArray | None = None,
 ) -> RetractionProblem:
-    """Pose a retraction on a mesh, of tissue without weight where none is given.
-
-    Gripped nodes that are anchored as well count as gripped.
+    """Pose a retraction on a mesh, of tissue without weight; gripped nodes that are anchored as well count as gripped.
 
     Raises
     ------
@@ -124,5 +121,4 @@ def retraction_problem(
         np.zeros_like(fiducials_rest),
         nodes,
         weights,
-        np.zeros(3) if specific_weight is None else specific_weight,
     )
