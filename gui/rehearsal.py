@@ -37,18 +37,33 @@ def _tell(_kind: QtMsgType, _context: QMessageLogContext, message: str) -> None:
 def wait_until(condition: Callable[[], bool], what: str, timeout_s: float = 60.0) -> None:
     """Let the interface go on until a condition holds.
 
+    Whatever is raised while it is looked at ends the wait and is raised here: what a slot raises Qt only prints.
+
     Raises
     ------
     TimeoutError
         It did not within that time.
     """
     deadline = time.monotonic() + timeout_s
-    loop, look = QEventLoop(), QTimer(interval=_LOOK_MS)
-    look.timeout.connect(lambda: loop.quit() if condition() or time.monotonic() > deadline else None)
-    look.start()
+    loop, timer = QEventLoop(), QTimer(interval=_LOOK_MS)
+    raised: list[BaseException] = []
+
+    def look() -> None:
+        try:
+            if condition() or time.monotonic() > deadline:
+                loop.quit()
+        # also what the handler of a signal raises, as that of a test's time limit
+        except BaseException as error:  # noqa: BLE001
+            raised.append(error)
+            loop.quit()
+
+    timer.timeout.connect(look)
+    timer.start()
     # the loop sleeps between events, as it does in the window: a measurement must not load the computer by itself
     loop.exec()
-    look.stop()
+    timer.stop()
+    if raised:
+        raise raised[0]
     if not condition():
         raise TimeoutError(f"{what} has not come within {timeout_s:g} s")
 

@@ -27,7 +27,11 @@ _KEPT = 256
 _READERS, _MOST_READERS = _FIRST + 3 * _KEPT, 16  # cells: when it was heard (monotonic), how far it has come
 _CELLS = _READERS + 2 * _MOST_READERS
 _READER_PLACES = range(_READERS, _CELLS, 2)
-_READER_GONE_NS = 3_000_000_000
+_LOOKS_AT_SILENCE = 750
+"""After so many looks of the keeper at a reader that says nothing it is gone: three seconds of looks every 4 ms.
+
+Where the computer is so busy that a reader gets no turn, the keeper gets few as well, and waits the longer.
+"""
 _KEEPER_GONE_NS = 10_000_000_000
 
 
@@ -75,9 +79,9 @@ class LaboratoryClock:
 
     def reader(self) -> Reader:
         """Return a reader that has come as far as now; one too many is not waited for."""
-        cells, gone_ns = self._cells, monotonic_time_ns() - _READER_GONE_NS
+        cells = self._cells
         with self._lock:
-            free = [place for place in _READER_PLACES if cells[place] <= gone_ns]
+            free = [place for place in _READER_PLACES if not cells[place]]
             reader = LaboratoryReader(cells, free[0]) if free else MonotonicClock().reader()
             reader.caught_up(self.time_ns())
         return reader
@@ -109,6 +113,7 @@ class ClockKeeper(LaboratoryClock):
         cells[: _FIRST + 3] = _MAGIC, now_ns, 1, now_ns, now_ns, now_ns
         path.write_bytes(cells.tobytes())
         super().__init__(path)
+        self._heard_last = dict.fromkeys(_READER_PLACES, (0, 0))  # when, and looks since
 
     def grant(self, ahead_ns: int) -> None:
         """Let the clock run on for so long from now."""
@@ -132,10 +137,18 @@ class ClockKeeper(LaboratoryClock):
     def readers_behind_s(self) -> float:
         """Return how far the last of the readers is behind, s; 0 without any.
 
-        One that has not been heard for three seconds has died or is stopped, and nobody waits for it.
+        One that says nothing for many looks has died or is stopped: nobody waits for it, and its place is free.
         """
-        cells, gone_ns = self._cells, monotonic_time_ns() - _READER_GONE_NS
-        come_ns = [cells[place + 1] for place in _READER_PLACES if cells[place] > gone_ns]
+        cells, come_ns = self._cells, []
+        for place in _READER_PLACES:
+            heard_ns, looks = cells[place], self._heard_last[place][1] + 1
+            if heard_ns != self._heard_last[place][0]:
+                looks = 0
+            self._heard_last[place] = heard_ns, looks
+            if heard_ns and looks < _LOOKS_AT_SILENCE:
+                come_ns.append(cells[place + 1])
+            elif heard_ns:
+                cells[place] = 0
         return 0.0 if not come_ns else (self.time_ns() - min(come_ns)) * 1e-9
 
 

@@ -80,7 +80,6 @@ class NoiseSettings:
         2e-6, "m", "times 1 / (1 - 2 nu): by what a mesh shifts the edges of the grasp"
     )
     largest_ratio_of_edges: float = calibrated(0.48, "1", "no clean case was nearer to incompressible")
-    edge_lever_m: float = calibrated(5e-3, "m", "at which a turn of these edges moves them by the same")
     from_rest: float = definition(0.1, "1", "share of the way from which on a bead may stand aside in full")
     shares_left: tuple[float, ...] = grid((1.0, 0.5, 0.25, 0.1), "1", "of what may be left at the most")
     usual_share_left: float = budget(0.25, "1", "with which the search for the most probable one begins")
@@ -130,7 +129,9 @@ class EvidenceSettings:
     noise_as_stated: float = definition(0.05, "1", "the beads show another noise only beyond this share")
     slowest_rows: int = definition(16, "rows", "what is slower is no unsteadiness")
     rough: float = calibrated(8.0, "sigma", "scatter of chi-squared that right causes do not reach")
-    rough_tail: float = calibrated(4.0, "sigma", "the same of a baseline, beyond what most residuals show")
+    rough_tail: float = definition(
+        4.0, "sigma", "the same of a baseline, beyond what most residuals show: once in 30 000 cases"
+    )
     moved_by_much: float = budget(0.3, "1", "rms in noise beyond which a left-out prediction is solved")
     shortenings: int = budget(3, "1", "of a step to the fit without an experiment")
     stretches: int = definition(10, "1", "of an experiment whose rows are left out in turn")
@@ -180,17 +181,16 @@ class SearchSettings:
     size_of_pairs: float = grid(0.3, "1", "of the usual size, with which all pairs are weighed roughly")
     pairs_in_full: int = budget(60, "1", "that are then weighed over all sizes")
     remainder: float = calibrated(0.05, "1", "of what causes explain that something unknown must explain too")
-    finer_form: float = calibrated(
-        4.0, "nat", "a second effect of a leader's label that promises this asks for one"
-    )
     partners: int = budget(3, "1", "second causes refitted beside each leader")
     pairs_together: int = budget(2, "1", "pairs refitted that were weighed together")
     starts_of_pairs: int = budget(4, "1", "in all: as many as two workers do in two turns")
     behind: float = budget(0.2, "1", "of what the best pair adds: one that promises so much less is left out")
-    another_hollow: float = calibrated(
-        0.2, "1", "of what one cause explains: two that promise so much less begin in another hollow"
+    another_hollow: float = budget(
+        0.2, "1", "of what one cause explains: two that promise so much less are not refitted"
     )
-    kept: float = calibrated(2.0, "1", "times what first order promises that a refit of two may keep")
+    kept: float = budget(
+        2.0, "1", "times what first order promises beside a leader: refitted while that could be all"
+    )
     shared: float = calibrated(1000.0, "nat", "that shared errors may leave beside two causes that are there")
     leaders: int = budget(2, "1", "beside which second causes are looked for")
     rivals: int = budget(2, "1", "pairs of labels that are looked at in finer forms")

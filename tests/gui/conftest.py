@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from PySide6.QtWidgets import QAbstractButton
 
 # another platform, such as xcb under Xvfb, may be asked for from outside
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
@@ -131,13 +132,18 @@ class Operator:
     def wait_until(self, condition: Callable[[], bool], what: str) -> None:
         wait_until(condition, what, 240.0)
 
+    def press(self, button: QAbstractButton) -> None:
+        """Click a button as soon as it can be: while the rig is busy it cannot."""
+        self.wait_until(button.isEnabled, f'an enabled button "{button.text()}"')
+        button.click()
+
     def begin_slow_pull(self) -> Path:
         """Record a pull that would take long, and return its folder once the robot moves."""
         page = self.window.page(AcquirePage)
         page.trial_panel.choose("pull")
         slow = {"steps": 1, "step_length_m": 0.006, "return_steps": 0, "speed_m_s": 0.0005}
         page.trial_panel.form.set_values(slow)
-        page.start_button.click()
+        self.press(page.start_button)
         self.wait_until(lambda: self.link.state.step >= 1, "the first step")
         folder = self.link.state.session
         assert folder is not None

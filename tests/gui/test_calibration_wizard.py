@@ -49,7 +49,7 @@ def test_a_motion_is_recorded_judged_accepted_and_in_force_for_the_next_session(
     page.wizard.judged.connect(judged.append)
     page.wizard.kept.connect(kept.append)
 
-    page.record_button.click()
+    at_rest.press(page.record_button)
     messages = at_rest.window.messages
     at_rest.wait_until(lambda: bool(judged) or messages.message is not None, "an outcome")
     assert judged, messages.message
@@ -66,7 +66,7 @@ def test_a_motion_is_recorded_judged_accepted_and_in_force_for_the_next_session(
     acquire.trial_panel.choose("pull")
     steps = {"steps": 1, "return_steps": 1, "settle_s": 0.1, "measure_s": MEASURE_S}
     acquire.trial_panel.form.set_values(steps)
-    acquire.start_button.click()
+    at_rest.press(acquire.start_button)
     ended = ("done", "failed", "stopped")
     at_rest.wait_until(lambda: acquire.runner.queue[-1].state in ended, "the end of a session")
     entry = acquire.runner.queue[-1]

@@ -43,10 +43,10 @@ def test_a_tare_zeroes_what_is_shown_and_can_be_undone(at_rest: Operator) -> Non
     at_rest.wait_until(lambda: all(row.health == "good" for row in link.state.rows), "all lamps")
     at_rest.wait_until(lambda: link.state.rows[0].counts.received > 2000, "some seconds of samples")
     raw_n = link.state.force_n
-    page.tare_button.click()
+    at_rest.press(page.tare_button)
     at_rest.wait_until(lambda: len(link.tares.tares) == 1 and link.state.force_n < 0.2, "a zeroed force")
     assert raw_n > 10.0
-    page.undo_button.click()
+    at_rest.press(page.undo_button)
     at_rest.wait_until(lambda: link.state.force_n == pytest.approx(raw_n, abs=0.2), "the raw force")
 
 
@@ -59,8 +59,8 @@ def retractions(operator: Operator, laboratory: VirtualRig) -> tuple[Entry, ...]
         acquire.trial_panel.card(kind).click()
         turn = {} if kind == "pull" else {"angle_rad": 0.05}
         acquire.trial_panel.form.set_values({**SHORT, **turn})
-        acquire.add_button.click()
-    acquire.run_button.click()
+        operator.press(acquire.add_button)
+    operator.press(acquire.run_button)
     operator.wait_until(lambda: not acquire.runner.going_on, "the end of the queue")
     operator.wait_until(lambda: not acquire.runner.running, "the end of the last session")
     return acquire.runner.queue[-3:]
@@ -133,11 +133,11 @@ def test_what_a_limit_forbids_is_told_by_its_step_and_nothing_moves(at_rest: Ope
     page.trial_panel.choose("pull")
     page.trial_panel.form.set_values({"steps": 30, "step_length_m": 0.0022})
     at_rest.link.checked.connect(lambda checked: told.append(checked.failure.message))
-    page.check_button.click()
+    at_rest.press(page.check_button)
     at_rest.wait_until(lambda: bool(told), "the verdict")
     assert told[0].startswith("pull, step 14: the gripper at (70.8")
     assert told[0].endswith("mm would leave the workspace")
-    page.start_button.click()
+    at_rest.press(page.start_button)
     at_rest.wait_until(lambda: page.runner.queue[-1].state == "failed", "the refusal")
     assert page.runner.queue[-1].session is None
     tool = at_rest.link.state.tool

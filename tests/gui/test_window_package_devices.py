@@ -44,7 +44,7 @@ def test_the_window_shows_and_records_them(tmp_path: Path, cameras: int) -> None
         operator.wait_until(lambda: len(operator.link.state.rows) == 2 + cameras, "a lamp for each device")
         page.trial_panel.choose("pull")
         page.trial_panel.form.set_values(SHORT)
-        page.start_button.click()
+        operator.press(page.start_button)
         operator.wait_until(lambda: operator.link.state.session is not None, "a session")
         session = operator.link.state.session
         assert session is not None

@@ -134,8 +134,34 @@ def test_a_reader_that_is_late_is_known_and_one_that_has_gone_or_died_is_not_wai
     assert keeper.readers_behind_s() == pytest.approx(0.2)
     readers[1].close()
     assert keeper.readers_behind_s() == pytest.approx(0.01)
-    now.ns += 4 * SECOND_NS
+    for _ in range(1000):
+        now.ns += 4 * MS
+        keeper.readers_behind_s()
     assert keeper.readers_behind_s() == 0.0
+
+
+def test_a_reader_is_waited_for_as_long_as_the_keeper_seldom_gets_a_turn(
+    keeper: ClockKeeper, now: Now
+) -> None:
+    reader = keeper.reader()
+    keeper.grant(SECOND_NS)
+    for _ in range(100):
+        now.ns += SECOND_NS // 10
+        assert keeper.readers_behind_s() > 0.0
+    reader.caught_up(keeper.time_ns())
+    assert keeper.readers_behind_s() == 0.0
+    reader.close()
+
+
+def test_the_place_of_a_reader_that_has_died_is_another_s(keeper: ClockKeeper) -> None:
+    for _ in range(100):
+        keeper.reader()
+        for _ in range(1000):
+            keeper.readers_behind_s()
+    keeper.grant(SECOND_NS)
+    alive = keeper.reader()
+    alive.caught_up(keeper.time_ns() - SECOND_NS)
+    assert keeper.readers_behind_s() == pytest.approx(1.0)
 
 
 def test_any_number_of_readers_can_come_one_after_the_other(keeper: ClockKeeper) -> None:

@@ -19,11 +19,12 @@ from estimator.errors import SolverError
 from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.newton import EquilibriumSolver, NewtonSettings
-from estimator.fem.equilibrium.observation import Observation, at_modulus, observe
+from estimator.fem.equilibrium.observation import Observation, observe
 from estimator.fem.equilibrium.settling import settled
 from estimator.fem.equilibrium.state import EquilibriumState, linear_change
 from estimator.fem.terms.term import Term
-from estimator.inference.material_parameters import POISSON_RATIO
+from estimator.inference.extrapolation import extrapolated
+from estimator.inference.material_parameters import POISSON_RATIO, YOUNGS_MODULUS
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
@@ -96,35 +97,18 @@ class Mechanics:
         return Mechanics(replace(self.solution, states=()), light)
 
     def at(self, before: Hypothesis, after: Hypothesis) -> Mechanics:
-        """Extrapolate the observables of the baseline to another E and ν nearby.
-
-        By E it goes as :func:`~estimator.fem.equilibrium.observation.at_modulus` says; the rest is linear in
-        −ln(1 − 2ν).
-        """
-        old, new = before.poisson_ratio, after.poisson_ratio
-        along = POISSON_RATIO.transform.internal_of(new) - POISSON_RATIO.transform.internal_of(old)
-        change = POISSON_RATIO.transform.slope(old) * along
-        moduli = before.youngs_modulus, after.youngs_modulus
-        return Mechanics(self.solution, tuple(_extrapolated(o, change, *moduli) for o in self.observations))
+        """Extrapolate the observables of the baseline to another E and ν nearby."""
+        moved = tuple(
+            extrapolated(one, (YOUNGS_MODULUS, POISSON_RATIO), before.of_material, after.of_material)
+            for one in self.observations
+        )
+        return Mechanics(self.solution, moved)
 
 
 def mechanics_of(solution: Solution) -> Mechanics:
     """Evaluate the observables of every load step."""
     of_state = {id(state): observe(solution.problem, state) for state in solution.distinct_states}
     return Mechanics(solution, tuple(of_state[id(state)] for state in solution.states))
-
-
-def _extrapolated(observation: Observation, change: float, before: float, after: float) -> Observation:
-    """Move ν, as it were, by ``change``, and E from before to after, Pa."""
-    force = change * observation.wrench_by["poisson_ratio"]
-    by_modulus = observation.wrench_by["youngs_modulus"] + force / before
-    moved = replace(
-        observation,
-        wrench=observation.wrench + force,
-        fiducials=observation.fiducials + change * observation.fiducials_by["poisson_ratio"],
-        wrench_by={**observation.wrench_by, "youngs_modulus": by_modulus},
-    )
-    return at_modulus(moved, before, after)
 
 
 def solve_case(

@@ -22,7 +22,7 @@ from estimator.diagnosis.sensitivity.perturbation import Perturbation
 from estimator.diagnosis.sensitivity.readings import derivatives, derivatives_by_pose
 from estimator.diagnosis.settings import NoiseSettings
 from estimator.effects.mounting.grasp_misplacement import GRASP_EDGES
-from estimator.experiment import Experiment
+from estimator.experiment import Box, Experiment
 from estimator.forward.schedule import schedule_poses, travel
 from estimator.inference.channels import channel_variance, measured_rows, of_wrench, offsets
 from estimator.inference.whitening import Whitening, inverse_root, uncorrelated
@@ -181,14 +181,27 @@ def left_at_grasp(
     corrections : of the discretisation, (n, c) each
     """
     aside = edge_deviation(hypothesis, settings)
-    deviation = {"m": aside, "rad": aside / settings.edge_lever_m}
-    steps, deviations = [], []
+    steps, units = [], []
     for form in GRASP_EDGES:
         null = hypothesis.with_effect(form, {amplitude.name: 0.0 for amplitude in form.amplitudes})
         free = [c for c in free_parameters(null) if c.effect is not None]
         steps += [Perturbation(c.name, c.put(null, c.step), form, c.step) for c in free]
-        deviations += [deviation[c.unit] for c in free]
-    return [np.array(deviations) * slope for slope in derivatives(mechanics, hypothesis, steps, corrections)]
+        units += [c.unit for c in free]
+    slopes = derivatives(mechanics, hypothesis, steps, corrections)
+    grasps = [each.solution.load_steps.experiment.grasp.box for each in mechanics]
+    return [
+        aside * np.array([1.0 if unit == "m" else 1.0 / edge_lever(grasp) for unit in units]) * slope
+        for grasp, slope in zip(grasps, slopes, strict=True)
+    ]
+
+
+def edge_lever(grasp: Box) -> float:
+    """Return at which distance, m, edges that are turned lie aside by as much as edges that are shifted.
+
+    It is the root-mean-square distance of an edge's points from its middle.
+    """
+    along_x, along_y, _ = np.subtract(grasp.upper, grasp.lower)
+    return float(np.mean([along_x, along_y]) / np.sqrt(12.0))
 
 
 def edge_deviation(hypothesis: Hypothesis, settings: NoiseSettings) -> float:

@@ -46,7 +46,7 @@ def asks_for_a_finer_form(context: Context, leader: Candidate, trials: Sequence[
     beside = trials_of(context.beside(leader.fit), own)
     promised = max((trial.log_evidence for trial in beside), default=-np.inf)
     alone = first_order_evidence(context.case, leader.fit, context.error)
-    return promised - alone > context.settings.search.finer_form
+    return promised - alone > context.settings.search.strong
 
 
 def starts_of_pairs(
