@@ -142,7 +142,12 @@ def solve_case(
     # A refit's step that is hard to follow is rather shortened: to find that there is no equilibrium costs more than
     # several points.
     smallest = settings.smallest_step if known is None else settings.smallest_step_of_refit
-    following = EquilibriumSolver(changed, replace(newton, smallest_fraction=smallest))
+    # A thin sheet bends so easily that its tangent may be indefinite on the way to a stable state: the shortest steps
+    # go on all the same.
+    through = max(newton.unstable_fraction, smallest)
+    following = EquilibriumSolver(
+        changed, replace(newton, smallest_fraction=smallest, unstable_fraction=through)
+    )
     nearby = following.with_settings(replace(newton, iterations=settings.iterations_beside_neighbour))
     material, strays = hypothesis.material(), 0
     solutions = []
