@@ -1,4 +1,4 @@
-"""The experiment folder ``retraction-experiment/1``: its types, reader, writer and checks."""
+"""The experiment folder ``retraction-experiment/2``: its types, reader, writer and checks."""
 
 from estimator.experiment.model import (
     PHASES,

@@ -20,8 +20,14 @@ Vector = tuple[float, float, float]
 Shape = Literal["block", "surface"]
 TrajectoryKind = Literal["pull", "gradual_tangent_pull", "twist_and_pull", "other"]
 SurfaceBelow = Literal["table", "none"]
+Weight = Literal["left_out", "acts", "acts_after_first_row"]
+ForceZero = Literal["first_row", "no_load"]
+FirstRow = Literal["at_rest", "under_load"]
+Driven = Literal["pose", "load"]
 
-FORMAT = "retraction-experiment/1"
+FORMAT = "retraction-experiment/2"
+FORMATS: tuple[str, ...] = ("retraction-experiment/1", FORMAT)
+"""Those that can be read; the last is the one that is written."""
 EXPERIMENT_FILE = "experiment.toml"
 OBSERVATIONS_FILE = "observations.csv"
 SURFACE_FILES: tuple[str, ...] = ("phantom.stl", "phantom.ply", "phantom.obj", "phantom.vtp", "phantom")
@@ -170,9 +176,12 @@ class SensorNoise:
     torque_std : N·m
     fiducial_std : m, each coordinate
     position_std : m, the gripper's reported position
+    orientation_std : rad, its reported turn about each axis
     tool_mass : kg beyond the sensor
     tool_centre : its centre of mass in the gripper frame, m
     by_channel : of single channels that differ from these, by name: ``fx`` to ``tz``, and ``x y z`` of every fiducial
+    force_zero : where force and torque are zero: ``"first_row"``, whatever pulled at the gripper then, or ``"no_load"``
+        where no tissue does, so that they are absolute
     """
 
     force_std: float
@@ -182,6 +191,13 @@ class SensorNoise:
     tool_mass: float = 0.0
     tool_centre: Vector = (0.0, 0.0, 0.0)
     by_channel: Mapping[str, float] = field(default_factory=dict)
+    force_zero: ForceZero = "first_row"
+    orientation_std: float = 0.0
+
+    @property
+    def pose_std(self) -> FloatArray:
+        """Of the gripper's reported position and turn about each axis (6,), m and rad."""
+        return np.repeat([self.position_std, self.orientation_std], 3)
 
     @property
     def wrench_std(self) -> FloatArray:
@@ -197,10 +213,19 @@ class SensorNoise:
 
 @dataclass(frozen=True, slots=True)
 class Environment:
-    """Gravity in the tissue frame, m/s², and what the phantom lies on (a table at z = −size_m[2]/2)."""
+    """What surrounds the phantom.
+
+    Attributes
+    ----------
+    gravity : in the tissue frame, m/s²
+    surface_below : what the phantom lies on, a table at z = −size_m[2]/2
+    weight : whether the phantom's weight strains it: ``"left_out"`` where it is carried or negligible; ``"acts"`` in
+        every row; ``"acts_after_first_row"`` where the first row is of the phantom free of stress, as in its mould
+    """
 
     gravity: Vector = (0.0, 0.0, -9.81)
     surface_below: SurfaceBelow = "table"
+    weight: Weight = "left_out"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -225,6 +250,9 @@ class Experiment:
         frame's present origin
     fiducials : (n, m, 3) m
     path : the folder it was read from; None where it was made in memory
+    first_row : ``"at_rest"``, or ``"under_load"`` where the gripper has moved already: poses are from rest all the same
+    driven : by the ``"pose"`` of the gripper, or by the ``"load"`` on it: it is free then, as under a hung weight, and
+        its pose is what was measured
     """
 
     name: str
@@ -245,3 +273,19 @@ class Experiment:
     wrench: FloatArray
     fiducials: FloatArray
     path: Path | None = None
+    first_row: FirstRow = "at_rest"
+    driven: Driven = "pose"
+
+    @property
+    def specific_weight(self) -> FloatArray:
+        """The weight that strains the phantom, (3,), N/m³; zero where it is left out."""
+        if self.environment.weight == "left_out":
+            return np.zeros(3)
+        return self.phantom.density * np.asarray(self.environment.gravity)
+
+    @property
+    def zeroed_under_load(self) -> bool:
+        """Whether the first row, in which force and torque count as zero, has the tissue pull at the gripper."""
+        weight = self.environment.weight
+        loaded = weight == "acts" or (weight == "left_out" and self.first_row == "under_load")
+        return loaded and self.sensor.force_zero == "first_row"

@@ -65,6 +65,7 @@ def _difference(one: Experiment, other: Experiment, rest_tolerance_m: float) -> 
         "[phantom]": is_same_body(one.phantom, other.phantom),
         "[[anchor]]": one.anchors == other.anchors,
         "[grasp]": one.grasp == other.grasp,
+        "[environment] weight": np.array_equal(one.specific_weight, other.specific_weight),
         "[fiducials] rest": rest.shape == others.shape
         and bool(np.all(np.abs(rest - others) <= rest_tolerance_m)),
     }

@@ -3,21 +3,26 @@
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import cast
+from typing import cast, get_args
 
 import numpy as np
 
 from estimator.errors import InputError
+from estimator.experiment.as_modelled import as_modelled
 from estimator.experiment.model import (
     BEAD_CHANNELS,
     EXPERIMENT_FILE,
     FORMAT,
+    FORMATS,
     OBSERVATIONS_FILE,
     TRAJECTORY_KINDS,
     WRENCH_CHANNELS,
     Box,
+    Driven,
     Environment,
     Experiment,
+    FirstRow,
+    ForceZero,
     Grasp,
     PaintedPatch,
     Phantom,
@@ -26,6 +31,7 @@ from estimator.experiment.model import (
     TissueRegion,
     TrajectoryKind,
     Vector,
+    Weight,
 )
 from estimator.experiment.observations import read_observations
 from estimator.experiment.tables import TomlTable
@@ -84,9 +90,13 @@ def read_mounted_phantom(path: Path | str) -> MountedPhantom:
 def read_experiment(path: Path | str) -> Experiment:
     """Read and check one experiment folder; quaternions come back with unit norm to the last digit.
 
+    A first row of the phantom free of stress, before its weight acts, is left out once it is checked, and what is empty
+    of a known load is zero.
+
     Unknown keys are ignored. Keys that may be missing: ``name`` (then the folder's name), ``phantom_id`` (the
     name of the folder above), ``order`` (1), ``density`` (1070), the grasp's ``centre`` (its box's), ``kind``
-    ("other"), ``gravity`` (0, 0, −9.81), ``surface_below`` ("table"), ``tool_mass`` (0), ``tool_centre``
+    ("other"), ``first_row`` ("at_rest"), ``driven`` ("pose"), ``gravity`` (0, 0, −9.81), ``surface_below`` ("table"),
+    ``weight`` ("left_out"), ``force_zero`` ("first_row"), ``orientation_std`` (0), ``tool_mass`` (0), ``tool_centre``
     (0, 0, 0), a surface's ``size`` (its bounding box's) and ``unit`` (metres; millimetres where only these give a
     phantom), and the whole table of fiducials (none).
 
@@ -98,7 +108,7 @@ def read_experiment(path: Path | str) -> Experiment:
     experiment = read_unchecked(path)
     check_experiment(experiment)
     norm = np.linalg.norm(experiment.quaternion_wxyz, axis=1, keepdims=True)
-    return replace(experiment, quaternion_wxyz=experiment.quaternion_wxyz / norm)
+    return as_modelled(replace(experiment, quaternion_wxyz=experiment.quaternion_wxyz / norm))
 
 
 def read_unchecked(path: Path | str) -> Experiment:
@@ -114,12 +124,15 @@ def read_unchecked(path: Path | str) -> Experiment:
         raise InputError(f"{folder}: there is no such folder; give a folder that holds {EXPERIMENT_FILE}")
     file = folder / EXPERIMENT_FILE
     stated = TomlTable.read(file)
-    if (found := stated.text("format")) != FORMAT:
-        raise InputError(f'{file}: format is "{found}"; only "{FORMAT}" can be read')
+    if (found := stated.text("format")) not in FORMATS:
+        raise InputError(f'{file}: format is "{found}"; only {" and ".join(FORMATS)} can be read')
+    if found != FORMAT:
+        _refuse_newer_keys(stated, file)
     fiducials_rest = stated.table("fiducials").points("rest")
     observed = read_observations(folder / OBSERVATIONS_FILE, len(fiducials_rest))
     phantom = _phantom(stated.table("phantom"), folder)
-    kind = stated.table("trajectory").choice("kind", TRAJECTORY_KINDS, "other")
+    trajectory = stated.table("trajectory")
+    kind = trajectory.choice("kind", TRAJECTORY_KINDS, "other")
     return Experiment(
         name=stated.text("name", folder.resolve().name),
         phantom_id=stated.text("phantom_id", folder.resolve().parent.name),
@@ -139,6 +152,8 @@ def read_unchecked(path: Path | str) -> Experiment:
         wrench=observed.wrench,
         fiducials=observed.fiducials,
         path=folder,
+        first_row=cast(FirstRow, trajectory.choice("first_row", get_args(FirstRow), "at_rest")),
+        driven=cast(Driven, trajectory.choice("driven", get_args(Driven), "pose")),
     )
 
 
@@ -183,6 +198,19 @@ def case_members(path: Path | str) -> list[Path]:
             f"{folder}: neither it nor a folder in it holds {EXPERIMENT_FILE}; give another folder"
         )
     return members
+
+
+def _refuse_newer_keys(stated: TomlTable, file: Path) -> None:
+    """Refuse what an older format would pass over in silence."""
+    newer = {
+        "environment": ("weight",),
+        "sensor": ("force_zero", "orientation_std"),
+        "trajectory": ("first_row", "driven"),
+    }
+    for table, keys in newer.items():
+        for key in keys:
+            if key in stated.table(table):
+                raise InputError(f'{file}: [{table}] {key} needs format = "{FORMAT}"; write that at the head')
 
 
 def _phantom(table: TomlTable, folder: Path) -> Phantom:
@@ -235,7 +263,10 @@ def _grasp(table: TomlTable, folder: Path, phantom: Phantom) -> Grasp:
 def _environment(table: TomlTable) -> Environment:
     default = Environment()
     below = table.choice("surface_below", ("table", "none"), default.surface_below)
-    return Environment(table.vector("gravity", default.gravity), cast(SurfaceBelow, below))
+    weight = table.choice("weight", get_args(Weight), default.weight)
+    return Environment(
+        table.vector("gravity", default.gravity), cast(SurfaceBelow, below), cast(Weight, weight)
+    )
 
 
 def _sensor(table: TomlTable) -> SensorNoise:
@@ -247,6 +278,8 @@ def _sensor(table: TomlTable) -> SensorNoise:
         tool_mass=table.number("tool_mass", 0.0),
         tool_centre=table.vector("tool_centre", (0.0, 0.0, 0.0)),
         by_channel=_by_channel(table.table("by_channel")) if "by_channel" in table else {},
+        orientation_std=table.number("orientation_std", 0.0),
+        force_zero=cast(ForceZero, table.choice("force_zero", get_args(ForceZero), "first_row")),
     )
 
 

@@ -26,6 +26,7 @@ _SIZE_LIMIT_M = 2.0
 _DENSITY_RANGE = (100.0, 20_000.0)
 _GRAVITY_LIMIT = 20.0
 _TOOL_MASS_LIMIT_KG = 50.0
+_ORIENTATION_NOISE_LIMIT = 0.5
 _FORCE_LIMIT_N = 400.0  # the largest range of a Gamma calibration along z
 _TORQUE_LIMIT_NM = 20.0
 # in longest edges of the phantom:
@@ -120,6 +121,15 @@ def _check_environment_and_sensor(experiment: Experiment, file: Path) -> None:
                 f"{file}: [sensor.by_channel] {name} is {std:g}; name one of fx fy fz tx ty tz x y z, with a "
                 "standard deviation above 0"
             )
+    if not 0 <= sensor.orientation_std <= _ORIENTATION_NOISE_LIMIT:
+        raise InputError(
+            f"{file}: [sensor] orientation_std is {sensor.orientation_std:g} rad; write radians, 0 or more"
+        )
+    if experiment.driven == "load" and not sensor.orientation_std:
+        raise InputError(
+            f'{file}: [trajectory] driven is "load", so that the orientation of the gripper was measured; state '
+            "[sensor] orientation_std in rad (by markers: their position_std over their distance)"
+        )
     if not 0 <= sensor.tool_mass <= _TOOL_MASS_LIMIT_KG:
         raise InputError(
             f"{file}: [sensor] tool_mass is {sensor.tool_mass:g} kg; write 0 or more, in kilograms"
@@ -129,6 +139,27 @@ def _check_environment_and_sensor(experiment: Experiment, file: Path) -> None:
     gravity = float(np.linalg.norm(experiment.environment.gravity))
     if gravity > _GRAVITY_LIMIT:
         raise InputError(f"{file}: [environment] gravity is {gravity:g} m/s2 in all; write m/s2")
+    _check_weight(experiment, file)
+
+
+def _check_weight(experiment: Experiment, file: Path) -> None:
+    environment = experiment.environment
+    if environment.weight == "left_out":
+        return
+    if not any(environment.gravity):
+        raise InputError(
+            f'{file}: [environment] weight is "{environment.weight}" and gravity is zero; state gravity in m/s2'
+        )
+    if environment.surface_below == "table":
+        raise InputError(
+            f'{file}: [environment] weight is "{environment.weight}" and a table carries the phantom; write '
+            'surface_below = "none" where nothing but the anchors does, or weight = "left_out"'
+        )
+    if environment.weight == "acts_after_first_row" and experiment.first_row == "under_load":
+        raise InputError(
+            f'{file}: [trajectory] first_row is "under_load" and the weight acts only after it; write '
+            'weight = "acts"'
+        )
 
 
 def _check_lengths(experiment: Experiment, file: Path) -> None:
@@ -144,7 +175,8 @@ def _check_lengths(experiment: Experiment, file: Path) -> None:
     for name, shape in expected.items():
         if (found := np.shape(getattr(experiment, name))) != shape:
             raise InputError(f"{file}: {name} has the shape {found}; with {n} times it must be {shape}")
-    if n < 2:
+    fewest = 1 if experiment.first_row == "under_load" else 2
+    if n < fewest:
         raise InputError(f"{file}: {n} rows; a retraction needs at least two")
 
 
@@ -172,17 +204,21 @@ def _check_start(experiment: Experiment, file: Path) -> None:
         f"the gripper is more than {_TRAVEL_LIMIT:g} phantoms away; write metres in the tissue frame",
         "px",
     )
+    if experiment.first_row == "under_load":
+        return
     off = float(np.linalg.norm(experiment.position[0] - experiment.grasp.centre))
     if off > _REST_TOLERANCE * longest:
         raise InputError(
             f"{file}, line {line_of_row(0)}: the gripper starts {off:g} m off [grasp] centre; the first row "
-            "is at rest: correct the centre, or express the positions in the tissue frame, in metres"
+            "is at rest: correct the centre, express the positions in the tissue frame, in metres, or write "
+            'first_row = "under_load" in [trajectory]'
         )
     angle = 2 * np.degrees(np.arccos(min(1.0, abs(float(experiment.quaternion_wxyz[0, 0])))))
     if angle > _REST_ANGLE_LIMIT_DEG:
         raise InputError(
             f"{file}, line {line_of_row(0)}: the gripper starts turned by {angle:.1f} degrees; write its "
-            "orientation relative to rest, scalar first (1, 0, 0, 0 at rest)"
+            "orientation relative to rest, scalar first (1, 0, 0, 0 at rest), or write "
+            'first_row = "under_load" in [trajectory]'
         )
 
 
@@ -203,7 +239,12 @@ def _check_measurements(experiment: Experiment, file: Path) -> None:
 
 
 def _check_force_sign(experiment: Experiment, file: Path) -> None:
-    """Refuse forces that grow along the motion as strictly as an elastic reaction grows against it."""
+    """Refuse forces that grow along the motion as strictly as an elastic reaction grows against it.
+
+    A phantom whose weight acts may pull the gripper along.
+    """
+    if experiment.environment.weight != "left_out":
+        return
     travel = experiment.position - experiment.position[0]
     distance = np.linalg.norm(travel, axis=1)
     force = experiment.wrench[:, :3]

@@ -89,8 +89,12 @@ def check_common_direction(experiment: Experiment) -> list[Finding]:
 
 
 def _seen_at_rest(experiment: Experiment) -> tuple[FloatArray, FloatArray]:
-    """Return the mean of the beads before any motion, (m, 3), and its standard deviation."""
-    rows = experiment.fiducials[at_rest(experiment)]
+    """Return the mean of the beads before any motion, (m, 3), and its standard deviation.
+
+    Where the weight acts they hang elsewhere than on the phantom free of stress.
+    """
+    hangs = experiment.environment.weight == "acts"
+    rows = experiment.fiducials[at_rest(experiment) & (not hangs)]
     count = np.isfinite(rows).sum(axis=0)
     mean = np.where(count > 0, np.nansum(rows, axis=0) / np.maximum(count, 1), np.nan)
     return mean, experiment.sensor.fiducial_std / np.sqrt(np.maximum(count, 1))

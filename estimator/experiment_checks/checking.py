@@ -38,6 +38,7 @@ CHECKS: dict[str, Check] = {
     "signs of forces": work.check_signs_of_axes,
     "units of forces": units.check_stiffness,
     "gravity": surroundings.check_gravity,
+    "weight": surroundings.check_weight,
     "density": surroundings.check_density,
 }
 """Every check by its name; each is a function of the experiment alone, and gives its reason in its docstring."""

@@ -57,12 +57,13 @@ def check_anchors(experiment: Experiment) -> list[Finding]:
 
 
 def check_start(experiment: Experiment) -> list[Finding]:
-    """The first row is at rest: the gripper is at its stated centre, and not turned."""
+    """The first row is at rest, unless stated otherwise: the gripper is at its stated centre, and not turned."""
     findings = []
+    loaded = experiment.first_row == "under_load"
     off = float(np.linalg.norm(experiment.position[0] - experiment.grasp.centre))
-    if off > _OFF_SURFACE * longest_edge(experiment):
+    if off > _OFF_SURFACE * longest_edge(experiment) and not loaded:
         what = f"the gripper starts {off * 1e3:.4g} mm off [grasp] centre"
-        do = "correct the centre, or write positions in metres in the tissue frame"
+        do = "correct the centre, write positions in metres in the tissue frame, or state first_row = under_load"
         findings.append(of_rows("wrong", "start", what, do, row=0, column="px"))
     quaternion = experiment.quaternion_wxyz
     norm = np.linalg.norm(quaternion, axis=1)
@@ -72,7 +73,7 @@ def check_start(experiment: Experiment) -> list[Finding]:
         findings.append(
             of_rows("wrong", "start", what, "write unit quaternions, scalar first", row=row, column="qw")
         )
-    elif abs(quaternion[0, 0]) < np.cos(np.radians(2.5)):
+    elif abs(quaternion[0, 0]) < np.cos(np.radians(2.5)) and not loaded:
         last = abs(quaternion[0, 3]) > np.cos(np.radians(2.5))
         angle = 2 * np.degrees(np.arccos(min(1.0, abs(float(quaternion[0, 0])))))
         what = (

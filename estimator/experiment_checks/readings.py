@@ -46,7 +46,12 @@ def rotation_vectors(experiment: Experiment) -> FloatArray:
 
 
 def at_rest(experiment: Experiment) -> NDArray[np.bool_]:
-    """Tell which of the first rows are before any motion: those up to the first that has surely moved."""
+    """Tell which of the first rows are before any motion: those up to the first that has surely moved.
+
+    None is where the experiment begins under load.
+    """
+    if experiment.first_row == "under_load":
+        return np.zeros(len(experiment.time), dtype=bool)
     sensor = experiment.sensor
     least = SURELY * max(sensor.position_std, 0.0) * np.sqrt(2) + 1e-4 * longest_edge(experiment)
     moved = np.linalg.norm(travel(experiment), axis=1) > least

@@ -53,8 +53,11 @@ class Work:
 def work_on_body(experiment: Experiment) -> Work | None:
     """Return the work, with forces counted from the rows at rest; None where what was measured does not tell it.
 
-    That is so where the gripper moves along an axis, or turns about one, whose force or torque is not measured.
+    That is so where the gripper moves along an axis, or turns about one, whose force or torque is not measured, and
+    where the experiment begins under load, with energy stored.
     """
+    if experiment.first_row == "under_load":
+        return None
     moved, turned = travel(experiment), rotation_vectors(experiment)
     motion = np.column_stack([moved, turned])
     rest = at_rest(experiment)

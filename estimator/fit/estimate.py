@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 
 from estimator.errors import FitError
 from estimator.experiment import Experiment, check_same_mounting
+from estimator.experiment.as_modelled import as_modelled
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.newton import NewtonSettings
 from estimator.fit.linearisation import Linearisation, Progress, silent
 from estimator.fit.measurements import StateMean, state_means
-from estimator.fit.nuisances import DISCRETISATION, REMAINING_ERROR
+from estimator.fit.nuisances import DISCRETISATION, GRIPPER_POSITION, REMAINING_ERROR
 from estimator.fit.paper.sqp import minimise_by_sqp
 from estimator.fit.profile import Profile, profile
 from estimator.fit.result import Estimate
@@ -85,6 +86,7 @@ def estimate(
     """
     started = time.perf_counter()
     settings = settings or FitSettings()
+    experiments = [as_modelled(experiment) for experiment in experiments]
     check_same_mounting(experiments, _SAME_MOUNTING_M)
     tell = progress or silent
     model = ForwardModel(mesh(experiments[0]), experiments)
@@ -204,6 +206,7 @@ def _with_priors_weighed(settings: FitSettings, misfit: float) -> FitSettings:
     weight = max(1.0, misfit)
     near = max(weight, settings.prior_weight) < _STANDS_OUT * min(weight, settings.prior_weight)
     known = any(parameter.prior is not None for parameter in settings.free)
+    known |= settings.objective == "likelihood" and GRIPPER_POSITION in settings.nuisances
     return replace(settings, prior_weight=weight) if known and not near else settings
 
 

@@ -1,4 +1,4 @@
-"""Where a fit begins: Young's modulus from one prediction, to which every force is proportional."""
+"""Where a fit begins: Young's modulus from one prediction, to which all forces but weight are proportional."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,8 @@ from estimator.experiment.observations import WRENCH_COLUMNS
 from estimator.fit.linearised_fit import Predictions
 from estimator.fit.measurements import StateMean
 from estimator.forward.schedule import PoseSchedule
-from estimator.inference.channels import predicted_channels
+from estimator.inference.channels import channels_by, predicted_channels
+from estimator.inference.material_parameters import YOUNGS_MODULUS
 
 # A mean that is this many of its deviations against the motion is no noise.
 _SURELY = 3.0
@@ -22,10 +23,11 @@ class NothingTellsModulusError(FitError):
 
 
 def modulus_ratio(
-    means: Sequence[StateMean], predictions: Predictions, schedules: Sequence[PoseSchedule]
+    means: Sequence[StateMean], predictions: Predictions, schedules: Sequence[PoseSchedule], modulus: float
 ) -> float:
     """Return by what the modulus of a prediction is to be multiplied for it to fit what was measured.
 
+    Beside weight that is the first of some steps: what it does to the tissue goes by its ratio to the modulus.
     Every component counts in the rows where it was measured, by its noise; torques where there is no force at all.
     Where the prediction is far from what was measured, as beside forces that the model does not know, their sizes are
     compared.
@@ -35,6 +37,7 @@ def modulus_ratio(
     means : of all states
     predictions : of the states in use
     schedules : of the experiments, whose poses tell the motion
+    modulus : of the predictions, Pa
 
     Raises
     ------
@@ -49,8 +52,10 @@ def modulus_ratio(
     names: set[str] = set()
     for mean in used:
         seen = np.flatnonzero(mean.count[chosen] > 0)
-        predicted = predicted_channels(predictions[mean.experiment][mean.state])[chosen][seen]
-        measured = mean.mean[chosen][seen]
+        prediction = predictions[mean.experiment][mean.state]
+        predicted = modulus * channels_by(prediction, YOUNGS_MODULUS.name)[chosen][seen]
+        of_weight = predicted_channels(prediction)[chosen][seen] - predicted
+        measured = mean.mean[chosen][seen] - of_weight
         weight = (mean.count[chosen] / mean.variance[chosen])[seen]
         poses = schedules[mean.experiment].poses
         along += float(weight * predicted @ measured)
@@ -66,7 +71,9 @@ def modulus_ratio(
             "the measured force does not oppose the motion as an elastic tissue's would; "
             f"check the sign and the axes of {label}, and that the gripper holds the tissue"
         )
-    if not along > 0 and not measured_squared > len(used) * len(names) * _SURELY**2:
+    if not predicted_squared > 0 or (
+        not along > 0 and not measured_squared > len(used) * len(names) * _SURELY**2
+    ):
         raise NothingTellsModulusError(
             f"of the measured {label} nothing stands out of the noise where the tissue would resist; {_REMEDY}"
         )

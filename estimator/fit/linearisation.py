@@ -32,6 +32,8 @@ def silent(stage: str, done: int, total: int) -> None:
 
 _EXACT = NewtonSettings()
 _REWEIGHTINGS = 50
+# Beside weight a first guess of E is improved on until it changes by less than this factor's logarithm.
+_NEAR, _GUESSES = 0.1, 6
 _STEADY_WEIGHT = 1e-3
 
 
@@ -190,14 +192,20 @@ class Linearisation:
         modulus = next((p for p in self._settings.free if p.name == YOUNGS_MODULUS.name), None)
         if modulus is None:
             return values
-        self._predict(values)
-        try:
-            ratio = modulus_ratio(self.means, self.predictions, self._model.schedules)
-        except NothingTellsModulusError:
-            if modulus.prior is None:
-                raise
-            return values
-        return {**values, modulus.name: modulus.at(ratio * modulus.value).value}
+        for _ in range(_GUESSES):
+            self._predict(values)
+            try:
+                ratio = modulus_ratio(
+                    self.means, self.predictions, self._model.schedules, values[modulus.name]
+                )
+            except NothingTellsModulusError:
+                if modulus.prior is None:
+                    raise
+                return values
+            values = {**values, modulus.name: modulus.at(ratio * values[modulus.name]).value}
+            if not self._model.problem.heavy or abs(np.log(ratio)) < _NEAR:
+                break
+        return values
 
     def _expected(self, values: Values) -> dict[tuple[int, int], FloatArray]:
         """Return the channels (c,) of every state at the linearised optimum, nuisances and corrections included."""
@@ -220,9 +228,19 @@ class Linearisation:
         return expected
 
     def _trusted(self, means: Sequence[StateMean]) -> list[StateMean]:
-        if GRIPPER_POSITION in self._settings.nuisances:
-            return list(means)
-        return [replace(mean, position_variance=0.0) for mean in means]
+        """Return the means with what of the pose's error counts beside their own scatter.
+
+        Where a gripper that the robot drives is says the robot, as surely as it states, however far the rest scatters.
+        """
+        if GRIPPER_POSITION not in self._settings.nuisances:
+            return [replace(mean, pose_variance=np.zeros(6)) for mean in means]
+        share = 1.0 / self._settings.prior_weight**2
+        return [
+            mean
+            if self._model.driven_by_load[mean.experiment]
+            else replace(mean, pose_variance=share * mean.pose_variance)
+            for mean in means
+        ]
 
     def _free(self, values: Values) -> tuple[FreeParameter, ...]:
         return at_values(self._settings.free, values)

@@ -1,10 +1,10 @@
 """The whitened misfit between measurements and prediction, with the nuisances that every laboratory has.
 
-With n rows, prediction f(θ) and its derivative T by the gripper's position, a state's mean measurement is
+With n rows, prediction f(θ) and its derivative T by the gripper's pose, a state's mean measurement is
 
-    ȳ = f(θ) + T δ + tare + rest offsets + noise,     cov = σ²/n + T Tᵀ σ_p²/n
+    ȳ = f(θ) + T δ + tare + rest offsets + noise,     cov = σ²/n + T Σ_p Tᵀ/n
 
-where δ is the error of the reported position (σ_p a row), the tare is that of the experiment (the sensor was zeroed
+where δ is the error of the reported pose (Σ_p a row), the tare is that of the experiment (the sensor was zeroed
 with the noise of a row), and the rest offsets are those of the beads' stated rest positions. δ goes into the whitening
 of each state; the others are errors that states share, with priors (:mod:`estimator.fit.nuisances`), by which all
 states are whitened together. Least squares then is the marginal maximum likelihood (Kaipio & Somersalo 2005,
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from estimator.fem.equilibrium.observation import Observation
 from estimator.fit.measurements import StateMean
 from estimator.fit.nuisances import USUAL, FloatingNuisance, floating, nuisance_columns
-from estimator.inference.channels import channels_by, channels_by_position, predicted_channels
+from estimator.inference.channels import channels_by, channels_by_pose, predicted_channels
 from estimator.inference.free_parameter import FreeParameter
 from estimator.inference.whitening import Whitening, inverse_root, shrunk
 
@@ -81,7 +81,7 @@ class LinearisedFit:
 def whitenings_of(means: Sequence[StateMean], predictions: Predictions) -> Whitenings:
     """Return the whitening of every predicted state's mean, by (experiment, state).
 
-    It depends on the prediction through its derivative by the gripper's position. A fit keeps it fixed, so that its
+    It depends on the prediction through its derivative by the gripper's pose. A fit keeps it fixed, so that its
     misfit is a function of the parameters that a Gauss–Newton step lowers.
     """
     found = {}
@@ -91,8 +91,8 @@ def whitenings_of(means: Sequence[StateMean], predictions: Predictions) -> White
             continue
         seen = mean.count > 0
         deviation = np.sqrt(np.divide(mean.variance, mean.count, out=np.ones(len(seen)), where=seen))
-        by_position = np.sqrt(mean.position_variance) * channels_by_position(observation)
-        shared = inverse_root((by_position / deviation[:, None])[seen])
+        by_pose = channels_by_pose(observation) * np.sqrt(mean.pose_variance)
+        shared = inverse_root((by_pose / deviation[:, None])[seen])
         found[mean.experiment, mean.state] = Whitening(seen[None], deviation, np.zeros(len(seen)), *shared)
     return found
 

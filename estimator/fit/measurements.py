@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from estimator.experiment import Experiment
 from estimator.fem.equilibrium.observation import Observation
 from estimator.forward.schedule import PoseSchedule
-from estimator.inference.channels import channel_variance, channels_by_position, measured_rows
+from estimator.inference.channels import channel_variance, channels_by_pose, measured_rows
 
 FloatArray = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ class StateMean:
     mean : (c,) means of the six wrench channels and 3m fiducial coordinates, NaN where nothing was measured
     count : (c,) rows that made them; where a robust loss weighs them, the sum of their weights
     variance : (c,) of one row, from the sensor's stated noise
-    position_variance : of the mean position of the gripper, m²
+    pose_variance : (6,) of the mean pose of the gripper, m² and rad²
     """
 
     experiment: int
@@ -36,7 +36,7 @@ class StateMean:
     mean: FloatArray
     count: FloatArray
     variance: FloatArray
-    position_variance: float
+    pose_variance: FloatArray
 
 
 def state_means(
@@ -57,10 +57,8 @@ def state_means(
         variance = channel_variance(experiment)
         for state in range(len(schedule.poses)):
             of_state = schedule.state_of_row == state
-            position_std = experiment.sensor.position_std
-            means.append(
-                mean_of_rows(number, state, rows[of_state], weight[of_state], variance, position_std)
-            )
+            pose_std = experiment.sensor.pose_std
+            means.append(mean_of_rows(number, state, rows[of_state], weight[of_state], variance, pose_std))
     return means
 
 
@@ -70,13 +68,13 @@ def mean_of_rows(
     rows: FloatArray,
     weights: FloatArray,
     variance: FloatArray,
-    position_std: float,
+    pose_std: FloatArray,
 ) -> StateMean:
     """Average the rows (n, c) of one state with their weights, zero where nothing was measured."""
     count = weights.sum(axis=0)
     total = np.nansum(weights * rows, axis=0)
     mean = np.divide(total, count, out=np.full(len(count), np.nan), where=count > 0)
-    return StateMean(experiment, state, mean, count, variance, position_std**2 / len(rows))
+    return StateMean(experiment, state, mean, count, variance, pose_std**2 / len(rows))
 
 
 def row_residuals(
@@ -104,8 +102,7 @@ def row_residuals(
 def row_deviation(experiment: Experiment, observation: Observation, rows: int) -> FloatArray:
     """Return the standard deviation (c,) of one row's channels about the prediction at the mean pose of its state.
 
-    That is the sensors' noise, and what the error of the mean reported position of so many rows adds.
+    That is the sensors' noise, and what the error of the mean reported pose of so many rows adds.
     """
-    position_variance = experiment.sensor.position_std**2 / rows
-    from_position = position_variance * np.sum(channels_by_position(observation) ** 2, axis=1)
-    return np.asarray(np.sqrt(channel_variance(experiment) + from_position))
+    from_pose = channels_by_pose(observation) ** 2 @ experiment.sensor.pose_std**2 / rows
+    return np.asarray(np.sqrt(channel_variance(experiment) + from_pose))

@@ -26,6 +26,7 @@ from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.newton import EquilibriumSolver, NewtonSettings
 from estimator.fem.equilibrium.observation import Observation, observe
+from estimator.fem.equilibrium.settling import settled
 from estimator.fem.equilibrium.state import EquilibriumState
 from estimator.fit.linearised_fit import LinearisedFit, linearised_fit, whitenings_of
 from estimator.fit.losses import LINEAR
@@ -142,8 +143,13 @@ def follow_from(
             "a running retraction is followed by maximum likelihood with the linear loss and linear intervals; "
             "leave the other choices to the estimation afterwards"
         )
+    if experiment.zeroed_under_load:
+        raise InputError(
+            "a running retraction that begins under load is followed by absolute forces; write force_zero = "
+            '"no_load" in [sensor] if they are, or leave it to the estimation afterwards'
+        )
     solver = EquilibriumSolver(mesh(experiment), _NEWTON)
-    rest = solver.rest(settings.material(settings.start))
+    rest = settled(solver, settings.material(settings.start))
     return Following(experiment, settings, solver, (), rest, settings.start, None)
 
 
@@ -227,9 +233,7 @@ def standing_rows(experiment: Experiment) -> Iterator[Rows]:
 def _mean(experiment: Experiment, rows: Rows, number: int) -> StateMean:
     values = side_by_side(rows.wrench, rows.fiducials)
     weights = np.isfinite(values).astype(np.float64)
-    return mean_of_rows(
-        0, number, values, weights, channel_variance(experiment), experiment.sensor.position_std
-    )
+    return mean_of_rows(0, number, values, weights, channel_variance(experiment), experiment.sensor.pose_std)
 
 
 def _solved(

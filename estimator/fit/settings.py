@@ -40,7 +40,8 @@ class FitSettings:
     objective : ``"likelihood"``: residuals weighted by the covariances of the sensors, nuisances integrated out, by
         Gauss–Newton; ``"paper"``: sums of squares, by sequential quadratic programming, see
         :mod:`estimator.fit.paper`
-    prior_weight : by how many times the measurements scatter more than stated: as much surer are all priors beside them
+    prior_weight : by how many times the measurements scatter more than stated: as much surer beside them are all
+        priors, and where the robot says that the gripper is
     budget : what is known of errors that the model does not have, for a budget of uncertainty; None for no budget
     intervals : from the curvature at the optimum, or ``"profile"``: from the profile likelihood
 

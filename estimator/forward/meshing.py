@@ -69,7 +69,7 @@ def mesh_experiment(
     for anchor in experiment.anchors:
         fixed |= _inside(mesh.points, snapped_to_block(anchor, half))
     grasp = snapped_to_block(experiment.grasp.box, half)
-    return retraction_problem(
+    problem = retraction_problem(
         mesh,
         fixed,
         _inside(mesh.points, grasp),
@@ -77,6 +77,7 @@ def mesh_experiment(
         experiment.fiducials_rest,
         _inside(experiment.fiducials_rest, grasp),
     )
+    return replace(problem, specific_weight=experiment.specific_weight)
 
 
 def measuring_mesh(experiment: Experiment) -> RetractionProblem:
@@ -174,7 +175,10 @@ def surface_problem(
     )
     # Beads in rigid tissue have no place in the mesh. Those that an anchor holds then follow no node: they stay.
     return replace(
-        problem, body=_with_regions(problem.body, experiment.phantom.regions), fiducials_gripped=gripped
+        problem,
+        body=_with_regions(problem.body, experiment.phantom.regions),
+        fiducials_gripped=gripped,
+        specific_weight=experiment.specific_weight,
     )
 
 

@@ -10,7 +10,8 @@ from estimator.errors import SolverError
 from estimator.experiment import Experiment
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.newton import EquilibriumSolver, NewtonSettings
-from estimator.fem.equilibrium.observation import Observation, observe
+from estimator.fem.equilibrium.observation import Observation, observe, zeroed
+from estimator.fem.equilibrium.settling import settled
 from estimator.fem.equilibrium.state import EquilibriumState
 from estimator.forward.schedule import PoseSchedule, schedule_poses
 from estimator.forward.solution import Guess, Solution, between, carried_over
@@ -24,9 +25,13 @@ _EXACT = NewtonSettings()
 
 @dataclass
 class _Track:
-    """An experiment with its states, and the last solution of each."""
+    """An experiment with its states, and the last solution of each.
+
+    ``zeroed`` tells whether the sensor was zeroed in its first state, in which the tissue pulls at the gripper.
+    """
 
     schedule: PoseSchedule
+    zeroed: bool
     solutions: dict[int, Solution] = field(default_factory=dict)
 
     def scale(self, material: Material) -> None:
@@ -47,6 +52,15 @@ class _Track:
         after = min((n for n in own if n > number), default=None)
         return self._solution(before), self._solution(after)
 
+    def observation(self, number: int) -> Observation:
+        """Return what the sensors see of a solved state."""
+        seen = self.solutions[number].observation
+        if not self.zeroed:
+            return seen
+        first = self.schedule.poses[0]
+        turn = self.schedule.poses[number].rotation * first.rotation.inv()
+        return zeroed(seen, self.solutions[0].observation, turn)
+
     def _solution(self, number: int | None) -> Solution | None:
         return None if number is None else self.solutions[number]
 
@@ -60,14 +74,22 @@ class ForwardModel:
     ----------
     problem : the retraction, common to all experiments
     experiments : whose gripper motion drives it
+
+    Attributes
+    ----------
+    driven_by_load : of each experiment, whether its gripper was free, so that its poses were measured
     """
 
     def __init__(self, problem: RetractionProblem, experiments: Sequence[Experiment]) -> None:
         self.problem = problem
+        self.driven_by_load = tuple(experiment.driven == "load" for experiment in experiments)
         self.schedules = tuple(schedule_poses(experiment) for experiment in experiments)
         self.solved_states = 0
         self._solver = EquilibriumSolver(problem)
-        self._tracks = [_Track(schedule) for schedule in self.schedules]
+        self._tracks = [
+            _Track(schedule, experiment.zeroed_under_load)
+            for schedule, experiment in zip(self.schedules, experiments, strict=True)
+        ]
 
     def predict(
         self,
@@ -78,7 +100,7 @@ class ForwardModel:
     ) -> list[dict[int, Observation]]:
         """Return, for each experiment, the observations of the selected states by their number.
 
-        A state whose last solution differs in Young's modulus alone is not solved again.
+        A state of tissue without weight whose last solution differs in Young's modulus alone is not solved again.
 
         Parameters
         ----------
@@ -92,10 +114,11 @@ class ForwardModel:
         SolverError
             A state has no equilibrium for this material.
         """
-        for track in self._tracks:
-            track.scale(material)
+        if not self.problem.heavy:
+            for track in self._tracks:
+                track.scale(material)
         to_solve = [
-            [number for number in states if track.lacks(number, material, newton)]
+            [number for number in self._needed(track, states) if track.lacks(number, material, newton)]
             for track, states in zip(self._tracks, selection, strict=True)
         ]
         solver, done = self._solver.with_settings(newton), 0
@@ -109,9 +132,14 @@ class ForwardModel:
                     progress(done, sum(map(len, to_solve)))
         self.solved_states += done
         return [
-            {number: track.solutions[number].observation for number in states}
+            {number: track.observation(number) for number in states}
             for track, states in zip(self._tracks, selection, strict=True)
         ]
+
+    @staticmethod
+    def _needed(track: _Track, states: Sequence[int]) -> list[int]:
+        """Return the states to solve, in the order of the motion: where the sensor was zeroed, the first as well."""
+        return [0, *(number for number in states if number)] if track.zeroed else list(states)
 
     def deformed(self, experiment: int, state: int) -> FloatArray:
         """Return the last solved nodal displacements (n, 3) of a state, m."""
@@ -138,4 +166,4 @@ def _solved(
             pass
     if last is None and before is not None:
         last = solver.refine(before.pose, material, before.displacement, before.pressure)
-    return solver.solve(pose, material, last or solver.rest(material))
+    return solver.solve(pose, material, last or settled(solver, material))

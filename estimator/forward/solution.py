@@ -88,17 +88,21 @@ class Solution:
 def carried_over(problem: RetractionProblem, known: Solution, material: Material) -> Guess:
     """Extrapolate a solution to another material of the same law.
 
-    The field follows −ln(1 − 2ν), in which it is nearly linear, and the shape parameters; Young's modulus leaves it as
-    it is and multiplies the pressure.
+    The field follows −ln(1 − 2ν), in which it is nearly linear, and the shape parameters; Young's modulus multiplies
+    the pressure, and by its inverse goes what weight does to the field.
     """
     old, new = known.material.poisson_ratio, material.poisson_ratio
-    change = {"poisson_ratio": 0.5 * (1 - 2 * old) * math.log((1 - 2 * old) / (1 - 2 * new))}
+    before, after = known.material.youngs_modulus, material.youngs_modulus
+    change = {
+        "poisson_ratio": 0.5 * (1 - 2 * old) * math.log((1 - 2 * old) / (1 - 2 * new)),
+        "youngs_modulus": before / after * (after - before) if problem.heavy else 0.0,
+    }
     for n, parameter in enumerate(material.law.shape_parameters):
         change[parameter.name] = float(material.shape[n] - known.material.shape[n])
     guess = known.displacement.copy().reshape(-1)
     for name, amount in change.items():
         guess[problem.pattern.free] += amount * known.observation.field_by[name]
-    pressure = known.pressure * (material.youngs_modulus / known.material.youngs_modulus)
+    pressure = known.pressure * (after / before)
     return Guess(guess.reshape(known.displacement.shape), pressure)
 
 

@@ -35,10 +35,9 @@ def channels_by(observation: Observation, name: str) -> FloatArray:
     return np.concatenate([observation.wrench_by[name], observation.fiducials_by[name].reshape(-1)])
 
 
-def channels_by_position(observation: Observation) -> FloatArray:
-    """Return the derivative of :func:`predicted_channels` by the gripper's position, (6 + 3m, 3)."""
-    by_pose = [observation.wrench_by_pose, observation.fiducials_by_pose.reshape(-1, 6)]
-    return np.concatenate(by_pose)[:, :3]
+def channels_by_pose(observation: Observation) -> FloatArray:
+    """Return the derivative of :func:`predicted_channels` by the gripper's translation and rotation, (6 + 3m, 6)."""
+    return np.concatenate([observation.wrench_by_pose, observation.fiducials_by_pose.reshape(-1, 6)])
 
 
 def of_wrench(channels: int) -> NDArray[np.bool_]:

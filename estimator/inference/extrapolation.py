@@ -16,8 +16,8 @@ def extrapolated(
 ) -> Observation:
     """Return the observation for the values ``after`` from that for ``before``.
 
-    Every force is proportional to Young's modulus, which leaves all motions alone; by the others it goes linearly in
-    their internal variables. Derivatives go along; ``field_by`` stays as it was.
+    By Young's modulus it goes as :func:`~estimator.fem.equilibrium.observation.at_modulus` says, by the others linearly
+    in their internal variables. Derivatives go along; ``field_by`` stays as it was.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def extrapolated(
         steeper = old.slope / new.slope
         wrench_by[name] = steeper * observation.wrench_by[name]
         fiducials_by[name] = steeper * observation.fiducials_by[name]
-    wrench_by[modulus] = wrench / before[modulus]
+    wrench_by[modulus] = wrench_by[modulus] + (wrench - observation.wrench) / before[modulus]
     moved = replace(
         observation, wrench=wrench, fiducials=fiducials, wrench_by=wrench_by, fiducials_by=fiducials_by
     )

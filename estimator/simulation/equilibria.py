@@ -13,6 +13,7 @@ from estimator.errors import SolverError
 from estimator.experiment import Experiment
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.newton import EquilibriumSolver, NewtonSettings
+from estimator.fem.equilibrium.settling import grown
 from estimator.fem.equilibrium.state import EquilibriumState, rigid_modes
 from estimator.forward.model import Progress
 from estimator.simulation.truth import Truth
@@ -23,9 +24,6 @@ FloatArray = NDArray[np.float64]
 _SETTLED = 1e-6
 _ROUNDS = 30
 _RELAXATION = (0.1, 2.0)
-# The share of the loads at rest from which their continuation starts, and below which it gives up.
-_FIRST_SHARE = 1 / 16
-_SMALLEST_SHARE = 1e-4
 _AT_REST = NewtonSettings(tolerance=1e-6, chord_rate=0.3)
 
 
@@ -108,29 +106,11 @@ def _field_at_rest(problem: RetractionProblem, experiment: Experiment, truth: Tr
     """Follow the tissue at rest while what acts on it grows to its full size."""
     changed = truth.problem(problem)
     solver, material = EquilibriumSolver(changed, _AT_REST), truth.material()
-    state, reached, step = solver.rest(material), 0.0, _FIRST_SHARE
-    while reached < 1.0:
-        target = min(1.0, reached + step)
-        try:
-            state = _refined(solver, state, truth.weakened(target), changed, experiment)
-        except SolverError as failure:
-            step /= 2
-            if step < _SMALLEST_SHARE:
-                raise SolverError(
-                    f"at rest, no equilibrium under more than {100 * reached:.0f} % of what acts on the tissue: "
-                    f"{failure}"
-                ) from failure
-        else:
-            reached, step = target, 1.5 * step
+
+    def under(share: float, near: EquilibriumState) -> EquilibriumState:
+        terms = truth.weakened(share).terms(changed, experiment)
+        partly = solver.under_weight(share)
+        return partly.refine(near.pose, material, near.displacement, near.response.pressure, terms)
+
+    state = grown(solver.rest(material), under)
     return KnownField(state.displacement, state.response.pressure)
-
-
-def _refined(
-    solver: EquilibriumSolver,
-    near: EquilibriumState,
-    weakened: Truth,
-    problem: RetractionProblem,
-    experiment: Experiment,
-) -> EquilibriumState:
-    terms = weakened.terms(problem, experiment)
-    return solver.refine(near.pose, near.material, near.displacement, near.response.pressure, terms)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from estimator.diagnosis.model.solution import Solution, mechanics_of
 from estimator.diagnosis.sensitivity.readings import predicted_readings
@@ -14,13 +15,14 @@ from estimator.effects.effect import Readings
 from estimator.effects.shared.instants import bead_constant
 from estimator.errors import InputError
 from estimator.experiment import Experiment
+from estimator.experiment.as_modelled import as_modelled
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.discretisation.elements import ElementKind
 from estimator.forward.meshing import mesh_experiment
 from estimator.forward.model import Progress
 from estimator.materials.material import Material
 from estimator.simulation.acting import ActingEffect
-from estimator.simulation.equilibria import solve_truth
+from estimator.simulation.carried_load import solve_carrying
 from estimator.simulation.truth import Truth, truth_of
 
 
@@ -53,7 +55,8 @@ def simulate_case(
 
     Parameters
     ----------
-    planned : of one mounting, in their order; the pose columns are the motion, the observations are ignored
+    planned : of one mounting, in their order; the pose columns are the motion, or the wrench columns the load that a
+        free gripper carries; the observations are ignored
     material : of the whole phantom
     seed : of the noise
     acting : effects on that phantom
@@ -67,6 +70,7 @@ def simulate_case(
     SolverError
         The motion has no equilibrium, or does not settle under its own load.
     """
+    planned = [as_modelled(experiment) for experiment in planned]
     exact = exact_readings(planned, material, acting, progress, resolution)
     return [
         _recorded(experiment, seen, np.random.default_rng([seed, number]))
@@ -103,7 +107,7 @@ def exact_readings(
     _check_beads(planned, acting)
     problem = mesh_experiment(planned[0], resolution.grading, resolution.kind)
     truth = truth_of(material, acting)
-    return [_readings(solution, truth) for solution in solve_truth(problem, planned, truth, progress)]
+    return [_readings(solution, truth) for solution in solve_carrying(problem, planned, truth, progress)]
 
 
 def _readings(solution: Solution, truth: Truth) -> Readings:
@@ -116,9 +120,17 @@ def _recorded(planned: Experiment, seen: Readings, random: np.random.Generator) 
     """Add the sensors' noise."""
     sensor = planned.sensor
     deviation = np.repeat([sensor.force_std, sensor.torque_std], 3)
+    position, quaternion = planned.position, planned.quaternion_wxyz
+    if planned.driven == "load":
+        position, quaternion = seen.position, seen.rotation.as_quat(scalar_first=True, canonical=True)
+    if sensor.orientation_std:
+        turn = Rotation.from_rotvec(random.normal(0.0, sensor.orientation_std, position.shape))
+        reported = turn * Rotation.from_quat(quaternion, scalar_first=True)
+        quaternion = reported.as_quat(scalar_first=True, canonical=True)
     return replace(
         planned,
-        position=planned.position + random.normal(0.0, sensor.position_std, planned.position.shape),
+        position=position + random.normal(0.0, sensor.position_std, position.shape),
+        quaternion_wxyz=quaternion,
         wrench=seen.wrench + deviation * random.normal(size=seen.wrench.shape),
         fiducials=seen.fiducials + random.normal(0.0, sensor.fiducial_std, seen.fiducials.shape),
         path=None,

@@ -8,6 +8,7 @@ from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.fitting.refit import refit
 from estimator.diagnosis.model.free_parameters import free_parameters
 from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.search.candidate import is_determined
 
 START = Hypothesis(15e3, 0.45)
 NO_CASE = bare_case()
@@ -69,3 +70,13 @@ def test_a_refit_goes_on_with_the_share_of_a_step_that_was_not_tried_yet() -> No
     refit(NO_CASE, START, ended, evaluations=20, solve=worse_and_worse.solve)
     _, whole, *shorter = worse_and_worse.gone
     assert [gone / whole for gone in shorter] == pytest.approx([1 / 3, 1 / 9])
+
+
+@pytest.mark.parametrize(("depends", "determined"), [(1.0, True), (1e-6, True), (0.0, False)])
+def test_a_refit_in_which_nothing_tells_of_the_modulus_is_no_candidate(
+    depends: float, determined: bool
+) -> None:
+    free = free_parameters(START)
+    jacobian = np.array([[depends, 1.0], [depends, -1.0]])
+    fit = Linearisation(START, free, (), (np.ones(2),), (jacobian,), (), ())
+    assert is_determined(fit) is determined

@@ -278,6 +278,28 @@ SPOILED = [
         "gravity",
         "suspicious",
     ),
+    (
+        "heavy, and nothing below",
+        lambda e: replace(
+            e,
+            environment=Environment(surface_below="none"),
+            phantom=replace(e.phantom, density=1200.0),
+            wrench=0.1 * e.wrench,
+        ),
+        "weight",
+        "suspicious",
+    ),
+    (
+        "weight that is not felt",
+        lambda e: replace(
+            e,
+            environment=Environment(surface_below="none", weight="acts"),
+            sensor=replace(e.sensor, force_zero="no_load", force_std=1e-3),
+            wrench=np.where(np.arange(len(e.time))[:, None] == 0, 0.0, e.wrench),
+        ),
+        "weight",
+        "suspicious",
+    ),
     ("density in g/cm3", phantom(density=1.07), "density", "wrong"),
     ("density of steel", phantom(density=7800.0), "density", "suspicious"),
 ]
@@ -416,3 +438,26 @@ def test_a_case_of_two_good_experiments_has_nothing_to_say(tmp_path: Path) -> No
     written(GOOD, tmp_path / "case" / "a")
     written(replace(of_springs(both_ways(), seed=5), order=2), tmp_path / "case" / "b")
     assert [one.findings for one in check_folder(tmp_path / "case")] == [(), (), ()]
+
+
+def test_what_begins_under_load_may_stand_anywhere() -> None:
+    later = of_springs(there_and_back()[3:])
+    assert "start" in graded(later)
+    assert graded(replace(later, first_row="under_load")) == {}
+
+
+@pytest.mark.parametrize("weight", ["acts", "acts_after_first_row"])
+def test_a_phantom_that_hangs_by_its_grasp_and_anchors_has_nothing_to_be_told(weight: str) -> None:
+    """Where it acts from the first row on, beads hang below their places and forces are absolute."""
+    hung = replace(
+        GOOD,
+        environment=Environment(surface_below="none", weight=weight),
+        sensor=replace(GOOD.sensor, force_zero="no_load"),
+    )
+    if weight == "acts":
+        hung = replace(
+            hung,
+            wrench=hung.wrench + np.array([0.0, 0.0, -0.09, 0.0, 0.0, 0.0]),
+            fiducials=hung.fiducials + np.array([0.0, 0.0, -1e-3]),
+        )
+    assert graded(hung) == {}

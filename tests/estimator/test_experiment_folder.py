@@ -86,6 +86,43 @@ def test_optional_keys_have_their_documented_defaults(folder: Path) -> None:
     assert (experiment.sensor.tool_mass, experiment.sensor.tool_centre) == (0.0, (0.0, 0.0, 0.0))
 
 
+@pytest.mark.parametrize(
+    ("edits", "message"),
+    [
+        (
+            {'surface_below = "none"': 'surface_below = "table"\nweight = "acts"'},
+            "a table carries the phantom",
+        ),
+        (
+            {'surface_below = "none"': 'surface_below = "none"\nweight = "hangs"'},
+            "write one of left_out, acts",
+        ),
+        ({"gravity = [0.0, 0.0, -9.81]": 'gravity = [0.0, 0.0, 0.0]\nweight = "acts"'}, "gravity is zero"),
+        ({'kind = "pull"': 'kind = "pull"\ndriven = "load"'}, "state .sensor. orientation_std in rad"),
+        (
+            {"force_std = 0.02": "force_std = 0.02\norientation_std = 2"},
+            "orientation_std is 2 rad; write radians",
+        ),
+        ({"force_std = 0.02": 'force_std = 0.02\nforce_zero = "never"'}, "write one of first_row, no_load"),
+        (
+            {
+                'kind = "pull"': 'kind = "pull"\nfirst_row = "under_load"',
+                'surface_below = "none"': 'surface_below = "none"\nweight = "acts_after_first_row"',
+            },
+            "the weight acts only after it",
+        ),
+    ],
+)
+def test_what_contradicts_itself_of_weight_and_load_is_told_in_one_line(
+    folder: Path, edits: dict[str, str], message: str
+) -> None:
+    edit(folder / "experiment.toml", "retraction-experiment/1", "retraction-experiment/2")
+    for old, new in edits.items():
+        edit(folder / "experiment.toml", old, new)
+    with pytest.raises(InputError, match=message):
+        read_experiment(folder)
+
+
 def test_an_experiment_without_cameras_has_no_fiducials(folder: Path) -> None:
     (folder / "experiment.toml").write_text(TOML.split("[fiducials]")[0])
     (folder / "observations.csv").write_text(
@@ -99,7 +136,8 @@ def test_an_experiment_without_cameras_has_no_fiducials(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('"retraction-experiment/1"', '"retraction-experiment/2"', r"format is .*/2.*only .*/1"),
+        ('"retraction-experiment/1"', '"retraction-experiment/3"', r"format is .*/3.*only .*/1 and .*/2"),
+        ("[sensor]", 'weight = "acts"\n[sensor]', r'weight needs format = "retraction-experiment/2"'),
         ('format = "retraction-experiment/1"', "", r"experiment\.toml: format is missing"),
         ("order = 2", "order = 2.5", r"order is 2\.5; write a whole number"),
         ("order = 2", "order = 0", r"number the experiments from 1"),

@@ -37,6 +37,42 @@ def test_what_is_written_reads_back_the_same(folder: Path, tmp_path: Path) -> No
     assert_equal(replace(again, quaternion_wxyz=original.quaternion_wxyz), original)
 
 
+def test_what_is_loaded_and_heavy_reads_back_the_same(folder: Path, tmp_path: Path) -> None:
+    original = read_experiment(folder)
+    hung = replace(
+        original,
+        environment=replace(original.environment, weight="acts"),
+        sensor=replace(original.sensor, force_zero="no_load", orientation_std=0.01),
+        first_row="under_load",
+    )
+    assert_equal(read_experiment(write_experiment(hung, tmp_path / "hung").path), hung)
+    carrying = replace(hung, driven="load", wrench=np.nan_to_num(hung.wrench))
+    assert_equal(read_experiment(write_experiment(carrying, tmp_path / "carrying").path), carrying)
+
+
+def test_a_first_row_free_of_stress_is_left_out_once_it_is_read(folder: Path, tmp_path: Path) -> None:
+    original = read_experiment(folder)
+    moulded = replace(original, environment=replace(original.environment, weight="acts_after_first_row"))
+    read = read_experiment(write_experiment(moulded, tmp_path / "moulded").path)
+    assert len(read.time) == len(original.time) - 1
+    assert (read.environment.weight, read.first_row, read.sensor.force_zero) == (
+        "acts",
+        "under_load",
+        "no_load",
+    )
+    np.testing.assert_array_equal(read.wrench, original.wrench[1:])
+
+
+def test_what_is_empty_of_a_known_load_is_zero(folder: Path, tmp_path: Path) -> None:
+    original = read_experiment(folder)
+    sensor = replace(original.sensor, orientation_std=0.01)
+    read = read_experiment(
+        write_experiment(replace(original, driven="load", sensor=sensor), tmp_path / "load").path
+    )
+    np.testing.assert_array_equal(read.wrench, np.nan_to_num(original.wrench))
+    assert np.isnan(original.wrench).any()
+
+
 def test_a_surface_is_written_with_its_experiment(folder: Path, tmp_path: Path) -> None:
     as_surface(folder)
     write_cube_stl(folder / "phantom.stl", 0.05)

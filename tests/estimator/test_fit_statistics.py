@@ -98,7 +98,7 @@ def test_rows_of_one_pose_become_one_mean_that_counts_what_was_measured() -> Non
     assert first.variance[0] == pytest.approx(0.02**2)
     assert first.variance[3] == pytest.approx(5e-4**2)
     assert first.variance[6] == pytest.approx(5e-5**2)
-    assert first.position_variance == pytest.approx(3e-5**2 / 3)
+    assert first.pose_variance == pytest.approx([3e-5**2 / 3] * 3 + [0.0] * 3)
 
 
 def test_whitening_and_marginalising_are_generalised_least_squares_with_the_whole_covariance(

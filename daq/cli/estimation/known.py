@@ -14,7 +14,7 @@ from estimator.materials import installed_laws, law_named
 
 _NO_PRIOR = "none"
 _CHANNELS = (*WRENCH_CHANNELS, *BEAD_CHANNELS)
-_DEVIATIONS = ("force_std", "torque_std", "fiducial_std", "position_std")
+_DEVIATIONS = ("force_std", "torque_std", "fiducial_std", "position_std", "orientation_std")
 
 
 def add_known_options(parser: argparse.ArgumentParser) -> None:
@@ -96,12 +96,7 @@ def with_noise_of(options: argparse.Namespace, experiments: Sequence[Experiment]
 def _with_deviations(sensor: SensorNoise, stated: Mapping[str, float]) -> SensorNoise:
     deviations = {name: stated.get(name, getattr(sensor, name)) for name in _DEVIATIONS}
     own = {name: value for name, value in stated.items() if name in _CHANNELS}
-    return SensorNoise(
-        **deviations,
-        tool_mass=sensor.tool_mass,
-        tool_centre=sensor.tool_centre,
-        by_channel={**_without(sensor.by_channel, stated), **own},
-    )
+    return replace(sensor, **deviations, by_channel={**_without(sensor.by_channel, stated), **own})
 
 
 def _without(by_channel: Mapping[str, float], stated: Mapping[str, float]) -> dict[str, float]:

@@ -131,7 +131,7 @@ def _thinned(mechanics: Mechanics, steps: IntArray) -> Mechanics:
         whole,
         position=whole.position[steps],
         rotation=whole.rotation[steps],
-        position_variance=whole.position_variance[steps],
+        pose_variance=whole.pose_variance[steps],
         time=whole.time[steps],
         of_row=np.arange(len(steps)),
         load=whole.load[steps],

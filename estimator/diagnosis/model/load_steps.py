@@ -25,7 +25,7 @@ class LoadSteps:
     experiment : Experiment
     position : (v, 3) reported origin of the gripper frame, mean over all rows of that pose, m
     rotation : v rotations
-    position_variance : (v,) of each coordinate of that mean, m²
+    pose_variance : (v, 6) of that mean pose, m² and rad²
     time : (v,) of the first row, s
     of_row : (n,) load step of each row
     load : (v, 6) wrench of the tissue on the gripper, mean over its rows, relative to the first one
@@ -34,7 +34,7 @@ class LoadSteps:
     experiment: Experiment
     position: FloatArray
     rotation: Rotation
-    position_variance: FloatArray
+    pose_variance: FloatArray
     time: FloatArray
     of_row: IntArray
     load: FloatArray
@@ -44,9 +44,13 @@ class LoadSteps:
 
     @property
     def off_rest(self) -> FloatArray:
-        """By what the first reported pose, at rest but for its noise, is off the stated rest pose, (6,) m and rad."""
+        """By what the first reported pose, at rest but for its noise, is off the stated rest pose, (6,) m and rad.
+
+        Where it is under load it is itself where force and torque are counted from.
+        """
         shift = self.position[0] - np.asarray(self.experiment.grasp.centre)
-        return np.concatenate([shift, self.rotation[0].as_rotvec()])
+        off = np.concatenate([shift, self.rotation[0].as_rotvec()])
+        return np.where(self.experiment.first_row == "under_load", 0.0, off)
 
 
 def load_steps_of(experiment: Experiment, felt: FloatArray) -> LoadSteps:
@@ -74,7 +78,7 @@ def _load_steps(
         experiment,
         np.array([schedule.poses[s].position for s in state]),
         rotations[state],
-        experiment.sensor.position_std**2 / schedule.rows_per_state[state],
+        experiment.sensor.pose_std**2 / schedule.rows_per_state[state][:, None],
         experiment.time[first],
         of_row,
         load - load[0],

@@ -20,6 +20,7 @@ from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.newton import EquilibriumSolver, NewtonSettings
 from estimator.fem.equilibrium.observation import Observation, observe
+from estimator.fem.equilibrium.settling import settled
 from estimator.fem.equilibrium.state import EquilibriumState, linear_change
 from estimator.fem.terms.term import Term
 from estimator.inference.extrapolation import extrapolated
@@ -141,7 +142,12 @@ def solve_case(
     # A refit's step that is hard to follow is rather shortened: to find that there is no equilibrium costs more than
     # several points.
     smallest = settings.smallest_step if known is None else settings.smallest_step_of_refit
-    following = EquilibriumSolver(changed, replace(newton, smallest_fraction=smallest))
+    # A thin sheet bends so easily that its tangent may be indefinite on the way to a stable state: the shortest steps
+    # go on all the same.
+    through = max(newton.unstable_fraction, smallest)
+    following = EquilibriumSolver(
+        changed, replace(newton, smallest_fraction=smallest, unstable_fraction=through)
+    )
     nearby = following.with_settings(replace(newton, iterations=settings.iterations_beside_neighbour))
     material, strays = hypothesis.material(), 0
     solutions = []
@@ -164,7 +170,7 @@ def solve_case(
                 strays += known is not None
                 if strays > settings.strays:
                     known = None
-                state = following.solve(pose, material, last or following.rest(material), terms)
+                state = following.solve(pose, material, last or settled(following, material), terms)
             history.pass_by(state.displacement, state.response)
             states.append(state)
             been[_place(pose)] = state

@@ -19,7 +19,7 @@ from estimator.diagnosis.model.solution import Mechanics
 from estimator.diagnosis.noise.errors_left import AT_MOST, ErrorsLeft
 from estimator.diagnosis.noise.estimation import Noise
 from estimator.diagnosis.sensitivity.perturbation import Perturbation
-from estimator.diagnosis.sensitivity.readings import derivatives, derivatives_by_position
+from estimator.diagnosis.sensitivity.readings import derivatives, derivatives_by_pose
 from estimator.diagnosis.settings import NoiseSettings
 from estimator.effects.mounting.grasp_misplacement import GRASP_EDGES
 from estimator.experiment import Box, Experiment
@@ -76,7 +76,7 @@ def correlated_errors_of(
 
     Parameters
     ----------
-    mechanics : of the fitted baseline, for its derivative by the gripper's position
+    mechanics : of the fitted baseline, for its derivative by the gripper's pose
     correction : (n, c) of the discretisation
     noise : what the file does not state of it
     settings : how much meshes may leave
@@ -97,9 +97,10 @@ def correlated_errors_of(
     def among_values(*directions: FloatArray) -> FloatArray:
         return uncorrelated(np.concatenate(directions, axis=2) / deviation[:, None], seen, correlation)
 
-    by_position = derivatives_by_position(mechanics) * np.sqrt(load_steps.position_variance)[:, None, None]
-    of_load_steps = np.zeros((rows, count, len(load_steps), 3))
-    of_load_steps[np.arange(rows), :, load_steps.of_row] = by_position[load_steps.of_row]
+    reported = experiment.sensor.pose_std > 0.0
+    by_pose = derivatives_by_pose(mechanics) * np.sqrt(load_steps.pose_variance)[:, None, :]
+    of_load_steps = np.zeros((rows, count, len(load_steps), np.count_nonzero(reported)))
+    of_load_steps[np.arange(rows), :, load_steps.of_row] = by_pose[load_steps.of_row][:, :, reported]
     always = [
         in_all_rows(np.where(by_wrench, noise.zero_deviation * deviation, 0.0)),
         of_load_steps.reshape(rows, count, -1),

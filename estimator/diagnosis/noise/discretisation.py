@@ -14,6 +14,7 @@ from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.equilibrium.newton import EquilibriumSolver
 from estimator.fem.equilibrium.observation import observe
+from estimator.fem.equilibrium.settling import settled
 from estimator.fem.terms.term import Memoryless
 from estimator.forward.meshing import mesh_experiment
 from estimator.forward.schedule import schedule_poses, spread_states
@@ -62,7 +63,7 @@ def channels_at(
     problem, material = hypothesis.problem(mesh_experiment(experiment, grading)), hypothesis.material()
     terms = tuple(term for term in hypothesis.terms(problem, experiment) if isinstance(term, Memoryless))
     solver = EquilibriumSolver(problem)
-    found, state = {}, solver.rest(material)
+    found, state = {}, settled(solver, material)
     for number, pose in poses.items():
         state = solver.solve(pose, material, state, terms)
         if number == 0:

@@ -41,6 +41,7 @@ from estimator.diagnosis.search.rough_fit import rough_fit
 from estimator.diagnosis.settings import DiagnosisSettings, NoiseSettings
 from estimator.errors import SolverError
 from estimator.experiment import Experiment, check_same_mounting
+from estimator.experiment.as_modelled import as_modelled
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.equilibrium.morph import beads_from_grasp
 from estimator.fit.settings import FitSettings
@@ -93,7 +94,8 @@ def prepare(
         A load step has no equilibrium.
     """
     check_same_mounting(experiments)
-    ordered = tuple(sorted(experiments, key=lambda experiment: experiment.order))
+    modelled = map(as_modelled, experiments)
+    ordered = tuple(sorted(modelled, key=lambda experiment: experiment.order))
     rough = rough_fit(ordered, material)
     finer = [
         executor.submit(

@@ -56,6 +56,16 @@ def best_of_labels(candidates: Sequence[Candidate]) -> list[Candidate]:
     return list(found.values())
 
 
+def is_determined(fit: Linearisation) -> bool:
+    """Tell whether what was measured depends on every parameter of which nothing is known beforehand.
+
+    Where a cause hides all of it, as a sensor that clips every one of a few forces, E may be anything, and so may the
+    evidence.
+    """
+    depends = np.sum([np.square(columns).sum(axis=0) for columns in fit.jacobian], axis=0) > 0.0
+    return all(known for one, known in zip(fit.free_parameters, depends, strict=True) if one.prior is None)
+
+
 def candidate_of(context: Context, fit: Linearisation) -> Candidate:
     """Weigh a refitted hypothesis."""
     case, error = context.case, context.error

@@ -13,7 +13,7 @@ from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.fitting.parallel import Solve, refits_at_a_time, solved_by
 from estimator.diagnosis.fitting.refit import refit
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.search.candidate import Candidate, candidate_of, most_probable_first
+from estimator.diagnosis.search.candidate import Candidate, candidate_of, is_determined, most_probable_first
 from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.settings import SearchSettings
 from estimator.effects.effect import Effect
@@ -184,7 +184,7 @@ def _candidates(context: Context, jobs: Mapping[Future[Linearisation | None], fl
     found = []
     for done, job in enumerate(as_completed(jobs), start=1):
         fit = job.result()
-        if fit is not None:
+        if fit is not None and is_determined(fit):
             fell = jobs[job] - objective(fit)
             found.append(replace(candidate_of(context, fit), fell=fell))
         context.tell("refitting the leaders", done, len(jobs))

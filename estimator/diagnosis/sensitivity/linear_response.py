@@ -67,6 +67,7 @@ class _Loading:
         self.rate_dependent = to.rate_dependent
         self._to = to
         self._material = to.material()
+        self._heavier = self.problem.weight - solution.problem.weight
         self._terms = TermHistory(to)
 
     def begin(self, experiment: Experiment) -> None:
@@ -111,6 +112,7 @@ class _Loading:
         if self._new_response:
             response = self.response_to(displacement)
             load += nodal_forces(self.problem.body, response, response.slope) - unperturbed
+            load -= self._heavier
         if self.terms_matter and of_terms is not None:
             load += self._terms.forces(time_point.elapsed_s, displacement, response) - of_terms
         return displacement, response, load

@@ -11,7 +11,8 @@ from estimator.diagnosis.model.solution import Mechanics
 from estimator.diagnosis.sensitivity.mechanical_changes import all_mechanical_changes
 from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, Perturbation
 from estimator.effects.effect import Readings
-from estimator.inference.channels import side_by_side
+from estimator.effects.shared.zeroing import with_wrench_zeroed
+from estimator.inference.channels import channels_by_pose, side_by_side
 
 FloatArray = NDArray[np.float64]
 
@@ -44,18 +45,19 @@ def predicted_readings(
     rest_wrench, rest_fiducials = _at_rest(mechanics, correction[0])
     if change is not None:
         rest_wrench, rest_fiducials = rest_wrench + change.wrench[0], rest_fiducials + change.fiducials[0]
-    return hypothesis.readings(
-        Readings(
-            solution.load_steps.experiment,
-            position,
-            rotation,
-            solution.load_steps.position[rows],
-            wrench,
-            fiducials,
-            rest_wrench,
-            rest_fiducials,
-        )
+    readings = Readings(
+        solution.load_steps.experiment,
+        position,
+        rotation,
+        solution.load_steps.position[rows],
+        wrench,
+        fiducials,
+        rest_wrench,
+        rest_fiducials,
     )
+    if readings.experiment.zeroed_under_load:
+        readings = with_wrench_zeroed(readings)
+    return hypothesis.readings(readings)
 
 
 def _at_rest(mechanics: Mechanics, correction: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -95,11 +97,6 @@ def derivatives(
     return found
 
 
-def derivatives_by_position(mechanics: Mechanics) -> FloatArray:
-    """Return the derivative (v, 6 + 3m, 3) of the mechanics by the gripper's position at each load step."""
-    return np.array(
-        [
-            np.concatenate([o.wrench_by_pose[:, :3], o.fiducials_by_pose.reshape(-1, 6)[:, :3]])
-            for o in mechanics.observations
-        ]
-    )
+def derivatives_by_pose(mechanics: Mechanics) -> FloatArray:
+    """Return the derivative (v, 6 + 3m, 6) of the mechanics by the gripper's pose at each load step."""
+    return np.array([channels_by_pose(observation) for observation in mechanics.observations])

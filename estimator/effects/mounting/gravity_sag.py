@@ -14,7 +14,7 @@ from estimator.effects.shared.zeroing import with_fiducials_zeroed, with_wrench_
 from estimator.experiment import Experiment
 from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.boundary.problem import RetractionProblem
-from estimator.fem.discretisation.shares import nodal_volumes
+from estimator.fem.discretisation.shares import nodal_weights
 from estimator.fem.equilibrium.morph import with_beads_before
 from estimator.fem.terms.steady import DeadLoad
 from estimator.fem.terms.term import Term
@@ -30,6 +30,7 @@ class GravitySag(Effect):
 
     The sensor was zeroed in the first row with the tissue hanging. The beads' stated rest positions are those on the
     undeformed phantom, or those that were seen when it hung: then they sit on tissue that lies elsewhere undeformed.
+    Where an experiment states that the weight acts it is in the model, and nothing is left of this effect.
     """
 
     label: ClassVar[str] = "gravity_sag"
@@ -47,21 +48,21 @@ class GravitySag(Effect):
         self, problem: RetractionProblem, material: Material, experiment: Experiment, values: Values
     ) -> tuple[Term, ...]:
         """Let the weight act on every node."""
-        if not values["weight"]:
+        if not values["weight"] or problem.heavy:
             return ()
-        mass = values["weight"] * experiment.phantom.density * nodal_volumes(problem.body.mesh)
-        return (DeadLoad(mass[:, None] * np.asarray(experiment.environment.gravity)),)
+        full = experiment.phantom.density * np.asarray(experiment.environment.gravity)
+        return (DeadLoad(nodal_weights(problem.body.mesh, values["weight"] * full)),)
 
     def beads(self, problem: RetractionProblem, at_rest: FloatArray, values: Values) -> RetractionProblem:
         """Put beads that were seen when the tissue hung on the tissue that hung there."""
-        if not self.rest_seen or not values["weight"]:
+        if not self.rest_seen or not values["weight"] or problem.heavy:
             return problem
         rest_pose = GripperPose(problem.grasp_centre, Rotation.identity())
         return with_beads_before(problem, at_rest, rest_pose)
 
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Take the sensor's zero."""
-        if not values["weight"]:
+        if not values["weight"] or readings.experiment.specific_weight.any():
             return readings
         zeroed = with_wrench_zeroed(readings)
         return with_fiducials_zeroed(zeroed) if self.rest_seen else zeroed

@@ -4,6 +4,7 @@ The zero is the tissue's wrench at the stated rest pose, not that of the first r
 would enter it, and with it the difference between a vanishing effect and none.
 """
 
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -14,15 +15,18 @@ ZeroAxes = Literal["gripper", "tissue"]
 
 
 def with_wrench_zeroed(readings: Readings, axes: ZeroAxes = "gripper") -> Readings:
-    """Subtract the wrench at rest.
+    """Subtract the wrench at rest, of which nothing is left then.
 
     A sensor is zeroed on its own axes: when the gripper turns the zero turns along. A zero taken off after the
     readings were turned into the tissue frame does not.
     """
-    if axes == "tissue":
-        return readings.with_wrench(readings.wrench - readings.rest_wrench)
-    zero = np.hstack([readings.rotation.apply(part) for part in readings.rest_wrench.reshape(2, 3)])
-    return readings.with_wrench(readings.wrench - zero)
+    zero = readings.rest_wrench
+    if axes == "gripper":
+        since = readings.rotation
+        if readings.experiment.first_row == "under_load":
+            since = since * since[0].inv()
+        zero = np.hstack([since.apply(part) for part in zero.reshape(2, 3)])
+    return replace(readings, wrench=readings.wrench - zero, rest_wrench=np.zeros(6))
 
 
 def with_fiducials_zeroed(readings: Readings) -> Readings:

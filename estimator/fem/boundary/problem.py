@@ -1,6 +1,7 @@
 """The retraction as a boundary value problem: a body, its anchors, its grasp and its fiducials."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from estimator.fem.assembly.body import Body, build_body
 from estimator.fem.assembly.tangent import TangentPattern, tangent_pattern
 from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.discretisation.mesh import Mesh, interpolation_rows
+from estimator.fem.discretisation.shares import nodal_weights
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -34,6 +36,7 @@ class RetractionProblem:
     fiducials_gripped : (m,) bool, fiducials on gripped tissue, which move rigidly
     fiducials_off : (m, 3) float64, from where these are said to be at rest to the tissue that they sit on, m
     fiducial_nodes, fiducial_weights : (m, k), interpolation of the others from nodes
+    specific_weight : (3,) float64, weight that strains the tissue, N/m³
     """
 
     body: Body
@@ -48,6 +51,17 @@ class RetractionProblem:
     fiducials_off: FloatArray
     fiducial_nodes: IntArray
     fiducial_weights: FloatArray
+    specific_weight: FloatArray = field(default_factory=lambda: np.zeros(3))
+
+    @property
+    def heavy(self) -> bool:
+        """Whether weight strains the tissue, so that forces are not proportional to its stiffness."""
+        return bool(self.specific_weight.any())
+
+    @cached_property
+    def weight(self) -> FloatArray:
+        """The weight (n, 3) of the tissue that belongs to each node, N."""
+        return nodal_weights(self.body.mesh, self.specific_weight)
 
     def fiducial_positions(self, displacement: FloatArray, pose: GripperPose) -> FloatArray:
         """Return the positions (m, 3) of the fiducials, m, at nodal displacements (n, 3) and the gripper's pose."""
@@ -77,7 +91,7 @@ def retraction_problem(
     fiducials_rest: FloatArray,
     fiducials_gripped: BoolArray,
 ) -> RetractionProblem:
-    """Pose a retraction on a mesh; gripped nodes that are anchored as well count as gripped.
+    """Pose a retraction on a mesh, of tissue without weight; gripped nodes that are anchored as well count as gripped.
 
     Raises
     ------

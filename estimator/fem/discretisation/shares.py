@@ -27,6 +27,13 @@ def nodal_volumes(mesh: Mesh) -> FloatArray:
     return shares
 
 
+def nodal_weights(mesh: Mesh, specific_weight: FloatArray) -> FloatArray:
+    """Return the weight (n, 3) that belongs to each node, N, of tissue that weighs (3,) N/m³."""
+    if not specific_weight.any():
+        return np.zeros_like(mesh.points)
+    return np.outer(nodal_volumes(mesh), specific_weight)
+
+
 def nodal_areas(mesh: Mesh, faces: IntArray) -> tuple[FloatArray, FloatArray]:
     """Return the area of some faces that belongs to each node, and how it is turned.
 

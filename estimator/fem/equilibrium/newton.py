@@ -48,6 +48,7 @@ class EquilibriumSolver:
     def __init__(self, problem: RetractionProblem, settings: NewtonSettings | None = None) -> None:
         self.problem = problem
         self.settings = settings or NewtonSettings()
+        self._weight = problem.weight
         self._assembler = TangentAssembler(problem.pattern)
 
     def with_settings(self, settings: NewtonSettings) -> EquilibriumSolver:
@@ -56,19 +57,26 @@ class EquilibriumSolver:
         other.settings = settings
         return other
 
+    def under_weight(self, share: float) -> EquilibriumSolver:
+        """Return a solver for tissue with a share of its weight that shares the symbolic factorisation."""
+        other = copy(self)
+        other._weight = share * self.problem.weight
+        return other
+
     def rest(self, material: Material) -> EquilibriumState:
-        """Return the unloaded state; no term acts."""
+        """Return the unloaded state; no term acts, nor the tissue's weight."""
         pose = GripperPose.from_quaternion(self.problem.grasp_centre, np.array([1.0, 0, 0, 0]))
         body = self.problem.body
-        trial = self._trial(material, (), np.zeros_like(body.mesh.points), np.zeros(body.volume.shape))
-        return self._finish(trial, pose, 0)
+        unloaded = self.under_weight(0.0)
+        trial = unloaded._trial(material, (), np.zeros_like(body.mesh.points), np.zeros(body.volume.shape))
+        return unloaded._finish(trial, pose, 0)
 
     def solve(
         self, pose: GripperPose, material: Material, start: EquilibriumState, terms: tuple[Term, ...] = ()
     ) -> EquilibriumState:
         """Return the equilibrium at ``pose``, approached from ``start`` in one step or, where that fails, in several.
 
-        The terms act in full from the first step on.
+        The terms and the weight act in full from the first step on.
 
         Raises
         ------
@@ -191,7 +199,7 @@ class EquilibriumSolver:
         self, material: Material, terms: tuple[Term, ...], displacement: FloatArray, pressure: FloatArray
     ) -> _Trial:
         response = respond(self.problem.body, material, displacement)
-        forces = nodal_forces(self.problem.body, response, response.slope)
+        forces = nodal_forces(self.problem.body, response, response.slope) - self._weight
         for term in terms:
             forces = forces + term.forces(displacement, response)
         return _Trial(material, terms, displacement, response, forces, pressure)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from estimator.fem.assembly.body import nodal_forces, slopes_by_parameter
 from estimator.fem.boundary.problem import RetractionProblem
@@ -73,16 +74,48 @@ def observe(problem: RetractionProblem, state: EquilibriumState) -> Observation:
 
 
 def at_modulus(observation: Observation, before: float, after: float) -> Observation:
-    """Return the observation once Young's modulus has changed, Pa: forces are proportional to it, motions stay."""
-    ratio = after / before
+    """Return the observation once Young's modulus has changed, Pa.
+
+    Of tissue without weight that is exact: forces are proportional to the modulus, motions stay. Weight strains the
+    tissue by its ratio to the modulus, and joins the forces: to first order in that ratio, the forces go linearly in
+    the modulus, the motions in its inverse.
+    """
+    ratio, change = after / before, after - before
     wrench_by = {name: ratio * slope for name, slope in observation.wrench_by.items()}
     # The force per unit of the modulus is what it was.
     wrench_by["youngs_modulus"] = observation.wrench_by["youngs_modulus"]
+    sagged = observation.fiducials_by["youngs_modulus"]
     return replace(
         observation,
-        wrench=ratio * observation.wrench,
+        wrench=observation.wrench + change * observation.wrench_by["youngs_modulus"],
+        fiducials=observation.fiducials + change / ratio * sagged,
         wrench_by=wrench_by,
+        fiducials_by={**observation.fiducials_by, "youngs_modulus": sagged / ratio**2},
         wrench_by_pose=ratio * observation.wrench_by_pose,
+    )
+
+
+def zeroed(observation: Observation, rest: Observation, rotation: Rotation) -> Observation:
+    """Return what a sensor reads that was zeroed, on its own axes, where it felt the wrench of ``rest``.
+
+    Parameters
+    ----------
+    rotation : of the gripper since then
+    """
+
+    def turned_along(wrench: FloatArray) -> FloatArray:
+        return np.asarray(rotation.apply(wrench.reshape(2, 3))).reshape(6)
+
+    zero = turned_along(rest.wrench)
+    by_pose = observation.wrench_by_pose.copy()
+    by_pose[:, 3:] -= turned(zero.reshape(2, 3)).reshape(6, 3)
+    return replace(
+        observation,
+        wrench=observation.wrench - zero,
+        wrench_by={
+            name: slope - turned_along(rest.wrench_by[name]) for name, slope in observation.wrench_by.items()
+        },
+        wrench_by_pose=by_pose,
     )
 
 

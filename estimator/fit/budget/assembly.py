@@ -56,7 +56,7 @@ def all_components(
     """
     response = response_of(case)
     measured = [*noise_components(case, response, stated), *nuisance_components(case, response)]
-    known = [one for one in measured if one.source.known]
+    known = [one for one in measured if one.source.known and one.source.device != "robot"]
     found = [*measured, *prior_components(case, response)]
     if case.inflation > 1.0:
         found.append(misfit_component(known, case.inflation))

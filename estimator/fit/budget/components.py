@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fit.budget.gains import FittedCase, Response, position_gain
+from estimator.fit.budget.gains import FittedCase, Response, pose_gain
 from estimator.fit.budget.source import Device, Origin, Source
 from estimator.fit.budget.systematic import NOISE, Stated, Systematic
 from estimator.fit.nuisances import (
@@ -57,19 +57,23 @@ def noise_components(case: FittedCase, response: Response, stated: Stated) -> li
         for name, words, device, unit, channels in kinds
         if _measured(case, channels)
     ]
-    position = Source(
-        "position",
-        "noise of the robot's position",
-        "robot",
-        float(np.sqrt(np.mean([one.sensor.position_std**2 for one in case.experiments]))),
-        "m",
-        _origin(stated, "position"),
-        known=case.position_known,
-    )
-    by_position = [
-        np.sqrt(case.position_variance(m)) * position_gain(response.gains, case, m) for m in case.means
-    ]
-    return [*found, Component(position, np.hstack(by_position))]
+    return [*found, *_pose_components(case, response, stated)]
+
+
+def _pose_components(case: FittedCase, response: Response, stated: Stated) -> list[Component]:
+    """Return the noise of the reported position, and that of the turn where it is stated."""
+    moved = [np.sqrt(case.pose_variance(m)) * pose_gain(response.gains, case, m) for m in case.means]
+    found = []
+    for name, unit, axes in (("position", "m", slice(0, 3)), ("orientation", "rad", slice(3, 6))):
+        size = float(np.sqrt(np.mean([one.sensor.pose_std[axes] ** 2 for one in case.experiments])))
+        if not size and name == "orientation":
+            continue
+        origin = _origin(stated, name)
+        source = Source(
+            name, f"noise of the robot's {name}", "robot", size, unit, origin, known=case.pose_known
+        )
+        found.append(Component(source, np.hstack([one[:, axes] for one in moved])))
+    return found
 
 
 def nuisance_components(case: FittedCase, response: Response) -> list[Component]:
@@ -139,7 +143,8 @@ def bias_component(bias: FloatArray) -> Component:
 def misfit_component(known: Sequence[Component], inflation: float) -> Component:
     """Return what the measurements scatter beyond their stated noise, as an estimate's interval has it.
 
-    ``known`` are the errors of measurement that the fit knows of.
+    ``known`` are the errors of measurement that the fit knows of, but for the pose's: the robot says where the gripper
+    is as surely as it states, however far the rest scatters.
     """
     surplus = float(np.sqrt(inflation**2 - 1.0))
     origin = Origin("A", "residuals, in units of the stated noise")

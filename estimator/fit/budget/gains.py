@@ -11,7 +11,7 @@ the fit estimates itself, such as the tare, is in W: what is left of it in G N i
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from estimator.fit.measurements import StateMean
 from estimator.fit.nuisances import GRIPPER_POSITION, floating
 from estimator.fit.paper.objective import paper_gains
 from estimator.forward.schedule import PoseSchedule
-from estimator.inference.channels import channels_by_position
+from estimator.inference.channels import channels_by_pose
 from estimator.inference.free_parameter import FreeParameter, prior_information
 
 FloatArray = NDArray[np.float64]
@@ -52,7 +52,7 @@ class FittedCase:
     Attributes
     ----------
     experiments, schedules : that it was made of
-    means : of all states
+    means : of all states, with what of the pose's error counts beside their scatter
     predictions : of all states, at the values of the parameters
     free : the parameters there, with priors as sure as they were told
     nuisances : names of those that the fit knows of
@@ -80,14 +80,16 @@ class FittedCase:
         return len(self.means[0].mean)
 
     @property
-    def position_known(self) -> bool:
-        """Whether the fit knows that the reported position is noisy."""
+    def pose_known(self) -> bool:
+        """Whether the fit knows that the reported pose is noisy."""
         return GRIPPER_POSITION in self.nuisances
 
-    def position_variance(self, mean: StateMean) -> float:
-        """Return the variance of the mean position of a state, m²."""
+    def pose_variance(self, mean: StateMean) -> FloatArray:
+        """Return the variance (6,) of the mean pose of a state, m² and rad²: as the fit has it, or as it is stated."""
+        if self.pose_known:
+            return self.inflation**2 * mean.pose_variance
         rows = int(self.schedules[mean.experiment].rows_per_state[mean.state])
-        return self.experiments[mean.experiment].sensor.position_std ** 2 / rows
+        return np.asarray(self.experiments[mean.experiment].sensor.pose_std ** 2 / rows)
 
     def observation(self, mean: StateMean) -> Observation:
         """Return the prediction of a state."""
@@ -100,15 +102,13 @@ def response_of(case: FittedCase) -> Response:
         # The weights of the paper's objective are not those of the noise.
         gains = paper_gains(case.means, case.predictions, case.free, case.paper_rest)
         return Response(gains, np.zeros_like(case.prior))
-    position = 1.0 if case.position_known else 0.0
-    means = [replace(m, position_variance=position * case.position_variance(m)) for m in case.means]
-    whitenings = whitenings_of(means, case.predictions)
-    problem = linearised_fit(means, case.predictions, case.free, whitenings, floating(case.nuisances))
+    whitenings = whitenings_of(case.means, case.predictions)
+    problem = linearised_fit(case.means, case.predictions, case.free, whitenings, floating(case.nuisances))
     (jacobian,) = problem.jacobian
     covariance = np.linalg.inv(jacobian.T @ jacobian / case.inflation**2 + case.prior)
     by_whitened = problem.whitened(jacobian @ covariance).T / case.inflation**2
     found, start = {}, 0
-    for mean in means:
+    for mean in case.means:
         whitening = whitenings[mean.experiment, mean.state]
         rows = int(whitening.seen.sum())
         found[mean.experiment, mean.state] = whitening.derivative(by_whitened[:, start : start + rows])[:, 0]
@@ -116,6 +116,6 @@ def response_of(case: FittedCase) -> Response:
     return Response(found, covariance @ case.prior)
 
 
-def position_gain(gains: Gains, case: FittedCase, mean: StateMean) -> FloatArray:
-    """Return the derivative (p, 3) of the internal variables by the gripper's position in a state."""
-    return gains[mean.experiment, mean.state] @ channels_by_position(case.observation(mean))
+def pose_gain(gains: Gains, case: FittedCase, mean: StateMean) -> FloatArray:
+    """Return the derivative (p, 6) of the internal variables by the gripper's position and turn in a state."""
+    return gains[mean.experiment, mean.state] @ channels_by_pose(case.observation(mean))

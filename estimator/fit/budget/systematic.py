@@ -111,7 +111,8 @@ class Stated:
 
 NOISE: Mapping[str, Origin] = MappingProxyType(
     dict.fromkeys(
-        ("force", "torque", "bead", "position"), Origin("A", "scatter, as experiment.toml states it")
+        ("force", "torque", "bead", "position", "orientation"),
+        Origin("A", "scatter, as experiment.toml states it"),
     )
 )
 """What a row carries of noise, and where its size comes from if nobody says otherwise."""
