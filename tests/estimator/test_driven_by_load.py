@@ -9,6 +9,7 @@ from retraction_cases import SMALL_BLOCK, block_at_rest, with_rows
 from scipy.spatial.transform import Rotation
 
 from estimator.experiment import Box, Environment, Experiment, SensorNoise
+from estimator.experiment.model import Weight
 from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.discretisation.block_mesh import Grading
@@ -35,7 +36,7 @@ def carrying(rest: Experiment, forces: FloatArray, sensor: SensorNoise) -> Exper
 
 
 @pytest.mark.parametrize("weight", ["left_out", "acts"])
-def test_a_column_stretches_under_a_hung_weight_and_its_own_as_the_closed_form_says(weight: str) -> None:
+def test_a_column_stretches_under_a_hung_weight_and_its_own_as_the_closed_form_says(weight: Weight) -> None:
     """At ν = 0 its sides stay, and P = μ(λ − 1/λ) falls from the top by the specific weight."""
     length, tissue = 0.04, Material(NeoHookean(), 2e3, 0.0)
     upright = block_at_rest(

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from daq.cli import main
 from estimator.experiment import Box, Environment, Experiment, Grasp, write_experiment
+from estimator.experiment.model import Weight
 from estimator.experiment_checks import Finding, check_folder, findings_of
 from estimator.experiment_checks.telling import as_text
 from estimator.fem.boundary.motion import GripperPose
@@ -447,7 +448,7 @@ def test_what_begins_under_load_may_stand_anywhere() -> None:
 
 
 @pytest.mark.parametrize("weight", ["acts", "acts_after_first_row"])
-def test_a_phantom_that_hangs_by_its_grasp_and_anchors_has_nothing_to_be_told(weight: str) -> None:
+def test_a_phantom_that_hangs_by_its_grasp_and_anchors_has_nothing_to_be_told(weight: Weight) -> None:
     """Where it acts from the first row on, beads hang below their places and forces are absolute."""
     hung = replace(
         GOOD,

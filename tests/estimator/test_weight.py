@@ -15,6 +15,7 @@ from estimator.diagnosis.model.solution import mechanics_of, solve_case
 from estimator.diagnosis.sensitivity.readings import channels, predicted_readings
 from estimator.errors import SolverError
 from estimator.experiment import Box, Environment, Experiment, SensorNoise
+from estimator.experiment.model import ForceZero
 from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.discretisation.block_mesh import Grading
@@ -40,7 +41,7 @@ HANGING = Environment((0.0, 3.0, -9.81), "none", "acts")
 POSES = from_rest(SMALL_BLOCK, turning_pull(SMALL_BLOCK, 6e-3, np.array([0.2, 0.1, 0.3]), 3))
 
 
-def block(environment: Environment, force_zero: str = "no_load") -> Experiment:
+def block(environment: Environment, force_zero: ForceZero = "no_load") -> Experiment:
     sensor = replace(SMALL_BLOCK.sensor, force_zero=force_zero)
     nothing = np.zeros((len(POSES), 6)), np.zeros((len(POSES), len(SMALL_BLOCK.fiducials_rest), 3))
     return replace(with_rows(SMALL_BLOCK, POSES, *nothing), environment=environment, sensor=sensor)
@@ -133,7 +134,7 @@ def test_the_effect_has_nothing_left_to_say_where_the_weight_is_known() -> None:
 
 @pytest.mark.parametrize("force_zero", ["no_load", "first_row"])
 @pytest.mark.parametrize("parameter", ["youngs_modulus", "poisson_ratio", "x", "z"])
-def test_the_derivatives_are_those_of_the_sagging_tissue(parameter: str, force_zero: str) -> None:
+def test_the_derivatives_are_those_of_the_sagging_tissue(parameter: str, force_zero: ForceZero) -> None:
     experiment = block(HANGING, force_zero)
     model = ForwardModel(mesh_experiment(experiment, TINY), [experiment])
     (seen,) = model.predict(SOFT, [range(len(POSES))])
@@ -181,7 +182,7 @@ def mesh(experiment: Experiment) -> RetractionProblem:
     return mesh_experiment(experiment, TINY)
 
 
-def measured(force_zero: str, loaded: bool, rng: np.random.Generator) -> Experiment:
+def measured(force_zero: ForceZero, loaded: bool, rng: np.random.Generator) -> Experiment:
     experiment = block(HANGING, force_zero)
     if loaded:
         experiment = replace(experiment, first_row="under_load")
@@ -201,7 +202,7 @@ def measured(force_zero: str, loaded: bool, rng: np.random.Generator) -> Experim
     ("force_zero", "loaded"),
     [("no_load", False), ("first_row", False), ("no_load", True), ("first_row", True)],
 )
-def test_an_estimate_of_sagging_tissue_holds_the_truth(force_zero: str, loaded: bool) -> None:
+def test_an_estimate_of_sagging_tissue_holds_the_truth(force_zero: ForceZero, loaded: bool) -> None:
     experiment = measured(force_zero, loaded, np.random.default_rng(5))
     found = estimate([experiment], mesh=mesh, finer_mesh=mesh).parameters
     for name, true in (("youngs_modulus", SOFT.youngs_modulus), ("poisson_ratio", SOFT.poisson_ratio)):
