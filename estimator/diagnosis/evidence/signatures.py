@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.fitting.case import Case, whitened_derivatives
+from estimator.diagnosis.fitting.case import Case, poses_apart, whitened_derivatives
 from estimator.diagnosis.model.free_parameters import HypothesisParameter, free_parameters
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import Mechanics
@@ -51,6 +51,20 @@ def signatures_of(
     ]
     plans = [(effect, constants) for effect in effects for constants in effect.starts(readings)]
     return signatures_at(case, mechanics, hypothesis, plans)
+
+
+def remembers(case: Case, hypothesis: Hypothesis, effect: Effect) -> bool:
+    """Tell whether tissue with an effect beside a hypothesis depends on what went before, or on the time."""
+    if "terms" not in effect.acts_on:
+        return poses_apart(case, [hypothesis]) == 1
+    constants = {
+        one.name: one.grid[0] if one.grid else (one.lower + one.upper) / 2 for one in effect.constants
+    }
+    null = hypothesis.with_effect(effect, {**constants, **{one.name: 0.0 for one in effect.amplitudes}})
+    free = (
+        one for one in free_parameters(null, case.settings.fitting) if one.effect == len(hypothesis.effects)
+    )
+    return poses_apart(case, [one.put(null, one.step) for one in free]) == 1
 
 
 def signatures_at(

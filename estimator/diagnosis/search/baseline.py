@@ -271,7 +271,7 @@ def _uncorrected(
     zeros = tuple(np.zeros((len(e.time), 6 + 3 * len(e.fiducials_rest))) for e in experiments)
     loads = tuple(GripLoad.none(len(e.time)) for e in experiments)
     setup = Setup(experiments, problem, loads, settings=settings)
-    solutions = solve_case(setup, hypothesis)
+    solutions = solve_case(setup, hypothesis, every=settings.solver.poses_apart)
     mechanics = [mechanics_of(solution) for solution in solutions]
     whitenings = tuple(
         correlated_errors_of(one, zero, Noise(), settings.noise).whitening()
