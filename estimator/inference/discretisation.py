@@ -19,7 +19,7 @@ Course = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
 _STATES = 3
 # Nobody asks for derivatives on the finer mesh.
-_NEWTON = NewtonSettings(tolerance=1e-7, chord_rate=0.3, tangent_reuse=np.inf)
+NEWTON_ON_FINER_MESH = NewtonSettings(tolerance=1e-7, chord_rate=0.3, tangent_reuse=np.inf)
 
 
 def smooth(known_at: FloatArray, known: FloatArray, at: FloatArray) -> FloatArray:
@@ -56,7 +56,7 @@ def change_on_finer_mesh(
 ) -> dict[tuple[int, int], FloatArray]:
     """Return by how much the finer mesh's predictions differ: for each (experiment, state), (6 + 3m,)."""
     chosen = [spread_states(schedule, _STATES) for schedule in finer.schedules]
-    solved = finer.predict(material, chosen, progress, _NEWTON)
+    solved = finer.predict(material, chosen, progress, NEWTON_ON_FINER_MESH)
     change = {}
     for number, schedule in enumerate(finer.schedules):
         of_few = {

@@ -18,7 +18,7 @@ from estimator.fem.terms.term import Memoryless
 from estimator.forward.meshing import mesh_experiment
 from estimator.forward.schedule import schedule_poses, spread_states
 from estimator.inference.channels import predicted_channels
-from estimator.inference.discretisation import change_along, smooth
+from estimator.inference.discretisation import NEWTON_ON_FINER_MESH, change_along, smooth
 
 FloatArray = NDArray[np.float64]
 
@@ -61,7 +61,7 @@ def channels_at(
     """
     problem, material = hypothesis.problem(mesh_experiment(experiment, grading)), hypothesis.material()
     terms = tuple(term for term in hypothesis.terms(problem, experiment) if isinstance(term, Memoryless))
-    solver = EquilibriumSolver(problem)
+    solver = EquilibriumSolver(problem, NEWTON_ON_FINER_MESH)
     found, state = {}, solver.rest(material)
     for number, pose in poses.items():
         state = solver.solve(pose, material, state, terms)
