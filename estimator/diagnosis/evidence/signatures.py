@@ -55,8 +55,6 @@ def signatures_of(
 
 def remembers(case: Case, hypothesis: Hypothesis, effect: Effect) -> bool:
     """Tell whether tissue with an effect beside a hypothesis depends on what went before, or on the time."""
-    if "terms" not in effect.acts_on:
-        return poses_apart(case, [hypothesis]) == 1
     constants = {
         one.name: one.grid[0] if one.grid else (one.lower + one.upper) / 2 for one in effect.constants
     }

@@ -128,13 +128,11 @@ def spread_between(motion: Motion, every: int) -> Between | None:
     _, first, place = np.unique(poses, axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first)
     visits = first[order]
-    if len(visits) == 1:
-        return None
     chosen = np.union1d(visits[::every], visits[-1:])
     between = Between(motion, visits, np.argsort(order)[place.ravel()], chosen)
     while len(between.rest) and not between.chord(between.rest).holds.all():
         between = between.with_solved(between.rest[~between.chord(between.rest).holds])
-    return between
+    return between if len(visits) > 1 else None
 
 
 def chord_between(motion: Motion, before: IntArray, after: IntArray, at: IntArray) -> Chord:

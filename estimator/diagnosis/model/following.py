@@ -189,9 +189,7 @@ class Path:
         follower, problem = self._follower, self._follower.problem
         bent = kinks(between, states, problem.pattern.free, follower.settings.smooth_m)
         more = between.around(bent)
-        if not len(more):
-            return list(states), between
-        fields = fields_between(problem, between, states)
+        fields = fields_between(problem, between, states) if len(more) else {}
         found = dict(zip(between.solved.tolist(), states, strict=True))
         for load_step in more.tolist():
             pose = GripperPose(self._motion.position[load_step], self._motion.rotation[load_step])
@@ -202,17 +200,13 @@ class Path:
 
     def _expected(self, load_step: int, pose: GripperPose) -> KnownField | None:
         """Return the neighbour's field at a load step, off it as the last states make one expect."""
-        if self._known is None or not self._follower.beside:
-            return None
-        here = self._known[load_step]
-        if self._passed:
-            number, last = self._passed[-1]
-            here = here.plus(1.0, KnownField.of(last), self._known[number])
-        if len(self._passed) > 1:
-            earlier, before = self._passed[-2]
+        known = self._known if self._follower.beside else None
+        here = None if known is None else known[load_step]
+        if known is not None and here is not None and self._passed:
+            (earlier, before), (number, last) = self._passed[-2:][0], self._passed[-1]
             share = _share(before.pose, last.pose, pose)
-            here = here.plus(share, KnownField.of(last), self._known[number])
-            here = here.plus(-share, KnownField.of(before), self._known[earlier])
+            here = here.plus(1.0 + share, KnownField.of(last), known[number])
+            here = here.plus(-share, KnownField.of(before), known[earlier])
         return here
 
 

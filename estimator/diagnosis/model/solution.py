@@ -97,7 +97,7 @@ class Mechanics:
     def without_states(self) -> Mechanics:
         """Return the observables alone, which is less to keep and can go to another process."""
         light = tuple(replace(observation, field_by={}) for observation in self.observations)
-        return Mechanics(replace(self.solution, states=()), light)
+        return Mechanics(replace(self.solution, states=(), between=None), light)
 
     def at(self, before: Hypothesis, after: Hypothesis) -> Mechanics:
         """Extrapolate the observables of the baseline to another E and ν nearby.

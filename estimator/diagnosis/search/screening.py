@@ -53,7 +53,9 @@ class Trial:
 def screen(context: Context, effects: Sequence[Effect]) -> list[Trial]:
     """Return the trials of all effects that can show at all their starts, the most probable first."""
     effects = [effect for effect in effects if beads_needed(effect) <= context.beads_seen]
-    remembering = [one for one in effects if remembers(context.case, context.baseline.hypothesis, one)]
+    beside = context.baseline.hypothesis
+    with_terms = [one for one in effects if "terms" in one.acts_on]
+    remembering = [one for one in with_terms if remembers(context.case, beside, one)]
     jobs = [
         context.executor.submit(_signatures, context.case, context.baseline, share, remembering)
         for share in _shares(effects, remembering, context.settings.search)
@@ -150,18 +152,22 @@ def _signatures(
     found: list[Signature] = []
     others = [one for one in effects if one not in remembering]
     by_all_poses = [one for one in effects if one in remembering]
+    mechanics: list[Mechanics] = []
     for part, every in ((others, case.settings.solver.poses_apart), (by_all_poses, 1)):
         if part:
-            mechanics = [mechanics_of(one) for one in _solved_anew(case, base, every)]
+            # Beside what remembers every load step was solved for the first part already.
+            if not mechanics or any(one.solution.between is not None for one in mechanics):
+                mechanics = [mechanics_of(one) for one in _solved_anew(case, base, every)]
             found += _of_those_that_can_be(case, mechanics, base.hypothesis, part)
     return found
 
 
 def _solved_anew(case: Case, base: Linearisation, every: int) -> list[Solution]:
     try:
-        return solve_case(case, base.hypothesis, base.known, every=every)
+        found = solve_case(case, base.hypothesis, base.known, every=every)
     except SolverError:
-        return solve_case(case, base.hypothesis, every=every)  # from rest, in shorter steps
+        found = solve_case(case, base.hypothesis, every=every)  # from rest, in shorter steps
+    return found
 
 
 def _of_those_that_can_be(

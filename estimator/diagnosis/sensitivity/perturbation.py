@@ -50,12 +50,13 @@ class MechanicalChange:
 
 def filled(solution: Solution, change: MechanicalChange) -> MechanicalChange:
     """Return a change that is known at the first rows of the solved load steps at all rows."""
-    if solution.between is None:
-        return change
-    of_row = solution.load_steps.of_row
-    first = np.searchsorted(of_row, solution.solved)
-    wrench, fiducials = (solution.filled(known[first])[of_row] for known in (change.wrench, change.fiducials))
-    return replace(change, wrench=wrench, fiducials=fiducials)
+    if solution.between is not None:
+        of_row = solution.load_steps.of_row
+        first = np.searchsorted(of_row, solution.solved)
+        both = (change.wrench, change.fiducials)
+        wrench, fiducials = (solution.filled(known[first])[of_row] for known in both)
+        change = replace(change, wrench=wrench, fiducials=fiducials)
+    return change
 
 
 def no_change(solution: Solution) -> MechanicalChange:
