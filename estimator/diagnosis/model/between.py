@@ -9,7 +9,7 @@ that fails, at a kink, the load steps around it are to be solved themselves.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -119,8 +119,10 @@ class Between:
         return np.concatenate([[0.0], np.cumsum(_length(steps))])
 
 
-def spread_between(motion: Motion, every: int) -> Between | None:
+def spread_between(motion: Motion, every: int, besides: Collection[int] = ()) -> Between | None:
     """Choose every so many of the poses of a motion to be solved, and those that do not lie between others.
+
+    Besides, those at some load steps are.
 
     Return None for a gripper that stood throughout.
     """
@@ -129,7 +131,8 @@ def spread_between(motion: Motion, every: int) -> Between | None:
     order = np.argsort(first)
     visits = first[order]
     chosen = np.union1d(visits[::every], visits[-1:])
-    between = Between(motion, visits, np.argsort(order)[place.ravel()], chosen)
+    number = np.argsort(order)[place.ravel()]
+    between = Between(motion, visits, number, np.union1d(chosen, visits[number[list(besides)]]))
     while len(between.rest) and not between.chord(between.rest).holds.all():
         between = between.with_solved(between.rest[~between.chord(between.rest).holds])
     return between if len(visits) > 1 else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -143,6 +143,7 @@ def solve_case(
     progress: Progress | None = None,
     *,
     every: int = 1,
+    besides: Sequence[Collection[int]] = (),
 ) -> list[Solution]:
     """Solve every experiment of a case in their order, what the tissue remembers carried from one to the next.
 
@@ -154,6 +155,7 @@ def solve_case(
     progress : called with (load steps solved, load steps in all)
     every : how many poses of the gripper on there is to be a solved one, where nothing remembers and the tissue answers
         smoothly between them
+    besides : of each experiment, load steps of which the poses are solved in any case
 
     Raises
     ------
@@ -173,7 +175,8 @@ def solve_case(
         motion = hypothesis.motion(reported_motion(load_steps, hypothesis, setup.loads[number].unit_wrench))
         history.begin(changed, load_steps.experiment)
         path = Path(follower, history, load_steps, motion, known[number] if known is not None else None)
-        between = spread_between(motion, every) if every > 1 and history.steady else None
+        also = besides[number] if besides else ()
+        between = spread_between(motion, every, also) if every > 1 and history.steady else None
         states: list[EquilibriumState] = []
         for load_step in np.arange(len(load_steps)) if between is None else between.solved:
             states.append(path.solved(int(load_step)))
