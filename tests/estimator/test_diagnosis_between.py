@@ -129,6 +129,14 @@ def test_a_pose_where_the_gripper_turns_back_is_solved() -> None:
     assert between.chord(between.rest).holds.all()
 
 
+@pytest.mark.parametrize("rows", [2, 3, 5, 8, 12, 21])
+def test_of_a_short_motion_enough_is_solved_to_tell_a_kink(rows: int) -> None:
+    way = MOTION.moved(MOTION.position[:rows], MOTION.rotation[:rows])
+    between = spread_between(way, 4)
+    assert between is not None
+    assert len(between.solved) >= min(rows, 5)
+
+
 def test_a_gripper_that_stands_has_nothing_between_its_poses() -> None:
     still = MOTION.moved(np.tile(MOTION.position[:1], (ROWS, 1)), Rotation.identity(ROWS))
     assert spread_between(still, 4) is None

@@ -33,6 +33,8 @@ Answer = tuple[FloatArray, FloatArray]
 _LEVER_M = 0.01
 # What lies farther off the way between two poses than this share of it does not lie between them.
 _ASIDE = 0.1
+# Fewer ways between solved poses than these do not tell whether the tissue answers smoothly.
+_FEWEST = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +124,7 @@ class Between:
 def spread_between(motion: Motion, every: int, besides: Collection[int] = ()) -> Between | None:
     """Choose every so many of the poses of a motion to be solved, and those that do not lie between others.
 
-    Besides, those at some load steps are.
+    Of a short one more are. Besides, those at some load steps are.
 
     Return None for a gripper that stood throughout.
     """
@@ -130,7 +132,8 @@ def spread_between(motion: Motion, every: int, besides: Collection[int] = ()) ->
     _, first, place = np.unique(poses, axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first)
     visits = first[order]
-    chosen = np.union1d(visits[::every], visits[-1:])
+    spacing = max(min(every, (len(visits) - 1) // _FEWEST), 1)
+    chosen = np.union1d(visits[::spacing], visits[-1:])
     number = np.argsort(order)[place.ravel()]
     between = Between(motion, visits, number, np.union1d(chosen, visits[number[list(besides)]]))
     while len(between.rest) and not between.chord(between.rest).holds.all():
