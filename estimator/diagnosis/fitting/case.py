@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -108,7 +108,7 @@ def _mechanics_near(
         return [one.at(near.hypothesis, hypothesis) for one in near.mechanics], near.known
     known = near.known if near is not None else None
     free = free_parameters(hypothesis, case.settings.fitting)
-    every = poses_apart(case, [perturbed(hypothesis, parameter).to for parameter in free])
+    every = poses_apart(case, hypothesis, [perturbed(hypothesis, parameter).to for parameter in free])
     solutions = solve_case(case, hypothesis, known, progress, every=every)
     return [mechanics_of(solution) for solution in solutions], None
 
@@ -130,13 +130,14 @@ def linearisation_of(
     )
 
 
-def poses_apart(setup: Setup, hypotheses: Iterable[Hypothesis]) -> int:
-    """Return every how many poses are to be solved, that hypotheses next to the solved one can be foretold there.
+def poses_apart(setup: Setup, hypothesis: Hypothesis, near: Sequence[Hypothesis]) -> int:
+    """Return every how many poses of a hypothesis are to be solved, that others ``near`` it can be foretold there.
 
     Where one of them remembers, or has its time, it goes by every load step.
     """
-    begun = (TermHistory.begun(one, setup.problem, setup.experiments[0]) for one in hypotheses)
-    return setup.settings.solver.poses_apart if all(history.steady for history in begun) else 1
+    problem, first = hypothesis.problem(setup.problem), setup.experiments[0]
+    steady = all(TermHistory.begun(one, problem, first).steady for one in (hypothesis, *near))
+    return setup.settings.solver.poses_apart if steady else 1
 
 
 def same_mechanics(one: Hypothesis, other: Hypothesis, near: float) -> bool:

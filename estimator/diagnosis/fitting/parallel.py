@@ -60,7 +60,8 @@ def _each_by_itself(case: Case, hypothesis: Hypothesis, near: Linearisation | No
 
 
 def _remembers(case: Case, hypothesis: Hypothesis) -> bool:
-    return TermHistory.begun(hypothesis, case.problem, case.experiments[0]).remembers
+    problem = hypothesis.problem(case.problem)
+    return TermHistory.begun(hypothesis, problem, case.experiments[0]).remembers
 
 
 def _parts(case: Case) -> list[Case]:

@@ -31,9 +31,9 @@ class TermHistory:
 
     @classmethod
     def begun(cls, hypothesis: Hypothesis, problem: RetractionProblem, experiment: Experiment) -> TermHistory:
-        """Return the history of a hypothesis at the start of an experiment on the baseline's ``problem``."""
+        """Return the history of a hypothesis at the start of its first experiment."""
         history = cls(hypothesis)
-        history.begin(hypothesis.problem(problem), experiment)
+        history.begin(problem, experiment)
         return history
 
     @property

@@ -19,7 +19,7 @@ from estimator.diagnosis.evidence.marginal_likelihood import (
     price_of_choice,
     priors_within_a_step,
 )
-from estimator.diagnosis.evidence.signatures import Signature, remembers, signatures_of
+from estimator.diagnosis.evidence.signatures import Signature, signatures_of, which_remember
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.fitting.releases import starts_at_full_size
 from estimator.diagnosis.model.free_parameters import HypothesisParameter, moved
@@ -53,12 +53,9 @@ class Trial:
 def screen(context: Context, effects: Sequence[Effect]) -> list[Trial]:
     """Return the trials of all effects that can show at all their starts, the most probable first."""
     effects = [effect for effect in effects if beads_needed(effect) <= context.beads_seen]
-    beside = context.baseline.hypothesis
-    with_terms = [one for one in effects if "terms" in one.acts_on]
-    remembering = [one for one in with_terms if remembers(context.case, beside, one)]
     jobs = [
-        context.executor.submit(_signatures, context.case, context.baseline, share, remembering)
-        for share in _shares(effects, remembering, context.settings.search)
+        context.executor.submit(_signatures, context.case, context.baseline, share)
+        for share in _shares(effects, context.settings.search)
     ]
     found: list[Trial] = []
     for done, job in enumerate(as_completed(jobs), start=1):
@@ -113,17 +110,16 @@ def from_full_size(context: Context, trials: Sequence[Trial]) -> list[Trial]:
     ]
 
 
-def _shares(
-    effects: Sequence[Effect], remembering: Sequence[Effect], settings: SearchSettings
-) -> list[list[Effect]]:
+def _shares(effects: Sequence[Effect], settings: SearchSettings) -> list[list[Effect]]:
     """Deal the effects out, the dearest first, each to the share with least to do.
 
-    Those that set nodes free stay together: the tissue is condensed onto these once for all. So do those that remember,
-    for which every load step is solved.
+    Those that set nodes free stay together: the tissue is condensed onto these once for all. So do those whose terms
+    may remember, for which every load step is solved.
     """
-    releasing = [one for one in effects if not one.keeps_pattern and one not in remembering]
-    groups = [[one] for one in effects if one.keeps_pattern and one not in remembering]
-    groups += [list(group) for group in (releasing, remembering) if group]
+    releasing = [one for one in effects if not one.keeps_pattern]
+    with_terms = [one for one in effects if one.keeps_pattern and "terms" in one.acts_on]
+    groups = [[one] for one in effects if one.keeps_pattern and "terms" not in one.acts_on]
+    groups += [group for group in (releasing, with_terms) if group]
     shares: list[list[Effect]] = [[] for _ in range(settings.shares)]
     load = [0.0] * settings.shares
     cost = partial(_cost, condensing=settings.condensing)
@@ -146,20 +142,15 @@ def _cost(group: Sequence[Effect], condensing: float) -> float:
     return cost if all(effect.keeps_pattern for effect in group) else cost + condensing
 
 
-def _signatures(
-    case: Case, base: Linearisation, effects: Sequence[Effect], remembering: Sequence[Effect]
-) -> list[Signature]:
-    found: list[Signature] = []
-    others = [one for one in effects if one not in remembering]
-    by_all_poses = [one for one in effects if one in remembering]
-    mechanics: list[Mechanics] = []
-    for part, every in ((others, case.settings.solver.poses_apart), (by_all_poses, 1)):
-        if part:
-            # Beside what remembers every load step was solved for the first part already.
-            if not mechanics or any(one.solution.between is not None for one in mechanics):
-                mechanics = [mechanics_of(one) for one in _solved_anew(case, base, every)]
-            found += _of_those_that_can_be(case, mechanics, base.hypothesis, part)
-    return found
+def _signatures(case: Case, base: Linearisation, effects: Sequence[Effect]) -> list[Signature]:
+    mechanics = [mechanics_of(one) for one in _solved_anew(case, base, case.settings.solver.poses_apart)]
+    remembering = which_remember(case, mechanics, base.hypothesis, effects)
+    others = [effect for effect in effects if effect not in remembering]
+    found = _of_those_that_can_be(case, mechanics, base.hypothesis, others)
+    # Beside what remembers every load step is solved already.
+    if remembering and any(one.solution.between is not None for one in mechanics):
+        mechanics = [mechanics_of(one) for one in _solved_anew(case, base, every=1)]
+    return found + _of_those_that_can_be(case, mechanics, base.hypothesis, remembering)
 
 
 def _solved_anew(case: Case, base: Linearisation, every: int) -> list[Solution]:
