@@ -167,8 +167,10 @@ def _checked_out(commit: str, build: Path) -> tuple[Path, Path]:
                 f"{commit}: cannot be checked out ({added.stderr.strip()}); name a commit of this repository"
             )
     subprocess.run([sys.executable, "run.py", "--version"], cwd=tree, env=_environment_of(tree), check=False)
-    folder = "Scripts" if sys.platform == "win32" else "bin"
-    return tree / ".venv" / folder / "python", tree
+    python = tree / ".venv" / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
+    if not python.exists():
+        raise InputError(f"{tree}: its run.py made no environment; run it there and look at what it says")
+    return python, tree
 
 
 def _run(python: Path, tree: Path, case: Path, result: Path) -> tuple[Cost, Answer]:

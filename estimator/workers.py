@@ -15,7 +15,9 @@ from threadpoolctl import threadpool_limits
 
 @contextmanager
 def worker_pool(processes: int | None = None) -> Iterator[Executor]:
-    """Give workers, one a core by default, each with one thread in its linear algebra.
+    """Give workers, one a core by default, each with one thread in its linear algebra, as the process that gives them.
+
+    A second thread there would take a core from a worker, most of the time to wait for the next product.
 
     What waits is given up where the block is left early, and where it is interrupted what is under way too. The workers
     end with the process that made them, also where that is killed.
@@ -25,7 +27,8 @@ def worker_pool(processes: int | None = None) -> Iterator[Executor]:
     watched, lifeline = context.Pipe(duplex=False)
     pool = ProcessPoolExecutor(count, mp_context=context, initializer=_begin, initargs=(watched,))
     try:
-        yield pool
+        with threadpool_limits(1):
+            yield pool
     except KeyboardInterrupt:
         lifeline.close()
         raise

@@ -44,6 +44,14 @@ class SolverSettings:
         1 / 4, "1", "harder ones are shortened in their parameters instead, which costs less"
     )
     strays: int = budget(3, "1", "so many load steps off the neighbour's, and the motion is followed instead")
+    poses_apart: int = budget(
+        4, "1", "of the motion, every so many are solved where the tissue answers smoothly between"
+    )
+    smooth_m: float = budget(
+        3e-5,
+        "m",
+        "a state that its neighbours foretell worse is at a kink; between states they miss a sixteenth",
+    )
     near: float = budget(0.1, "1", "a change of -ln(1 - 2 nu) that is linear within a hundredth of itself")
     load_waves: int = budget(
         12, "1", "cosines that smooth a measured load: more than ramp, hold, return need"

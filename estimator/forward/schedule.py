@@ -42,12 +42,13 @@ def schedule_poses(experiment: Experiment) -> PoseSchedule:
     """Group the rows of an experiment into states."""
     position = experiment.position
     rotation = Rotation.from_quat(experiment.quaternion_wxyz, scalar_first=True)
-    tolerance = _tolerance(experiment, rotation)
+    quaternion = rotation.as_quat()
+    tolerance = _tolerance(experiment, quaternion)
     leaders: list[int] = []
     state_of_row = np.empty(len(position), dtype=np.int64)
     for row in range(len(position)):
         if leaders:
-            distances = _distance(position[leaders], rotation[leaders], position[row], rotation[row])
+            distances = _distance(position[leaders], quaternion[leaders], position[row], quaternion[row])
             nearest = int(np.argmin(distances))
             if distances[nearest] <= tolerance:
                 state_of_row[row] = nearest
@@ -74,15 +75,18 @@ def travel(schedule: PoseSchedule) -> FloatArray:
     return np.array([_length(origin.increment_to(pose)) for pose in schedule.poses])
 
 
-def _tolerance(experiment: Experiment, rotation: Rotation) -> float:
-    steps = _distance(experiment.position[1:], rotation[1:], experiment.position[:-1], rotation[:-1])
+def _tolerance(experiment: Experiment, quaternion: FloatArray) -> float:
+    position = experiment.position
+    steps = _distance(position[1:], quaternion[1:], position[:-1], quaternion[:-1])
     noise = _AGREEMENT * experiment.sensor.position_std
     moved = steps[steps > noise]
     return min(noise, 0.3 * float(np.median(moved))) if len(moved) else noise
 
 
-def _distance(position: FloatArray, rotation: Rotation, at: FloatArray, turned: Rotation) -> FloatArray:
-    angle = np.asarray((rotation * turned.inv()).magnitude())
+def _distance(position: FloatArray, quaternion: FloatArray, at: FloatArray, turned: FloatArray) -> FloatArray:
+    """Return how far poses lie from others, m; of unit quaternions either sign is the same rotation."""
+    chords = [np.linalg.norm(quaternion + sign * turned, axis=-1) for sign in (-1.0, 1.0)]
+    angle = 4.0 * np.arcsin(np.minimum(np.minimum(*chords) / 2.0, 1.0))
     return np.hypot(np.linalg.norm(position - at, axis=-1), _LEVER_M * angle)
 
 

@@ -19,7 +19,7 @@ Course = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
 _STATES = 3
 # Nobody asks for derivatives on the finer mesh.
-_NEWTON = NewtonSettings(tolerance=1e-7, chord_rate=0.3, tangent_reuse=np.inf)
+NEWTON_ON_FINER_MESH = NewtonSettings(tolerance=1e-7, chord_rate=0.3, tangent_reuse=np.inf)
 
 
 def smooth(known_at: FloatArray, known: FloatArray, at: FloatArray) -> FloatArray:
@@ -56,7 +56,7 @@ def change_in_another_model(
 ) -> dict[tuple[int, int], FloatArray]:
     """Return what a finer mesh, or another body, changes of the predictions: by (experiment, state), (6 + 3m,)."""
     chosen = [spread_states(schedule, _STATES) for schedule in other.schedules]
-    solved = other.predict(material, chosen, progress, _NEWTON)
+    solved = other.predict(material, chosen, progress, NEWTON_ON_FINER_MESH)
     change = {}
     for number, schedule in enumerate(other.schedules):
         of_few = {

@@ -121,8 +121,18 @@ def shrunk(columns: FloatArray, vectors: FloatArray, shrink: FloatArray) -> Floa
 
 def inverse_root(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return (vectors, shrink) of (I + U Uᵀ)^−½ for U (r, k)."""
-    eigenvalues, eigenvectors = np.linalg.eigh(directions.T @ directions)
+    return inverse_root_scaled(directions, np.ones(directions.shape[1]), directions.T @ directions)
+
+
+def inverse_root_scaled(
+    directions: FloatArray, scale: FloatArray, gram: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the same for directions (r, k) each times its ``scale`` (k,).
+
+    ``gram`` (k, k) holds the inner products of the directions themselves: it serves any scale.
+    """
+    eigenvalues, eigenvectors = np.linalg.eigh(scale[:, None] * gram * scale)
     kept = eigenvalues > 1e-9 * max(float(eigenvalues.max(initial=0.0)), 1e-300)
     root = np.sqrt(eigenvalues[kept])
-    vectors = directions @ (eigenvectors[:, kept] / root)
+    vectors = directions @ (scale[:, None] * eigenvectors[:, kept] / root)
     return vectors, 1.0 - 1.0 / np.sqrt(1.0 + eigenvalues[kept])

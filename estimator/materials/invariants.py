@@ -78,4 +78,8 @@ class ModifiedInvariants:
         return self._rows(w_x, w_y, w_x * self.x_j + w_y * self.y_j)
 
     def _rows(self, *rows: Term) -> FloatArray:
-        return np.stack([np.broadcast_to(np.asarray(row, dtype=np.float64), self.x.shape) for row in rows])
+        # A third of the time of stacking broadcast views: every response of a tissue comes by here twice.
+        found = np.empty((len(rows), *self.x.shape))
+        for number, row in enumerate(rows):
+            found[number] = row
+        return found

@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.diagnosis.model.following import KnownField
 from estimator.diagnosis.model.grip_load import GripLoad
 from estimator.diagnosis.model.setup import Setup
-from estimator.diagnosis.model.solution import KnownField, KnownFields, Solution, reported_motion, solve_case
+from estimator.diagnosis.model.solution import KnownFields, Solution, reported_motion, solve_case
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
 from estimator.fem.boundary.problem import RetractionProblem

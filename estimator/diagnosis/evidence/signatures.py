@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.fitting.case import Case, whitened_derivatives
+from estimator.diagnosis.fitting.case import Case, poses_apart, whitened_derivatives
 from estimator.diagnosis.model.free_parameters import HypothesisParameter, free_parameters
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import Mechanics
@@ -45,12 +45,42 @@ def signatures_of(
     case: Case, mechanics: Sequence[Mechanics], hypothesis: Hypothesis, effects: Sequence[Effect]
 ) -> list[Signature]:
     """Return the signatures of every start of the given effects beside a solved hypothesis."""
+    return signatures_at(case, mechanics, hypothesis, _plans(case, mechanics, hypothesis, effects))
+
+
+def _plans(
+    case: Case, mechanics: Sequence[Mechanics], hypothesis: Hypothesis, effects: Sequence[Effect]
+) -> list[tuple[Effect, dict[str, float]]]:
+    """Return effects with the constants at which each is looked for beside a solved hypothesis."""
     readings = [
         predicted_readings(one, hypothesis, correction)
         for one, correction in zip(mechanics, case.corrections, strict=True)
     ]
-    plans = [(effect, constants) for effect in effects for constants in effect.starts(readings)]
-    return signatures_at(case, mechanics, hypothesis, plans)
+    return [(effect, constants) for effect in effects for constants in effect.starts(readings)]
+
+
+def _null(
+    case: Case, hypothesis: Hypothesis, effect: Effect, constants: Mapping[str, float]
+) -> tuple[Hypothesis, tuple[HypothesisParameter, ...]]:
+    """Return a hypothesis with one effect more, at its null, and that effect's amplitudes."""
+    absent = {amplitude.name: 0.0 for amplitude in effect.amplitudes}
+    null, number = hypothesis.with_effect(effect, {**constants, **absent}), len(hypothesis.effects)
+    free = free_parameters(null, case.settings.fitting)
+    return null, tuple(one for one in free if one.effect == number and one.key in absent)
+
+
+def which_remember(
+    case: Case, mechanics: Sequence[Mechanics], hypothesis: Hypothesis, effects: Sequence[Effect]
+) -> list[Effect]:
+    """Return the effects with which tissue beside a hypothesis depends on what went before, or on the time."""
+    with_terms = [effect for effect in effects if "terms" in effect.acts_on]
+    first = dict(reversed(_plans(case, mechanics, hypothesis, with_terms)))
+    found = []
+    for effect, constants in first.items():
+        null, free = _null(case, hypothesis, effect, constants)
+        if poses_apart(case, null, [one.put(null, one.step) for one in free]) == 1:
+            found.append(effect)
+    return found
 
 
 def signatures_at(
@@ -60,14 +90,10 @@ def signatures_at(
     plans: Sequence[tuple[Effect, Mapping[str, float]]],
 ) -> list[Signature]:
     """Return the signatures of effects at given constants."""
-    number = len(hypothesis.effects)
     amplitudes: list[tuple[HypothesisParameter, ...]] = []
     perturbations: list[Perturbation] = []
     for effect, constants in plans:
-        absent = {amplitude.name: 0.0 for amplitude in effect.amplitudes}
-        null = hypothesis.with_effect(effect, {**constants, **absent})
-        everything = free_parameters(null, case.settings.fitting)
-        free = tuple(c for c in everything if c.effect == number and c.key in absent)
+        null, free = _null(case, hypothesis, effect, constants)
         amplitudes.append(free)
         perturbations += [Perturbation(c.name, c.put(null, c.step), effect, c.step) for c in free]
     columns = whitened_derivatives(case, mechanics, hypothesis, perturbations)

@@ -12,6 +12,7 @@ from estimator.diagnosis.model.free_parameters import HypothesisParameter, free_
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.setup import Setup
 from estimator.diagnosis.model.solution import KnownFields, Mechanics, mechanics_of, solve_case
+from estimator.diagnosis.model.term_history import TermHistory
 from estimator.diagnosis.noise.errors_left import AT_MOST, ErrorsLeft
 from estimator.diagnosis.sensitivity.perturbation import Perturbation
 from estimator.diagnosis.sensitivity.readings import channels, derivatives, predicted_readings
@@ -106,7 +107,9 @@ def _mechanics_near(
     if near is not None and same_mechanics(near.hypothesis, hypothesis, case.settings.solver.near):
         return [one.at(near.hypothesis, hypothesis) for one in near.mechanics], near.known
     known = near.known if near is not None else None
-    solutions = solve_case(case, hypothesis, known, progress)
+    free = free_parameters(hypothesis, case.settings.fitting)
+    every = poses_apart(case, hypothesis, [perturbed(hypothesis, parameter).to for parameter in free])
+    solutions = solve_case(case, hypothesis, known, progress, every=every)
     return [mechanics_of(solution) for solution in solutions], None
 
 
@@ -125,6 +128,16 @@ def linearisation_of(
         known or [one.solution.known_fields() for one in mechanics],
         tuple(one.without_states() for one in mechanics),
     )
+
+
+def poses_apart(setup: Setup, hypothesis: Hypothesis, near: Sequence[Hypothesis]) -> int:
+    """Return every how many poses of a hypothesis are to be solved, that others ``near`` it can be foretold there.
+
+    Where one of them remembers, or has its time, it goes by every load step.
+    """
+    problem, first = hypothesis.problem(setup.problem), setup.experiments[0]
+    steady = all(TermHistory.begun(one, problem, first).steady for one in (hypothesis, *near))
+    return setup.settings.solver.poses_apart if steady else 1
 
 
 def same_mechanics(one: Hypothesis, other: Hypothesis, near: float) -> bool:

@@ -60,9 +60,8 @@ def _each_by_itself(case: Case, hypothesis: Hypothesis, near: Linearisation | No
 
 
 def _remembers(case: Case, hypothesis: Hypothesis) -> bool:
-    history = TermHistory(hypothesis)
-    history.begin(hypothesis.problem(case.problem), case.experiments[0])
-    return history.remembers
+    problem = hypothesis.problem(case.problem)
+    return TermHistory.begun(hypothesis, problem, case.experiments[0]).remembers
 
 
 def _parts(case: Case) -> list[Case]:

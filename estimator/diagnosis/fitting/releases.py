@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 from estimator.diagnosis.fitting.case import Case, Linearisation, predictions
 from estimator.diagnosis.model.free_parameters import free_parameters, moved
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.model.load_steps import LoadSteps
 from estimator.diagnosis.model.solution import Mechanics, Solution, mechanics_of, solve_case
 from estimator.diagnosis.sensitivity.constraint_release import changes_by_release
 from estimator.effects.effect import Effect, Values
-from estimator.forward.schedule import schedule_poses, spread_states
+from estimator.forward.schedule import schedule_poses, spread_states, travel
 from estimator.inference.channels import channels_by, measured_rows, side_by_side
 
 FloatArray = NDArray[np.float64]
@@ -46,7 +45,8 @@ def starts_at_full_size(case: Case, base: Linearisation, effect: Effect, count: 
 
     One Newton step tells what gives way nearly as a refit does: what falls behind the best is not begun from.
     """
-    mechanics = [mechanics_of(one) for one in solve_case(case, base.hypothesis, base.known)]
+    every = case.settings.solver.poses_apart
+    mechanics = [mechanics_of(one) for one in solve_case(case, base.hypothesis, base.known, every=every)]
     found = releases_of(case, mechanics, base.hypothesis, effect)
     close = 2.0 * case.settings.search.close
     return [one.start for one in found[:count] if one.left < found[0].left + close]
@@ -91,7 +91,7 @@ class _FewStates:
     @classmethod
     def of(cls, case: Case, mechanics: Sequence[Mechanics], hypothesis: Hypothesis) -> _FewStates:
         count = case.settings.noise.corrected_states
-        chosen = [_few_load_steps(one.solution.load_steps, count) for one in mechanics]
+        chosen = [_few_load_steps(one.solution, count) for one in mechanics]
         misfit, by_material = _misfits(case, mechanics, hypothesis, chosen)
         thinned = [_thinned(one, steps).solution for one, steps in zip(mechanics, chosen, strict=True)]
         return cls(case, hypothesis, thinned, misfit, by_material)
@@ -117,11 +117,13 @@ class _FewStates:
         return sorted(found, key=lambda one: one.left)
 
 
-def _few_load_steps(load_steps: LoadSteps, count: int) -> IntArray:
-    """Return the numbers of a few load steps, spread over the motion."""
+def _few_load_steps(solution: Solution, count: int) -> IntArray:
+    """Return a few solved load steps, spread over the motion."""
+    load_steps, solved = solution.load_steps, solution.solved
     schedule = schedule_poses(load_steps.experiment)
-    states = spread_states(schedule, count)
-    return np.array([load_steps.of_row[int(np.argmax(schedule.state_of_row == s))] for s in states])
+    way = travel(schedule)[schedule.state_of_row][np.searchsorted(load_steps.of_row, solved)]
+    wanted = travel(schedule)[spread_states(schedule, count)]
+    return np.unique(solved[np.argmin(np.abs(way[:, None] - wanted), axis=0)])
 
 
 def _thinned(mechanics: Mechanics, steps: IntArray) -> Mechanics:
@@ -136,9 +138,10 @@ def _thinned(mechanics: Mechanics, steps: IntArray) -> Mechanics:
         of_row=np.arange(len(steps)),
         load=whole.load[steps],
     )
-    states = tuple(mechanics.solution.states[step] for step in steps)
+    solved = np.searchsorted(mechanics.solution.solved, steps)
+    states = tuple(mechanics.solution.states[number] for number in solved)
     return Mechanics(
-        replace(mechanics.solution, load_steps=few, states=states),
+        replace(mechanics.solution, load_steps=few, states=states, between=None),
         tuple(mechanics.observations[step] for step in steps),
     )
 

@@ -29,6 +29,13 @@ class TermHistory:
             fresh = tuple(new if isinstance(new, Memoryless) else last.rested() for new, last in pairs)
         self._terms = fresh
 
+    @classmethod
+    def begun(cls, hypothesis: Hypothesis, problem: RetractionProblem, experiment: Experiment) -> TermHistory:
+        """Return the history of a hypothesis at the start of its first experiment."""
+        history = cls(hypothesis)
+        history.begin(problem, experiment)
+        return history
+
     @property
     def remembers(self) -> bool:
         """Whether any term depends on what went before."""

@@ -9,6 +9,7 @@ alike.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,7 @@ from estimator.effects.mounting.grasp_misplacement import GRASP_EDGES
 from estimator.experiment import Box, Experiment
 from estimator.forward.schedule import schedule_poses, travel
 from estimator.inference.channels import channel_variance, measured_rows, of_wrench, offsets
-from estimator.inference.whitening import Whitening, inverse_root, uncorrelated
+from estimator.inference.whitening import Whitening, inverse_root_scaled, uncorrelated
 
 FloatArray = NDArray[np.float64]
 
@@ -55,14 +56,22 @@ class CorrelatedErrors:
 
     def whitening(self, left: ErrorsLeft = AT_MOST) -> Whitening:
         """Return the whitening where these shares are left of what may be left at most."""
-        beside_rim = [
-            (left.beside_rim[bead] if left.beside_rim else 1.0) * block
-            for bead, block in self.beside_rim.items()
-        ]
-        directions = np.hstack(
-            [self.always, left.at_rest * self.at_rest, left.elsewhere * self.elsewhere, *beside_rim]
-        )
-        return Whitening(self.seen, self.deviation, self.correlation, *inverse_root(directions))
+        shares = [1.0, left.at_rest, left.elsewhere]
+        shares += [left.beside_rim[bead] if left.beside_rim else 1.0 for bead in self.beside_rim]
+        scale = np.repeat(shares, [block.shape[1] for block in self._blocks])
+        directions, gram = self._at_most
+        found = inverse_root_scaled(directions, scale, gram)
+        return Whitening(self.seen, self.deviation, self.correlation, *found)
+
+    @property
+    def _blocks(self) -> list[FloatArray]:
+        return [self.always, self.at_rest, self.elsewhere, *self.beside_rim.values()]
+
+    @cached_property
+    def _at_most(self) -> tuple[FloatArray, FloatArray]:
+        """All directions (r, k) with the most that may be left, and their inner products (k, k)."""
+        directions = np.hstack(self._blocks)
+        return directions, directions.T @ directions
 
 
 def correlated_errors_of(

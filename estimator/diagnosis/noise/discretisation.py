@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.model.load_steps import load_steps_of
 from estimator.diagnosis.model.solution import Mechanics
 from estimator.experiment import Experiment
 from estimator.fem.boundary.motion import GripperPose
@@ -19,7 +20,7 @@ from estimator.fem.terms.term import Memoryless
 from estimator.forward.meshing import mesh_experiment
 from estimator.forward.schedule import schedule_poses, spread_states
 from estimator.inference.channels import predicted_channels
-from estimator.inference.discretisation import change_along, smooth
+from estimator.inference.discretisation import NEWTON_ON_FINER_MESH, change_along, smooth
 
 FloatArray = NDArray[np.float64]
 
@@ -28,6 +29,13 @@ def few_poses(experiment: Experiment, count: int) -> dict[int, GripperPose]:
     """Return the reported poses of a few states, spread over the motion, by the numbers of the states."""
     schedule = schedule_poses(experiment)
     return {state: schedule.poses[state] for state in spread_states(schedule, count)}
+
+
+def load_steps_of_few(experiment: Experiment, count: int) -> list[int]:
+    """Return load steps at the same poses."""
+    state_of_row = schedule_poses(experiment).state_of_row
+    of_row = load_steps_of(experiment, np.zeros((len(state_of_row), 6))).of_row
+    return [int(of_row[int(np.argmax(state_of_row == state))]) for state in few_poses(experiment, count)]
 
 
 def poses_at_rest_and_few(mechanics: Mechanics, count: int) -> dict[int, GripperPose]:
@@ -62,7 +70,7 @@ def channels_at(
     """
     problem, material = hypothesis.problem(mesh_experiment(experiment, grading)), hypothesis.material()
     terms = tuple(term for term in hypothesis.terms(problem, experiment) if isinstance(term, Memoryless))
-    solver = EquilibriumSolver(problem)
+    solver = EquilibriumSolver(problem, NEWTON_ON_FINER_MESH)
     found, state = {}, settled(solver, material)
     for number, pose in poses.items():
         state = solver.solve(pose, material, state, terms)

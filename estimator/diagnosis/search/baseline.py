@@ -30,6 +30,7 @@ from estimator.diagnosis.noise.discretisation import (
     channels_met,
     correction_along,
     few_poses,
+    load_steps_of_few,
     poses_at_rest_and_few,
 )
 from estimator.diagnosis.noise.errors_left import AT_MOST, ErrorsLeft
@@ -273,7 +274,8 @@ def _uncorrected(
     zeros = tuple(np.zeros((len(e.time), 6 + 3 * len(e.fiducials_rest))) for e in experiments)
     loads = tuple(GripLoad.none(len(e.time)) for e in experiments)
     setup = Setup(experiments, problem, loads, settings=settings)
-    solutions = solve_case(setup, hypothesis)
+    few = [load_steps_of_few(experiment, settings.noise.corrected_states) for experiment in experiments]
+    solutions = solve_case(setup, hypothesis, every=settings.solver.poses_apart, besides=few)
     mechanics = [mechanics_of(solution) for solution in solutions]
     whitenings = tuple(
         correlated_errors_of(one, zero, Noise(), settings.noise).whitening()

@@ -19,12 +19,12 @@ from estimator.diagnosis.evidence.marginal_likelihood import (
     price_of_choice,
     priors_within_a_step,
 )
-from estimator.diagnosis.evidence.signatures import Signature, signatures_of
+from estimator.diagnosis.evidence.signatures import Signature, signatures_of, which_remember
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.fitting.releases import starts_at_full_size
 from estimator.diagnosis.model.free_parameters import HypothesisParameter, moved
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
+from estimator.diagnosis.model.solution import Mechanics, Solution, mechanics_of, solve_case
 from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.settings import SearchSettings
 from estimator.effects.effect import Effect
@@ -117,10 +117,13 @@ def from_full_size(context: Context, trials: Sequence[Trial]) -> list[Trial]:
 def _shares(effects: Sequence[Effect], settings: SearchSettings) -> list[list[Effect]]:
     """Deal the effects out, the dearest first, each to the share with least to do.
 
-    Those that set nodes free stay together: the tissue is condensed onto these once for all.
+    Those that set nodes free stay together: the tissue is condensed onto these once for all. So do those whose terms
+    may remember, for which every load step is solved.
     """
-    releasing = [effect for effect in effects if not effect.keeps_pattern]
-    groups = [[effect] for effect in effects if effect.keeps_pattern] + ([releasing] if releasing else [])
+    releasing = [one for one in effects if not one.keeps_pattern]
+    with_terms = [one for one in effects if one.keeps_pattern and "terms" in one.acts_on]
+    groups = [[one] for one in effects if one.keeps_pattern and "terms" not in one.acts_on]
+    groups += [group for group in (releasing, with_terms) if group]
     shares: list[list[Effect]] = [[] for _ in range(settings.shares)]
     load = [0.0] * settings.shares
     cost = partial(_cost, condensing=settings.condensing)
@@ -140,16 +143,26 @@ def _cost(group: Sequence[Effect], condensing: float) -> float:
             continue
         starts = math.prod(max(len(constant.grid), 1) for constant in effect.constants)
         cost += 1.0 + 0.1 * starts + (4.0 if effect.rate_dependent else 0.0)
-    return cost if group[0].keeps_pattern else cost + condensing
+    return cost if all(effect.keeps_pattern for effect in group) else cost + condensing
 
 
 def _signatures(case: Case, base: Linearisation, effects: Sequence[Effect]) -> list[Signature]:
+    mechanics = [mechanics_of(one) for one in _solved_anew(case, base, case.settings.solver.poses_apart)]
+    remembering = which_remember(case, mechanics, base.hypothesis, effects)
+    others = [effect for effect in effects if effect not in remembering]
+    found = _of_those_that_can_be(case, mechanics, base.hypothesis, others)
+    # Beside what remembers every load step is solved already.
+    if remembering and any(one.solution.between is not None for one in mechanics):
+        mechanics = [mechanics_of(one) for one in _solved_anew(case, base, every=1)]
+    return found + _of_those_that_can_be(case, mechanics, base.hypothesis, remembering)
+
+
+def _solved_anew(case: Case, base: Linearisation, every: int) -> list[Solution]:
     try:
-        solutions = solve_case(case, base.hypothesis, base.known)
+        found = solve_case(case, base.hypothesis, base.known, every=every)
     except SolverError:
-        solutions = solve_case(case, base.hypothesis)  # from rest, in shorter steps
-    mechanics = [mechanics_of(solution) for solution in solutions]
-    return _of_those_that_can_be(case, mechanics, base.hypothesis, effects)
+        found = solve_case(case, base.hypothesis, every=every)  # from rest, in shorter steps
+    return found
 
 
 def _of_those_that_can_be(

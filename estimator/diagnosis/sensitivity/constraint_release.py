@@ -15,8 +15,13 @@ from numpy.typing import NDArray
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import Solution
 from estimator.diagnosis.model.term_history import TermHistory
-from estimator.diagnosis.sensitivity.linear_response import TimePoint, linear_response, time_points
-from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, no_change
+from estimator.diagnosis.sensitivity.linear_response import (
+    TimePoint,
+    check_solved_for,
+    linear_response,
+    time_points,
+)
+from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, filled, no_change
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.condensation import Condensed, condensed_onto
 from estimator.fem.terms.term import Term, summed_stiffness
@@ -63,6 +68,7 @@ def _along(
     """Return what each of the steps, with terms of its own, changes along one experiment."""
     changes = [no_change(solution) for _ in steps]
     steady = all(history.steady for history in (own, *histories))
+    check_solved_for(solution, steady)
     met: dict[int, int] = {}
     known: dict[int, Condensed] = {}
     for time_point in way:
@@ -80,7 +86,7 @@ def _along(
             change.wrench[rows], change.fiducials[rows] = step.taken(
                 solution.problem, time_point, known[state], terms, _passing(history, time_point)
             )
-    return changes
+    return [filled(solution, change) for change in changes]
 
 
 @dataclass(frozen=True)

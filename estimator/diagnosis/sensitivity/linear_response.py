@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import Mechanics, Solution, displacement_at_rest
 from estimator.diagnosis.model.term_history import TermHistory
-from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, Perturbation, no_change
+from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, Perturbation, filled, no_change
 from estimator.experiment import Experiment
 from estimator.fem.assembly.body import Response, nodal_forces, respond
 from estimator.fem.boundary.problem import RetractionProblem
@@ -35,19 +35,32 @@ class TimePoint:
 
 
 def time_points(solution: Solution, rate_dependent: bool) -> list[TimePoint]:
-    """Return every row of a solution where the tissue changes at rest, else every load step."""
+    """Return every row of a solution where the tissue changes at rest, else every load step that is solved."""
     load_steps = solution.load_steps
-    if rate_dependent:
-        times = load_steps.experiment.time
-        starts = np.arange(len(times))
+    if rate_dependent and solution.between is None:
+        times, starts = load_steps.experiment.time, np.arange(len(load_steps.of_row))
+        states = [solution.states[load_step] for load_step in load_steps.of_row]
     else:
         times, starts = load_steps.time, np.searchsorted(load_steps.of_row, np.arange(len(load_steps)))
-    ends = [*starts[1:], len(load_steps.of_row)]
-    elapsed = np.diff(times, prepend=times[0])
+        states = list(solution.states)
+    elapsed, ends = np.diff(times, prepend=times[0]), np.append(starts[1:], len(load_steps.of_row))
+    which = np.arange(len(starts)) if solution.between is None else solution.solved
     return [
-        TimePoint(solution.states[load_steps.of_row[start]], float(seconds), slice(start, end))
-        for start, end, seconds in zip(starts, ends, elapsed, strict=True)
+        TimePoint(state, float(elapsed[n]), slice(int(starts[n]), int(ends[n])))
+        for n, state in zip(which, states, strict=True)
     ]
+
+
+def check_solved_for(solution: Solution, steady: bool) -> None:
+    """Refuse to go from one time point to the next where load steps between them are not solved.
+
+    Raises
+    ------
+    ValueError
+        A perturbation remembers or has its time, and not every load step is solved.
+    """
+    if solution.between is not None and not steady:
+        raise ValueError("what remembers is to be followed along a solution of every load step")
 
 
 class _Loading:
@@ -157,6 +170,7 @@ def _along_solutions(
         everything = list(range(len(loadings)))
         own_terms_steady = own_terms is None or own_terms.steady
         unsteady = [k for k in everything if not (own_terms_steady and loadings[k].steady)]
+        check_solved_for(solution, not unsteady)
         answered: dict[int, int] = {}
         for time_point in time_points(solution, rate_dependent):
             state = time_point.state
@@ -197,7 +211,7 @@ def _along_solutions(
                 changes[k].wrench[time_point.rows] = wrenches[:, column] + by_wrench
                 changes[k].fiducials[time_point.rows] = fiducials[:, :, column] + by_beads
         for one, change in zip(found, changes, strict=True):
-            one.append(change)
+            one.append(filled(solution, change))
     return found
 
 

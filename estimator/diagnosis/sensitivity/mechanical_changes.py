@@ -135,9 +135,8 @@ def modulus_changes(
             answers[id(state)] = linear_response(problem, state, loads.reshape(3 * count, -1))
         wrenches, fiducials = zip(*(answers[id(state)] for state in solution.states), strict=True)
         rows = solution.load_steps.of_row
-        result.append(
-            (np.moveaxis(np.array(wrenches), 2, 0)[:, rows], np.moveaxis(np.array(fiducials), 3, 0)[:, rows])
-        )
+        by_row = [solution.filled(np.array(known))[rows] for known in (wrenches, fiducials)]
+        result.append((np.moveaxis(by_row[0], 2, 0), np.moveaxis(by_row[1], 3, 0)))
     return result
 
 

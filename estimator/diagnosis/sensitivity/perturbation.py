@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +46,17 @@ class MechanicalChange:
     wrench: FloatArray
     fiducials: FloatArray
     motion: FloatArray
+
+
+def filled(solution: Solution, change: MechanicalChange) -> MechanicalChange:
+    """Return a change that is known at the first rows of the solved load steps at all rows."""
+    if solution.between is not None:
+        of_row = solution.load_steps.of_row
+        first = np.searchsorted(of_row, solution.solved)
+        both = (change.wrench, change.fiducials)
+        wrench, fiducials = (solution.filled(known[first])[of_row] for known in both)
+        change = replace(change, wrench=wrench, fiducials=fiducials)
+    return change
 
 
 def no_change(solution: Solution) -> MechanicalChange:

@@ -68,8 +68,10 @@ class Relaxation:
 
     def stiffness(self, displacement: FloatArray, response: Response) -> TermStiffness:
         """Return the exact derivative of :meth:`forces`."""
-        elements = self._gain * self._part_stiffness(response)
-        return TermStiffness(elements=elements + geometric_stiffness(self.body, self._remembered))
+        elements = self._part_stiffness(response)
+        elements *= self._gain
+        elements += geometric_stiffness(self.body, self._remembered)
+        return TermStiffness(elements=elements)
 
     def starting_after(self, seconds: float) -> Self:
         """Return the terms for a state that follows the last one after some time."""
