@@ -4,6 +4,8 @@ import numpy as np
 
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 from estimator.effects.shared.axes import WRENCH_CHANNELS, in_gripper_axes, in_tissue_axes
+from estimator.effects.shared.sensor_steps import SensorStep, linear_wrench
+from estimator.experiment import Experiment
 
 
 class ForceAxisGain(Effect):
@@ -30,3 +32,7 @@ class ForceAxisGain(Effect):
         """Scale the component."""
         surplus = values["gain"] * self._unit * in_gripper_axes(readings.rotation, readings.wrench)
         return readings.with_wrench(readings.wrench + in_tissue_axes(readings.rotation, surplus))
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the gain."""
+        return (linear_wrench("gripper", np.eye(6) + values["gain"] * np.diag(self._unit)),)

@@ -6,6 +6,8 @@ import numpy as np
 
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 from estimator.effects.shared.axes import WRENCH_CHANNELS, in_tissue_axes
+from estimator.effects.shared.sensor_steps import SensorStep, linear_wrench
+from estimator.experiment import Experiment
 
 Frame = Literal["sensor", "tissue"]
 
@@ -51,3 +53,9 @@ class ForceBias(Effect):
         if self._turns:
             bias = in_tissue_axes(readings.rotation, bias)
         return readings.with_wrench(readings.wrench + bias)
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the bias."""
+        bias = np.zeros(6)
+        bias[self._channels] = [values[amplitude.name] for amplitude in self.amplitudes]
+        return (linear_wrench("gripper" if self._turns else "tissue", offset=bias),)

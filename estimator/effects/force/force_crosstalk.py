@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Constant, Effect, Readings, Values
 from estimator.effects.shared.axes import WRENCH_CHANNELS, in_gripper_axes, in_tissue_axes
 from estimator.effects.shared.misfit import wrench_misfit
+from estimator.effects.shared.sensor_steps import SensorStep, linear_wrench
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
@@ -44,10 +45,19 @@ class ForceCrosstalk(Effect):
 
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Add what leaks."""
+        leaked = in_gripper_axes(readings.rotation, readings.wrench) @ self._leak(values).T
+        return readings.with_wrench(readings.wrench + in_tissue_axes(readings.rotation, leaked))
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return what leaks."""
+        return (linear_wrench("gripper", np.eye(6) + self._leak(values)),)
+
+    def _leak(self, values: Values) -> FloatArray:
+        """Return C (6, 6)."""
         leak = np.zeros((6, 6))
         for (j, i), amplitude in zip(_PAIRS, self.amplitudes, strict=True):
             leak[i, j] = values[amplitude.name]
-        return _leaking(readings, leak)
+        return leak * _FULL_SCALE[:, None] / _FULL_SCALE
 
 
 class ForcePairCrosstalk(ForceCrosstalk):
@@ -72,14 +82,7 @@ class ForcePairCrosstalk(ForceCrosstalk):
         """Return the number of ordered pairs of axes."""
         return len(_PAIRS)
 
-    def readings(self, readings: Readings, values: Values) -> Readings:
-        """Add what leaks."""
+    def _leak(self, values: Values) -> FloatArray:
         leak = np.zeros((6, 6))
         leak[round(values["target"]), round(values["source"])] = values["leak"]
-        return _leaking(readings, leak)
-
-
-def _leaking(readings: Readings, leak: FloatArray) -> Readings:
-    matrix = leak * _FULL_SCALE[:, None] / _FULL_SCALE
-    leaked = in_gripper_axes(readings.rotation, readings.wrench) @ matrix.T
-    return readings.with_wrench(readings.wrench + in_tissue_axes(readings.rotation, leaked))
+        return leak * _FULL_SCALE[:, None] / _FULL_SCALE

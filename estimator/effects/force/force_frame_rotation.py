@@ -5,6 +5,8 @@ from scipy.spatial.transform import Rotation
 
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 from estimator.effects.shared.axes import AXES, in_gripper_axes, in_tissue_axes, turned
+from estimator.effects.shared.sensor_steps import SensorStep, linear_wrench
+from estimator.experiment import Experiment
 
 
 class ForceFrameRotation(Effect):
@@ -31,3 +33,8 @@ class ForceFrameRotation(Effect):
         wrench = in_gripper_axes(readings.rotation, readings.wrench)
         change = turned(mounting.inv(), wrench) - wrench
         return readings.with_wrench(readings.wrench + in_tissue_axes(readings.rotation, change))
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the turn of force and torque alike."""
+        mounting = Rotation.from_rotvec(np.array([values[amplitude.name] for amplitude in self.amplitudes]))
+        return (linear_wrench("gripper", np.kron(np.eye(2), mounting.inv().as_matrix())),)

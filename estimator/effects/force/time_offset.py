@@ -5,6 +5,8 @@ from typing import Literal
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 from estimator.effects.shared.axes import in_gripper_axes, in_tissue_axes
 from estimator.effects.shared.instants import at_other_times
+from estimator.effects.shared.sensor_steps import SensorStep, delay
+from estimator.experiment import Experiment
 
 
 class TimeOffset(Effect):
@@ -35,3 +37,7 @@ class TimeOffset(Effect):
         shifted = at_other_times(time, wrench, self._sign * values[self.form])
         change = in_tissue_axes(readings.rotation, shifted - wrench)
         return readings.with_wrench(readings.wrench + change)
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the shift in time."""
+        return (delay("wrench", -self._sign * values[self.form]),)
