@@ -1,1 +1,1 @@
-"""What an estimation or a diagnosis has found, handed over to other simulators, and their answers compared with ours."""
+"""What an estimation or a diagnosis has found, handed over to other simulators; their answers beside ours."""

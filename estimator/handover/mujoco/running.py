@@ -1,0 +1,110 @@
+"""Follow the motion in MuJoCo through states of rest, and read the tissue's wrench on the gripper.
+
+Between two poses the gripper moves in small pieces. After each the tissue is let come to rest: it moves freely until
+its kinetic energy has a maximum, is stopped there, and so on (dynamic relaxation with kinetic damping, P. A. Cundall,
+1976).
+The gripper's own joint carries what the tissue pulls with, for its vertices belong to it.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.errors import SolverError
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.handover.answer import EngineAnswer
+from estimator.handover.model import Run
+from estimator.handover.mujoco.mjcf import GRIPPER
+
+FloatArray = NDArray[np.float64]
+
+# The longest piece of the gripper's way, m; a turn counts by what it moves 10 mm away.
+_PIECE_M, _LEVER_M = 5e-4, 0.01
+# At rest what is left on a vertex is below this share of the force on the gripper, or below so much, N.
+_AT_REST, _NO_FORCE = 1e-4, 1e-7
+_STEPS_ON_THE_WAY, _MOST_STEPS = 20, 20000
+
+
+def follow(
+    mujoco: ModuleType, path: Path, run: Run, problem: RetractionProblem, progress: Callable[[int], None]
+) -> EngineAnswer:
+    """Return MuJoCo's answer to an experiment's motion.
+
+    Raises
+    ------
+    SolverError
+        The tissue does not come to rest, or flies apart.
+    """
+    started = time.perf_counter()
+    model = mujoco.MjModel.from_xml_path(str(path))
+    # What stands still and the gripper, whose pose is given, need no constraint.
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+    data = mujoco.MjData(model)
+    held = np.arange(6) + int(model.joint(model.body(GRIPPER).jntadr[0]).dofadr[0])
+    free = np.setdiff1d(np.arange(model.nv), held)
+    last = GripperPose(problem.grasp_centre, run.poses[0].rotation * run.poses[0].rotation.inv())
+    wrench, beads = [], []
+    for number, pose in enumerate(run.poses):
+        progress(number)
+        move = last.increment_to(pose)
+        way = max(float(np.linalg.norm(move[:3])), _LEVER_M * float(np.linalg.norm(move[3:])))
+        pieces = max(1, int(np.ceil(way / _PIECE_M)))
+        for piece in range(1, pieces + 1):
+            _place(model, data, last.between(pose, piece / pieces))
+            _relax(mujoco, model, data, held, free, _MOST_STEPS if piece == pieces else _STEPS_ON_THE_WAY)
+        if not _rests(data, held, free):
+            raise SolverError(f"MuJoCo: the tissue does not come to rest at load step {number + 1}")
+        last = pose
+        wrench.append(_wrench(data, held, pose))
+        displacement = np.array(data.flexvert_xpos) - problem.body.mesh.points
+        beads.append(problem.fiducial_positions(displacement, pose))
+    return EngineAnswer(np.array(wrench), np.array(beads), time.perf_counter() - started)
+
+
+def _place(model: Any, data: Any, pose: GripperPose) -> None:
+    address = int(model.joint(model.body(GRIPPER).jntadr[0]).qposadr[0])
+    data.qpos[address : address + 3] = pose.position
+    data.qpos[address + 3 : address + 7] = pose.rotation.as_quat(scalar_first=True)
+    data.mocap_pos[0] = pose.position
+    data.mocap_quat[0] = pose.rotation.as_quat(scalar_first=True)
+
+
+def _relax(
+    mujoco: ModuleType, model: Any, data: Any, held: NDArray[np.int64], free: NDArray[np.int64], most: int
+) -> None:
+    """Let the tissue come to rest while the gripper stands."""
+    gripper = np.array(data.qpos[:7])
+    data.qvel[:] = 0.0
+    before = 0.0
+    for _ in range(most):
+        mujoco.mj_step(model, data)
+        data.qpos[:7], data.qvel[held] = gripper, 0.0
+        if not np.isfinite(data.qvel).all():
+            raise SolverError("MuJoCo: the tissue flies apart; its time step is too long for this mesh")
+        energy = float(data.qvel[free] @ data.qvel[free])
+        if energy < before:
+            data.qvel[:] = 0.0
+            energy = 0.0
+            if _rests(data, held, free):
+                break
+        before = energy
+    mujoco.mj_forward(model, data)
+
+
+def _rests(data: Any, held: NDArray[np.int64], free: NDArray[np.int64]) -> bool:
+    left = float(np.abs(data.qfrc_spring[free]).max())
+    return left < max(_AT_REST * float(np.linalg.norm(data.qfrc_spring[held[:3]])), _NO_FORCE)
+
+
+def _wrench(data: Any, held: NDArray[np.int64], pose: GripperPose) -> FloatArray:
+    """Return force and torque about the gripper's origin; a free joint has its torque in the body's own axes."""
+    passive = np.array(data.qfrc_spring[held])
+    return np.concatenate([passive[:3], pose.rotation.apply(passive[3:])])
