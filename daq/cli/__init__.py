@@ -25,6 +25,7 @@ _VERBS = {
     "simulate": "estimation",
     "estimate": "estimation",
     "diagnose": "estimation",
+    "handover": "estimation",
     "uniaxial": "estimation",
     "mesh": "estimation",
     "study": "estimation",

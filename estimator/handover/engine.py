@@ -6,12 +6,17 @@ import re
 from pathlib import Path
 from typing import Protocol
 
+from estimator.fem.discretisation.block_mesh import Grading
 from estimator.handover.answer import EngineAnswer
 from estimator.handover.model import Able, HandedOver, Run, Tell
 
 
 class Engine(Able, Protocol):
     """A simulator that a phantom is handed over to."""
+
+    @property
+    def grading(self) -> Grading:
+        """Element sizes of the mesh that it gets."""
 
     def missing(self) -> str:
         """Return why it cannot be run here; empty where it can."""

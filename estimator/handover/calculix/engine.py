@@ -6,6 +6,7 @@ import re
 import subprocess
 from pathlib import Path
 
+from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.terms.steady import DeadLoad, NodalSprings
 from estimator.fem.terms.term import Term
 from estimator.handover.answer import EngineAnswer
@@ -22,6 +23,7 @@ class CalculiX:
 
     name = "CalculiX"
     terms: tuple[type[Term], ...] = (NodalSprings, DeadLoad)
+    grading = Grading(grasp_m=0.7e-3, anchor_m=2e-3, largest_m=7e-3, growth=1.7, layers=2)
     regions = True
 
     def takes(self, material: Material) -> bool:

@@ -8,6 +8,7 @@ from pathlib import Path
 from types import ModuleType
 
 from estimator.errors import InputError
+from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.terms.term import Term
 from estimator.handover.answer import EngineAnswer
 from estimator.handover.engine import file_stem
@@ -25,6 +26,7 @@ class MuJoCo:
 
     name = "MuJoCo"
     terms: tuple[type[Term], ...] = ()
+    grading = Grading(grasp_m=5e-3, anchor_m=5e-3, largest_m=10e-3, growth=2.0, layers=1)
     regions = False
 
     def takes(self, material: Material) -> bool:
