@@ -25,6 +25,8 @@ class Compared:
     force : largest difference over the load steps, as a share of our largest
     torque_nm : the same of the torque, N·m
     beads_m : largest distance of a bead from where it is with us
+    modulus_ratio : by which E would have to be multiplied for the engine's forces to be nearest to ours
+    force_then : the largest difference of force left then, as a share of our largest
     seconds : that the engine took
     gap_ours, gap_engine, gap_plain : root mean square misfit to the recording in units of the sensors' noise: of our
         model with the causes, of the engine with its sensors and cameras wrapped, and of the engine as it stands
@@ -35,6 +37,8 @@ class Compared:
     force: float
     torque_nm: float
     beads_m: float
+    modulus_ratio: float
+    force_then: float
     seconds: float
     gap_ours: float
     gap_engine: float
@@ -49,12 +53,16 @@ def compare(handed: HandedOver, answers: Sequence[EngineAnswer]) -> list[Compare
 def _compared(handed: HandedOver, run: Run, answer: EngineAnswer) -> Compared:
     wrapped = recorded(answer, run, handed.problem)
     rows = run.of_row
+    ours, theirs = run.wrench[:, :3], answer.wrench[:, :3]
+    ratio = float(np.sum(ours * theirs) / max(np.sum(theirs**2), np.finfo(float).tiny))
     return Compared(
         run.experiment.name,
         len(run.poses),
-        _share(answer.wrench[:, :3] - run.wrench[:, :3], run.wrench[:, :3]),
+        _share(theirs - ours, ours),
         float(np.linalg.norm(answer.wrench[:, 3:] - run.wrench[:, 3:], axis=-1).max()),
         float(np.linalg.norm(answer.beads - run.beads, axis=-1).max(initial=0.0)),
+        ratio,
+        _share(ratio * theirs - ours, ours),
         answer.seconds,
         _misfit(run, run.recorded.wrench, run.recorded.fiducials),
         _misfit(run, wrapped.wrench, wrapped.beads),
@@ -82,15 +90,8 @@ def _misfit(run: Run, wrench: FloatArray, beads: FloatArray) -> float:
 def table(compared: Sequence[Compared]) -> str:
     """Return a table in Markdown, with the same columns on a terminal."""
     head = (
-        "experiment",
-        "steps",
-        "force",
-        "torque",
-        "beads, µm",
-        "gap: ours",
-        "engine, wrapped",
-        "engine, plain",
-        "s",
+        *("experiment", "steps", "force", "torque, mN·m", "beads, µm", "E ×", "force then"),
+        *("gap: ours", "engine, wrapped", "engine, plain", "s"),
     )
     rows = [
         (
@@ -99,6 +100,8 @@ def table(compared: Sequence[Compared]) -> str:
             f"{100 * one.force:.2f} %",
             f"{1e3 * one.torque_nm:.3f}",
             f"{1e6 * one.beads_m:.0f}",
+            f"{one.modulus_ratio:.4f}",
+            f"{100 * one.force_then:.2f} %",
             f"{one.gap_ours:.2f}",
             f"{one.gap_engine:.2f}",
             f"{one.gap_plain:.2f}",

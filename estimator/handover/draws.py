@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from estimator.effects.effect import Amplitude, Constant
 from estimator.errors import InputError
 from estimator.handover.found import Answer, Cause, Found
 
@@ -89,7 +90,8 @@ def _one(answer: Answer, weight: float, random: np.random.Generator) -> Draw:
 
 def _parameters(cause: Cause, random: np.random.Generator) -> dict[str, float]:
     found = {}
-    for one in (*cause.effect.amplitudes, *cause.effect.constants):
+    parameters: list[Amplitude | Constant] = [*cause.effect.amplitudes, *cause.effect.constants]
+    for one in parameters:
         value = cause.values[one.name] + cause.deviations.get(one.name, 0.0) * random.normal()
         found[one.name] = float(np.clip(value, one.lower, one.upper))
     return found

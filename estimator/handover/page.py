@@ -54,7 +54,8 @@ def _lines(found: Found, engine: Engine, written: Written) -> Iterator[str]:
         yield f"{engine.name} was not run: {written.not_run}."
         return
     yield f"{written.version} was run on the same motion. Force: largest difference as a share of our largest. Gap:"
-    yield "root mean square misfit to the recording, in units of the sensors' noise."
+    yield "root mean square misfit to the recording, in units of the sensors' noise. Where the engine has another law,"
+    yield "E multiplied by `E ×` brings its forces nearest to ours on this motion, and leaves `force then`."
     yield from ("", table(written.compared))
 
 

@@ -128,7 +128,7 @@ def _cause(label: str, effects: Mapping[str, Any], catalogue: Catalogue, notes: 
 
 
 def _fits(effect: Effect, form: str | None, parameters: Mapping[str, Any]) -> bool:
-    names = {one.name for one in (*effect.amplitudes, *effect.constants)}
+    names = {one.name for one in effect.amplitudes} | {one.name for one in effect.constants}
     return names == set(parameters) and (form is None or effect.form == form)
 
 

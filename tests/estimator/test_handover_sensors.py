@@ -42,7 +42,15 @@ def readings(order: int = 2) -> Readings:
 def values_of(effect: Effect) -> dict[str, float]:
     """Every amplitude at a usual size, every constant at a place of its own."""
     values = {a.name: min(a.scale * (0.7 + 0.1 * n), a.upper) for n, a in enumerate(effect.amplitudes)}
-    places = {"order": 2.0, "time": 3.5, "bead": 4.0, "first": 1.0, "second": 7.0, "source": 2.0, "target": 4.0}
+    places = {
+        "order": 2.0,
+        "time": 3.5,
+        "bead": 4.0,
+        "first": 1.0,
+        "second": 7.0,
+        "source": 2.0,
+        "target": 4.0,
+    }
     for constant in effect.constants:
         middle = constant.grid[len(constant.grid) // 2] if constant.grid else 0.4
         values[constant.name] = places.get(constant.name, middle)
@@ -104,7 +112,12 @@ def test_the_copied_file_needs_numpy_alone() -> None:
 def test_a_step_of_another_version_is_refused_by_its_name() -> None:
     seen = readings()
     rows = Observations(
-        seen.experiment.time, seen.position, seen.rotation.as_matrix(), seen.wrench, seen.fiducials, seen.fiducials[0]
+        seen.experiment.time,
+        seen.position,
+        seen.rotation.as_matrix(),
+        seen.wrench,
+        seen.fiducials,
+        seen.fiducials[0],
     )
     with pytest.raises(ValueError, match="no step is called 'smell'"):
         as_recorded(rows, [{"kind": "smell"}])

@@ -81,5 +81,5 @@ class CameraFrame(Effect, ABC):
         if self._measured == "rest":
             return ()
         shift = np.array([values.get(amplitude.name, 0.0) for amplitude in _SHIFT])
-        seen = "motion" if self._measured == "motion" else "positions"
+        seen: Literal["motion", "positions"] = "motion" if self._measured == "motion" else "positions"
         return (camera_frame(self.matrix(values), shift, seen),)

@@ -98,7 +98,7 @@ def _even_masses(model: Any, problem: RetractionProblem) -> FloatArray:
     tetrahedra = linear_tetrahedra(mesh)
     volume, height = sizes(mesh.points, tetrahedra)
     loose = np.flatnonzero(~(problem.fixed | problem.gripped))
-    bodies = np.array([model.body(vertex_name(node)).id for node in loose])
+    bodies = np.array([model.body(vertex_name(int(node))).id for node in loose])
     density = model.body_mass[bodies].sum() / lumped_masses(len(mesh.points), tetrahedra, volume)[loose].sum()
     even = density * volume * (height.min() / height) ** 2
     model.body_mass[bodies] = lumped_masses(len(mesh.points), tetrahedra, even)[loose]
