@@ -117,16 +117,14 @@ def test_nodes_that_calculix_lacks_follow_the_others_linearly() -> None:
         np.testing.assert_allclose(place, mesh.points[mesh.cells[:, middle]], atol=1e-12)
 
 
-@pytest.mark.parametrize("evenly", [True, False])
-def test_what_is_shared_out_keeps_its_sum_and_its_moment(evenly: bool) -> None:
+def test_loads_that_are_shared_out_keep_their_sum_and_their_moment() -> None:
     mesh = structured_mesh([np.linspace(0, 1, 3), np.linspace(0, 1, 3), np.linspace(0, 1, 2)], "hex27")
     values = np.random.default_rng(1).uniform(1, 2, (len(mesh.points), 3))
-    on = lumped(values, mesh, numbering_of(mesh), evenly)
+    on = lumped(values, mesh, numbering_of(mesh))
     nodes = np.array(list(on))
     shared = np.array(list(on.values()))
     np.testing.assert_allclose(shared.sum(axis=0), values.sum(axis=0))
     np.testing.assert_allclose(shared.T @ mesh.points[nodes], values.T @ mesh.points)
-    assert not evenly or (shared > 0).all()
 
 
 def test_a_block_within_a_step_is_no_answer() -> None:
@@ -191,8 +189,10 @@ def test_calculix_agrees_with_our_model(effects: tuple[str, ...], tmp_path: Path
     handed = handed_to(CalculiX(), *effects, experiments=[a_pull(0.006, 2)], grading=DEFAULT_GRADING)
     CalculiX().write(handed, tmp_path)
     (one,) = compare(handed, CalculiX().run(handed, tmp_path, lambda stage, done, total: None))
+    moved = np.abs(handed.runs[0].beads - handed.problem.fiducials_rest).max()
     assert one.force < 0.01
-    assert one.beads_m < 50e-6
+    # under its whole weight the sheet hangs down by many times what the gripper moves it
+    assert one.beads_m < max(50e-6, 0.005 * moved)
 
 
 @needs_ccx

@@ -39,9 +39,7 @@ _ONE_MATERIAL = 0.01
 # A spring between two directions that is weaker than the others by this factor is none.
 _NO_COUPLING = 1e-6
 _AXES = (1, 2, 3)
-# CalculiX ends its iterations at a residual of 0.5 % and a correction of 1 % unless it is told otherwise, which leaves
-# beads a tenth of a millimetre off: largest residual, largest correction, and what of both counts as none.
-_CONVERGED = "1.e-6, 1.e-5, , , 1.e-5, 1.e-8, 1.e-5, 1.e-8"
+_TERMS_IN_A_LINE = 4
 
 
 @dataclass(frozen=True)
@@ -113,8 +111,7 @@ def _lines(handed: HandedOver, run: Run) -> Iterator[str]:
     for step, pose in enumerate(run.poses):
         target = problem.gripped_positions(pose) - points[problem.gripped]
         moved = dict(zip(np.flatnonzero(problem.gripped).tolist(), target, strict=True))
-        yield from ("*STEP, NLGEOM, INC=1000", "*CONTROLS, PARAMETERS=FIELD", _CONVERGED)
-        yield from ("*STATIC", "0.5, 1., 1.e-5, 1.", "*BOUNDARY")
+        yield from ("*STEP, NLGEOM, INC=1000", "*STATIC", "0.5, 1., 1.e-5, 1.", "*BOUNDARY")
         for node in gripped:
             for axis in _AXES:
                 yield f"{of_node[node]}, {axis}, {axis}, {moved[node][axis - 1]:.12g}"
@@ -160,44 +157,63 @@ def _springs(handed: HandedOver, numbering: Numbering) -> Iterator[str]:
         raise InputError(
             "springs of the anchors stand askew to the axes, which SPRING1 of CalculiX cannot be"
         )
-    element = len(numbering.cells)
-    for node, values in lumped(diagonal, handed.problem.body.mesh, numbering, evenly=True).items():
-        for axis, stiffness in zip(_AXES, values, strict=True):
+    element, number = len(numbering.cells), len(numbering.nodes)
+    follows = _followers(handed.problem.body.mesh) if diagonal.any() else {}
+    for node in np.flatnonzero(diagonal.any(axis=1)).tolist():
+        own = numbering.of_node.get(node)
+        if own is None:
+            number += 1
+            own = number
+            yield from _tied(own, handed.problem.body.mesh.points[node], follows[node], numbering)
+        for axis, stiffness in zip(_AXES, diagonal[node], strict=True):
             if stiffness == 0.0:
                 continue
             element += 1
-            yield from (f"*ELEMENT, TYPE=SPRING1, ELSET=S{element}", f"{element}, {numbering.of_node[node]}")
+            yield from (f"*ELEMENT, TYPE=SPRING1, ELSET=S{element}", f"{element}, {own}")
             yield from (f"*SPRING, ELSET=S{element}", f"{axis}", f"{stiffness:.12g}")
+
+
+def _tied(number: int, place: FloatArray, follows: dict[int, float], numbering: Numbering) -> Iterator[str]:
+    """Write a node in the middle of a face that moves as the element's own interpolation has it."""
+    of_node = numbering.of_node
+    yield from ("*NODE", f"{number}, " + ", ".join(f"{x:.12g}" for x in place))
+    for axis in _AXES:
+        terms = [(number, -1.0), *((of_node[node], weight) for node, weight in follows.items())]
+        yield from ("*EQUATION", str(len(terms)))
+        for start in range(0, len(terms), _TERMS_IN_A_LINE):
+            line = terms[start : start + _TERMS_IN_A_LINE]
+            yield ", ".join(f"{node}, {axis}, {weight:g}" for node, weight in line)
+
+
+def _followers(mesh: Mesh) -> dict[int, dict[int, float]]:
+    """Return for each node that CalculiX lacks the nodes that it follows, with their weights."""
+    if mesh.kind != "hex27":
+        return {}
+    return {
+        int(cell[middle]): {int(cell[local]): weight for local, weight in weights.items()}
+        for middle, weights in middles()
+        for cell in mesh.cells
+    }
 
 
 def _loads(handed: HandedOver, numbering: Numbering) -> Iterator[str]:
     if not handed.load.any():
         return
     yield "*CLOAD"
-    for node, values in lumped(handed.load, handed.problem.body.mesh, numbering, evenly=False).items():
+    for node, values in lumped(handed.load, handed.problem.body.mesh, numbering).items():
         for axis, force in zip(_AXES, values, strict=True):
             yield f"{numbering.of_node[node]}, {axis}, {force:.12g}"
 
 
-def lumped(values: FloatArray, mesh: Mesh, numbering: Numbering, evenly: bool) -> dict[int, FloatArray]:
-    """Return what is on each node (n, 3), that of nodes which CalculiX lacks shared out to those around them.
+def lumped(values: FloatArray, mesh: Mesh, numbering: Numbering) -> dict[int, FloatArray]:
+    """Return loads on nodes (n, 3), those on nodes that CalculiX lacks shared out to the ones that they follow.
 
-    By the shape functions virtual work stays the same, but corners get less than nothing of it, which springs must not:
-    shared out evenly over the middles of edges, it is the same for what is linear in the place.
+    By the shape functions, so that virtual work stays the same.
     """
     on = values.copy()
-    if mesh.kind == "hex27":
-        shared = np.zeros(len(values), dtype=bool)
-        for middle, weights in middles():
-            nodes = mesh.cells[:, middle]
-            # a face of one element is the opposite one of its neighbour
-            once = np.flatnonzero(~shared[nodes])
-            shared[nodes] = True
-            edges = [local for local, weight in weights.items() if weight > 0]
-            shares = dict.fromkeys(edges, 1 / len(edges)) if evenly else weights
-            for cell in once:
-                for local, share in shares.items():
-                    on[mesh.cells[cell, local]] += share * values[nodes[cell]]
+    for node, follows in _followers(mesh).items():
+        for other, weight in follows.items():
+            on[other] += weight * values[node]
     return {int(node): on[node] for node in numbering.nodes if on[node].any()}
 
 

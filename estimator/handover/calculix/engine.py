@@ -53,8 +53,6 @@ class CalculiX:
                 "elements C3D20R (20 nodes, 8 points) in place of 27 nodes with a projected dilatation: neither "
                 "locks, and they part by what the mesh leaves"
             )
-        if handed.springs.any():
-            found.append("springs of the anchors stand on the nodes that C3D20R has")
         return tuple(filter(None, found))
 
     def write(self, handed: HandedOver, folder: Path) -> list[Path]:
