@@ -50,12 +50,12 @@ def _effect(finding: EffectFinding, considered: Consideration | None) -> dict[st
     alone = considered and (considered.achieved or considered.expected)
     return {
         "state": finding.state,
-        "form": finding.form,
         "parameters": _parameters(finding.parameters),
-        "alone": alone
-        and {"parameters": _parameters(alone.parameters), "material": _material(alone.material)},
         "chi2_drop": _number(finding.chi2_drop),
         "closure_held_out": _number(finding.closure_held_out),
+        "form": finding.form,
+        "alone": alone
+        and {"parameters": _parameters(alone.parameters), "material": _material(alone.material)},
     }
 
 
