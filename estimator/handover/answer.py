@@ -45,6 +45,6 @@ def recorded(answer: EngineAnswer, run: Run, problem: RetractionProblem) -> Obse
         answer.wrench[rows],
         answer.beads[rows],
         run.experiment.fiducials_rest,
-        run.reported[rows],
+        run.reported,
     )
     return as_recorded(observations, run.steps)

@@ -60,13 +60,13 @@ class Able(Protocol):
 
 @dataclass(frozen=True)
 class Run:
-    """One experiment: s load steps, n rows.
+    """One experiment: s load steps, n rows. Nothing that is handed over remembers: a pose is solved once.
 
     Attributes
     ----------
     experiment : as it was recorded
     poses : s poses of the tissue in the gripper
-    reported : (s, 3) reported position of the gripper at each, m
+    reported : (n, 3) reported position of the gripper in each row, m
     of_row : (n,) load step of each row
     wrench, beads : (s, 6), (s, m, 3), as our own model has them, of the tissue alone
     recorded : as our own model has the sensors' rows
@@ -140,16 +140,17 @@ def hand_over(
     runs = []
     for solution in solutions:
         mechanics, steps = mechanics_of(solution), solution.load_steps
+        first, of_step = _distinct(solution.motion.position, solution.motion.rotation.as_quat(canonical=True))
         experiment = steps.experiment
         nothing = np.zeros((len(experiment.time), 6 + experiment.fiducials[0].size))
         runs.append(
             Run(
                 experiment,
-                tuple(map(GripperPose, solution.motion.position, solution.motion.rotation)),
-                steps.position,
-                steps.of_row,
-                mechanics.wrench,
-                mechanics.fiducials,
+                tuple(map(GripperPose, solution.motion.position[first], solution.motion.rotation[first])),
+                steps.position[steps.of_row],
+                of_step[steps.of_row],
+                mechanics.wrench[first],
+                mechanics.fiducials[first],
                 predicted_readings(mechanics, truth, nothing),
                 _sensor_steps(truth, experiment),
             )
@@ -165,6 +166,15 @@ def hand_over(
         tuple(cause.effect.name for cause in causes),
         left_out,
     )
+
+
+def _distinct(position: FloatArray, quaternion: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return the first visit of each distinct pose, in their order, and for each pose (v,) which of them it is."""
+    _, first, which = np.unique(
+        np.hstack([position, quaternion]), axis=0, return_index=True, return_inverse=True
+    )
+    order = np.argsort(first)
+    return first[order], np.argsort(order)[which.ravel()]
 
 
 def _expressed(

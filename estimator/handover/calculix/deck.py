@@ -40,6 +40,9 @@ _ONE_MATERIAL = 0.01
 _NO_COUPLING = 1e-6
 _AXES = (1, 2, 3)
 _TERMS_IN_A_LINE = 4
+# Residual and correction at which CalculiX ends its iterations, as shares; of what a gripped node usually bears, N. By
+# itself it takes the present forces, and finds no end where the gripper has hardly moved.
+_RESIDUAL, _CORRECTION, _LEAST_FORCE_N = 1e-3, 1e-2, 1e-2
 
 
 @dataclass(frozen=True)
@@ -108,10 +111,13 @@ def _lines(handed: HandedOver, run: Run) -> Iterator[str]:
     yield from _springs(handed, numbering)
     if held:
         yield from ("*BOUNDARY", "ANCHORS, 1, 3")
+    usual = max(float(np.linalg.norm(run.wrench[:, :3], axis=1).max()), _LEAST_FORCE_N) / len(gripped)
     for step, pose in enumerate(run.poses):
         target = problem.gripped_positions(pose) - points[problem.gripped]
         moved = dict(zip(np.flatnonzero(problem.gripped).tolist(), target, strict=True))
-        yield from ("*STEP, NLGEOM, INC=1000", "*STATIC", "0.5, 1., 1.e-5, 1.", "*BOUNDARY")
+        yield from ("*STEP, NLGEOM, INC=1000", "*CONTROLS, PARAMETERS=FIELD")
+        yield f"{_RESIDUAL:g}, {_CORRECTION:g}, , {usual:.6g}"
+        yield from ("*STATIC", "0.5, 1., 1.e-5, 1.", "*BOUNDARY")
         for node in gripped:
             for axis in _AXES:
                 yield f"{of_node[node]}, {axis}, {axis}, {moved[node][axis - 1]:.12g}"

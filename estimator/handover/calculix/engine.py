@@ -23,7 +23,7 @@ class CalculiX:
 
     name = "CalculiX"
     terms: tuple[type[Term], ...] = (NodalSprings, DeadLoad)
-    grading = Grading(grasp_m=1e-3, anchor_m=3e-3, largest_m=8e-3, growth=1.7, layers=2)
+    grading = Grading(grasp_m=1e-3, anchor_m=3e-3, largest_m=12e-3, growth=2.0, layers=1)
     regions = True
 
     def takes(self, material: Material) -> bool:
