@@ -30,8 +30,8 @@ FloatArray = NDArray[np.float64]
 
 # The longest piece of the gripper's way, m; a turn counts by what it moves 10 mm away.
 _PIECE_M, _LEVER_M = 5e-4, 0.01
-# At rest what is left on a vertex is below this share of the force on the gripper, or below so much, N.
-_AT_REST, _NO_FORCE = 1e-4, 1e-7
+# At rest what is left on a vertex is below this share of the largest force on the gripper, or of so much.
+_AT_REST, _NO_FORCE_N = 1e-4, 1e-3
 _STEPS_ON_THE_WAY, _MOST_STEPS = 20, 20000
 
 
@@ -53,6 +53,7 @@ def follow(
     data = mujoco.MjData(model)
     held = np.arange(6) + int(model.joint(model.body(GRIPPER).jntadr[0]).dofadr[0])
     last = GripperPose(problem.grasp_centre, run.poses[0].rotation * run.poses[0].rotation.inv())
+    largest = max(float(np.linalg.norm(run.wrench[:, :3], axis=1).max()), _NO_FORCE_N)
     wrench, beads = [], []
     for number, pose in enumerate(run.poses):
         progress(number)
@@ -62,8 +63,8 @@ def follow(
         for piece in range(1, pieces + 1):
             _place(model, data, last.between(pose, piece / pieces))
             most = _MOST_STEPS if piece == pieces else _STEPS_ON_THE_WAY
-            _relax(_Relaxing(mujoco, model, data, held, weights), most)
-        if not _rests(data, held):
+            _relax(_Relaxing(mujoco, model, data, held, weights, _AT_REST * largest), most)
+        if not _rests(data, held, _AT_REST * largest):
             raise SolverError(f"MuJoCo: the tissue does not come to rest at load step {number + 1}")
         last = pose
         wrench.append(_wrench(data, held, pose))
@@ -87,6 +88,7 @@ class _Relaxing:
     data: Any
     held: NDArray[np.int64]
     weights: FloatArray
+    at_rest_n: float
 
 
 def _even_masses(model: Any, problem: RetractionProblem) -> FloatArray:
@@ -122,15 +124,14 @@ def _relax(one: _Relaxing, most: int) -> None:
         if energy < before:
             data.qvel[:] = 0.0
             energy = 0.0
-            if _rests(data, one.held):
+            if _rests(data, one.held, one.at_rest_n):
                 break
         before = energy
     one.mujoco.mj_forward(one.model, data)
 
 
-def _rests(data: Any, held: NDArray[np.int64]) -> bool:
-    left = float(np.abs(np.delete(data.qfrc_spring, held)).max())
-    return left < max(_AT_REST * float(np.linalg.norm(data.qfrc_spring[held[:3]])), _NO_FORCE)
+def _rests(data: Any, held: NDArray[np.int64], at_rest_n: float) -> bool:
+    return float(np.abs(np.delete(data.qfrc_spring, held)).max()) < at_rest_n
 
 
 def _wrench(data: Any, held: NDArray[np.int64], pose: GripperPose) -> FloatArray:
