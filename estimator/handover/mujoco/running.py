@@ -31,7 +31,7 @@ FloatArray = NDArray[np.float64]
 # The longest piece of the gripper's way, m; a turn counts by what it moves 10 mm away.
 _PIECE_M, _LEVER_M = 5e-4, 0.01
 # At rest what is left on a vertex is below this share of the largest force on the gripper, or of so much.
-_AT_REST, _NO_FORCE_N = 1e-4, 1e-3
+_AT_REST, _NO_FORCE_N = 5e-4, 1e-3
 _STEPS_ON_THE_WAY, _MOST_STEPS = 20, 20000
 
 
