@@ -40,8 +40,8 @@ _ONE_MATERIAL = 0.01
 _NO_COUPLING = 1e-6
 _AXES = (1, 2, 3)
 _TERMS_IN_A_LINE = 4
-# CalculiX judges residuals by the forces that act at present, and finds no end where the gripper has hardly moved. Below
-# this share of the largest force it is told what force a gripped node usually bears, N, and what share of it to leave.
+# CalculiX judges residuals by the forces that act at present, and finds no end where the gripper has hardly moved.
+# Below this share of the largest force it is told what force a gripped node usually bears, N, and what share to leave.
 _HARDLY_MOVED, _RESIDUAL, _CORRECTION, _LEAST_FORCE_N = 0.02, 1e-3, 1e-2, 1e-2
 
 
