@@ -24,7 +24,7 @@ ONLY_READ = {
     "takes a minute to record with: tests/daq/test_demo_virtual_rig.py, tests/daq/test_calibration.py",
     r"retract emulate \w+ (?!--help)|retract emulate (netft|irb140)$": "until Ctrl-C: tests/daq/test_cli_emulate.py",
     r"retract faults (?!--list)": "sessions for minutes or hours: tests/daq/test_faults.py",
-    r"retract (simulate|estimate|budget|diagnose|benchmark|study|mesh|phantom) ": "minutes of mechanics: estimator",
+    r"retract (simulate|estimate|budget|diagnose|handover|benchmark|study|mesh|phantom) ": "minutes: tests/estimator",
     r"python -m (benchmarks|estimator\.|robot_drivers\.|daq\.|gui\.)": "measures for minutes or hours",
     r"pytest|ruff|mypy": "what runs this test, and what runs beside it",
     r"du ": "measures what is installed",

@@ -26,6 +26,7 @@ _VERBS = {
     "estimate": "estimation",
     "budget": "estimation",
     "diagnose": "estimation",
+    "handover": "estimation",
     "uniaxial": "estimation",
     "phantom": "estimation",
     "mesh": "estimation",

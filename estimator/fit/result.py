@@ -166,6 +166,7 @@ class Estimate:
         return {
             "youngs_modulus": _parameter_json(self.youngs_modulus),
             "poisson_ratio": _parameter_json(self.poisson_ratio),
+            "correlation": self.correlation,
             "rmse": {
                 name: value if np.isfinite(value) else None for name, value in asdict(self.rmse).items()
             },

@@ -61,7 +61,14 @@ def test_the_object_for_programs_has_the_agreed_shape() -> None:
         "seconds",
     ]
     assert told["verdict"] == ["inhomogeneity"]
-    assert list(told["effects"]["inhomogeneity"]) == ["state", "parameters", "chi2_drop", "closure_held_out"]
+    assert list(told["effects"]["inhomogeneity"]) == [
+        "state",
+        "parameters",
+        "chi2_drop",
+        "closure_held_out",
+        "form",
+        "alone",
+    ]
     assert told["effects"]["inhomogeneity"]["parameters"]["radius"] == {
         "value": 0.0161,
         "std": 0.0009,

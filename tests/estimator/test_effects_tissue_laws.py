@@ -21,7 +21,7 @@ from estimator.materials import NeoHookean
 
 LAWS = (*STRAIN_STIFFENING, *SECOND_INVARIANT)
 FIELDS = (*INHOMOGENEITY, *MODULUS_GRADIENT)
-CYLINDER, SPHERE = INHOMOGENEITY
+CYLINDER, SPHERE, *_ = INHOMOGENEITY
 
 
 def name_of(effect: Effect) -> str:

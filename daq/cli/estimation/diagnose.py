@@ -84,7 +84,7 @@ def run(options: argparse.Namespace) -> Result:
     with progress() as tell:
         found = diagnose(experiments, tell, material=material)
     notes = surface_notes(experiments[0], GRADING)
-    data = {**as_json(found), "surface": notes}
+    data = {**as_json(found), "law": material.law.name, "surface": notes}
     text = "\n".join([summary_text(found), *(f"Surface: {note}" for note in notes)])
     if options.output is not None:
         file = options.output / PAGE_FILE

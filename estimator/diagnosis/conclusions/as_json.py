@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from estimator.diagnosis.result import Diagnosis, EffectFinding, Gap, Material, Quantity, Where
+from estimator.diagnosis.result import Consideration, Diagnosis, EffectFinding, Gap, Material, Quantity, Where
 
 
 def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -13,7 +13,10 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "verdict": list(diagnosis.verdict),
         "probabilities": _numbers(diagnosis.probabilities),
         "credible_set": list(diagnosis.credible_set),
-        "effects": {label: _effect(finding) for label, finding in diagnosis.effects.items()},
+        "effects": {
+            label: _effect(finding, diagnosis.considered.get(label))
+            for label, finding in diagnosis.effects.items()
+        },
         "gap": {
             **_gap(diagnosis.gap),
             "by_channel": {name: _gap(gap) for name, gap in diagnosis.by_channel.items()},
@@ -43,16 +46,21 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _effect(finding: EffectFinding) -> dict[str, Any]:
+def _effect(finding: EffectFinding, considered: Consideration | None) -> dict[str, Any]:
+    alone = considered and (considered.achieved or considered.expected)
     return {
         "state": finding.state,
-        "parameters": {
-            name: {**_measured(quantity), "unit": quantity.unit}
-            for name, quantity in finding.parameters.items()
-        },
+        "parameters": _parameters(finding.parameters),
         "chi2_drop": _number(finding.chi2_drop),
         "closure_held_out": _number(finding.closure_held_out),
+        "form": finding.form,
+        "alone": alone
+        and {"parameters": _parameters(alone.parameters), "material": _material(alone.material)},
     }
+
+
+def _parameters(parameters: Mapping[str, Quantity]) -> dict[str, Any]:
+    return {name: {**_measured(quantity), "unit": quantity.unit} for name, quantity in parameters.items()}
 
 
 def _gap(gap: Gap) -> dict[str, Any]:

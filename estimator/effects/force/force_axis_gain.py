@@ -4,6 +4,8 @@ import numpy as np
 
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 from estimator.effects.shared.axes import WRENCH_CHANNELS, Frame, changed_in
+from estimator.effects.shared.sensor_steps import SensorStep, linear_wrench
+from estimator.experiment import Experiment
 
 
 def _gain(name: str) -> Amplitude:
@@ -35,6 +37,10 @@ class ForceAxisGain(Effect):
         gain = values["gain"] * self._unit
         return readings.with_wrench(changed_in("sensor", readings.rotation, readings.wrench, gain))
 
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the gain."""
+        return (linear_wrench("sensor", np.eye(6) + values["gain"] * self._unit),)
+
 
 class ForceGains(ForceAxisGain):
     """Every axis has a gain of its own, of the sensor or of what software makes of it in the tissue's axes.
@@ -55,3 +61,8 @@ class ForceGains(ForceAxisGain):
         """Scale the components."""
         gains = np.diag([values[amplitude.name] for amplitude in self.amplitudes])
         return readings.with_wrench(changed_in(self._frame, readings.rotation, readings.wrench, gains))
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the gains."""
+        gains = np.diag([1.0 + values[amplitude.name] for amplitude in self.amplitudes])
+        return (linear_wrench(self._frame, gains),)

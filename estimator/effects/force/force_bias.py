@@ -7,6 +7,7 @@ import numpy as np
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 from estimator.effects.shared.axes import WRENCH_CHANNELS, Frame, in_tissue_axes
 from estimator.effects.shared.instants import ORDER
+from estimator.effects.shared.sensor_steps import SensorStep, linear_wrench
 from estimator.experiment import Experiment
 
 _UNITS = 3 * ["N"] + 3 * ["N·m"]
@@ -52,6 +53,12 @@ class ForceBias(Effect):
             bias = in_tissue_axes(readings.rotation, bias)
         return readings.with_wrench(readings.wrench + bias)
 
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the bias."""
+        bias = np.zeros(6)
+        bias[self._channels] = [values[amplitude.name] for amplitude in self.amplitudes]
+        return (linear_wrench("sensor" if self._turns else "tissue", offset=bias),)
+
 
 class ForceBiasInOne(ForceBias):
     """The sensor was zeroed before each experiment, and before one of them wrongly."""
@@ -77,3 +84,7 @@ class ForceBiasInOne(ForceBias):
             if readings.experiment.order == round(values["order"])
             else readings
         )
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the bias in that experiment, nothing in others."""
+        return super().sensor_steps(experiment, values) if experiment.order == round(values["order"]) else ()

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Constant, Effect, Readings, Values
 from estimator.effects.shared.axes import WRENCH_CHANNELS, Frame, changed_in, in_gripper_axes
 from estimator.effects.shared.misfit import wrench_misfit
+from estimator.effects.shared.sensor_steps import SensorStep, linear_wrench
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
@@ -47,10 +48,19 @@ class ForceCrosstalk(Effect):
 
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Add what leaks."""
+        leak = self._leak(values)
+        return readings.with_wrench(changed_in(self.frame, readings.rotation, readings.wrench, leak))
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return what leaks."""
+        return (linear_wrench(self.frame, np.eye(6) + self._leak(values)),)
+
+    def _leak(self, values: Values) -> FloatArray:
+        """Return C (6, 6)."""
         leak = np.zeros((6, 6))
         for (j, i), amplitude in zip(_PAIRS, self.amplitudes, strict=True):
             leak[i, j] = values[amplitude.name]
-        return _leaking(readings, leak, self.frame)
+        return leak * _FULL_SCALE[:, None] / _FULL_SCALE
 
 
 class ForceCrosstalkInTissue(ForceCrosstalk):
@@ -83,13 +93,7 @@ class ForcePairCrosstalk(ForceCrosstalk):
         """Return the number of ordered pairs of axes."""
         return len(_PAIRS)
 
-    def readings(self, readings: Readings, values: Values) -> Readings:
-        """Add what leaks."""
+    def _leak(self, values: Values) -> FloatArray:
         leak = np.zeros((6, 6))
         leak[round(values["target"]), round(values["source"])] = values["leak"]
-        return _leaking(readings, leak, self.frame)
-
-
-def _leaking(readings: Readings, leak: FloatArray, frame: Frame) -> Readings:
-    matrix = leak * _FULL_SCALE[:, None] / _FULL_SCALE
-    return readings.with_wrench(changed_in(frame, readings.rotation, readings.wrench, matrix))
+        return leak * _FULL_SCALE[:, None] / _FULL_SCALE

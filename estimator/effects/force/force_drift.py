@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from estimator.effects.effect import Amplitude, Constant, Effect, Readings, Values
 from estimator.effects.shared.axes import WRENCH_CHANNELS, Frame, in_tissue_axes
+from estimator.effects.shared.sensor_steps import SensorStep
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
@@ -74,6 +75,22 @@ class ForceDrift(Effect):
         if self._turns:
             drift = in_tissue_axes(readings.rotation, drift)
         return readings.with_wrench(readings.wrench + drift)
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the drift of this experiment as its course through time."""
+        before = (experiment.order - 1) * values[_INTERVAL.name] if _INTERVAL.name in values else 0.0
+        constant = values.get(_TIME_CONSTANT.name)
+        rate = np.array([values[amplitude.name] for amplitude in self.amplitudes])
+        return (
+            {
+                "kind": "drift_of_wrench",
+                "axes": "gripper" if self._turns else "tissue",
+                "power": values.get(_POWER.name),
+                "rate": (rate if constant is None else rate * np.exp(-before / constant)).tolist(),
+                "time_constant": constant,
+                "seconds_before": before if self._zeroed_once else 0.0,
+            },
+        )
 
 
 def _grown(experiment: Experiment, values: Values) -> FloatArray:

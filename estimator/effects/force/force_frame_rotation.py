@@ -5,6 +5,8 @@ from scipy.spatial.transform import Rotation
 
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 from estimator.effects.shared.axes import AXES, Frame, in_gripper_axes, in_tissue_axes, turned
+from estimator.effects.shared.sensor_steps import SensorStep, linear_wrench
+from estimator.experiment import Experiment
 
 
 class ForceFrameRotation(Effect):
@@ -43,3 +45,9 @@ class ForceFrameRotation(Effect):
         wrench = in_gripper_axes(readings.rotation, readings.wrench)
         change = turned(mounting.inv(), wrench) - wrench
         return readings.with_wrench(readings.wrench + in_tissue_axes(readings.rotation, change))
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the turn of force and torque alike."""
+        mounting = Rotation.from_rotvec(np.array([values[amplitude.name] for amplitude in self.amplitudes]))
+        frame: Frame = "sensor" if self._turns else "tissue"
+        return (linear_wrench(frame, np.kron(np.eye(2), mounting.inv().as_matrix())),)

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 from estimator.effects.shared.axes import in_gripper_axes, in_tissue_axes
 from estimator.effects.shared.instants import at_other_times
+from estimator.effects.shared.sensor_steps import SensorStep, delay, filter_of_wrench
+from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
 
@@ -41,6 +43,10 @@ class TimeOffset(Effect):
         change = in_tissue_axes(readings.rotation, shifted - wrench)
         return readings.with_wrench(readings.wrench + change)
 
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the shift in time."""
+        return (delay("wrench", -self._sign * values[self.form]),)
+
 
 class Filtered(TimeOffset):
     """The force stream is late because a filter of the first order smooths it, in the sensor's own axes.
@@ -62,6 +68,10 @@ class Filtered(TimeOffset):
         wrench = in_gripper_axes(readings.rotation, readings.wrench)
         change = in_tissue_axes(readings.rotation, -_behind(readings.experiment.time, wrench, filter_time))
         return readings.with_wrench(readings.wrench + change)
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the filter."""
+        return (filter_of_wrench(values["filter_time"]),)
 
 
 def _behind(time: FloatArray, rows: FloatArray, filter_time: float) -> FloatArray:

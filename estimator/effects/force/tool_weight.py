@@ -5,6 +5,8 @@ from numpy.typing import NDArray
 
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 from estimator.effects.shared.axes import AXES, in_tissue_axes
+from estimator.effects.shared.sensor_steps import SensorStep
+from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
 
@@ -42,6 +44,19 @@ class ToolWeight(Effect):
     def _moment_error(self, mass: float, centre: FloatArray, mass_error: float, values: Values) -> FloatArray:
         """Return what the first moment of mass (3,) is off by, kg·m."""
         return mass_error * centre
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return mass and first moment of what is left over, and gravity."""
+        sensor, mass_error = experiment.sensor, values["mass_error"]
+        centre = np.asarray(sensor.tool_centre)
+        return (
+            {
+                "kind": "weight_on_sensor",
+                "mass": mass_error,
+                "moment": self._moment_error(sensor.tool_mass, centre, mass_error, values).tolist(),
+                "gravity": list(experiment.environment.gravity),
+            },
+        )
 
 
 class ToolWeightAndCentre(ToolWeight):

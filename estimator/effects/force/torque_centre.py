@@ -6,6 +6,8 @@ import numpy as np
 
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 from estimator.effects.shared.axes import AXES
+from estimator.effects.shared.sensor_steps import SensorStep, linear_wrench
+from estimator.experiment import Experiment
 
 Frame = Literal["gripper", "tissue"]
 
@@ -41,3 +43,10 @@ class TorqueCentre(Effect):
         lever = readings.rotation.apply(centre) if self._turns else centre
         wrench[:, 3:] -= np.cross(lever, wrench[:, :3])
         return readings.with_wrench(wrench)
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the lever."""
+        x, y, z = (values[amplitude.name] for amplitude in self.amplitudes)
+        matrix = np.eye(6)
+        matrix[3:, :3] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+        return (linear_wrench("sensor" if self._turns else "tissue", matrix),)

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from estimator.effects.effect import Amplitude, Constant, Effect, Motion, Readings, Values
 from estimator.effects.shared.axes import AXES
 from estimator.effects.shared.misfit import measured_or_predicted
+from estimator.effects.shared.sensor_steps import SensorStep
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
@@ -60,6 +61,10 @@ class GripperSlip(Effect):
         wrench = readings.wrench.copy()
         wrench[:, 3:] += np.cross(arm, wrench[:, :3])
         return readings.with_wrench(wrench)
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return that torques are about the reported origin."""
+        return ({"kind": "torque_about_reported_origin"},)
 
     def _slipped(self, motion: Motion, values: Values) -> FloatArray:
         """Return the length slipped (n,), m, which never falls."""

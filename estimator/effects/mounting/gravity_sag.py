@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from estimator.effects.blocks import Group
 from estimator.effects.effect import Amplitude, Effect, Hook, Readings, Stage, Values
+from estimator.effects.shared.sensor_steps import SensorStep, zero_of_beads, zero_of_wrench
 from estimator.effects.shared.zeroing import with_fiducials_zeroed, with_wrench_zeroed
 from estimator.experiment import Experiment
 from estimator.fem.boundary.motion import GripperPose
@@ -66,6 +67,13 @@ class GravitySag(Effect):
             return readings
         zeroed = with_wrench_zeroed(readings)
         return with_fiducials_zeroed(zeroed) if self.rest_seen else zeroed
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the zeros."""
+        if not values["weight"]:
+            return ()
+        zero = zero_of_wrench("gripper")
+        return (zero, zero_of_beads()) if self.rest_seen else (zero,)
 
 
 GRAVITY_SAG = (

@@ -4,6 +4,8 @@ from typing import Literal
 
 from estimator.effects.effect import OUTSIDE, Amplitude, Effect, Readings, Values
 from estimator.effects.shared.instants import at_other_times
+from estimator.effects.shared.sensor_steps import SensorStep, delay
+from estimator.experiment import Experiment
 
 
 class CameraLag(Effect):
@@ -30,3 +32,7 @@ class CameraLag(Effect):
         tracks = readings.fiducials.reshape(len(time), -1)
         shifted = at_other_times(time, tracks, self._sign * values["shift"])
         return readings.with_fiducials(shifted.reshape(readings.fiducials.shape))
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the shift in time."""
+        return (delay("beads", -self._sign * values["shift"]),)

@@ -4,6 +4,8 @@ import numpy as np
 
 from estimator.effects.effect import OUTSIDE, Amplitude, Effect, Readings, Values
 from estimator.effects.shared.axes import AXES
+from estimator.effects.shared.sensor_steps import SensorStep, camera_frame
+from estimator.experiment import Experiment
 
 
 class CameraShift(Effect):
@@ -25,3 +27,8 @@ class CameraShift(Effect):
         """Shift the positions."""
         shift = np.array([values[amplitude.name] for amplitude in self.amplitudes])
         return readings.with_fiducials(readings.fiducials + shift, readings.rest_fiducials + shift)
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the shift."""
+        shift = [values[amplitude.name] for amplitude in self.amplitudes]
+        return (camera_frame(np.zeros((3, 3)), shift, "positions"),)

@@ -43,6 +43,11 @@ def after(experiment: Experiment, values: Values) -> BoolArray:
     return np.full(len(experiment.time), experiment.order > values["order"])
 
 
+def seconds_of(experiment: Experiment, rows: BoolArray) -> list[float] | None:
+    """Return when the last run of rows (n,) begins and ends, s; None where there is no such row."""
+    return [float(one) for one in experiment.time[rows][[0, -1]]] if rows.any() else None
+
+
 def in_order(readings: Sequence[Readings]) -> list[Readings]:
     """Return the readings in the order of their experiments in time."""
     return sorted(readings, key=lambda each: each.experiment.order)

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from estimator.effects.blocks import Group
 from estimator.effects.effect import Amplitude, Effect, Hook, Motion, Readings, Stage, Values
+from estimator.effects.shared.sensor_steps import SensorStep, zero_of_beads, zero_of_wrench
 from estimator.effects.shared.zeroing import ZeroAxes, with_fiducials_zeroed, with_wrench_zeroed
+from estimator.experiment import Experiment
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.morph import with_beads_before_drawing, with_grasp_drawn
 
@@ -55,6 +57,10 @@ class Prestretch(_Tension):
             return readings
         return with_fiducials_zeroed(with_wrench_zeroed(readings, self._zero_axes))
 
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the zeros."""
+        return (zero_of_wrench(self._zero_axes), zero_of_beads()) if any(values.values()) else ()
+
 
 class DrawnFromStatedShape(_Tension):
     """The same, with shape and rest positions as they were measured before mounting.
@@ -79,6 +85,10 @@ class DrawnFromStatedShape(_Tension):
         """Take the sensor's zero."""
         return with_wrench_zeroed(readings) if any(values.values()) else readings
 
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the zero."""
+        return (zero_of_wrench("gripper"),) if any(values.values()) else ()
+
 
 class DrawnBeforeBeadsWereMeasured(DrawnFromStatedShape):
     """The same, with the beads' rest positions as they were measured after mounting.
@@ -100,6 +110,11 @@ class DrawnBeforeBeadsWereMeasured(DrawnFromStatedShape):
         """Take the sensor's zero, and the beads' motion from the mounted state."""
         zeroed = super().readings(readings, values)
         return with_fiducials_zeroed(zeroed) if any(values.values()) else readings
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the zeros."""
+        zero = super().sensor_steps(experiment, values)
+        return (*zero, zero_of_beads()) if zero else ()
 
 
 def _from_anchors(problem: RetractionProblem) -> FloatArray:

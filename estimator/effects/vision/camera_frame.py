@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 from estimator.effects.blocks import Group
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Hook, Readings, Stage, Values
 from estimator.effects.shared.axes import AXES
+from estimator.effects.shared.sensor_steps import SensorStep, camera_frame
+from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
 Measured = Literal["readings", "motion", "both", "rest"]
@@ -73,3 +75,11 @@ class CameraFrame(Effect, ABC):
         if self._measured == "motion":
             return readings.with_fiducials(seen - (rest - readings.rest_fiducials))
         return readings.with_fiducials(seen, rest)
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return M and t; nothing where the readings are not these cameras'."""
+        if self._measured == "rest":
+            return ()
+        shift = np.array([values.get(amplitude.name, 0.0) for amplitude in _SHIFT])
+        seen: Literal["motion", "positions"] = "motion" if self._measured == "motion" else "positions"
+        return (camera_frame(self.matrix(values), shift, seen),)

@@ -17,9 +17,11 @@ from estimator.effects.shared.instants import (
     in_order,
     number_of_beads,
     number_of_rows,
+    seconds_of,
     start_of_row,
     sums_to_the_end,
 )
+from estimator.effects.shared.sensor_steps import SensorStep
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
@@ -64,6 +66,17 @@ class FiducialMislabel(Effect):
         fiducials[rows, first] += shift
         fiducials[rows, second] -= shift
         return readings.with_fiducials(fiducials)
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the two beads, and the rows in which they are exchanged."""
+        return (
+            {
+                "kind": "beads_exchanged",
+                "beads": [bead(values, "first"), bead(values, "second")],
+                "share": values["exchanged"],
+                "seconds": seconds_of(experiment, self._exchanged(experiment, values)),
+            },
+        )
 
     def _exchanged(self, experiment: Experiment, values: Values) -> BoolArray:
         return after(experiment, values)

@@ -16,10 +16,12 @@ from estimator.effects.shared.instants import (
     in_order,
     number_of_beads,
     number_of_rows,
+    seconds_of,
     start_of_row,
     sums_to_the_end,
 )
 from estimator.effects.shared.misfit import fiducial_misfit
+from estimator.effects.shared.sensor_steps import SensorStep
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
@@ -57,6 +59,17 @@ class FiducialMisread(Effect):
         fiducials = readings.fiducials.copy()
         fiducials[self._misread(readings.experiment, values), bead(values, "bead")] += offset
         return readings.with_fiducials(fiducials)
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the offset, and the rows that it touches."""
+        return (
+            {
+                "kind": "bead_aside",
+                "bead": bead(values, "bead"),
+                "offset": [values[amplitude.name] for amplitude in self.amplitudes],
+                "seconds": seconds_of(experiment, self._misread(experiment, values)),
+            },
+        )
 
     def _misread(self, experiment: Experiment, values: Values) -> BoolArray:
         return np.ones(len(experiment.time), dtype=bool)

@@ -1,0 +1,1 @@
+"""MuJoCo: the calibrated phantom as a flex, its quasi-static run, and in what its model is another."""
