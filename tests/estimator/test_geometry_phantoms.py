@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from surface_files import ply_file
 
-from daq.cli.estimation.mesh import add_parser
+from daq.cli.bodies.mesh import add_parser
 from daq.cli.verb import Result
 from estimator.errors import InputError
 from estimator.experiment import (

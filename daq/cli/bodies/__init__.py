@@ -1,0 +1,1 @@
+"""Verbs about bodies: their meshes, and phantoms from segmented images."""
