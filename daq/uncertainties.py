@@ -14,7 +14,7 @@ from daq.errors import RigError
 from daq.rig import Rig
 from estimator.experiment import SensorNoise
 from estimator.fit.budget.source import Origin
-from estimator.fit.budget.systematic import Stated
+from estimator.fit.budget.systematic import CAMERA_SCALE, MOTION_DIRECTION, TORQUE_CENTRE, Stated
 
 _LATENCY = {"force sensor": "force_latency", "cameras": "camera_latency"}
 # Of what no rig tells: what simulated experiments have as well.
@@ -45,16 +45,16 @@ def _found(in_force: InForce) -> Iterator[tuple[str, float, str]]:
         if isinstance(result, ForceResult):
             yield "tool_mass", result.mass_std_kg, file
         elif isinstance(result, ToolResult):
-            yield "torque_centre", result.std_m, file
+            yield TORQUE_CENTRE.name, result.std_m, file
         elif isinstance(result, RobotResult):
             for turn in _figures(record, TURN_STD):
-                yield "motion_direction", math.radians(turn), file
+                yield MOTION_DIRECTION.name, math.radians(turn), file
         elif isinstance(result, TimeResult):
             for stream in result.streams:
                 yield _LATENCY[stream.stream], stream.std_s, file
         elif kind == "stereo":
             for scale in _figures(record, HELD_OUT_SCALE):
-                yield "camera_scale", scale, file
+                yield CAMERA_SCALE.name, scale, file
 
 
 def _figures(record: CalibrationRecord, name: str) -> list[float]:

@@ -84,7 +84,7 @@ def test_a_constant_linear_change_of_readings_leaves_less_for_a_second_cause_tha
 
 
 def test_what_another_effect_of_its_own_kind_would_explain_asks_for_a_finer_form_of_the_leader() -> None:
-    for left, expected in ((1.0, False), (30.0, True)):
+    for left, expected in ((0.0, False), (30.0, True)):
         context, leader, trial = leaves(left, "camera_scale:uniform", "camera_scale:of_the_motion")
         assert asks_for_a_finer_form(context, leader, [trial]) == expected
     context, leader, trial = leaves(30.0, "gripper_compliance:translation", "camera_scale:of_the_motion")

@@ -71,6 +71,7 @@ MAY_KNOW = (
     "estimator.effects.",
     # errors that a fit is asked about
     "estimator.fit.identifiability",
+    "estimator.fit.budget.systematic",
     # how the edges of the grasp, where meshes differ, may move
     "estimator.diagnosis.",
     # the words of a sample answer

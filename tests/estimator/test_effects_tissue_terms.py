@@ -34,7 +34,7 @@ from estimator.materials.veronda_westmann import VerondaWestmann
 FloatArray = NDArray[np.float64]
 
 BOTH_WAYS, TENSION_ONLY, DISPERSED, *_ = ANISOTROPY
-ONE_TERM, TWO_TERMS, WHOLE, _ = VISCOELASTICITY
+ONE_TERM, TWO_TERMS, WHOLE, *_ = VISCOELASTICITY
 PSEUDO_ELASTIC, DAMAGE, ISOCHORIC, *_, DAMAGE_WHOLE = STRESS_SOFTENING
 EXPONENTIAL = make_material(VerondaWestmann(), 1e4, 0.45, (0.8, 0.3))
 

@@ -262,9 +262,10 @@ def test_an_estimation_costs_few_forward_solutions(both: Fitted) -> None:
 
 def test_the_numbers_for_other_programs_keep_their_shape(pull: Fitted) -> None:
     fit, shown = pull.fit, pull.fit.as_json()
-    assert list(shown)[:8] == [
+    assert list(shown)[:9] == [
         "youngs_modulus",
         "poisson_ratio",
+        "correlation",
         "rmse",
         "noise_ratio",
         "iterations",

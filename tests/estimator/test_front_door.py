@@ -184,7 +184,7 @@ def test_a_diagnosis_is_the_object_that_the_command_prints(
     )
     folder = write_experiment(small_experiment(), tmp_path / "pull").path
     assert main(["diagnose", str(folder), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out) == {**diagnosis.to_dict(), "surface": []}
+    assert json.loads(capsys.readouterr().out) == {**diagnosis.to_dict(), "law": "neo_hookean", "surface": []}
 
 
 def test_results_are_tables(pandas: None, estimate: Estimate, diagnosis: Diagnosis) -> None:

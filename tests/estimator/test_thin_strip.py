@@ -66,6 +66,6 @@ def test_its_relaxation_is_refitted_to_the_end(strip: Experiment) -> None:
     )
     start = Hypothesis(98e3, 0.467).with_effect(RELAXING, {"relaxing_share_1": 1.0, "relaxation_time_1": 8.0})
     begun = linearise(case, start)
-    found = refit(case, start, begun, evaluations=4)
+    found = refit(case, start, begun, evaluations=8)
     assert begun.chi2 > 10.0 * rows
     assert found.chi2 < 1.5 * 6 * rows

@@ -71,12 +71,12 @@ class Follower:
         # A thin sheet bends so easily that its tangent may be indefinite on the way to a stable state: the shortest
         # steps go on all the same.
         through = max(newton.unstable_fraction, smallest)
-        newton = replace(newton, smallest_fraction=smallest, unstable_fraction=through)
+        following = replace(newton, smallest_fraction=smallest, unstable_fraction=through)
         self.problem = problem
         self.beside = beside
         self.settings = settings
         self._material = material
-        self._following = EquilibriumSolver(problem, newton)
+        self._following = EquilibriumSolver(problem, following)
         self._nearby = self._following.with_settings(
             replace(newton, iterations=settings.iterations_beside_neighbour)
         )

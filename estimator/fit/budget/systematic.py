@@ -137,8 +137,26 @@ FORCE_GAIN = Systematic(
     "accuracy of a six-axis transducer",
     (tuple((ForceAxisGain(channel), "gain") for channel in WRENCH_CHANNELS),),
 )
+TORQUE_CENTRE = Systematic(
+    TorqueCentre.label,
+    "origin of the gripper in the force sensor",
+    "force sensor",
+    "m",
+    5e-4,
+    "measured with a calliper",
+    _each(TorqueCentre("gripper")),
+)
+MOTION_DIRECTION = Systematic(
+    MotionDirection.label,
+    "direction of the gripper's motion",
+    "robot",
+    "rad",
+    3e-3,
+    "registration of robot and tissue",
+    _each(MotionDirection()),
+)
 CAMERA_SCALE = Systematic(
-    "camera_scale",
+    CameraScale.label,
     "camera scale",
     "cameras",
     "1",
@@ -162,7 +180,7 @@ SYSTEMATIC: Mapping[str, Systematic] = MappingProxyType(
         for one in (
             FORCE_GAIN,
             Systematic(
-                "force_crosstalk",
+                ForceCrosstalk.label,
                 "force cross-talk",
                 "force sensor",
                 "1",
@@ -179,15 +197,7 @@ SYSTEMATIC: Mapping[str, Systematic] = MappingProxyType(
                 "a bolt pattern's play",
                 _each(ForceFrameRotation()),
             ),
-            Systematic(
-                "torque_centre",
-                "origin of the gripper in the force sensor",
-                "force sensor",
-                "m",
-                5e-4,
-                "measured with a calliper",
-                _each(TorqueCentre("gripper")),
-            ),
+            TORQUE_CENTRE,
             Systematic(
                 "tool_mass",
                 "mass beyond the force sensor",
@@ -198,18 +208,10 @@ SYSTEMATIC: Mapping[str, Systematic] = MappingProxyType(
                 _each(ToolWeight()),
             ),
             GRIPPER_TRAVEL,
-            Systematic(
-                "motion_direction",
-                "direction of the gripper's motion",
-                "robot",
-                "rad",
-                3e-3,
-                "registration of robot and tissue",
-                _each(MotionDirection()),
-            ),
+            MOTION_DIRECTION,
             CAMERA_SCALE,
             Systematic(
-                "camera_rotation",
+                CameraRotation.label,
                 "rotation of the cameras",
                 "cameras",
                 "rad",
