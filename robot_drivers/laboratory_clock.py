@@ -12,6 +12,7 @@ come that reads a device, for the keeper waits for these too: no buffer overflow
 """
 
 import mmap
+import os
 import threading
 from pathlib import Path
 
@@ -24,14 +25,14 @@ from robot_drivers.protocols import IntArray
 _MAGIC = 0x5245_5452_434C_4B31
 _HEARD, _COUNT, _FIRST = 1, 2, 3  # cells: when the keeper was heard, stretches so far, the first of them
 _KEPT = 256
-_READERS, _MOST_READERS = _FIRST + 3 * _KEPT, 16  # cells: when it was heard (monotonic), how far it has come
-_CELLS = _READERS + 2 * _MOST_READERS
-_READER_PLACES = range(_READERS, _CELLS, 2)
-_LOOKS_AT_SILENCE = 750
-"""After so many looks of the keeper at a reader that says nothing it is gone: three seconds of looks every 4 ms.
-
-Where the computer is so busy that a reader gets no turn, the keeper gets few as well, and waits the longer.
-"""
+_READERS, _MOST_READERS = (
+    _FIRST + 3 * _KEPT,
+    16,
+)  # cells: when it was heard (monotonic), how far it has come, its process
+_CELLS = _READERS + 3 * _MOST_READERS
+_READER_PLACES = range(_READERS, _CELLS, 3)
+_READER_GONE_NS = 10_000_000_000
+_PROC = Path("/proc/self")
 _KEEPER_GONE_NS = 10_000_000_000
 
 
@@ -96,7 +97,7 @@ class LaboratoryReader:
 
     def caught_up(self, time_ns: int) -> None:
         """Say that all that came before this time has been dealt with."""
-        self._cells[self._place + 1] = time_ns
+        self._cells[self._place + 1], self._cells[self._place + 2] = time_ns, os.getpid()
         self._cells[self._place] = monotonic_time_ns()
 
     def close(self) -> None:
@@ -113,7 +114,6 @@ class ClockKeeper(LaboratoryClock):
         cells[: _FIRST + 3] = _MAGIC, now_ns, 1, now_ns, now_ns, now_ns
         path.write_bytes(cells.tobytes())
         super().__init__(path)
-        self._heard_last = dict.fromkeys(_READER_PLACES, (0, 0))  # when, and looks since
 
     def grant(self, ahead_ns: int) -> None:
         """Let the clock run on for so long from now."""
@@ -137,19 +137,27 @@ class ClockKeeper(LaboratoryClock):
     def readers_behind_s(self) -> float:
         """Return how far the last of the readers is behind, s; 0 without any.
 
-        One that says nothing for many looks has died or is stopped: nobody waits for it, and its place is free.
+        One whose process has ended is not waited for, nor one that has not been heard for ten seconds: it is stopped.
         """
         cells, come_ns = self._cells, []
         for place in _READER_PLACES:
-            heard_ns, looks = cells[place], self._heard_last[place][1] + 1
-            if heard_ns != self._heard_last[place][0]:
-                looks = 0
-            self._heard_last[place] = heard_ns, looks
-            if heard_ns and looks < _LOOKS_AT_SILENCE:
+            heard_ns = cells[place]
+            if not heard_ns:
+                continue
+            if monotonic_time_ns() - heard_ns > _READER_GONE_NS or _has_ended(cells[place + 2]):
+                cells[place] = 0  # its place is another's
+            else:
                 come_ns.append(cells[place + 1])
-            elif heard_ns:
-                cells[place] = 0
         return 0.0 if not come_ns else (self.time_ns() - min(come_ns)) * 1e-9
+
+
+def _has_ended(process_id: int) -> bool:
+    """Tell whether a process is no more, or only its parent has not asked yet how it ended; where it can be told."""
+    try:
+        told = Path(f"/proc/{process_id}/stat").read_text(encoding="ascii", errors="replace")
+    except FileNotFoundError:
+        return _PROC.is_dir()
+    return told.rpartition(")")[2].split()[0] in "ZX"
 
 
 def _place(number: int) -> int:
