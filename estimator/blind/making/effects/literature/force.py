@@ -187,7 +187,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
         Form("by_order", _added("by order", 0.08, courses.by_order), family="far"),
         Form("both_frames", _both_frames, family="near"),
         Form("zeroed_under_load", _zeroed_under_load, (0.05, 10.0), family="far"),
-        Form("from_a_later_experiment_on", _added("later", 0.08, courses.later), family="far"),
+        Form("from_a_later_experiment_on", _added("later", 0.08, courses.later), family="near"),
     ),
     "force_drift": (
         Form("periodic", _added("periodic", 0.08, courses.periodic), (0.02, 8.0), family="far"),
