@@ -7,7 +7,6 @@ from collections.abc import Callable
 from functools import cache, partial
 from pathlib import Path
 
-import ezc3d  # noqa: F401 - before SimpleITK: after it, it cannot write; both are in one table of SWIG's types
 import hypothesis
 import pytest
 from xdist import is_xdist_worker

@@ -1,12 +1,14 @@
 """One measurement, as other people's programs write it: the files that the tests of the import read."""
 
 import csv
+import multiprocessing
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-import ezc3d
 import h5py
 import numpy as np
 import openpyxl
@@ -183,6 +185,26 @@ def write_markers(
     trial: Mapping[str, list[int]] | None = None,
 ) -> None:
     """Markers (n, m, 3) in mm, NaN where one was hidden, and analog channels (k n, c)."""
+    _of_its_own().submit(_write_markers, file, names, points, channels, analog, unit, trial).result()
+
+
+@cache
+def _of_its_own() -> ProcessPoolExecutor:
+    """A process for ezc3d: in one with SimpleITK, which other tests use, it does not work."""
+    return ProcessPoolExecutor(1, multiprocessing.get_context("spawn"))
+
+
+def _write_markers(
+    file: Path,
+    names: Sequence[str],
+    points: FloatArray,
+    channels: Sequence[str],
+    analog: FloatArray | None,
+    unit: str,
+    trial: Mapping[str, list[int]] | None,
+) -> None:
+    import ezc3d  # in that process alone
+
     capture = ezc3d.c3d()
     parameters = capture["parameters"]
     parameters["POINT"]["RATE"]["value"] = [RATE_HZ]
