@@ -3,11 +3,16 @@
 from pathlib import Path
 
 import numpy as np
-from mcap.records import Channel
+from mcap.opcode import Opcode
+from mcap.records import Channel, Schema
 
 from daq.bags.storage import Messages, Topic
 from daq.recording.messages.rows import RECORD
+from daq.recording.scanning.chunk_reading import UnusableError, chunk_head
+from daq.recording.scanning.records import parse_declaration
 from daq.recording.scanning.scan import scan_foreign
+from daq.recording.scanning.segments import Damage, Scan, Segment
+from daq.recording.scanning.walking import walk
 from robot_drivers.closing import ClosedAtExit
 
 
@@ -16,6 +21,7 @@ class McapStorage(ClosedAtExit):
 
     def __init__(self, file: Path) -> None:
         self._found = scan_foreign(file)
+        _take_what_is_cut_off(self._found)
         counts = self._found.counts_by_channel()
         self._channels: dict[Topic, list[int]] = {}
         for key, channel in self._found.channels.items():
@@ -64,3 +70,38 @@ class McapStorage(ClosedAtExit):
 
 
 _LENGTH_COUNTS_FROM = 9
+
+
+def _take_what_is_cut_off(found: Scan) -> None:
+    """Take the whole messages of an uncompressed chunk that the end of the file cuts off, and the channels within it.
+
+    A session's own are told from damage by their numbers; other programs write 0 for each.
+    """
+    if not found.damages or not found.damages[-1].size or found.damages[-1].end != len(found.view):
+        return
+    last = found.damages[-1]
+    if found.view[last.start] != Opcode.CHUNK:
+        return
+    try:
+        head = chunk_head(found.view, last.start)
+    except UnusableError:
+        return
+    if head.compression or head.records_start + head.sizes[0] <= len(found.view):
+        return
+    records = found.view[head.records_start :]
+    walked = walk(records)
+    for opcode, body in walked.others:
+        declared = parse_declaration(opcode, body) if opcode in (Opcode.SCHEMA, Opcode.CHANNEL) else None
+        if isinstance(declared, Schema):
+            found.schemas.setdefault(declared.id, declared)
+        elif isinstance(declared, Channel):
+            found.channels.setdefault(declared.id, declared)
+    if walked.offsets:
+        end = head.records_start + walked.end
+        kept = Segment(
+            records[: walked.end], walked.offsets, walked.log_times, None, last.start, end, checked=False
+        )
+        found.segments.append(kept)
+        count = sum(map(len, walked.offsets.values()))
+        what = f"{last.what}; {count} whole messages of it are kept, without a checksum"
+        found.damages[-1] = Damage(end, last.end - end, what, last.missing)

@@ -64,6 +64,27 @@ def test_a_bag_that_is_cut_off_anywhere_is_read_as_far_as_it_goes_or_refused(
         assert found == WRENCHES or any("missing" in line for line in source.remarks)
 
 
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.7])
+def test_of_a_chunk_that_is_cut_off_the_whole_messages_are_read(share: float, tmp_path: Path) -> None:
+    """As a computer leaves it that lost its power; the library writes one chunk, and numbers nothing."""
+    bag = write_bag(tmp_path / "bag", MESSAGES)
+    file = next(bag.glob("*.mcap"))
+    file.write_bytes(file.read_bytes()[: int(share * file.stat().st_size)])
+    source = read_bag(bag)
+    found = rows(bag)
+    assert 0 < found < WRENCHES
+    assert f"/ft/wrench: {WRENCHES - found} of {WRENCHES} messages are missing" in source.remarks
+    assert any("without a checksum" in line for line in source.remarks)
+    forces = [message.wrench.force.x for topic, _, message in MESSAGES if topic == "/ft/wrench"]
+    read = next(
+        column.values
+        for table in source.tables
+        for column in table.columns
+        if column.name == "wrench.force.x"
+    )
+    assert read.tolist() == forces[:found]
+
+
 @settings(max_examples=40, deadline=None)
 @given(data=st.data())
 def test_a_bag_in_which_any_bytes_are_others_is_read_or_refused(
