@@ -25,10 +25,8 @@ from robot_drivers.protocols import IntArray
 _MAGIC = 0x5245_5452_434C_4B31
 _HEARD, _COUNT, _FIRST = 1, 2, 3  # cells: when the keeper was heard, stretches so far, the first of them
 _KEPT = 256
-_READERS, _MOST_READERS = (
-    _FIRST + 3 * _KEPT,
-    16,
-)  # cells: when it was heard (monotonic), how far it has come, its process
+# cells of each reader: when it was heard (monotonic), how far it has come, its process
+_READERS, _MOST_READERS = _FIRST + 3 * _KEPT, 16
 _CELLS = _READERS + 3 * _MOST_READERS
 _READER_PLACES = range(_READERS, _CELLS, 3)
 _READER_GONE_NS = 10_000_000_000

@@ -8,8 +8,8 @@ import pytest
 from blind_scenes import COARSE
 from numpy.typing import NDArray
 
-from estimator.blind.making.mechanics.grip import Grip
-from estimator.blind.making.mechanics.jaws import CreepingSprings, Flexure, Groove, StickSlip
+from estimator.blind.making.mechanics.grip import Grip, Jumping
+from estimator.blind.making.mechanics.jaws import CreepingSprings, Flexure, Groove
 from estimator.blind.making.mechanics.laws import Law
 from estimator.blind.making.mechanics.layers import Creeping, Film, Foam, Peeling, Rubbing, Springs
 from estimator.blind.making.mechanics.response import Instant
@@ -40,7 +40,7 @@ GRIPS: dict[str, Grip] = {
     "film": Groove(0, 0.0, 0.0, 400.0),
     "power_law_film": Groove(1, 0.0, 0.0, 40.0, 2.5),
     "turning": Groove(3, 1e-3, 1e-2),
-    "stick_slip": StickSlip(0.5, 1e-3),
+    "stick_slip": Jumping(0.5, 1e-3, most=np.inf),
     "flexure": Flexure(OBLIQUE),
     "stiffening": Flexure(OBLIQUE, stiffens_at=1e-3),
     "play": Flexure(OBLIQUE, play=5e-4),

@@ -72,8 +72,10 @@ def test_the_scale_of_stiffening_adds_a_tenth_at_a_fifth_of_stretch(effect: Stra
 
 @pytest.mark.parametrize("effect", STRAIN_STIFFENING, ids=name_of)
 def test_stiffening_leaves_small_strains_alone(effect: StrainStiffening) -> None:
-    assert nominal_stress(effect, 1.0, 1 + 1e-6) == pytest.approx(
-        nominal_stress(effect, 0.0, 1 + 1e-6), rel=1e-5
+    # Ogden's stress departs in proportion to the strain, that of the others to its square.
+    stretch = 1.0 + (1e-6 if effect.form.startswith("ogden") else 1e-3)
+    assert nominal_stress(effect, 1.0, stretch) == pytest.approx(
+        nominal_stress(effect, 0.0, stretch), rel=1e-5
     )
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from estimator.blind.making.effects.drawing import Draw, FloatArray, Random, drawn_sign
 from estimator.blind.making.mechanics.brick_mesh import Break
-from estimator.blind.making.mechanics.grip import Grip, Jaws, SlippingOnce, Springs
+from estimator.blind.making.mechanics.grip import Grip, Jaws, Jumping, Springs
 from estimator.blind.making.mechanics.surfaces import Friction, Glue, Layer, Traction
 from estimator.blind.making.scenes.scene import DENSITY, GRAVITY, SIZE, Drawn, Form, Mechanics, Scene
 
@@ -114,7 +114,7 @@ def _sliding(creeping: bool) -> Draw:
 def _jumping(random: Random, size: float, base: Mechanics) -> Drawn:
     threshold = _pull_force(base) * float(random.uniform(0.35, 0.8))
     jump = 0.001 * size
-    return _with_grip({"threshold_force": threshold, "jump": jump}, SlippingOnce(threshold, jump))
+    return _with_grip({"threshold_force": threshold, "jump": jump}, Jumping(threshold, jump))
 
 
 def _yielding_grip(turns: bool) -> Draw:

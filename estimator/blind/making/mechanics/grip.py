@@ -115,18 +115,20 @@ class Jaws:
 
 
 @dataclass(frozen=True, slots=True)
-class SlippingOnce:
-    """Jaws that hold, give way once by a jump when the force passes a threshold, and hold again.
+class Jumping:
+    """Jaws that hold, give way by a jump when the force passes a threshold, and hold again.
 
     Attributes
     ----------
     threshold : N
     jump : m, against the pull
+    most : how often they give way at the most
     """
 
     threshold: float
     jump: float
     evenness: Evenness = None
+    most: float = 1.0
 
     def start(self) -> FloatArray:
         """Return the slip (3,) m, and how often it gave way."""
@@ -143,6 +145,6 @@ class SlippingOnce:
         wrench = _RIGID * offset
         wrench[:3] -= _RIGID[:3] * memory[:3]
         size = float(np.linalg.norm(wrench[:3]))
-        if memory[3] == 0 and size > self.threshold:
-            memory = np.append(self.jump * wrench[:3] / size, 1.0)
+        if memory[3] < self.most and size > self.threshold:
+            memory = memory + np.append(self.jump * wrench[:3] / size, 1.0)
         return wrench, np.diag(_RIGID), memory

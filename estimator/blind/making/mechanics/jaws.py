@@ -71,38 +71,6 @@ class Groove:
         return slip, 1 / grows
 
 
-@dataclass(frozen=True, slots=True)
-class StickSlip:
-    """Jaws that give way by a jump whenever the force passes a threshold, and hold again.
-
-    Attributes
-    ----------
-    threshold : N
-    jump : m, against the pull
-    """
-
-    threshold: float
-    jump: float
-    evenness: Evenness = None
-
-    def start(self) -> FloatArray:
-        """Return the slip, (3,) m."""
-        return np.zeros(3)
-
-    def holding(self) -> FloatArray:
-        """Return the tangent, (6, 6)."""
-        return np.diag(_RIGID)
-
-    def __call__(self, offset: FloatArray, memory: FloatArray, interval: float) -> Answer:
-        """Return wrench, tangent and memory, as :class:`~.grip.Grip` says; it slides in the state after."""
-        wrench = _RIGID * offset
-        wrench[:3] -= _RIGID[:3] * memory
-        size = float(np.linalg.norm(wrench[:3]))
-        if size > self.threshold:
-            memory = memory + self.jump * wrench[:3] / size
-        return wrench, np.diag(_RIGID), memory
-
-
 @dataclass(frozen=True)
 class Flexure:
     """Elastic jaws, wrist or arm: a stiffness of all directions together, which may change with the deflection.

@@ -12,8 +12,8 @@ from estimator.blind.making.effects.drawing import (
     drawn_between,
     drawn_sign,
 )
-from estimator.blind.making.mechanics.grip import Evenness, Grip, Jaws
-from estimator.blind.making.mechanics.jaws import CreepingSprings, Flexure, Groove, StickSlip
+from estimator.blind.making.mechanics.grip import Evenness, Grip, Jaws, Jumping
+from estimator.blind.making.mechanics.jaws import CreepingSprings, Flexure, Groove
 from estimator.blind.making.scenes.scene import GRASP_X, GRASP_Y, Drawn, Form, Mechanics
 
 _RIGID_N_M, _RIGID_NM = 1e6, 1e4
@@ -98,7 +98,7 @@ def _directional(random: Random, size: float, base: Mechanics) -> Drawn:
 def _stick_slip(random: Random, size: float, base: Mechanics) -> Drawn:
     threshold, jump = _pull(base) * float(random.uniform(0.35, 0.85)), 0.0004 * size
     parameters: dict[str, object] = {"kind": "stick-slip", "threshold_force": threshold, "jump": jump}
-    return _gripped(parameters, StickSlip(threshold, jump))
+    return _gripped(parameters, Jumping(threshold, jump, most=np.inf))
 
 
 def _turning(random: Random, size: float, base: Mechanics) -> Drawn:
