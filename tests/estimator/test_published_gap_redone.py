@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fit.estimate import estimate
 from estimator.fit.linearisation import silent
 from estimator.forward.meshing import mesh_experiment
@@ -20,7 +19,7 @@ from estimator.studies.published_gap.pattern_fit import PatternFit
 from estimator.studies.published_gap.published import Bench, PublishedEstimate, PublishedTable
 from estimator.studies.published_gap.redone import redo_experiments, redone_text
 from estimator.studies.published_gap.retractions import SetUp
-from estimator.studies.published_gap.simulated import USUAL_RATIO
+from estimator.studies.published_gap.simulated import GRADING, USUAL_RATIO
 from estimator.studies.published_gap.simulations import CONDITIONS, learning_cases
 from estimator.studies.running.case import run_case
 from estimator.studies.running.store import OutcomeStore
@@ -30,7 +29,6 @@ SET_UP = SetUp(steps=1)
 CELLS = (6, 6, 1)
 # of one step, from the scatter of the six conditions
 NOISE_IN_MODULUS = 0.014
-COARSE = Grading(grasp_m=6e-3, anchor_m=10e-3, largest_m=20e-3, growth=3.0, layers=1)
 
 
 @contextmanager
@@ -40,11 +38,9 @@ def one_after_another() -> Iterator[Executor]:
 
 
 @pytest.fixture(autouse=True)
-def on_one_coarse_mesh(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Simulate and estimate on the same coarse mesh, whose error is then none."""
-    mesh = partial(mesh_experiment, grading=COARSE)
-    for module in ("simulated", "redone"):
-        monkeypatch.setattr(f"estimator.studies.published_gap.{module}.GRADING", COARSE)
+def on_the_mesh_that_was_simulated_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Spare the estimates the finer mesh that they measure their error of discretisation against."""
+    mesh = partial(mesh_experiment, grading=GRADING)
     monkeypatch.setattr(
         "estimator.studies.published_gap.redone.estimate", partial(estimate, mesh=mesh, finer_mesh=mesh)
     )
