@@ -74,4 +74,4 @@ def test_without_a_cause_the_papers_way_locks_and_ours_finds_the_tissue(
     np.testing.assert_allclose(paper[:, 0] / tissue, gain, rtol=3 * NOISE_IN_MODULUS)
     np.testing.assert_allclose(paper[:, 1], ratio, atol=0.01)
     np.testing.assert_allclose(ours[:, 0] / tissue, 1.0, rtol=3 * NOISE_IN_MODULUS)
-    np.testing.assert_allclose(ours[:, 1], USUAL_RATIO, atol=0.005)
+    np.testing.assert_allclose(ours[:, 1], USUAL_RATIO, atol=0.01)
