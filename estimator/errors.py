@@ -19,3 +19,7 @@ class FitError(EstimatorError):
 
 class StudyError(EstimatorError):
     """The cases of a study could not all be carried out; what was done is kept."""
+
+
+class WorkersLostError(EstimatorError):
+    """The processes that worked on independent cases are gone; what they had finished is kept."""

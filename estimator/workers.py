@@ -1,16 +1,64 @@
-"""Worker processes on this computer, for work that does not depend on each other."""
+"""Workers for tasks that do not depend on each other: processes of this computer, and what runs on any workers."""
 
 import contextlib
 import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import (
+    BrokenExecutor,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+    as_completed,
+)
+from contextlib import AbstractContextManager, contextmanager
 from multiprocessing.connection import Connection
+from typing import TypeAlias, TypeVar
 
 from threadpoolctl import threadpool_limits
+
+from estimator.errors import WorkersLostError
+
+# Starts workers, and ends them where the block is left.
+Workers: TypeAlias = Callable[[], AbstractContextManager[Executor]]
+
+_Item = TypeVar("_Item")
+_Result = TypeVar("_Result")
+
+
+def run_each(
+    workers: Workers, task: Callable[[_Item], _Result], items: Sequence[_Item]
+) -> Iterator[tuple[_Item, _Result]]:
+    """Give each item with the result of its task as soon as there is one; without items no worker is started.
+
+    Parameters
+    ----------
+    workers : starts them
+    task : a function at the top of a module, which other processes can find
+
+    Raises
+    ------
+    WorkersLostError
+        A worker died. Like an interruption and the error of a task, it comes after the results that were there.
+    """
+    if not items:
+        return
+    with workers() as pool:
+        waiting: dict[Future[_Result], _Item] = {pool.submit(task, item): item for item in items}
+        try:
+            for job in as_completed(list(waiting)):
+                result = job.result()
+                yield waiting.pop(job), result
+        except (KeyboardInterrupt, Exception) as stop:
+            for job, item in waiting.items():
+                if not job.cancel() and job.done() and not job.cancelled() and job.exception() is None:
+                    yield item, job.result()
+            if isinstance(stop, BrokenExecutor):
+                raise WorkersLostError(f"a worker died ({stop})") from stop
+            raise
 
 
 @contextmanager
@@ -20,8 +68,13 @@ def worker_pool(processes: int | None = None) -> Iterator[Executor]:
     A second thread there would take a core from a worker, most of the time to wait for the next product.
 
     What waits is given up where the block is left early, and where it is interrupted what is under way too. The workers
-    end with the process that made them, also where that is killed.
+    end with the process that made them, also where that is killed. A process that may have no children, as the workers
+    of a cluster may not, works by itself.
     """
+    if multiprocessing.current_process().daemon:
+        with threadpool_limits(1), ThreadPoolExecutor(1) as alone:
+            yield alone
+        return
     count = processes or os.cpu_count() or 1
     context = multiprocessing.get_context("spawn")
     watched, lifeline = context.Pipe(duplex=False)
@@ -29,7 +82,7 @@ def worker_pool(processes: int | None = None) -> Iterator[Executor]:
     try:
         with threadpool_limits(1):
             yield pool
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, GeneratorExit):
         lifeline.close()
         raise
     finally:

@@ -25,7 +25,7 @@ _VERBS = {
     "simulate": "estimation",
     "estimate": "estimation",
     "budget": "estimation",
-    "diagnose": "estimation",
+    "diagnose": "diagnosis",
     "handover": "estimation",
     "uniaxial": "estimation",
     "phantom": "bodies",

@@ -31,7 +31,7 @@ def refuses(
 
 @pytest.fixture
 def case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr("daq.cli.estimation.diagnose.diagnose", stand_in)
+    monkeypatch.setattr("daq.cli.diagnosis.diagnose.diagnose", stand_in)
     monkeypatch.setattr("daq.cli.estimation.benchmark_scoring.diagnose", stand_in)
     folder = tmp_path / "cases" / "P07"
     for order, name in enumerate(("pull", "twist"), start=1):
@@ -79,7 +79,7 @@ def test_a_case_that_is_not_there_and_a_diagnosis_that_fails_are_one_line(
     status, out, err = run(capsys, "diagnose", case / "nowhere")
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert "nowhere" in err
-    monkeypatch.setattr("daq.cli.estimation.diagnose.diagnose", refuses)
+    monkeypatch.setattr("daq.cli.diagnosis.diagnose.diagnose", refuses)
     status, out, err = run(capsys, "diagnose", case)
     assert (status, out) == (2, "")
     assert err == "retract: the data do not determine the parameters; add an experiment\n"

@@ -64,7 +64,7 @@ def threads(workers: int | None) -> Iterator[Executor]:
 @pytest.fixture(autouse=True)
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("daq.cli.estimation.study.studies_named", one_study)
-    monkeypatch.setattr("daq.cli.estimation.study.worker_pool", threads)
+    monkeypatch.setattr("daq.cli.workers.worker_pool", threads)
 
 
 def run(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:

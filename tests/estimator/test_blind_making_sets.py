@@ -4,6 +4,7 @@ import shutil
 import tomllib
 from collections import Counter
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,7 @@ from estimator.blind.making.scenes.wide_setup import draw_wide_setup
 from estimator.errors import InputError
 from estimator.experiment import read_case
 from estimator.experiment.model import TrajectoryKind
+from estimator.workers import worker_pool
 
 
 def test_a_deck_holds_every_label_once_and_clean_unknown_and_double_cases() -> None:
@@ -128,7 +130,9 @@ def test_a_foreign_set_keeps_its_answers_apart_and_comes_out_the_same(tmp_path: 
     cases = plan(1, 1, ["time_offset"], form_set="others")
     for name in ("one", "again"):
         assert (
-            make_cases(cases, tmp_path / name, tmp_path / f"{name}-keys", processes=1, quick=True).failed
+            make_cases(
+                cases, tmp_path / name, tmp_path / f"{name}-keys", workers=partial(worker_pool, 1), quick=True
+            ).failed
             == {}
         )
     files = [file for file in sorted((tmp_path / "one").rglob("*")) if file.is_file()]
@@ -187,7 +191,9 @@ def test_a_set_can_be_broken_off_and_comes_out_the_same(tmp_path: Path) -> None:
     out, keys = tmp_path / "cases", tmp_path / "keys"
 
     def make() -> tuple[tuple[str, ...], tuple[str, ...]]:
-        done = make_cases(plan(5, 2, ["none"], form_set="catalogue"), out, keys, processes=2, quick=True)
+        done = make_cases(
+            plan(5, 2, ["none"], form_set="catalogue"), out, keys, workers=partial(worker_pool, 2), quick=True
+        )
         assert done.failed == {}
         return done.made, done.present
 

@@ -4,6 +4,7 @@ import json
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from estimator.diagnosis.conclusions.as_json import as_json
 from estimator.diagnosis.result import Diagnosis, Material, Quantity
 from estimator.errors import FitError, InputError
 from estimator.experiment import Experiment, write_experiment
+from estimator.workers import worker_pool
 
 
 def stand_in(experiments: Sequence[Experiment], tell: Callable[[str, int, int], None] | None) -> Diagnosis:
@@ -423,12 +425,12 @@ def test_cases_are_answered_without_their_keys_and_only_once(tmp_path: Path) -> 
     cases = make_cases(tmp_path / "cases", {"a": "pull", "b": "twist", "c": "tangent"})
     heard: list[tuple[str, int, int]] = []
     done = answer_cases(stand_in, cases, tmp_path / "answers", progress=lambda *told: heard.append(told))
-    assert (done.answered, done.present) == (("a", "b"), ())
+    assert (done.done, done.present) == (("a", "b"), ())
     assert done.failed == {"c": "the data do not determine the parameters"}
     assert heard[-1] == ("diagnosed c", 3, 3)
     assert json.loads((tmp_path / "answers" / "a.json").read_text())["verdict"] == ["inhomogeneity"]
     again = answer_cases(stand_in, cases, tmp_path / "answers")
-    assert (again.answered, again.present, list(again.failed)) == ((), ("a", "b"), ["c"])
+    assert (again.done, again.present, list(again.failed)) == ((), ("a", "b"), ["c"])
 
 
 def test_a_case_that_cannot_be_read_is_told_before_any_is_diagnosed(tmp_path: Path) -> None:
@@ -443,8 +445,8 @@ def test_a_case_that_cannot_be_read_is_told_before_any_is_diagnosed(tmp_path: Pa
 def test_several_cases_are_answered_at_a_time(tmp_path: Path) -> None:
     cases = make_cases(tmp_path / "cases", {"a": "pull", "b": "twist"})
     before = threading.active_count()
-    done = answer_cases(stand_in, cases, tmp_path / "answers", processes=2)
-    assert done.answered == ("a", "b")
+    done = answer_cases(stand_in, cases, tmp_path / "answers", workers=partial(worker_pool, 2))
+    assert done.done == ("a", "b")
     assert threading.active_count() == before
 
 

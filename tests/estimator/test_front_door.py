@@ -179,9 +179,7 @@ def test_an_estimate_is_the_object_that_the_command_prints(
 def test_a_diagnosis_is_the_object_that_the_command_prints(
     diagnosis: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(
-        "daq.cli.estimation.diagnose.diagnose", lambda experiments, tell, **known: inclusion()
-    )
+    monkeypatch.setattr("daq.cli.diagnosis.diagnose.diagnose", lambda experiments, tell, **known: inclusion())
     folder = write_experiment(small_experiment(), tmp_path / "pull").path
     assert main(["diagnose", str(folder), "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {**diagnosis.to_dict(), "law": "neo_hookean", "surface": []}

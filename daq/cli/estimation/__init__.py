@@ -1,1 +1,1 @@
-"""Verbs of the mechanics: simulations, estimations, diagnoses, studies and sealed cases."""
+"""Verbs of the mechanics: simulations, estimations, studies and sealed cases."""

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from daq.cli.estimation.benchmark_scoring import add_run, add_score
 from daq.cli.verb import Result, Verbs, add_verb, progress
+from daq.cli.workers import add_scheduler_option, workers_of
 from estimator.blind.making.effects.catalogue import FORM_SETS
 from estimator.blind.making.making import make_cases
 from estimator.blind.making.plan import CHOICES, DEFAULT_FORM_SET, deck_size, plan
@@ -52,6 +53,7 @@ def _add_make(actions: Verbs) -> None:
         "holds and noise of all kinds; or both in turn, on such (default: %(default)s)",
     )
     parser.add_argument("--processes", type=int, metavar="N", help="cases at a time (default: one a core)")
+    add_scheduler_option(parser)
     parser.add_argument("--quick", action="store_true", help="on a coarse mesh, for trials")
 
 
@@ -59,15 +61,9 @@ def run_make(options: argparse.Namespace) -> Result:
     """Make the cases that are not there yet."""
     keys = options.keys or options.out.with_name(f"{options.out.name}-keys")
     cases = plan(options.seed, options.cases, options.only, options.level, options.forms)
+    workers = workers_of(options.scheduler, options.processes, "--processes")
     with progress() as tell:
-        done = make_cases(
-            cases,
-            options.out,
-            keys,
-            processes=options.processes,
-            quick=options.quick,
-            progress=tell,
-        )
+        done = make_cases(cases, options.out, keys, workers=workers, quick=options.quick, progress=tell)
     lines = [
         f"{len(done.made)} cases made in {options.out}, {len(done.present)} were there; answers in {keys}"
     ]

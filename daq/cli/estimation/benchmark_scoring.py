@@ -4,13 +4,15 @@ import argparse
 from pathlib import Path
 
 from daq.cli.verb import Result, Verbs, add_verb, progress
+from daq.cli.workers import add_scheduler_option, workers_of
 from estimator.blind.scoring.running import answer_cases
 from estimator.blind.scoring.score import score_answers
 from estimator.blind.scoring.telling import check_writable, score_text, write_score
 from estimator.diagnosis.diagnose import diagnose
 
 _RUN_EXAMPLES = """  retract benchmark run sealed/cases
-  retract benchmark run sealed/cases --out answers --processes 2"""
+  retract benchmark run sealed/cases --out answers --processes 2
+  retract benchmark run sealed/cases --scheduler tcp://192.168.0.5:8786"""
 _SCORE_EXAMPLES = """  retract benchmark score sealed/cases-answers sealed/keys
   retract benchmark score answers sealed/keys --output score.html --json
   retract benchmark score monday/answers monday/keys --also friday/answers friday/keys"""
@@ -33,6 +35,7 @@ def add_run(actions: Verbs) -> None:
         metavar="N",
         help="cases at a time (default: %(default)s; a diagnosis uses all cores by itself)",
     )
+    add_scheduler_option(parser)
 
 
 def add_score(actions: Verbs) -> None:
@@ -61,13 +64,17 @@ def add_score(actions: Verbs) -> None:
 
 def _run(options: argparse.Namespace) -> Result:
     answers = options.out or options.cases.with_name(f"{options.cases.name}-answers")
+    workers = workers_of(options.scheduler, options.processes, "--processes")
+    in_turn = options.processes == 1 and not options.scheduler
     with progress() as tell:
-        done = answer_cases(diagnose, options.cases, answers, processes=options.processes, progress=tell)
-    lines = [f"{len(done.answered)} cases diagnosed, {len(done.present)} had been; answers in {answers}"]
+        done = answer_cases(
+            diagnose, options.cases, answers, workers=None if in_turn else workers, progress=tell
+        )
+    lines = [f"{len(done.done)} cases diagnosed, {len(done.present)} had been; answers in {answers}"]
     lines += [f"no answer to {name}: {reason}" for name, reason in done.failed.items()]
     data = {
         "answers": str(answers),
-        "answered": list(done.answered),
+        "answered": list(done.done),
         "present": list(done.present),
         "failed": done.failed,
     }

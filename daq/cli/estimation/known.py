@@ -15,6 +15,8 @@ from estimator.materials import installed_laws, law_named
 _NO_PRIOR = "none"
 _CHANNELS = (*WRENCH_CHANNELS, *BEAD_CHANNELS)
 _DEVIATIONS = ("force_std", "torque_std", "fiducial_std", "position_std", "orientation_std")
+# as attributes of the parsed options
+KNOWN_OPTIONS = ("law", "fix", "prior", "bounds", "noise")
 
 
 def add_known_options(parser: argparse.ArgumentParser) -> None:

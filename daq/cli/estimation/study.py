@@ -2,11 +2,11 @@
 
 import argparse
 from collections.abc import Mapping, Sequence
-from functools import partial
 from hashlib import sha256
 from pathlib import Path
 
 from daq.cli.verb import Result, Verbs, add_verb, progress
+from daq.cli.workers import add_scheduler_option, workers_of
 from daq.export import export_experiment
 from daq.progress import Progress
 from daq.recording.folder import INFO_FILE
@@ -18,18 +18,17 @@ from estimator.studies.phantom_tables.bench import BenchTest, read_bench
 from estimator.studies.phantom_tables.layout import layout_text
 from estimator.studies.phantom_tables.recorded import found_of, recorded, recorded_cases
 from estimator.studies.phantom_tables.report import phantom_blocks, write_curves
-from estimator.studies.published_gap.diagnosis import Executors, diagnose_gap
+from estimator.studies.published_gap.diagnosis import diagnose_gap
 from estimator.studies.published_gap.published import paper_table, read_table
 from estimator.studies.published_gap.redone import redo_experiments, redone_json, redone_text
 from estimator.studies.published_gap.reporting.report import write_gap
 from estimator.studies.published_gap.reporting.telling import gap_json, gap_text
 from estimator.studies.running.campaign import run_cases
-from estimator.studies.running.cluster import dask_cluster
 from estimator.studies.running.store import OutcomeStore
 from estimator.studies.tables.report import write_studies
 from estimator.studies.tables.study import Study, result_of
 from estimator.studies.tables.telling import study_json, study_text
-from estimator.workers import worker_pool
+from estimator.workers import Workers
 
 GAP = "gap"
 
@@ -62,11 +61,7 @@ def add_parser(verbs: Verbs) -> None:
         help="page, pictures, data and every finished case, where the same command goes on (default: %(default)s)",
     )
     parser.add_argument("--workers", type=int, metavar="N", help="cases at a time (default: one a core)")
-    parser.add_argument(
-        "--scheduler",
-        metavar="tcp://HOST:PORT",
-        help="run the cases on the workers of this Dask scheduler instead",
-    )
+    add_scheduler_option(parser)
     parser.add_argument(
         "--bench",
         action="append",
@@ -87,22 +82,16 @@ def add_parser(verbs: Verbs) -> None:
 
 def run(options: argparse.Namespace) -> Result:
     """Carry out the studies, and tell their tables."""
-    if options.workers is not None and options.workers < 1:
-        raise InputError(f"--workers {options.workers}: at least one is needed")
-    start = (
-        partial(dask_cluster, options.scheduler)
-        if options.scheduler
-        else partial(worker_pool, options.workers)
-    )
+    workers = workers_of(options.scheduler, options.workers, "--workers")
     store = OutcomeStore(options.output / "cases")
     if GAP in options.what:
-        return _gap(options, store, start)
+        return _gap(options, store, workers)
     bench = {test.phantom: test for test in map(read_bench, options.bench)}
     with progress() as tell:
         studies = _studies(options, tell)
         _check_bench(bench, studies)
         cases = [case for study in studies for case in study.cases]
-        outcomes = iter(run_cases(cases, store, start, tell))
+        outcomes = iter(run_cases(cases, store, workers, tell))
         results = [result_of(study, [next(outcomes) for _ in study.cases]) for study in studies]
     found = [pair for result in results for pair in found_of(result)]
     further = phantom_blocks(found, bench) if found else []
@@ -114,15 +103,15 @@ def run(options: argparse.Namespace) -> Result:
     return Result("\n\n".join(text), {"studies": data, "files": [str(file) for file in files]})
 
 
-def _gap(options: argparse.Namespace, store: OutcomeStore, start: Executors) -> Result:
+def _gap(options: argparse.Namespace, store: OutcomeStore, workers: Workers) -> Result:
     """Diagnose the paper's tables, or one that a file gives."""
     tables = [what for what in options.what if what != GAP]
     if len(tables) > 1 or len(options.what) - len(tables) > 1:
         raise InputError(f"{GAP} takes one published table; name one .toml or .csv file, or none")
     table = read_table(Path(tables[0])) if tables else paper_table()
     with progress() as tell:
-        diagnosis = diagnose_gap(table, store, start, tell)
-        redone = redo_experiments(diagnosis, store, start, tell) if options.redo else []
+        diagnosis = diagnose_gap(table, store, workers, tell)
+        redone = redo_experiments(diagnosis, store, workers, tell) if options.redo else []
     files = write_gap(diagnosis, redone, options.output, package_versions())
     text = "\n\n".join(
         [gap_text(diagnosis), *([redone_text(redone)] if redone else []), f"Report: {files[0]}"]

@@ -1,22 +1,20 @@
 """Makes a set of cases, several at a time, going on where an earlier call stopped."""
 
-import os
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import as_completed
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from estimator.blind.making.case import make_case, write_case
+from threadpoolctl import threadpool_limits
+
+from estimator.blind.making.case import Made, make_case, write_case
 from estimator.blind.making.plan import Planned
 from estimator.errors import InputError, SolverError
-from estimator.workers import worker_pool
+from estimator.workers import Workers, run_each, worker_pool
 
 Tell = Callable[[str, int, int], None]
 
 KEY_SUFFIX = ".toml"
-_THREAD_LIMITS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,18 +31,18 @@ def make_cases(
     out: Path,
     keys: Path,
     *,
-    processes: int | None = None,
+    workers: Workers = worker_pool,
     quick: bool = False,
     progress: Tell = lambda text, done, total: None,
 ) -> MadeSet:
     """Make a set of cases: folders in ``out``, answers in ``keys``, one file for each case.
 
-    The same plan gives the same cases, whatever was interrupted and however many processes worked.
+    The same plan gives the same cases, whatever was interrupted and whoever worked.
 
     Parameters
     ----------
     cases : as :func:`~estimator.blind.making.plan.plan` chose them
-    processes : at a time; by default one a core
+    workers : that make a case each; by default one process a core
     quick : on a coarse mesh, for trials
     progress : hears a text, and how many of how many cases are done
 
@@ -52,6 +50,8 @@ def make_cases(
     ------
     InputError
         Keys would lie among the cases.
+    WorkersLostError
+        The workers are gone; what is made is kept.
     """
     if keys.resolve() == out.resolve() or out.resolve() in keys.resolve().parents:
         raise InputError(f"{keys}: answers would lie among the cases in {out}; give another folder")
@@ -62,41 +62,24 @@ def make_cases(
     made: list[str] = []
     failed: dict[str, str] = {}
     progress("making cases", len(there), len(cases))
-    work = partial(_make, out=out, keys=keys, quick=quick)
-    workers = min(processes or os.cpu_count() or 1, max(len(to_make), 1))
-    with _one_thread_each(), worker_pool(workers) as pool:
-        for future in as_completed([pool.submit(work, case) for case in to_make]):
-            name, failure = future.result()
-            if failure:
-                failed[name] = failure
-            else:
-                made.append(name)
-            progress(f"made {name}", len(there) + len(made) + len(failed), len(cases))
+    for case, found in run_each(workers, partial(_make, quick=quick), to_make):
+        if isinstance(found, Made):
+            write_case(found, out / case.name, _key(keys, case))
+            made.append(case.name)
+        else:
+            failed[case.name] = found
+        progress(f"made {case.name}", len(there) + len(made) + len(failed), len(cases))
     return MadeSet(tuple(sorted(made)), tuple(case.name for case in there), failed)
 
 
-def _make(case: Planned, out: Path, keys: Path, quick: bool) -> tuple[str, str]:
+def _make(case: Planned, quick: bool) -> Made | str:
+    """Return a case, or why there is none, with one thread in the linear algebra: others would sum otherwise."""
     try:
-        write_case(make_case(case, quick), out / case.name, _key(keys, case))
+        with threadpool_limits(1):
+            return make_case(case, quick)
     except SolverError as error:
-        return case.name, str(error)
-    return case.name, ""
+        return str(error)
 
 
 def _key(keys: Path, case: Planned) -> Path:
     return keys / f"{case.name}{KEY_SUFFIX}"
-
-
-@contextmanager
-def _one_thread_each() -> Iterator[None]:
-    """Let every process started meanwhile compute in one thread."""
-    before = {name: os.environ.get(name) for name in _THREAD_LIMITS}
-    os.environ.update(dict.fromkeys(_THREAD_LIMITS, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value

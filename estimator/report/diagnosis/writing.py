@@ -38,7 +38,13 @@ WRENCH_IN = (_WIDTH_IN, 4.4)
 
 
 def write_report(diagnosis: Diagnosis, path: Path, *, title: str, provenance: Mapping[str, str]) -> None:
-    """Write the page to ``path``, and make its folder if there is none.
+    """Write the page to ``path``, and make its folder if there is none; the rest as :func:`report_page` takes it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(report_page(diagnosis, title=title, provenance=provenance), encoding="utf-8")
+
+
+def report_page(diagnosis: Diagnosis, *, title: str, provenance: Mapping[str, str]) -> str:
+    """Return the page, whole in itself.
 
     Parameters
     ----------
@@ -60,8 +66,7 @@ def write_report(diagnosis: Diagnosis, path: Path, *, title: str, provenance: Ma
         *([page.note(outliers_sentence(diagnosis))] if diagnosis.outliers else []),
         page.beside([gap_table(diagnosis), page.facts("Provenance", provenance)]),
     ]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(page.page(title, blocks), encoding="utf-8")
+    return page.page(title, blocks)
 
 
 def gap_size_in(diagnosis: Diagnosis) -> tuple[float, float]:

@@ -6,9 +6,7 @@ the rest alone: every single cause, and, where an anchoring is withheld, every p
 """
 
 import itertools
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
-from contextlib import AbstractContextManager
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +23,7 @@ from estimator.studies.published_gap.retractions import ANCHORINGS
 from estimator.studies.published_gap.simulations import learning_cases, pair_cases
 from estimator.studies.running.campaign import Progress, run_cases
 from estimator.studies.running.store import OutcomeStore
+from estimator.workers import Workers
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -32,8 +31,6 @@ BoolArray = NDArray[np.bool_]
 _PAIRED = 1
 _PAIRED_FOR = tuple(anchoring.replace("_", " ") for anchoring in ANCHORINGS)
 _PAIRS_CHECKED = 4
-
-Executors = Callable[[], AbstractContextManager[Executor]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +116,7 @@ class GapDiagnosis:
 def diagnose_gap(
     table: PublishedTable,
     store: OutcomeStore,
-    executor: Executors,
+    workers: Workers,
     progress: Progress,
     candidates: Sequence[Candidate] = CANDIDATES,
 ) -> GapDiagnosis:
@@ -131,20 +128,20 @@ def diagnose_gap(
         A simulation failed without which nothing can be learnt, or a worker died.
     """
     cases = learning_cases(table.set_up, candidates)
-    outcomes = run_cases(cases, store, executor, progress)
+    outcomes = run_cases(cases, store, workers, progress)
     known = {case.identity: outcome for case, outcome in zip(cases, outcomes, strict=True)}
     response = ResponseMap(table.set_up, candidates, known)
     checks = tuple(check for one in candidates if one.effect for check in response.checks(one))
 
     def fitted(models: Sequence[PatternModel], rows: BoolArray) -> list[PatternResult]:
         fits = [PatternFit(model, tuple(map(bool, rows))) for model in models]
-        found = run_cases(fits, store, executor, progress)
+        found = run_cases(fits, store, workers, progress)
         return [fit.found(one.row) for fit, one in zip(fits, found, strict=True) if one.row is not None]
 
     everything = np.ones(len(table.estimates), dtype=bool)
     pairs = list(itertools.combinations(candidates, 2))
     ranking = Ranking.of(fitted(_models(table, response, candidates, pairs), everything))
-    checks += tuple(_pair_checks(ranking, response, store, executor, progress))
+    checks += tuple(_pair_checks(ranking, response, store, workers, progress))
     withheld = []
     for name, rows in withheld_parts(table):
         singles = fitted(_models(table, response, candidates, []), ~rows)
@@ -157,7 +154,7 @@ def diagnose_gap(
 
 
 def _pair_checks(
-    ranking: Ranking, response: ResponseMap, store: OutcomeStore, executor: Executors, progress: Progress
+    ranking: Ranking, response: ResponseMap, store: OutcomeStore, workers: Workers, progress: Progress
 ) -> list[Check]:
     """Return the map beside simulations of the best pairs, at their median sizes in the material in the middle."""
     best = [
@@ -178,7 +175,7 @@ def _pair_checks(
             ]
             at.append(tuple(scaled))
         cases = pair_cases(response.set_up, result.model.causes, at)
-        check = response.pair_check(result.model.causes, at, run_cases(cases, store, executor, progress))
+        check = response.pair_check(result.model.causes, at, run_cases(cases, store, workers, progress))
         found += [] if check is None else [check]
     return found
 

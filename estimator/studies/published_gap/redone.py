@@ -16,7 +16,7 @@ from estimator.materials.material import Material
 from estimator.simulation.acting import read_effect
 from estimator.simulation.simulate import Resolution, simulate_case
 from estimator.studies.paper_tables.fitting import row_of
-from estimator.studies.published_gap.diagnosis import Executors, GapDiagnosis
+from estimator.studies.published_gap.diagnosis import GapDiagnosis
 from estimator.studies.published_gap.paper_estimator import Readings
 from estimator.studies.published_gap.pattern_fit import PatternResult
 from estimator.studies.published_gap.published import PublishedEstimate
@@ -28,6 +28,7 @@ from estimator.studies.running.campaign import Progress, run_cases
 from estimator.studies.running.case import Parametric, Row
 from estimator.studies.running.store import OutcomeStore
 from estimator.studies.tables.telling import NONE, aligned
+from estimator.workers import Workers
 
 REDONE_HEAD = (
     "material",
@@ -87,7 +88,7 @@ class Redone:
 
 
 def redo_experiments(
-    diagnosis: GapDiagnosis, store: OutcomeStore, executor: Executors, progress: Progress
+    diagnosis: GapDiagnosis, store: OutcomeStore, workers: Workers, progress: Progress
 ) -> list[Redone]:
     """Redo every row of the table with the leading model's causes at their median sizes."""
     result, table = diagnosis.ranking.leading, diagnosis.table
@@ -101,7 +102,7 @@ def redo_experiments(
             cases[material, place] = RedoneMounting(
                 table.set_up, anchoring, stated, acting_at(result, stated), seed
             )
-    outcomes = run_cases(list(cases.values()), store, executor, progress)
+    outcomes = run_cases(list(cases.values()), store, workers, progress)
     rows = dict(zip(cases, (outcome.row for outcome in outcomes), strict=True))
     redone = []
     for one, material, condition in zip(table.estimates, table.material_of, table.condition_of, strict=True):

@@ -1,10 +1,10 @@
 """A Dask cluster behind Python's own executor interface, as the workers of one computer are."""
 
 from collections.abc import Iterator
-from concurrent.futures import Executor
+from concurrent.futures import CancelledError, Executor
 from contextlib import contextmanager
 
-from estimator.errors import InputError
+from estimator.errors import InputError, WorkersLostError
 
 _PATIENCE_S = 30
 
@@ -13,7 +13,8 @@ _PATIENCE_S = 30
 def dask_cluster(address: str) -> Iterator[Executor]:
     """Give the workers of a running Dask scheduler; a case whose worker is lost goes to another one.
 
-    The workers need this project installed, in the same version.
+    The workers need this project installed, in the same version. They need not share a folder with this computer: what
+    is made there comes back, and is written here.
 
     Parameters
     ----------
@@ -23,9 +24,11 @@ def dask_cluster(address: str) -> Iterator[Executor]:
     ------
     InputError
         Dask is not installed, or no scheduler answers there.
+    WorkersLostError
+        The scheduler is gone, or a case has ended several workers.
     """
     try:
-        from distributed import Client  # an optional extra
+        from distributed import Client, KilledWorker  # an optional extra
     except ImportError:
         raise InputError(
             "a Dask scheduler needs the package distributed; install it with: pip install 'retraction[cluster]'"
@@ -37,4 +40,11 @@ def dask_cluster(address: str) -> Iterator[Executor]:
             f"{address}: no Dask scheduler answers there ({error}); start one with: dask scheduler"
         ) from error
     with client:
-        yield client.get_executor(pure=False)
+        try:
+            yield client.get_executor(pure=False)
+        except KilledWorker as error:
+            raise WorkersLostError(
+                f"{address}: one case has ended several workers, the last {error.last_worker}"
+            ) from error
+        except CancelledError as error:
+            raise WorkersLostError(f"{address}: the Dask scheduler is gone") from error

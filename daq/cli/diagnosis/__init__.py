@@ -1,0 +1,1 @@
+"""Verbs of the diagnosis: of one case, of a folder of them, and of bench tests."""
