@@ -41,6 +41,20 @@ def told(capsys: pytest.CaptureFixture[str], *arguments: str) -> Mapping[str, ob
     return answer
 
 
+def record(capsys: pytest.CaptureFixture[str], rig: Path, session: Path) -> Mapping[str, object]:
+    """Record, again where the computer was too busy: a rig that is not emulated is held then, as it should be."""
+    for attempt in range(1, 6):
+        target = session.with_name(f"{session.name}{attempt}")
+        status = main(["record", str(rig), *SHORT, "--output", str(target), "--json"])
+        out, err = capsys.readouterr()
+        if status == 0:
+            target.rename(session)
+            answer: Mapping[str, object] = json.loads(out)
+            return answer
+        assert "the controlling program has been silent" in err
+    pytest.fail("this computer is too busy")
+
+
 @pytest.mark.usefixtures("installed")
 def test_its_drivers_are_listed_with_those_of_this_project(capsys: pytest.CaptureFixture[str]) -> None:
     drivers = told(capsys, "devices", "--list")["drivers"]
@@ -65,8 +79,7 @@ def test_its_devices_are_checked_by_what_their_drivers_say_of_them(
 def test_a_whole_rig_of_its_devices_records_from_the_command_line(
     installed: None, tmp_path: Path, cameras: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    session = tmp_path / "session"
-    recorded = told(capsys, "record", str(rig_file(tmp_path, cameras)), *SHORT, "--output", str(session))
+    recorded = record(capsys, rig_file(tmp_path, cameras), tmp_path / "session")
     (only,) = recorded["sessions"]  # type: ignore[misc]
     samples = only["samples"]
     assert samples["/robot/joints"] > 100
@@ -80,7 +93,7 @@ def test_a_session_of_one_camera_becomes_an_experiment_without_beads_and_without
     with monkeypatch.context() as context:
         context.syspath_prepend(folder)
         rig = rig_file(tmp_path, cameras=1)
-        assert main(["record", str(rig), *SHORT, "--output", str(session)]) == 0
+        record(capsys, rig, session)
     sys.modules.pop("bench_devices")
     assert main(["devices", str(rig)]) == 2
     assert "must be one of" in capsys.readouterr().err
