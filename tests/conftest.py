@@ -23,14 +23,15 @@ _MOTION = "--hardware-motion"
 # more than they compute.
 _COMPUTING = re.compile(
     r"tests/(estimator/"
-    r"|daq/test_(bad_input|calibration|cli_(benchmark|budget|calibrate|diagnose|estimate|simulate|study)|export_"
-    r"|planned_experiment|recording_(damage|rewritten)|running_sync|session_report|sync|uncertainties|view_names|vision_)"
-    r"|test_(architecture|docs_(pages|python|reference|site)|platforms|requirements_lock|trust))"
+    r"|daq/test_(bad_input|calibration|cli_(benchmark|budget|calibrate|diagnose|estimate|handover|phantom|simulate|study)"
+    r"|export_|importing_|planned_experiment|recording_(damage|rewritten)|running_sync|session_report|sync|timing"
+    r"|uncertainties|view_names|vision_)"
+    r"|test_(architecture|docs_|platforms|requirements_lock|trust))"
 )
 _STEPS_BACK = 5  # of niceness: a quarter of a processor that the laboratory wants too
 
 # Modules in real time are dealt out in two sets that take about as long; those of a set follow each other.
-_DRIVERS_AND_WINDOW = re.compile(r"tests/(robot_drivers|gui)/")
+_DRIVERS_AND_WINDOW = re.compile(r"tests/(robot_drivers/|gui/|test_ending_together)")
 
 # One thread in the linear algebra of each worker and of all that it starts: there are more of them than processors, and
 # threads that wait for each other keep a processor busy.
