@@ -11,6 +11,7 @@ import hypothesis
 import pytest
 from xdist import is_xdist_worker
 from xdist.scheduler import LoadScopeScheduling
+from xdist.workermanage import WorkerController
 
 from daq.devices import Devices
 from daq.rig import make_devices, read_rig
@@ -30,8 +31,16 @@ _COMPUTING = re.compile(
 )
 _STEPS_BACK = 5  # of niceness: a quarter of a processor that the laboratory wants too
 
+# Of those that compute, the ones with tests of several seconds: they begin early, so that none is left over at the end.
+_LONG = re.compile(
+    r"tests/(estimator/test_(diagnosis_(case|local_resolution)|effects_foreign_forms|examples|fit_(coverage|estimation)"
+    r"|handover_|published_gap|report_estimation)"
+    r"|daq/test_(cli_calibrate|running_sync|session_report)|test_docs_site)"
+)
+
 # Modules in real time are dealt out in two sets that take about as long; those of a set follow each other.
 _DRIVERS_AND_WINDOW = re.compile(r"tests/(robot_drivers/|gui/|test_ending_together)")
+_IN_REAL_TIME = _DRIVERS, _SESSIONS = "drivers and window", "sessions and commands"
 
 # One thread in the linear algebra of each worker and of all that it starts: there are more of them than processors, and
 # threads that wait for each other keep a processor busy.
@@ -63,7 +72,13 @@ class Laboratories(LoadScopeScheduling):
     def _split_scope(self, nodeid: str) -> str:
         if _COMPUTING.match(nodeid):
             return nodeid.partition("::")[0]
-        return "drivers and window" if _DRIVERS_AND_WINDOW.match(nodeid) else "sessions and commands"
+        return _DRIVERS if _DRIVERS_AND_WINDOW.match(nodeid) else _SESSIONS
+
+    def _assign_work_unit(self, node: WorkerController) -> None:
+        """Hand out what lives in real time, then what takes long, then the modules with most tests first."""
+        first = min(self.workqueue, key=lambda scope: (scope not in _IN_REAL_TIME, not _LONG.match(scope)))
+        self.workqueue.move_to_end(first, last=False)
+        super()._assign_work_unit(node)
 
 
 @pytest.hookimpl(optionalhook=True)
