@@ -22,8 +22,9 @@ from robot_drivers.clock import MonotonicClock, Reader, monotonic_time_ns
 from robot_drivers.errors import ConfigurationError
 from robot_drivers.protocols import IntArray
 
-_MAGIC = 0x5245_5452_434C_4B31
-_HEARD, _COUNT, _FIRST = 1, 2, 3  # cells: when the keeper was heard, stretches so far, the first of them
+_MAGIC = 0x5245_5452_434C_4B32
+# cells: when the keeper was heard, its process, stretches so far, the first of them
+_HEARD, _KEEPER, _COUNT, _FIRST = 1, 2, 3, 4
 _KEPT = 256
 # cells of each reader: when it was heard (monotonic), how far it has come, its process
 _READERS, _MOST_READERS = _FIRST + 3 * _KEPT, 16
@@ -32,13 +33,14 @@ _READER_PLACES = range(_READERS, _CELLS, 3)
 _READER_GONE_NS = 10_000_000_000
 _PROC = Path("/proc/self")
 _KEEPER_GONE_NS = 10_000_000_000
+_KEEPER_ENDED_NS = 1_000_000_000
 
 
 class LaboratoryClock:
     """A laboratory's clock, read from its file; a :class:`robot_drivers.clock.HostClock`.
 
-    A laboratory whose keeper has not been heard for ten seconds has died: its clock then goes on as the computer's
-    does, so that who lives on it notices what else has died.
+    A laboratory whose keeper has not been heard for ten seconds has died, or for one where its process has ended: its
+    clock then goes on as the computer's does, so that who lives on it notices what else has died.
 
     Raises
     ------
@@ -63,7 +65,11 @@ class LaboratoryClock:
         now_ns = monotonic_time_ns()
         cells = self._cells
         place = _place(cells[_COUNT] - 1)
-        alone_ns = max(0, now_ns - cells[_HEARD] - _KEEPER_GONE_NS)
+        silent_ns = now_ns - cells[_HEARD]
+        gone_ns = _KEEPER_GONE_NS
+        if silent_ns > _KEEPER_ENDED_NS and _has_ended(cells[_KEEPER]):
+            gone_ns = _KEEPER_ENDED_NS
+        alone_ns = max(0, silent_ns - gone_ns)
         begin_ns, shown_ns, end_ns = cells[place], cells[place + 1], cells[place + 2]
         return min(shown_ns + max(0, now_ns - begin_ns), end_ns + alone_ns)
 
@@ -109,7 +115,7 @@ class ClockKeeper(LaboratoryClock):
     def __init__(self, path: Path) -> None:
         now_ns = monotonic_time_ns()
         cells = np.zeros(_CELLS, np.int64)
-        cells[: _FIRST + 3] = _MAGIC, now_ns, 1, now_ns, now_ns, now_ns
+        cells[: _FIRST + 3] = _MAGIC, now_ns, os.getpid(), 1, now_ns, now_ns, now_ns
         path.write_bytes(cells.tobytes())
         super().__init__(path)
 

@@ -1,7 +1,14 @@
-"""Reads the surface of a phantom from a file in STL, PLY, OBJ or VTP: the one way in for every verb."""
+"""Reads the surface of a phantom from a file in STL, PLY, OBJ or VTP: the one way in for every verb.
+
+Every process of a laboratory reads experiments, and few of those have a surface: what repairs these, and the compiler
+of its loops with it, is imported where it is needed.
+"""
+
+from __future__ import annotations
 
 from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,8 +16,10 @@ from numpy.typing import NDArray
 from estimator.errors import InputError
 from estimator.input_file import require_file
 from estimator.surfaces.formats.recognition import read_soup
-from estimator.surfaces.repair import RepairedSurface, in_metres, repaired
 from estimator.surfaces.units import Unit
+
+if TYPE_CHECKING:
+    from estimator.surfaces.repair import RepairedSurface
 
 FloatArray = NDArray[np.float64]
 
@@ -42,6 +51,8 @@ def read_surface(file: Path | str, unit: Unit | None = None) -> RepairedSurface:
 
 @lru_cache(maxsize=_FILES)
 def _read_surface(path: Path, unit: Unit | None, _modified_ns: int, _size: int) -> RepairedSurface:
+    from estimator.surfaces.repair import repaired
+
     return repaired(read_soup(path), str(path), unit)
 
 
@@ -56,6 +67,8 @@ def surface_bounds(file: Path | str, unit: Unit | None = None) -> FloatArray:
     try:
         return read_surface(file, unit).surface.bounds
     except InputError:
+        from estimator.surfaces.repair import in_metres
+
         soup = read_soup(Path(file))
         vertices, _ = in_metres(soup, str(file), unit)
         used = vertices[soup.nodes]

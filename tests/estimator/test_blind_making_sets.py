@@ -20,7 +20,7 @@ from estimator.blind.making.scenes.outline import Cylinder, Organ
 from estimator.blind.making.scenes.retraction import KINDS, Manner, rows_of
 from estimator.blind.making.scenes.scene import Scene
 from estimator.blind.making.scenes.setup import SENSOR, Setup, draw_setup
-from estimator.blind.making.scenes.simulate import PILOT, TRIAL, carry_out
+from estimator.blind.making.scenes.simulate import TRIAL, carry_out
 from estimator.blind.making.scenes.sizing import Pilot, sized
 from estimator.blind.making.scenes.stated import experiments_of
 from estimator.blind.making.scenes.wide_setup import draw_wide_setup
@@ -28,6 +28,8 @@ from estimator.errors import InputError
 from estimator.experiment import read_case
 from estimator.experiment.model import TrajectoryKind
 from estimator.workers import worker_pool
+
+BRIEF = Manner(long_hold=(5.0,), steps=0.2)
 
 
 def test_a_deck_holds_every_label_once_and_clean_unknown_and_double_cases() -> None:
@@ -122,8 +124,7 @@ def test_a_form_is_drawn_as_large_as_it_is_asked_for(label: str, form: str, pull
 @pytest.fixture(scope="module")
 def pull_pilot() -> Pilot:
     """One short pull of the usual phantom."""
-    manner = Manner(long_hold=(5.0,), steps=0.2)
-    return Pilot(Setup(BASELINE, ("pull",), manner, BEADS, "standard", "P1"))
+    return Pilot(Setup(BASELINE, ("pull",), BRIEF, BEADS, "standard", "P1"))
 
 
 def test_a_foreign_set_keeps_its_answers_apart_and_comes_out_the_same(tmp_path: Path) -> None:
@@ -215,15 +216,15 @@ def test_a_set_can_be_broken_off_and_comes_out_the_same(tmp_path: Path) -> None:
 
 def test_a_region_stands_out_in_proportion_to_how_much_stiffer_it_is() -> None:
     # And not by the finer mesh that it is solved on.
-    setup = replace(draw_setup(np.random.default_rng(3), ()), order=("pull",))
+    setup = replace(draw_setup(np.random.default_rng(3), ()), order=("pull",), manner=BRIEF)
     form = next(form for form in FORMS["inhomogeneity"] if form.name == "stiff_ball")
-    pilot = Pilot(setup)
+    pilot = Pilot(setup, TRIAL)
     effects = [form.draw(np.random.default_rng(5), size, setup.mechanics) for size in (0.02, 0.04)]
     slight, double = map(pilot.sigma, effects)
     assert double == pytest.approx(2 * slight, rel=0.1)
     scene = effects[1].change(Scene(setup.mechanics))
-    carried = carry_out(scene.mechanics, setup.experiments, setup.beads, PILOT)
-    assert pilot.sigma_as_made(scene, carried, PILOT) == pytest.approx(double, rel=1e-6)
+    carried = carry_out(scene.mechanics, setup.experiments, setup.beads, TRIAL)
+    assert pilot.sigma_as_made(scene, carried, TRIAL) == pytest.approx(double, rel=1e-6)
 
 
 def test_answers_among_the_cases_are_refused(tmp_path: Path) -> None:

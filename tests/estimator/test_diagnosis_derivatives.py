@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -28,6 +29,8 @@ from estimator.forward.meshing import mesh_experiment
 FloatArray = NDArray[np.float64]
 TINY = Grading(grasp_m=6e-3, anchor_m=10e-3, largest_m=30e-3, growth=3.0, layers=1)
 BASE = Hypothesis(12e3, 0.42)
+ROWS = 6  # of each retraction
+ZEROS = [np.zeros((ROWS, 6 + 48))] * 2
 DEVIATION = np.concatenate([[0.02] * 3, [5e-4] * 3, [5e-5] * 48])
 TOLERANCE = 0.01
 # A few integration points across their rims are what limits these.
@@ -48,8 +51,7 @@ def _planned() -> list[Experiment]:
     found = []
     for order, path in enumerate(paths, start=1):
         poses = _there_and_back(path)
-        rows = len(poses)
-        blank = with_rows(REFERENCE_BLOCK, poses, np.zeros((rows, 6)), np.zeros((rows, 16, 3)))
+        blank = with_rows(REFERENCE_BLOCK, poses, np.zeros((ROWS, 6)), np.zeros((ROWS, 16, 3)))
         phase = ("hold", "ramp", "ramp", "hold", "return", "return")
         spaced = replace(blank, order=order, time=5.0 * blank.time, phase=phase)
         found.append(_seen(spaced))
@@ -63,17 +65,18 @@ def _seen(planned: Experiment) -> Experiment:
     return replace(planned, wrench=one.wrench[rows], fiducials=one.fiducials[rows])
 
 
-EXPERIMENTS = _planned()
-PROBLEM = mesh_experiment(EXPERIMENTS[0], TINY)
-LOADS = [GripLoad(each.wrench, each.wrench / BASE.youngs_modulus) for each in EXPERIMENTS]
-ZEROS = [np.zeros((len(e.time), 6 + 48)) for e in EXPERIMENTS]
+@cache
+def case() -> Setup:
+    """The two retractions and the loads that they were felt with, once for all tests of a process that need them."""
+    experiments = _planned()
+    loads = [GripLoad(each.wrench, each.wrench / BASE.youngs_modulus) for each in experiments]
+    return Setup(experiments, mesh_experiment(experiments[0], TINY), loads)
 
 
 def solved(hypothesis: Hypothesis) -> list[Mechanics]:
     """With the tangents of the equilibria themselves: a diagnosis makes do with those from shortly before them."""
     exact = DiagnosisSettings(solver=SolverSettings(tangent_reuse=0.0))
-    setup = Setup(EXPERIMENTS, PROBLEM, LOADS, settings=exact)
-    return [mechanics_of(one) for one in solve_case(setup, hypothesis)]
+    return [mechanics_of(one) for one in solve_case(replace(case(), settings=exact), hypothesis)]
 
 
 def read(mechanics: Sequence[Mechanics], hypothesis: Hypothesis) -> FloatArray:
@@ -85,7 +88,9 @@ def read(mechanics: Sequence[Mechanics], hypothesis: Hypothesis) -> FloatArray:
     return np.concatenate(rows) / DEVIATION
 
 
-BASELINE = solved(BASE)
+@cache
+def baseline() -> list[Mechanics]:
+    return solved(BASE)
 
 
 def named(name: str) -> Effect:
@@ -127,13 +132,13 @@ def error_at_null(effect: Effect, constants: dict[str, float]) -> float:
         coordinate.name, coordinate.put(null, coordinate.step), effect, coordinate.step
     )
     predicted = np.concatenate(
-        [block[:, :, 0] for block in derivatives(BASELINE, null, [perturbation], ZEROS)]
+        [block[:, :, 0] for block in derivatives(baseline(), null, [perturbation], ZEROS)]
     )
     size = 0.02 * coordinate.prior_scale
     slopes = []
     for amplitude in (size, size / 2):
         hypothesis = coordinate.put(null, amplitude)
-        slopes.append((read(solved(hypothesis), hypothesis) - read(BASELINE, BASE)) / amplitude)
+        slopes.append((read(solved(hypothesis), hypothesis) - read(baseline(), BASE)) / amplitude)
     resolved = 2 * slopes[1] - slopes[0]
     assert np.linalg.norm(resolved) > 0
     return float(np.linalg.norm(predicted / DEVIATION - resolved) / np.linalg.norm(resolved))
@@ -141,7 +146,7 @@ def error_at_null(effect: Effect, constants: dict[str, float]) -> float:
 
 @pytest.mark.parametrize("effect", one_form_of_each_label(), ids=lambda effect: effect.name)
 def test_the_derivative_at_the_null_is_that_of_the_solved_case(effect: Effect) -> None:
-    readings = [predicted_readings(one, BASE, zero) for one, zero in zip(BASELINE, ZEROS, strict=True)]
+    readings = [predicted_readings(one, BASE, zero) for one, zero in zip(baseline(), ZEROS, strict=True)]
     starts = effect.starts(readings)
     tolerance = TOLERANCE_AT_A_RIM if effect.name in WITH_A_RIM else TOLERANCE
     assert error_at_null(effect, starts[len(starts) // 2]) < tolerance
@@ -149,7 +154,7 @@ def test_the_derivative_at_the_null_is_that_of_the_solved_case(effect: Effect) -
 
 def test_what_slides_on_while_the_gripper_holds_is_in_the_derivative() -> None:
     creeping = named("gripper_slip:creeping")
-    threshold = 0.5 * float(np.abs(EXPERIMENTS[0].wrench[:, 0]).max())
+    threshold = 0.5 * float(np.abs(case().experiments[0].wrench[:, 0]).max())
     assert error_at_null(creeping, {"threshold": threshold, "time_constant": 10.0, "power": 1.0}) < TOLERANCE
 
 
@@ -157,15 +162,22 @@ def test_what_slides_on_while_the_gripper_holds_is_in_the_derivative() -> None:
 def test_next_to_nothing_of_an_effect_changes_next_to_nothing_wherever_the_first_pose_is(
     effect: Effect,
 ) -> None:
-    rest = EXPERIMENTS[0].position.copy()
+    rest = case().experiments[0].position.copy()
     rest[0] += (2e-4, -1e-4, 2e-4)
-    experiments = [replace(EXPERIMENTS[0], position=rest)]
-    readings = [predicted_readings(one, BASE, zero) for one, zero in zip(BASELINE, ZEROS, strict=True)]
+    experiments = [replace(case().experiments[0], position=rest)]
+    readings = [predicted_readings(one, BASE, zero) for one, zero in zip(baseline(), ZEROS, strict=True)]
     null = present(effect, effect.starts(readings)[0])
     free = next(c for c in free_parameters(null) if c.effect == 0 and c.pulled_to_null)
     little = free.put(null, 1e-4 * free.prior_scale)
     without, with_it = (
-        read([mechanics_of(solve_case(Setup(experiments, PROBLEM, LOADS[:1]), one)[0])], one)
+        read(
+            [
+                mechanics_of(
+                    solve_case(replace(case(), experiments=experiments, loads=case().loads[:1]), one)[0]
+                )
+            ],
+            one,
+        )
         for one in (null, little)
     )
     assert np.abs(with_it - without).max() < 0.05
@@ -184,7 +196,7 @@ def test_next_to_nothing_of_an_effect_changes_next_to_nothing_wherever_the_first
 )
 def test_the_derivative_where_an_effect_is_present_is_that_of_solved_neighbours(name: str) -> None:
     effect = next(one for one in CATALOGUE if one.name == name)
-    readings = [predicted_readings(one, BASE, zero) for one, zero in zip(BASELINE, ZEROS, strict=True)]
+    readings = [predicted_readings(one, BASE, zero) for one, zero in zip(baseline(), ZEROS, strict=True)]
     starts = effect.starts(readings)
     constants = starts[len(starts) // 2]
     amplitude = effect.amplitudes[-1]
@@ -221,7 +233,7 @@ def test_stretches_of_anchor_come_off_beside_another_effect_as_solved_anew(besid
     loose, other = (
         next(one for one in CATALOGUE if one.name == name) for name in ("anchor_debonding:throughout", beside)
     )
-    readings = [predicted_readings(one, BASE, zero) for one, zero in zip(BASELINE, ZEROS, strict=True)]
+    readings = [predicted_readings(one, BASE, zero) for one, zero in zip(baseline(), ZEROS, strict=True)]
     amplitudes = {amplitude.name: 0.5 * amplitude.scale for amplitude in other.amplitudes}
     here = BASE.with_effect(other, {**other.starts(readings)[0], **amplitudes})
     places = (0.25, 1.0)
@@ -256,9 +268,9 @@ def test_beads_whose_rest_was_measured_by_such_cameras_sit_elsewhere_in_the_tiss
     effect = named(form)
     given = {amplitude.name: values.get(amplitude.name, 0.0) for amplitude in effect.amplitudes}
     here = BASE.with_effect(effect, given)
-    loose = ~PROBLEM.fiducials_gripped
-    stated = np.asarray(EXPERIMENTS[0].fiducials_rest)
-    sits = here.problem(PROBLEM).fiducials_rest
+    loose = ~case().problem.fiducials_gripped
+    stated = np.asarray(case().experiments[0].fiducials_rest)
+    sits = here.problem(case().problem).fiducials_rest
     assert effect.seen(sits, given)[loose] == pytest.approx(stated[loose], abs=1e-6)
     seen = read(solved(here), here).reshape(-1, 54)[:, 6:] * DEVIATION[6:]
     at_rest = seen[0].reshape(-1, 3) - (stated if "too" in form else sits)
@@ -290,7 +302,7 @@ def test_cameras_of_a_wrong_scale_have_read_the_rest_positions_of_mounted_tissue
 ) -> None:
     here = BASE.with_effect(named(mounted), values).with_effect(named(scale), {"scale_error": 0.02})
     seen = read(solved(here), here).reshape(-1, 54)[:, 6:] * DEVIATION[6:]
-    stated = np.ravel(EXPERIMENTS[0].fiducials_rest)
+    stated = np.ravel(case().experiments[0].fiducials_rest)
     assert np.abs(seen[0] - stated).max() < 2e-6
     coordinate = free_parameters(here)[-1]
     step = Perturbation(
@@ -307,9 +319,9 @@ def test_beads_that_such_cameras_list_sit_where_they_would_be_seen_there() -> No
     def sit(drawn_x: float) -> FloatArray:
         drawn = BASE.with_effect(named("prestretch:beads_known_after"), {"drawn_x": drawn_x, "drawn_y": 0.0})
         here = drawn.with_effect(named("camera_scale:uniform"), {"scale_error": 0.02})
-        return here.problem(PROBLEM).fiducials_rest[~PROBLEM.fiducials_gripped]
+        return here.problem(case().problem).fiducials_rest[~case().problem.fiducials_gripped]
 
-    stated = PROBLEM.fiducials_rest[~PROBLEM.fiducials_gripped]
+    stated = case().problem.fiducials_rest[~case().problem.fiducials_gripped]
     assert 1.02 * sit(drawn_x=1e-9) == pytest.approx(stated, abs=1e-6)
     # Without that effect the list is the phantom's design.
     assert sit(drawn_x=0.0) == pytest.approx(stated)
@@ -318,27 +330,27 @@ def test_beads_that_such_cameras_list_sit_where_they_would_be_seen_there() -> No
 def test_a_bead_that_such_cameras_see_below_the_surface_of_gripped_tissue_stays_in_the_grip() -> None:
     mounted = BASE.with_effect(named("prestretch:beads_known_after"), {"drawn_x": 1e-9, "drawn_y": 0.0})
     shrunk = mounted.with_effect(named("camera_scale:uniform"), {"scale_error": -0.01})
-    on_top = np.array([*PROBLEM.grasp_centre[:2], PROBLEM.body.mesh.points[:, 2].max()])
-    stated = PROBLEM.fiducials_rest.copy()
+    on_top = np.array([*case().problem.grasp_centre[:2], case().problem.body.mesh.points[:, 2].max()])
+    stated = case().problem.fiducials_rest.copy()
     stated[0] = on_top
-    problem = with_beads_at(PROBLEM, stated)
+    problem = with_beads_at(case().problem, stated)
     assert problem.fiducials_gripped[0]
     assert shrunk.problem(problem).fiducials_gripped[0]
 
 
 def test_a_pose_to_which_tissue_without_memory_returns_is_solved_once() -> None:
-    elastic = solve_case(Setup(EXPERIMENTS, PROBLEM, LOADS), BASE)[0]
+    elastic = solve_case(case(), BASE)[0]
     assert elastic.states[1] is elastic.states[-2]
     effect = next(one for one in CATALOGUE if one.name == "viscoelasticity:one_term")
     relaxing = BASE.with_effect(effect, {"relaxation_time_1": 10.0, "relaxing_share_1": 0.3})
-    remembering = solve_case(Setup(EXPERIMENTS, PROBLEM, LOADS), relaxing)[0]
+    remembering = solve_case(case(), relaxing)[0]
     assert np.abs(remembering.states[1].forces - remembering.states[-2].forces).max() > 1e-4
 
 
 def test_a_solution_that_starts_from_a_neighbours_fields_is_the_one_found_from_rest() -> None:
     effect = next(one for one in CATALOGUE if one.name == "viscoelasticity:one_term")
     relaxing = BASE.with_effect(effect, {"relaxation_time_1": 10.0, "relaxing_share_1": 0.1})
-    known = [one.known_fields() for one in solve_case(Setup(EXPERIMENTS, PROBLEM, LOADS), relaxing)]
+    known = [one.known_fields() for one in solve_case(case(), relaxing)]
     more = BASE.with_effect(effect, {"relaxation_time_1": 10.0, "relaxing_share_1": 0.2})
-    near = [mechanics_of(one) for one in solve_case(Setup(EXPERIMENTS, PROBLEM, LOADS), more, known)]
+    near = [mechanics_of(one) for one in solve_case(case(), more, known)]
     assert np.abs(read(near, more) - read(solved(more), more)).max() < 0.01

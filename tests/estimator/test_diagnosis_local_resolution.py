@@ -43,8 +43,8 @@ def effect(name: str) -> Effect:
 
 def pulled() -> Experiment:
     truth = PLAIN.with_effect(effect("inhomogeneity:cylinder"), REGION)
-    fine = mesh_experiment(QUIET, Grading(1e-3, 3e-3, 4e-3, 2.0, 1))
-    problem, poses = truth.problem(fine), from_rest(QUIET, straight_pull(QUIET, 0.015, 4))
+    fine = mesh_experiment(QUIET, Grading(1.5e-3, 4e-3, 6e-3, 2.0, 1))
+    problem, poses = truth.problem(fine), from_rest(QUIET, straight_pull(QUIET, 0.015, 2))
     states = follow(problem, truth.material(), poses)
     return recorded(QUIET, poses, [observe(problem, one) for one in states], np.random.default_rng(5))
 

@@ -3,8 +3,8 @@ import os
 import socket
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import replace
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
@@ -34,6 +34,8 @@ from robot_drivers.abb.egm.position_stream import EGMSettings
 from robot_drivers.abb.irb140.session import IRB140Settings
 from robot_drivers.real_time import prefer_this_process
 
+HERE = Path(__file__).parent
+
 PATIENCE_S = 15.0
 """Emulated devices on a busy machine may keep silent for some seconds, which is not what these tests are about."""
 
@@ -59,7 +61,7 @@ def collected_on_this_thread(loaded_once: None) -> Iterator[None]:
         gc.enable()
 
 
-@pytest.fixture(scope="package")
+@pytest.fixture(scope="module")
 def preferred() -> Iterator[None]:
     """This process and what it starts go before others, as the window does, where the system grants it."""
     before = os.getpriority(os.PRIO_PROCESS, 0)
@@ -83,12 +85,43 @@ def patient_laboratory(folder: Path, settings: VirtualRigSettings) -> Iterator[V
         yield running
 
 
-@pytest.fixture(scope="package")
-def laboratory(preferred: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[VirtualRig]:
-    """One laboratory for all; it outlives every window."""
-    settings = VirtualRigSettings(SpringPhantom(GRASP_CENTRE, placed_beads(1)), seed=1, frames_per_s=4.0)
-    with patient_laboratory(tmp_path_factory.mktemp("laboratory"), settings) as running:
-        yield running
+@dataclass
+class Shared:
+    """The laboratory of all tests of the window, while it runs."""
+
+    until_elsewhere: ExitStack
+    running: VirtualRig | None = None
+
+
+_SHARED = pytest.StashKey[Shared]()
+
+
+@pytest.fixture(scope="module")
+def laboratory(
+    preferred: None, pytestconfig: pytest.Config, tmp_path_factory: pytest.TempPathFactory
+) -> VirtualRig:
+    """One laboratory for all; it outlives every window, and not the tests of this folder."""
+    shared = pytestconfig.stash.setdefault(_SHARED, Shared(ExitStack()))
+    if shared.running is None:
+        settings = VirtualRigSettings(SpringPhantom(GRASP_CENTRE, placed_beads(1)), seed=1, frames_per_s=4.0)
+        folder = tmp_path_factory.mktemp("laboratory")
+        shared.running = shared.until_elsewhere.enter_context(patient_laboratory(folder, settings))
+    return shared.running
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> Iterator[None]:
+    """End the laboratory behind the last test of this folder: it would keep a processor busy beside all others.
+
+    The scope "package" does not: where a folder has no ``__init__.py`` it is the whole session.
+    """
+    try:
+        yield
+    finally:
+        shared = item.config.stash.get(_SHARED, None)
+        if shared is not None and (nextitem is None or not nextitem.path.is_relative_to(HERE)):
+            shared.running = None
+            shared.until_elsewhere.close()
 
 
 @pytest.fixture

@@ -101,6 +101,26 @@ def test_a_laboratory_whose_keeper_has_died_goes_on_after_ten_seconds(keeper: Cl
     assert keeper.time_ns() - begun_ns == SECOND_NS + 20 * MS
 
 
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="this system does not tell so of processes")
+def test_a_laboratory_whose_keepers_process_has_ended_goes_on_after_one(tmp_path: Path, now: Now) -> None:
+    program = (
+        "import sys; from pathlib import Path; from robot_drivers.laboratory_clock import ClockKeeper; "
+        "ClockKeeper(Path(sys.argv[1])).grant(20_000_000); print('keeps', flush=True); sys.stdin.read()"
+    )
+    command = [sys.executable, "-c", program, str(tmp_path / "clock")]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as keeping:
+        assert keeping.stdout is not None
+        assert keeping.stdout.readline() == b"keeps\n"
+        clock = LaboratoryClock(tmp_path / "clock")
+        heard_ns = now.ns = time.monotonic_ns()
+        stands_ns = clock.time_ns()
+        now.ns = heard_ns + 5 * SECOND_NS
+        assert clock.time_ns() - stands_ns <= 20 * MS
+        keeping.kill()
+    # it was heard a moment before the test looked
+    assert clock.time_ns() - stands_ns == pytest.approx(4 * SECOND_NS, abs=SECOND_NS)
+
+
 def test_a_keeper_that_comes_back_takes_it_on_from_where_it_went_by_itself(
     keeper: ClockKeeper, now: Now
 ) -> None:

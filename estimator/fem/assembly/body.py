@@ -79,7 +79,8 @@ def build_body(mesh: Mesh) -> Body:
         bad = int(np.argmin(determinant.min(axis=1)))
         raise SolverError(f"element {bad} of the mesh has a negative volume; reorder its nodes or mesh again")
     gradient = np.einsum("qkr,eqrx->eqkx", element.gradient, np.linalg.inv(jacobian), optimize=True)
-    volume = determinant * element.weights
+    # In one layout always: the loops are compiled for each.
+    volume = np.ascontiguousarray(determinant * element.weights)
     return Body(mesh, np.ascontiguousarray(gradient), volume, _orthonormal(element.dilatation_basis, volume))
 
 
