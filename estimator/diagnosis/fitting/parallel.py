@@ -37,7 +37,7 @@ def solved_by(executor: Executor) -> Solve:
         # What was measured, and its noise, stays here: it is several times what the tissue takes to be sent.
         unmeasured = replace(case, whitenings=())
         begun = None if near is None else _fields_alone(near)
-        if _remembers(case, hypothesis):
+        if _carries_over(case, hypothesis):
             foretold = executor.submit(foretell, unmeasured, hypothesis, begun).result()
         else:
             parts = _parts(unmeasured)
@@ -64,9 +64,9 @@ def refits_at_a_time(count: int) -> Iterator[Executor]:
         threads.shutdown(wait=False, cancel_futures=True)
 
 
-def _remembers(case: Case, hypothesis: Hypothesis) -> bool:
+def _carries_over(case: Case, hypothesis: Hypothesis) -> bool:
     problem = hypothesis.problem(case.problem)
-    return TermHistory.begun(hypothesis, problem, case.experiments[0]).remembers
+    return TermHistory.begun(hypothesis, problem, case.experiments[0]).carries_over
 
 
 def _fields_alone(near: Linearisation) -> Linearisation:

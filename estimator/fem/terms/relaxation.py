@@ -29,7 +29,7 @@ from estimator.fem.terms.stress_terms import (
     isochoric_slope,
     whole_energy,
 )
-from estimator.fem.terms.term import TermStiffness
+from estimator.fem.terms.term import BeginsAnew, TermStiffness
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
@@ -37,7 +37,7 @@ RelaxingPart = Literal["whole", "isochoric"]
 
 
 @dataclass(frozen=True)
-class Relaxation:
+class Relaxation(BeginsAnew):
     """Prony terms in a body.
 
     Attributes

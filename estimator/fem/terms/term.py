@@ -56,6 +56,10 @@ class Memoryless:
         return self
 
 
+class BeginsAnew:
+    """Marks a term that remembers within an experiment alone: rested, it is as it was when the first one began."""
+
+
 class Term(Protocol):
     """A force on the tissue besides its own stress."""
 
