@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import reduce
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 from estimator.blind.scoring.answers import Answer, answer_from
@@ -33,37 +34,124 @@ class Cost:
     memory_mb: float
 
 
+@dataclass(frozen=True, slots=True)
+class Build:
+    """A build that diagnoses.
+
+    Attributes
+    ----------
+    name : in the names of its results; None where what it is may change, so that no result of it is kept
+    python : its interpreter
+    tree : the folder of its modules
+    """
+
+    name: str | None
+    python: Path
+    tree: Path
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add what the benchmark needs to know."""
     parser.add_argument("cases", nargs="+", type=Path, metavar="CASE", help="a folder of experiments each")
     parser.add_argument("--against", required=True, metavar="COMMIT", help="the build of comparison")
     parser.add_argument(
+        "--this-environment",
+        action="store_true",
+        help="the other commit runs in the environment of this one, as it may where both need the same packages; "
+        "without it, its own run.py makes one",
+    )
+    parser.add_argument(
         "--results",
         type=Path,
         default=Path("runs/diagnosis"),
         metavar="DIR",
-        help="the other build with its environment, and what is done; a later run goes on (default: %(default)s)",
+        help="the other build with its environment, and what is done: a later run goes on, also with other cases, "
+        "but diagnoses anew by a build with changes that are in no commit (default: %(default)s)",
     )
 
 
 def lines(options: argparse.Namespace) -> Iterator[str]:
     """Give a line for each case, and the sums."""
     results: Path = options.results.resolve()
-    yield f"setting up {options.against} in {results}"
-    theirs = _checked_out(options.against, results / "build")
+    commit = _said_by_git("rev-parse", "--short=10", f"{options.against}^{{commit}}")
+    yield f"setting up {commit} in {results}"
+    tree = _checked_out(commit, results / "build")
+    other = Build(commit, Path(sys.executable) if options.this_environment else _environment_made(tree), tree)
+    own = _said_by_git("describe", "--always", "--abbrev=10", "--exclude=*", "--dirty")
+    this = Build(None if own.endswith("-dirty") else own, Path(sys.executable), _ROOT)
+    yield from in_turn(options.cases, (this, other), results)
+
+
+def in_turn(cases: Sequence[Path], builds: tuple[Build, Build], results: Path) -> Iterator[str]:
+    """Give a line for each case, diagnosed by one build and then by the other, and the sums of all that both could.
+
+    Raises
+    ------
+    InputError
+        In the end, where a case could not be diagnosed.
+    """
     yield "case: processor s, wall s, MB, verdict, E in kPa, nu of this build | of the other | their ratio"
     costs: list[tuple[Cost, Cost]] = []
-    for case in options.cases:
-        runs = [
-            _run(python, tree, case.resolve(), results / f"{case.name}-{name}.json")
-            for name, python, tree in (("this", Path(sys.executable), _ROOT), ("other", *theirs))
-        ]
-        costs.append((runs[0][0], runs[1][0]))
-        yield f"{case.name}: {' | '.join(told(*run) for run in runs)} | {ratios(*costs[-1])}"
-        if runs[0][1].verdict != runs[1][1].verdict:
-            yield f"{case.name}: the verdicts differ"
-    sums = [reduce(_together, side) for side in zip(*costs, strict=True)]
-    yield f"all: {ratios(sums[0], sums[1])}"
+    failed = []
+    for case in cases:
+        try:
+            (cost, answer), (other_cost, other_answer) = (
+                diagnosed(build, case.resolve(), results) for build in builds
+            )
+        except InputError as error:
+            failed.append(case.name)
+            yield f"{case.name}: {error}"
+            continue
+        costs.append((cost, other_cost))
+        yield (
+            f"{case.name}: {told(cost, answer)} | {told(other_cost, other_answer)} | {ratios(*costs[-1])}, "
+            f"{agreement(answer, other_answer)}"
+        )
+    if costs:
+        this, other = (reduce(_together, side) for side in zip(*costs, strict=True))
+        walls = [cost.wall_s for cost, _ in costs]
+        yield (
+            f"all: {ratios(this, other)}; this build's wall time: median {median(walls):.0f} s, "
+            f"slowest {max(walls):.0f} s"
+        )
+    if failed:
+        raise InputError(f"{', '.join(failed)}: not diagnosed; see above, mend it, and run this again")
+
+
+def diagnosed(build: Build, case: Path, results: Path) -> tuple[Cost, Answer]:
+    """Diagnose a case, or return what an earlier run with the same results has found.
+
+    Raises
+    ------
+    InputError
+        The build could not.
+    """
+    kept_as = results / f"{case.parent.name}-{case.name}-{build.name}.json"
+    if build.name is not None and kept_as.exists():
+        kept = json.loads(kept_as.read_text(encoding="utf-8"))
+    else:
+        command = [str(build.python), "-m", "daq.cli", "diagnose", str(case), "--json"]
+        cost, printed = measured(command, build.tree)
+        kept = {"cost": asdict(cost), "diagnosis": json.loads(printed)}
+        if build.name is not None:
+            results.mkdir(parents=True, exist_ok=True)
+            draft = kept_as.with_suffix(".partial")
+            draft.write_text(json.dumps(kept), encoding="utf-8")
+            draft.replace(kept_as)
+    return Cost(**kept["cost"]), answer_from(kept["diagnosis"])
+
+
+def agreement(this: Answer, other: Answer) -> str:
+    """Say whether two answers name the same, and how far E and nu lie apart in the other's deviations."""
+    pairs = zip(
+        (this.youngs_modulus[1], this.poisson_ratio[1]),
+        (other.youngs_modulus[1], other.poisson_ratio[1]),
+        other.std,
+        strict=True,
+    )
+    apart = [abs(one - two) / deviation if deviation else float(one != two) for one, two, deviation in pairs]
+    same = "the same verdict" if this.verdict == other.verdict else "ANOTHER VERDICT"
+    return f"{same}, E {apart[0]:.3f} and nu {apart[1]:.3f} deviations apart"
 
 
 def told(cost: Cost, answer: Answer) -> str:
@@ -151,39 +239,31 @@ def _proportional_mb(process_id: int) -> float:
     return sum(float(line.split()[1]) for line in text.splitlines() if line.startswith("Pss:")) / 1024.0
 
 
-def _checked_out(commit: str, build: Path) -> tuple[Path, Path]:
-    """Return the interpreter and the folder of another build, made and set up where it is not there yet."""
+def _said_by_git(*words: str) -> str:
+    """Return what git says of this repository."""
+    done = subprocess.run(["git", *words], cwd=_ROOT, capture_output=True, encoding="utf-8", check=False)
+    if done.returncode:
+        raise InputError(
+            f"git {' '.join(words)}: {done.stderr.strip()}; name a commit of this repository, in a clone of it"
+        )
+    return done.stdout.strip()
+
+
+def _checked_out(commit: str, build: Path) -> Path:
+    """Return the folder of another build, checked out where it is not there yet."""
     tree = build / commit
     if not tree.exists():
-        added = subprocess.run(
-            ["git", "worktree", "add", "--detach", str(tree), commit],
-            cwd=_ROOT,
-            capture_output=True,
-            encoding="utf-8",
-            check=False,
-        )
-        if added.returncode:
-            raise InputError(
-                f"{commit}: cannot be checked out ({added.stderr.strip()}); name a commit of this repository"
-            )
+        _said_by_git("worktree", "add", "--detach", str(tree), commit)
+    return tree
+
+
+def _environment_made(tree: Path) -> Path:
+    """Return the interpreter of another build's own environment, which its run.py sets up."""
     subprocess.run([sys.executable, "run.py", "--version"], cwd=tree, env=_environment_of(tree), check=False)
     python = tree / ".venv" / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
     if not python.exists():
         raise InputError(f"{tree}: its run.py made no environment; run it there and look at what it says")
-    return python, tree
-
-
-def _run(python: Path, tree: Path, case: Path, result: Path) -> tuple[Cost, Answer]:
-    """Diagnose a case, or return what an earlier run has found."""
-    if result.exists():
-        kept = json.loads(result.read_text(encoding="utf-8"))
-    else:
-        cost, printed = measured([str(python), "-m", "daq.cli", "diagnose", str(case), "--json"], tree)
-        kept = {"cost": asdict(cost), "diagnosis": json.loads(printed)}
-        draft = result.with_suffix(".partial")
-        draft.write_text(json.dumps(kept), encoding="utf-8")
-        draft.replace(result)
-    return Cost(**kept["cost"]), answer_from(kept["diagnosis"])
+    return python
 
 
 def _environment_of(tree: Path) -> dict[str, Any]:

@@ -5,6 +5,7 @@ poses agree within that noise share one state, at their mean pose: its error is 
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,10 +41,19 @@ class PoseSchedule:
 
 def schedule_poses(experiment: Experiment) -> PoseSchedule:
     """Group the rows of an experiment into states."""
-    position = experiment.position
-    rotation = Rotation.from_quat(experiment.quaternion_wxyz, scalar_first=True)
+    position, quaternion = (
+        np.asarray(each, dtype=np.float64) for each in (experiment.position, experiment.quaternion_wxyz)
+    )
+    return _schedule(position.tobytes(), quaternion.tobytes(), float(experiment.sensor.position_std))
+
+
+@lru_cache(maxsize=32)
+def _schedule(positions: bytes, quaternions_wxyz: bytes, position_std: float) -> PoseSchedule:
+    """Group rows by their poses: those of an experiment are asked for over and over."""
+    position = np.frombuffer(positions).reshape(-1, 3)
+    rotation = Rotation.from_quat(np.frombuffer(quaternions_wxyz).reshape(-1, 4), scalar_first=True)
     quaternion = rotation.as_quat()
-    tolerance = _tolerance(experiment, quaternion)
+    tolerance = _tolerance(position, quaternion, position_std)
     leaders: list[int] = []
     state_of_row = np.empty(len(position), dtype=np.int64)
     for row in range(len(position)):
@@ -75,10 +85,9 @@ def travel(schedule: PoseSchedule) -> FloatArray:
     return np.array([_length(origin.increment_to(pose)) for pose in schedule.poses])
 
 
-def _tolerance(experiment: Experiment, quaternion: FloatArray) -> float:
-    position = experiment.position
+def _tolerance(position: FloatArray, quaternion: FloatArray, position_std: float) -> float:
     steps = _distance(position[1:], quaternion[1:], position[:-1], quaternion[:-1])
-    noise = _AGREEMENT * experiment.sensor.position_std
+    noise = _AGREEMENT * position_std
     moved = steps[steps > noise]
     return min(noise, 0.3 * float(np.median(moved))) if len(moved) else noise
 

@@ -39,12 +39,12 @@ class Whitening:
 
     def anew(self, columns: FloatArray, before: "Whitening") -> FloatArray:
         """Whiten columns (r, k) that were whitened before, by a whitening of other shared errors alone."""
-        return shrunk(before._with_shared(columns), self.vectors, self.shrink)
+        return shrunk(before.with_shared(columns), self.vectors, self.shrink)
 
     def root(self) -> FloatArray:
         """Return the root (r, r) of the covariance of what was seen, of rows without correlation."""
         deviation = np.broadcast_to(self.deviation, self.seen.shape)[self.seen]
-        return np.asarray(deviation[:, None] * self._with_shared(np.eye(len(deviation))))
+        return np.asarray(deviation[:, None] * self.with_shared(np.eye(len(deviation))))
 
     def derivative(self, by_whitened: FloatArray) -> FloatArray:
         """Return the derivative (p, n, c) by each value of what has this one (p, r) by the whitened values.
@@ -58,15 +58,15 @@ class Whitening:
     def undo(self, whitened: FloatArray) -> FloatArray:
         """Return the channels (n, c) whose whitened values these (r,) are; NaN where nothing was measured."""
         channels = np.full(self.seen.shape, np.nan)
-        channels[self.seen] = self._with_shared(whitened[:, None])[:, 0]
+        channels[self.seen] = self.with_shared(whitened[:, None])[:, 0]
         before, weight = _before(self.seen, self.correlation)
         for row in range(len(channels)):
             last = np.where(weight[row] > 0, channels[before[row], np.arange(len(self.deviation))], 0.0)
             channels[row] = np.sqrt(1.0 - weight[row] ** 2) * channels[row] + weight[row] * last
         return channels * self.deviation
 
-    def _with_shared(self, whitened: FloatArray) -> FloatArray:
-        """Return columns (r, k) with the shared errors in them again: what was shrunk grows back."""
+    def with_shared(self, whitened: FloatArray) -> FloatArray:
+        """Return whitened columns (r, k) with the shared errors in them again: what was shrunk grows back."""
         return shrunk(whitened, self.vectors, -self.shrink / (1.0 - self.shrink))
 
     @property

@@ -2,6 +2,7 @@
 
 import argparse
 import doctest
+import json
 import math
 import sys
 import tomllib
@@ -12,7 +13,7 @@ import pytest
 
 from benchmarks import calibration
 from benchmarks.calibration import FACTORS, calibrated_numbers, standing_of, with_measured, with_number_times
-from benchmarks.diagnosis import Cost, measured, ratios
+from benchmarks.diagnosis import Build, Cost, agreement, diagnosed, in_turn, measured, ratios
 from estimator.blind.scoring.answers import Answer
 from estimator.blind.scoring.keys import Key
 from estimator.diagnosis.settings import DiagnosisSettings
@@ -109,6 +110,68 @@ def test_a_command_that_fails_is_told_with_what_it_said(tmp_path: Path) -> None:
 
 def test_ratios_are_of_this_build_to_the_other() -> None:
     assert ratios(Cost(1, 2, 3), Cost(4, 4, 4)) == "processors 0.50, wall 0.25, memory 0.75"
+
+
+def stand_in(folder: Path, name: str | None, modulus: float) -> Build:
+    """A build whose diagnosis takes no time, notes each case that it is given, and fails for one called broken."""
+    package = folder / str(name) / "daq"
+    package.mkdir(parents=True)
+    (package / "__init__.py").touch()
+    material = {
+        "youngs_modulus": {"value": modulus, "std": 100.0},
+        "poisson_ratio": {"value": 0.4, "std": 0.0},
+    }
+    told = {
+        "verdict": ["force_drift"],
+        "probabilities": {"force_drift": 1.0},
+        "credible_set": ["force_drift"],
+        "where": {"blocks": {"force": 1.0}, "centre": None},
+        "gap": {"closure_held_out": None},
+        "material": {"before": material, "after": material},
+        "seconds": 1.0,
+    }
+    (package / "cli.py").write_text(
+        "import pathlib, sys\n"
+        "case = pathlib.Path(sys.argv[2])\n"
+        "if case.name == 'broken': sys.exit('no case')\n"
+        "with pathlib.Path('given').open('a') as file: file.write(case.name + ' ')\n"
+        f"print({json.dumps(json.dumps(told))})\n",
+        encoding="utf-8",
+    )
+    return Build(name, Path(sys.executable), package.parent)
+
+
+def test_two_builds_diagnose_in_turn_and_go_on_where_they_stopped(tmp_path: Path) -> None:
+    builds = stand_in(tmp_path, "this", 10_010.0), stand_in(tmp_path, "other", 10_000.0)
+    results = tmp_path / "results"
+    first = list(in_turn([Path("a"), Path("b")], builds, results))
+    again = list(in_turn([Path("b"), Path("c")], builds, results))
+    assert [(build.tree / "given").read_text() for build in builds] == ["a b c "] * 2
+    assert first[1].startswith("a: ")
+    assert first[1].endswith("the same verdict, E 0.100 and nu 0.000 deviations apart")
+    assert first[2] == again[1]
+    assert again[-1].startswith("all: processors ")
+
+
+def test_a_build_with_changes_that_are_in_no_commit_diagnoses_anew(tmp_path: Path) -> None:
+    build = stand_in(tmp_path, None, 1e4)
+    for _ in range(2):
+        diagnosed(build, tmp_path / "a", tmp_path / "results")
+    assert (build.tree / "given").read_text() == "a a "
+
+
+def test_a_case_that_fails_is_told_and_the_others_are_diagnosed(tmp_path: Path) -> None:
+    builds = stand_in(tmp_path, "this", 1e4), stand_in(tmp_path, "other", 1e4)
+    told = in_turn([Path("broken"), Path("a")], builds, tmp_path / "results")
+    seen = [next(told) for _ in range(4)]
+    assert "no case" in seen[1]
+    assert seen[2].startswith("a: ")
+    with pytest.raises(InputError, match="broken: not diagnosed"):
+        next(told)
+
+
+def test_another_verdict_is_told() -> None:
+    assert agreement(answer(["slip"]), answer([])).startswith("ANOTHER VERDICT")
 
 
 def test_the_options_of_both_are_understood() -> None:

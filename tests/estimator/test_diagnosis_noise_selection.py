@@ -1,14 +1,17 @@
 """How much of what rows may share is taken for noise: as much as the measurements bear out."""
 
 import typing
-from functools import cache
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from effect_cases import there_and_back
 from numpy.typing import NDArray
 
+from estimator.diagnosis.evidence.marginal_likelihood import error_borne_out, first_order_evidence
+from estimator.diagnosis.evidence.noise_evidence import FitInAnyNoise
 from estimator.diagnosis.evidence.noise_selection import (
+    CaseLeaving,
     in_another_case,
     most_probable_noise,
     noise_cost,
@@ -60,10 +63,8 @@ def shared_errors() -> CorrelatedErrors:
     )
 
 
-@cache
-def case_leaving(left: ErrorsLeft) -> Case:
-    problem = typing.cast(RetractionProblem, None)
-    return Case((EXPERIMENT,), problem, (), (), (shared_errors().whitening(left),), errors_left=left)
+PROBLEM = typing.cast(RetractionProblem, None)
+case_leaving = CaseLeaving(Case((EXPERIMENT,), PROBLEM, (), (), ()), (shared_errors(),))
 
 
 def fit_in(case: Case, left: ErrorsLeft) -> Linearisation:
@@ -93,6 +94,29 @@ def fit_in(case: Case, left: ErrorsLeft) -> Linearisation:
 def test_how_much_is_left_of_each_error_is_told_from_the_misfit(left: ErrorsLeft) -> None:
     for case in (case_leaving(AT_MOST), case_leaving(LEAST)):
         assert most_probable_noise(case_leaving, case, fit_in(case, left)).errors_left == left
+
+
+@pytest.mark.parametrize("seen", [1.0, 0.8])
+@pytest.mark.parametrize("correlation", [0.0, 0.4])
+def test_a_noise_is_as_probable_by_inner_products_as_by_whitening(seen: float, correlation: float) -> None:
+    rng, whole = np.random.default_rng(5), shared_errors()
+    kept = rng.random(SHAPE) < seen
+    blocks = [block[kept.ravel()] for block in (whole.always, whole.at_rest, whole.elsewhere)]
+    at_rim = {bead: block[kept.ravel()] for bead, block in whole.beside_rim.items()}
+    shared = CorrelatedErrors(
+        kept, rng.uniform(0.5, 2.0, SHAPE[1]), np.full(SHAPE[1], correlation), *blocks, at_rim
+    )
+    experiment = replace(EXPERIMENT, wrench=np.where(kept[:, :6], EXPERIMENT.wrench, np.nan))
+    cases = CaseLeaving(Case((experiment,), PROBLEM, (), (), ()), (shared,))
+    case = cases(errors_left(0.25, (1.0, 0.5), 0.5))
+    columns = 10.0 * case.whitenings[0].apply(rng.normal(size=(*SHAPE, 3)))
+    fit = replace(fit_in(case_leaving(LEAST), LEAST), residual=(columns[:, 0],), jacobian=(columns[:, 1:],))
+    by_products = FitInAnyNoise.of(case, fit, cases.shared)
+    for left in (AT_MOST, LEAST, errors_left(0.25, (0.1, 1.0), 0.5)):
+        there = cases(left)
+        moved = in_another_case(fit, case, there)
+        directly = first_order_evidence(there, moved, error_borne_out(there, moved)) - noise_cost(there)
+        assert by_products.log_density(left) == pytest.approx(directly, rel=1e-9)
 
 
 def test_a_fit_is_the_same_in_every_noise_but_for_its_whitening() -> None:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from retraction_cases import REFERENCE_BLOCK
 from scipy.spatial.transform import Rotation
 
-from estimator.fem.assembly.body import Response, respond
+from estimator.fem.assembly.body import Response, respond, stiffness
 from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.discretisation.block_mesh import Grading
@@ -37,6 +37,16 @@ def smooth_field(strain: float = 0.1, seed: int = 1) -> FloatArray:
 
 def response_to(displacement: FloatArray, material: Material = TISSUE) -> Response:
     return respond(PROBLEM.body, material, displacement)
+
+
+def stiffness_of(term: Term, displacement: FloatArray, material: Material = TISSUE) -> FloatArray:
+    """What a term adds to the elements' stiffness, (e, 3k, 3k)."""
+    response = response_to(displacement, material)
+    found, body = term.stiffness(displacement, response), PROBLEM.body
+    alone, together = (
+        stiffness(body, material, response, response.pressure, each) for each in (None, found.energy)
+    )
+    return together - alone + (0.0 if found.elements is None else found.elements)
 
 
 def times_change(elements: FloatArray, change: FloatArray) -> FloatArray:

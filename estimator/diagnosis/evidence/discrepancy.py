@@ -90,13 +90,26 @@ def model_error_of(
 ) -> ModelError:
     """Build the model error of a case.
 
-    What even the right model misses is up to a share of the signal, or of the noise where that is more. It is as likely
-    to be any share of that on a grid: next to nothing, where the model's errors have been corrected well.
-
     Parameters
     ----------
     predicted : for each experiment (n, 6 + 3m), channels of the baseline, whose size the floor goes by
     settings : EvidenceSettings
+    """
+    floors = floors_of(experiments, whitenings, predicted, settings)
+    processes = [discrepancy_of(e, w, settings) for e, w in zip(experiments, whitenings, strict=True)]
+    return ModelError(tuple(processes), floors, floors[0], settings)
+
+
+def floors_of(
+    experiments: Sequence[Experiment],
+    whitenings: Sequence[Whitening],
+    predicted: Sequence[FloatArray],
+    settings: EvidenceSettings,
+) -> tuple[tuple[float, float], ...]:
+    """Return the amplitudes (wrench, fiducials) in units of the noise that even the right model may miss.
+
+    That is up to a share of the signal, or of the noise where that is more. It is as likely to be any share of that on
+    a grid: next to nothing, where the model's errors have been corrected well.
     """
     squares, counts = np.zeros(2), np.zeros(2)
     for experiment, whitening, channels in zip(experiments, whitenings, predicted, strict=True):
@@ -106,15 +119,19 @@ def model_error_of(
         counts += [size[:, :3].size, size[:, 6:].size]
     sizes = np.sqrt(squares / np.maximum(counts, 1))
     wrench, fiducials = np.maximum(settings.smallest_floor, settings.floor_share * sizes)
-    floors = [
+    return tuple(
         (float(w * wrench), float(f * fiducials)) for w, f in itertools.product(settings.floors, repeat=2)
-    ]
-    processes = [discrepancy_of(e, w, settings) for e, w in zip(experiments, whitenings, strict=True)]
-    return ModelError(tuple(processes), tuple(floors), floors[0], settings)
+    )
 
 
 def discrepancy_of(experiment: Experiment, whitening: Whitening, settings: EvidenceSettings) -> Discrepancy:
     """Build the process of an experiment."""
+    unit = whitening.deviation[:, None]
+    return discrepancy_along(*(whitening.apply(unit * part) for part in smooth_misfits(experiment, settings)))
+
+
+def smooth_misfits(experiment: Experiment, settings: EvidenceSettings) -> tuple[FloatArray, FloatArray]:
+    """Return the columns (n, 6 + 3m, k) of B for the wrench and for the fiducials, in units of a value's noise."""
     rows, beads = len(experiment.time), len(experiment.fiducials_rest)
     waves = _waves(rows, settings)
     count = 6 + 3 * beads
@@ -125,11 +142,12 @@ def discrepancy_of(experiment: Experiment, whitening: Whitening, settings: Evide
     vision = np.zeros((rows, count, 3, plane.shape[1], waves.shape[1]))
     for axis in range(3):
         vision[:, 6 + axis :: 3, axis] = np.einsum("mp,nw->nmpw", plane, waves)
-    parts = [
-        whitening.apply(whitening.deviation[:, None] * block.reshape(rows, count, -1))
-        for block in (wrench, vision)
-    ]
-    found = [_principal(part) for part in parts]
+    return wrench.reshape(rows, count, -1), vision.reshape(rows, count, -1)
+
+
+def discrepancy_along(wrench: FloatArray, fiducials: FloatArray) -> Discrepancy:
+    """Build the process of whitened columns, (r, k) each."""
+    found = [_principal(part) for part in (wrench, fiducials)]
     return Discrepancy((found[0][0], found[1][0]), (found[0][1], found[1][1]))
 
 

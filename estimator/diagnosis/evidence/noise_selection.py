@@ -6,21 +6,43 @@ Whatever was linearised stays as it is but for the discretisation's corrections,
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from functools import cache
-from typing import TypeAlias
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
 
 import numpy as np
 
-from estimator.diagnosis.evidence.marginal_likelihood import error_borne_out, first_order_evidence
+from estimator.diagnosis.evidence.noise_evidence import FitInAnyNoise
 from estimator.diagnosis.evidence.signatures import Signature
 from estimator.diagnosis.fitting.case import Case, Linearisation, predictions, residuals
 from estimator.diagnosis.fitting.refit import refit
-from estimator.diagnosis.noise.correlated_errors import beads_beside_rim
+from estimator.diagnosis.noise.correlated_errors import CorrelatedErrors, beads_beside_rim
 from estimator.diagnosis.noise.errors_left import ErrorsLeft
 
-# A case as it is where so much is left; the same object at every call with the same.
-CaseLeaving: TypeAlias = Callable[[ErrorsLeft], Case]
+
+@dataclass(frozen=True, eq=False)
+class CaseLeaving:
+    """A case as it is where so much is left: called with the same, it returns the same object.
+
+    Attributes
+    ----------
+    case : in any noise
+    shared : of each experiment, the errors that its rows may share
+    """
+
+    case: Case
+    shared: Sequence[CorrelatedErrors]
+
+    def __call__(self, left: ErrorsLeft) -> Case:
+        """Return the case with the noise that goes with what is left of the errors that rows share."""
+        return self._made(left)
+
+    @cached_property
+    def _made(self) -> Callable[[ErrorsLeft], Case]:
+        return cache(
+            lambda left: replace(
+                self.case, errors_left=left, whitenings=tuple(one.whitening(left) for one in self.shared)
+            )
+        )
 
 
 def most_probable_noise(cases: CaseLeaving, case: Case, fit: Linearisation) -> Case:
@@ -34,9 +56,9 @@ def most_probable_noise(cases: CaseLeaving, case: Case, fit: Linearisation) -> C
     settings = case.settings.noise
     shares, usual = settings.shares_left, settings.usual_share_left
 
-    @cache
-    def log_density(left: ErrorsLeft) -> float:
-        return _log_density(cases(left), in_another_case(fit, case, cases(left)))
+    corrected = replace(case, corrections=cases.case.corrections)
+    fit_there = FitInAnyNoise.of(corrected, in_another_case(fit, case, corrected), cases.shared)
+    log_density = cache(fit_there.log_density)
 
     def at_rest(left: ErrorsLeft) -> ErrorsLeft:
         return max((replace(left, at_rest=share) for share in shares), key=log_density)
@@ -51,11 +73,6 @@ def most_probable_noise(cases: CaseLeaving, case: Case, fit: Linearisation) -> C
         )
     likely = max((replace(likely, elsewhere=share) for share in shares), key=log_density)
     return cases(at_rest(likely))
-
-
-def _log_density(case: Case, fit: Linearisation) -> float:
-    """Return the log evidence of a fit with what the noise itself costs, which no other function counts."""
-    return first_order_evidence(case, fit, error_borne_out(case, fit)) - noise_cost(case)
 
 
 def noise_cost(case: Case) -> float:

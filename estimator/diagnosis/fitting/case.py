@@ -71,6 +71,26 @@ class Linearisation:
         return chi2_of(self.residual)
 
 
+@dataclass(frozen=True, eq=False)
+class Foretold:
+    """What a hypothesis foretells of a case, and its derivatives, in the units of the sensors.
+
+    Attributes
+    ----------
+    hypothesis, free_parameters : the point, and what is free there
+    predicted : for each experiment (n, 6 + 3m), channels
+    slopes : for each (n, 6 + 3m, p), their derivatives by the internal variables
+    known, mechanics : as of :class:`Linearisation`
+    """
+
+    hypothesis: Hypothesis
+    free_parameters: tuple[HypothesisParameter, ...]
+    predicted: tuple[FloatArray, ...]
+    slopes: tuple[FloatArray, ...]
+    known: KnownFields
+    mechanics: tuple[Mechanics, ...]
+
+
 def linearise(
     case: Case, hypothesis: Hypothesis, near: Linearisation | None = None, progress: Progress | None = None
 ) -> Linearisation:
@@ -84,8 +104,34 @@ def linearise(
     SolverError
         A load step has no equilibrium under the hypothesis.
     """
+    return compared(case, foretell(case, hypothesis, near, progress))
+
+
+def foretell(
+    case: Case, hypothesis: Hypothesis, near: Linearisation | None = None, progress: Progress | None = None
+) -> Foretold:
+    """Solve a case under a hypothesis as :func:`linearise` does, without a look at what was measured.
+
+    Raises
+    ------
+    SolverError
+        A load step has no equilibrium under the hypothesis.
+    """
     mechanics, known = _mechanics_near(case, hypothesis, near, progress)
-    return linearisation_of(case, hypothesis, mechanics, known)
+    return _foretold_by(case, hypothesis, mechanics, known)
+
+
+def compared(case: Case, foretold: Foretold) -> Linearisation:
+    """Compare what a hypothesis foretells with the measurements of a case."""
+    return Linearisation(
+        foretold.hypothesis,
+        foretold.free_parameters,
+        foretold.predicted,
+        tuple(_whitened_misfits(case, foretold.predicted)),
+        tuple(_whitened(case, foretold.slopes)),
+        foretold.known,
+        foretold.mechanics,
+    )
 
 
 def residuals_near(case: Case, hypothesis: Hypothesis, near: Linearisation) -> list[FloatArray]:
@@ -113,18 +159,22 @@ def _mechanics_near(
     return [mechanics_of(solution) for solution in solutions], None
 
 
-def linearisation_of(
-    case: Case, hypothesis: Hypothesis, mechanics: Sequence[Mechanics], known: KnownFields | None = None
-) -> Linearisation:
-    """Compare solved mechanics with the measurements; fields are those of the mechanics unless they are given."""
+def linearisation_of(case: Case, hypothesis: Hypothesis, mechanics: Sequence[Mechanics]) -> Linearisation:
+    """Compare solved mechanics with the measurements."""
+    return compared(case, _foretold_by(case, hypothesis, mechanics, None))
+
+
+def _foretold_by(
+    case: Case, hypothesis: Hypothesis, mechanics: Sequence[Mechanics], known: KnownFields | None
+) -> Foretold:
+    """Return what solved mechanics foretell; fields are theirs unless they are given."""
     free = free_parameters(hypothesis, case.settings.fitting)
     perturbations = [perturbed(hypothesis, parameter) for parameter in free]
-    return Linearisation(
+    return Foretold(
         hypothesis,
         free,
         tuple(predictions(case, mechanics, hypothesis)),
-        tuple(residuals(case, mechanics, hypothesis)),
-        tuple(whitened_derivatives(case, mechanics, hypothesis, perturbations)),
+        tuple(derivatives(mechanics, hypothesis, perturbations, case.corrections)),
         known or [one.solution.known_fields() for one in mechanics],
         tuple(one.without_states() for one in mechanics),
     )
@@ -170,11 +220,7 @@ def predictions(case: Case, mechanics: Sequence[Mechanics], hypothesis: Hypothes
 
 def residuals(case: Case, mechanics: Sequence[Mechanics], hypothesis: Hypothesis) -> list[FloatArray]:
     """Return the whitened misfit (r,) of each experiment."""
-    predicted = predictions(case, mechanics, hypothesis)
-    return [
-        whitening.residual(measured_rows(experiment), p)
-        for whitening, experiment, p in zip(case.whitenings, case.experiments, predicted, strict=True)
-    ]
+    return _whitened_misfits(case, predictions(case, mechanics, hypothesis))
 
 
 def whitened_derivatives(
@@ -184,5 +230,15 @@ def whitened_derivatives(
     perturbations: Sequence[Perturbation],
 ) -> list[FloatArray]:
     """Return the whitened derivative (r, k) of each experiment by each perturbation."""
-    found = derivatives(mechanics, hypothesis, perturbations, case.corrections)
-    return [whitening.apply(columns) for whitening, columns in zip(case.whitenings, found, strict=True)]
+    return _whitened(case, derivatives(mechanics, hypothesis, perturbations, case.corrections))
+
+
+def _whitened_misfits(case: Case, predicted: Sequence[FloatArray]) -> list[FloatArray]:
+    return [
+        whitening.residual(measured_rows(experiment), channels)
+        for whitening, experiment, channels in zip(case.whitenings, case.experiments, predicted, strict=True)
+    ]
+
+
+def _whitened(case: Case, columns: Sequence[FloatArray]) -> list[FloatArray]:
+    return [whitening.apply(each) for whitening, each in zip(case.whitenings, columns, strict=True)]

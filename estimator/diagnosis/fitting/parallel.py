@@ -12,7 +12,15 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TypeAlias
 
-from estimator.diagnosis.fitting.case import Case, Linearisation, linearise, same_mechanics
+from estimator.diagnosis.fitting.case import (
+    Case,
+    Foretold,
+    Linearisation,
+    compared,
+    foretell,
+    linearise,
+    same_mechanics,
+)
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.term_history import TermHistory
 
@@ -24,15 +32,21 @@ def solved_by(executor: Executor) -> Solve:
     """Return what solves a case on workers, and raises the SolverError of any experiment that has no equilibrium."""
 
     def solve(case: Case, hypothesis: Hypothesis, near: Linearisation | None) -> Linearisation:
-        if not _each_by_itself(case, hypothesis, near):
-            return executor.submit(linearise, case, hypothesis, near).result()
-        jobs = [
-            executor.submit(
-                linearise, part, hypothesis, None if near is None else _of_experiment(near, number)
-            )
-            for number, part in enumerate(_parts(case))
-        ]
-        return _joined(case, _all_results(jobs))
+        if near is not None and same_mechanics(near.hypothesis, hypothesis, case.settings.solver.near):
+            return linearise(case, hypothesis, near)
+        # What was measured, and its noise, stays here: it is several times what the tissue takes to be sent.
+        unmeasured = replace(case, whitenings=())
+        begun = None if near is None else _fields_alone(near)
+        if _carries_over(case, hypothesis):
+            foretold = executor.submit(foretell, unmeasured, hypothesis, begun).result()
+        else:
+            parts = _parts(unmeasured)
+            jobs = [
+                executor.submit(foretell, part, hypothesis, start)
+                for part, start in zip(parts, _of_each(begun, len(parts)), strict=True)
+            ]
+            foretold = _joined(case, _all_results(jobs))
+        return compared(case, foretold)
 
     return solve
 
@@ -50,40 +64,27 @@ def refits_at_a_time(count: int) -> Iterator[Executor]:
         threads.shutdown(wait=False, cancel_futures=True)
 
 
-def _each_by_itself(case: Case, hypothesis: Hypothesis, near: Linearisation | None) -> bool:
-    """Tell whether experiments may be solved apart: not where one goes on from what the one before has left.
-
-    Where the tissue behaves as the neighbour's there is next to nothing to solve, and nothing is gained.
-    """
-    alike = near is not None and same_mechanics(near.hypothesis, hypothesis, case.settings.solver.near)
-    return not alike and not _remembers(case, hypothesis)
-
-
-def _remembers(case: Case, hypothesis: Hypothesis) -> bool:
+def _carries_over(case: Case, hypothesis: Hypothesis) -> bool:
     problem = hypothesis.problem(case.problem)
-    return TermHistory.begun(hypothesis, problem, case.experiments[0]).remembers
+    return TermHistory.begun(hypothesis, problem, case.experiments[0]).carries_over
+
+
+def _fields_alone(near: Linearisation) -> Linearisation:
+    """Return of a neighbour what another hypothesis begins from."""
+    return replace(near, predicted=(), residual=(), jacobian=(), mechanics=())
+
+
+def _of_each(begun: Linearisation | None, count: int) -> list[Linearisation | None]:
+    """Return a neighbour's fields for each of so many experiments."""
+    return [None] * count if begun is None else [replace(begun, known=(known,)) for known in begun.known]
 
 
 def _parts(case: Case) -> list[Case]:
-    whole = zip(case.experiments, case.corrections, case.whitenings, case.loads, strict=True)
-    return [
-        replace(case, experiments=(e,), corrections=(c,), whitenings=(w,), loads=(load,))
-        for e, c, w, load in whole
-    ]
+    whole = zip(case.experiments, case.corrections, case.loads, strict=True)
+    return [replace(case, experiments=(e,), corrections=(c,), loads=(load,)) for e, c, load in whole]
 
 
-def _of_experiment(fit: Linearisation, number: int) -> Linearisation:
-    return replace(
-        fit,
-        predicted=(fit.predicted[number],),
-        residual=(fit.residual[number],),
-        jacobian=(fit.jacobian[number],),
-        known=(fit.known[number],),
-        mechanics=(fit.mechanics[number],),
-    )
-
-
-def _all_results(jobs: Sequence[Future[Linearisation]]) -> list[Linearisation]:
+def _all_results(jobs: Sequence[Future[Foretold]]) -> list[Foretold]:
     try:
         return [job.result() for job in jobs]
     finally:
@@ -91,14 +92,13 @@ def _all_results(jobs: Sequence[Future[Linearisation]]) -> list[Linearisation]:
             job.cancel()
 
 
-def _joined(case: Case, parts: Sequence[Linearisation]) -> Linearisation:
-    """Return the linearisation of all experiments, with one boundary value problem in common."""
+def _joined(case: Case, parts: Sequence[Foretold]) -> Foretold:
+    """Return what is foretold of all experiments, with one boundary value problem in common."""
     problem = parts[0].mechanics[0].solution.problem
     return replace(
         parts[0],
         predicted=tuple(part.predicted[0] for part in parts),
-        residual=tuple(part.residual[0] for part in parts),
-        jacobian=tuple(part.jacobian[0] for part in parts),
+        slopes=tuple(part.slopes[0] for part in parts),
         known=tuple(part.known[0] for part in parts),
         mechanics=tuple(
             replace(one, solution=replace(one.solution, problem=problem, baseline=case.problem))

@@ -9,7 +9,7 @@ from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.experiment import Experiment
 from estimator.fem.assembly.body import Response
 from estimator.fem.boundary.problem import RetractionProblem
-from estimator.fem.terms.term import Memoryless, Term
+from estimator.fem.terms.term import BeginsAnew, Memoryless, Term
 
 FloatArray = NDArray[np.float64]
 
@@ -35,6 +35,11 @@ class TermHistory:
         history = cls(hypothesis)
         history.begin(problem, experiment)
         return history
+
+    @property
+    def carries_over(self) -> bool:
+        """Whether an experiment depends on what those before it have left."""
+        return not all(isinstance(term, Memoryless | BeginsAnew) for term in self._terms or ())
 
     @property
     def remembers(self) -> bool:

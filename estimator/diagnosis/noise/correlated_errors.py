@@ -56,19 +56,22 @@ class CorrelatedErrors:
 
     def whitening(self, left: ErrorsLeft = AT_MOST) -> Whitening:
         """Return the whitening where these shares are left of what may be left at most."""
+        directions, gram = self.at_most
+        found = inverse_root_scaled(directions, self.sizes(left), gram)
+        return Whitening(self.seen, self.deviation, self.correlation, *found)
+
+    def sizes(self, left: ErrorsLeft) -> FloatArray:
+        """Return the share (k,) that is left along each direction of what may be left at most."""
         shares = [1.0, left.at_rest, left.elsewhere]
         shares += [left.beside_rim[bead] if left.beside_rim else 1.0 for bead in self.beside_rim]
-        scale = np.repeat(shares, [block.shape[1] for block in self._blocks])
-        directions, gram = self._at_most
-        found = inverse_root_scaled(directions, scale, gram)
-        return Whitening(self.seen, self.deviation, self.correlation, *found)
+        return np.repeat(shares, [block.shape[1] for block in self._blocks])
 
     @property
     def _blocks(self) -> list[FloatArray]:
         return [self.always, self.at_rest, self.elsewhere, *self.beside_rim.values()]
 
     @cached_property
-    def _at_most(self) -> tuple[FloatArray, FloatArray]:
+    def at_most(self) -> tuple[FloatArray, FloatArray]:
         """All directions (r, k) with the most that may be left, and their inner products (k, k)."""
         directions = np.hstack(self._blocks)
         return directions, directions.T @ directions

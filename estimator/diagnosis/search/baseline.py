@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +32,7 @@ from estimator.diagnosis.noise.discretisation import (
     load_steps_of_few,
     poses_at_rest_and_few,
 )
-from estimator.diagnosis.noise.errors_left import AT_MOST, ErrorsLeft
+from estimator.diagnosis.noise.errors_left import AT_MOST
 from estimator.diagnosis.noise.estimation import Noise, noise_of, with_offsets_of
 from estimator.diagnosis.noise.outliers import without_outliers
 from estimator.diagnosis.search.candidate import Candidate
@@ -122,21 +121,22 @@ def prepare(
     mechanics = [_measured_as(one, experiment) for one, experiment in zip(mechanics, cleaned, strict=True)]
     noise = noise_of(cleaned, _misfits(corrected, predicted), settings.noise)
     at_grasp = left_at_grasp(mechanics, rough, corrections, settings.noise)
-    roughly = _leaving(corrected, _shared(mechanics, corrections, noise, at_grasp, settings.noise), AT_MOST)
+    shared = _shared(mechanics, corrections, noise, at_grasp, settings.noise)
+    roughly = CaseLeaving(corrected, shared)(AT_MOST)
     begun = linearisation_of(roughly, rough, mechanics)
     baseline = refit(roughly, rough, begun, settings.noise.evaluations_of_baseline, solved_by(executor))
     # By the rough fit's E experiments would differ more than by their zeros.
     noise = with_offsets_of(noise, cleaned, _misfits(corrected, baseline.predicted), settings.noise)
     shared = _shared(mechanics, corrections, noise, at_grasp, settings.noise)
-    baseline = in_another_case(baseline, roughly, _leaving(corrected, shared, AT_MOST))
     modulus = baseline.hypothesis.youngs_modulus
     loads = tuple(
         GripLoad(without_noise(experiment.wrench, p[:, :6], settings.solver.load_waves), p[:, :6] / modulus)
         for experiment, p in zip(cleaned, baseline.predicted, strict=True)
     )
-    prepared = replace(corrected, loads=loads)
+    cases = CaseLeaving(replace(corrected, loads=loads), shared)
     light = tuple(one.without_states() for one in mechanics)
-    return Preparation(prepared, light, noise, tuple(at_grasp), rough, _cases(prepared, shared)), baseline
+    preparation = Preparation(cases.case, light, noise, tuple(at_grasp), rough, cases)
+    return preparation, in_another_case(baseline, roughly, cases(AT_MOST))
 
 
 def corrected_at(preparation: Preparation, fit: Linearisation, executor: Executor) -> Preparation:
@@ -181,7 +181,7 @@ def corrected_at(preparation: Preparation, fit: Linearisation, executor: Executo
         case=corrected,
         at_grasp=at_grasp,
         corrected_at=hypothesis,
-        cases=_cases(corrected, shared),
+        cases=CaseLeaving(corrected, shared),
     )
 
 
@@ -233,15 +233,6 @@ def _shared(
         correlated_errors_of(one, correction, noise, settings, left)
         for one, correction, left in zip(mechanics, corrections, at_grasp, strict=True)
     ]
-
-
-def _cases(case: Case, shared: Sequence[CorrelatedErrors]) -> CaseLeaving:
-    return cache(lambda left: _leaving(case, shared, left))
-
-
-def _leaving(case: Case, shared: Sequence[CorrelatedErrors], left: ErrorsLeft) -> Case:
-    """Return a case with the noise that goes with what is left of the errors that rows share."""
-    return replace(case, errors_left=left, whitenings=tuple(one.whitening(left) for one in shared))
 
 
 def _misfits(case: Case, predicted: Sequence[FloatArray]) -> list[FloatArray]:

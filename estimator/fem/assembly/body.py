@@ -1,5 +1,7 @@
 """A meshed body ready for integration, and the energy of a law on it."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,6 +63,26 @@ class Response:
     dilatation: FloatArray
     pressure: FloatArray
     law: EnergyDerivatives
+
+
+@dataclass(frozen=True)
+class AddedEnergy:
+    """What adds to the derivatives of the energy density, for a tangent of all at once.
+
+    Attributes
+    ----------
+    slope : (3, e, q) Pa, first derivatives by I1, I2 and J
+    curvature : (6, e, q) Pa, second derivatives by I1I1, I1I2, I1J, I2I2, I2J, JJ
+    bulk : (e,) Pa, by what λ of the projected dilatation is larger
+    """
+
+    slope: FloatArray
+    curvature: FloatArray
+    bulk: FloatArray
+
+    def __add__(self, other: AddedEnergy) -> AddedEnergy:
+        """Return what both add together."""
+        return AddedEnergy(self.slope + other.slope, self.curvature + other.curvature, self.bulk + other.bulk)
 
 
 def build_body(mesh: Mesh) -> Body:
@@ -151,7 +173,13 @@ def pressure_after(body: Body, material: Material, response: Response, change: F
     return material.lame[1] * (response.dilatation + _projected(body, rate))
 
 
-def stiffness(body: Body, material: Material, response: Response, pressure: FloatArray) -> FloatArray:
+def stiffness(
+    body: Body,
+    material: Material,
+    response: Response,
+    pressure: FloatArray,
+    added: AddedEnergy | None = None,
+) -> FloatArray:
     """Return the tangent stiffness of each element, (e, 3k, 3k), lower triangle filled.
 
     Parameters
@@ -159,6 +187,7 @@ def stiffness(body: Body, material: Material, response: Response, pressure: Floa
     pressure : (e, q), Pa; at equilibrium λ·(projected dilatation). On the way there it is better taken from
         :func:`pressure_after`: the tangent then is that of the mixed formulation with the pressure as an unknown,
         whose Newton iteration does not suffer from a large λ (Simo & Taylor 1991, section 3).
+    added : to the energy of the material; it takes no loop over the elements of its own
     """
     _, lame = material.lame
     count, rule = body.volume.shape
@@ -169,6 +198,8 @@ def stiffness(body: Body, material: Material, response: Response, pressure: Floa
         curvature += (lame * np.take(by, first) * np.take(by, second))[:, None, None]
     slope = response.slope + np.multiply.outer(by, pressure - response.pressure)
     bulk = np.full(count, lame)
+    if added is not None:
+        slope, curvature, bulk = slope + added.slope, curvature + added.curvature, bulk + added.bulk
     dilatation = ProjectedDilatation(body.basis, bulk, by)
     return element_stiffness(response.F, body.gradient, body.volume, slope, curvature, dilatation)
 

@@ -37,11 +37,6 @@ class ProjectedDilatation(NamedTuple):
     by: tuple[float, float, float]
 
 
-def without_dilatation(volume: FloatArray) -> ProjectedDilatation:
-    """Return what adds nothing, for elements with the volumes (e, q) of their integration points."""
-    return ProjectedDilatation(np.zeros((*volume.shape, 0)), np.zeros(len(volume)), (0.0, 0.0, 0.0))
-
-
 @njit(cache=True, fastmath={"contract", "reassoc", "nsz"})
 def deformation_gradient(displacement: FloatArray, cells: IntArray, gradient: FloatArray) -> FloatArray:
     """Return F (e, q, 3, 3) from nodal displacements (n, 3) and material shape gradients (e, q, k, 3)."""
@@ -235,7 +230,7 @@ def element_stiffness(
     """Return the tangent stiffness of each element, (e, 3k, 3k), lower triangle filled.
 
     ``curvature`` (6, e, q) holds the energy's second derivatives by I1I1, I1I2, I1J, I2I2, I2J, JJ. ``dilatation`` is
-    what a projected dilatation adds; see :func:`without_dilatation`.
+    what a projected dilatation adds.
     """
     basis, bulk, by = dilatation
     count, rule, nodes, _ = gradient.shape

@@ -3,9 +3,12 @@
 Degrees of freedom are numbered free first, then gripped; anchored ones are left out. Only the lower triangle is kept.
 """
 
+from __future__ import annotations
+
 import weakref
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TypeAlias
 
 import numpy as np
 from kvxopt import cholmod, matrix, spmatrix
@@ -18,6 +21,10 @@ from estimator.fem.discretisation.mesh import Mesh
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+# Up to so many unknowns patterns and analyses outlive what uses them; those of larger problems would hold too much
+# memory.
+_KEPT = 10_000
 
 
 @dataclass(frozen=True)
@@ -39,14 +46,14 @@ class TangentPattern:
     source: IntArray
 
 
-def tangent_pattern(mesh: Mesh, fixed: NDArray[np.bool_], gripped: NDArray[np.bool_]) -> TangentPattern:
-    """Analyse a mesh with its anchored and gripped nodes, (n,) each."""
+def tangent_pattern(cells: IntArray, fixed: NDArray[np.bool_], gripped: NDArray[np.bool_]) -> TangentPattern:
+    """Analyse elements (e, k) with their anchored and gripped nodes, (n,) each."""
     kind = np.repeat(np.where(gripped, 1, np.where(fixed, 2, 0)), 3)
     free_dofs, gripped_dofs = np.flatnonzero(kind == 0), np.flatnonzero(kind == 1)
     number = np.full(len(kind), -1)
     number[free_dofs] = np.arange(len(free_dofs))
     number[gripped_dofs] = len(free_dofs) + np.arange(len(gripped_dofs))
-    dofs = number[(3 * mesh.cells[:, :, None] + np.arange(3)).reshape(len(mesh.cells), -1)]
+    dofs = number[(3 * cells[:, :, None] + np.arange(3)).reshape(len(cells), -1)]
     size = dofs.shape[1]
     lower_row, lower_column = np.tril_indices(size)
     row = np.maximum(dofs[:, lower_row], dofs[:, lower_column])
@@ -64,6 +71,35 @@ def tangent_pattern(mesh: Mesh, fixed: NDArray[np.bool_], gripped: NDArray[np.bo
         unique // total,
         np.append(start, len(key)).astype(np.int64),
         source[kept][order],
+    )
+
+
+def shared_pattern(mesh: Mesh, fixed: NDArray[np.bool_], gripped: NDArray[np.bool_]) -> TangentPattern:
+    """Return the pattern of a mesh with its nodes held so, analysed once for all problems that have it at a time.
+
+    Small ones are kept beyond that: every hypothesis of a diagnosis poses another problem with one of a few patterns.
+    """
+    key = (mesh.cells.tobytes(), mesh.cells.shape[1], fixed.tobytes(), gripped.tobytes())
+    if 3 * len(fixed) <= _KEPT:
+        return _kept_pattern(key)
+    found = _patterns_in_use.get(key)
+    if found is None:
+        found = _patterns_in_use[key] = tangent_pattern(mesh.cells, fixed, gripped)
+    return found
+
+
+# Nodes of the elements and how many each has, and which nodes are fixed and gripped.
+_Key: TypeAlias = tuple[bytes, int, bytes, bytes]
+_patterns_in_use: weakref.WeakValueDictionary[_Key, TangentPattern] = weakref.WeakValueDictionary()
+
+
+@lru_cache(maxsize=8)
+def _kept_pattern(key: _Key) -> TangentPattern:
+    cells, nodes, fixed, gripped = key
+    return tangent_pattern(
+        np.frombuffer(cells, dtype=np.int64).reshape(-1, nodes),
+        np.frombuffer(fixed, dtype=np.bool_),
+        np.frombuffer(gripped, dtype=np.bool_),
     )
 
 
@@ -113,10 +149,6 @@ class Tangent:
     def positive_definite(self) -> bool:
         """False where the state is no stable equilibrium."""
         return isinstance(self.free, CholeskyFactor)
-
-
-# Up to so many unknowns analyses outlive their assembler; those of larger problems would hold too much memory.
-_KEPT = 10_000
 
 
 class TangentAssembler:

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.assembly.tangent import tangent_pattern
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.discretisation.shares import nodal_areas
 from estimator.fem.discretisation.surface import boundary_faces
@@ -43,7 +42,6 @@ def set_free(
         problem,
         fixed=fixed,
         attachment=problem.attachment if attachment is None else attachment,
-        pattern=tangent_pattern(problem.body.mesh, fixed, problem.gripped),
     )
 
 

@@ -2,13 +2,14 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimator.errors import InputError
 from estimator.fem.assembly.body import Body, build_body
-from estimator.fem.assembly.tangent import TangentPattern, tangent_pattern
+from estimator.fem.assembly.tangent import TangentPattern, shared_pattern
 from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.discretisation.mesh import Mesh, interpolation_rows
 from estimator.fem.discretisation.shares import nodal_weights
@@ -31,7 +32,6 @@ class RetractionProblem:
     anchored : (n,) bool, nodes of the anchored tissue; they stand still unless the anchor yields
     attachment : (n,) float64, what share of each of these holds
     grasp_centre : (3,) float64, origin of the gripper frame at rest, tissue frame, m
-    pattern : TangentPattern
     fiducials_rest : (m, 3) float64, m
     fiducials_gripped : (m,) bool, fiducials on gripped tissue, which move rigidly
     fiducials_off : (m, 3) float64, from where these are said to be at rest to the tissue that they sit on, m
@@ -45,7 +45,6 @@ class RetractionProblem:
     anchored: BoolArray
     attachment: FloatArray
     grasp_centre: FloatArray
-    pattern: TangentPattern
     fiducials_rest: FloatArray
     fiducials_gripped: BoolArray
     fiducials_off: FloatArray
@@ -57,6 +56,15 @@ class RetractionProblem:
     def heavy(self) -> bool:
         """Whether weight strains the tissue, so that forces are not proportional to its stiffness."""
         return bool(self.specific_weight.any())
+
+    @cached_property
+    def pattern(self) -> TangentPattern:
+        """Where each element's entries go in the tangent."""
+        return shared_pattern(self.body.mesh, self.fixed, self.gripped)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what another process needs: it analyses the pattern itself, sooner than it would be sent."""
+        return {name: value for name, value in vars(self).items() if name != "pattern"}
 
     @cached_property
     def weight(self) -> FloatArray:
@@ -115,7 +123,6 @@ def retraction_problem(
         anchored,
         anchored.astype(float),
         grasp_centre,
-        tangent_pattern(mesh, anchored, gripped),
         fiducials_rest,
         fiducials_gripped,
         np.zeros_like(fiducials_rest),

@@ -70,8 +70,8 @@ def _columns(
     cells, size = problem.body.mesh.cells, problem.body.mesh.points.size
     number = np.full(size, -1)
     number[dofs] = np.arange(len(dofs))
-    lower = stiffness(problem.body, state.material, state.response, state.response.pressure)
-    of_terms = summed_stiffness(terms, state.displacement, state.response)
+    of_terms, response = summed_stiffness(terms, state.displacement, state.response), state.response
+    lower = stiffness(problem.body, state.material, response, response.pressure, of_terms.energy)
     if of_terms.elements is not None:
         lower += of_terms.elements
     nodes = np.zeros((size // 3, 3, 3)) if of_terms.nodes is None else of_terms.nodes

@@ -217,8 +217,9 @@ class EquilibriumSolver:
         return max(self.settings.tolerance * self._reaction(trial), _ROUNDING * (lame + 2 * mu) * area)
 
     def _assemble(self, trial: _Trial) -> Tangent:
-        elements = stiffness(self.problem.body, trial.material, trial.response, trial.pressure)
         of_terms = summed_stiffness(trial.terms, trial.displacement, trial.response)
+        body, response = self.problem.body, trial.response
+        elements = stiffness(body, trial.material, response, trial.pressure, of_terms.energy)
         if of_terms.elements is not None:
             elements += of_terms.elements
         return self._assembler.assemble(elements, of_terms.nodes)

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.fem.assembly.body import Response
-from estimator.fem.terms.term import TermStiffness
+from estimator.fem.terms.term import BeginsAnew, TermStiffness
 
 FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class ViscousFilm:
+class ViscousFilm(BeginsAnew):
     """A film that drags at each node by its horizontal speed since the last state (implicit Euler).
 
     Attributes

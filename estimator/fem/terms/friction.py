@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.fem.assembly.body import Response
-from estimator.fem.terms.term import TermStiffness
+from estimator.fem.terms.term import BeginsAnew, TermStiffness
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -132,7 +132,7 @@ class LyingOnTable:
         return stretch, share, sliding
 
 
-class LaidDownAnew(LyingOnTable):
+class LaidDownAnew(LyingOnTable, BeginsAnew):
     """The same contact of a phantom that is lifted and laid down before each experiment."""
 
     def rested(self) -> LyingOnTable:

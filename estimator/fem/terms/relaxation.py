@@ -20,11 +20,16 @@ from typing import Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.assembly.body import Body, Response, forces_of_stress, nodal_forces, stiffness
-from estimator.fem.assembly.kernels import element_stiffness, without_dilatation
+from estimator.fem.assembly.body import AddedEnergy, Body, Response, forces_of_stress, nodal_forces
 from estimator.fem.assembly.stress_kernels import first_piola, second_piola
-from estimator.fem.terms.stress_terms import geometric_stiffness, isochoric_energy, isochoric_slope
-from estimator.fem.terms.term import TermStiffness
+from estimator.fem.terms.stress_terms import (
+    PartialEnergy,
+    geometric_stiffness,
+    isochoric_energy,
+    isochoric_slope,
+    whole_energy,
+)
+from estimator.fem.terms.term import BeginsAnew, TermStiffness
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
@@ -32,7 +37,7 @@ RelaxingPart = Literal["whole", "isochoric"]
 
 
 @dataclass(frozen=True)
-class Relaxation:
+class Relaxation(BeginsAnew):
     """Prony terms in a body.
 
     Attributes
@@ -68,10 +73,12 @@ class Relaxation:
 
     def stiffness(self, displacement: FloatArray, response: Response) -> TermStiffness:
         """Return the exact derivative of :meth:`forces`."""
-        elements = self._part_stiffness(response)
-        elements *= self._gain
-        elements += geometric_stiffness(self.body, self._remembered)
-        return TermStiffness(elements=elements)
+        energy, bulk = self._part_energy(response)
+        bulks = np.full(len(self.body.volume), self._gain * bulk)
+        return TermStiffness(
+            elements=geometric_stiffness(self.body, self._remembered),
+            energy=AddedEnergy(self._gain * energy.slope, self._gain * energy.curvature, bulks),
+        )
 
     def starting_after(self, seconds: float) -> Self:
         """Return the terms for a state that follows the last one after some time."""
@@ -114,18 +121,12 @@ class Relaxation:
             return response.slope
         return isochoric_slope(self.material, response)
 
-    def _part_stiffness(self, response: Response) -> FloatArray:
+    def _part_energy(self, response: Response) -> tuple[PartialEnergy, float]:
+        """Return the energy whose stress relaxes, and λ as far as it is that of the projected dilatation."""
         if self.part == "whole":
-            return stiffness(self.body, self.material, response, response.pressure)
-        energy = isochoric_energy(self.material, response)
-        return element_stiffness(
-            response.F,
-            self.body.gradient,
-            self.body.volume,
-            energy.slope,
-            energy.curvature,
-            without_dilatation(self.body.volume),
-        )
+            projected = self.material.lame[1] if self.body.basis.shape[2] else 0.0
+            return whole_energy(self.body, self.material, response), projected
+        return isochoric_energy(self.material, response), 0.0
 
 
 def _over(factor: FloatArray) -> FloatArray:

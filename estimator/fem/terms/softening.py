@@ -25,8 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf
 
-from estimator.fem.assembly.body import Body, Response, nodal_forces
-from estimator.fem.assembly.kernels import ProjectedDilatation, element_stiffness
+from estimator.fem.assembly.body import AddedEnergy, Body, Response, nodal_forces
 from estimator.fem.terms.stress_terms import PartialEnergy, isochoric_energy, shear_energy, whole_energy
 from estimator.fem.terms.term import TermStiffness
 from estimator.materials.material import Material
@@ -135,23 +134,13 @@ class Softening:
         slope = virgin.slope
         curvature = -lost * virgin.curvature
         curvature -= by_energy * np.stack([slope[i] * slope[j] for i, j in _PAIRS])
-        basis, bulk = self._lost_bulk(lost)
-        elements = element_stiffness(
-            response.F,
-            self.body.gradient,
-            self.body.volume,
-            -lost * slope,
-            curvature,
-            ProjectedDilatation(basis, bulk, response.law.dilatation_by),
-        )
-        return TermStiffness(elements=elements)
+        return TermStiffness(energy=AddedEnergy(-lost * slope, curvature, self._added_bulk(lost)))
 
-    def _lost_bulk(self, lost: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the functions of the projected dilatation that are softened, and each element's loss of λ, Pa."""
-        if self.part != "whole":
-            return self.body.basis[:, :, :0], np.zeros(len(lost))
-        share = np.average(lost, axis=1, weights=self.body.volume)
-        return self.body.basis, -share * self.material.lame[1]
+    def _added_bulk(self, lost: FloatArray) -> FloatArray:
+        """Return the change (e,), Pa, of λ of the projected dilatation as far as that is softened."""
+        if self.part != "whole" or not self.body.basis.shape[2]:
+            return np.zeros(len(lost))
+        return np.asarray(-np.average(lost, axis=1, weights=self.body.volume) * self.material.lame[1])
 
     def starting_after(self, seconds: float) -> Self:
         """Return the term itself: softening is no matter of time."""

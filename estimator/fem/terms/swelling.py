@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.assembly.body import Body, Response, nodal_forces
-from estimator.fem.assembly.kernels import element_stiffness, without_dilatation
+from estimator.fem.assembly.body import AddedEnergy, Body, Response, nodal_forces
 from estimator.fem.terms.term import Memoryless, TermStiffness
 
 FloatArray = NDArray[np.float64]
@@ -38,16 +37,8 @@ class Swelling(Memoryless):
 
     def stiffness(self, displacement: FloatArray, response: Response) -> TermStiffness:
         """Return the derivative of :meth:`forces`."""
-        body, none = self.body, np.zeros((6, *response.dilatation.shape))
-        elements = element_stiffness(
-            response.F,
-            body.gradient,
-            body.volume,
-            self._slope(response),
-            none,
-            without_dilatation(body.volume),
-        )
-        return TermStiffness(elements=elements)
+        none = np.zeros((6, *response.dilatation.shape))
+        return TermStiffness(energy=AddedEnergy(self._slope(response), none, np.zeros(len(self.body.volume))))
 
     def _slope(self, response: Response) -> FloatArray:
         """Return the derivatives (3, e, q) of the energy density −s J by I1, I2 and J."""

@@ -7,12 +7,14 @@ relaxing stress) is advanced from one solved state to the next; it is a value: a
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import reduce
+from operator import add
 from typing import ClassVar, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.assembly.body import Response
+from estimator.fem.assembly.body import AddedEnergy, Response
 
 FloatArray = NDArray[np.float64]
 
@@ -25,10 +27,12 @@ class TermStiffness:
     ----------
     nodes : (n, 3, 3) symmetric blocks of single nodes, N/m; None where there are none
     elements : (e, 3k, 3k) added to the elements' stiffness, lower triangle; None where there is none
+    energy : added to the tissue's own, whose tangent has the stiffness of both; None where there is none
     """
 
     nodes: FloatArray | None = None
     elements: FloatArray | None = None
+    energy: AddedEnergy | None = None
 
 
 class Memoryless:
@@ -50,6 +54,10 @@ class Memoryless:
     def rested(self) -> Self:
         """Return the term itself."""
         return self
+
+
+class BeginsAnew:
+    """Marks a term that remembers within an experiment alone: rested, it is as it was when the first one began."""
 
 
 class Term(Protocol):
@@ -81,6 +89,9 @@ def summed_stiffness(terms: tuple[Term, ...], displacement: FloatArray, response
     each = [term.stiffness(displacement, response) for term in terms]
     nodes = [one.nodes for one in each if one.nodes is not None]
     elements = [one.elements for one in each if one.elements is not None]
+    energies = [one.energy for one in each if one.energy is not None]
     return TermStiffness(
-        sum(nodes[1:], nodes[0]) if nodes else None, sum(elements[1:], elements[0]) if elements else None
+        sum(nodes[1:], nodes[0]) if nodes else None,
+        sum(elements[1:], elements[0]) if elements else None,
+        reduce(add, energies) if energies else None,
     )
