@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from estimator.experiment.model import Box, Experiment
+from estimator.experiment.holds import Box
+from estimator.experiment.model import Experiment
 from estimator.experiment_checks.finding import Finding, of_facts, of_rows
 from estimator.experiment_checks.readings import SURELY, body_box, longest_edge
 

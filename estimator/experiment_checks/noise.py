@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from estimator.experiment.model import Experiment, FloatArray
+from estimator.experiment.holds import FloatArray
+from estimator.experiment.model import Experiment
 from estimator.experiment.observations import WRENCH_COLUMNS, fiducial_columns
 from estimator.experiment_checks.finding import Finding, of_facts, of_rows
 from estimator.experiment_checks.readings import at_rest, longest_edge

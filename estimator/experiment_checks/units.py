@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from estimator.experiment.model import Experiment, FloatArray
+from estimator.experiment.holds import FloatArray
+from estimator.experiment.model import Experiment
 from estimator.experiment_checks.finding import Finding, of_facts, of_rows
 from estimator.experiment_checks.readings import (
     SURELY,

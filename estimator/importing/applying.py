@@ -8,13 +8,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from estimator.errors import InputError
-from estimator.experiment.model import (
-    Environment,
-    Experiment,
-    Grasp,
-    SurfaceBelow,
-    TrajectoryKind,
-)
+from estimator.experiment.holds import Grasp
+from estimator.experiment.model import Environment, Experiment, SurfaceBelow, TrajectoryKind
 from estimator.experiment.observations import WRENCH_COLUMNS
 from estimator.importing.bodies import body_of, box_of, centre_of
 from estimator.importing.clocks import at, times_of

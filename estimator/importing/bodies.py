@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from estimator.experiment.model import Box, Phantom, Vector
+from estimator.experiment.holds import Box, Vector
+from estimator.experiment.model import Phantom
 from estimator.importing.mapping import BoxText, ImportMapping
 from estimator.surfaces.reading import surface_bounds
 from estimator.surfaces.surface import Surface

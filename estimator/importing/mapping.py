@@ -9,7 +9,8 @@ from typing import Literal, cast
 import numpy as np
 
 from estimator.errors import InputError
-from estimator.experiment.model import TRAJECTORY_KINDS, SensorNoise, Vector
+from estimator.experiment.holds import Vector
+from estimator.experiment.model import TRAJECTORY_KINDS, SensorNoise
 from estimator.experiment.observations import WRENCH_COLUMNS
 from estimator.experiment.tables import TomlTable
 from estimator.importing.frames import rotation_of_axes

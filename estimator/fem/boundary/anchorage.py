@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.fem.assembly.tangent import tangent_pattern
-from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.boundary.problem import RetractionProblem, with_fixed
 from estimator.fem.discretisation.shares import nodal_areas
 from estimator.fem.discretisation.surface import boundary_faces
 
@@ -38,13 +37,8 @@ def set_free(
     problem: RetractionProblem, freed: BoolArray, attachment: FloatArray | None = None
 ) -> RetractionProblem:
     """Return the problem whose nodes ``freed`` (n,) no longer stand still, with another attachment where given."""
-    fixed = problem.fixed & ~freed
-    return replace(
-        problem,
-        fixed=fixed,
-        attachment=problem.attachment if attachment is None else attachment,
-        pattern=tangent_pattern(problem.body.mesh, fixed, problem.gripped),
-    )
+    held = problem if attachment is None else replace(problem, attachment=attachment)
+    return with_fixed(held, problem.fixed & ~freed)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,6 +1,6 @@
 """The retraction as a boundary value problem: a body, its anchors, its grasp and its fiducials."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -37,6 +37,8 @@ class RetractionProblem:
     fiducials_off : (m, 3) float64, from where these are said to be at rest to the tissue that they sit on, m
     fiducial_nodes, fiducial_weights : (m, k), interpolation of the others from nodes
     specific_weight : (3,) float64, weight that strains the tissue, N/m³
+    rolling : (n, 3) bool, along which axes nodes stand still whatever else holds them; none where None
+    grips_along : (3,) bool, along which axes gripped nodes move with the gripper; along the others they slide on it
     """
 
     body: Body
@@ -52,6 +54,8 @@ class RetractionProblem:
     fiducial_nodes: IntArray
     fiducial_weights: FloatArray
     specific_weight: FloatArray = field(default_factory=lambda: np.zeros(3))
+    rolling: BoolArray | None = None
+    grips_along: BoolArray = field(default_factory=lambda: np.ones(3, dtype=bool))
 
     @property
     def heavy(self) -> bool:
@@ -82,11 +86,42 @@ class RetractionProblem:
         arms = self.body.mesh.points[self.gripped] - self.grasp_centre
         return pose.position + pose.rotation.apply(arms)
 
+    def imposed(self, displacement: FloatArray, pose: GripperPose) -> FloatArray:
+        """Return nodal displacements (n, 3), m, with what the gripper imposes when its frame is at ``pose``."""
+        held = np.outer(self.gripped, self.grips_along)
+        moved = displacement.copy()
+        way = self.gripped_positions(pose) - self.body.mesh.points[self.gripped]
+        moved[held] = way[:, self.grips_along].ravel()
+        return moved
+
+
+@dataclass(frozen=True)
+class HeldNodes:
+    """Which of the n nodes of a mesh are held, and along which axes.
+
+    Attributes
+    ----------
+    fixed, gripped : (n,) bool, nodes that stand still, and nodes that move with the gripper
+    rolling : (n, 3) bool, along which axes nodes stand still whatever else holds them; none where None
+    grips_along : (3,) bool, along which axes gripped nodes move with the gripper
+    """
+
+    fixed: BoolArray
+    gripped: BoolArray
+    rolling: BoolArray | None = None
+    grips_along: BoolArray = field(default_factory=lambda: np.ones(3, dtype=bool))
+
+    def pattern(self, mesh: Mesh) -> TangentPattern:
+        """Analyse a mesh whose nodes are held so."""
+        still = np.repeat(self.fixed[:, None], 3, axis=1)
+        if self.rolling is not None:
+            still |= self.rolling
+        return tangent_pattern(mesh, still, np.outer(self.gripped, self.grips_along))
+
 
 def retraction_problem(
     mesh: Mesh,
-    fixed: BoolArray,
-    gripped: BoolArray,
+    held: HeldNodes,
     grasp_centre: FloatArray,
     fiducials_rest: FloatArray,
     fiducials_gripped: BoolArray,
@@ -98,10 +133,10 @@ def retraction_problem(
     InputError
         No node is anchored or none is gripped, or a fiducial lies off the tissue.
     """
-    if not gripped.any():
+    if not held.gripped.any():
         raise InputError("the grasp box holds no tissue; correct [grasp] box")
-    anchored = fixed & ~gripped
-    if not anchored.any():
+    held = replace(held, fixed=held.fixed & ~held.gripped)
+    if not held.fixed.any() and held.rolling is None:
         raise InputError("no anchor box holds tissue; correct [[anchor]] box")
     count = mesh.cells.shape[1]
     nodes = np.zeros((len(fiducials_rest), count), dtype=np.int64)
@@ -110,15 +145,23 @@ def retraction_problem(
     nodes[loose], weights[loose] = interpolation_rows(mesh, fiducials_rest[loose], _FIDUCIAL_TOLERANCE_M)
     return RetractionProblem(
         build_body(mesh),
-        anchored,
-        gripped,
-        anchored,
-        anchored.astype(float),
+        held.fixed,
+        held.gripped,
+        held.fixed,
+        held.fixed.astype(float),
         grasp_centre,
-        tangent_pattern(mesh, anchored, gripped),
+        held.pattern(mesh),
         fiducials_rest,
         fiducials_gripped,
         np.zeros_like(fiducials_rest),
         nodes,
         weights,
+        rolling=held.rolling,
+        grips_along=held.grips_along,
     )
+
+
+def with_fixed(problem: RetractionProblem, fixed: BoolArray) -> RetractionProblem:
+    """Return the problem in which other nodes (n,) stand still; gripper and rollers hold what they held."""
+    held = HeldNodes(fixed, problem.gripped, problem.rolling, problem.grips_along)
+    return replace(problem, fixed=fixed, pattern=held.pattern(problem.body.mesh))

@@ -58,11 +58,15 @@ class EquilibriumState:
 
 def rigid_modes(problem: RetractionProblem, pose: GripperPose) -> FloatArray:
     """Return the displacement (ng, 6) of the gripped degrees of freedom per unit of translation and rotation."""
-    arms = problem.gripped_positions(pose) - pose.position
+    return modes_of(problem.gripped_positions(pose) - pose.position)[:, problem.grips_along].reshape(-1, 6)
+
+
+def modes_of(arms: FloatArray) -> FloatArray:
+    """Return the displacement (n, 3, 6) of arms (n, 3) per unit of translation and rotation."""
     modes = np.zeros((len(arms), 3, 6))
     modes[:, :, :3] = np.eye(3)
     modes[:, :, 3:] = turned(arms)
-    return modes.reshape(-1, 6)
+    return modes
 
 
 def turned(arms: FloatArray) -> FloatArray:

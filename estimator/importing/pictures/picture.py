@@ -8,7 +8,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from estimator.experiment.model import Box, Experiment
+from estimator.experiment.holds import Box
+from estimator.experiment.model import Experiment
 from estimator.experiment.observations import WRENCH_COLUMNS
 from estimator.experiment_checks.readings import body_box
 from estimator.report.theme import ANCHOR, GRASP, INK

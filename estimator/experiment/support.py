@@ -1,0 +1,157 @@
+"""Whether a body is held so that a model can be solved: by its tissue, apart from the grasp, against every motion."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.errors import InputError
+from estimator.experiment.holds import AXES, Axis, Box, FloatArray
+from estimator.experiment.model import Experiment, Phantom
+from estimator.surfaces.reading import surface_bounds
+
+# Of the longest edge: a fiducial that is farther off the body is not on it.
+_OFF_BODY = 0.05
+# Of the body's edge: a box that reaches no farther into it holds a face.
+_FLAT = 0.01
+# Supports whose lever is a smaller share of the body than this do not keep it from turning.
+_LEVER = 5e-3
+_MOST_TURN_DEG = 5.0
+
+
+def check_support(experiment: Experiment, stated: Path, observed: Path) -> None:
+    """Check that grasp, anchors and rollers hold tissue, that they do not contradict, and that nothing is loose.
+
+    Raises
+    ------
+    InputError
+        At the first thing that cannot be right, as one line; it names the file of the facts or of the rows.
+    """
+    if experiment.order < 1:
+        raise InputError(f"{stated}: order is {experiment.order}; number the experiments from 1")
+    body = bounds_of(experiment.phantom)
+    grasp = experiment.grasp.box
+    _check_holds_tissue(grasp, body, f"{stated}: [grasp] box")
+    if not (experiment.anchors or experiment.rollers):
+        raise InputError(f"{stated}: no [[anchor]]; state at least one box whose tissue does not move")
+    for i, anchor in enumerate(experiment.anchors, start=1):
+        _check_holds_tissue(anchor, body, f"{stated}: [[anchor]] {i} box")
+        if anchor.overlaps_within(grasp, body):
+            raise InputError(
+                f"{stated}: [[anchor]] {i} box overlaps [grasp] box in the tissue, which cannot both stand and "
+                "move; part them"
+            )
+    _check_rollers(experiment, body, stated)
+    _check_sliding_grasp(experiment, body, stated, observed)
+    if loose := unheld_motion(experiment):
+        raise InputError(
+            f"{stated}: nothing keeps the phantom from moving {loose}; add the [[anchor]] that holds it, or the "
+            "[[roller]] of a plate or of a plane of symmetry"
+        )
+    away = body.distance(experiment.fiducials_rest)
+    if np.any(away > _OFF_BODY * max(experiment.phantom.size_m)):
+        worst = int(np.argmax(away))
+        raise InputError(
+            f"{stated}: [fiducials] rest number {worst} (from 0) lies {away[worst]:g} m off the phantom; "
+            "write metres in the tissue frame, whose origin is the phantom's centre"
+        )
+
+
+def bounds_of(phantom: Phantom) -> Box:
+    """Return the box around a body, m."""
+    if phantom.surface is None:
+        x, y, z = (edge / 2 for edge in phantom.size_m)
+        return Box((-x, -y, -z), (x, y, z))
+    (x0, y0, z0), (x1, y1, z1) = surface_bounds(phantom.surface, phantom.unit).tolist()
+    return Box((x0, y0, z0), (x1, y1, z1))
+
+
+def thin_axis(phantom: Phantom) -> int:
+    """Return the number of the axis along which a block is thinnest."""
+    return int(np.argmin(phantom.size_m))
+
+
+def unheld_motion(experiment: Experiment) -> str:
+    """Return in words a rigid motion of the body that nothing prevents, such as "along x"; nothing if there is none."""
+    body = bounds_of(experiment.phantom)
+    held = [(anchor, AXES) for anchor in experiment.anchors]
+    held += [(roller.box, roller.directions) for roller in experiment.rollers]
+    held.append((experiment.grasp.box, experiment.grasp.directions))
+    if experiment.phantom.stays_flat:
+        thin = thin_axis(experiment.phantom)
+        corners = np.array([body.lower, body.upper])
+        corners[:, thin] = 0.0
+        held.append((_box(corners), (AXES[thin],)))
+    scale = max(experiment.phantom.size_m)
+    rows = [row for box, directions in held for row in _prevented(box, directions, body, scale)]
+    _, size, motions = np.linalg.svd(np.array(rows))
+    free = motions[np.count_nonzero(size > _LEVER * size[0]) :]
+    if not len(free):
+        return ""
+    share = np.linalg.norm(free, axis=0)
+    return [*(f"along {axis}" for axis in AXES), *(f"about {axis}" for axis in AXES)][int(np.argmax(share))]
+
+
+def _prevented(box: Box, directions: tuple[Axis, ...], body: Box, scale: float) -> list[FloatArray]:
+    """Return for each corner of what is held, and each direction, the rigid motion (6,) that it prevents."""
+    shared = box.intersection(body)
+    if shared is None:
+        return []
+    limits = np.array([shared.lower, shared.upper]) / scale
+    corners = np.stack(np.meshgrid(*limits.T, indexing="ij"), axis=-1).reshape(-1, 3)
+    units = np.eye(3)[[AXES.index(direction) for direction in directions]]
+    return [np.concatenate([unit, np.cross(corner, unit)]) for corner in corners for unit in units]
+
+
+def _check_rollers(experiment: Experiment, body: Box, file: Path) -> None:
+    grasp = experiment.grasp
+    for i, roller in enumerate(experiment.rollers, start=1):
+        label = f"{file}: [[roller]] {i}"
+        _check_holds_tissue(roller.box, body, f"{label} box")
+        shared = roller.box.intersection(grasp.box)
+        within = None if shared is None else shared.intersection(body)
+        both = [axis for axis in roller.directions if axis in grasp.directions]
+        if within is not None and both and _sides(within, body) >= 2:
+            raise InputError(
+                f"{label} box overlaps [grasp] box in the tissue, which cannot both stand and move along {both[0]}; "
+                "part them"
+            )
+
+
+def _check_sliding_grasp(experiment: Experiment, body: Box, stated: Path, observed: Path) -> None:
+    grasp = experiment.grasp
+    if not grasp.slides:
+        return
+    shared = grasp.box.intersection(body)
+    if shared is not None and _sides(shared, body) > 2:
+        raise InputError(
+            f"{stated}: [grasp] directions leave some out, and its box has a volume; tissue slides on a face: give a "
+            "flat box"
+        )
+    turned = 2 * np.degrees(np.arccos(np.minimum(np.abs(experiment.quaternion_wxyz[:, 0]), 1.0)))
+    if np.any(turned > _MOST_TURN_DEG):
+        raise InputError(
+            f"{observed}: the gripper turns by {turned.max():.1f} degrees, and [grasp] directions are along the axes "
+            "of the tissue frame; leave them out, or take rows in which it has not turned"
+        )
+
+
+def _check_holds_tissue(box: Box, body: Box, label: str) -> None:
+    """Demand a common volume or face; an edge or a corner holds nothing."""
+    shared = box.intersection(body)
+    if shared is None or np.count_nonzero(np.subtract(shared.upper, shared.lower)) < 2:
+        raise InputError(
+            f"{label} holds no tissue (the phantom reaches from {list(body.lower)} to {list(body.upper)} m); "
+            "write two opposite corners in metres, in the tissue frame"
+        )
+
+
+def _sides(box: Box, body: Box) -> int:
+    """Return along how many axes a box reaches into a body, not counting those along which it is as good as flat."""
+    share: NDArray[np.float64] = np.subtract(box.upper, box.lower) / np.subtract(body.upper, body.lower)
+    return int(np.count_nonzero(share > _FLAT))
+
+
+def _box(corners: FloatArray) -> Box:
+    (x0, y0, z0), (x1, y1, z1) = corners.tolist()
+    return Box((x0, y0, z0), (x1, y1, z1))
