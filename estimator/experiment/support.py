@@ -17,6 +17,15 @@ _FLAT = 0.01
 # Supports whose lever is a smaller share of the body than this do not keep it from turning.
 _LEVER = 5e-3
 _MOST_TURN_DEG = 5.0
+# A sheet is thinner than this share of its width, and held over less than this share of its area.
+_THIN = 1 / 20
+_HELD_AREA = 0.5
+
+KEEPS_FLAT = (
+    "if it lies on something or is drawn tight, so that it stays in its plane, write stays_flat = true in [phantom] of "
+    "retraction-experiment/2"
+)
+"""What would help where a sheet wrinkles in the model and not on the bench."""
 
 
 def check_support(experiment: Experiment, stated: Path, observed: Path) -> None:
@@ -69,6 +78,21 @@ def bounds_of(phantom: Phantom) -> Box:
 def thin_axis(phantom: Phantom) -> int:
     """Return the number of the axis along which a block is thinnest."""
     return int(np.argmin(phantom.size_m))
+
+
+def is_loose_sheet(experiment: Experiment) -> bool:
+    """Tell whether a block is a thin sheet that is held by a part of it, moved in its plane, and free to leave it."""
+    phantom = experiment.phantom
+    thin = thin_axis(phantom)
+    others = [axis for axis in range(3) if axis != thin]
+    size = np.asarray(phantom.size_m)
+    if phantom.surface is not None or phantom.stays_flat or size[thin] > _THIN * size[others].min():
+        return False
+    body = bounds_of(phantom)
+    held = [box.intersection(body) for box in (*experiment.anchors, experiment.grasp.box)]
+    area = sum(float(np.prod(np.subtract(one.upper, one.lower)[others])) for one in held if one is not None)
+    way = experiment.position[:, thin] - experiment.grasp.centre[thin]
+    return area < _HELD_AREA * float(np.prod(size[others])) and bool(np.abs(way).max() < size[thin])
 
 
 def unheld_motion(experiment: Experiment) -> str:

@@ -17,6 +17,7 @@ CHECKS: dict[str, Check] = {
     "size": units.check_size,
     "grasp": holding.check_grasp,
     "anchors": holding.check_anchors,
+    "sheet": holding.check_sheet,
     "start": holding.check_start,
     "places of beads": holding.check_bead_places,
     "order of rows": rows.check_order,

@@ -4,6 +4,7 @@ import numpy as np
 
 from estimator.experiment.holds import Box
 from estimator.experiment.model import Experiment
+from estimator.experiment.support import KEEPS_FLAT, is_loose_sheet
 from estimator.experiment_checks.finding import Finding, of_facts, of_rows
 from estimator.experiment_checks.readings import SURELY, body_box, longest_edge
 
@@ -34,7 +35,7 @@ def check_grasp(experiment: Experiment) -> list[Finding]:
 def check_anchors(experiment: Experiment) -> list[Finding]:
     """Something stands still, it is of the body, and it is not what the gripper holds."""
     body = body_box(experiment)
-    if not experiment.anchors:
+    if not (experiment.anchors or experiment.rollers):
         return [
             of_facts(
                 "wrong", "anchors", "none is stated", "state a box whose tissue does not move", "[[anchor]]"
@@ -55,6 +56,15 @@ def check_anchors(experiment: Experiment) -> list[Finding]:
                 of_facts("wrong", "anchors", "holds the whole phantom", "write what stands still", key)
             )
     return findings
+
+
+def check_sheet(experiment: Experiment) -> list[Finding]:
+    """A sheet that is thin beside its size, and held by a part of it, wrinkles unless something keeps it flat."""
+    if not is_loose_sheet(experiment):
+        return []
+    size = sorted(experiment.phantom.size_m)
+    what = f"is {size[0] * 1e3:.3g} mm thin and {size[1] * 1e3:.3g} mm wide: loose, it wrinkles under next to nothing"
+    return [of_facts("suspicious", "sheet", what, KEEPS_FLAT, "[phantom] size")]
 
 
 def check_start(experiment: Experiment) -> list[Finding]:

@@ -1,0 +1,257 @@
+"""Supports that hold some directions only, against closed forms of homogeneous states and against solved states."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from retraction_cases import COARSE_GRADING, block_at_rest, follow, with_rows
+from scipy.optimize import root
+from scipy.spatial.transform import Rotation
+
+from estimator.errors import InputError
+from estimator.experiment import (
+    Box,
+    Experiment,
+    Grasp,
+    Roller,
+    SensorNoise,
+    check_experiment,
+    read_experiment,
+    write_experiment,
+)
+from estimator.experiment.holds import AXES
+from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.equilibrium.newton import EquilibriumSolver, NewtonSettings
+from estimator.fem.equilibrium.observation import Observation, observe
+from estimator.fit.estimate import estimate
+from estimator.forward.meshing import mesh_experiment
+from estimator.materials import NeoHookean
+from estimator.materials.material import Material
+from estimator.simulation.simulate import Resolution, simulate_case
+
+FloatArray = NDArray[np.float64]
+
+SIZE = (0.03, 0.02, 0.01)
+SENSOR = SensorNoise(force_std=2e-3, torque_std=2e-5, fiducial_std=2e-5, position_std=1e-6)
+TINY = Grading(grasp_m=10e-3, anchor_m=10e-3, largest_m=20e-3, growth=3.0, layers=1)
+CORNER = np.array(SIZE) / 2
+
+
+def face(axis: int, side: int) -> Box:
+    """The whole face of the block at one end of an axis, at −1 or 1."""
+    lower, upper = -CORNER, CORNER.copy()
+    (lower if side > 0 else upper)[axis] = side * CORNER[axis]
+    (a, b, c), (d, e, f) = lower.tolist(), upper.tolist()
+    return Box((a, b, c), (d, e, f))
+
+
+def on_plates(axis: int, walls: tuple[int, ...], beads: FloatArray | None = None) -> Experiment:
+    """Smooth plates at the lower end of each axis and at the upper of ``walls``; the one opposite ``axis`` moves."""
+    moving = face(axis, 1)
+    rest = block_at_rest(SIZE, moving, SENSOR, np.array([CORNER]) if beads is None else beads)
+    plates = [Roller(face(n, -1), (AXES[n],)) for n in range(3)]
+    plates += [Roller(face(n, 1), (AXES[n],)) for n in walls]
+    grasp = replace(rest.grasp, directions=(AXES[axis],))
+    return replace(rest, anchors=(), rollers=tuple(plates), grasp=grasp)
+
+
+def nominal_stress(material: Material, stretches: FloatArray) -> FloatArray:
+    """Of the Neo-Hookean law in the principal directions, Pa."""
+    mu, lame = material.lame
+    volume = float(np.prod(stretches))
+    return np.asarray(mu * (stretches - 1 / stretches) + lame * (volume - 1) * volume / stretches)
+
+
+def homogeneous(
+    material: Material, axis: int, stretch: float, walls: tuple[int, ...]
+) -> tuple[FloatArray, float]:
+    """Stretches (3,) and nominal stress along ``axis``, Pa, with no stress where there is no wall."""
+    loose = [n for n in range(3) if n != axis and n not in walls]
+
+    def stretches(log_of_loose: FloatArray) -> FloatArray:
+        found = np.ones(3)
+        found[axis], found[loose] = stretch, np.exp(log_of_loose)
+        return found
+
+    def stress(log_of_loose: FloatArray) -> FloatArray:
+        return nominal_stress(material, stretches(log_of_loose))[loose] / material.youngs_modulus
+
+    found = np.zeros(len(loose))
+    if loose:
+        found = root(stress, -material.poisson_ratio * np.log(stretch) * np.ones(len(loose)), tol=1e-13).x
+    return stretches(found), float(nominal_stress(material, stretches(found))[axis])
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    axis=st.integers(0, 2),
+    walls=st.integers(0, 2),
+    stretch=st.floats(0.85, 1.3),
+    poisson_ratio=st.floats(0.0, 0.495),
+)
+def test_uniaxial_plane_strain_and_confined_states_are_those_of_the_closed_forms(
+    axis: int, walls: int, stretch: float, poisson_ratio: float
+) -> None:
+    """Uniaxial with no wall besides, plane strain with one, confined with two: then the slope is λ + 2μ at rest."""
+    material = Material(NeoHookean(), 20e3, poisson_ratio)
+    others = tuple(n for n in range(3) if n != axis)[:walls]
+    planned = on_plates(axis, others)
+    check_experiment(with_two_rows(planned))
+    problem = mesh_experiment(planned, TINY)
+    way = (stretch - 1) * SIZE[axis] * np.eye(3)[axis]
+    pose = GripperPose(np.array(planned.grasp.centre) + way, Rotation.identity())
+    (state,) = follow(problem, material, [pose])
+    seen = observe(problem, state)
+    stretches, stress = homogeneous(material, axis, stretch, others)
+    area = float(np.prod(SIZE)) / SIZE[axis]
+    force = -stress * area * np.eye(3)[axis]
+    # The block widens away from the plates that stand, and the plate that moves is pressed where the tissue is.
+    arm = (stretches - 1) * CORNER * (np.arange(3) != axis)
+    weight = 20e3 * area
+    np.testing.assert_allclose(seen.wrench[:3], force, atol=1e-8 * weight)
+    np.testing.assert_allclose(seen.wrench[3:], np.cross(arm, force), atol=1e-8 * weight * max(SIZE))
+    np.testing.assert_allclose(seen.fiducials[0], -CORNER + 2 * stretches * CORNER, atol=1e-9)
+
+
+def test_a_confined_block_has_the_aggregate_modulus() -> None:
+    material = Material(NeoHookean(), 20e3, 0.4)
+    planned = on_plates(2, (0, 1))
+    problem = mesh_experiment(planned, TINY)
+    seen = observe(problem, EquilibriumSolver(problem).rest(material))
+    mu, lame = material.lame
+    assert seen.wrench_by_pose[2, 2] == pytest.approx(
+        -(lame + 2 * mu) * SIZE[0] * SIZE[1] / SIZE[2], rel=1e-9
+    )
+
+
+def with_two_rows(rest: Experiment) -> Experiment:
+    """Two rows in which nothing moves and nothing is felt."""
+    pose = GripperPose(np.array(rest.grasp.centre), Rotation.identity())
+    return with_rows(rest, [pose] * 2, np.zeros((2, 6)), np.zeros((2, *rest.fiducials_rest.shape)))
+
+
+def leaning() -> Experiment:
+    """Clamped on a part of its lower face, under a smooth plate: nothing about it is symmetric."""
+    rest = on_plates(2, (), np.array([[0.004, 0.003, 0.001], CORNER]))
+    part = Box((-0.015, -0.01, -0.005), (0.004, 0.002, -0.005))
+    return replace(rest, anchors=(part,), rollers=(Roller(face(0, 1), ("x",)),))
+
+
+def seen_at(problem: RetractionProblem, pose: GripperPose, poisson_ratio: float) -> Observation:
+    material = Material(NeoHookean(), 20e3, poisson_ratio)
+    (state,) = follow(problem, material, [pose], NewtonSettings(tolerance=1e-13))
+    return observe(problem, state)
+
+
+def channels(seen: Observation) -> FloatArray:
+    return np.concatenate([seen.wrench, seen.fiducials.ravel()])
+
+
+def test_what_a_sliding_gripper_feels_has_the_derivatives_of_solved_states() -> None:
+    planned = leaning()
+    problem = mesh_experiment(planned, COARSE_GRADING)
+    centre = np.array(planned.grasp.centre) - 1e-3 * np.eye(3)[2]
+
+    def posed(shift: FloatArray) -> GripperPose:
+        return GripperPose(centre + shift[:3], Rotation.from_rotvec(shift[3:]))
+
+    seen = seen_at(problem, posed(np.zeros(6)), 0.4)
+    by_pose = np.concatenate([seen.wrench_by_pose, seen.fiducials_by_pose.reshape(-1, 6)])
+    step = 1e-5
+    for axis in range(6):
+        ways = [step * sign * np.eye(6)[axis] for sign in (1, -1)]
+        there, back = (channels(seen_at(problem, posed(way), 0.4)) for way in ways)
+        quotient = (there - back) / (2 * step)
+        for kind in (slice(0, 3), slice(3, 6), slice(6, None)):
+            largest = np.abs(by_pose[kind]).max()
+            np.testing.assert_allclose(by_pose[kind, axis], quotient[kind], atol=1e-5 * largest)
+    by_ratio = np.concatenate([seen.wrench_by["poisson_ratio"], seen.fiducials_by["poisson_ratio"].ravel()])
+    there, back = (channels(seen_at(problem, posed(np.zeros(6)), 0.4 + change)) for change in (1e-4, -1e-4))
+    quotient = (there - back) / 2e-4
+    for kind in (slice(0, 3), slice(3, 6), slice(6, None)):
+        np.testing.assert_allclose(by_ratio[kind], quotient[kind], atol=1e-4 * np.abs(quotient[kind]).max())
+
+
+def test_half_a_block_on_its_plane_of_symmetry_is_half_of_the_block() -> None:
+    whole = block_at_rest(SIZE, Box((0.009, -0.01, -0.005), (0.015, 0.01, 0.005)), SENSOR, np.zeros((0, 3)))
+    half = block_at_rest(
+        (SIZE[0], SIZE[1] / 2, SIZE[2]),
+        Box((0.009, -0.005, -0.005), (0.015, 0.005, 0.005)),
+        SENSOR,
+        np.zeros((0, 3)),
+    )
+    plane = Box((-0.015, -0.005, -0.005), (0.015, -0.005, 0.005))
+    half = replace(half, rollers=(Roller(plane, ("y",)),))
+    material = Material(NeoHookean(), 20e3, 0.45)
+    even = Grading(grasp_m=5e-3, anchor_m=5e-3, largest_m=5e-3, growth=1.0, layers=1)
+    way = np.array([2e-3, 0.0, 1e-3])
+    felt = []
+    for planned in (whole, half):
+        problem = mesh_experiment(planned, even)
+        pose = GripperPose(np.array(planned.grasp.centre) + way, Rotation.identity())
+        (state,) = follow(problem, material, [pose])
+        felt.append(observe(problem, state).wrench)
+    np.testing.assert_allclose(felt[1][[0, 2]], felt[0][[0, 2]] / 2, rtol=1e-9)
+
+
+def simulated(planned: Experiment, ways: FloatArray) -> Experiment:
+    """The plate moves by each of ``ways`` (n,) along z, m."""
+    places = np.array(planned.grasp.centre) + np.outer(ways, [0.0, 0.0, 1.0])
+    poses = [GripperPose(place, Rotation.identity()) for place in places]
+    rows = len(ways)
+    moved = with_rows(planned, poses, np.zeros((rows, 6)), np.zeros((rows, *planned.fiducials_rest.shape)))
+    (seen,) = simulate_case(
+        [moved], Material(NeoHookean(), 20e3, 0.42), 4, resolution=Resolution(TINY, "hex27")
+    )
+    return seen
+
+
+def test_the_modulus_is_estimated_between_smooth_plates_and_read_back() -> None:
+    seen = simulated(on_plates(2, ()), np.repeat([0.0, -2e-4, -5e-4, -1e-3], 3))
+    found = estimate(
+        [seen], mesh=lambda e: mesh_experiment(e, TINY), finer_mesh=lambda e: mesh_experiment(e, TINY)
+    )
+    low, high = found.parameters["youngs_modulus"].interval95
+    assert low < 20e3 < high < 1.2 * low
+    low, high = found.parameters["poisson_ratio"].interval95
+    assert low < 0.42 < high < low + 0.1
+
+
+def test_what_holds_some_directions_only_is_written_and_read(tmp_path: Path) -> None:
+    planned = with_two_rows(on_plates(2, (0,)))
+    write_experiment(planned, tmp_path / "plates")
+    read = read_experiment(tmp_path / "plates")
+    assert (read.rollers, read.grasp, read.anchors) == (planned.rollers, planned.grasp, ())
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        (lambda e: replace(e, rollers=e.rollers[1:]), r"nothing keeps the phantom from moving along x"),
+        (lambda e: replace(e, rollers=()), r"no \[\[anchor\]\]"),
+        (lambda e: replace(e, rollers=(*e.rollers, Roller(face(2, 1), ("z",)))), r"stand and move along z"),
+        (
+            lambda e: replace(
+                e, grasp=Grasp(Box((-0.015, -0.01, 0.0), (0.015, 0.01, 0.005)), (0, 0, 0.005), ("z",))
+            ),
+            r"tissue slides on a face: give a flat box",
+        ),
+        (
+            lambda e: replace(e, quaternion_wxyz=np.array([[1, 0, 0, 0], [np.cos(0.1), np.sin(0.1), 0, 0]])),
+            r"the gripper turns by 11\.5 degrees",
+        ),
+    ],
+)
+def test_a_body_that_is_loose_or_held_in_contradiction_is_refused_in_one_line(
+    changed: Callable[[Experiment], Experiment], said: str
+) -> None:
+    planned = with_two_rows(on_plates(2, ()))
+    with pytest.raises(InputError, match=said):
+        check_experiment(changed(planned))
