@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from at_once import diagnosed_at_once
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from retraction_cases import COARSE_GRADING, block_at_rest, follow, with_rows
 from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 
+from estimator.effects.catalogue import Catalogue, default_catalogue
 from estimator.errors import InputError
 from estimator.experiment import (
     Box,
@@ -255,3 +257,17 @@ def test_a_body_that_is_loose_or_held_in_contradiction_is_refused_in_one_line(
     planned = with_two_rows(on_plates(2, ()))
     with pytest.raises(InputError, match=said):
         check_experiment(changed(planned))
+
+
+def test_a_diagnosis_between_smooth_plates_names_the_cause_and_none_of_anchors_that_are_not_there() -> None:
+    everything = default_catalogue()
+    labels = ("force_axis_gain", "camera_scale", "anchor_debonding", "anchor_compliance", "prestretch")
+    few = tuple(one for one in everything.effects if one.label in labels and not one.elaborates)
+    beads = 1e-3 * np.array([(x, y, z) for x in (-12.0, 0.0, 14.0) for y in (-7.0, 9.0) for z in (-3.0, 4.0)])
+    ways = np.repeat([0.0, -3e-4, -6e-4, -1e-3, -1.4e-3], 3)
+    seen = simulated(on_plates(2, (), beads), ways)
+    magnified = replace(seen, fiducials=1.03 * seen.fiducials)
+    found = diagnosed_at_once([magnified], Catalogue(few, ()), TINY, COARSE_GRADING)
+    assert found.verdict == ("camera_scale",)
+    unseen = {label for label, effect in found.effects.items() if not effect.detectable}
+    assert unseen == {"anchor_debonding", "anchor_compliance"}
