@@ -35,6 +35,7 @@ CHECKS: dict[str, Check] = {
     "force before motion": forces.check_before_motion,
     "same columns": forces.check_same_columns,
     "forces both ways": forces.check_both_ways,
+    "given loads": forces.check_given_loads,
     "work": work.check_work,
     "signs of forces": work.check_signs_of_axes,
     "units of forces": units.check_stiffness,

@@ -301,6 +301,12 @@ SPOILED = [
         "weight",
         "suspicious",
     ),
+    (
+        "loads that were hung",
+        lambda e: replace(e, wrench=e.wrench[np.searchsorted(e.step, e.step)]),
+        "given loads",
+        "suspicious",
+    ),
     ("density in g/cm3", phantom(density=1.07), "density", "wrong"),
     ("density of steel", phantom(density=7800.0), "density", "suspicious"),
 ]
