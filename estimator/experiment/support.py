@@ -52,10 +52,11 @@ def check_support(experiment: Experiment, stated: Path, observed: Path) -> None:
             )
     _check_rollers(experiment, body, stated)
     _check_sliding_grasp(experiment, body, stated, observed)
-    if loose := unheld_motion(experiment):
+    weight = experiment.specific_weight
+    if np.any(np.abs(unheld_motions(experiment)[:, :3] @ weight) > _LEVER * np.linalg.norm(weight)):
         raise InputError(
-            f"{stated}: nothing keeps the phantom from moving {loose}; add the [[anchor]] that holds it, or the "
-            "[[roller]] of a plate or of a plane of symmetry"
+            f"{stated}: the weight acts, and nothing keeps the phantom from moving {in_words(experiment)[0]}; add the "
+            "[[anchor]] that holds it, or the [[roller]] of a plate"
         )
     away = body.distance(experiment.fiducials_rest)
     if np.any(away > _OFF_BODY * max(experiment.phantom.size_m)):
@@ -95,8 +96,8 @@ def is_loose_sheet(experiment: Experiment) -> bool:
     return area < _HELD_AREA * float(np.prod(size[others])) and bool(np.abs(way).max() < size[thin])
 
 
-def unheld_motion(experiment: Experiment) -> str:
-    """Return in words a rigid motion of the body that nothing prevents, such as "along x"; nothing if there is none."""
+def unheld_motions(experiment: Experiment) -> FloatArray:
+    """Return the rigid motions (k, 6) of the body that nothing prevents: translation, and turn by its longest edge."""
     body = bounds_of(experiment.phantom)
     held = [(anchor, AXES) for anchor in experiment.anchors]
     held += [(roller.box, roller.directions) for roller in experiment.rollers]
@@ -109,11 +110,15 @@ def unheld_motion(experiment: Experiment) -> str:
     scale = max(experiment.phantom.size_m)
     rows = [row for box, directions in held for row in _prevented(box, directions, body, scale)]
     _, size, motions = np.linalg.svd(np.array(rows))
-    free = motions[np.count_nonzero(size > _LEVER * size[0]) :]
-    if not len(free):
-        return ""
-    share = np.linalg.norm(free, axis=0)
-    return [*(f"along {axis}" for axis in AXES), *(f"about {axis}" for axis in AXES)][int(np.argmax(share))]
+    return np.asarray(motions[np.count_nonzero(size > _LEVER * size[0]) :])
+
+
+def in_words(experiment: Experiment) -> list[str]:
+    """Return the motions that nothing prevents, such as "along x"."""
+    names = [*(f"along {axis}" for axis in AXES), *(f"about {axis}" for axis in AXES)]
+    free = unheld_motions(experiment)
+    chosen = np.argsort(-np.linalg.norm(free, axis=0), kind="stable")[: len(free)] if len(free) else []
+    return [names[number] for number in sorted(chosen)]
 
 
 def _prevented(box: Box, directions: tuple[Axis, ...], body: Box, scale: float) -> list[FloatArray]:

@@ -111,7 +111,9 @@ def _check_member(folder: Path) -> Checked:
             check_experiment(replace(experiment, path=folder))
         except InputError as error:
             found = [_from_reader(error, folder), *found]
-    return Checked(folder, (*found, *noise.not_measured(experiment)), experiment)
+    return Checked(
+        folder, (*found, *noise.not_measured(experiment), *holding.not_prevented(experiment)), experiment
+    )
 
 
 def _from_reader(error: InputError, folder: Path) -> Finding:

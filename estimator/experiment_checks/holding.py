@@ -4,7 +4,7 @@ import numpy as np
 
 from estimator.experiment.holds import Box
 from estimator.experiment.model import Experiment
-from estimator.experiment.support import KEEPS_FLAT, is_loose_sheet
+from estimator.experiment.support import KEEPS_FLAT, in_words, is_loose_sheet
 from estimator.experiment_checks.finding import Finding, of_facts, of_rows
 from estimator.experiment_checks.readings import SURELY, body_box, longest_edge
 
@@ -65,6 +65,14 @@ def check_sheet(experiment: Experiment) -> list[Finding]:
     size = sorted(experiment.phantom.size_m)
     what = f"is {size[0] * 1e3:.3g} mm thin and {size[1] * 1e3:.3g} mm wide: loose, it wrinkles under next to nothing"
     return [of_facts("suspicious", "sheet", what, KEEPS_FLAT, "[phantom] size")]
+
+
+def not_prevented(experiment: Experiment) -> list[Finding]:
+    """Tell along and about which axes nothing keeps the body from moving as a whole."""
+    if not experiment.grasp.slides or not (free := in_words(experiment)):
+        return []
+    what = f"nothing keeps the phantom from moving {', '.join(free)}: it is taken to stay in its middle"
+    return [of_facts("fine", "anchors", what, "", "[[roller]]")]
 
 
 def check_start(experiment: Experiment) -> list[Finding]:

@@ -45,7 +45,8 @@ def body_of(mapping: ImportMapping, scratch: Path) -> Body:
         file = scratch / "phantom.stl"
         write_stl(cylinder_surface(mapping.size[0], mapping.size[2]), file)
         return Body(Phantom("surface", mapping.size, file, mapping.density, "m"), bounds)
-    return Body(Phantom("block", mapping.size, None, mapping.density), bounds)
+    phantom = Phantom("block", mapping.size, None, mapping.density, stays_flat=mapping.stays_flat)
+    return Body(phantom, bounds)
 
 
 def cylinder_surface(diameter: float, height: float, sides: int = _SIDES) -> Surface:

@@ -18,6 +18,7 @@ from estimator.effects.catalogue import Catalogue, default_catalogue
 from estimator.errors import InputError
 from estimator.experiment import (
     Box,
+    Environment,
     Experiment,
     Grasp,
     Roller,
@@ -27,6 +28,7 @@ from estimator.experiment import (
     write_experiment,
 )
 from estimator.experiment.holds import AXES
+from estimator.experiment.support import in_words
 from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.discretisation.block_mesh import Grading
@@ -181,6 +183,33 @@ def test_what_a_sliding_gripper_feels_has_the_derivatives_of_solved_states() -> 
         np.testing.assert_allclose(by_ratio[kind], quotient[kind], atol=1e-4 * np.abs(quotient[kind]).max())
 
 
+@settings(max_examples=6, deadline=None)
+@given(axis=st.integers(0, 2), stretch=st.floats(0.85, 1.2), loose=st.integers(0, 2))
+def test_between_smooth_plates_a_block_stays_in_its_middle_and_nothing_pushes_it_aside(
+    axis: int, stretch: float, loose: int
+) -> None:
+    """Without planes of symmetry it could drift and turn: whatever is left is pinned, and the pins bear nothing."""
+    material = Material(NeoHookean(), 20e3, 0.45)
+    planned = on_plates(axis, ())
+    kept = [roller for roller in planned.rollers if roller.directions == (AXES[axis],)]
+    if loose != axis:
+        kept += [roller for roller in planned.rollers if roller.directions == (AXES[loose],)]
+    planned = replace(planned, rollers=tuple(kept))
+    assert in_words(with_two_rows(planned))
+    problem = mesh_experiment(planned, TINY)
+    way = (stretch - 1) * SIZE[axis] * np.eye(3)[axis]
+    pose = GripperPose(np.array(planned.grasp.centre) + way, Rotation.identity())
+    (state,) = follow(problem, material, [pose])
+    stretches, stress = homogeneous(material, axis, stretch, ())
+    force = -stress * float(np.prod(SIZE)) / SIZE[axis]
+    assert observe(problem, state).wrench[axis] == pytest.approx(force, rel=1e-9)
+    free = [n for n in range(3) if n not in (axis, loose)]
+    grown = np.ptp(problem.body.mesh.points + state.displacement, axis=0)
+    np.testing.assert_allclose(grown, stretches * SIZE, rtol=1e-9)
+    middle = (problem.body.mesh.points + state.displacement).mean(axis=0)
+    assert np.abs(middle[free]).max() < 1e-9
+
+
 def test_half_a_block_on_its_plane_of_symmetry_is_half_of_the_block() -> None:
     whole = block_at_rest(SIZE, Box((0.009, -0.01, -0.005), (0.015, 0.01, 0.005)), SENSOR, np.zeros((0, 3)))
     half = block_at_rest(
@@ -236,7 +265,14 @@ def test_what_holds_some_directions_only_is_written_and_read(tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
-        (lambda e: replace(e, rollers=e.rollers[1:]), r"nothing keeps the phantom from moving along x"),
+        (
+            lambda e: replace(
+                e,
+                rollers=e.rollers[2:],
+                environment=Environment((0.0, -9.81, 0.0), "none", weight="acts"),
+            ),
+            r"the weight acts, and nothing keeps the phantom from moving along x",
+        ),
         (lambda e: replace(e, rollers=()), r"no \[\[anchor\]\]"),
         (lambda e: replace(e, rollers=(*e.rollers, Roller(face(2, 1), ("z",)))), r"stand and move along z"),
         (
@@ -271,3 +307,15 @@ def test_a_diagnosis_between_smooth_plates_names_the_cause_and_none_of_anchors_t
     assert found.verdict == ("camera_scale",)
     unseen = {label for label, effect in found.effects.items() if not effect.detectable}
     assert unseen == {"anchor_debonding", "anchor_compliance"}
+
+
+def test_a_smooth_platen_sinks_under_a_known_load_as_the_closed_form_says() -> None:
+    material, stretch = Material(NeoHookean(), 20e3, 0.42), 0.93
+    _, stress = homogeneous(material, 2, stretch, ())
+    exact = replace(SENSOR, force_std=1e-9, torque_std=1e-9, position_std=1e-9, orientation_std=1e-9)
+    planned = with_two_rows(replace(on_plates(2, ()), rollers=(Roller(face(2, -1), ("z",)),), sensor=exact))
+    load = np.full((2, 6), np.nan)
+    load[:, 2] = -stress * SIZE[0] * SIZE[1]
+    hung = replace(planned, driven="load", wrench=load, first_row="under_load")
+    (seen,) = simulate_case([hung], material, 0, resolution=Resolution(TINY, "hex27"))
+    assert seen.position[1, 2] - CORNER[2] == pytest.approx((stretch - 1) * SIZE[2], rel=1e-5)

@@ -1,5 +1,7 @@
 """The retraction as a boundary value problem: a body, its anchors, its grasp and its fiducials."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -10,6 +12,7 @@ from estimator.errors import InputError
 from estimator.fem.assembly.body import Body, build_body
 from estimator.fem.assembly.tangent import TangentPattern, tangent_pattern
 from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.pins import pinned
 from estimator.fem.discretisation.mesh import Mesh, interpolation_rows
 from estimator.fem.discretisation.shares import nodal_weights
 
@@ -113,10 +116,22 @@ class HeldNodes:
 
     def pattern(self, mesh: Mesh) -> TangentPattern:
         """Analyse a mesh whose nodes are held so."""
+        return tangent_pattern(mesh, self._still, np.outer(self.gripped, self.grips_along))
+
+    def kept_from_drifting(self, points: FloatArray) -> HeldNodes:
+        """Return the same with pins where a body with these nodes (n, 3) could move as a whole."""
+        if self.gripped.any() and self.grips_along.all():
+            return self
+        pins = pinned(points, self._still | np.outer(self.gripped, self.grips_along))
+        if not pins.any():
+            return self
+        return replace(self, rolling=pins if self.rolling is None else self.rolling | pins)
+
+    @property
+    def _still(self) -> BoolArray:
+        """Which degrees of freedom (n, 3) stand still."""
         still = np.repeat(self.fixed[:, None], 3, axis=1)
-        if self.rolling is not None:
-            still |= self.rolling
-        return tangent_pattern(mesh, still, np.outer(self.gripped, self.grips_along))
+        return still if self.rolling is None else still | self.rolling
 
 
 def retraction_problem(
@@ -135,7 +150,7 @@ def retraction_problem(
     """
     if not held.gripped.any():
         raise InputError("the grasp box holds no tissue; correct [grasp] box")
-    held = replace(held, fixed=held.fixed & ~held.gripped)
+    held = replace(held, fixed=held.fixed & ~held.gripped).kept_from_drifting(mesh.points)
     if not held.fixed.any() and held.rolling is None:
         raise InputError("no anchor box holds tissue; correct [[anchor]] box")
     count = mesh.cells.shape[1]
