@@ -126,9 +126,11 @@ def _still(experiment: Experiment) -> np.ndarray:
 
 
 def _channels(experiment: Experiment) -> Iterator[tuple[str, tuple[str, ...], FloatArray]]:
+    """Yield kind, columns and values of what was measured; a load that drives the gripper was not, but is known."""
     rows, beads = experiment.fiducials.shape[:2]
-    yield "forces", WRENCH_COLUMNS[:3], experiment.wrench[:, :3]
-    yield "torques", WRENCH_COLUMNS[3:], experiment.wrench[:, 3:]
+    if experiment.driven == "pose":
+        yield "forces", WRENCH_COLUMNS[:3], experiment.wrench[:, :3]
+        yield "torques", WRENCH_COLUMNS[3:], experiment.wrench[:, 3:]
     yield "beads", fiducial_columns(beads), experiment.fiducials.reshape(rows, -1)
 
 
