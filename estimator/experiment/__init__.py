@@ -1,6 +1,6 @@
 """The experiment folder ``retraction-experiment/2``: its types, reader, writer and checks."""
 
-from estimator.experiment.holds import Box, Grasp, PaintedPatch, Roller
+from estimator.experiment.holds import Box, Grasp, PaintedPatch, Prescribed, Roller
 from estimator.experiment.model import (
     PHASES,
     TRAJECTORY_KINDS,
@@ -24,6 +24,7 @@ __all__ = [
     "Grasp",
     "PaintedPatch",
     "Phantom",
+    "Prescribed",
     "Roller",
     "SensorNoise",
     "TissueRegion",

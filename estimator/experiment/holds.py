@@ -96,6 +96,18 @@ class Roller:
 
 
 @dataclass(frozen=True, slots=True)
+class Prescribed:
+    """Tissue in ``box`` moves along some ``directions`` as the fiducials in it, or within ``reach`` m, were seen to.
+
+    Mostly a face around a region of interest, followed by an image or volume correlation.
+    """
+
+    box: Box
+    directions: tuple[Axis, ...]
+    reach: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class Grasp:
     """Tissue in ``box`` moves with the gripper, whose frame has its origin at ``centre`` at rest, m.
 

@@ -11,7 +11,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.experiment.holds import Box, FloatArray, Grasp, Roller, Vector
+from estimator.experiment.holds import Box, FloatArray, Grasp, Prescribed, Roller, Vector
 from estimator.surfaces.units import Unit
 
 Shape = Literal["block", "surface"]
@@ -178,6 +178,7 @@ class Experiment:
     driven : by the ``"pose"`` of the gripper, or by the ``"load"`` on it: it is free then, as under a hung weight, and
         its pose is what was measured
     rollers : tissue in any of these boxes does not move along some of the axes
+    prescribed : tissue in any of these boxes moves along some of the axes as the fiducials there were seen to
     """
 
     name: str
@@ -201,6 +202,7 @@ class Experiment:
     first_row: FirstRow = "at_rest"
     driven: Driven = "pose"
     rollers: tuple[Roller, ...] = ()
+    prescribed: tuple[Prescribed, ...] = ()
 
     @property
     def specific_weight(self) -> FloatArray:

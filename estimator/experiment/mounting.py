@@ -28,6 +28,10 @@ def check_same_mounting(experiments: Sequence[Experiment], rest_tolerance_m: flo
     if not experiments:
         raise InputError("no experiment is given; name one or more experiment folders")
     first = experiments[0]
+    if len(experiments) > 1 and any(experiment.prescribed for experiment in experiments):
+        raise InputError(
+            "[[prescribed]] is of one experiment, whose fiducials lead the boundary; take the experiments one by one"
+        )
     for other in experiments[1:]:
         if differs := _difference(first, other, rest_tolerance_m):
             raise InputError(

@@ -28,6 +28,7 @@ from estimator.experiment.stated import (
     environment_of,
     grasp_of,
     phantom_of,
+    prescribed_of,
     refuse_newer_keys,
     rollers_of,
     sensor_of,
@@ -153,6 +154,7 @@ def read_unchecked(path: Path | str) -> Experiment:
         first_row=cast(FirstRow, trajectory.choice("first_row", get_args(FirstRow), "at_rest")),
         driven=cast(Driven, trajectory.choice("driven", get_args(Driven), "pose")),
         rollers=rollers_of(stated, folder, phantom),
+        prescribed=prescribed_of(stated, folder, phantom),
     )
 
 

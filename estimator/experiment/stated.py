@@ -7,7 +7,7 @@ from typing import cast, get_args
 import numpy as np
 
 from estimator.errors import InputError
-from estimator.experiment.holds import AXES, Box, Grasp, PaintedPatch, Roller
+from estimator.experiment.holds import AXES, Box, Grasp, PaintedPatch, Prescribed, Roller
 from estimator.experiment.model import (
     BEAD_CHANNELS,
     FORMAT,
@@ -29,7 +29,7 @@ _REGION_NAME = re.compile(r"[A-Za-z0-9_-]{1,40}")
 
 # Keys that the format before the newest did not know, by table; "" is the file's head.
 _NEWER_KEYS: dict[str, tuple[str, ...]] = {
-    "": ("roller",),
+    "": ("roller", "prescribed"),
     "phantom": ("region", "stays_flat"),
     "grasp": ("painted", "directions"),
     "environment": ("weight",),
@@ -129,6 +129,14 @@ def rollers_of(stated: TomlTable, folder: Path, phantom: Phantom) -> tuple[Rolle
     """Return what holds some directions only."""
     return tuple(
         Roller(_held(table, folder, phantom), table.axes("directions")) for table in stated.tables("roller")
+    )
+
+
+def prescribed_of(stated: TomlTable, folder: Path, phantom: Phantom) -> tuple[Prescribed, ...]:
+    """Return where the tissue moves as was measured."""
+    return tuple(
+        Prescribed(_held(table, folder, phantom), table.axes("directions", AXES), table.number("reach", 0.0))
+        for table in stated.tables("prescribed")
     )
 
 

@@ -41,7 +41,7 @@ def check_support(experiment: Experiment, stated: Path, observed: Path) -> None:
     body = bounds_of(experiment.phantom)
     grasp = experiment.grasp.box
     _check_holds_tissue(grasp, body, f"{stated}: [grasp] box")
-    if not (experiment.anchors or experiment.rollers):
+    if not (experiment.anchors or experiment.rollers or experiment.prescribed):
         raise InputError(f"{stated}: no [[anchor]]; state at least one box whose tissue does not move")
     for i, anchor in enumerate(experiment.anchors, start=1):
         _check_holds_tissue(anchor, body, f"{stated}: [[anchor]] {i} box")
@@ -51,6 +51,7 @@ def check_support(experiment: Experiment, stated: Path, observed: Path) -> None:
                 "move; part them"
             )
     _check_rollers(experiment, body, stated)
+    _check_prescribed(experiment, body, stated)
     _check_sliding_grasp(experiment, body, stated, observed)
     weight = experiment.specific_weight
     if np.any(np.abs(unheld_motions(experiment)[:, :3] @ weight) > _LEVER * np.linalg.norm(weight)):
@@ -100,7 +101,7 @@ def unheld_motions(experiment: Experiment) -> FloatArray:
     """Return the rigid motions (k, 6) of the body that nothing prevents: translation, and turn by its longest edge."""
     body = bounds_of(experiment.phantom)
     held = [(anchor, AXES) for anchor in experiment.anchors]
-    held += [(roller.box, roller.directions) for roller in experiment.rollers]
+    held += [(one.box, one.directions) for one in (*experiment.rollers, *experiment.prescribed)]
     held.append((experiment.grasp.box, experiment.grasp.directions))
     if experiment.phantom.stays_flat:
         thin = thin_axis(experiment.phantom)
@@ -144,6 +145,22 @@ def _check_rollers(experiment: Experiment, body: Box, file: Path) -> None:
             raise InputError(
                 f"{label} box overlaps [grasp] box in the tissue, which cannot both stand and move along {both[0]}; "
                 "part them"
+            )
+
+
+def _check_prescribed(experiment: Experiment, body: Box, file: Path) -> None:
+    grasp = experiment.grasp.box.intersection(body)
+    for i, prescribed in enumerate(experiment.prescribed, start=1):
+        if not 0 <= prescribed.reach <= max(experiment.phantom.size_m):
+            raise InputError(
+                f"{file}: [[prescribed]] {i} reach is {prescribed.reach:g} m; write 0 or more, in metres"
+            )
+        _check_holds_tissue(prescribed.box, body, f"{file}: [[prescribed]] {i} box")
+        shared = None if grasp is None else prescribed.box.intersection(grasp)
+        if shared is not None and grasp is not None and _sides(grasp, body) > 2 and _sides(shared, body) > 1:
+            raise InputError(
+                f"{file}: [[prescribed]] {i} box leads tissue in [grasp] box, which has a volume; give the grasp a "
+                "flat box, on which the force is felt"
             )
 
 

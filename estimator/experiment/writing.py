@@ -105,7 +105,8 @@ def _staged(experiment: Experiment, target: Path) -> Iterator[Path]:
 def _held(experiment: Experiment) -> dict[str, Box]:
     anchors = {f"anchor_{number}": anchor for number, anchor in enumerate(experiment.anchors, start=1)}
     rollers = {f"roller_{number}": roller.box for number, roller in enumerate(experiment.rollers, start=1)}
-    return {**anchors, **rollers, _GRASP: experiment.grasp.box}
+    led = {f"prescribed_{number}": one.box for number, one in enumerate(experiment.prescribed, start=1)}
+    return {**anchors, **rollers, **led, _GRASP: experiment.grasp.box}
 
 
 def _painting_name(name: str, held: PaintedPatch) -> str:
@@ -137,13 +138,16 @@ def _located(experiment: Experiment, target: Path) -> Experiment:
         name: replace(one, file=target / _painting_name(name, one)) if isinstance(one, PaintedPatch) else one
         for name, one in _held(experiment).items()
     }
-    anchors = [held[name] for name in held if name.startswith("anchor_")]
-    rolled = [held[name] for name in held if name.startswith("roller_")]
     mounted = replace(
         experiment,
-        anchors=tuple(anchors),
+        anchors=tuple(held[name] for name in held if name.startswith("anchor_")),
         rollers=tuple(
-            replace(roller, box=box) for roller, box in zip(experiment.rollers, rolled, strict=True)
+            replace(one, box=held[f"roller_{number}"])
+            for number, one in enumerate(experiment.rollers, start=1)
+        ),
+        prescribed=tuple(
+            replace(one, box=held[f"prescribed_{number}"])
+            for number, one in enumerate(experiment.prescribed, start=1)
         ),
         grasp=replace(experiment.grasp, box=held[_GRASP]),
     )
@@ -160,9 +164,17 @@ def _toml(experiment: Experiment) -> str:
     sensor, environment = experiment.sensor, experiment.environment
     held = {name: _held_lines(name, one) for name, one in _held(experiment).items()}
     anchors = [lines for name, lines in held.items() if name.startswith("anchor_")]
-    rollers = [
-        [*held[f"roller_{number}"], f"directions = {toml_axes(roller.directions)}"]
-        for number, roller in enumerate(experiment.rollers, start=1)
+    directed = [
+        ["", "[[roller]]", *held[f"roller_{number}"], f"directions = {toml_axes(one.directions)}"]
+        for number, one in enumerate(experiment.rollers, start=1)
+    ]
+    directed += [
+        [
+            *("", "[[prescribed]]", *held[f"prescribed_{number}"]),
+            f"directions = {toml_axes(one.directions)}",
+            f"reach = {toml_number(one.reach)}",
+        ]
+        for number, one in enumerate(experiment.prescribed, start=1)
     ]
     grasp = experiment.grasp
     rest = [f"    {toml_vector(tuple(point))}," for point in experiment.fiducials_rest.tolist()]
@@ -174,7 +186,7 @@ def _toml(experiment: Experiment) -> str:
         "",
         *phantom_lines(experiment.phantom),
         *(line for lines in anchors for line in ("", "[[anchor]]", *lines)),
-        *(line for lines in rollers for line in ("", "[[roller]]", *lines)),
+        *(line for lines in directed for line in lines),
         "",
         "[grasp]",
         *held[_GRASP],

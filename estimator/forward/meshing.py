@@ -17,6 +17,7 @@ from estimator.fem.discretisation.elements import ElementKind
 from estimator.fem.discretisation.mesh import Mesh
 from estimator.fem.discretisation.quadrature import points_of_parts
 from estimator.forward.coarseness import thin_tissue_note
+from estimator.forward.prescribed import prescribed_motion
 from estimator.geometry.grading import EdgeLengths
 from estimator.geometry.holds import Painted, Region
 from estimator.geometry.mesh_cache import tissue_mesh
@@ -88,10 +89,11 @@ def mesh_experiment(
             _inside(mesh.points, grasp),
             _rolling(len(mesh.points), rollers),
             along(experiment.grasp.directions),
+            prescribed_motion(experiment, mesh.points),
         ),
         np.asarray(experiment.grasp.centre),
         beads,
-        _inside(beads, grasp) & (not experiment.grasp.slides),
+        _inside(beads, grasp) & _moves_rigidly(experiment),
     )
     return replace(problem, specific_weight=experiment.specific_weight)
 
@@ -100,13 +102,28 @@ def _meshed_block(experiment: Experiment, grading: Grading, kind: ElementKind) -
     """Mesh a block with every plane on which a condition ends, and with nodes in the middle plane of a flat sheet."""
     phantom, grasp = experiment.phantom, experiment.grasp.box
     size = np.asarray(phantom.size_m)
-    held = (*experiment.anchors, *(roller.box for roller in experiment.rollers))
+    directed = (*experiment.rollers, *experiment.prescribed)
+    held = (*experiment.anchors, *(one.box for one in directed))
     mesh = block_mesh(size, held, grasp, grading, kind)
     if not phantom.stays_flat or _in_middle(mesh, phantom).any():
         return mesh
     upper = np.where(np.arange(3) == thin_axis(phantom), 0.0, size / 2)
     (x, y, z) = upper.tolist()
     return block_mesh(size, (*held, Box((-x, -y, -z), (x, y, z))), grasp, grading, kind)
+
+
+def _moves_rigidly(experiment: Experiment) -> bool:
+    """Tell whether what the gripper holds moves with it: not where it slides, or may be led by what was measured."""
+    flat = any(low == high for low, high in zip(*_corners(experiment), strict=True))
+    return not (experiment.grasp.slides or (experiment.prescribed and flat))
+
+
+def _corners(experiment: Experiment) -> FloatArray:
+    """Return the corners (2, 3) of what the gripper holds, m."""
+    box = experiment.grasp.box
+    if experiment.phantom.surface is not None:
+        return np.array([box.lower, box.upper])
+    return snapped_to_block(box, np.asarray(experiment.phantom.size_m) / 2)
 
 
 def _in_middle(mesh: Mesh, phantom: Phantom) -> BoolArray:
@@ -214,9 +231,10 @@ def surface_problem(
         tissue.held[_GRASP],
         _rolling(len(tissue.mesh.points), rollers),
         along(experiment.grasp.directions),
+        prescribed_motion(experiment, tissue.mesh.points),
     )
     beads = experiment.fiducials_rest
-    gripped = tissue.rigid.get(_GRASP, experiment.grasp.box).contains(beads) & (not experiment.grasp.slides)
+    gripped = tissue.rigid.get(_GRASP, experiment.grasp.box).contains(beads) & _moves_rigidly(experiment)
     anchored = np.zeros(len(beads), dtype=bool)
     for name, box in tissue.rigid.items():
         anchored |= box.contains(beads) & (name != _GRASP)

@@ -13,6 +13,7 @@ from estimator.fem.assembly.body import Body, build_body
 from estimator.fem.assembly.tangent import TangentPattern, tangent_pattern
 from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.boundary.pins import pinned
+from estimator.fem.boundary.prescribed import PrescribedMotion
 from estimator.fem.discretisation.mesh import Mesh, interpolation_rows
 from estimator.fem.discretisation.shares import nodal_weights
 
@@ -42,6 +43,7 @@ class RetractionProblem:
     specific_weight : (3,) float64, weight that strains the tissue, N/m³
     rolling : (n, 3) bool, along which axes nodes stand still whatever else holds them; none where None
     grips_along : (3,) bool, along which axes gripped nodes move with the gripper; along the others they slide on it
+    prescribed : of a part of the boundary whose motion was measured; it goes before what else holds it
     """
 
     body: Body
@@ -59,6 +61,12 @@ class RetractionProblem:
     specific_weight: FloatArray = field(default_factory=lambda: np.zeros(3))
     rolling: BoolArray | None = None
     grips_along: BoolArray = field(default_factory=lambda: np.ones(3, dtype=bool))
+    prescribed: PrescribedMotion | None = None
+
+    @property
+    def grips_rigidly(self) -> bool:
+        """Whether all that is imposed is the rigid motion of what the gripper holds."""
+        return bool(self.grips_along.all()) and self.prescribed is None
 
     @property
     def heavy(self) -> bool:
@@ -95,6 +103,8 @@ class RetractionProblem:
         moved = displacement.copy()
         way = self.gripped_positions(pose) - self.body.mesh.points[self.gripped]
         moved[held] = way[:, self.grips_along].ravel()
+        if self.prescribed is not None:
+            moved[self.prescribed.led] = self.prescribed.displacement(pose.position)
         return moved
 
 
@@ -107,25 +117,33 @@ class HeldNodes:
     fixed, gripped : (n,) bool, nodes that stand still, and nodes that move with the gripper
     rolling : (n, 3) bool, along which axes nodes stand still whatever else holds them; none where None
     grips_along : (3,) bool, along which axes gripped nodes move with the gripper
+    prescribed : of a part of the boundary whose motion was measured
     """
 
     fixed: BoolArray
     gripped: BoolArray
     rolling: BoolArray | None = None
     grips_along: BoolArray = field(default_factory=lambda: np.ones(3, dtype=bool))
+    prescribed: PrescribedMotion | None = None
 
     def pattern(self, mesh: Mesh) -> TangentPattern:
         """Analyse a mesh whose nodes are held so."""
-        return tangent_pattern(mesh, self._still, np.outer(self.gripped, self.grips_along))
+        return tangent_pattern(mesh, self._still, self._moved)
 
     def kept_from_drifting(self, points: FloatArray) -> HeldNodes:
         """Return the same with pins where a body with these nodes (n, 3) could move as a whole."""
         if self.gripped.any() and self.grips_along.all():
             return self
-        pins = pinned(points, self._still | np.outer(self.gripped, self.grips_along))
+        pins = pinned(points, self._still | self._moved)
         if not pins.any():
             return self
         return replace(self, rolling=pins if self.rolling is None else self.rolling | pins)
+
+    @property
+    def _moved(self) -> BoolArray:
+        """Which degrees of freedom (n, 3) move as the gripper, or what was measured, has it."""
+        moved = np.outer(self.gripped, self.grips_along)
+        return moved if self.prescribed is None else moved | self.prescribed.led
 
     @property
     def _still(self) -> BoolArray:
@@ -151,8 +169,11 @@ def retraction_problem(
     if not held.gripped.any():
         raise InputError("the grasp box holds no tissue; correct [grasp] box")
     held = replace(held, fixed=held.fixed & ~held.gripped).kept_from_drifting(mesh.points)
-    if not held.fixed.any() and held.rolling is None:
+    if not held.fixed.any() and held.rolling is None and held.prescribed is None:
         raise InputError("no anchor box holds tissue; correct [[anchor]] box")
+    pattern = held.pattern(mesh)
+    if not len(pattern.free):
+        raise InputError("all of the tissue is held, so that nothing is left to deform; give smaller boxes")
     count = mesh.cells.shape[1]
     nodes = np.zeros((len(fiducials_rest), count), dtype=np.int64)
     weights = np.zeros((len(fiducials_rest), count))
@@ -165,7 +186,7 @@ def retraction_problem(
         held.fixed,
         held.fixed.astype(float),
         grasp_centre,
-        held.pattern(mesh),
+        pattern,
         fiducials_rest,
         fiducials_gripped,
         np.zeros_like(fiducials_rest),
@@ -173,10 +194,11 @@ def retraction_problem(
         weights,
         rolling=held.rolling,
         grips_along=held.grips_along,
+        prescribed=held.prescribed,
     )
 
 
 def with_fixed(problem: RetractionProblem, fixed: BoolArray) -> RetractionProblem:
     """Return the problem in which other nodes (n,) stand still; gripper and rollers hold what they held."""
-    held = HeldNodes(fixed, problem.gripped, problem.rolling, problem.grips_along)
+    held = HeldNodes(fixed, problem.gripped, problem.rolling, problem.grips_along, problem.prescribed)
     return replace(problem, fixed=fixed, pattern=held.pattern(problem.body.mesh))

@@ -1,7 +1,7 @@
-"""What the gripper feels of the tissue that it holds, also where that slides on it along some axes.
+"""What the gripper feels of the tissue that it holds, also where that slides on it, or moves as was measured.
 
-Tissue that slides presses on the gripper where it is by then: its arm is to its present place, while what the gripper
-imposes on it goes by its place at rest.
+Such tissue presses on the gripper where it is by then: its arm is to its present place, while what the gripper imposes
+on it goes by its place at rest.
 """
 
 import numpy as np
@@ -25,16 +25,19 @@ def wrench_by_forces(
 
     Parameters
     ----------
-    motion : (3n, k) of the nodes, by which what slides changes its arm under the state's own forces, m; None for none
+    motion : (3n, k) of the nodes, by which what slides changes its arm under the state's own forces, m, with what is
+        imposed held still; None for none
     """
-    if problem.grips_along.all():
+    if problem.grips_rigidly:
         return np.asarray(-rigid_modes(problem, state.pose).T @ forces)
     arms = problem.body.mesh.points + state.displacement - state.pose.position
-    felt = -modes_of(arms[problem.gripped])[:, problem.grips_along].reshape(-1, 6).T @ forces
+    on_nodes = np.zeros((arms.size, *forces.shape[1:]))
+    on_nodes[problem.pattern.gripped] = forces
+    of_gripper = np.outer(problem.gripped, problem.grips_along).ravel()
+    felt = -modes_of(arms).reshape(-1, 6)[of_gripper].T @ on_nodes[of_gripper]
     if motion is not None:
-        slid = motion.reshape(len(arms), 3, -1)[problem.gripped]
-        slid = np.where(problem.grips_along[:, None], 0.0, slid)
-        felt[3:] -= np.cross(slid, reaction(problem, state)[:, :, None], axis=1).sum(axis=0)
+        moved = motion.reshape(len(arms), 3, -1)[problem.gripped]
+        felt[3:] -= np.cross(moved, reaction(problem, state)[:, :, None], axis=1).sum(axis=0)
     return np.asarray(felt)
 
 
@@ -44,7 +47,7 @@ def wrench_by_pose(problem: RetractionProblem, state: EquilibriumState) -> Float
     forces = state.tangent.gripped_free @ state.by_pose + state.tangent.gripped @ modes
     felt = wrench_by_forces(problem, state, forces)
     # The arms turn with the gripper, and the torque of the reaction with them.
-    if problem.grips_along.all():
+    if problem.grips_rigidly:
         arms = turned(problem.gripped_positions(state.pose) - state.pose.position)
     else:
         motion = np.zeros((state.displacement.size, 6))

@@ -57,8 +57,15 @@ class EquilibriumState:
 
 
 def rigid_modes(problem: RetractionProblem, pose: GripperPose) -> FloatArray:
-    """Return the displacement (ng, 6) of the gripped degrees of freedom per unit of translation and rotation."""
-    return modes_of(problem.gripped_positions(pose) - pose.position)[:, problem.grips_along].reshape(-1, 6)
+    """Return the displacement (ng, 6) of what is imposed per unit of the gripper's translation and rotation."""
+    gripped = modes_of(problem.gripped_positions(pose) - pose.position)
+    if problem.prescribed is None:
+        return gripped[:, problem.grips_along].reshape(-1, 6)
+    modes = np.zeros((*problem.body.mesh.points.shape, 6))
+    modes[problem.gripped] = gripped
+    modes[problem.prescribed.led] = 0.0
+    modes[problem.prescribed.led, :3] = problem.prescribed.by_position(pose.position)
+    return modes.reshape(-1, 6)[problem.pattern.gripped]
 
 
 def modes_of(arms: FloatArray) -> FloatArray:
