@@ -78,7 +78,8 @@ class Phantom:
     unit : of the surface file; None for metres, or millimetres where only these give a phantom
     regions : parts of a surface's tissue with another modulus; where they share tissue, their ratios multiply
     stays_flat : whether a block that is a thin sheet stays in its plane, as skin on a body or a membrane that is drawn
-        tight: its middle plane, at right angles to the shortest edge, moves in itself alone, and its stress is plane
+        tight: its middle plane, at right angles to the shortest edge, moves in itself alone, and its stress is plane.
+        None where nothing is stated: a thin sheet that would wrinkle is supposed to
     """
 
     shape: Shape
@@ -87,7 +88,7 @@ class Phantom:
     density: float = 1070.0
     unit: Unit | None = None
     regions: tuple[TissueRegion, ...] = ()
-    stays_flat: bool = False
+    stays_flat: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -63,7 +63,7 @@ def refuse_newer_keys(stated: TomlTable, file: Path) -> None:
 def phantom_of(table: TomlTable, folder: Path) -> Phantom:
     """Return the body that a table [phantom] states."""
     density = table.number("density", 1070.0)
-    stays_flat = table.flag("stays_flat", default=False)
+    stays_flat = table.flag("stays_flat") if "stays_flat" in table else None
     if table.choice("shape", ("block", "surface")) == "block":
         return Phantom("block", table.vector("size"), None, density, stays_flat=stays_flat)
     if stays_flat:

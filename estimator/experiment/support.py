@@ -20,12 +20,8 @@ _MOST_TURN_DEG = 5.0
 # A sheet is thinner than this share of its width, and held over less than this share of its area.
 _THIN = 1 / 20
 _HELD_AREA = 0.5
-
-KEEPS_FLAT = (
-    "if it lies on something or is drawn tight, so that it stays in its plane, write stays_flat = true in [phantom] of "
-    "retraction-experiment/2"
-)
-"""What would help where a sheet wrinkles in the model and not on the bench."""
+# Standard deviations beyond which beads have left the plane.
+_SURELY = 5.0
 
 
 def check_support(experiment: Experiment, stated: Path, observed: Path) -> None:
@@ -82,19 +78,41 @@ def thin_axis(phantom: Phantom) -> int:
     return int(np.argmin(phantom.size_m))
 
 
+def stays_flat(experiment: Experiment) -> bool:
+    """Tell whether a sheet stays in its plane: as is stated, or where nothing is, if it is a loose thin sheet."""
+    stated = experiment.phantom.stays_flat
+    return is_loose_sheet(experiment) if stated is None else stated
+
+
+def supposed_flat(experiment: Experiment) -> str:
+    """Return the sentence that tells of a sheet that is supposed to stay in its plane; nothing where none is."""
+    if experiment.phantom.stays_flat is not None or not is_loose_sheet(experiment):
+        return ""
+    thin, wide, _ = sorted(experiment.phantom.size_m)
+    return (
+        f"The sheet, {1e3 * thin:.3g} mm thin, {1e3 * wide:.3g} mm wide and held by a part of it, is taken to stay in "
+        "its plane: loose it would wrinkle under next to nothing. Write stays_flat = true in [phantom] if it does, "
+        "false if not."
+    )
+
+
 def is_loose_sheet(experiment: Experiment) -> bool:
-    """Tell whether a block is a thin sheet that is held by a part of it, moved in its plane, and free to leave it."""
+    """Tell whether a block is a thin sheet held by a part of it, which neither moves nor is seen out of its plane."""
     phantom = experiment.phantom
     thin = thin_axis(phantom)
     others = [axis for axis in range(3) if axis != thin]
     size = np.asarray(phantom.size_m)
-    if phantom.surface is not None or phantom.stays_flat or size[thin] > _THIN * size[others].min():
+    if phantom.surface is not None or size[thin] > _THIN * size[others].min():
         return False
     body = bounds_of(phantom)
     held = [box.intersection(body) for box in (*experiment.anchors, experiment.grasp.box)]
     area = sum(float(np.prod(np.subtract(one.upper, one.lower)[others])) for one in held if one is not None)
-    way = experiment.position[:, thin] - experiment.grasp.centre[thin]
-    return area < _HELD_AREA * float(np.prod(size[others])) and bool(np.abs(way).max() < size[thin])
+    gripper = experiment.position[:, thin] - experiment.grasp.centre[thin]
+    beads = (experiment.fiducials - experiment.fiducials_rest)[..., thin]
+    seen = float(np.nanmax(np.abs(beads), initial=0.0))
+    noise = _SURELY * float(experiment.sensor.bead_std[thin])
+    in_plane = np.abs(gripper).max() < size[thin] and seen < max(size[thin], noise)
+    return bool(in_plane) and area < _HELD_AREA * float(np.prod(size[others]))
 
 
 def unheld_motions(experiment: Experiment) -> FloatArray:
@@ -103,7 +121,7 @@ def unheld_motions(experiment: Experiment) -> FloatArray:
     held = [(anchor, AXES) for anchor in experiment.anchors]
     held += [(one.box, one.directions) for one in (*experiment.rollers, *experiment.prescribed)]
     held.append((experiment.grasp.box, experiment.grasp.directions))
-    if experiment.phantom.stays_flat:
+    if stays_flat(experiment):
         thin = thin_axis(experiment.phantom)
         corners = np.array([body.lower, body.upper])
         corners[:, thin] = 0.0

@@ -57,9 +57,9 @@ class TomlTable:
             raise self.error(key, f'is "{value}"; write one of {", ".join(choices)}')
         return value
 
-    def flag(self, key: str, *, default: bool) -> bool:
+    def flag(self, key: str) -> bool:
         """Return true or false."""
-        value = self._get(key, default)
+        value = self._get(key, None)
         if not isinstance(value, bool):
             raise self.error(key, f"is {value!r}; write true or false")
         return value

@@ -235,7 +235,7 @@ def phantom_lines(phantom: Phantom) -> list[str]:
         *unit,
         f"size = {toml_vector(phantom.size_m)}",
         f"density = {toml_number(phantom.density)}",
-        *(["stays_flat = true"] if phantom.stays_flat else []),
+        *([] if phantom.stays_flat is None else [f"stays_flat = {str(phantom.stays_flat).lower()}"]),
     ]
     for region in phantom.regions:
         lines += [

@@ -4,7 +4,7 @@ import numpy as np
 
 from estimator.experiment.holds import Box
 from estimator.experiment.model import Experiment
-from estimator.experiment.support import KEEPS_FLAT, in_words, is_loose_sheet
+from estimator.experiment.support import in_words, is_loose_sheet
 from estimator.experiment_checks.finding import Finding, of_facts, of_rows
 from estimator.experiment_checks.readings import SURELY, body_box, longest_edge
 
@@ -60,11 +60,14 @@ def check_anchors(experiment: Experiment) -> list[Finding]:
 
 def check_sheet(experiment: Experiment) -> list[Finding]:
     """A sheet that is thin beside its size, and held by a part of it, wrinkles unless something keeps it flat."""
-    if not is_loose_sheet(experiment):
+    stated = experiment.phantom.stays_flat
+    if stated or not is_loose_sheet(experiment):
         return []
     size = sorted(experiment.phantom.size_m)
     what = f"is {size[0] * 1e3:.3g} mm thin and {size[1] * 1e3:.3g} mm wide: loose, it wrinkles under next to nothing"
-    return [of_facts("suspicious", "sheet", what, KEEPS_FLAT, "[phantom] size")]
+    taken = "it is taken to stay in its plane; " if stated is None else ""
+    do = f"{taken}if it lies on something or is drawn tight, write stays_flat = true in retraction-experiment/2"
+    return [of_facts("suspicious", "sheet", what, do, "[phantom] size")]
 
 
 def not_prevented(experiment: Experiment) -> list[Finding]:

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
-from estimator.experiment.support import KEEPS_FLAT, is_loose_sheet
+from estimator.experiment.support import is_loose_sheet
 
 
 @contextmanager
@@ -20,6 +20,11 @@ def advising(experiments: Sequence[Experiment]) -> Iterator[None]:
     try:
         yield
     except SolverError as failure:
-        if any(is_loose_sheet(experiment) for experiment in experiments):
-            raise SolverError(f"{failure}; a loose sheet wrinkles: {KEEPS_FLAT}") from failure
+        if any(
+            experiment.phantom.stays_flat is False and is_loose_sheet(experiment)
+            for experiment in experiments
+        ):
+            raise SolverError(
+                f"{failure}; a loose sheet wrinkles: if it stays in its plane, write stays_flat = true in [phantom]"
+            ) from failure
         raise

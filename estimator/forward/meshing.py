@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from estimator.errors import InputError
 from estimator.experiment import Box, Experiment, PaintedPatch, Phantom, TissueRegion
 from estimator.experiment.holds import AXES, Axis, along
-from estimator.experiment.support import thin_axis
+from estimator.experiment.support import stays_flat, thin_axis
 from estimator.fem.assembly.body import Body, with_modulus
 from estimator.fem.boundary.problem import HeldNodes, RetractionProblem, retraction_problem
 from estimator.fem.discretisation.block_mesh import Grading, block_mesh, snapped_to_block
@@ -78,7 +78,7 @@ def mesh_experiment(
         (_inside(mesh.points, snapped_to_block(roller.box, half)), roller.directions)
         for roller in experiment.rollers
     ]
-    if experiment.phantom.stays_flat:
+    if stays_flat(experiment):
         rollers.append((_in_middle(mesh, experiment.phantom), (AXES[thin_axis(experiment.phantom)],)))
     grasp = snapped_to_block(experiment.grasp.box, half)
     beads = experiment.fiducials_rest
@@ -105,7 +105,7 @@ def _meshed_block(experiment: Experiment, grading: Grading, kind: ElementKind) -
     directed = (*experiment.rollers, *experiment.prescribed)
     held = (*experiment.anchors, *(one.box for one in directed))
     mesh = block_mesh(size, held, grasp, grading, kind)
-    if not phantom.stays_flat or _in_middle(mesh, phantom).any():
+    if not stays_flat(experiment) or _in_middle(mesh, phantom).any():
         return mesh
     upper = np.where(np.arange(3) == thin_axis(phantom), 0.0, size / 2)
     (x, y, z) = upper.tolist()

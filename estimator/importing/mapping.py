@@ -106,7 +106,7 @@ class ImportMapping:
     size: Vector | None
     surface: Path | None
     density: float
-    stays_flat: bool
+    stays_flat: bool | None
     anchors: tuple[BoxText, ...]
     rollers: tuple[tuple[BoxText, tuple[Axis, ...]], ...]
     grasp: BoxText
@@ -202,7 +202,7 @@ def read_mapping(file: Path) -> ImportMapping:
         surface=_beside(file, phantom.text("surface")) if shape == "surface" else None,
         density=phantom.number("density", 1070.0),
         anchors=tuple(_box(table, "box", file, "[[anchor]]") for table in root.tables("anchor")),
-        stays_flat=phantom.flag("stays_flat", default=False),
+        stays_flat=phantom.flag("stays_flat") if "stays_flat" in phantom else None,
         rollers=tuple(
             (_box(table, "box", file, "[[roller]]"), table.axes("directions"))
             for table in root.tables("roller")

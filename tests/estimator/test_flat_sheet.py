@@ -21,13 +21,17 @@ from estimator.experiment import (
     read_experiment,
     write_experiment,
 )
+from estimator.experiment.support import stays_flat, supposed_flat
 from estimator.experiment_checks import findings_of
 from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.equilibrium.observation import observe
+from estimator.fit.estimate import estimate
 from estimator.forward.meshing import mesh_experiment
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
+from estimator.report.estimation.findings import caveats
+from estimator.simulation.simulate import Resolution, simulate_case
 
 FloatArray = NDArray[np.float64]
 
@@ -82,7 +86,7 @@ def test_a_sheet_that_stays_flat_is_in_plane_stress(poisson_ratio: float) -> Non
     np.testing.assert_allclose(motion[:, :2], moved, atol=2e-3 * np.linalg.norm(way))
 
 
-def gripped_by_pads(size: tuple[float, float, float], *, stays_flat: bool) -> Experiment:
+def gripped_by_pads(size: tuple[float, float, float], *, stays_flat: bool | None) -> Experiment:
     """Held by two pads in its midst, which are drawn apart: behind them it is compressed."""
     pad, half = 0.08 * size[0], size[2] / 2
     place = 0.2 * size[0]
@@ -146,14 +150,48 @@ def test_a_sheet_that_stays_flat_does_not_wrinkle_and_scales_with_its_thickness(
     assert felt[0] == pytest.approx(felt[1], rel=0.05)
 
 
+THIN = (0.1, 0.05, 0.0015)
+
+
 def test_a_loose_thin_sheet_is_pointed_out_and_one_that_stays_flat_is_not() -> None:
     def said(experiment: Experiment) -> list[str]:
         return [finding.do for finding in findings_of(standing(experiment)) if finding.check == "sheet"]
 
-    thin = (0.1, 0.05, 0.0015)
-    assert "stays_flat = true" in said(gripped_by_pads(thin, stays_flat=False))[0]
-    assert not said(gripped_by_pads(thin, stays_flat=True))
-    assert not said(gripped_by_pads((0.1, 0.05, 0.004), stays_flat=False))
+    assert "stays_flat = true" in said(gripped_by_pads(THIN, stays_flat=None))[0]
+    assert "stays_flat = true" in said(gripped_by_pads(THIN, stays_flat=False))[0]
+    assert not said(gripped_by_pads(THIN, stays_flat=True))
+    assert not said(gripped_by_pads((0.1, 0.05, 0.004), stays_flat=None))
+
+
+@pytest.mark.parametrize("height", [0.0, 0.001, 0.002])
+def test_a_thin_sheet_is_supposed_to_stay_flat_unless_it_was_seen_to_leave_its_plane(height: float) -> None:
+    bead = np.array([[0.0, 0.0, THIN[2] / 2]])
+    rest = replace(gripped_by_pads(THIN, stays_flat=None), fiducials_rest=bead, fiducials=bead[None])
+    rows = standing(rest)
+    seen = replace(rows, fiducials=bead + np.array([0.0, height])[:, None, None] * np.eye(3)[2])
+    flat = height < THIN[2]
+    assert stays_flat(seen) == flat
+    assert ("stays_flat = true" in supposed_flat(seen)) == flat
+    assert (mesh_experiment(seen, COARSE).rolling is not None) == flat
+    assert not stays_flat(replace(seen, phantom=replace(seen.phantom, stays_flat=False)))
+
+
+def test_a_loose_sheet_is_estimated_with_the_word_that_it_is_supposed_to_stay_flat() -> None:
+    tissue, rest = Material(NeoHookean(), 8e3, 0.4), gripped_by_pads(THIN, stays_flat=None)
+    beads = 1e-3 * np.array([(x, y, 0.75) for x in (-10.0, 0.0, 10.0) for y in (-6.0, 5.0)])
+    rest = replace(rest, fiducials_rest=beads, fiducials=beads[None])
+    ways = np.repeat([0.0, -5e-4, -1e-3, -2e-3], 3)
+    poses = [
+        GripperPose(np.array(rest.grasp.centre) + way * np.eye(3)[0], Rotation.identity()) for way in ways
+    ]
+    planned = with_rows(rest, poses, np.zeros((12, 6)), np.zeros((12, 6, 3)) + beads)
+    (seen,) = simulate_case([planned], tissue, 5, resolution=Resolution(COARSE, "hex27"))
+    found = estimate(
+        [seen], mesh=lambda e: mesh_experiment(e, COARSE), finer_mesh=lambda e: mesh_experiment(e, COARSE)
+    )
+    low, high = found.parameters["youngs_modulus"].interval95
+    assert low < tissue.youngs_modulus < high
+    assert "is taken to stay in its plane" in caveats(found)[0]
 
 
 def test_it_is_written_and_read(tmp_path: Path) -> None:
