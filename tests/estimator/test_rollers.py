@@ -1,6 +1,6 @@
 """Supports that hold some directions only, against closed forms of homogeneous states and against solved states."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,6 +21,7 @@ from estimator.experiment import (
     Environment,
     Experiment,
     Grasp,
+    Phantom,
     Roller,
     SensorNoise,
     check_experiment,
@@ -36,9 +37,12 @@ from estimator.fem.equilibrium.newton import EquilibriumSolver, NewtonSettings
 from estimator.fem.equilibrium.observation import Observation, observe
 from estimator.fit.estimate import estimate
 from estimator.forward.meshing import mesh_experiment
+from estimator.importing.bodies import cylinder_surface
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
 from estimator.simulation.simulate import Resolution, simulate_case
+from estimator.surfaces.reading import surface_bounds
+from estimator.surfaces.writing import write_stl
 
 FloatArray = NDArray[np.float64]
 
@@ -319,3 +323,48 @@ def test_a_smooth_platen_sinks_under_a_known_load_as_the_closed_form_says() -> N
     hung = replace(planned, driven="load", wrench=load, first_row="under_load")
     (seen,) = simulate_case([hung], material, 0, resolution=Resolution(TINY, "hex27"))
     assert seen.position[1, 2] - CORNER[2] == pytest.approx((stretch - 1) * SIZE[2], rel=1e-5)
+
+
+@pytest.fixture(scope="module")
+def cylinder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Experiment]:
+    """A cylinder of a triangulated surface between smooth platens, and nothing else that holds it."""
+    folder = tmp_path_factory.mktemp("cylinder")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("RETRACT_CACHE", str(folder))
+        file = folder / "cylinder.stl"
+        write_stl(cylinder_surface(0.03, 0.02, 12), file)
+        x, y, z = np.ptp(surface_bounds(file, "m"), axis=0).tolist()
+        low, high = Box((-1, -1, -0.011), (1, 1, -0.00999)), Box((-1, -1, 0.00999), (1, 1, 0.011))
+        rest = block_at_rest((x, y, z), high, SENSOR, np.zeros((0, 3)))
+        yield replace(
+            rest,
+            phantom=Phantom("surface", (x, y, z), file, unit="m"),
+            anchors=(),
+            rollers=(Roller(low, ("z",)),),
+            grasp=Grasp(high, (0.0, 0.0, 0.01), ("z",)),
+        )
+
+
+def test_a_cylinder_between_smooth_platens_is_in_the_uniaxial_state(cylinder: Experiment) -> None:
+    material, stretch = Material(NeoHookean(), 20e3, 0.45), 0.85
+    problem = mesh_experiment(cylinder, Grading(20e-3, 20e-3, 40e-3, 3.0, 1))
+    pose = GripperPose(np.array([0.0, 0.0, 0.01 - (1 - stretch) * 0.02]), Rotation.identity())
+    (state,) = follow(problem, material, [pose])
+    stretches, stress = homogeneous(material, 2, stretch, ())
+    area = float(problem.body.volume.sum()) / 0.02
+    assert observe(problem, state).wrench[2] == pytest.approx(-stress * area, rel=1e-4)
+    middle = (problem.body.mesh.points + state.displacement).mean(axis=0) - problem.body.mesh.points.mean(
+        axis=0
+    )
+    assert np.abs(middle[:2]).max() < 1e-4
+    assert np.ptp((problem.body.mesh.points + state.displacement)[:, 0]) == pytest.approx(
+        stretches[0] * np.ptp(problem.body.mesh.points[:, 0]), rel=1e-4
+    )
+
+
+def test_a_roller_that_reaches_into_a_surface_is_refused(cylinder: Experiment) -> None:
+    deep = Roller(Box((-1, -1, -0.011), (1, 1, -0.005)), ("z",))
+    with pytest.raises(
+        InputError, match="roller 1 holds some directions only, and its box reaches into the tissue"
+    ):
+        mesh_experiment(replace(cylinder, rollers=(deep,)), Grading(20e-3, 20e-3, 40e-3, 3.0, 1))
