@@ -91,8 +91,8 @@ def supposed_flat(experiment: Experiment) -> str:
     thin, wide, _ = sorted(experiment.phantom.size_m)
     return (
         f"The sheet, {1e3 * thin:.3g} mm thin, {1e3 * wide:.3g} mm wide and held by a part of it, is taken to stay in "
-        "its plane: loose it would wrinkle under next to nothing. Write stays_flat = true in [phantom] if it does, "
-        "false if not."
+        "its plane: loose it would wrinkle under next to nothing. The experiment's file can say whether it does, as "
+        "retract check tells."
     )
 
 
