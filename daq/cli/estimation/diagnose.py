@@ -15,6 +15,7 @@ from estimator.diagnosis.diagnose import diagnose
 from estimator.diagnosis.search.baseline import GRADING
 from estimator.errors import InputError
 from estimator.experiment import read_case
+from estimator.experiment_checks.suspicions import naming_suspicions, suspicions_of
 from estimator.forward.meshing import surface_notes
 from estimator.report.diagnosis.findings import summary_text
 from estimator.report.diagnosis.writing import write_report
@@ -81,11 +82,12 @@ def run(options: argparse.Namespace) -> Result:
     experiments = with_noise_of(options, read_case(options.case[0]))
     if options.output is not None:
         options.output.mkdir(parents=True, exist_ok=True)
-    with progress() as tell:
+    with progress() as tell, naming_suspicions(options.case):
         found = diagnose(experiments, tell, material=material)
-    notes = surface_notes(experiments[0], GRADING)
-    data = {**as_json(found), "law": material.law.name, "surface": notes}
-    text = "\n".join([summary_text(found), *(f"Surface: {note}" for note in notes)])
+    notes, suspicions = surface_notes(experiments[0], GRADING), suspicions_of(options.case)
+    data = {**as_json(found), "law": material.law.name, "surface": notes, "suspicious": suspicions}
+    told = [*(f"Surface: {note}" for note in notes), *(f"Suspicious: {one}" for one in suspicions)]
+    text = "\n".join([summary_text(found), *told])
     if options.output is not None:
         file = options.output / PAGE_FILE
         provenance = {"case": str(options.case[0]), **package_versions()}
