@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from estimator.experiment import Experiment
-from estimator.fem.boundary.problem import RetractionProblem, retraction_problem
+from estimator.fem.boundary.problem import HeldNodes, RetractionProblem, retraction_problem
 from estimator.fem.discretisation.mesh import Mesh
 from estimator.fem.equilibrium.newton import EquilibriumSolver
 from estimator.fem.equilibrium.observation import observe
@@ -55,8 +55,10 @@ def quadratic_tetrahedra(cells: tuple[int, int, int]) -> RetractionProblem:
     grasp = PULL.grasp.box
     return retraction_problem(
         Mesh(mesh.points, mesh.cells, "tet10"),
-        np.isclose(mesh.points[:, 0], -PULL.phantom.size_m[0] / 2),
-        np.asarray(grasp.contains(np.round(mesh.points, 9))),
+        HeldNodes(
+            np.isclose(mesh.points[:, 0], -PULL.phantom.size_m[0] / 2),
+            np.asarray(grasp.contains(np.round(mesh.points, 9))),
+        ),
         np.array(GRASP_CENTRE),
         PULL.fiducials_rest,
         np.asarray(grasp.contains(np.round(PULL.fiducials_rest, 9))),

@@ -16,7 +16,7 @@ from daq.files.toml_tables import Keys, TomlFile, toml_text
 from daq.viewers import Viewers
 from daq.vision.camera_model import StereoCalibration
 from daq.vision.fiducials import FiducialSettings
-from estimator.experiment import Box, Environment, Grasp, Phantom
+from estimator.experiment import Box, Environment, Grasp, Phantom, Roller
 from robot_drivers.protocols import Pose
 from robot_drivers.specification import CameraSpecification, ForceSensorSpecification, RobotSpecification
 
@@ -137,7 +137,7 @@ class Specimen:
     Attributes
     ----------
     phantom_id : the same for all experiments on one mounting
-    anchors : boxes in which the phantom does not move
+    anchors, rollers : boxes in which the phantom does not move, and those in which not along some axes
     fiducials_m : design positions of the beads; their order is the order of the observations
     """
 
@@ -147,6 +147,7 @@ class Specimen:
     grasp: Grasp
     environment: Environment
     fiducials_m: tuple[Vector, ...]
+    rollers: tuple[Roller, ...] = ()
 
     def __post_init__(self) -> None:
         check_name(self.phantom_id, "phantom_id")

@@ -116,6 +116,7 @@ def brought_together(
         phantom=rig.specimen.phantom,
         anchors=rig.specimen.anchors,
         grasp=rig.specimen.grasp,
+        rollers=rig.specimen.rollers,
         trajectory_kind=experiment_kind(info.trajectory["kind"]),
         environment=rig.specimen.environment,
         sensor=_noise(rig, positions, wrenches, beads),

@@ -74,6 +74,7 @@ def planned_experiment(
         quaternion_wxyz=Rotation.concatenate(rotations).as_quat(canonical=True, scalar_first=True),
         wrench=np.full((count, 6), np.nan),
         fiducials=np.full((count, beads, 3), np.nan),
+        rollers=specimen.rollers,
     )
 
 

@@ -17,6 +17,7 @@ from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import Catalogue, default_catalogue
 from estimator.experiment import Experiment
 from estimator.fit.settings import FitSettings
+from estimator.forward.advice import advising
 from estimator.workers import worker_pool
 
 
@@ -50,7 +51,7 @@ def diagnose(
     """
     started = time.perf_counter()
     tell = progress or (lambda stage, done, total: None)
-    with worker_pool() as executor:
+    with advising(experiments), worker_pool() as executor:
         comparison = compare(
             experiments,
             settings or DiagnosisSettings(),

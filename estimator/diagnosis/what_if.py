@@ -69,7 +69,9 @@ def what_if(
         forms = [effect for effect in catalogue.forms(label) if not effect.elaborates]
         trials = screen(context, forms)
         if not trials:
-            raise InputError(f"{label}: would not show, for no fiducial was measured; choose another cause")
+            raise InputError(
+                f"{label}: would not show, for what it acts on is not there or was not measured; choose another cause"
+            )
         starts = [trial.start for trial in best_starts(trials, settings.search.starts)]
         candidates = race(context, starts[: settings.conclusions.starts_of_what_if], -np.inf)
         none = first_order_evidence(case, baseline, context.error)

@@ -1,13 +1,11 @@
 """The experiment folder ``retraction-experiment/2``: its types, reader, writer and checks."""
 
+from estimator.experiment.holds import Box, Grasp, PaintedPatch, Prescribed, Roller
 from estimator.experiment.model import (
     PHASES,
     TRAJECTORY_KINDS,
-    Box,
     Environment,
     Experiment,
-    Grasp,
-    PaintedPatch,
     Phantom,
     SensorNoise,
     TissueRegion,
@@ -26,6 +24,8 @@ __all__ = [
     "Grasp",
     "PaintedPatch",
     "Phantom",
+    "Prescribed",
+    "Roller",
     "SensorNoise",
     "TissueRegion",
     "check_experiment",

@@ -9,13 +9,10 @@ from pathlib import Path
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from estimator.surfaces.formats.painting import read_painting
+from estimator.experiment.holds import Box, FloatArray, Grasp, Prescribed, Roller, Vector
 from estimator.surfaces.units import Unit
-
-FloatArray = NDArray[np.float64]
-Vector = tuple[float, float, float]
 
 Shape = Literal["block", "surface"]
 TrajectoryKind = Literal["pull", "gradual_tangent_pull", "twist_and_pull", "other"]
@@ -36,9 +33,6 @@ SURFACE_FILES: tuple[str, ...] = ("phantom.stl", "phantom.ply", "phantom.obj", "
 PAINTING_PREFIX = "painted_"
 """With which the files of painted patches begin in a folder that is written."""
 
-# Corners of the phantom's surface may lie beside the painting's by this share of its size.
-_BESIDE_PATCH = 0.01
-
 REGION_PREFIX = "region_"
 """With which the files of regions begin in a folder that is written."""
 
@@ -46,71 +40,6 @@ WRENCH_CHANNELS: tuple[str, ...] = ("fx", "fy", "fz", "tx", "ty", "tz")
 BEAD_CHANNELS: tuple[str, ...] = ("x", "y", "z")
 PHASES: tuple[str, ...] = ("ramp", "hold", "return", "return_hold")
 TRAJECTORY_KINDS: tuple[str, ...] = get_args(TrajectoryKind)
-
-
-@dataclass(frozen=True, slots=True)
-class Box:
-    """An axis-aligned box given by its lower and upper corner, m; it may be flat. Its faces belong to it."""
-
-    lower: Vector
-    upper: Vector
-
-    def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Tell for each of the points (..., 3) whether it lies in the box."""
-        coordinates = np.asarray(points, dtype=np.float64)
-        inside = (coordinates >= self.lower) & (coordinates <= self.upper)
-        return np.asarray(inside.all(axis=-1))
-
-    def distance(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Return how far each of the points (..., 3) lies from the box, m; 0 inside."""
-        coordinates = np.asarray(points, dtype=np.float64)
-        beyond = np.maximum(np.asarray(self.lower) - coordinates, coordinates - np.asarray(self.upper))
-        return np.asarray(np.linalg.norm(np.maximum(beyond, 0.0), axis=-1))
-
-    def overlaps_within(self, other: "Box", body: "Box") -> bool:
-        """Tell whether the two boxes share a part of a third one."""
-        shared = None if isinstance(other, PaintedPatch) else self.intersection(other)
-        return shared is not None and shared.intersection(body) is not None
-
-    def intersection(self, other: "Box") -> "Box | None":
-        """Return what the two boxes share, None where they share nothing."""
-        lower = np.maximum(self.lower, other.lower)
-        upper = np.minimum(self.upper, other.upper)
-        if np.any(lower > upper):
-            return None
-        return Box((lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2]))
-
-
-@dataclass(frozen=True, slots=True)
-class PaintedPatch(Box):
-    """A patch of a phantom's surface, within its bounding box, m: where a painting has a value.
-
-    Attributes
-    ----------
-    scalar, value : the number that is painted, and its value on the patch
-    file : PLY, VTP or VTU with that number at its corners or faces
-    unit : of the file; None as for the phantom's
-    """
-
-    scalar: str
-    value: float
-    file: Path = field(compare=False)
-    unit: Unit | None = None
-
-    def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Tell for each of the points (..., 3) of the surface whether it lies on the patch."""
-        coordinates = np.asarray(points, dtype=np.float64)
-        flat = coordinates.reshape(-1, 3)
-        painting = read_painting(self.file, self.scalar, self.unit)
-        margin = _BESIDE_PATCH * float(np.linalg.norm(np.ptp(painting.points, axis=0)))
-        near = np.all(
-            (flat >= np.array(self.lower) - margin) & (flat <= np.array(self.upper) + margin), axis=1
-        )
-        return (near & painting.nearest_has(self.value, flat)).reshape(coordinates.shape[:-1])
-
-    def overlaps_within(self, other: Box, body: Box) -> bool:
-        """Tell that it does not: a patch has no volume, and a painting one value in each place."""
-        return False
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,6 +77,9 @@ class Phantom:
     density : kg/m³
     unit : of the surface file; None for metres, or millimetres where only these give a phantom
     regions : parts of a surface's tissue with another modulus; where they share tissue, their ratios multiply
+    stays_flat : whether a block that is a thin sheet stays in its plane, as skin on a body or a membrane that is drawn
+        tight: its middle plane, at right angles to the shortest edge, moves in itself alone, and its stress is plane.
+        None where nothing is stated: a thin sheet that would wrinkle is supposed to
     """
 
     shape: Shape
@@ -156,14 +88,7 @@ class Phantom:
     density: float = 1070.0
     unit: Unit | None = None
     regions: tuple[TissueRegion, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Grasp:
-    """Tissue in ``box`` moves with the gripper, whose frame has its origin at ``centre`` at rest, m."""
-
-    box: Box
-    centre: Vector
+    stays_flat: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -253,6 +178,8 @@ class Experiment:
     first_row : ``"at_rest"``, or ``"under_load"`` where the gripper has moved already: poses are from rest all the same
     driven : by the ``"pose"`` of the gripper, or by the ``"load"`` on it: it is free then, as under a hung weight, and
         its pose is what was measured
+    rollers : tissue in any of these boxes does not move along some of the axes
+    prescribed : tissue in any of these boxes moves along some of the axes as the fiducials there were seen to
     """
 
     name: str
@@ -275,6 +202,8 @@ class Experiment:
     path: Path | None = None
     first_row: FirstRow = "at_rest"
     driven: Driven = "pose"
+    rollers: tuple[Roller, ...] = ()
+    prescribed: tuple[Prescribed, ...] = ()
 
     @property
     def specific_weight(self) -> FloatArray:

@@ -28,6 +28,10 @@ def check_same_mounting(experiments: Sequence[Experiment], rest_tolerance_m: flo
     if not experiments:
         raise InputError("no experiment is given; name one or more experiment folders")
     first = experiments[0]
+    if len(experiments) > 1 and any(experiment.prescribed for experiment in experiments):
+        raise InputError(
+            "[[prescribed]] is of one experiment, whose fiducials lead the boundary; take the experiments one by one"
+        )
     for other in experiments[1:]:
         if differs := _difference(first, other, rest_tolerance_m):
             raise InputError(
@@ -39,7 +43,8 @@ def check_same_mounting(experiments: Sequence[Experiment], rest_tolerance_m: flo
 def is_same_body(one: Phantom, other: Phantom) -> bool:
     """Tell whether two phantoms are one body: surfaces by what their files hold, wherever these lie."""
     stated = all(
-        getattr(one, name) == getattr(other, name) for name in ("shape", "size_m", "density", "unit")
+        getattr(one, name) == getattr(other, name)
+        for name in ("shape", "size_m", "density", "unit", "stays_flat")
     )
     if not stated or one.surface is None or other.surface is None:
         return stated and one.surface is other.surface
@@ -64,6 +69,7 @@ def _difference(one: Experiment, other: Experiment, rest_tolerance_m: float) -> 
         "phantom_id": one.phantom_id == other.phantom_id,
         "[phantom]": is_same_body(one.phantom, other.phantom),
         "[[anchor]]": one.anchors == other.anchors,
+        "[[roller]]": one.rollers == other.rollers,
         "[grasp]": one.grasp == other.grasp,
         "[environment] weight": np.array_equal(one.specific_weight, other.specific_weight),
         "[fiducials] rest": rest.shape == others.shape

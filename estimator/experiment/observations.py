@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.errors import InputError
-from estimator.experiment.model import PHASES, WRENCH_CHANNELS, Experiment, FloatArray
+from estimator.experiment.holds import FloatArray
+from estimator.experiment.model import PHASES, WRENCH_CHANNELS, Experiment
 from estimator.input_file import parse_number, read_input_text
 
 _POSE_COLUMNS = ("time", "px", "py", "pz", "qw", "qx", "qy", "qz")

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from estimator.errors import InputError
-from estimator.experiment.model import Box, FloatArray, Vector
+from estimator.experiment.holds import AXES, Axis, Box, FloatArray, Vector
 from estimator.input_file import is_number, parse_toml, read_input_text
 
 
@@ -56,6 +56,20 @@ class TomlTable:
         if value not in choices:
             raise self.error(key, f'is "{value}"; write one of {", ".join(choices)}')
         return value
+
+    def flag(self, key: str) -> bool:
+        """Return true or false."""
+        value = self._get(key, None)
+        if not isinstance(value, bool):
+            raise self.error(key, f"is {value!r}; write true or false")
+        return value
+
+    def axes(self, key: str, default: tuple[Axis, ...] | None = None) -> tuple[Axis, ...]:
+        """Return some of x, y, z, in that order."""
+        value = self._get(key, default)
+        if not (isinstance(value, list | tuple) and value and all(one in AXES for one in value)):
+            raise self.error(key, f'is {value!r}; write a list of some of "x", "y", "z"')
+        return tuple(axis for axis in AXES if axis in value)
 
     def integer(self, key: str, default: int | None = None) -> int:
         """Return an integer."""

@@ -2,7 +2,7 @@
 
 import json
 
-from estimator.experiment.model import Box, Vector
+from estimator.experiment.holds import Axis, Box, Vector
 
 
 def toml_text(text: str) -> str:
@@ -23,3 +23,8 @@ def toml_vector(vector: Vector) -> str:
 def toml_box(box: Box) -> str:
     """Return two opposite corners as a list."""
     return f"[{toml_vector(box.lower)}, {toml_vector(box.upper)}]"
+
+
+def toml_axes(axes: tuple[Axis, ...]) -> str:
+    """Return axes as a list of texts."""
+    return f"[{', '.join(toml_text(axis) for axis in axes)}]"

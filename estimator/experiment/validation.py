@@ -14,13 +14,11 @@ from estimator.experiment.model import (
     EXPERIMENT_FILE,
     OBSERVATIONS_FILE,
     WRENCH_CHANNELS,
-    Box,
     Experiment,
-    FloatArray,
     Phantom,
 )
 from estimator.experiment.observations import WRENCH_COLUMNS, fiducial_columns, line_of_row
-from estimator.surfaces.reading import surface_bounds
+from estimator.experiment.support import check_support
 
 _SIZE_LIMIT_M = 2.0
 _DENSITY_RANGE = (100.0, 20_000.0)
@@ -53,7 +51,7 @@ def check_experiment(experiment: Experiment) -> None:
     folder = experiment.path or Path(experiment.name)
     stated, observed = folder / EXPERIMENT_FILE, folder / OBSERVATIONS_FILE
     _check_phantom(experiment.phantom, stated)
-    _check_mounting(experiment, stated)
+    check_support(experiment, stated, observed)
     _check_environment_and_sensor(experiment, stated)
     _check_lengths(experiment, observed)
     _check_time_and_pose(experiment, observed)
@@ -63,6 +61,8 @@ def check_experiment(experiment: Experiment) -> None:
 
 
 def _check_phantom(phantom: Phantom, file: Path) -> None:
+    if phantom.stays_flat and phantom.surface is not None:
+        raise InputError(f"{file}: [phantom] stays_flat is for phantoms of shape block; leave it out")
     if not min(phantom.size_m) > 0:
         raise InputError(f"{file}: [phantom] size is {list(phantom.size_m)}; every edge must be above 0 m")
     if (longest := max(phantom.size_m)) > _SIZE_LIMIT_M:
@@ -73,30 +73,6 @@ def _check_phantom(phantom: Phantom, file: Path) -> None:
     if not low <= phantom.density <= high:
         raise InputError(
             f"{file}: [phantom] density is {phantom.density:g} kg/m3, not in {low:g} to {high:g}; write kg/m3"
-        )
-
-
-def _check_mounting(experiment: Experiment, file: Path) -> None:
-    if experiment.order < 1:
-        raise InputError(f"{file}: order is {experiment.order}; number the experiments from 1")
-    body = _bounds(experiment.phantom)
-    grasp = experiment.grasp.box
-    _check_holds_tissue(grasp, body, f"{file}: [grasp] box")
-    if not experiment.anchors:
-        raise InputError(f"{file}: no [[anchor]]; state at least one box whose tissue does not move")
-    for i, anchor in enumerate(experiment.anchors, start=1):
-        _check_holds_tissue(anchor, body, f"{file}: [[anchor]] {i} box")
-        if anchor.overlaps_within(grasp, body):
-            raise InputError(
-                f"{file}: [[anchor]] {i} box overlaps [grasp] box in the tissue, which cannot both stand and "
-                "move; part them"
-            )
-    away = _distance_to_box(experiment.fiducials_rest, body)
-    if np.any(away > _REST_TOLERANCE * max(experiment.phantom.size_m)):
-        worst = int(np.argmax(away))
-        raise InputError(
-            f"{file}: [fiducials] rest number {worst} (from 0) lies {away[worst]:g} m off the phantom; "
-            "write metres in the tissue frame, whose origin is the phantom's centre"
         )
 
 
@@ -261,29 +237,6 @@ def _check_force_sign(experiment: Experiment, file: Path) -> None:
             f"{file}: the force grows along the gripper's motion; write the force that the tissue exerts on "
             "the gripper (negative fx when pulling along +x)"
         )
-
-
-def _bounds(phantom: Phantom) -> Box:
-    if phantom.surface is None:
-        x, y, z = (edge / 2 for edge in phantom.size_m)
-        return Box((-x, -y, -z), (x, y, z))
-    (x0, y0, z0), (x1, y1, z1) = surface_bounds(phantom.surface, phantom.unit).tolist()
-    return Box((x0, y0, z0), (x1, y1, z1))
-
-
-def _check_holds_tissue(box: Box, body: Box, label: str) -> None:
-    """Demand a common volume or face; an edge or a corner holds nothing."""
-    shared = box.intersection(body)
-    if shared is None or np.count_nonzero(np.subtract(shared.upper, shared.lower)) < 2:
-        raise InputError(
-            f"{label} holds no tissue (the phantom reaches from {list(body.lower)} to {list(body.upper)} m); "
-            "write two opposite corners in metres, in the tissue frame"
-        )
-
-
-def _distance_to_box(points: FloatArray, box: Box) -> FloatArray:
-    outside = np.maximum(np.maximum(box.lower - points, points - box.upper), 0.0)
-    return np.asarray(np.linalg.norm(outside, axis=1), dtype=np.float64)
 
 
 def _refuse_rows(refused: NDArray[np.bool_], file: Path, text: str, column: str | None = None) -> None:

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from estimator.errors import InputError
+from estimator.experiment.holds import Box, PaintedPatch
 from estimator.experiment.model import (
     EXPERIMENT_FILE,
     FORMAT,
@@ -16,17 +17,16 @@ from estimator.experiment.model import (
     PAINTING_PREFIX,
     REGION_PREFIX,
     SURFACE_FILES,
-    Box,
     Experiment,
-    PaintedPatch,
     Phantom,
 )
 from estimator.experiment.observations import write_observations
-from estimator.experiment.toml_values import toml_box, toml_number, toml_text, toml_vector
+from estimator.experiment.toml_values import toml_axes, toml_box, toml_number, toml_text, toml_vector
 from estimator.experiment.validation import check_experiment
 
 # How the files of regions and painted patches begin.
 _OWN = (REGION_PREFIX, PAINTING_PREFIX)
+_GRASP = "grasp"
 
 
 def write_experiment(experiment: Experiment, path: Path | str) -> Experiment:
@@ -104,7 +104,9 @@ def _staged(experiment: Experiment, target: Path) -> Iterator[Path]:
 
 def _held(experiment: Experiment) -> dict[str, Box]:
     anchors = {f"anchor_{number}": anchor for number, anchor in enumerate(experiment.anchors, start=1)}
-    return {**anchors, "grasp": experiment.grasp.box}
+    rollers = {f"roller_{number}": roller.box for number, roller in enumerate(experiment.rollers, start=1)}
+    led = {f"prescribed_{number}": one.box for number, one in enumerate(experiment.prescribed, start=1)}
+    return {**anchors, **rollers, **led, _GRASP: experiment.grasp.box}
 
 
 def _painting_name(name: str, held: PaintedPatch) -> str:
@@ -132,11 +134,23 @@ def _located(experiment: Experiment, target: Path) -> Experiment:
             replace(region, surface=target / region.file_name) for region in experiment.phantom.regions
         ),
     )
-    *anchors, grasp = (
-        replace(held, file=target / _painting_name(name, held)) if isinstance(held, PaintedPatch) else held
-        for name, held in _held(experiment).items()
+    held = {
+        name: replace(one, file=target / _painting_name(name, one)) if isinstance(one, PaintedPatch) else one
+        for name, one in _held(experiment).items()
+    }
+    mounted = replace(
+        experiment,
+        anchors=tuple(held[name] for name in held if name.startswith("anchor_")),
+        rollers=tuple(
+            replace(one, box=held[f"roller_{number}"])
+            for number, one in enumerate(experiment.rollers, start=1)
+        ),
+        prescribed=tuple(
+            replace(one, box=held[f"prescribed_{number}"])
+            for number, one in enumerate(experiment.prescribed, start=1)
+        ),
+        grasp=replace(experiment.grasp, box=held[_GRASP]),
     )
-    mounted = replace(experiment, anchors=tuple(anchors), grasp=replace(experiment.grasp, box=grasp))
     return replace(mounted, phantom=phantom, path=target)
 
 
@@ -148,7 +162,21 @@ def _surface_name(file: Path) -> str:
 
 def _toml(experiment: Experiment) -> str:
     sensor, environment = experiment.sensor, experiment.environment
-    *anchors, grasp = (_held_lines(name, held) for name, held in _held(experiment).items())
+    held = {name: _held_lines(name, one) for name, one in _held(experiment).items()}
+    anchors = [lines for name, lines in held.items() if name.startswith("anchor_")]
+    directed = [
+        ["", "[[roller]]", *held[f"roller_{number}"], f"directions = {toml_axes(one.directions)}"]
+        for number, one in enumerate(experiment.rollers, start=1)
+    ]
+    directed += [
+        [
+            *("", "[[prescribed]]", *held[f"prescribed_{number}"]),
+            f"directions = {toml_axes(one.directions)}",
+            f"reach = {toml_number(one.reach)}",
+        ]
+        for number, one in enumerate(experiment.prescribed, start=1)
+    ]
+    grasp = experiment.grasp
     rest = [f"    {toml_vector(tuple(point))}," for point in experiment.fiducials_rest.tolist()]
     lines = [
         f"format = {toml_text(FORMAT)}",
@@ -158,10 +186,12 @@ def _toml(experiment: Experiment) -> str:
         "",
         *phantom_lines(experiment.phantom),
         *(line for lines in anchors for line in ("", "[[anchor]]", *lines)),
+        *(line for lines in directed for line in lines),
         "",
         "[grasp]",
-        *grasp,
-        f"centre = {toml_vector(experiment.grasp.centre)}",
+        *held[_GRASP],
+        f"centre = {toml_vector(grasp.centre)}",
+        *([f"directions = {toml_axes(grasp.directions)}"] if grasp.slides else []),
         "",
         "[trajectory]",
         f"kind = {toml_text(experiment.trajectory_kind)}",
@@ -205,6 +235,7 @@ def phantom_lines(phantom: Phantom) -> list[str]:
         *unit,
         f"size = {toml_vector(phantom.size_m)}",
         f"density = {toml_number(phantom.density)}",
+        *([] if phantom.stays_flat is None else [f"stays_flat = {str(phantom.stays_flat).lower()}"]),
     ]
     for region in phantom.regions:
         lines += [

@@ -4,7 +4,8 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.transform import Rotation
 
-from estimator.experiment.model import Experiment, FloatArray
+from estimator.experiment.holds import FloatArray
+from estimator.experiment.model import Experiment
 from estimator.experiment_checks.finding import Finding, of_facts, of_rows
 from estimator.experiment_checks.readings import SURELY, at_rest, longest_edge, travel
 

@@ -17,6 +17,7 @@ CHECKS: dict[str, Check] = {
     "size": units.check_size,
     "grasp": holding.check_grasp,
     "anchors": holding.check_anchors,
+    "sheet": holding.check_sheet,
     "start": holding.check_start,
     "places of beads": holding.check_bead_places,
     "order of rows": rows.check_order,
@@ -26,6 +27,7 @@ CHECKS: dict[str, Check] = {
     "beads at rest": beads.check_rest,
     "held beads": beads.check_held_beads,
     "direction of beads": beads.check_common_direction,
+    "given loads": forces.check_given_loads,
     "what is measured": noise.check_measured,
     "constant columns": noise.check_constant,
     "stated noise": noise.check_stated_noise,
@@ -109,7 +111,9 @@ def _check_member(folder: Path) -> Checked:
             check_experiment(replace(experiment, path=folder))
         except InputError as error:
             found = [_from_reader(error, folder), *found]
-    return Checked(folder, (*found, *noise.not_measured(experiment)), experiment)
+    return Checked(
+        folder, (*found, *noise.not_measured(experiment), *holding.not_prevented(experiment)), experiment
+    )
 
 
 def _from_reader(error: InputError, folder: Path) -> Finding:

@@ -6,7 +6,7 @@ import numpy as np
 
 from estimator.experiment.model import Experiment
 from estimator.experiment.observations import WRENCH_COLUMNS
-from estimator.experiment_checks.finding import Finding, of_rows
+from estimator.experiment_checks.finding import Finding, of_facts, of_rows
 from estimator.experiment_checks.readings import SURELY, at_rest, travel
 
 _FEWEST = 5
@@ -106,3 +106,21 @@ def check_both_ways(experiment: Experiment) -> list[Finding]:
             do = "export the component with its sign"
             findings.append(of_rows("wrong", "sign of forces", what, do, column=WRENCH_COLUMNS[axis]))
     return findings
+
+
+def check_given_loads(experiment: Experiment) -> list[Finding]:
+    """A sensor's force scatters while the gripper stands; a load that was hung is known, and the pose is what scatters.
+
+    Told where every force stays what it is within every step, while the reported position does not.
+    """
+    forces = experiment.wrench[:, :3]
+    same = np.diff(experiment.step) == 0
+    if experiment.driven == "load" or not same.any() or not np.nanmax(np.abs(forces), initial=0.0) > 0:
+        return []
+    still = np.nan_to_num(np.diff(forces, axis=0)[same]) == 0
+    scatter = np.diff(experiment.position, axis=0)[same].any(axis=1)
+    if not still.all() or not scatter.all():
+        return []
+    what = "the forces are to the last digit the same within a step, and the pose is not: as of a known load that hangs"
+    do = 'if the gripper is free and carries it, write driven = "load" and orientation_std in retraction-experiment/2'
+    return [of_facts("suspicious", "given loads", what, do, "[trajectory] driven")]

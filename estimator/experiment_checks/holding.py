@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from estimator.experiment.model import Box, Experiment
+from estimator.experiment.holds import Box
+from estimator.experiment.model import Experiment
+from estimator.experiment.support import in_words, is_loose_sheet
 from estimator.experiment_checks.finding import Finding, of_facts, of_rows
 from estimator.experiment_checks.readings import SURELY, body_box, longest_edge
 
@@ -33,7 +35,7 @@ def check_grasp(experiment: Experiment) -> list[Finding]:
 def check_anchors(experiment: Experiment) -> list[Finding]:
     """Something stands still, it is of the body, and it is not what the gripper holds."""
     body = body_box(experiment)
-    if not experiment.anchors:
+    if not (experiment.anchors or experiment.rollers or experiment.prescribed):
         return [
             of_facts(
                 "wrong", "anchors", "none is stated", "state a box whose tissue does not move", "[[anchor]]"
@@ -54,6 +56,26 @@ def check_anchors(experiment: Experiment) -> list[Finding]:
                 of_facts("wrong", "anchors", "holds the whole phantom", "write what stands still", key)
             )
     return findings
+
+
+def check_sheet(experiment: Experiment) -> list[Finding]:
+    """A sheet that is thin beside its size, and held by a part of it, wrinkles unless something keeps it flat."""
+    stated = experiment.phantom.stays_flat
+    if stated or not is_loose_sheet(experiment):
+        return []
+    size = sorted(experiment.phantom.size_m)
+    what = f"is {size[0] * 1e3:.3g} mm thin and {size[1] * 1e3:.3g} mm wide: loose, it wrinkles under next to nothing"
+    taken = "it is taken to stay in its plane; " if stated is None else ""
+    do = f"{taken}if it lies on something or is drawn tight, write stays_flat = true in retraction-experiment/2"
+    return [of_facts("suspicious", "sheet", what, do, "[phantom] size")]
+
+
+def not_prevented(experiment: Experiment) -> list[Finding]:
+    """Tell along and about which axes nothing keeps the body from moving as a whole."""
+    if not experiment.grasp.slides or not (free := in_words(experiment)):
+        return []
+    what = f"nothing keeps the phantom from moving {', '.join(free)}: it is taken to stay in its middle"
+    return [of_facts("fine", "anchors", what, "", "[[roller]]")]
 
 
 def check_start(experiment: Experiment) -> list[Finding]:

@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from estimator.experiment.model import Experiment, FloatArray
+from estimator.experiment.holds import FloatArray
+from estimator.experiment.model import Experiment
 from estimator.experiment.observations import WRENCH_COLUMNS, fiducial_columns
 from estimator.experiment_checks.finding import Finding, of_facts, of_rows
 from estimator.experiment_checks.readings import at_rest, longest_edge
@@ -125,9 +126,11 @@ def _still(experiment: Experiment) -> np.ndarray:
 
 
 def _channels(experiment: Experiment) -> Iterator[tuple[str, tuple[str, ...], FloatArray]]:
+    """Yield kind, columns and values of what was measured; a load that drives the gripper was not, but is known."""
     rows, beads = experiment.fiducials.shape[:2]
-    yield "forces", WRENCH_COLUMNS[:3], experiment.wrench[:, :3]
-    yield "torques", WRENCH_COLUMNS[3:], experiment.wrench[:, 3:]
+    if experiment.driven == "pose":
+        yield "forces", WRENCH_COLUMNS[:3], experiment.wrench[:, :3]
+        yield "torques", WRENCH_COLUMNS[3:], experiment.wrench[:, 3:]
     yield "beads", fiducial_columns(beads), experiment.fiducials.reshape(rows, -1)
 
 

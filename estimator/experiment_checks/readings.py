@@ -5,7 +5,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from estimator.errors import InputError
-from estimator.experiment.model import Box, Experiment, FloatArray
+from estimator.experiment.holds import Box, FloatArray
+from estimator.experiment.model import Experiment
 from estimator.surfaces.reading import surface_bounds
 
 SURELY = 5.0

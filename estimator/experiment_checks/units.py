@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from estimator.experiment.model import Experiment, FloatArray
+from estimator.experiment.holds import FloatArray
+from estimator.experiment.model import Experiment
 from estimator.experiment_checks.finding import Finding, of_facts, of_rows
 from estimator.experiment_checks.readings import (
     SURELY,
@@ -144,7 +145,8 @@ def apparent_modulus(experiment: Experiment) -> float | None:
     box = body_box(experiment)
     edges = np.subtract(box.upper, box.lower)
     centre = np.asarray(experiment.grasp.centre)
-    away = [float(anchor.distance(centre)) for anchor in experiment.anchors]
+    directed = (*experiment.rollers, *experiment.prescribed)
+    away = [float(box.distance(centre)) for box in (*experiment.anchors, *(one.box for one in directed))]
     length = max(min(away, default=0.0), float(edges.min()))
     area = float(np.prod(edges)) / max(float(edges.max()), length)
     return float(size[row] * length / (area * distance[row]))

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.experiment.model import Experiment, FloatArray
+from estimator.experiment.holds import FloatArray
+from estimator.experiment.model import Experiment
 from estimator.experiment.observations import WRENCH_COLUMNS
 from estimator.experiment_checks.finding import Finding, of_rows
 from estimator.experiment_checks.readings import SURELY, at_rest, body_box, rotation_vectors, travel

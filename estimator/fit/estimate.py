@@ -26,6 +26,7 @@ from estimator.fit.result import Estimate
 from estimator.fit.search import Iterate, Values, determined_step, internal_change, minimise, moved
 from estimator.fit.settings import FitSettings
 from estimator.fit.summary import FitOutcome, Uncertainty, budget, summarise, uncertainty
+from estimator.forward.advice import advising
 from estimator.forward.meshing import measuring_mesh, mesh_experiment
 from estimator.forward.model import ForwardModel
 from estimator.forward.schedule import spread_states
@@ -91,7 +92,8 @@ def estimate(
     tell = progress or silent
     model = ForwardModel(mesh(experiments[0]), experiments)
     means = state_means(experiments, model.schedules)
-    rough, settings = fit_few_states(model, means, tell, settings)
+    with advising(experiments):
+        rough, settings = fit_few_states(model, means, tell, settings)
 
     everything = [list(range(len(s.poses))) for s in model.schedules]
     every = Linearisation(model, means, everything, settings, partial(tell, "all states"), _AT_LAST)

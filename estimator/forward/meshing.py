@@ -7,18 +7,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.errors import InputError
-from estimator.experiment import Box, Experiment, PaintedPatch, TissueRegion
+from estimator.experiment import Box, Experiment, PaintedPatch, Phantom, TissueRegion
+from estimator.experiment.holds import AXES, Axis, along
+from estimator.experiment.support import stays_flat, thin_axis
 from estimator.fem.assembly.body import Body, with_modulus
-from estimator.fem.boundary.problem import RetractionProblem, retraction_problem
+from estimator.fem.boundary.problem import HeldNodes, RetractionProblem, retraction_problem
 from estimator.fem.discretisation.block_mesh import Grading, block_mesh, snapped_to_block
 from estimator.fem.discretisation.elements import ElementKind
+from estimator.fem.discretisation.mesh import Mesh
 from estimator.fem.discretisation.quadrature import points_of_parts
 from estimator.forward.coarseness import thin_tissue_note
+from estimator.forward.prescribed import prescribed_motion
 from estimator.geometry.grading import EdgeLengths
 from estimator.geometry.holds import Painted, Region
 from estimator.geometry.mesh_cache import tissue_mesh
 from estimator.geometry.quality import quality_warnings
-from estimator.geometry.tetrahedralise import envelope_m
+from estimator.geometry.tetrahedralise import TissueMesh, envelope_m
 from estimator.surfaces.queries import inside
 from estimator.surfaces.reading import read_surface
 from estimator.surfaces.surface import Surface
@@ -41,7 +45,9 @@ _MEASURING_GRADING = Grading(grasp_m=0.5e-3, anchor_m=1.5e-3, largest_m=12e-3, g
 _TETRAHEDRON_AT_GRASP, _TETRAHEDRON_AT_ANCHOR, _TETRAHEDRON_GROWTH = 3.0, 2.0, 0.5
 _TETRAHEDRON_BY_LAYERS = -0.5
 _BLOCK_VOLUME_M3 = 1e-4
-_GRASP = "grasp"
+_ANCHOR, _ROLLER, _GRASP = "anchor", "roller", "grasp"
+# Of a sheet's thickness: nodes this near its middle plane lie in it.
+_IN_MIDDLE = 1e-6
 
 
 def mesh_experiment(
@@ -64,20 +70,73 @@ def mesh_experiment(
         read = read_surface(experiment.phantom.surface, experiment.phantom.unit)
         return surface_problem(experiment, read.surface, grading)
     half = np.asarray(experiment.phantom.size_m) / 2
-    mesh = block_mesh(2 * half, experiment.anchors, experiment.grasp.box, grading, kind)
+    mesh = _meshed_block(experiment, grading, kind)
     fixed = np.zeros(len(mesh.points), dtype=bool)
     for anchor in experiment.anchors:
         fixed |= _inside(mesh.points, snapped_to_block(anchor, half))
+    rollers = [
+        (_inside(mesh.points, snapped_to_block(roller.box, half)), roller.directions)
+        for roller in experiment.rollers
+    ]
+    if stays_flat(experiment):
+        rollers.append((_in_middle(mesh, experiment.phantom), (AXES[thin_axis(experiment.phantom)],)))
     grasp = snapped_to_block(experiment.grasp.box, half)
+    beads = experiment.fiducials_rest
     problem = retraction_problem(
         mesh,
-        fixed,
-        _inside(mesh.points, grasp),
+        HeldNodes(
+            fixed,
+            _inside(mesh.points, grasp),
+            _rolling(len(mesh.points), rollers),
+            along(experiment.grasp.directions),
+            prescribed_motion(experiment, mesh.points),
+        ),
         np.asarray(experiment.grasp.centre),
-        experiment.fiducials_rest,
-        _inside(experiment.fiducials_rest, grasp),
+        beads,
+        _inside(beads, grasp) & _moves_rigidly(experiment),
     )
     return replace(problem, specific_weight=experiment.specific_weight)
+
+
+def _meshed_block(experiment: Experiment, grading: Grading, kind: ElementKind) -> Mesh:
+    """Mesh a block with every plane on which a condition ends, and with nodes in the middle plane of a flat sheet."""
+    phantom, grasp = experiment.phantom, experiment.grasp.box
+    size = np.asarray(phantom.size_m)
+    directed = (*experiment.rollers, *experiment.prescribed)
+    held = (*experiment.anchors, *(one.box for one in directed))
+    mesh = block_mesh(size, held, grasp, grading, kind)
+    if not stays_flat(experiment) or _in_middle(mesh, phantom).any():
+        return mesh
+    upper = np.where(np.arange(3) == thin_axis(phantom), 0.0, size / 2)
+    (x, y, z) = upper.tolist()
+    return block_mesh(size, (*held, Box((-x, -y, -z), (x, y, z))), grasp, grading, kind)
+
+
+def _moves_rigidly(experiment: Experiment) -> bool:
+    """Tell whether what the gripper holds moves with it: not where it slides, or may be led by what was measured."""
+    flat = any(low == high for low, high in zip(*_corners(experiment), strict=True))
+    return not (experiment.grasp.slides or (experiment.prescribed and flat))
+
+
+def _corners(experiment: Experiment) -> FloatArray:
+    """Return the corners (2, 3) of what the gripper holds, m."""
+    box = experiment.grasp.box
+    if experiment.phantom.surface is not None:
+        return np.array([box.lower, box.upper])
+    return snapped_to_block(box, np.asarray(experiment.phantom.size_m) / 2)
+
+
+def _in_middle(mesh: Mesh, phantom: Phantom) -> BoolArray:
+    """Tell which nodes (n,) lie in the middle plane of a sheet."""
+    thin = thin_axis(phantom)
+    return np.asarray(np.abs(mesh.points[:, thin]) < _IN_MIDDLE * phantom.size_m[thin])
+
+
+def _rolling(count: int, rollers: Sequence[tuple[BoolArray, tuple[Axis, ...]]]) -> BoolArray | None:
+    """Tell of so many nodes along which axes (n, 3) rollers, given by their nodes (n,) and axes, hold them."""
+    if not rollers:
+        return None
+    return np.any([np.outer(nodes, along(directions)) for nodes, directions in rollers], axis=0)
 
 
 def measuring_mesh(experiment: Experiment) -> RetractionProblem:
@@ -94,15 +153,17 @@ def measuring_mesh(experiment: Experiment) -> RetractionProblem:
 
 
 def held_regions(experiment: Experiment, surface: Surface) -> dict[str, Region]:
-    """Return where the phantom is held: "anchor 1", "anchor 2", ... and "grasp".
+    """Return where the phantom is held: "anchor 1", "anchor 2", ..., "roller 1", ... and "grasp".
 
     Raises
     ------
     InputError
         The painting of a patch cannot be read.
     """
-    anchors = {f"anchor {number}": box for number, box in enumerate(experiment.anchors, start=1)}
-    return {name: _region(box, surface) for name, box in {**anchors, _GRASP: experiment.grasp.box}.items()}
+    anchors = {f"{_ANCHOR} {number}": box for number, box in enumerate(experiment.anchors, start=1)}
+    rollers = {f"{_ROLLER} {number}": roller.box for number, roller in enumerate(experiment.rollers, start=1)}
+    held = {**anchors, **rollers, _GRASP: experiment.grasp.box}
+    return {name: _region(box, surface) for name, box in held.items()}
 
 
 def _region(held: Box, surface: Surface) -> Region:
@@ -159,16 +220,27 @@ def surface_problem(
     """
     regions = held_regions(experiment, surface)
     tissue = tissue_mesh(surface, regions, edge_lengths(surface, regions, grading))
-    fixed = np.any([nodes for name, nodes in tissue.held.items() if name != _GRASP], axis=0)
+    _check_sliding_on_faces(experiment, tissue)
+    anchors = [nodes for name, nodes in tissue.held.items() if name.startswith(_ANCHOR)]
+    rollers = [
+        (tissue.held[f"{_ROLLER} {number}"], roller.directions)
+        for number, roller in enumerate(experiment.rollers, start=1)
+    ]
+    held = HeldNodes(
+        np.any(anchors, axis=0) if anchors else np.zeros(len(tissue.mesh.points), dtype=bool),
+        tissue.held[_GRASP],
+        _rolling(len(tissue.mesh.points), rollers),
+        along(experiment.grasp.directions),
+        prescribed_motion(experiment, tissue.mesh.points),
+    )
     beads = experiment.fiducials_rest
-    gripped = tissue.rigid.get(_GRASP, experiment.grasp.box).contains(beads)
+    gripped = tissue.rigid.get(_GRASP, experiment.grasp.box).contains(beads) & _moves_rigidly(experiment)
     anchored = np.zeros(len(beads), dtype=bool)
     for name, box in tissue.rigid.items():
         anchored |= box.contains(beads) & (name != _GRASP)
     problem = retraction_problem(
         tissue.mesh,
-        fixed,
-        tissue.held[_GRASP],
+        held,
         np.asarray(experiment.grasp.centre),
         beads,
         gripped | anchored,
@@ -180,6 +252,15 @@ def surface_problem(
         fiducials_gripped=gripped,
         specific_weight=experiment.specific_weight,
     )
+
+
+def _check_sliding_on_faces(experiment: Experiment, tissue: TissueMesh) -> None:
+    for name in tissue.rigid:
+        if name.startswith(_ROLLER) or (name == _GRASP and experiment.grasp.slides):
+            raise InputError(
+                f"{name} holds some directions only, and its box reaches into the tissue; give it a flat box on a flat "
+                "part of the surface, or a painted patch"
+            )
 
 
 def _with_regions(body: Body, regions: Sequence[TissueRegion]) -> Body:

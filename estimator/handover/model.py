@@ -130,6 +130,12 @@ def hand_over(
             f"{engine.name} has no law that is near {material.law.name}; estimate with neo_hookean"
         )
     problem = mesh_experiment(experiments[0], grading)
+    if problem.rolling is not None or not problem.grips_rigidly:
+        raise InputError(
+            "supports that hold some directions only, boundaries that were measured, and sheets that stay flat, cannot "
+            "be handed over; leave [[roller]], [[prescribed]], [grasp] directions and stays_flat out where they do not "
+            "matter"
+        )
     causes, left_out = _expressed(found.verdict.causes, engine, material, problem, experiments)
     truth = truth_of(material, [ActingEffect(cause.effect, cause.values) for cause in causes])
     solutions = solve_truth(

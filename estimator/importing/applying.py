@@ -8,13 +8,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from estimator.errors import InputError
-from estimator.experiment.model import (
-    Environment,
-    Experiment,
-    Grasp,
-    SurfaceBelow,
-    TrajectoryKind,
-)
+from estimator.experiment.holds import Grasp, Roller
+from estimator.experiment.model import Environment, Experiment, SurfaceBelow, TrajectoryKind
 from estimator.experiment.observations import WRENCH_COLUMNS
 from estimator.importing.bodies import body_of, box_of, centre_of
 from estimator.importing.clocks import at, times_of
@@ -72,7 +67,8 @@ def experiment_of(source: Source, mapping: ImportMapping, scratch: Path) -> Expe
         order=mapping.order,
         phantom=body.phantom,
         anchors=tuple(box_of(anchor, body.bounds) for anchor in mapping.anchors),
-        grasp=Grasp(grasp_box, centre),
+        rollers=tuple(Roller(box_of(box, body.bounds), along) for box, along in mapping.rollers),
+        grasp=Grasp(grasp_box, centre, mapping.grasp_directions),
         trajectory_kind=cast(TrajectoryKind, mapping.kind),
         environment=Environment(mapping.gravity, cast(SurfaceBelow, mapping.surface_below)),
         sensor=mapping.noise,

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from estimator.experiment.model import Box, Phantom, Vector
+from estimator.experiment.holds import Box, Vector
+from estimator.experiment.model import Phantom
 from estimator.importing.mapping import BoxText, ImportMapping
 from estimator.surfaces.reading import surface_bounds
 from estimator.surfaces.surface import Surface
@@ -13,6 +14,9 @@ from estimator.surfaces.writing import write_stl
 
 _SIDES = 48
 _BEYOND = 1e-3  # of the longest edge, by which a box reaches out of the body
+_INTO = (
+    5e-3  # of the edge across a face, by which a box that holds the face reaches into the body at the most
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +48,8 @@ def body_of(mapping: ImportMapping, scratch: Path) -> Body:
         file = scratch / "phantom.stl"
         write_stl(cylinder_surface(mapping.size[0], mapping.size[2]), file)
         return Body(Phantom("surface", mapping.size, file, mapping.density, "m"), bounds)
-    return Body(Phantom("block", mapping.size, None, mapping.density), bounds)
+    phantom = Phantom("block", mapping.size, None, mapping.density, stays_flat=mapping.stays_flat)
+    return Body(phantom, bounds)
 
 
 def cylinder_surface(diameter: float, height: float, sides: int = _SIDES) -> Surface:
@@ -77,10 +82,11 @@ def box_of(text: BoxText, bounds: Box) -> Box:
     beyond = _BEYOND * float((upper - lower).max())
     axis = text.face.axis
     low, high = lower - beyond, upper + beyond
+    depth = text.face.depth or min(beyond, _INTO * float(upper[axis] - lower[axis]))
     if text.face.upper:
-        low[axis] = upper[axis] - text.face.depth - (0.0 if text.face.depth else beyond)
+        low[axis] = upper[axis] - depth
     else:
-        high[axis] = lower[axis] + text.face.depth + (0.0 if text.face.depth else beyond)
+        high[axis] = lower[axis] + depth
     return Box(_vector(low), _vector(high))
 
 

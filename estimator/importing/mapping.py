@@ -9,7 +9,8 @@ from typing import Literal, cast
 import numpy as np
 
 from estimator.errors import InputError
-from estimator.experiment.model import TRAJECTORY_KINDS, SensorNoise, Vector
+from estimator.experiment.holds import AXES, Axis, Vector
+from estimator.experiment.model import TRAJECTORY_KINDS, SensorNoise
 from estimator.experiment.observations import WRENCH_COLUMNS
 from estimator.experiment.tables import TomlTable
 from estimator.importing.frames import rotation_of_axes
@@ -105,8 +106,11 @@ class ImportMapping:
     size: Vector | None
     surface: Path | None
     density: float
+    stays_flat: bool | None
     anchors: tuple[BoxText, ...]
+    rollers: tuple[tuple[BoxText, tuple[Axis, ...]], ...]
     grasp: BoxText
+    grasp_directions: tuple[Axis, ...]
     centre: Vector | None
     kind: str
     gravity: Vector
@@ -198,7 +202,13 @@ def read_mapping(file: Path) -> ImportMapping:
         surface=_beside(file, phantom.text("surface")) if shape == "surface" else None,
         density=phantom.number("density", 1070.0),
         anchors=tuple(_box(table, "box", file, "[[anchor]]") for table in root.tables("anchor")),
+        stays_flat=phantom.flag("stays_flat") if "stays_flat" in phantom else None,
+        rollers=tuple(
+            (_box(table, "box", file, "[[roller]]"), table.axes("directions"))
+            for table in root.tables("roller")
+        ),
         grasp=_box(root.table("grasp"), "box", file, "[grasp]"),
+        grasp_directions=root.table("grasp").axes("directions", AXES),
         centre=root.table("grasp").vector("centre") if "centre" in root.table("grasp") else None,
         kind=root.table("trajectory").choice("kind", TRAJECTORY_KINDS, "other"),
         gravity=root.table("environment").vector("gravity", (0.0, 0.0, -9.81)),

@@ -73,12 +73,15 @@ def _at_rest(experiment: Experiment) -> Experiment:
 
 
 def _newton_steps(solution: Solution, load: FloatArray) -> FloatArray:
-    """Return by how much (n, 6) the gripper is to move, m and rad, for the tissue to pull at it as the load (n, 6)."""
+    """Return by how much (n, 6) the gripper is to move, m and rad, for the tissue to pull at it as the load (n, 6).
+
+    Along what slides on it a motion changes nothing, and none is taken.
+    """
     mechanics = mechanics_of(solution)
     seen = [mechanics.observations[step] for step in solution.load_steps.of_row]
     return np.array(
         [
-            np.linalg.solve(one.wrench_by_pose, carried - one.wrench)
+            np.linalg.lstsq(one.wrench_by_pose, carried - one.wrench)[0]
             for one, carried in zip(seen, load, strict=True)
         ]
     )

@@ -13,9 +13,10 @@ from estimator.diagnosis.model.solution import KnownFields, Solution, reported_m
 from estimator.errors import SolverError
 from estimator.experiment import Experiment
 from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.grip import wrench_of
 from estimator.fem.equilibrium.newton import EquilibriumSolver, NewtonSettings
 from estimator.fem.equilibrium.settling import grown
-from estimator.fem.equilibrium.state import EquilibriumState, rigid_modes
+from estimator.fem.equilibrium.state import EquilibriumState
 from estimator.forward.model import Progress
 from estimator.simulation.truth import Truth
 
@@ -78,10 +79,7 @@ def solve_truth(
 def _wrench(solution: Solution) -> FloatArray:
     """Return the wrench (n, 6) of the tissue on the gripper by row, N and N·m."""
     problem = solution.problem
-    by_visit = [
-        -rigid_modes(problem, state.pose).T @ state.forces[problem.gripped].reshape(-1)
-        for state in solution.states
-    ]
+    by_visit = [wrench_of(problem, state) for state in solution.states]
     return np.array(by_visit)[solution.load_steps.of_row]
 
 

@@ -1,15 +1,12 @@
 """Whatever was measured of a case, a diagnosis names no wrong cause, or says in one line what is missing."""
 
 import json
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from at_once import diagnosed_at_once
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from retraction_cases import (
@@ -23,11 +20,8 @@ from retraction_cases import (
 )
 from scipy.spatial.transform import Rotation
 
-from estimator.diagnosis import diagnose as diagnosing
 from estimator.diagnosis.conclusions.as_json import as_json
-from estimator.diagnosis.diagnose import diagnose
 from estimator.diagnosis.result import Diagnosis
-from estimator.diagnosis.search import baseline
 from estimator.effects.catalogue import Catalogue, default_catalogue
 from estimator.effects.effect import Readings
 from estimator.errors import EstimatorError
@@ -54,23 +48,6 @@ FEW = (
     "camera_scale",
     "force_crosstalk",
 )
-
-
-class AtOnce(Executor):
-    """Works in this process, so that a warning is an error here as everywhere."""
-
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        future: Future[Any] = Future()
-        try:
-            future.set_result(fn(*args, **kwargs))
-        except EstimatorError as error:
-            future.set_exception(error)
-        return future
-
-
-@contextmanager
-def at_once() -> Iterator[Executor]:
-    yield AtOnce()
 
 
 def few_effects() -> Catalogue:
@@ -121,11 +98,7 @@ def drifted(experiment: Experiment) -> Experiment:
 
 
 def diagnosed(experiments: list[Experiment]) -> Diagnosis:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(diagnosing, "worker_pool", at_once)
-        patch.setattr(baseline, "GRADING", COARSE)
-        patch.setattr(baseline, "FINE_GRADING", FINE)
-        return diagnose(experiments, catalogue=few_effects())
+    return diagnosed_at_once(experiments, few_effects(), COARSE, FINE)
 
 
 def is_sound(found: Diagnosis) -> bool:

@@ -13,9 +13,11 @@ from retraction_cases import SMALL_BLOCK, from_rest, recorded, straight_pull
 from scipy.spatial.transform import Rotation
 
 from daq.cli import main
+from estimator.errors import EstimatorError, FitError, SolverError
 from estimator.experiment import Box, Environment, Experiment, Grasp, write_experiment
 from estimator.experiment.model import Weight
 from estimator.experiment_checks import Finding, check_folder, findings_of
+from estimator.experiment_checks.suspicions import naming_suspicions
 from estimator.experiment_checks.telling import as_text
 from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.equilibrium.observation import Observation
@@ -65,6 +67,11 @@ def graded(experiment: Experiment) -> dict[str, Finding]:
 @pytest.mark.parametrize("path", [there_and_back, both_ways])
 def test_a_good_experiment_has_nothing_to_say(path: Callable[[], list[GripperPose]], seed: int) -> None:
     assert findings_of(of_springs(path(), seed=seed)) == []
+
+
+def hung(experiment: Experiment) -> Experiment:
+    """The forces of each step as if they were known."""
+    return replace(experiment, wrench=experiment.wrench[np.searchsorted(experiment.step, experiment.step)])
 
 
 def wrench(change: Callable[[np.ndarray], np.ndarray]) -> Callable[[Experiment], Experiment]:
@@ -301,6 +308,7 @@ SPOILED = [
         "weight",
         "suspicious",
     ),
+    ("loads that were hung", hung, "given loads", "suspicious"),
     ("density in g/cm3", phantom(density=1.07), "density", "wrong"),
     ("density of steel", phantom(density=7800.0), "density", "suspicious"),
 ]
@@ -392,6 +400,20 @@ def test_what_is_suspicious_ends_with_status_0(tmp_path: Path, capsys: pytest.Ca
     folder = written(wrench(lambda w: column(w, np.s_[:, 1], lambda _: 0.0))(GOOD), tmp_path / "pull")
     assert main(["check", str(folder)]) == 0
     assert capsys.readouterr().out.startswith("suspicious")
+
+
+@pytest.mark.parametrize("error", [FitError, SolverError])
+def test_what_is_suspicious_is_said_with_a_failure_that_it_may_have_caused(
+    error: type[EstimatorError], tmp_path: Path
+) -> None:
+    good, spoiled = written(GOOD, tmp_path / "good"), written(hung(GOOD), tmp_path / "hung")
+    with pytest.raises(error, match=r"^it fails$"), naming_suspicions([good]):
+        raise error("it fails")
+    with (
+        pytest.raises(error, match=r"it fails; suspicious in .*driven: the forces are"),
+        naming_suspicions([spoiled]),
+    ):
+        raise error("it fails")
 
 
 @pytest.mark.parametrize(

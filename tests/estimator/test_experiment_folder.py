@@ -138,6 +138,17 @@ def test_an_experiment_without_cameras_has_no_fiducials(folder: Path) -> None:
     [
         ('"retraction-experiment/1"', '"retraction-experiment/3"', r"format is .*/3.*only .*/1 and .*/2"),
         ("[sensor]", 'weight = "acts"\n[sensor]', r'weight needs format = "retraction-experiment/2"'),
+        (
+            "[grasp]",
+            '[grasp]\npainted = "a.ply"',
+            r'\[grasp\] painted needs format = "retraction-experiment/2"',
+        ),
+        ("[grasp]", '[grasp]\ndirections = ["z"]', r"\[grasp\] directions needs format"),
+        ("[grasp]", '[[anchor]]\npainted = "a.ply"\n[grasp]', r"\[\[anchor\]\] 3 painted needs format"),
+        ("[grasp]", '[[roller]]\ndirections = ["z"]\n[grasp]', r"roller needs format"),
+        ("[grasp]", '[[anchor]]\ndirections = ["z"]\n[grasp]', r"head that table with \[\[roller\]\]"),
+        ('shape = "block"', 'shape = "block"\nstays_flat = true', r"\[phantom\] stays_flat needs format"),
+        ("[grasp]", '[[phantom.region]]\nname = "a"\n[grasp]', r"\[phantom\] region needs format"),
         ('format = "retraction-experiment/1"', "", r"experiment\.toml: format is missing"),
         ("order = 2", "order = 2.5", r"order is 2\.5; write a whole number"),
         ("order = 2", "order = 0", r"number the experiments from 1"),

@@ -14,7 +14,7 @@ from retraction_cases import (
 
 from estimator.errors import InputError, SolverError
 from estimator.fem.boundary.motion import GripperPose
-from estimator.fem.boundary.problem import RetractionProblem, retraction_problem
+from estimator.fem.boundary.problem import HeldNodes, RetractionProblem, retraction_problem
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.equilibrium.newton import EquilibriumSolver
 from estimator.fem.equilibrium.state import EquilibriumState
@@ -135,14 +135,18 @@ def test_a_problem_without_grasp_or_anchor_is_refused() -> None:
     none = np.zeros(len(mesh.points), dtype=bool)
     fiducials = np.zeros((0, 3)), np.zeros(0, dtype=bool)
     with pytest.raises(InputError, match=r"grasp box holds no tissue"):
-        retraction_problem(mesh, SMALL.fixed, none, SMALL.grasp_centre, *fiducials)
+        retraction_problem(mesh, HeldNodes(SMALL.fixed, none), SMALL.grasp_centre, *fiducials)
     with pytest.raises(InputError, match=r"no anchor box holds tissue"):
-        retraction_problem(mesh, none, SMALL.gripped, SMALL.grasp_centre, *fiducials)
+        retraction_problem(mesh, HeldNodes(none, SMALL.gripped), SMALL.grasp_centre, *fiducials)
 
 
 def test_a_fiducial_off_the_tissue_is_named() -> None:
     outside = np.array([[0.0, 0.0, 0.005], [0.0, 0.0, 0.02]])
     with pytest.raises(InputError, match=r"fiducial 1 at \[0\.0, 0\.0, 20\.0\] mm lies 15\.00 mm outside"):
         retraction_problem(
-            SMALL.body.mesh, SMALL.fixed, SMALL.gripped, SMALL.grasp_centre, outside, np.zeros(2, dtype=bool)
+            SMALL.body.mesh,
+            HeldNodes(SMALL.fixed, SMALL.gripped),
+            SMALL.grasp_centre,
+            outside,
+            np.zeros(2, dtype=bool),
         )

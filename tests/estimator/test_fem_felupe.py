@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from retraction_cases import REFERENCE_BLOCK, follow, turning_pull
 
 from estimator.fem.boundary.motion import GripperPose
-from estimator.fem.boundary.problem import RetractionProblem, retraction_problem
+from estimator.fem.boundary.problem import HeldNodes, RetractionProblem, retraction_problem
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.discretisation.elements import ElementKind, reference_element
 from estimator.fem.discretisation.mesh import Mesh
@@ -64,8 +64,7 @@ def problem_on(kind: ElementKind) -> RetractionProblem:
     x, y, _ = split.points.T
     return retraction_problem(
         Mesh(split.points, split.cells, kind),
-        np.isclose(x, -0.05),
-        (x > 0.03 - 1e-9) & (np.abs(y) < 0.01 + 1e-9),
+        HeldNodes(np.isclose(x, -0.05), (x > 0.03 - 1e-9) & (np.abs(y) < 0.01 + 1e-9)),
         np.array(REFERENCE_BLOCK.grasp.centre),
         REFERENCE_BLOCK.fiducials_rest[:4],
         np.zeros(4, dtype=bool),

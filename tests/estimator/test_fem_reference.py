@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 from retraction_cases import COARSE_GRADING, REFERENCE_BLOCK, REFERENCE_PATHS, follow, straight_pull
 
-from estimator.fem.boundary.problem import RetractionProblem, retraction_problem
+from estimator.fem.boundary.problem import HeldNodes, RetractionProblem, retraction_problem
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.discretisation.elements import ElementKind
 from estimator.fem.discretisation.mesh import Mesh
@@ -53,7 +53,9 @@ def linear_tetrahedra(cells_per_edge: int) -> RetractionProblem:
     gripped = (x > 0.03 - 1e-9) & (np.abs(y) < 0.01 + 1e-9)
     mesh = Mesh(split.points, split.cells, "tet4")
     no_fiducials = np.zeros((0, 3)), np.zeros(0, dtype=bool)
-    return retraction_problem(mesh, np.isclose(x, -0.05), gripped, np.array([0.04, 0.0, 0.0]), *no_fiducials)
+    return retraction_problem(
+        mesh, HeldNodes(np.isclose(x, -0.05), gripped), np.array([0.04, 0.0, 0.0]), *no_fiducials
+    )
 
 
 @pytest.mark.parametrize("poisson_ratio", [0.35, 0.49])

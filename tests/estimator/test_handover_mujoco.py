@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from handover_cases import a_pull, handed_to
 
-from estimator.fem.boundary.problem import retraction_problem
+from estimator.fem.boundary.problem import HeldNodes, retraction_problem
 from estimator.fem.discretisation.block_mesh import structured_mesh
 from estimator.fem.discretisation.mesh import Mesh
 from estimator.forward.model import ForwardModel
@@ -100,8 +100,7 @@ def test_mujoco_answers_what_its_model_says(turn_rad: float, tmp_path: Path) -> 
     mesh = problem.body.mesh
     linear = retraction_problem(
         Mesh(mesh.points, linear_tetrahedra(mesh), "tet4"),
-        problem.fixed,
-        problem.gripped,
+        HeldNodes(problem.fixed, problem.gripped),
         problem.grasp_centre,
         problem.fiducials_rest,
         problem.fiducials_gripped,

@@ -144,6 +144,28 @@ def test_a_machine_of_one_axis_is_asked_which_and_a_cylinder_is_made(tmp_path: P
     assert found.phantom.size_m == (0.03, 0.03, 0.02)
 
 
+def test_smooth_platens_and_a_flat_sheet_are_stated_in_a_mapping(tmp_path: Path) -> None:
+    travel = np.linspace(0, 1.0, 20).tolist()
+    rows = [f"{0.5 * k},{way!r},{2.0 * way!r}" for k, way in enumerate(travel)]
+    (tmp_path / "press.csv").write_text(
+        "\n".join(["Time (s),Extension (mm),Load (N)", *rows]), encoding="utf-8"
+    )
+    answers = {
+        **BODY,
+        "[machine] axis": '"x"',
+        "[phantom] shape": '"block"\nstays_flat = true',
+        "[phantom] size": "[0.03, 0.02, 0.001]",
+        "[grasp] box": '"x+"\ndirections = ["x"]',
+        "[[anchor]] box": '"x-"\n[[roller]]\nbox = "z-"\ndirections = ["z", "y"]',
+    }
+    found, _ = imported(tmp_path / "press.csv", tmp_path / "press", answers)
+    assert found.phantom.stays_flat
+    assert found.grasp.directions == ("x",)
+    (roller,) = found.rollers
+    assert roller.directions == ("y", "z")
+    assert roller.box.upper[2] < -0.00049
+
+
 def test_files_of_a_folder_have_clocks_of_their_own(tmp_path: Path) -> None:
     """Forces at another rate, begun a quarter of a second later."""
     folder = tmp_path / "trial"

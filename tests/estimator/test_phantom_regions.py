@@ -23,7 +23,7 @@ from estimator.experiment import (
     replace_experiment,
     write_experiment,
 )
-from estimator.experiment.model import Box
+from estimator.experiment.holds import Box
 from estimator.experiment_checks import findings_of
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.discretisation.shares import nodal_volumes

@@ -16,6 +16,7 @@ from estimator.diagnosis.diagnose import diagnose
 from estimator.errors import InputError
 from estimator.experiment import Experiment
 from estimator.experiment.model import EXPERIMENT_FILE
+from estimator.experiment_checks.suspicions import suspicions_of
 from estimator.fit.settings import FitSettings
 from estimator.studies.tables.telling import aligned
 
@@ -52,9 +53,13 @@ def diagnose_all(options: argparse.Namespace, material: FitSettings) -> Result:
     with progress() as tell:
         task = partial(_documents, options, material)
         batch = run_batch(task, cases, files, workers=workers, progress=tell)
-    data = {name: _read(files(name)[-1]) for name in sorted((*batch.done, *batch.present))}
+    data = {
+        name: {**_read(files(name)[-1]), "suspicious": suspicions_of([cases / name])}
+        for name in sorted((*batch.done, *batch.present))
+    }
     lines = [
         *aligned([("case", "verdict", "E, Pa", "ν", "s"), *(_row(name, one) for name, one in data.items())]),
+        *(f"suspicious in {text}" for one in data.values() for text in one["suspicious"]),
         *(f"no diagnosis of {name}: {reason}" for name, reason in batch.failed.items()),
         f"{len(batch.done)} cases diagnosed, {len(batch.present)} had been; pages in {output}",
     ]

@@ -14,6 +14,7 @@ from daq.cli.workers import add_scheduler_option
 from estimator.diagnosis.diagnose import diagnose
 from estimator.errors import InputError
 from estimator.experiment import read_case
+from estimator.experiment_checks.suspicions import naming_suspicions, suspicions_of
 from estimator.report.diagnosis.findings import summary_text
 
 _EXAMPLES = """  retract diagnose cases/P07
@@ -96,10 +97,14 @@ def run(options: argparse.Namespace) -> Result:
     experiments = with_noise_of(options, read_case(options.case[0]))
     if options.output is not None:
         options.output.mkdir(parents=True, exist_ok=True)
-    with progress() as tell:
+    with progress() as tell, naming_suspicions(options.case):
         found = diagnose(experiments, tell, material=material)
-    data = data_of(found, experiments, material)
-    text = "\n".join([summary_text(found), *(f"Surface: {note}" for note in data["surface"])])
+    data = {**data_of(found, experiments, material), "suspicious": suspicions_of(options.case)}
+    told = [
+        *(f"Surface: {note}" for note in data["surface"]),
+        *(f"Suspicious: {one}" for one in data["suspicious"]),
+    ]
+    text = "\n".join([summary_text(found), *told])
     if options.output is not None:
         file = options.output / PAGE_FILE
         file.write_text(page_of(found, experiments, str(options.case[0])), encoding="utf-8")

@@ -12,6 +12,7 @@ from daq.rig import read_rig
 from daq.versions import package_versions
 from estimator.errors import InputError
 from estimator.experiment import Experiment, read_experiment
+from estimator.experiment_checks.suspicions import naming_suspicions, suspicions_of
 from estimator.fit.budget.systematic import Stated
 from estimator.fit.estimate import estimate
 from estimator.fit.losses import LOSSES, loss_named
@@ -92,7 +93,7 @@ def run(options: argparse.Namespace) -> Result:
     experiments = with_noise_of(options, [read_experiment(path) for path in options.experiments])
     if options.follow:
         return _followed(experiments, options, settings)
-    with progress() as tell:
+    with progress() as tell, naming_suspicions(options.experiments):
         found = estimate(experiments, tell, settings)
     if options.report is not None:
         write_report(
@@ -102,10 +103,11 @@ def run(options: argparse.Namespace) -> Result:
             truth=None,
             provenance={"experiments": ", ".join(map(str, options.experiments)), **package_versions()},
         )
-    notes = surface_notes(experiments[0])
+    notes, suspicions = surface_notes(experiments[0]), suspicions_of(options.experiments)
+    told = [*(f"Surface: {note}" for note in notes), *(f"Suspicious: {one}" for one in suspicions)]
     budget = [] if found.budget is None else ["", budget_text(found.budget)]
-    text = "\n".join([summary_text(found, None), *(f"Surface: {note}" for note in notes), *budget])
-    return Result(text, {**found.as_json(), "surface": notes})
+    text = "\n".join([summary_text(found, None), *told, *budget])
+    return Result(text, {**found.as_json(), "surface": notes, "suspicious": suspicions})
 
 
 def _followed(

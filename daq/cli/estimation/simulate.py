@@ -187,6 +187,7 @@ def _specimen(options: argparse.Namespace) -> Specimen:
         stated.grasp,
         stated.environment,
         stated.fiducials_rest,
+        stated.rollers,
     )
 
 

@@ -93,4 +93,5 @@ def _unloaded(model: FemPhantom) -> Experiment:
         quaternion_wxyz=np.array([[1.0, 0.0, 0.0, 0.0]]),
         wrench=np.zeros((1, 6)),
         fiducials=np.array([model.beads]),
+        rollers=specimen.rollers,
     )

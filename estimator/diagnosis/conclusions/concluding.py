@@ -42,6 +42,7 @@ from estimator.diagnosis.search.candidate import Candidate, misfit_ratio, parame
 from estimator.diagnosis.search.comparison import Comparison
 from estimator.diagnosis.search.decision import Verdict
 from estimator.diagnosis.search.screening import best_trials, moments_beside
+from estimator.experiment.support import supposed_flat
 
 FloatArray = NDArray[np.float64]
 
@@ -100,6 +101,7 @@ def conclude(
         cannot_tell=(
             *what_cannot_be_told(effects, credible, measurements(context.catalogue), verdict.doubted),
             *doubtful,
+            *dict.fromkeys(filter(None, map(supposed_flat, case.experiments))),
         ),
         next_experiment=advise(context, best_trials(comparison.trials_of_labels), verdict.probability),
         outliers=comparison.outliers,

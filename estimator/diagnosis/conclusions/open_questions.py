@@ -42,7 +42,9 @@ def what_cannot_be_told(
     ]
     for label, effect in effects.items():
         if effect.state == "cannot_tell":
-            limits = ", ".join(_limits(effect.detectable)) or "nothing that it acts on was measured"
+            limits = (
+                ", ".join(_limits(effect.detectable)) or "nothing that it acts on is there or was measured"
+            )
             advice = measured_by.get(label)
             sentences.append(
                 f"{label} would not show: {limits}" + (f"; {advice}." if advice is not None else ".")

@@ -175,7 +175,7 @@ def fields_between(
     problem: RetractionProblem, between: Between, states: Sequence[EquilibriumState]
 ) -> dict[int, tuple[FloatArray, FloatArray]]:
     """Return displacements (n, 3), m, and pressures (e, q), Pa, at the load steps that are not solved."""
-    free, gripped = problem.pattern.free, problem.gripped
+    free = problem.pattern.free
     chord, (before, after) = between.chord(between.rest), between.sides(between.rest)
     found = {}
     for k, load_step in enumerate(between.rest):
@@ -184,7 +184,7 @@ def fields_between(
         displacement = np.zeros_like(one.displacement)
         displacement.reshape(-1)[free] = chord.cubic(k, *ends)
         pose = GripperPose(between.motion.position[load_step], between.motion.rotation[load_step])
-        displacement[gripped] = problem.gripped_positions(pose) - problem.body.mesh.points[gripped]
+        displacement = problem.imposed(displacement, pose)
         pressure = (1.0 - t) * one.response.pressure + t * other.response.pressure
         found[int(load_step)] = displacement, pressure
     return found

@@ -52,7 +52,7 @@ class Trial:
 
 def screen(context: Context, effects: Sequence[Effect]) -> list[Trial]:
     """Return the trials of all effects that can show at all their starts, the most probable first."""
-    effects = [effect for effect in effects if beads_needed(effect) <= context.beads_seen]
+    effects = [effect for effect in effects if can_show(effect, context)]
     jobs = [
         context.executor.submit(_signatures, context.case, context.baseline, share)
         for share in _shares(effects, context.settings.search)
@@ -68,15 +68,17 @@ def _descending(trial: Trial) -> float:
     return -trial.log_evidence
 
 
-def beads_needed(effect: Effect) -> int:
-    """Return how many beads must have been seen for an effect to show."""
-    return max(effect.fewest_beads, 1 if effect.group == "vision" else 0)
+def can_show(effect: Effect, context: Context) -> bool:
+    """Tell whether what an effect acts on is there: the anchors, and as many beads as were seen."""
+    if effect.group == "anchor" and not context.case.problem.anchored.any():
+        return False
+    return context.beads_seen >= max(effect.fewest_beads, 1 if effect.group == "vision" else 0)
 
 
 def labels_without_signature(context: Context, trials: Sequence[Trial]) -> tuple[str, ...]:
     """Return the labels that could show, and whose every form is without an equilibrium beside the baseline."""
     screened = {trial.signature.effect.label for trial in trials}
-    could = (one.label for one in context.catalogue.effects if beads_needed(one) <= context.beads_seen)
+    could = (one.label for one in context.catalogue.effects if can_show(one, context))
     return tuple(dict.fromkeys(label for label in could if label not in screened))
 
 

@@ -19,8 +19,9 @@ from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, Pertu
 from estimator.experiment import Experiment
 from estimator.fem.assembly.body import Response, nodal_forces, respond
 from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.grip import wrench_by_forces, wrench_of
 from estimator.fem.equilibrium.observation import interpolate
-from estimator.fem.equilibrium.state import EquilibriumState, rigid_modes
+from estimator.fem.equilibrium.state import EquilibriumState
 
 FloatArray = NDArray[np.float64]
 
@@ -117,11 +118,7 @@ class _Loading:
         displacement, response = time_point.state.displacement, time_point.state.response
         load = np.zeros_like(displacement)
         if self._new_shape:
-            gripped = self.problem.gripped
-            displacement = displacement.copy()
-            displacement[gripped] = (
-                self.problem.gripped_positions(time_point.state.pose) - self.problem.body.mesh.points[gripped]
-            )
+            displacement = self.problem.imposed(displacement, time_point.state.pose)
         if self._new_response:
             response = self.response_to(displacement)
             load += nodal_forces(self.problem.body, response, response.slope) - unperturbed
@@ -224,8 +221,7 @@ def _of_the_grip(
     """Return what a changed problem does to wrench (6,) and fiducials (m, 3) at the same nodal forces."""
     if changed is problem:
         return np.zeros(6), np.zeros((len(problem.fiducials_rest), 3))
-    reaction = state.forces[problem.gripped].reshape(-1)
-    wrench = -(rigid_modes(changed, state.pose) - rigid_modes(problem, state.pose)).T @ reaction
+    wrench = wrench_of(changed, state) - wrench_of(problem, state)
     before = problem.fiducial_positions(state.displacement, state.pose)
     return wrench, changed.fiducial_positions(displacement, state.pose) - before
 
@@ -241,10 +237,8 @@ def response_to(
     problem: RetractionProblem, state: EquilibriumState, loads: FloatArray, motion: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the same where the changes of the nodal displacements (3n, k) are known already."""
-    gripped = problem.gripped
-    held = loads.reshape(-1, 3, loads.shape[1])[gripped].reshape(-1, loads.shape[1])
-    held = held + state.tangent.gripped_free @ motion[problem.pattern.free]
-    return -rigid_modes(problem, state.pose).T @ held, interpolate(problem, motion)
+    held = loads[problem.pattern.gripped] + state.tangent.gripped_free @ motion[problem.pattern.free]
+    return wrench_by_forces(problem, state, held, motion), interpolate(problem, motion)
 
 
 def linear_motion(problem: RetractionProblem, state: EquilibriumState, loads: FloatArray) -> FloatArray:

@@ -118,7 +118,12 @@ class DrawnBeforeBeadsWereMeasured(DrawnFromStatedShape):
 
 
 def _from_anchors(problem: RetractionProblem) -> FloatArray:
-    """Return the direction (2,) in the plane from the middle of the anchored nodes to the grasp; x if it lies above."""
+    """Return the direction (2,) in the plane from the middle of the anchored nodes to the grasp.
+
+    It is x where the grasp lies above them, and where rollers alone hold the tissue.
+    """
+    if not problem.anchored.any():
+        return np.array([1.0, 0.0])
     anchored = problem.body.mesh.points[problem.anchored]
     away = problem.grasp_centre - (anchored.min(axis=0) + anchored.max(axis=0)) / 2
     length = np.linalg.norm(away[:2])

@@ -47,8 +47,8 @@ class TangentPattern:
 
 
 def tangent_pattern(cells: IntArray, fixed: NDArray[np.bool_], gripped: NDArray[np.bool_]) -> TangentPattern:
-    """Analyse elements (e, k) with their anchored and gripped nodes, (n,) each."""
-    kind = np.repeat(np.where(gripped, 1, np.where(fixed, 2, 0)), 3)
+    """Analyse elements (e, k) whose degrees of freedom (n, 3) stand still or are gripped; gripped ones win."""
+    kind = np.where(gripped, 1, np.where(fixed, 2, 0)).ravel()
     free_dofs, gripped_dofs = np.flatnonzero(kind == 0), np.flatnonzero(kind == 1)
     number = np.full(len(kind), -1)
     number[free_dofs] = np.arange(len(free_dofs))
@@ -75,12 +75,12 @@ def tangent_pattern(cells: IntArray, fixed: NDArray[np.bool_], gripped: NDArray[
 
 
 def shared_pattern(mesh: Mesh, fixed: NDArray[np.bool_], gripped: NDArray[np.bool_]) -> TangentPattern:
-    """Return the pattern of a mesh with its nodes held so, analysed once for all problems that have it at a time.
+    """Return the pattern of a mesh with its degrees of freedom held so, analysed once for all problems that have it.
 
     Small ones are kept beyond that: every hypothesis of a diagnosis poses another problem with one of a few patterns.
     """
     key = (mesh.cells.tobytes(), mesh.cells.shape[1], fixed.tobytes(), gripped.tobytes())
-    if 3 * len(fixed) <= _KEPT:
+    if fixed.size <= _KEPT:
         return _kept_pattern(key)
     found = _patterns_in_use.get(key)
     if found is None:
@@ -88,7 +88,7 @@ def shared_pattern(mesh: Mesh, fixed: NDArray[np.bool_], gripped: NDArray[np.boo
     return found
 
 
-# Nodes of the elements and how many each has, and which nodes are fixed and gripped.
+# Nodes of the elements and how many each has, and which degrees of freedom are fixed and gripped.
 _Key: TypeAlias = tuple[bytes, int, bytes, bytes]
 _patterns_in_use: weakref.WeakValueDictionary[_Key, TangentPattern] = weakref.WeakValueDictionary()
 
@@ -168,7 +168,7 @@ class TangentAssembler:
         small = free <= _KEPT
         self._spare = _spare_analyses(free, columns.tobytes(), rows.tobytes()) if small else []
         self._mixed_start = np.searchsorted(pattern.columns[self._in_mixed], np.arange(free + 1))
-        self._nodes, self._node_entries = _node_entries(pattern)
+        self._node_blocks, self._node_entries = _node_entries(pattern)
 
     def assemble(self, element_stiffness: FloatArray, node_stiffness: FloatArray | None = None) -> Tangent:
         """Assemble element matrices (e, 3k, 3k) and node blocks (n, 3, 3), and factorise the free block.
@@ -178,7 +178,7 @@ class TangentAssembler:
         pattern, (free, gripped) = self._pattern, self._shape
         values = gather(pattern.start, pattern.source, element_stiffness.reshape(-1))
         if node_stiffness is not None:
-            values[self._node_entries] += node_stiffness[self._nodes][:, *np.tril_indices(3)]
+            values[self._node_entries] += node_stiffness[self._node_blocks]
         mixed = csc_array(
             (values[self._in_mixed], self._mixed_rows, self._mixed_start), shape=(gripped, free)
         )
@@ -212,15 +212,22 @@ def _spare_analyses(size: int, columns: bytes, rows: bytes) -> list[object]:
     return []
 
 
-def _node_entries(pattern: TangentPattern) -> tuple[IntArray, IntArray]:
-    """Return the nodes (m,) that are not anchored, and the entries (m, 6) of the lower triangle of their blocks."""
+def _node_entries(pattern: TangentPattern) -> tuple[tuple[IntArray, IntArray, IntArray], IntArray]:
+    """Return where the lower triangles of nodes' blocks (n, 3, 3) are, but for what stands still, and their entries.
+
+    Of a node that is held along some axes and free along others the numbers are not in the order of the axes.
+    """
     dofs = np.concatenate([pattern.free, pattern.gripped])
-    number = np.full(int(dofs.max()) + 1, -1)
+    number = np.full(3 * (int(dofs.max()) // 3 + 1), -1)
     number[dofs] = np.arange(len(dofs))
-    nodes = np.unique(dofs // 3)
-    rows, columns = (number[3 * nodes[:, None] + axis] for axis in np.tril_indices(3))
+    first, second = np.tril_indices(3)
+    node = np.repeat(np.unique(dofs // 3), len(first))
+    one, other = np.tile(first, len(node) // len(first)), np.tile(second, len(node) // len(first))
+    a, b = number[3 * node + one], number[3 * node + other]
+    kept = (a >= 0) & (b >= 0)
     key = pattern.columns * len(dofs) + pattern.rows
-    return nodes, np.searchsorted(key, columns * len(dofs) + rows)
+    wanted = np.minimum(a, b)[kept] * len(dofs) + np.maximum(a, b)[kept]
+    return (node[kept], one[kept], other[kept]), np.searchsorted(key, wanted)
 
 
 def _symmetric(values: FloatArray, rows: IntArray, columns: IntArray, size: int) -> csc_array:

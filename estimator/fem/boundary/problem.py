@@ -1,6 +1,8 @@
 """The retraction as a boundary value problem: a body, its anchors, its grasp and its fiducials."""
 
-from dataclasses import dataclass, field
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -11,6 +13,8 @@ from estimator.errors import InputError
 from estimator.fem.assembly.body import Body, build_body
 from estimator.fem.assembly.tangent import TangentPattern, shared_pattern
 from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.pins import pinned
+from estimator.fem.boundary.prescribed import PrescribedMotion
 from estimator.fem.discretisation.mesh import Mesh, interpolation_rows
 from estimator.fem.discretisation.shares import nodal_weights
 
@@ -37,6 +41,9 @@ class RetractionProblem:
     fiducials_off : (m, 3) float64, from where these are said to be at rest to the tissue that they sit on, m
     fiducial_nodes, fiducial_weights : (m, k), interpolation of the others from nodes
     specific_weight : (3,) float64, weight that strains the tissue, N/m³
+    rolling : (n, 3) bool, along which axes nodes stand still whatever else holds them; none where None
+    grips_along : (3,) bool, along which axes gripped nodes move with the gripper; along the others they slide on it
+    prescribed : of a part of the boundary whose motion was measured; it goes before what else holds it
     """
 
     body: Body
@@ -51,6 +58,14 @@ class RetractionProblem:
     fiducial_nodes: IntArray
     fiducial_weights: FloatArray
     specific_weight: FloatArray = field(default_factory=lambda: np.zeros(3))
+    rolling: BoolArray | None = None
+    grips_along: BoolArray = field(default_factory=lambda: np.ones(3, dtype=bool))
+    prescribed: PrescribedMotion | None = None
+
+    @property
+    def grips_rigidly(self) -> bool:
+        """Whether all that is imposed is the rigid motion of what the gripper holds."""
+        return bool(self.grips_along.all()) and self.prescribed is None
 
     @property
     def heavy(self) -> bool:
@@ -60,7 +75,8 @@ class RetractionProblem:
     @cached_property
     def pattern(self) -> TangentPattern:
         """Where each element's entries go in the tangent."""
-        return shared_pattern(self.body.mesh, self.fixed, self.gripped)
+        held = HeldNodes(self.fixed, self.gripped, self.rolling, self.grips_along, self.prescribed)
+        return held.pattern(self.body.mesh)
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what another process needs: it analyses the pattern itself, sooner than it would be sent."""
@@ -90,11 +106,64 @@ class RetractionProblem:
         arms = self.body.mesh.points[self.gripped] - self.grasp_centre
         return pose.position + pose.rotation.apply(arms)
 
+    def imposed(self, displacement: FloatArray, pose: GripperPose) -> FloatArray:
+        """Return nodal displacements (n, 3), m, with what the gripper imposes when its frame is at ``pose``."""
+        held = np.outer(self.gripped, self.grips_along)
+        moved = displacement.copy()
+        way = self.gripped_positions(pose) - self.body.mesh.points[self.gripped]
+        moved[held] = way[:, self.grips_along].ravel()
+        if self.prescribed is not None:
+            moved[self.prescribed.led] = self.prescribed.displacement(pose.position)
+        return moved
+
+
+@dataclass(frozen=True)
+class HeldNodes:
+    """Which of the n nodes of a mesh are held, and along which axes.
+
+    Attributes
+    ----------
+    fixed, gripped : (n,) bool, nodes that stand still, and nodes that move with the gripper
+    rolling : (n, 3) bool, along which axes nodes stand still whatever else holds them; none where None
+    grips_along : (3,) bool, along which axes gripped nodes move with the gripper
+    prescribed : of a part of the boundary whose motion was measured
+    """
+
+    fixed: BoolArray
+    gripped: BoolArray
+    rolling: BoolArray | None = None
+    grips_along: BoolArray = field(default_factory=lambda: np.ones(3, dtype=bool))
+    prescribed: PrescribedMotion | None = None
+
+    def pattern(self, mesh: Mesh) -> TangentPattern:
+        """Analyse a mesh whose nodes are held so."""
+        return shared_pattern(mesh, self._still, self._moved)
+
+    def kept_from_drifting(self, points: FloatArray) -> HeldNodes:
+        """Return the same with pins where a body with these nodes (n, 3) could move as a whole."""
+        if self.gripped.any() and self.grips_along.all():
+            return self
+        pins = pinned(points, self._still | self._moved)
+        if not pins.any():
+            return self
+        return replace(self, rolling=pins if self.rolling is None else self.rolling | pins)
+
+    @property
+    def _moved(self) -> BoolArray:
+        """Which degrees of freedom (n, 3) move as the gripper, or what was measured, has it."""
+        moved = np.outer(self.gripped, self.grips_along)
+        return moved if self.prescribed is None else moved | self.prescribed.led
+
+    @property
+    def _still(self) -> BoolArray:
+        """Which degrees of freedom (n, 3) stand still."""
+        still = np.repeat(self.fixed[:, None], 3, axis=1)
+        return still if self.rolling is None else still | self.rolling
+
 
 def retraction_problem(
     mesh: Mesh,
-    fixed: BoolArray,
-    gripped: BoolArray,
+    held: HeldNodes,
     grasp_centre: FloatArray,
     fiducials_rest: FloatArray,
     fiducials_gripped: BoolArray,
@@ -106,11 +175,13 @@ def retraction_problem(
     InputError
         No node is anchored or none is gripped, or a fiducial lies off the tissue.
     """
-    if not gripped.any():
+    if not held.gripped.any():
         raise InputError("the grasp box holds no tissue; correct [grasp] box")
-    anchored = fixed & ~gripped
-    if not anchored.any():
+    held = replace(held, fixed=held.fixed & ~held.gripped).kept_from_drifting(mesh.points)
+    if not held.fixed.any() and held.rolling is None and held.prescribed is None:
         raise InputError("no anchor box holds tissue; correct [[anchor]] box")
+    if not len(held.pattern(mesh).free):
+        raise InputError("all of the tissue is held, so that nothing is left to deform; give smaller boxes")
     count = mesh.cells.shape[1]
     nodes = np.zeros((len(fiducials_rest), count), dtype=np.int64)
     weights = np.zeros((len(fiducials_rest), count))
@@ -118,14 +189,17 @@ def retraction_problem(
     nodes[loose], weights[loose] = interpolation_rows(mesh, fiducials_rest[loose], _FIDUCIAL_TOLERANCE_M)
     return RetractionProblem(
         build_body(mesh),
-        anchored,
-        gripped,
-        anchored,
-        anchored.astype(float),
+        held.fixed,
+        held.gripped,
+        held.fixed,
+        held.fixed.astype(float),
         grasp_centre,
         fiducials_rest,
         fiducials_gripped,
         np.zeros_like(fiducials_rest),
         nodes,
         weights,
+        rolling=held.rolling,
+        grips_along=held.grips_along,
+        prescribed=held.prescribed,
     )

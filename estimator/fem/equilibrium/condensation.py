@@ -15,8 +15,9 @@ from scipy.sparse import coo_array, csc_array
 
 from estimator.fem.assembly.body import stiffness
 from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.grip import wrench_by_forces
 from estimator.fem.equilibrium.observation import interpolate
-from estimator.fem.equilibrium.state import EquilibriumState, rigid_modes
+from estimator.fem.equilibrium.state import EquilibriumState
 from estimator.fem.terms.term import Term, summed_stiffness
 
 FloatArray = NDArray[np.float64]
@@ -58,7 +59,7 @@ def condensed_onto(
     return Condensed(
         blocks[dofs].toarray() + coupling.T @ follows,
         follows,
-        -rigid_modes(problem, state.pose).T @ held,
+        wrench_by_forces(problem, state, held, motion),
         interpolate(problem, motion),
     )
 

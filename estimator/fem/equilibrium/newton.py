@@ -125,7 +125,7 @@ class EquilibriumSolver:
         SolverError
             The iteration does not converge from there.
         """
-        trial = self._trial(material, terms, self._impose(pose, guess), pressure)
+        trial = self._trial(material, terms, self.problem.imposed(guess, pose), pressure)
         return self._newton(pose, trial, accept_unstable=False, tangent=tangent)
 
     def _newton(
@@ -162,17 +162,11 @@ class EquilibriumSolver:
         curved[self.problem.pattern.free] += curvature(self.problem, start, motion)
         for change in (curved.reshape(linear.shape), np.zeros_like(linear)):
             try:
-                moved = self._impose(pose, start.displacement + change)
+                moved = self.problem.imposed(start.displacement + change, pose)
                 return self._trial(material, terms, moved, pressure)
             except SolverError as turned:
                 failure = turned
         raise failure
-
-    def _impose(self, pose: GripperPose, displacement: FloatArray) -> FloatArray:
-        gripped = self.problem.gripped
-        imposed = displacement.copy()
-        imposed[gripped] = self.problem.gripped_positions(pose) - self.problem.body.mesh.points[gripped]
-        return imposed
 
     def _correct(self, trial: _Trial, tangent: Tangent) -> _Trial:
         """Return the trial after a Newton correction, shortened until the residual falls and no element turns."""

@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from estimator.fem.assembly.body import nodal_forces, slopes_by_parameter
 from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.equilibrium.grip import wrench_by_forces, wrench_by_pose, wrench_of
 from estimator.fem.equilibrium.state import EquilibriumState, rigid_modes, turned
 
 FloatArray = NDArray[np.float64]
@@ -47,28 +48,22 @@ class Observation:
 def observe(problem: RetractionProblem, state: EquilibriumState) -> Observation:
     """Return what the sensors see of ``state``, with exact derivatives."""
     slopes = slopes_by_parameter(state.material, state.response)
-    modes = rigid_modes(problem, state.pose)
-    gripped = problem.gripped
+    free, gripped = problem.pattern.free, problem.pattern.gripped
     loads = {name: nodal_forces(problem.body, state.response, slope) for name, slope in slopes.items()}
-    free_loads = np.stack([load.reshape(-1)[problem.pattern.free] for load in loads.values()], axis=1)
-    motions = -state.tangent.free.solve(free_loads)
-    held = state.tangent.gripped_free @ motions
-    wrench_by, fiducials_by = {}, {}
-    for n, (name, load) in enumerate(loads.items()):
-        wrench_by[name] = -modes.T @ (load[gripped].reshape(-1) + held[:, n])
-        fiducials_by[name] = _fiducial_motion(problem, motions[:, n : n + 1])[:, :, 0]
-    reaction = state.forces[gripped]
-    by_pose = -modes.T @ (state.tangent.gripped_free @ state.by_pose + state.tangent.gripped @ modes)
-    arms = problem.gripped_positions(state.pose) - state.pose.position
-    # The arms turn with the gripper, and the torque of the reaction with them.
-    by_pose[3:, 3:] -= np.cross(turned(arms), reaction[:, :, None], axis=1).sum(axis=0)
+    all_loads = np.stack([load.reshape(-1) for load in loads.values()], axis=1)
+    motions = -state.tangent.free.solve(all_loads[free])
+    whole = np.zeros_like(all_loads)
+    whole[free] = motions
+    held = all_loads[gripped] + state.tangent.gripped_free @ motions
+    wrenches = wrench_by_forces(problem, state, held, whole)
+    fiducials = interpolate(problem, whole)
     return Observation(
-        -modes.T @ reaction.reshape(-1),
+        wrench_of(problem, state),
         problem.fiducial_positions(state.displacement, state.pose),
-        wrench_by,
-        fiducials_by,
-        by_pose,
-        _fiducial_motion_by_pose(problem, state, modes),
+        dict(zip(loads, wrenches.T, strict=True)),
+        dict(zip(loads, np.moveaxis(fiducials, 2, 0), strict=True)),
+        wrench_by_pose(problem, state),
+        _fiducial_motion_by_pose(problem, state),
         dict(zip(loads, motions.T, strict=True)),
     )
 
@@ -119,20 +114,10 @@ def zeroed(observation: Observation, rest: Observation, rotation: Rotation) -> O
     )
 
 
-def _fiducial_motion(problem: RetractionProblem, free_motion: FloatArray) -> FloatArray:
-    """Return the motion (m, 3, c) of the fiducials from that of the free degrees of freedom, (nf, c)."""
-    columns = free_motion.shape[1]
-    whole = np.zeros((problem.body.mesh.points.size, columns))
-    whole[problem.pattern.free] = free_motion
-    return interpolate(problem, whole)
-
-
-def _fiducial_motion_by_pose(
-    problem: RetractionProblem, state: EquilibriumState, modes: FloatArray
-) -> FloatArray:
+def _fiducial_motion_by_pose(problem: RetractionProblem, state: EquilibriumState) -> FloatArray:
     whole = np.zeros((problem.body.mesh.points.size, 6))
     whole[problem.pattern.free] = state.by_pose
-    whole[problem.pattern.gripped] = modes
+    whole[problem.pattern.gripped] = rigid_modes(problem, state.pose)
     motion = interpolate(problem, whole)
     held = problem.fiducials_gripped
     arms = state.pose.rotation.apply(problem.gripped_fiducial_arms())

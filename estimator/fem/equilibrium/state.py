@@ -57,12 +57,23 @@ class EquilibriumState:
 
 
 def rigid_modes(problem: RetractionProblem, pose: GripperPose) -> FloatArray:
-    """Return the displacement (ng, 6) of the gripped degrees of freedom per unit of translation and rotation."""
-    arms = problem.gripped_positions(pose) - pose.position
+    """Return the displacement (ng, 6) of what is imposed per unit of the gripper's translation and rotation."""
+    gripped = modes_of(problem.gripped_positions(pose) - pose.position)
+    if problem.prescribed is None:
+        return gripped[:, problem.grips_along].reshape(-1, 6)
+    modes = np.zeros((*problem.body.mesh.points.shape, 6))
+    modes[problem.gripped] = gripped
+    modes[problem.prescribed.led] = 0.0
+    modes[problem.prescribed.led, :3] = problem.prescribed.by_position(pose.position)
+    return modes.reshape(-1, 6)[problem.pattern.gripped]
+
+
+def modes_of(arms: FloatArray) -> FloatArray:
+    """Return the displacement (n, 3, 6) of arms (n, 3) per unit of translation and rotation."""
     modes = np.zeros((len(arms), 3, 6))
     modes[:, :, :3] = np.eye(3)
     modes[:, :, 3:] = turned(arms)
-    return modes.reshape(-1, 6)
+    return modes
 
 
 def turned(arms: FloatArray) -> FloatArray:

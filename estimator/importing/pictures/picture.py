@@ -8,7 +8,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from estimator.experiment.model import Box, Experiment
+from estimator.experiment.holds import Box
+from estimator.experiment.model import Experiment
 from estimator.experiment.observations import WRENCH_COLUMNS
 from estimator.experiment_checks.readings import body_box
 from estimator.report.theme import ANCHOR, GRASP, INK
@@ -42,6 +43,9 @@ def _draw_side(axes: Axes, experiment: Experiment, body: Box, across: int, up: i
     for number, anchor in enumerate(experiment.anchors):
         shown = anchor.intersection(body) or anchor
         _draw_box(axes, shown, across, up, color=ANCHOR, alpha=0.5, label="" if number else "anchor")
+    for number, roller in enumerate(experiment.rollers):
+        shown = roller.box.intersection(body) or roller.box
+        _draw_box(axes, shown, across, up, color=ANCHOR, alpha=0.2, label="" if number else "roller")
     held = experiment.grasp.box.intersection(body) or experiment.grasp.box
     _draw_box(axes, held, across, up, color=GRASP, alpha=0.5, label="grasp")
     rest, seen = _MM * experiment.fiducials_rest, _MM * experiment.fiducials

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.experiment import Experiment
+from estimator.experiment.support import stays_flat
 from estimator.fit.result import Estimate, ExperimentFit
 from estimator.fit.search import Iterate
 from estimator.report.channels import channel_residuals, root_mean_square, worst_fiducial
@@ -90,11 +91,26 @@ def specimen_facts(experiment: Experiment) -> dict[str, str]:
         "size": _lengths(2 * half),
         "density": f"{phantom.density:g} kg/m³",
         "anchors": str(len(experiment.anchors)),
+        **_directed(experiment),
         "grasp": _lengths(grasp),
         "fiducials": str(len(experiment.fiducials_rest)),
         "lies on": environment.surface_below,
         "gravity": ", ".join(f"{g:g}" for g in environment.gravity) + " m/s²",
     }
+
+
+def _directed(experiment: Experiment) -> dict[str, str]:
+    """Return what holds, or leads, the phantom along some axes only."""
+    found = {}
+    if experiment.rollers:
+        found["rollers"] = "; ".join("along " + ", ".join(roller.directions) for roller in experiment.rollers)
+    if experiment.prescribed:
+        found["boundaries that were measured"] = str(len(experiment.prescribed))
+    if experiment.grasp.slides:
+        found["grasp moves"] = "along " + ", ".join(experiment.grasp.directions)
+    if stays_flat(experiment):
+        found["sheet"] = "stays in its plane"
+    return found
 
 
 def _lengths(edges_mm: NDArray[np.float64]) -> str:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from estimator.experiment.support import supposed_flat
 from estimator.fit.online import OnlineEstimate
 from estimator.fit.result import Estimate, ParameterEstimate
 from estimator.inference.material_parameters import POISSON_RATIO, YOUNGS_MODULUS
@@ -70,7 +71,7 @@ def comparison(estimate: Estimate, truth: Truth) -> str:
 
 def caveats(estimate: Estimate) -> list[str]:
     """Return what a reader has to know before using the values; empty if there is nothing."""
-    found = []
+    found = list(dict.fromkeys(filter(None, (supposed_flat(fit.experiment) for fit in estimate.fits))))
     if estimate.inflation > _EXPLAINED:
         found.append(
             f"The intervals were widened {estimate.inflation:.2g} times because the residuals exceed the noise. "

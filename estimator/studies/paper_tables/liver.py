@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.experiment import Box, Experiment, Grasp, Phantom
-from estimator.fem.boundary.problem import RetractionProblem, retraction_problem
+from estimator.fem.boundary.problem import HeldNodes, RetractionProblem, retraction_problem
 from estimator.fem.discretisation.mesh import Mesh
 from estimator.forward.meshing import FINE_GRADING, held_regions, surface_problem
 from estimator.geometry.grading import EdgeLengths
@@ -86,7 +86,9 @@ def linear_problem(experiment: Experiment, surface: Surface, edge_m: float) -> R
     fixed = np.any([nodes for name, nodes in held.items() if name != "grasp"], axis=0)
     beads = experiment.fiducials_rest
     gripped = tissue.rigid.get("grasp", experiment.grasp.box).contains(beads)
-    return retraction_problem(mesh, fixed, held["grasp"], np.asarray(experiment.grasp.centre), beads, gripped)
+    return retraction_problem(
+        mesh, HeldNodes(fixed, held["grasp"]), np.asarray(experiment.grasp.centre), beads, gripped
+    )
 
 
 def liver_experiment(surface: Surface, motion: Motion) -> Experiment:

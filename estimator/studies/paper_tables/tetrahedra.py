@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.experiment import Experiment
-from estimator.fem.boundary.problem import RetractionProblem, retraction_problem
+from estimator.fem.boundary.problem import HeldNodes, RetractionProblem, retraction_problem
 from estimator.fem.discretisation.block_mesh import structured_mesh
 from estimator.fem.discretisation.mesh import Mesh
 
@@ -48,7 +48,7 @@ def block_of_tetrahedra(experiment: Experiment, cells: tuple[int, int, int]) -> 
 
     beads = experiment.fiducials_rest
     centre = np.asarray(experiment.grasp.centre)
-    return retraction_problem(mesh, fixed, gripped(mesh.points), centre, beads, gripped(beads))
+    return retraction_problem(mesh, HeldNodes(fixed, gripped(mesh.points)), centre, beads, gripped(beads))
 
 
 def _rounded(points: FloatArray) -> FloatArray:
