@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -45,10 +46,9 @@ def test_a_session_is_seen_and_recorded_whole_while_one_viewer_reads_and_one_doe
 
     async def look(port: int) -> None:
         address = f"ws://127.0.0.1:{port}/?token={TOKEN}"
-        async with (
-            connect(address, subprotocols=["foxglove.sdk.v1"]) as viewer,
-            connect(address, subprotocols=["foxglove.sdk.v1"], max_queue=1) as sleeper,
-        ):
+        # who has not read what waits for it would read it all before it parts, or wait for ten seconds
+        asking = partial(connect, address, subprotocols=["foxglove.sdk.v1"], close_timeout=0.1)
+        async with asking() as viewer, asking(max_queue=1) as sleeper:
             for one in (viewer, sleeper):
                 await one.recv()
                 channels = json.loads(await one.recv())["channels"]
