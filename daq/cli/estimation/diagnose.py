@@ -5,9 +5,8 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
-from daq.cli.estimation.bench_diagnosis import are_bench_tests, run_bench
 from daq.cli.estimation.known import add_known_options, material_settings_of, with_noise_of
-from daq.cli.estimation.uniaxial import add_what_a_file_may_leave_open
+from daq.cli.file_options import add_what_a_file_may_leave_open, are_bench_tests
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.versions import package_versions
 from estimator.diagnosis.conclusions.as_json import as_json
@@ -17,7 +16,6 @@ from estimator.errors import InputError
 from estimator.experiment import read_case
 from estimator.forward.meshing import surface_notes
 from estimator.report.diagnosis.findings import summary_text
-from estimator.report.diagnosis.writing import write_report
 
 PAGE_FILE = "diagnosis.html"
 DATA_FILE = "diagnosis.json"
@@ -71,6 +69,9 @@ def run(options: argparse.Namespace) -> Result:
     """Diagnose, and tell the verdict."""
     if are_bench_tests(options.case):
         _refuse(options, add_known_options, "a folder of experiments")
+        # what reads and draws bench tests takes as long to import as everything else
+        from daq.cli.estimation.bench_diagnosis import run_bench
+
         return run_bench(options)
     if len(options.case) > 1:
         raise InputError(
@@ -87,6 +88,9 @@ def run(options: argparse.Namespace) -> Result:
     data = {**as_json(found), "law": material.law.name, "surface": notes}
     text = "\n".join([summary_text(found), *(f"Surface: {note}" for note in notes)])
     if options.output is not None:
+        # what draws takes a second to import
+        from estimator.report.diagnosis.writing import write_report
+
         file = options.output / PAGE_FILE
         provenance = {"case": str(options.case[0]), **package_versions()}
         write_report(found, file, title=f"Diagnosis of {experiments[0].phantom_id}", provenance=provenance)
