@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from estimator import Amplitude, Effect
 from estimator.effects.effect import Constant, Values
 from estimator.experiment import Experiment
-from estimator.fem.assembly.body import Body, Response, nodal_forces
-from estimator.fem.assembly.kernels import element_stiffness, without_dilatation
+from estimator.fem.assembly.body import AddedEnergy, Body, Response, nodal_forces
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.discretisation.quadrature import quadrature_points
 from estimator.fem.terms.stress_terms import isochoric_energy, isochoric_slope
@@ -56,15 +55,8 @@ class Softened(Memoryless):
     def stiffness(self, displacement: FloatArray, response: Response) -> TermStiffness:
         """Return the derivative of :meth:`forces`."""
         energy = isochoric_energy(self.material, response)
-        elements = element_stiffness(
-            response.F,
-            self.body.gradient,
-            self.body.volume,
-            -self._present * energy.slope,
-            -self._present * energy.curvature,
-            without_dilatation(self.body.volume),
-        )
-        return TermStiffness(elements=elements)
+        share = -self._present
+        return TermStiffness(energy=AddedEnergy(share * energy.slope, share * energy.curvature))
 
     def starting_after(self, seconds: float) -> Softened:
         """Return the term once the tissue was heated for some time more."""

@@ -16,7 +16,7 @@ from estimator.diagnosis.model.free_parameters import free_parameters
 from estimator.diagnosis.model.grip_load import GripLoad
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.setup import Setup
-from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
+from estimator.diagnosis.model.solution import Mechanics, at_few_poses, mechanics_of, solve_case
 from estimator.diagnosis.sensitivity.perturbation import Perturbation
 from estimator.diagnosis.sensitivity.readings import channels, derivatives, predicted_readings
 from estimator.diagnosis.settings import DiagnosisSettings, SolverSettings
@@ -95,6 +95,18 @@ def test_so_are_its_derivatives(name: str) -> None:
     every, few = (derivatives([solved(hypothesis, n)], hypothesis, steps, ZERO)[0] for n in (1, 4))
     size = np.linalg.norm(every / NOISE[:, None], axis=(0, 1))
     assert (np.linalg.norm((few - every) / NOISE[:, None], axis=(0, 1)) < 0.01 * size).all()
+
+
+@pytest.mark.parametrize("name", ["inhomogeneity:cylinder", "prestretch:along"])
+def test_the_states_of_a_few_poses_tell_what_an_effect_does_as_well_as_all(name: str) -> None:
+    every, null = solved(BASE, 1), with_usual(name, 0.0)
+    steps = [perturbed(null, one) for one in free_parameters(null) if one.effect == 0]
+    few = at_few_poses(every, 4, EXACT.solver.smooth_m)
+    assert few.solution.between is not None
+    assert len(few.solution.states) == len(few.solution.between.solved) < len(every.solution.states) / 2
+    whole, told = (derivatives([one], BASE, steps, ZERO)[0] for one in (every, few))
+    size = np.linalg.norm(whole / NOISE[:, None], axis=(0, 1))
+    assert (np.linalg.norm((told - whole) / NOISE[:, None], axis=(0, 1)) <= 0.01 * size).all()
 
 
 def test_poses_around_a_kink_are_solved_themselves() -> None:

@@ -1,30 +1,11 @@
 """``retract diagnose FILE...``: the diagnosis of bench tests, whose inputs are files and not folders."""
 
 import argparse
-from pathlib import Path
 
 from daq.cli.estimation.uniaxial import stated_by
 from daq.cli.verb import Result, progress
-from estimator.errors import InputError
 from estimator.uniaxial.diagnosis import as_json, as_text, diagnose_bench, write_report
 from estimator.uniaxial.reading.whole import read_bench_test
-
-
-def are_bench_tests(paths: list[Path]) -> bool:
-    """Tell whether inputs are files of bench tests.
-
-    Raises
-    ------
-    InputError
-        Some are files and some folders.
-    """
-    files = [path for path in paths if path.is_file()]
-    if files and len(files) < len(paths):
-        other = next(path for path in paths if not path.is_file())
-        raise InputError(
-            f"{other}: is no file, and {files[0]} is one; give files of bench tests, or one folder"
-        )
-    return bool(files)
 
 
 def run_bench(options: argparse.Namespace) -> Result:

@@ -5,10 +5,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from daq.cli.diagnosis.batch import diagnose_all, holds_cases
-from daq.cli.diagnosis.bench_diagnosis import are_bench_tests, run_bench
 from daq.cli.diagnosis.documents import DATA_FILE, PAGE_FILE, data_of, data_text, page_of
 from daq.cli.estimation.known import add_known_options, material_settings_of, with_noise_of
-from daq.cli.estimation.uniaxial import add_what_a_file_may_leave_open
+from daq.cli.file_options import add_what_a_file_may_leave_open, are_bench_tests
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.cli.workers import add_scheduler_option
 from estimator.diagnosis.diagnose import diagnose
@@ -84,6 +83,9 @@ def run(options: argparse.Namespace) -> Result:
     if are_bench_tests(options.case):
         _refuse(options, add_known_options, "a folder of experiments")
         _refuse(options, _add_batch_options, "a folder of cases")
+        # what reads and draws bench tests takes as long to import as everything else
+        from daq.cli.diagnosis.bench_diagnosis import run_bench
+
         return run_bench(options)
     if len(options.case) > 1:
         raise InputError(

@@ -11,7 +11,6 @@ from estimator.diagnosis.search.baseline import GRADING
 from estimator.experiment import Experiment
 from estimator.fit.settings import FitSettings
 from estimator.forward.meshing import surface_notes
-from estimator.report.diagnosis.writing import report_page
 
 PAGE_FILE = "diagnosis.html"
 DATA_FILE = "diagnosis.json"
@@ -33,5 +32,8 @@ def data_text(data: Mapping[str, Any]) -> str:
 
 def page_of(found: Diagnosis, experiments: Sequence[Experiment], case: str) -> str:
     """Return the page of a diagnosis of the case that was named so."""
+    # what draws takes a second to import
+    from estimator.report.diagnosis.writing import report_page
+
     title = f"Diagnosis of {experiments[0].phantom_id}"
     return report_page(found, title=title, provenance={"case": case, **package_versions()})

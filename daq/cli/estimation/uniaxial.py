@@ -1,11 +1,12 @@
 """``retract uniaxial``: fit material laws to a tensile or compression test."""
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
+from daq.cli.file_options import SIZES, add_what_a_file_may_leave_open
 from daq.cli.verb import Result, Verbs, add_verb
 from estimator.materials import installed_laws, law_named
 from estimator.uniaxial import (
@@ -31,14 +32,6 @@ _EXAMPLES = """  retract uniaxial tests/ecoflex_tension.csv
   retract uniaxial tests/load_travel.csv --gauge-length "20 mm" --width "10 mm" --thickness "2 mm"
   retract uniaxial tests/specimens.xlsx --specimen 2 --mode compression --stress-unit kPa
   retract uniaxial tests/run1.csv --against tests/run2.csv tests/run3.csv"""
-
-_SIZES: Mapping[str, tuple[str, Literal["length", "area"]]] = {
-    "gauge-length": ("LENGTH", "length"),
-    "width": ("LENGTH", "length"),
-    "thickness": ("LENGTH", "length"),
-    "diameter": ("LENGTH", "length"),
-    "area": ("AREA", "area"),
-}
 
 
 def add_parser(verbs: Verbs) -> None:
@@ -102,37 +95,11 @@ def add_parser(verbs: Verbs) -> None:
     add_what_a_file_may_leave_open(parser, ("tension", "compression"))
 
 
-def add_what_a_file_may_leave_open(parser: argparse.ArgumentParser, modes: Sequence[str]) -> None:
-    """Add the options that tell how the file of a testing machine is to be read."""
-    group = parser.add_argument_group(
-        "what the file of a test may leave open", "It is asked for where nothing tells it."
-    )
-    group.add_argument("--mode", choices=modes, help="of loading")
-    for option, example in (("strain", "%%"), ("stress", "kPa"), ("force", "N"), ("length", "mm")):
-        what = "travel" if option == "length" else option
-        group.add_argument(
-            f"--{option}-unit", metavar="UNIT", help=f"of a column of {what} without one, such as {example}"
-        )
-    for option, (metavar, _) in _SIZES.items():
-        group.add_argument(
-            f"--{option}",
-            metavar=metavar,
-            help="of the specimen, with its unit, as in '20 mm'; outranks the file",
-        )
-    group.add_argument("--specimen", metavar="WHICH", help="number or label of one of several in a file")
-    group.add_argument("--decimal", choices=("point", "comma"), help="mark of the numbers")
-    group.add_argument(
-        "--keep-zero",
-        action="store_true",
-        help="take the zeros of strain and stress as they are written, with slack and preload in them",
-    )
-
-
 def stated_by(options: argparse.Namespace) -> Stated:
     """Return what the options of :func:`add_what_a_file_may_leave_open` say; shear is no mode of a uniaxial test."""
     sizes = {
         option.replace("-", "_"): stated_quantity(text, dimension, f"--{option}")
-        for option, (_, dimension) in _SIZES.items()
+        for option, (_, dimension) in SIZES.items()
         if (text := getattr(options, option.replace("-", "_"))) is not None
     }
     return Stated(

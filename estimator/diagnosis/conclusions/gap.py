@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from estimator.diagnosis.fitting.case import Case
 from estimator.diagnosis.result import Gap, Quantity
@@ -87,7 +87,7 @@ def largest_gaps(case: Case, residual: Sequence[FloatArray], floor: float) -> di
         values = np.concatenate(of_kinds[kind]) / floor
         if not len(values):
             continue
-        surely = norm.ppf(1.0 - case.settings.conclusions.false_alarms) * np.sqrt(2.0 / len(values))
+        surely = ndtri(1.0 - case.settings.conclusions.false_alarms) * np.sqrt(2.0 / len(values))
         excess = max(float(np.mean(values**2)) - 1.0, 0.0) + float(surely)
         share = np.sqrt(excess + float(np.mean(np.concatenate(hidden[kind]))))
         deviation = float(np.sqrt(np.mean(np.concatenate(deviations[kind]) ** 2)))

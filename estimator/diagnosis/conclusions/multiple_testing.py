@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from estimator.diagnosis.evidence.discrepancy import forgiven
 from estimator.diagnosis.evidence.rivals import Rivals, projected
@@ -37,7 +37,7 @@ class Multiplicity:
 
     def significant(self, chi2_drop: float, amplitudes: int) -> bool:
         """Tell whether a drop of the misfit by so many amplitudes is more than chance among all the tests."""
-        return bool(chi2.sf(chi2_drop, amplitudes) < self.level)
+        return bool(chdtrc(amplitudes, max(chi2_drop, 0.0)) < self.level)
 
 
 def rivals_of(context: Context, trials: Sequence[Trial]) -> tuple[Rivals, FloatArray]:
@@ -73,7 +73,7 @@ def multiplicity_of(
         directions = rivals.directions(own)
         if directions.size:
             drops = np.sum((directions.T @ inner[own]) ** 2, axis=0)
-            tails = np.minimum(tails, chi2.sf(drops, directions.shape[1]))
+            tails = np.minimum(tails, chdtrc(directions.shape[1], drops))
     return Multiplicity(
         float(np.quantile(tails[1:], settings.false_alarms)), float(np.mean(tails[1:] <= tails[0]))
     )

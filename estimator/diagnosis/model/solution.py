@@ -8,7 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.diagnosis.model.between import Between, fields_between, observations_between, spread_between
+from estimator.diagnosis.model.between import (
+    Between,
+    fields_between,
+    kinks,
+    observations_between,
+    spread_between,
+)
 from estimator.diagnosis.model.following import Follower, KnownField, Path
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.load_steps import LoadSteps, load_steps_of, rows_as_load_steps
@@ -116,6 +122,22 @@ def mechanics_of(solution: Solution) -> Mechanics:
     if solution.between is not None:
         observed = observations_between(solution.between, observed)
     return Mechanics(solution, observed)
+
+
+def at_few_poses(mechanics: Mechanics, every: int, smooth_m: float) -> Mechanics:
+    """Return the mechanics of tissue that remembers nothing with the states at every so many poses alone.
+
+    A state that its neighbours foretell worse than by ``smooth_m`` is at a kink: those around it are kept.
+    """
+    solution = mechanics.solution
+    between = spread_between(solution.motion, every) if solution.between is None else None
+    if between is None:
+        return mechanics
+    states = [solution.states[step] for step in between.solved]
+    bent = kinks(between, states, solution.problem.pattern.free, smooth_m)
+    between = between.with_solved(between.around(bent))
+    few = tuple(solution.states[step] for step in between.solved)
+    return replace(mechanics, solution=replace(solution, states=few, between=between))
 
 
 def solve_case(

@@ -20,11 +20,11 @@ from estimator.diagnosis.evidence.marginal_likelihood import (
     priors_within_a_step,
 )
 from estimator.diagnosis.evidence.signatures import Signature, signatures_of, which_remember
-from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.fitting.case import Case, Linearisation, poses_apart
 from estimator.diagnosis.fitting.releases import starts_at_full_size
 from estimator.diagnosis.model.free_parameters import HypothesisParameter, moved
 from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.model.solution import Mechanics, Solution, mechanics_of, solve_case
+from estimator.diagnosis.model.solution import Mechanics, Solution, at_few_poses, mechanics_of, solve_case
 from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.settings import SearchSettings
 from estimator.effects.effect import Effect
@@ -149,14 +149,15 @@ def _cost(group: Sequence[Effect], condensing: float) -> float:
 
 
 def _signatures(case: Case, base: Linearisation, effects: Sequence[Effect]) -> list[Signature]:
-    mechanics = [mechanics_of(one) for one in _solved_anew(case, base, case.settings.solver.poses_apart)]
-    remembering = which_remember(case, mechanics, base.hypothesis, effects)
+    every, solver = poses_apart(case, base.hypothesis, ()), case.settings.solver
+    remembering = which_remember(case, base.mechanics, base.hypothesis, effects)
+    mechanics = [mechanics_of(one) for one in _solved_anew(case, base, every=1 if remembering else every)]
+    found = _of_those_that_can_be(case, mechanics, base.hypothesis, remembering)
+    # What remembers nothing is as well told from the states of a few poses.
+    if every > 1:
+        mechanics = [at_few_poses(one, every, solver.smooth_m) for one in mechanics]
     others = [effect for effect in effects if effect not in remembering]
-    found = _of_those_that_can_be(case, mechanics, base.hypothesis, others)
-    # Beside what remembers every load step is solved already.
-    if remembering and any(one.solution.between is not None for one in mechanics):
-        mechanics = [mechanics_of(one) for one in _solved_anew(case, base, every=1)]
-    return found + _of_those_that_can_be(case, mechanics, base.hypothesis, remembering)
+    return found + _of_those_that_can_be(case, mechanics, base.hypothesis, others)
 
 
 def _solved_anew(case: Case, base: Linearisation, every: int) -> list[Solution]:

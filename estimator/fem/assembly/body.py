@@ -73,12 +73,12 @@ class AddedEnergy:
     ----------
     slope : (3, e, q) Pa, first derivatives by I1, I2 and J
     curvature : (6, e, q) Pa, second derivatives by I1I1, I1I2, I1J, I2I2, I2J, JJ
-    bulk : (e,) Pa, by what λ of the projected dilatation is larger
+    bulk : (e,) Pa, by what λ of the projected dilatation is larger, or one for all
     """
 
     slope: FloatArray
     curvature: FloatArray
-    bulk: FloatArray
+    bulk: FloatArray | float = 0.0
 
     def __add__(self, other: AddedEnergy) -> AddedEnergy:
         """Return what both add together."""

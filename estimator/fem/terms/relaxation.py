@@ -74,10 +74,9 @@ class Relaxation(BeginsAnew):
     def stiffness(self, displacement: FloatArray, response: Response) -> TermStiffness:
         """Return the exact derivative of :meth:`forces`."""
         energy, bulk = self._part_energy(response)
-        bulks = np.full(len(self.body.volume), self._gain * bulk)
         return TermStiffness(
             elements=geometric_stiffness(self.body, self._remembered),
-            energy=AddedEnergy(self._gain * energy.slope, self._gain * energy.curvature, bulks),
+            energy=AddedEnergy(self._gain * energy.slope, self._gain * energy.curvature, self._gain * bulk),
         )
 
     def starting_after(self, seconds: float) -> Self:

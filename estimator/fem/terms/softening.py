@@ -136,10 +136,10 @@ class Softening:
         curvature -= by_energy * np.stack([slope[i] * slope[j] for i, j in _PAIRS])
         return TermStiffness(energy=AddedEnergy(-lost * slope, curvature, self._added_bulk(lost)))
 
-    def _added_bulk(self, lost: FloatArray) -> FloatArray:
+    def _added_bulk(self, lost: FloatArray) -> FloatArray | float:
         """Return the change (e,), Pa, of λ of the projected dilatation as far as that is softened."""
         if self.part != "whole" or not self.body.basis.shape[2]:
-            return np.zeros(len(lost))
+            return 0.0
         return np.asarray(-np.average(lost, axis=1, weights=self.body.volume) * self.material.lame[1])
 
     def starting_after(self, seconds: float) -> Self:

@@ -38,7 +38,7 @@ class Swelling(Memoryless):
     def stiffness(self, displacement: FloatArray, response: Response) -> TermStiffness:
         """Return the derivative of :meth:`forces`."""
         none = np.zeros((6, *response.dilatation.shape))
-        return TermStiffness(energy=AddedEnergy(self._slope(response), none, np.zeros(len(self.body.volume))))
+        return TermStiffness(energy=AddedEnergy(self._slope(response), none))
 
     def _slope(self, response: Response) -> FloatArray:
         """Return the derivatives (3, e, q) of the energy density −s J by I1, I2 and J."""
