@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from estimator.errors import InputError
 from estimator.experiment import Experiment
 from estimator.experiment.holds import AXES, Prescribed
-from estimator.fem.boundary.prescribed import PrescribedMotion, terms_of
+from estimator.fem.boundary.prescribed import PowersOfWay, PrescribedMotion
 
 FloatArray = NDArray[np.float64]
 
@@ -44,9 +44,10 @@ def prescribed_motion(experiment: Experiment, points: FloatArray) -> PrescribedM
     """
     if not experiment.prescribed:
         return None
-    axes, powers = _axes_of_way(experiment)
+    way = _way_of(experiment)
+    terms = way.terms(experiment.position).T
     led = np.zeros((len(points), 3), dtype=bool)
-    coefficients = np.zeros((len(points), 3, len(axes) + powers - 1))
+    coefficients = np.zeros((len(points), 3, terms.shape[1]))
     for number, prescribed in enumerate(experiment.prescribed, start=1):
         nodes = prescribed.box.distance(points) <= _MARGIN * max(experiment.phantom.size_m)
         label = f"[[prescribed]] {number}"
@@ -54,26 +55,18 @@ def prescribed_motion(experiment: Experiment, points: FloatArray) -> PrescribedM
             raise InputError(f"{label} box holds no tissue; correct it")
         for axis in (AXES.index(direction) for direction in prescribed.directions):
             led[nodes, axis] = True
-            coefficients[nodes, axis] = _fitted(
-                experiment, prescribed, label, axis, points[nodes], axes, powers
-            )
-    return PrescribedMotion(led, np.asarray(experiment.grasp.centre), axes, powers, coefficients[led])
+            beads, by_bead = _fitted(experiment, prescribed, label, axis, terms)
+            at_beads, at_nodes = _in_space(beads, points[nodes])
+            coefficients[nodes, axis] = at_nodes @ np.linalg.lstsq(at_beads, by_bead)[0]
+    return PrescribedMotion(led, way, coefficients[led])
 
 
 def _fitted(
-    experiment: Experiment,
-    prescribed: Prescribed,
-    label: str,
-    axis: int,
-    places: FloatArray,
-    axes: FloatArray,
-    powers: int,
-) -> FloatArray:
-    """Return the coefficients (p, t) of places (p, 3) along an axis."""
+    experiment: Experiment, prescribed: Prescribed, label: str, axis: int, terms: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the places (b, 3) of the beads that tell the motion along an axis, and their coefficients (b, t)."""
     rest, seen = experiment.fiducials_rest, experiment.fiducials[:, :, axis]
-    terms = terms_of(experiment.position - np.asarray(experiment.grasp.centre), axes, powers).T
-    way = np.abs(terms).max(axis=0)
-    terms = terms / way
+    largest = np.abs(terms).max(axis=0)
     known = np.isfinite(seen).sum(axis=0) >= _ROWS_EACH * terms.shape[1]
     near = prescribed.box.distance(rest) <= prescribed.reach + _MARGIN * max(experiment.phantom.size_m)
     chosen = np.flatnonzero(near & known)
@@ -83,8 +76,8 @@ def _fitted(
             f"{_POINTS_EACH}: give it a longer reach"
         )
     moved = seen[:, chosen] - rest[chosen, axis]
-    by_bead = np.array([_least_squares(terms, column) for column in moved.T])
-    left = np.nan_to_num(moved - terms @ by_bead.T)
+    by_bead = np.array([_least_squares(terms / largest, column) for column in moved.T])
+    left = np.nan_to_num(moved - terms / largest @ by_bead.T)
     off = float(np.sqrt(np.mean(left**2)))
     farthest = float(np.nanmax(np.abs(experiment.fiducials[:, chosen] - rest[chosen])))
     if off > max(_OFF * farthest, _DEVIATIONS * float(experiment.sensor.bead_std[axis])):
@@ -92,20 +85,19 @@ def _fitted(
             f"{label}: its beads are off the gripper's way by {1e3 * off:.2g} mm along {AXES[axis]}, of "
             f"{1e3 * farthest:.2g} mm that they go; a boundary that moves by itself cannot be prescribed"
         )
-    at_beads, at_places = _in_space(rest[chosen], places)
-    over_places = np.linalg.lstsq(at_beads, by_bead)[0]
-    return np.asarray(at_places @ over_places / way)
+    return rest[chosen], by_bead / largest
 
 
-def _axes_of_way(experiment: Experiment) -> tuple[FloatArray, int]:
-    """Return the axes (a, 3) of the gripper's way, the longest first, and the highest power along that."""
-    way = experiment.position - np.asarray(experiment.grasp.centre)
+def _way_of(experiment: Experiment) -> PowersOfWay:
+    """Return the axes of the gripper's way, the longest first, and the highest power along that."""
+    origin = np.asarray(experiment.grasp.centre)
+    way = experiment.position - origin
     _, size, axes = np.linalg.svd(way, full_matrices=False)
     if not size[0] > 0:
         raise InputError("[[prescribed]] takes a gripper that moves")
     axes = axes[size > _ASIDE * size[0]]
     stations = len(np.unique(np.round(way @ axes[0] / (np.abs(way).max() * _ASIDE))))
-    return axes, int(np.clip((stations - 1) // _ROWS_EACH, 1, _MOST_POWERS))
+    return PowersOfWay(origin, axes, int(np.clip((stations - 1) // _ROWS_EACH, 1, _MOST_POWERS)))
 
 
 def _in_space(beads: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -10,39 +10,52 @@ BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
-class PrescribedMotion:
-    """Displacements of k degrees of freedom: a polynomial of the gripper's way, zero at rest.
+class PowersOfWay:
+    """The gripper's way along each of some axes, and higher powers of that along the first; all zero at rest.
 
-    It is linear along each of some axes, with higher powers along the first of them: a body that remembers nothing
-    follows the gripper, so that the noise of single rows averages out.
+    Attributes
+    ----------
+    origin : (3,) of the gripper's frame at rest, m
+    axes : (a, 3) unit vectors
+    powers : the highest along the first of the axes
+    """
+
+    origin: FloatArray
+    axes: FloatArray
+    powers: int
+
+    def terms(self, position: FloatArray) -> FloatArray:
+        """Return the a + powers − 1 terms (t, ...) with the gripper's origin at positions (..., 3), m."""
+        along = np.moveaxis((position - self.origin) @ self.axes.T, -1, 0)
+        higher = [along[:1] ** n for n in range(2, self.powers + 1)]
+        return np.concatenate([along, *higher])
+
+    def by_position(self, position: FloatArray) -> FloatArray:
+        """Return the derivative (t, 3) of the terms by a position (3,)."""
+        way = self.axes[0] @ (position - self.origin)
+        higher = [n * way ** (n - 1) * self.axes[0] for n in range(2, self.powers + 1)]
+        return np.vstack([self.axes, *higher])
+
+
+@dataclass(frozen=True, eq=False)
+class PrescribedMotion:
+    """Displacements of k degrees of freedom as the gripper goes its way: they follow it, and remember nothing.
 
     Attributes
     ----------
     led : (n, 3) bool, the degrees of freedom
-    origin : (3,) of the gripper's frame at rest, m
-    axes : (a, 3) unit vectors
-    powers : the highest along the first of the axes
-    coefficients : (k, a + powers − 1), of each axis and then of the second and higher powers
+    way : of which the displacements are linear combinations
+    coefficients : (k, t) of its terms
     """
 
     led: BoolArray
-    origin: FloatArray
-    axes: FloatArray
-    powers: int
+    way: PowersOfWay
     coefficients: FloatArray
 
     def displacement(self, position: FloatArray) -> FloatArray:
         """Return the displacements (k,), m, with the gripper's origin at a position (3,), m."""
-        return self.coefficients @ terms_of(position - self.origin, self.axes, self.powers)
+        return self.coefficients @ self.way.terms(position)
 
     def by_position(self, position: FloatArray) -> FloatArray:
         """Return their derivative (k, 3) by that position."""
-        way = self.axes @ (position - self.origin)
-        higher = [n * way[0] ** (n - 1) * self.axes[0] for n in range(2, self.powers + 1)]
-        return np.asarray(self.coefficients @ np.vstack([self.axes, *higher]))
-
-
-def terms_of(way: FloatArray, axes: FloatArray, powers: int) -> FloatArray:
-    """Return the terms (a + powers − 1, ...) of ways (..., 3), m."""
-    along = np.moveaxis(way @ axes.T, -1, 0)
-    return np.concatenate([along, [along[0] ** n for n in range(2, powers + 1)]]) if powers > 1 else along
+        return self.coefficients @ self.way.by_position(position)
