@@ -15,7 +15,7 @@ from estimator.plugins import Plugin, plugins
 from robot_drivers import universal_robots
 from robot_drivers.abb import irb140, open_abb
 from robot_drivers.abb.egm import driver as egm
-from robot_drivers.ati import controller_ft, digital_ft, netbox_can, netcanoem, netft
+from robot_drivers.ati import axia, controller_ft, digital_ft, netbox_can, netcanoem, netft
 from robot_drivers.cameras import dc1394, opencv
 from robot_drivers.driver import Driver
 from robot_drivers.protocols import Camera, ForceSensor, Robot
@@ -50,6 +50,7 @@ def connected(devices: Devices) -> Iterator[Devices]:
 
 FORCE_SENSORS: Mapping[str, Driver] = {
     "netft": netft.DRIVER,
+    "axia": axia.DRIVER,
     "netbox_can": netbox_can.DRIVER,
     "netcanoem": netcanoem.DRIVER,
     "digital_ft": digital_ft.DRIVER,

@@ -8,7 +8,14 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_drivers.ati.emulator import EmulatorSettings, Faults, NetFTEmulator, WrenchSource
+from robot_drivers.ati.emulator import (
+    AxiaEmulator,
+    AxiaEmulatorSettings,
+    EmulatorSettings,
+    Faults,
+    NetFTEmulator,
+    WrenchSource,
+)
 from robot_drivers.ati.emulator.can.netbox_can import CanFaults, NetBoxCanEmulator, NetBoxCanEmulatorSettings
 from robot_drivers.ati.emulator.can.netcanoem import BoardFaults, BoardSettings, NetCANOEMEmulator
 from robot_drivers.ati.emulator.can.slcan_adapter import SlcanAdapterEmulator
@@ -95,6 +102,16 @@ def _netft(settings: EmulatorSettings, load: Load, faults: Faults) -> Iterator[R
 
 
 @contextmanager
+def _axia(settings: AxiaEmulatorSettings, load: Load, faults: Faults) -> Iterator[Running]:
+    with AxiaEmulator(load.at, settings) as sensor:
+        sensor.inject(faults)
+        yield Running(
+            f"Ethernet Axia on {settings.host}: RDT UDP {sensor.rdt_port}, web TCP {sensor.http_port}, "
+            f"commands TCP {sensor.command_port}"
+        )
+
+
+@contextmanager
 def _digital_ft(
     settings: DigitalFTEmulatorSettings, load: Load, transducer: TransducerFaults, faults: LineFaults
 ) -> Iterator[Running]:
@@ -153,6 +170,13 @@ FORCE_SENSORS: Mapping[str, EmulatorKind] = {
         _netft,
         {"rdt_port": "--port"},
         "--port 49152 --http-port 8080 --loss 0.01 --drift-per-s 0.1 0 0 0 0 0",
+    ),
+    "axia": EmulatorKind(
+        "ATI Ethernet Axia: RDT over UDP, web pages, command interface",
+        {"sensor": AxiaEmulatorSettings, "load": Load, "faults": Faults},
+        _axia,
+        {"rdt_port": "--port"},
+        "--port 49152 --http-port 8080 --sample-rate-hz 976 --rate-hz 500 --loss 0.01",
     ),
     "digital_ft": EmulatorKind(
         "ATI Digital F/T on a pseudo-terminal: Modbus and its stream",

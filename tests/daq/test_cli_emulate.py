@@ -15,6 +15,7 @@ import pytest
 
 from daq.cli import main
 from robot_drivers.abb.irb140 import IRB140, IRB140Settings
+from robot_drivers.ati.axia import Axia, AxiaSettings
 from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
 from robot_drivers.ati.netft import NetFT, NetFTSettings
@@ -87,6 +88,22 @@ def test_a_net_ft_box_is_found_at_its_ports_and_feels_its_load() -> None:
         )
         with closing(NetFT(settings)) as sensor:
             wrench = first_block(sensor).wrench[0]
+    np.testing.assert_allclose(wrench, [1, 2, 3, 0.1, 0.2, 0.3], atol=0.1)
+
+
+@posix
+def test_an_axia_is_found_at_its_ports_and_samples_at_its_rate() -> None:
+    with emulated("axia", "--wrench", "1", "2", "3", "0.1", "0.2", "0.3", "--sample-rate-hz", "976") as line:
+        settings = AxiaSettings(
+            host="127.0.0.1",
+            rdt_port=port(line, "RDT UDP"),
+            http_port=port(line, "web TCP"),
+            rate_hz=488,
+            request_pause_s=0.01,
+        )
+        with closing(Axia(settings)) as sensor:
+            wrench = first_block(sensor).wrench[0]
+            assert sensor.identity.details["sample rate"] == "976 Hz"
     np.testing.assert_allclose(wrench, [1, 2, 3, 0.1, 0.2, 0.3], atol=0.1)
 
 

@@ -14,9 +14,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from robot_drivers.ati.axia import Axia, AxiaSettings
 from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
-from robot_drivers.ati.emulator import EmulatorSettings, NetFTEmulator
+from robot_drivers.ati.emulator import AxiaEmulator, AxiaEmulatorSettings, EmulatorSettings, NetFTEmulator
 from robot_drivers.ati.emulator.can.netbox_can import NetBoxCanEmulator, NetBoxCanEmulatorSettings
 from robot_drivers.ati.emulator.can.netcanoem import BoardSettings, NetCANOEMEmulator
 from robot_drivers.ati.emulator.serial.controller_ft import ControllerFTEmulator, ControllerFTEmulatorSettings
@@ -67,6 +68,24 @@ def netft_bench(mode):
             yield Bench(sensor, 1000, 1e-9, emulator.close)
         finally:
             sensor.close()
+
+
+@contextmanager
+def axia_bench(mode):
+    # every fourth sample is sent, so that all records are as far apart
+    with AxiaEmulator(
+        lambda _: LOAD, AxiaEmulatorSettings(sample_rate_hz=3904, rate_hz=976, buffer_size=5)
+    ) as emulator:
+        settings = AxiaSettings(
+            host="127.0.0.1",
+            rdt_port=emulator.rdt_port,
+            http_port=emulator.http_port,
+            mode=mode,
+            sample_rate_hz=3904.0,
+            request_pause_s=0.0,
+        )
+        with closing(Axia(settings)) as sensor:
+            yield Bench(sensor, 976, 1e-9, emulator.close)
 
 
 @contextmanager
@@ -150,6 +169,8 @@ BENCHES = {
     "flange of a UR": ur_wrench_bench,
     "Net F/T, real-time": lambda: netft_bench("real-time"),
     "Net F/T, buffered": lambda: netft_bench("buffered"),
+    "Ethernet Axia, real-time": lambda: axia_bench("real-time"),
+    "Ethernet Axia, buffered": lambda: axia_bench("buffered"),
     "Digital F/T": digital_ft_bench,
     "F/T Controller": controller_ft_bench,
     "NETCANOEM": netcanoem_bench,
