@@ -12,7 +12,7 @@ from typing import Generic, TypeVar
 from daq.errors import RigError
 from estimator.errors import InputError
 from estimator.plugins import Plugin, plugins
-from robot_drivers import universal_robots
+from robot_drivers import bota, universal_robots
 from robot_drivers.abb import irb140, open_abb
 from robot_drivers.abb.egm import driver as egm
 from robot_drivers.ati import axia, controller_ft, digital_ft, netbox_can, netcanoem, netft
@@ -55,6 +55,7 @@ FORCE_SENSORS: Mapping[str, Driver] = {
     "netcanoem": netcanoem.DRIVER,
     "digital_ft": digital_ft.DRIVER,
     "controller_ft": controller_ft.DRIVER,
+    "bota": bota.DRIVER,
     "ur_flange": universal_robots.WRENCH,
 }
 ROBOTS: Mapping[str, Driver] = {

@@ -1,4 +1,4 @@
-"""Emulated ATI force/torque sensors, by name."""
+"""Emulated force/torque sensors, by name."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -21,10 +21,11 @@ from robot_drivers.ati.emulator.can.netcanoem import BoardFaults, BoardSettings,
 from robot_drivers.ati.emulator.can.slcan_adapter import SlcanAdapterEmulator
 from robot_drivers.ati.emulator.serial.controller_ft import ControllerFTEmulator, ControllerFTEmulatorSettings
 from robot_drivers.ati.emulator.serial.digital_ft import DigitalFTEmulator, DigitalFTEmulatorSettings
-from robot_drivers.ati.emulator.serial.line import LineFaults
 from robot_drivers.ati.transducer.gages import FT33206, HIGHEST_GAGE
+from robot_drivers.bota.emulator import BotaEmulator, BotaEmulatorSettings
 from robot_drivers.emulated_outages import Outages
 from robot_drivers.emulators.kind import EmulatorKind, Running
+from robot_drivers.serial_line.emulator.line import LineFaults
 
 _DEFAULT_CHANNEL = "emulated"
 
@@ -154,6 +155,15 @@ def _netbox_can(
 
 
 @contextmanager
+def _bota(
+    settings: BotaEmulatorSettings, load: Load, transducer: TransducerFaults, faults: LineFaults
+) -> Iterator[Running]:
+    with BotaEmulator(transducer.source(load), settings) as sensor:
+        sensor.inject(faults)
+        yield Running(f"Bota sensor on {sensor.port}: {51200 / settings.sinc_length:g} frames a second")
+
+
+@contextmanager
 def _reachable_bus(interface: str, channel: str) -> Iterator[str]:
     """Join a virtual bus, which ends at this process, with an emulated serial adapter; give interface and channel."""
     if interface != "virtual":
@@ -200,6 +210,12 @@ FORCE_SENSORS: Mapping[str, EmulatorKind] = {
         {"board": BoardSettings, "load": Load, "gages": TransducerFaults, "faults": BoardFaults},
         _netcanoem,
         example="--bus-off-at-s 5 --bus-off-for-s 2",
+    ),
+    "bota": EmulatorKind(
+        "Bota Systems sensor on a pseudo-terminal: binary frames with their CRC",
+        {"sensor": BotaEmulatorSettings, "load": Load, "gages": TransducerFaults, "faults": LineFaults},
+        _bota,
+        example="--sinc-length 512 --corruption 0.0001 --restart-at-s 10 --restart-for-s 2",
     ),
     "netbox_can": EmulatorKind(
         "ATI Net F/T box on its native CAN protocol, by default behind an emulated serial adapter (slcan)",

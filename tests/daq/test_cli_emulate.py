@@ -19,6 +19,7 @@ from robot_drivers.ati.axia import Axia, AxiaSettings
 from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
 from robot_drivers.ati.netft import NetFT, NetFTSettings
+from robot_drivers.bota import BotaSerial, BotaSettings
 from robot_drivers.cameras.opencv import OpenCVCamera
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.dataclass_options import add_options, read_options
@@ -126,6 +127,16 @@ def test_a_serial_sensor_is_found_at_its_pseudo_terminal(kind: str) -> None:
         with closing(sensor):
             wrench = first_block(sensor).wrench[0]
     np.testing.assert_allclose(wrench, [5, 0, 0, 0, 0, 0], atol=0.11)
+
+
+@posix
+def test_a_bota_sensor_is_found_at_its_pseudo_terminal() -> None:
+    with emulated("bota", "--wrench", "5", "0", "0", "0", "0", "0", "--sinc-length", "512") as line:
+        terminal = re.search(r"on (\S+):", line)[1]
+        with closing(BotaSerial(BotaSettings(port=terminal, start_timeout_s=20.0))) as sensor:
+            wrench = first_block(sensor).wrench[0]
+            assert sensor.identity.details["rate"] == "100 Hz (measured)"
+    np.testing.assert_allclose(wrench, [5, 0, 0, 0, 0, 0], atol=0.3)
 
 
 @posix

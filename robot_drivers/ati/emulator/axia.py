@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 
-from robot_drivers.ati.emulator.box import Box, WrenchSource
+from robot_drivers.ati.emulator.box import Box
 from robot_drivers.ati.emulator.command_interface import CommandServer
 from robot_drivers.ati.emulator.faults import Faults, LinkCounts
 from robot_drivers.ati.emulator.rdt import RdtCommands, RdtServer
@@ -16,6 +16,7 @@ from robot_drivers.ati.emulator.settings import BoxConfiguration, EmulatorSettin
 from robot_drivers.ati.emulator.transducers import AxiaRange
 from robot_drivers.ati.emulator.web import DONE, WebServer, set_rdt_rate, xml
 from robot_drivers.closing import ClosedAtExit
+from robot_drivers.emulated_wrench import WrenchSource
 
 _COMMANDS = RdtCommands(single_block=(0x1, 0x2), resets_latch=False, to_another=False)
 _FASTEST_RDT_HZ = 7912

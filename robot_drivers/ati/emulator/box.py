@@ -2,21 +2,17 @@
 
 import math
 import threading
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robot_drivers.ati.emulator.faults import Faults
 from robot_drivers.ati.emulator.settings import BoxConfiguration, EmulatorSettings
 from robot_drivers.ati.emulator.transducers import GammaGages, Transducer
 from robot_drivers.clock import host_time_ns
 from robot_drivers.emulated_clock import ClockError
+from robot_drivers.emulated_wrench import WrenchSource
 from robot_drivers.protocols import FloatArray, IntArray
-
-WrenchSource = Callable[[float], NDArray[np.float64]]
-"""Device time in s to the true wrench in the sensor frame, (6,), N and N·m; called from the box's threads."""
 
 
 @dataclass(frozen=True, slots=True)
