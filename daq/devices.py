@@ -12,7 +12,7 @@ from typing import Generic, TypeVar
 from daq.errors import RigError
 from estimator.errors import InputError
 from estimator.plugins import Plugin, plugins
-from robot_drivers import bota, universal_robots
+from robot_drivers import bota, genicam, universal_robots
 from robot_drivers.abb import irb140, open_abb
 from robot_drivers.abb.egm import driver as egm
 from robot_drivers.ati import axia, controller_ft, digital_ft, netbox_can, netcanoem, netft
@@ -67,6 +67,7 @@ ROBOTS: Mapping[str, Driver] = {
 CAMERAS: Mapping[str, Driver] = {
     "opencv": opencv.DRIVER,
     "dc1394": dc1394.DRIVER,
+    "genicam": genicam.DRIVER,
 }
 
 S = TypeVar("S", ForceSensorSpecification, RobotSpecification, CameraSpecification)

@@ -12,6 +12,7 @@ from contextlib import closing, contextmanager
 import can
 import numpy as np
 import pytest
+from gige_cameras import address, need_aravis
 
 from daq.cli import main
 from robot_drivers.abb.irb140 import IRB140, IRB140Settings
@@ -24,6 +25,7 @@ from robot_drivers.cameras.opencv import OpenCVCamera
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.dataclass_options import add_options, read_options
 from robot_drivers.emulators import KINDS
+from robot_drivers.genicam import GenICamCamera, GenICamSettings
 from robot_drivers.universal_robots import URRobot, URSettings, URWrench, URWrenchSettings
 
 posix = pytest.mark.skipif(
@@ -194,6 +196,18 @@ def test_a_camera_that_loses_images_counts_them() -> None:
             while camera.statistics().received < 10:
                 camera.read(2.0)
             assert camera.statistics().lost > 0
+
+
+@posix
+def test_a_gige_camera_is_found_at_its_address() -> None:
+    need_aravis()
+    host = address()
+    with emulated("gige", "--host", host, "--width", "80", "--height", "60", "--fps", "50"):
+        settings = GenICamSettings(camera=host, chunk_timestamps=True, ptp=True, open_timeout_s=20.0)
+        with closing(GenICamCamera(settings)) as camera:
+            camera.connect()
+            assert camera.identity.details["PTP"] == "Slave"
+            assert camera.read(5.0)[0].image.shape == (60, 80)
 
 
 @pytest.mark.parametrize("kind", KINDS)
