@@ -106,7 +106,7 @@ class _Model:
         self._sent = due
         if first >= due:
             return greeting
-        times_s = self._since_s + self._period_s * np.arange(first + 1, due + 1)
+        times_s = self._since_s + self._period_s * np.arange(first + 1, due + 1, dtype=np.float64)
         wrench = self._source.wrenches(times_s)
         beyond = (np.abs(wrench) > self._settings.rated_wrench).any(axis=1)
         wrench = wrench + self._random.standard_normal(wrench.shape) * self._settings.noise_std

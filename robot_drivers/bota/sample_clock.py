@@ -47,7 +47,7 @@ class SampleClock:
                 kept.append((index, *placed))
         rows = np.array(kept, np.int64).reshape(-1, 3)
         self.received += len(kept)
-        return Placement(rows[:, 0], rows[:, 1], rows[:, 2] * 1e-6)
+        return Placement(rows[:, 0], rows[:, 1], 1e-6 * rows[:, 2].astype(np.float64))
 
     def _place_one(self, clock: int, stamp_ns: int) -> tuple[int, int] | None:
         if self._last is None:
