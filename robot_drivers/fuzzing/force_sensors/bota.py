@@ -1,5 +1,6 @@
 """Fuzz target: the frames of a Bota Systems sensor."""
 
+import binascii
 import struct
 from random import Random
 
@@ -9,16 +10,13 @@ from robot_drivers.fuzzing.target import Target, WrongValueError, agree
 
 _SIZE = 37
 _CONTENT = struct.Struct("<H6fIf")
+_REVERSED = bytes(int(f"{byte:08b}"[::-1], 2) for byte in range(256))
 
 
 def _crc(data: bytes) -> int:
-    """CRC-16/X-25 by long division of the reversed bits, which is not how the driver goes about it."""
-    remainder = 0xFFFF
-    for byte in data:
-        remainder ^= int(f"{byte:08b}"[::-1], 2) << 8
-        for _ in range(8):
-            remainder = remainder << 1 ^ (0x11021 if remainder & 0x8000 else 0)
-    return int(f"{remainder:016b}"[::-1], 2) ^ 0xFFFF
+    """CRC-16/X-25 by the standard library's CRC of unreversed bits, which is not how the driver goes about it."""
+    unreversed = binascii.crc_hqx(data.translate(_REVERSED), 0xFFFF)
+    return int(f"{unreversed:016b}"[::-1], 2) ^ 0xFFFF
 
 
 def _stream(random: Random) -> DamagedStream:
