@@ -12,10 +12,10 @@ from typing import Generic, TypeVar
 from daq.errors import RigError
 from estimator.errors import InputError
 from estimator.plugins import Plugin, plugins
-from robot_drivers import universal_robots
+from robot_drivers import bota, genicam, universal_robots
 from robot_drivers.abb import irb140, open_abb
 from robot_drivers.abb.egm import driver as egm
-from robot_drivers.ati import controller_ft, digital_ft, netbox_can, netcanoem, netft
+from robot_drivers.ati import axia, controller_ft, digital_ft, netbox_can, netcanoem, netft
 from robot_drivers.cameras import dc1394, opencv
 from robot_drivers.driver import Driver
 from robot_drivers.protocols import Camera, ForceSensor, Robot
@@ -50,10 +50,12 @@ def connected(devices: Devices) -> Iterator[Devices]:
 
 FORCE_SENSORS: Mapping[str, Driver] = {
     "netft": netft.DRIVER,
+    "axia": axia.DRIVER,
     "netbox_can": netbox_can.DRIVER,
     "netcanoem": netcanoem.DRIVER,
     "digital_ft": digital_ft.DRIVER,
     "controller_ft": controller_ft.DRIVER,
+    "bota": bota.DRIVER,
     "ur_flange": universal_robots.WRENCH,
 }
 ROBOTS: Mapping[str, Driver] = {
@@ -65,6 +67,7 @@ ROBOTS: Mapping[str, Driver] = {
 CAMERAS: Mapping[str, Driver] = {
     "opencv": opencv.DRIVER,
     "dc1394": dc1394.DRIVER,
+    "genicam": genicam.DRIVER,
 }
 
 S = TypeVar("S", ForceSensorSpecification, RobotSpecification, CameraSpecification)

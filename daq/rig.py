@@ -13,9 +13,11 @@ from daq.devices import CAMERA, FORCE_SENSOR, MOST_CAMERAS, ROBOT, AnyRole, Devi
 from daq.errors import RigError
 from daq.files.names import check_name
 from daq.files.toml_tables import Keys, TomlFile, toml_text
+from daq.limits import Limits
 from daq.viewers import Viewers
 from daq.vision.camera_model import StereoCalibration
 from daq.vision.fiducials import FiducialSettings
+from daq.vision.planar import PlanarView
 from estimator.experiment import Box, Environment, Grasp, Phantom, Roller
 from robot_drivers.protocols import Pose
 from robot_drivers.specification import CameraSpecification, ForceSensorSpecification, RobotSpecification
@@ -83,36 +85,6 @@ class Tool:
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
-    """What stops the robot, and what no trajectory may ask for.
-
-    Attributes
-    ----------
-    force_n, torque_nm : magnitude of the interaction, as it changed since the rest window
-    step_m : largest way of the gripper's origin between two standstills
-    speed_m_s : of the gripper's origin
-    workspace : box for the gripper's origin, tissue frame, m
-    communication_age_s : longest silence of the force sensor or the robot
-    force_rate_n_s, torque_rate_nm_s : of the interaction, over 20 ms
-    """
-
-    force_n: float
-    torque_nm: float
-    step_m: float
-    speed_m_s: float
-    workspace: Box
-    communication_age_s: float = 0.25
-    force_rate_n_s: float = 200.0
-    torque_rate_nm_s: float = 20.0
-
-    def __post_init__(self) -> None:
-        rates = ("force_rate_n_s", "torque_rate_nm_s")
-        for name in ("force_n", "torque_nm", "step_m", "speed_m_s", "communication_age_s", *rates):
-            if not getattr(self, name) > 0:
-                raise ValueError(f"{name} must be positive, not {getattr(self, name)!r}")
-
-
-@dataclass(frozen=True, slots=True)
 class Uncertainty:
     """Standard deviations, of certificates or calibration, that go in quadrature to the scatter within a window."""
 
@@ -159,8 +131,9 @@ class Rig:
 
     Of the one to four ``cameras`` the first two are left and right of a stereo pair, ``stereo_calibration`` is the file
     of its calibration, and ``vision`` says what their images show. Further cameras are recorded and nothing else. A rig
-    with one camera has no stereo calibration, and nothing is measured in its images. ``calibration`` is the folder of
-    the calibration files, None for none; what is in force there goes before what the rig file says
+    with one camera has no stereo calibration: with a ``planar_view`` it measures beads in two dimensions, without one
+    nothing. ``calibration`` is the folder of the calibration files, None for none; what is in force there goes before
+    what the rig file says
     (:mod:`daq.calibration_files.in_force`). ``laboratory_clock`` is the file of an emulated laboratory's clock
     (:mod:`daq.timing.laboratory_time`), and None for real devices. ``viewers`` may look on, None for nobody.
     """
@@ -178,9 +151,17 @@ class Rig:
     latencies: Latencies = field(default_factory=Latencies)
     vision: FiducialSettings = field(default_factory=FiducialSettings)
     stereo_calibration: Path | None = None
+    planar_view: PlanarView | None = None
     calibration: Path | None = None
     laboratory_clock: Path | None = None
     viewers: Viewers | None = None
+
+    @property
+    def measuring_cameras(self) -> tuple[CameraDevice, ...]:
+        """The cameras that beads are measured with: the stereo pair, the only one with a planar view, or none."""
+        if len(self.cameras) > 1:
+            return self.cameras[:2]
+        return self.cameras if self.planar_view is not None else ()
 
     @property
     def pair(self) -> tuple[CameraDevice, CameraDevice]:
@@ -263,6 +244,8 @@ def _check_cameras(file: TomlFile, rig: Rig) -> None:
             raise file.mistake(("cameras", number, "name"), f"must differ from {which} camera's, {name!r}")
     if len(names) == 1 and rig.stereo_calibration is not None:
         raise file.mistake(("stereo_calibration",), "is of two cameras, and the rig has one; leave it out")
+    if len(names) > 1 and rig.planar_view is not None:
+        raise file.mistake(("planar_view",), f"is of one camera, and the rig has {len(names)}; leave it out")
     if len(names) > 1 and rig.stereo_calibration is None:
         raise file.mistake(
             (), f"lacks the key stereo_calibration, of the cameras {names[0]!r} and {names[1]!r}"

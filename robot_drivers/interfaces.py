@@ -23,10 +23,11 @@ def address_towards(host: str) -> str:
 
 def is_loopback(address: str) -> bool:
     """Tell whether only this computer reaches an address."""
-    return address == "localhost" or (_is_address(address) and ipaddress.ip_address(address).is_loopback)
+    return address == "localhost" or (is_address(address) and ipaddress.ip_address(address).is_loopback)
 
 
-def _is_address(text: str) -> bool:
+def is_address(text: str) -> bool:
+    """Tell whether a text is an IP address."""
     try:
         ipaddress.ip_address(text)
     except ValueError:

@@ -28,7 +28,7 @@ QUESTIONS = {"sys.platform", "os.name", "hasattr", "getattr", "KERNEL_STAMPS", "
 
 # What is reached only through a guard in another place, and which one.
 GUARDED_ELSEWHERE = {
-    ("robot_drivers/ati/emulator/serial/line.py", "PseudoTerminal"): "far_end makes it, off Windows only",
+    ("robot_drivers/serial_line/emulator/line.py", "PseudoTerminal"): "far_end makes it, off Windows only",
     ("robot_drivers/abb/egm/udp.py", "_receive_stamped"): "chosen where KERNEL_STAMPS says so",
     ("robot_drivers/ati/netft/receiver.py", "_receive_stamped"): "chosen where KERNEL_STAMPS says so",
     (

@@ -163,7 +163,7 @@ class BoardCalibration:
         result = CamerasResult(_lens(lenses[0], size), _lens(lenses[1], size))
         figures = [
             *self._views_figures(),
-            Figure("largest tilt", _tilt_deg(lenses[0]), "°", least=LEAST_TILT_DEG),
+            Figure("largest tilt", tilt_deg(lenses[0]), "°", least=LEAST_TILT_DEG),
         ]
         for name, lens in zip(SIDES, lenses, strict=True):
             focal_std = float(lens.intrinsics_std[0] / lens.intrinsics[0])
@@ -261,7 +261,7 @@ def _lens(found: LensCalibration, size: tuple[int, int]) -> Lens:
     return Lens(*size, (fx, fy), (cx, cy), (k1, k2, p1, p2, 0.0), found.rms_px, (a, b, c, d, e, f, g, h))
 
 
-def _tilt_deg(lens: LensCalibration) -> float:
+def tilt_deg(lens: LensCalibration) -> float:
     """Return the largest angle between the board's normal and the optical axis, as the board faces the camera."""
     along = np.abs(lens.rotations.as_matrix()[:, 2, 2])
     return math.degrees(math.acos(float(np.clip(along.min(), 0.0, 1.0))))

@@ -27,6 +27,7 @@ MOTIONS: Mapping[Kind, tuple[str, ...]] = {
 """The trajectories of :data:`~daq.trajectories.routines.NAMED` that a calibration can be made from, the usual first."""
 
 SERIALS: Mapping[Kind, tuple[str, ...]] = {
+    "camera": ("camera",),
     "cameras": ("camera",),
     "stereo": ("camera",),
     "robot": ("camera", "robot"),

@@ -47,6 +47,18 @@ class StoredViews:
             yield View(f"{left} with {right}", _image(self.folder / left), _image(self.folder / right))
 
 
+def single_views(folder: Path) -> Iterator[tuple[str, NDArray[np.uint8]]]:
+    """Read the PNG images in a folder and the folders below it, by name and in the order of their names.
+
+    Raises
+    ------
+    CalibrationError
+        There is no image, or one cannot be decoded.
+    """
+    for name in _png_names(folder):
+        yield name, _image(folder / name)
+
+
 def find_views(
     folder: Path, marks: tuple[str, str] | None = None, tolerance_s: float = TOLERANCE_S
 ) -> StoredViews:
@@ -57,13 +69,7 @@ def find_views(
     CalibrationError
         There is no image, the names do not tell which belong together, or one of a pair is no whole PNG image.
     """
-    names = sorted(
-        path.relative_to(folder).as_posix()
-        for path in folder.rglob("*")
-        if path.suffix.lower() == ".png" and path.is_file()
-    )
-    if not names:
-        raise CalibrationError(f"{folder}: holds no PNG image; give the folder of the views of the board")
+    names = _png_names(folder)
     try:
         found = pair_names(names, marks, tolerance_s)
     except CalibrationError as error:
@@ -71,6 +77,17 @@ def find_views(
     for name in (name for pair in found.pairs for name in pair):
         _whole(folder / name)  # now, and not after minutes with those before it
     return StoredViews(folder, found)
+
+
+def _png_names(folder: Path) -> list[str]:
+    names = sorted(
+        path.relative_to(folder).as_posix()
+        for path in folder.rglob("*")
+        if path.suffix.lower() == ".png" and path.is_file()
+    )
+    if not names:
+        raise CalibrationError(f"{folder}: holds no PNG image; give the folder of the views of the board")
+    return names
 
 
 def _image(path: Path) -> NDArray[np.uint8]:

@@ -42,6 +42,8 @@ class InForce:
             found = record.result
             if kind == "stereo" and len(rig.cameras) > 1:
                 rig = replace(rig, stereo_calibration=self.files[kind])
+            elif kind == "camera" and rig.planar_view is not None:
+                rig = replace(rig, planar_view=replace(rig.planar_view, calibration=self.files[kind]))
             elif isinstance(found, RobotResult):
                 frames = replace(frames, T_base_tissue=found.T_base_tissue)
             elif isinstance(found, ToolResult):

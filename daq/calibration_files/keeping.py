@@ -16,6 +16,7 @@ from daq.files.atomic import replace_text
 from daq.files.toml_tables import toml_text
 
 VALIDITY: Mapping[Kind, timedelta] = {
+    "camera": timedelta(days=90),
     "cameras": timedelta(days=365),
     "stereo": timedelta(days=90),
     "robot": timedelta(days=90),

@@ -9,8 +9,8 @@ if TYPE_CHECKING:  # who only looks what is in force, as every session does, nee
 
 R = TypeVar("R")
 
-Kind = Literal["cameras", "stereo", "robot", "force", "time", "tool"]
-KINDS: tuple[Kind, ...] = ("cameras", "stereo", "robot", "force", "time", "tool")
+Kind = Literal["camera", "cameras", "stereo", "robot", "force", "time", "tool"]
+KINDS: tuple[Kind, ...] = ("camera", "cameras", "stereo", "robot", "force", "time", "tool")
 
 # Figures that an uncertainty budget takes up.
 TURN_STD = "turn of the tissue frame, standard deviation"

@@ -6,7 +6,7 @@ from typing import Any
 
 from daq.calibration_files.outcome import Kind
 from daq.rig import Transform, Vector
-from daq.vision.camera_model import StereoCalibration
+from daq.vision.camera_model import PinholeCamera, StereoCalibration
 
 LATE_STREAMS = ("force sensor", "cameras")
 """The streams whose latency against the robot's can be found."""
@@ -118,6 +118,7 @@ class ToolResult:
 
 
 RESULTS: Mapping[Kind, type[Any]] = {
+    "camera": PinholeCamera,
     "cameras": CamerasResult,
     "stereo": StereoCalibration,
     "robot": RobotResult,

@@ -60,7 +60,11 @@ def _report(
 
 
 def _calibrated_sizes(rig: Rig) -> Mapping[str, tuple[int, int]]:
-    """Return the image sizes (px) that the stereo calibration is for, by camera; none without its file."""
+    """Return the image sizes (px) that the calibrations are for, by camera; none without their file."""
+    view = rig.planar_view
+    if view is not None and view.calibration.exists():
+        model = view.camera()
+        return {rig.cameras[0].name: (model.width, model.height)}
     if rig.stereo_calibration is None or not rig.stereo_calibration.exists():
         return {}
     calibration, (left, right) = rig.stereo(), rig.pair

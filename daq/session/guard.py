@@ -12,8 +12,9 @@ import numpy as np
 
 from daq.errors import SessionError
 from daq.frames import inverse, rotation
+from daq.limits import Limits
 from daq.recording.streams import FORCE, ROBOT
-from daq.rig import Frames, Limits
+from daq.rig import Frames
 from daq.session.latency import LatencyTally
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceError

@@ -288,6 +288,8 @@ class Session:
 
 
 def _camera_models(rig: Rig) -> dict[str, PinholeCamera]:
+    if rig.planar_view is not None:
+        return {rig.cameras[0].name: rig.planar_view.camera()}
     if rig.stereo_calibration is None:
         return {}
     calibration, (left, right) = rig.stereo(), rig.pair

@@ -16,9 +16,9 @@ from daq.recording.events import MOVE_BEGIN, MOVE_END
 from daq.recording.reader import Recording
 from daq.recording.stored_streams import Event
 from daq.rig import Rig
+from daq.synchronisation.exposed_images import exposed_images
 from daq.synchronisation.fiducial_windows import track_fiducials
 from daq.synchronisation.robot_motion import bead_motion, robot_motion
-from daq.synchronisation.stereo_images import StereoImages
 from daq.synchronisation.stream_times import force_times
 from daq.timing.latency import main_motion
 from robot_drivers.protocols import FloatArray, IntArray
@@ -91,7 +91,7 @@ def _force_alignment(recording: Recording, rig: Rig) -> Alignment:
 
 
 def _camera_alignment(recording: Recording, rig: Rig, progress: Progress) -> Alignment:
-    images = StereoImages(recording, rig)
+    images = exposed_images(recording, rig)
     move = _move_of(recording.events, images.exposed_ns)
     used = move != _NO_MOVE
     used[np.flatnonzero(used)[_MOST_PAIRS:]] = False

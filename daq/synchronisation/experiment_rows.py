@@ -22,6 +22,7 @@ from daq.synchronisation.windows import Means, Window, in_window, measuring_wind
 from daq.synchronisation.wrenches import WrenchCompensation
 from daq.timing.event_times import EventTimes
 from daq.trajectories import experiment_kind
+from daq.vision.planar import height_slopes
 from estimator.experiment import Experiment, SensorNoise
 from robot_drivers.protocols import FloatArray, PoseBlock, WrenchBlock
 
@@ -120,7 +121,7 @@ def brought_together(
         trajectory_kind=experiment_kind(info.trajectory["kind"]),
         environment=rig.specimen.environment,
         sensor=_noise(rig, positions, wrenches, beads),
-        fiducials_rest=beads.mean[0],
+        fiducials_rest=_rest(rig, beads),
         time=np.array([window.middle_ns - windows[0].middle_ns for window in windows]) * 1e-9,
         phase=tuple(window.phase for window in windows),
         step=np.array([window.number for window in windows], dtype=np.int64),
@@ -188,14 +189,34 @@ def _mean_orientations(quaternion: FloatArray, times: EventTimes, windows: Seque
 def _noise(rig: Rig, positions: Means, wrenches: Means, beads: Means) -> SensorNoise:
     """Return the noise of one value in one row: the scatter of the means, and what does not show in it."""
     extra = rig.uncertainty
+    fiducial_std = _fiducial_std(beads, extra.fiducial_m)
     return SensorNoise(
         force_std=math.hypot(wrenches.pooled_scatter(0, 1, 2), extra.force_n),
         torque_std=math.hypot(wrenches.pooled_scatter(3, 4, 5), extra.torque_nm),
-        fiducial_std=_fiducial_std(beads, extra.fiducial_m),
+        fiducial_std=fiducial_std,
         position_std=math.hypot(positions.pooled_scatter(), extra.position_m),
         tool_mass=rig.tool.mass_kg,
         tool_centre=rig.tool.centre_m,
+        by_channel=_by_channel(rig, beads, fiducial_std),
     )
+
+
+def _rest(rig: Rig, beads: Means) -> FloatArray:
+    """Return where the beads rest, (m, 3), m: as measured, and at the design's height where that was not measured."""
+    rest = beads.mean[0]
+    if rig.planar_view is None or not len(rest):
+        return rest
+    design = np.asarray(rig.specimen.fiducials_m)
+    return np.where(np.isfinite(rest), rest, design)
+
+
+def _by_channel(rig: Rig, beads: Means, fiducial_std: float) -> dict[str, float]:
+    """Return the noise of single channels: of one camera the uncertain height of the beads makes that of the others."""
+    if rig.planar_view is None or not beads.mean.size:
+        return {}
+    slopes = height_slopes(rig.planar_view.camera(), _rest(rig, beads))
+    by_height = rig.planar_view.height_std_m * np.sqrt(np.mean(slopes**2, axis=0))
+    return {axis: math.hypot(fiducial_std, by) for axis, by in zip("xy", by_height.tolist(), strict=True)}
 
 
 def _fiducial_std(beads: Means, extra_m: float) -> float:

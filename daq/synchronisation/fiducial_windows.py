@@ -16,10 +16,15 @@ from numpy.typing import NDArray
 from daq.errors import SynchronisationError
 from daq.progress import Progress
 from daq.rig import Rig
-from daq.synchronisation.stereo_images import RecordedImages, StereoImages
+from daq.synchronisation.exposed_images import (
+    ExposedImages,
+    bead_tracker,
+    exposed_images,
+    measured_coordinates,
+)
+from daq.synchronisation.stereo_images import RecordedImages
 from daq.synchronisation.windows import Means, Window
 from daq.timing.event_times import EventTimes
-from daq.vision.fiducials import FiducialTracker
 from robot_drivers.protocols import FloatArray, IntArray
 
 _FOLLOW_NS = 400_000_000
@@ -32,7 +37,8 @@ class FiducialTrack:
     Attributes
     ----------
     time_ns : (p,) of the exposures, host clock
-    positions : (p, m, 3) in the order of the rig's design, tissue frame, m; NaN where a bead was not seen
+    positions : (p, m, 3) in the order of the rig's design, tissue frame, m; NaN where a bead was not seen, and for the
+        heights that one camera does not measure
     rejected : what was seen in all pairs and not used, by stage and reason
     """
 
@@ -66,7 +72,7 @@ def fiducial_means(
 ) -> FiducialMeans:
     """Return the means of the beads over the windows, of which about so many pairs a second are looked at, at most.
 
-    One camera measures no place in space: of such a rig there are no beads.
+    One camera without a planar view measures no place: of such a rig there are no beads.
 
     Raises
     ------
@@ -75,9 +81,9 @@ def fiducial_means(
     VisionError
         Too few beads are seen in the first images.
     """
-    if len(rig.cameras) < 2:
+    if not rig.measuring_cameras:
         return no_fiducials(windows)
-    images = StereoImages(recording, rig)
+    images = exposed_images(recording, rig)
     track = track_fiducials(images, rig, needed_pairs(images, windows, most_per_s), progress)
     return means_of_track(images, track, windows)
 
@@ -88,7 +94,7 @@ def no_fiducials(windows: Sequence[Window]) -> FiducialMeans:
     return FiducialMeans(Means(none, none, (0,) * len(windows)), {}, {})
 
 
-def means_of_track(images: StereoImages, track: FiducialTrack, windows: Sequence[Window]) -> FiducialMeans:
+def means_of_track(images: ExposedImages, track: FiducialTrack, windows: Sequence[Window]) -> FiducialMeans:
     """Return the means over the windows of beads that were followed through the images.
 
     Raises
@@ -102,7 +108,7 @@ def means_of_track(images: StereoImages, track: FiducialTrack, windows: Sequence
 
 
 def track_fiducials(
-    images: StereoImages, rig: Rig, chosen: NDArray[np.bool_], progress: Progress
+    images: ExposedImages, rig: Rig, chosen: NDArray[np.bool_], progress: Progress
 ) -> FiducialTrack:
     """Follow the beads through the chosen pairs (p,), the first of which shows the phantom at rest.
 
@@ -111,21 +117,21 @@ def track_fiducials(
     VisionError
         Too few beads are seen in the first pair.
     """
-    tracker = FiducialTracker(rig.stereo(), rig.specimen.fiducials_m, rig.vision)
+    track = bead_tracker(rig)
     exposed_ns = images.exposed_ns[chosen]
     positions = np.empty((len(exposed_ns), len(rig.specimen.fiducials_m), 3))
     rejected: Counter[str] = Counter()
-    for number, (left_image, right_image) in enumerate(images.decoded(chosen)):
+    for number, together in enumerate(images.decoded(chosen)):
         progress("finding the beads", number, len(exposed_ns))
         time_s = (exposed_ns[number] - exposed_ns[0]) * 1e-9
-        observation = tracker.update(left_image, right_image, time_s)
+        observation = track(together, time_s)
         positions[number] = observation.positions
         rejected.update(observation.rejected)
     return FiducialTrack(exposed_ns, positions, rejected)
 
 
 def needed_pairs(
-    images: StereoImages, windows: Sequence[Window], most_per_s: float = math.inf
+    images: ExposedImages, windows: Sequence[Window], most_per_s: float = math.inf
 ) -> NDArray[np.bool_]:
     """Tell which pairs (p,) are in a window, about so many a second, or follow the last needed one after a while."""
     exposed_ns, left = images.exposed_ns, next(iter(images.times.values()))
@@ -156,8 +162,9 @@ def _means(positions: FloatArray, exposed_ns: IntArray, windows: Sequence[Window
         means.append(mean)
         scatters.append(np.sqrt(variance))
         counts.append(len(inside))
-    if not np.all(np.isfinite(means[0])):
-        unseen = np.flatnonzero(~np.isfinite(means[0]).all(axis=1)).tolist()
+    at_rest = means[0][:, measured_coordinates(positions)]
+    if not np.all(np.isfinite(at_rest)):
+        unseen = np.flatnonzero(~np.isfinite(at_rest).all(axis=1)).tolist()
         raise SynchronisationError(
             f"fiducials {unseen} (from 0) are not seen at rest; uncover them and record again"
         )

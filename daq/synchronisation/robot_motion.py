@@ -8,6 +8,7 @@ from daq.errors import SynchronisationError
 from daq.recording.reader import Recording
 from daq.rig import Rig
 from daq.synchronisation.experiment_rows import gripper_in_tissue
+from daq.synchronisation.exposed_images import measured_coordinates
 from daq.synchronisation.stream_times import robot_times
 from daq.timing.latency import Latency, estimate_latency, main_motion
 from robot_drivers.protocols import FloatArray, IntArray
@@ -58,6 +59,7 @@ def bead_motion(positions: FloatArray) -> FloatArray:
     SynchronisationError
         There are no images, or no bead is in all of them.
     """
+    positions = positions[..., measured_coordinates(positions)]
     seen = np.isfinite(positions).all(axis=(0, 2))
     if len(positions) == 0 or not seen.any():
         raise SynchronisationError("no bead is seen in every image of the motion; uncover one, or move less")

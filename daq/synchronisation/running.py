@@ -18,6 +18,7 @@ from daq.recording.folder import RIG_FILE
 from daq.recording.running import RunningRecording
 from daq.rig import Rig, read_rig
 from daq.synchronisation.experiment_rows import Synchronised, brought_together, signal_means
+from daq.synchronisation.exposed_images import ExposedImages, bead_tracker, exposed_images
 from daq.synchronisation.fiducial_windows import (
     FiducialMeans,
     FiducialTrack,
@@ -25,11 +26,9 @@ from daq.synchronisation.fiducial_windows import (
     needed_pairs,
     no_fiducials,
 )
-from daq.synchronisation.stereo_images import StereoImages
 from daq.synchronisation.stream_times import force_times, robot_times
 from daq.synchronisation.windows import UNDER_WAY, Window, measuring_windows, windows_begun
 from daq.timing.event_times import EventTimes
-from daq.vision.fiducials import FiducialTracker
 from robot_drivers.protocols import FloatArray, IntArray
 
 # Estimated times move a little as more stamps come: pairs this close to a window are looked at in case they are in it.
@@ -51,8 +50,7 @@ class RunningSynchronisation:
     def __init__(self, folder: Path) -> None:
         self._recording = RunningRecording(folder)
         self._rig = read_rig(folder / RIG_FILE, to_connect=False)
-        # one camera measures no beads
-        self._fiducials = _RunningFiducials(self._rig) if len(self._rig.cameras) > 1 else None
+        self._fiducials = _RunningFiducials(self._rig) if self._rig.measuring_cameras else None
         self._rows = 0
 
     def read_on(self) -> Synchronised | None:
@@ -100,12 +98,12 @@ class RunningSynchronisation:
         if fiducials is None:
             recording.let_go_images(begun[-1].begin_ns)
             return _Seen({}, no_fiducials)
-        cameras = [camera.name for camera in rig.pair]
+        cameras = [camera.name for camera in rig.measuring_cameras]
         if not set(cameras) <= set(recording.cameras):
             return None
         if any(len(recording.images(name)) < _FEWEST for name in cameras):
             return None
-        images = StereoImages(recording, rig)
+        images = exposed_images(recording, rig)
         pairs_per_s = PAIRS_PER_S if len(begun) <= following else PAIRS_PER_S_BEHIND
         track = fiducials.look(images, begun[:following], pairs_per_s)
         recording.let_go_images(fiducials.looked_until_ns)
@@ -141,14 +139,14 @@ class _RunningFiducials:
     """
 
     def __init__(self, rig: Rig) -> None:
-        self._tracker = FiducialTracker(rig.stereo(), rig.specimen.fiducials_m, rig.vision)
+        self._track = bead_tracker(rig)
         self._beads = len(rig.specimen.fiducials_m)
         self._left: list[int] = []
         self._positions: list[FloatArray] = []
         self._rejected: Counter[str] = Counter()
         self._began_ns = self.looked_until_ns = 0
 
-    def look(self, images: StereoImages, windows: Sequence[Window], most_per_s: float) -> FiducialTrack:
+    def look(self, images: ExposedImages, windows: Sequence[Window], most_per_s: float) -> FiducialTrack:
         """Look at the pairs that are new and needed; return what all of them show."""
         last = self._left[-1] if self._left else -1
         wide = [
@@ -161,7 +159,7 @@ class _RunningFiducials:
             images.pairs[chosen, 0].tolist(), exposed_ns.tolist(), images.decoded(chosen), strict=True
         ):
             self._began_ns = self._began_ns or time_ns
-            seen = self._tracker.update(*pair, (time_ns - self._began_ns) * 1e-9)
+            seen = self._track(pair, (time_ns - self._began_ns) * 1e-9)
             self._left.append(left)
             self._positions.append(seen.positions)
             self._rejected.update(seen.rejected)
@@ -169,7 +167,7 @@ class _RunningFiducials:
         positions = np.array(self._positions).reshape(len(self._left), self._beads, 3)
         return FiducialTrack(self._exposed_ns(images), positions, dict(self._rejected))
 
-    def _exposed_ns(self, images: StereoImages) -> IntArray:
+    def _exposed_ns(self, images: ExposedImages) -> IntArray:
         """Return when the pairs (k,) that were looked at were exposed, by all that is known now."""
         left = next(iter(images.times.values()))
         return left.time_ns[np.array(self._left, dtype=np.intp)]

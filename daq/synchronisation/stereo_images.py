@@ -49,7 +49,7 @@ class StereoImages:
         roles = [f"camera {camera.name}" for camera in rig.pair]
         self._left, self._right = (recording.images(camera.name) for camera in rig.pair)
         for role, images in zip(roles, (self._left, self._right), strict=True):
-            _check_format(role, images, rig.vision.beads.pixel_format)
+            check_format(role, images, rig.vision.beads.pixel_format)
         left, right = (exposure_times(images, rig) for images in (self._left, self._right))
         self.times = dict(zip(roles, (left, right), strict=True))
         pairing = pair_by_time(left.time_ns, right.time_ns, _LARGEST_DIFFERENCE * left.period_s * 1e9)
@@ -72,7 +72,8 @@ class StereoImages:
                 yield left.result(), right.result()
 
 
-def _check_format(role: str, images: Images, pixel_format: str) -> None:
+def check_format(role: str, images: Images, pixel_format: str) -> None:
+    """Refuse images of another format than the rig file says; raises SynchronisationError."""
     if len(images) == 0:
         raise SynchronisationError(f"{role}: recorded no image; record the retraction again")
     if images.pixel_format(0) != pixel_format:

@@ -12,19 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from daq.frames import compose, inverse
-from daq.rig import (
-    FORMAT,
-    CameraDevice,
-    Device,
-    Frames,
-    Limits,
-    Rig,
-    Specimen,
-    Tool,
-    Transform,
-    Uncertainty,
-    Vector,
-)
+from daq.limits import Limits
+from daq.rig import FORMAT, CameraDevice, Device, Frames, Rig, Specimen, Tool, Transform, Uncertainty, Vector
 from estimator.experiment import Box, Environment, Grasp, Phantom
 from robot_drivers.abb.egm.position_stream import EGMSettings
 from robot_drivers.abb.irb140 import IRB140Settings

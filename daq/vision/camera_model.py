@@ -52,6 +52,17 @@ class PinholeCamera:
         if abs(np.linalg.norm(self.T_cam_tissue.quaternion_wxyz) - 1.0) > 1e-3:
             raise ValueError("quaternion_wxyz of T_cam_tissue must have length 1")
 
+    @classmethod
+    def load(cls, path: Path) -> Self:
+        """Read a calibration, by itself or as the ``result`` of a kept one; a RigError names line and key."""
+        file = TomlFile.read(path)
+        keys = ("result",) if "result" in file.root else ()
+        return file.build(cls, file.root.get("result", file.root), keys)
+
+    def save(self, path: Path) -> None:
+        """Write a calibration file that :meth:`load` reads back exactly."""
+        path.write_text(toml_text(self, path.parent), encoding="utf-8")
+
     @property
     def intrinsic_matrix(self) -> FloatArray:
         """K (3, 3), px."""

@@ -16,6 +16,7 @@ from daq.rig import Rig
 from daq.vision.beads import Detections, detect_beads
 from daq.vision.errors import VisionError
 from daq.vision.identity import IdentityTracker
+from daq.vision.planar import at_height
 from daq.vision.stereo import epipolar_distance_px, match
 from robot_drivers.protocols import FloatArray, IntArray
 
@@ -60,6 +61,7 @@ class BeadViewer:
         compute_in_one_thread()
         self._rig = rig
         self._stereo = rig.stereo() if len(rig.cameras) > 1 else None
+        self._planar = None if rig.planar_view is None else rig.planar_view.camera()
         self._tracker: IdentityTracker | None = None
 
     def __call__(self, seen: Seen, progress: Progress = silent) -> BeadView:
@@ -91,10 +93,21 @@ class BeadViewer:
         """Look at the image of the only camera."""
         (image,) = seen.images.values()
         found = detect_beads(image, self._rig.vision.beads)
-        marks = Marks(found.centres, found.radii, np.full(len(found), UNNAMED, dtype=np.int64))
         size, beads = (image.shape[1], image.shape[0]), len(self._rig.specimen.fiducials_m)
-        words = f"{len(found)} beads are in the image; one camera measures no place in space"
-        return BeadView((marks,), size, np.empty(0), 0, beads, words)
+        if self._planar is None:
+            marks = Marks(found.centres, found.radii, np.full(len(found), UNNAMED, dtype=np.int64))
+            words = f"{len(found)} beads are in the image; one camera measures no place in space"
+            return BeadView((marks,), size, np.empty(0), 0, beads, words)
+        height_m = float(np.mean([rest[2] for rest in self._rig.specimen.fiducials_m]))
+        face = at_height(self._planar, found.centres, height_m)
+        met = np.flatnonzero(np.isfinite(face).all(axis=1))
+        words, named = "", np.empty(0, dtype=np.intp)
+        try:
+            named = self._named(face[met], seen.time_ns * 1e-9)
+        except VisionError:
+            self._tracker, words = None, _WAITING
+        marks = _marks(found, met, named)
+        return BeadView((marks,), size, np.empty(0), int(np.sum(named >= 0)), beads, words)
 
     def _named(self, points: FloatArray, time_s: float) -> IntArray:
         """Return the row of the point that is each fiducial, -1 where unseen."""

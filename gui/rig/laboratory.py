@@ -164,7 +164,7 @@ def mixed(own: Rig | None, virtual: Rig, emulated: frozenset[str]) -> Rig:
             cameras.append(replace(theirs, name=ours.name))
     if any(f"camera {camera.name}" in emulated for camera in own.cameras[:2]):
         stereo = virtual.stereo_calibration if len(own.cameras) > 1 else None
-        rig = replace(rig, stereo_calibration=stereo, vision=virtual.vision)
+        rig = replace(rig, stereo_calibration=stereo, planar_view=None, vision=virtual.vision)
     return replace(rig, cameras=tuple(cameras))
 
 

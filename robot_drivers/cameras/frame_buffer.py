@@ -37,7 +37,7 @@ class FrameBuffer:
         self._changed = threading.Condition()
         self._frames: deque[Frame] = deque()
         self._sequence = FrameSequence()
-        self._received = self._overrun = self._malformed = 0
+        self._received = self._overrun = self._malformed = self._missed = 0
         self._failure: DeviceError | None = None
         self._released = False
 
@@ -85,6 +85,11 @@ class FrameBuffer:
         with self._changed:
             self._malformed += 1
 
+    def miss(self, images: int) -> None:
+        """Count images that the camera's numbers prove missing."""
+        with self._changed:
+            self._missed += images
+
     def fail(self, error: DeviceError) -> None:
         """End the stream; the error is raised once everything before it was read."""
         with self._changed:
@@ -120,7 +125,7 @@ class FrameBuffer:
         with self._changed:
             return StreamStatistics(
                 received=self._received,
-                lost=self._sequence.lost + self._overrun,
+                lost=self._sequence.lost + self._missed + self._overrun,
                 duplicated=self._sequence.duplicated,
                 restarts=self._sequence.restarts,
                 malformed=self._malformed,

@@ -1,4 +1,4 @@
-"""The emulated camera, by name."""
+"""Emulated cameras, by name."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from robot_drivers.cameras.emulator import CameraEmulator, CameraEmulatorSettings, CameraFaults
 from robot_drivers.emulators.kind import EmulatorKind, Running
+from robot_drivers.genicam.emulator import GigECameraEmulator, GigECameraSettings, GigEFaults
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +36,19 @@ def _camera(settings: CameraEmulatorSettings, scene: Scene, faults: CameraFaults
         )
 
 
-def _beads(settings: CameraEmulatorSettings, scene: Scene) -> Callable[[float], NDArray[np.uint8]]:
+@contextmanager
+def _gige(settings: GigECameraSettings, scene: Scene, faults: GigEFaults) -> Iterator[Running]:
+    with GigECameraEmulator(_beads(settings, scene), settings, seed=scene.image_seed) as camera:
+        camera.inject(faults)
+        yield Running(
+            f"GigE Vision camera on {settings.host}: {settings.width}x{settings.height}, {settings.fps:g}/s, "
+            f"{settings.pixel_format}"
+        )
+
+
+def _beads(
+    settings: CameraEmulatorSettings | GigECameraSettings, scene: Scene
+) -> Callable[[float], NDArray[np.uint8]]:
     random = np.random.default_rng(scene.image_seed)
     height, width = settings.height, settings.width
     background = np.full((height, width), 200, np.uint8)
@@ -63,5 +76,11 @@ CAMERAS: Mapping[str, EmulatorKind] = {
         {"camera": CameraEmulatorSettings, "scene": Scene, "faults": CameraFaults},
         _camera,
         example="--fps 15 --loss 0.05 --restart-at-s 10 --restart-for-s 2",
+    ),
+    "gige": EmulatorKind(
+        "a GigE Vision camera with a GenICam description, chunk time stamps and PTP, on UDP port 3956",
+        {"camera": GigECameraSettings, "scene": Scene, "faults": GigEFaults},
+        _gige,
+        example="--host 127.0.0.2 --fps 15 --packet-loss 0.05",
     ),
 }

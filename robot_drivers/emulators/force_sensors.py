@@ -1,4 +1,4 @@
-"""Emulated ATI force/torque sensors, by name."""
+"""Emulated force/torque sensors, by name."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -8,16 +8,24 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_drivers.ati.emulator import EmulatorSettings, Faults, NetFTEmulator, WrenchSource
+from robot_drivers.ati.emulator import (
+    AxiaEmulator,
+    AxiaEmulatorSettings,
+    EmulatorSettings,
+    Faults,
+    NetFTEmulator,
+    WrenchSource,
+)
 from robot_drivers.ati.emulator.can.netbox_can import CanFaults, NetBoxCanEmulator, NetBoxCanEmulatorSettings
 from robot_drivers.ati.emulator.can.netcanoem import BoardFaults, BoardSettings, NetCANOEMEmulator
 from robot_drivers.ati.emulator.can.slcan_adapter import SlcanAdapterEmulator
 from robot_drivers.ati.emulator.serial.controller_ft import ControllerFTEmulator, ControllerFTEmulatorSettings
 from robot_drivers.ati.emulator.serial.digital_ft import DigitalFTEmulator, DigitalFTEmulatorSettings
-from robot_drivers.ati.emulator.serial.line import LineFaults
 from robot_drivers.ati.transducer.gages import FT33206, HIGHEST_GAGE
+from robot_drivers.bota.emulator import BotaEmulator, BotaEmulatorSettings
 from robot_drivers.emulated_outages import Outages
 from robot_drivers.emulators.kind import EmulatorKind, Running
+from robot_drivers.serial_line.emulator.line import LineFaults
 
 _DEFAULT_CHANNEL = "emulated"
 
@@ -95,6 +103,16 @@ def _netft(settings: EmulatorSettings, load: Load, faults: Faults) -> Iterator[R
 
 
 @contextmanager
+def _axia(settings: AxiaEmulatorSettings, load: Load, faults: Faults) -> Iterator[Running]:
+    with AxiaEmulator(load.at, settings) as sensor:
+        sensor.inject(faults)
+        yield Running(
+            f"Ethernet Axia on {settings.host}: RDT UDP {sensor.rdt_port}, web TCP {sensor.http_port}, "
+            f"commands TCP {sensor.command_port}"
+        )
+
+
+@contextmanager
 def _digital_ft(
     settings: DigitalFTEmulatorSettings, load: Load, transducer: TransducerFaults, faults: LineFaults
 ) -> Iterator[Running]:
@@ -137,6 +155,15 @@ def _netbox_can(
 
 
 @contextmanager
+def _bota(
+    settings: BotaEmulatorSettings, load: Load, transducer: TransducerFaults, faults: LineFaults
+) -> Iterator[Running]:
+    with BotaEmulator(transducer.source(load), settings) as sensor:
+        sensor.inject(faults)
+        yield Running(f"Bota sensor on {sensor.port}: {51200 / settings.sinc_length:g} frames a second")
+
+
+@contextmanager
 def _reachable_bus(interface: str, channel: str) -> Iterator[str]:
     """Join a virtual bus, which ends at this process, with an emulated serial adapter; give interface and channel."""
     if interface != "virtual":
@@ -153,6 +180,13 @@ FORCE_SENSORS: Mapping[str, EmulatorKind] = {
         _netft,
         {"rdt_port": "--port"},
         "--port 49152 --http-port 8080 --loss 0.01 --drift-per-s 0.1 0 0 0 0 0",
+    ),
+    "axia": EmulatorKind(
+        "ATI Ethernet Axia: RDT over UDP, web pages, command interface",
+        {"sensor": AxiaEmulatorSettings, "load": Load, "faults": Faults},
+        _axia,
+        {"rdt_port": "--port"},
+        "--port 49152 --http-port 8080 --sample-rate-hz 976 --rate-hz 500 --loss 0.01",
     ),
     "digital_ft": EmulatorKind(
         "ATI Digital F/T on a pseudo-terminal: Modbus and its stream",
@@ -176,6 +210,12 @@ FORCE_SENSORS: Mapping[str, EmulatorKind] = {
         {"board": BoardSettings, "load": Load, "gages": TransducerFaults, "faults": BoardFaults},
         _netcanoem,
         example="--bus-off-at-s 5 --bus-off-for-s 2",
+    ),
+    "bota": EmulatorKind(
+        "Bota Systems sensor on a pseudo-terminal: binary frames with their CRC",
+        {"sensor": BotaEmulatorSettings, "load": Load, "gages": TransducerFaults, "faults": LineFaults},
+        _bota,
+        example="--sinc-length 512 --corruption 0.0001 --restart-at-s 10 --restart-for-s 2",
     ),
     "netbox_can": EmulatorKind(
         "ATI Net F/T box on its native CAN protocol, by default behind an emulated serial adapter (slcan)",

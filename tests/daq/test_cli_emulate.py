@@ -12,16 +12,20 @@ from contextlib import closing, contextmanager
 import can
 import numpy as np
 import pytest
+from gige_cameras import address, need_aravis
 
 from daq.cli import main
 from robot_drivers.abb.irb140 import IRB140, IRB140Settings
+from robot_drivers.ati.axia import Axia, AxiaSettings
 from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
 from robot_drivers.ati.netft import NetFT, NetFTSettings
+from robot_drivers.bota import BotaSerial, BotaSettings
 from robot_drivers.cameras.opencv import OpenCVCamera
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.dataclass_options import add_options, read_options
 from robot_drivers.emulators import KINDS
+from robot_drivers.genicam import GenICamCamera, GenICamSettings
 from robot_drivers.universal_robots import URRobot, URSettings, URWrench, URWrenchSettings
 
 posix = pytest.mark.skipif(
@@ -91,6 +95,22 @@ def test_a_net_ft_box_is_found_at_its_ports_and_feels_its_load() -> None:
 
 
 @posix
+def test_an_axia_is_found_at_its_ports_and_samples_at_its_rate() -> None:
+    with emulated("axia", "--wrench", "1", "2", "3", "0.1", "0.2", "0.3", "--sample-rate-hz", "976") as line:
+        settings = AxiaSettings(
+            host="127.0.0.1",
+            rdt_port=port(line, "RDT UDP"),
+            http_port=port(line, "web TCP"),
+            rate_hz=488,
+            request_pause_s=0.01,
+        )
+        with closing(Axia(settings)) as sensor:
+            wrench = first_block(sensor).wrench[0]
+            assert sensor.identity.details["sample rate"] == "976 Hz"
+    np.testing.assert_allclose(wrench, [1, 2, 3, 0.1, 0.2, 0.3], atol=0.1)
+
+
+@posix
 @pytest.mark.parametrize("kind", ["digital_ft", "controller_ft"])
 def test_a_serial_sensor_is_found_at_its_pseudo_terminal(kind: str) -> None:
     with emulated(kind, "--wrench", "5", "0", "0", "0", "0", "0") as line:
@@ -109,6 +129,16 @@ def test_a_serial_sensor_is_found_at_its_pseudo_terminal(kind: str) -> None:
         with closing(sensor):
             wrench = first_block(sensor).wrench[0]
     np.testing.assert_allclose(wrench, [5, 0, 0, 0, 0, 0], atol=0.11)
+
+
+@posix
+def test_a_bota_sensor_is_found_at_its_pseudo_terminal() -> None:
+    with emulated("bota", "--wrench", "5", "0", "0", "0", "0", "0", "--sinc-length", "512") as line:
+        terminal = re.search(r"on (\S+):", line)[1]
+        with closing(BotaSerial(BotaSettings(port=terminal, start_timeout_s=20.0))) as sensor:
+            wrench = first_block(sensor).wrench[0]
+            assert sensor.identity.details["rate"] == "100 Hz (measured)"
+    np.testing.assert_allclose(wrench, [5, 0, 0, 0, 0, 0], atol=0.3)
 
 
 @posix
@@ -166,6 +196,18 @@ def test_a_camera_that_loses_images_counts_them() -> None:
             while camera.statistics().received < 10:
                 camera.read(2.0)
             assert camera.statistics().lost > 0
+
+
+@posix
+def test_a_gige_camera_is_found_at_its_address() -> None:
+    need_aravis()
+    host = address()
+    with emulated("gige", "--host", host, "--width", "80", "--height", "60", "--fps", "50"):
+        settings = GenICamSettings(camera=host, chunk_timestamps=True, ptp=True, open_timeout_s=20.0)
+        with closing(GenICamCamera(settings)) as camera:
+            camera.connect()
+            assert camera.identity.details["PTP"] == "Slave"
+            assert camera.read(5.0)[0].image.shape == (60, 80)
 
 
 @pytest.mark.parametrize("kind", KINDS)

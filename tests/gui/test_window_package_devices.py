@@ -1,16 +1,20 @@
 """The window over the devices of an installed package, with one camera and with four."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from bench_package import install, rig_file
 from conftest import operated
+from synthetic_session import rendered_scene
 
 from daq.acquisition.messages import Seen
 from daq.recording.reader import Recording
 from daq.rig import read_rig
 from daq.virtual_rig.layout import Addresses, rig_description
+from daq.virtual_rig.rendering.scene import flea2_pair
+from daq.vision.planar import PlanarView
 from gui.pages.acquire import AcquirePage
 from gui.pages.calibrate import CalibratePage
 from gui.rig.bead_marks import BeadViewer
@@ -71,6 +75,24 @@ def test_beads_in_the_image_of_one_camera_are_neither_placed_nor_named(tmp_path:
     view = viewer(Seen({"camera1": np.full((480, 640), 120, np.uint8)}, "mono8", 0))
     assert (len(view.marks), view.named) == (1, 0)
     assert "one camera measures no place in space" in view.words
+
+
+def test_beads_in_a_planar_view_are_named(tmp_path: Path) -> None:
+    camera = flea2_pair().left
+    camera.save(tmp_path / "camera.toml")
+    described = rig_description(
+        Addresses(1, 2, 3, 4, 5, 6, ("tcp://a:1", "tcp://b:2")), tmp_path / "none.toml"
+    )
+    rig = replace(
+        described,
+        cameras=described.cameras[:1],
+        stereo_calibration=None,
+        planar_view=PlanarView(tmp_path / "camera.toml", 2e-4),
+    )
+    image = rendered_scene(camera, 0).render(np.asarray(rig.specimen.fiducials_m), 0)
+    view = BeadViewer(rig)(Seen({"left": image}, "mono8", 0))
+    assert (view.named, view.words) == (len(rig.specimen.fiducials_m), "")
+    assert sorted(view.marks[0].names.tolist())[-1] == len(rig.specimen.fiducials_m) - 1
 
 
 @pytest.mark.usefixtures("installed")

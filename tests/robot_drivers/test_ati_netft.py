@@ -248,12 +248,12 @@ def test_a_channel_at_the_end_of_its_32_bits_is_not_usable():
         ("Ethernet Axia", {}, "Ethernet Axia", True),
         ("Net F/T", {"status_map": "axia"}, "Ethernet Axia", True),
         ("Ethernet Axia", {"status_map": "net-ft"}, "Net F/T", False),
-        ("Net F/T", {"usable_status": (0, 0x8)}, "Net F/T", True),
+        ("Net F/T", {"usable_status": (0, 0x1_0000)}, "Net F/T", True),
     ],
 )
 def test_the_meaning_of_the_status_follows_the_product_or_the_setting(product, settings, name, usable):
     with streaming(box=EmulatorSettings(product=product), **settings) as (emulator, sensor):
-        emulator.inject(Faults(status=0x8))
+        emulator.inject(Faults(status=0x1_0000))
         block = first_block(sensor, lambda block: block.status.all())
         assert block.usable.all() == usable
         assert sensor.identity.details["status map"] == name

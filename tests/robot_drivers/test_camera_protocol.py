@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from dc1394_bus import emulated_library, fresh_bus
+from gige_cameras import gige_camera, need_aravis
 
 from robot_drivers.cameras.dc1394 import DC1394Camera, DC1394CameraSettings
 from robot_drivers.cameras.emulator import CameraEmulator, CameraEmulatorSettings
@@ -20,6 +21,8 @@ from robot_drivers.cameras.opencv import OpenCVCamera
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceError, DeviceTimeoutError
+from robot_drivers.genicam import GenICamCamera, GenICamSettings
+from robot_drivers.genicam.emulator import GigEFaults
 from robot_drivers.protocols import Camera
 
 EMBEDDED = ("timestamp", "frame_counter")
@@ -70,7 +73,28 @@ def firewire_bench():
         yield Bench(camera, BUFFER, bus.fake_drop, lambda: bus.fake_stall(1), lambda: bus.fake_stall(0))
 
 
-BENCHES = {"OpenCV, stream": stream_bench, "FireWire": firewire_bench}
+@contextmanager
+def gige_bench():
+    need_aravis()
+    with gige_camera() as emulator:
+        settings = GenICamSettings(
+            camera=emulator.settings.host,
+            chunk_timestamps=True,
+            buffer_frames=BUFFER,
+            silence_s=SILENCE_S,
+            open_timeout_s=PATIENCE_S,
+        )
+        with closing(GenICamCamera(settings)) as camera:
+            yield Bench(
+                camera,
+                BUFFER,
+                emulator.drop,
+                lambda: emulator.inject(GigEFaults(stalled=True)),
+                lambda: emulator.inject(GigEFaults()),
+            )
+
+
+BENCHES = {"OpenCV, stream": stream_bench, "FireWire": firewire_bench, "GenICam, GigE": gige_bench}
 
 
 @pytest.fixture(params=[*BENCHES, pytest.param("real", marks=pytest.mark.hardware)])

@@ -17,15 +17,15 @@ from robot_drivers.ati.emulator import NetFTEmulator
 from robot_drivers.ati.emulator.can.netcanoem import BoardFaults, BoardSettings, NetCANOEMEmulator
 from robot_drivers.ati.emulator.can.slcan_adapter import SlcanAdapterEmulator
 from robot_drivers.ati.emulator.serial.digital_ft import DigitalFTEmulator
-from robot_drivers.ati.emulator.serial.line import LineFaults
 from robot_drivers.ati.netcanoem import NetCANOEM, NetCANOEMSettings
 from robot_drivers.ati.netft import NetFT, NetFTSettings
-from robot_drivers.ati.serial.line import SerialLine
 from robot_drivers.cameras.emulator import CameraEmulator, CameraEmulatorSettings, CameraFaults
 from robot_drivers.cameras.opencv import OpenCVCamera
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.emulated_clock import ClockError
 from robot_drivers.errors import DeviceTimeoutError, DeviceUnreachableError
+from robot_drivers.serial_line.emulator.line import LineFaults
+from robot_drivers.serial_line.line import SerialLine
 
 LOAD = np.zeros(6)
 GAGES = can.Message(arbitration_id=0x200, is_extended_id=False)

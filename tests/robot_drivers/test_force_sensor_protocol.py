@@ -14,20 +14,23 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from robot_drivers.ati.axia import Axia, AxiaSettings
 from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
-from robot_drivers.ati.emulator import EmulatorSettings, NetFTEmulator
+from robot_drivers.ati.emulator import AxiaEmulator, AxiaEmulatorSettings, EmulatorSettings, NetFTEmulator
 from robot_drivers.ati.emulator.can.netbox_can import NetBoxCanEmulator, NetBoxCanEmulatorSettings
 from robot_drivers.ati.emulator.can.netcanoem import BoardSettings, NetCANOEMEmulator
 from robot_drivers.ati.emulator.serial.controller_ft import ControllerFTEmulator, ControllerFTEmulatorSettings
 from robot_drivers.ati.emulator.serial.digital_ft import DigitalFTEmulator
-from robot_drivers.ati.emulator.serial.line import LineFaults
 from robot_drivers.ati.netbox_can import NetBoxCan, NetBoxCanSettings
 from robot_drivers.ati.netcanoem import NetCANOEM, NetCANOEMSettings
 from robot_drivers.ati.netft import NetFT, NetFTSettings
+from robot_drivers.bota import BotaSerial, BotaSettings
+from robot_drivers.bota.emulator import BotaEmulator
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import ForceSensor, WrenchBlock
+from robot_drivers.serial_line.emulator.line import LineFaults
 from robot_drivers.universal_robots import URWrench, URWrenchSettings
 from robot_drivers.universal_robots.emulator import URControllerEmulator, URFaults
 
@@ -67,6 +70,24 @@ def netft_bench(mode):
             yield Bench(sensor, 1000, 1e-9, emulator.close)
         finally:
             sensor.close()
+
+
+@contextmanager
+def axia_bench(mode):
+    # every fourth sample is sent, so that all records are as far apart
+    with AxiaEmulator(
+        lambda _: LOAD, AxiaEmulatorSettings(sample_rate_hz=3904, rate_hz=976, buffer_size=5)
+    ) as emulator:
+        settings = AxiaSettings(
+            host="127.0.0.1",
+            rdt_port=emulator.rdt_port,
+            http_port=emulator.http_port,
+            mode=mode,
+            sample_rate_hz=3904.0,
+            request_pause_s=0.0,
+        )
+        with closing(Axia(settings)) as sensor:
+            yield Bench(sensor, 976, 1e-9, emulator.close)
 
 
 @contextmanager
@@ -139,6 +160,15 @@ def controller_ft_bench():
 
 
 @contextmanager
+def bota_bench():
+    with BotaEmulator(lambda _: LOAD) as emulator:
+        settings = BotaSettings(port=emulator.port, start_timeout_s=10 * PATIENCE_S)
+        with closing(BotaSerial(settings)) as sensor:
+            power_cut = LineFaults(restart_at_s=0.0, restart_for_s=60.0)
+            yield Bench(sensor, 800, 1e-9, lambda: emulator.inject(power_cut))
+
+
+@contextmanager
 def ur_wrench_bench():
     with URControllerEmulator(wrench=lambda _: tuple(LOAD)) as emulator:
         settings = URWrenchSettings("127.0.0.1", emulator.port, silence_limit_s=10 * PATIENCE_S)
@@ -150,8 +180,11 @@ BENCHES = {
     "flange of a UR": ur_wrench_bench,
     "Net F/T, real-time": lambda: netft_bench("real-time"),
     "Net F/T, buffered": lambda: netft_bench("buffered"),
+    "Ethernet Axia, real-time": lambda: axia_bench("real-time"),
+    "Ethernet Axia, buffered": lambda: axia_bench("buffered"),
     "Digital F/T": digital_ft_bench,
     "F/T Controller": controller_ft_bench,
+    "Bota": bota_bench,
     "NETCANOEM": netcanoem_bench,
     "Net Box on CAN": netbox_can_bench,
 }

@@ -13,8 +13,8 @@ from sensor_blocks import ANSWER_TIMEOUT_S, gathered, read_for
 from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
 from robot_drivers.ati.controller_ft.records import AsciiDecoder, BinaryDecoder, ascii_counts
 from robot_drivers.ati.emulator.serial.controller_ft import ControllerFTEmulator, ControllerFTEmulatorSettings
-from robot_drivers.ati.emulator.serial.line import LineFaults
 from robot_drivers.errors import ConfigurationError, DeviceError, DeviceProtocolError, DeviceUnreachableError
+from robot_drivers.serial_line.emulator.line import LineFaults
 
 LOAD = np.array([10.0, -20.0, 30.0, 0.3, -0.6, 0.9])
 SCALE = {"counts_per_newton": 10.0, "counts_per_newton_metre": 500 / 3}

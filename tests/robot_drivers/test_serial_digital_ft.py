@@ -11,13 +11,11 @@ from sensor_blocks import ANSWER_TIMEOUT_S, gathered, read_for, read_until
 
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
 from robot_drivers.ati.digital_ft.protocol import STATUS_MAP, calibration_register, parse_calibration
-from robot_drivers.ati.emulator.serial.device import SerialDeviceEmulator
 from robot_drivers.ati.emulator.serial.digital_ft import (
     DigitalFTEmulator,
     DigitalFTEmulatorSettings,
     calibration_record,
 )
-from robot_drivers.ati.emulator.serial.line import LineFaults, TcpPort
 from robot_drivers.ati.transducer.gages import FT33206
 from robot_drivers.errors import (
     ConfigurationError,
@@ -26,6 +24,8 @@ from robot_drivers.errors import (
     DeviceTimeoutError,
     DeviceUnreachableError,
 )
+from robot_drivers.serial_line.emulator.device import SerialDeviceEmulator
+from robot_drivers.serial_line.emulator.line import LineFaults, TcpPort
 
 LOAD = np.array([10.0, -20.0, 30.0, 0.1, -0.2, 0.3])
 NOISE = np.array([0.006, 0.006, 0.0132, 0.00032, 0.00032, 0.00023])

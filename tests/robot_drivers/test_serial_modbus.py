@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robot_drivers.ati.digital_ft import modbus
-from robot_drivers.ati.serial.line import SerialLine
 from robot_drivers.errors import (
     ConfigurationError,
     DeviceFaultError,
@@ -17,6 +16,7 @@ from robot_drivers.errors import (
     DeviceTimeoutError,
     DeviceUnreachableError,
 )
+from robot_drivers.serial_line.line import SerialLine
 
 termios = pytest.importorskip("termios", reason="pseudo-terminals are a matter of POSIX")
 

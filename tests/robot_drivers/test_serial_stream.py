@@ -13,10 +13,10 @@ from sensor_blocks import ANSWER_TIMEOUT_S
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
 from robot_drivers.ati.digital_ft.protocol import SampleDecoder
 from robot_drivers.ati.emulator.serial.digital_ft import DigitalFTEmulator
-from robot_drivers.ati.emulator.serial.line import FaultyWire, LineFaults, PseudoTerminal, TcpPort
-from robot_drivers.ati.serial.receiver import Chunk
 from robot_drivers.ati.serial.stream import SampleStream
 from robot_drivers.clock import host_time_ns
+from robot_drivers.serial_line.emulator.line import FaultyWire, LineFaults, PseudoTerminal, TcpPort
+from robot_drivers.serial_line.receiver import Chunk
 
 SAMPLE = bytes.fromhex("0001 0003 0005 0002 FFFC FFFA 7F")
 GUARD = 4

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from daq.acquisition.stereo_look import StereoLook
 from daq.calibration.cameras import BoardCalibration, grey, lying_on_phantom
-from daq.calibration.stored_views import StoredViews, find_views
+from daq.calibration.one_camera import OneCameraCalibration
+from daq.calibration.stored_views import StoredViews, find_views, single_views
 from daq.calibration_files.outcome import Outcome
 from daq.cli.verb import progress
 from daq.devices import Devices
@@ -27,6 +28,8 @@ _FRAME_TIMEOUT_S = 5.0
 
 def from_stored(options: argparse.Namespace, rig: Rig) -> Outcome[Any]:
     """Calibrate from stored views; in the first of them the board lies on the phantom."""
+    if options.kind == "camera":
+        return _one_from_stored(options, rig)
     collected, board = _collection(options)
     marks = None if options.sides is None else (options.sides[0], options.sides[1])
     stored = find_views(options.images, marks, _tolerance_s(options))
@@ -42,6 +45,21 @@ def from_stored(options: argparse.Namespace, rig: Rig) -> Outcome[Any]:
             f"{missing}: in the first view the board lies on the phantom, which tells where the tissue frame is"
         )
     return _finished(options, rig, collected, board, first_is_there=not missing)
+
+
+def _one_from_stored(options: argparse.Namespace, rig: Rig) -> Outcome[Any]:
+    board = _board(options)
+    collected = OneCameraCalibration(board)
+    first_is_there = False
+    for number, (name, image) in enumerate(single_views(options.images)):
+        _tell(f"{name}: {collected.add(image)}")
+        first_is_there |= number == 0 and collected.views == 1
+    if not first_is_there:
+        _tell(
+            "the first view was not taken: in it the board lies on the phantom, which tells where the tissue frame is"
+        )
+    with progress() as tell:
+        return collected.finish(lying_on_phantom(board, rig), tell, first_is_there=first_is_there)
 
 
 def _missing_first(stored: StoredViews) -> str:
@@ -64,6 +82,8 @@ def from_live(
     CalibrationError
         The board was not found, or no two images of one moment came.
     """
+    if options.kind == "camera":
+        return _one_from_live(options, rig, devices, show_board)
     collected, board = _collection(options)
     number = tries = 0
     while show_board(number):
@@ -79,11 +99,43 @@ def from_live(
     return _finished(options, rig, collected, board)
 
 
+def _one_from_live(
+    options: argparse.Namespace, rig: Rig, devices: Devices, show_board: Callable[[int], bool]
+) -> Outcome[Any]:
+    board = _board(options)
+    collected = OneCameraCalibration(board)
+    name = next(iter(devices.cameras))
+    while show_board(collected.views):
+        _tell(collected.add(_fresh_image(devices, name)))
+    with progress() as tell:
+        return collected.finish(lying_on_phantom(board, rig), tell)
+
+
+def _fresh_image(devices: Devices, name: str) -> NDArray[np.uint8]:
+    """Return a grey image of one camera that was exposed after the call."""
+    while devices.cameras[name].read(0.0):
+        pass
+    seen = 0
+    while seen <= _PASSED_OVER:
+        frames = devices.cameras[name].read(_FRAME_TIMEOUT_S)
+        if not frames:
+            raise CalibrationError(
+                f"camera {name}: no image in {_FRAME_TIMEOUT_S:g} s; check the camera and its light"
+            )
+        seen += len(frames)
+    return grey(frames[-1].image, frames[-1].pixel_format)
+
+
 def _collection(options: argparse.Namespace) -> tuple[BoardCalibration, CharucoBoard]:
     if options.kind not in ("cameras", "stereo"):
         raise CalibrationError(f"{options.kind}: is not made from images of a board")
+    board = _board(options)
+    return BoardCalibration(board), board
+
+
+def _board(options: argparse.Namespace) -> CharucoBoard:
     try:
-        board = CharucoBoard(
+        return CharucoBoard(
             options.columns,
             options.rows,
             options.square * 1e-3,
@@ -93,7 +145,6 @@ def _collection(options: argparse.Namespace) -> tuple[BoardCalibration, CharucoB
         )
     except ValueError as error:
         raise CalibrationError(f"calibrate: {error}") from error
-    return BoardCalibration(board), board
 
 
 def _finished(

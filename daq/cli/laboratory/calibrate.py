@@ -29,6 +29,7 @@ from daq.vision.charuco import CharucoBoard
 _EXAMPLES = """  retract calibrate stereo lab.toml --square 8.02 --marker 6.01
   retract calibrate cameras lab.toml --images views          stored views instead of live cameras
   retract calibrate stereo lab.toml --images views --sides 13021234 13021235
+  retract calibrate camera lab.toml --images views           the only camera of a rig, for beads in two dimensions
   retract calibrate robot lab.toml                           moves the gripper, with a bead on it
   retract calibrate force lab.toml                           tilts the gripper in free air
   retract calibrate time lab.toml --motion tap

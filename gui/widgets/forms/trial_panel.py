@@ -8,8 +8,9 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QSizePolicy, QStackedWidget, QVBoxLayout, QWidget
 
 from daq.errors import TrajectoryError
+from daq.limits import Limits
 from daq.plans import Trial
-from daq.rig import Limits, Rig
+from daq.rig import Rig
 from daq.trajectories import STANDARD, Kind, Retraction, Trajectory
 from gui.recording.motion_profile import in_words, motion_profile
 from gui.widgets.cards import Card, label

@@ -7,7 +7,7 @@ import pyqtgraph as pg
 from PySide6.QtCore import QEvent
 from PySide6.QtWidgets import QLabel, QSizePolicy, QVBoxLayout, QWidget
 
-from daq.rig import Limits
+from daq.limits import Limits
 from gui.theme import theme_of
 from gui.widgets.plots.live_rows import LiveRows
 from robot_drivers.protocols import FloatArray

@@ -5,7 +5,7 @@ import math
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
-from daq.rig import Limits
+from daq.limits import Limits
 from gui.rig.state import RigState
 from gui.widgets.cards import button, set_role
 from gui.widgets.lamp import Lamp

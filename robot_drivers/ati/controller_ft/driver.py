@@ -19,12 +19,12 @@ from robot_drivers.ati.controller_ft.records import (
     binary_record_size,
 )
 from robot_drivers.ati.serial.force_sensor import SerialForceSensor, SerialSettings
-from robot_drivers.ati.serial.line import SerialLine
 from robot_drivers.ati.serial.stream import Samples
 from robot_drivers.ati.transducer.gamma import RATED_WRENCH
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import ConfigurationError, DeviceError, DeviceProtocolError, DeviceTimeoutError
 from robot_drivers.protocols import DeviceIdentity, FloatArray
+from robot_drivers.serial_line.line import SerialLine
 
 __all__ = ["ControllerFT", "ControllerFTSettings"]
 

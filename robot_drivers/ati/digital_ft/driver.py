@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from robot_drivers.ati.digital_ft import protocol
 from robot_drivers.ati.digital_ft.modbus import ModbusMaster
 from robot_drivers.ati.serial.force_sensor import SerialForceSensor, SerialSettings
-from robot_drivers.ati.serial.line import SerialLine
 from robot_drivers.ati.serial.stream import Samples
 from robot_drivers.ati.transducer.gages import saturated
 from robot_drivers.errors import ConfigurationError, DeviceError
 from robot_drivers.protocols import DeviceIdentity, FloatArray
+from robot_drivers.serial_line.line import SerialLine
 
 __all__ = ["DigitalFT", "DigitalFTSettings"]
 

@@ -7,8 +7,8 @@ import struct
 import time
 from collections.abc import Sequence
 
-from robot_drivers.ati.serial.line import SerialLine
 from robot_drivers.errors import DeviceFaultError, DeviceProtocolError, DeviceTimeoutError
+from robot_drivers.serial_line.line import SerialLine
 
 READ_HOLDING, WRITE_HOLDING = 0x03, 0x10
 MAX_REGISTERS_READ = 125

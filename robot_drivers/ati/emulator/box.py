@@ -2,27 +2,17 @@
 
 import math
 import threading
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robot_drivers.ati.emulator.faults import Faults
 from robot_drivers.ati.emulator.settings import BoxConfiguration, EmulatorSettings
-from robot_drivers.ati.transducer.gamma import GAGE_MATRIX
+from robot_drivers.ati.emulator.transducers import GammaGages, Transducer
 from robot_drivers.clock import host_time_ns
 from robot_drivers.emulated_clock import ClockError
+from robot_drivers.emulated_wrench import WrenchSource
 from robot_drivers.protocols import FloatArray, IntArray
-
-WrenchSource = Callable[[float], NDArray[np.float64]]
-"""Device time in s to the true wrench in the sensor frame, (6,), N and N·m; called from the box's threads."""
-
-LATCHED = 0x8001_0000
-SATURATED = 0x8002_0000
-_FULL_GAGE = 32767
-_SI_PER_GAGE = 1e-6 * GAGE_MATRIX.T  # multiplies rows of gage counts from the right
-_GAGES_PER_SI = np.linalg.inv(_SI_PER_GAGE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +36,11 @@ class Box:
     epoch_ns : host time of tick 0
     """
 
-    def __init__(self, source: WrenchSource, settings: EmulatorSettings) -> None:
+    def __init__(
+        self, source: WrenchSource, settings: EmulatorSettings, transducer: Transducer | None = None
+    ) -> None:
         self.settings = settings
+        self._transducer = transducer or GammaGages()
         self.rate_hz = settings.rate_hz
         self.buffer_size = settings.buffer_size
         self.boots = 1
@@ -148,8 +141,8 @@ class Box:
             return self._measure(ticks, self._interpolated_wrench(ticks))
 
     def _measure(self, ticks: IntArray, wrench: FloatArray) -> Measurement:
-        load, saturated = self._load(ticks, wrench)
-        status = np.where(saturated, SATURATED, 0) | (LATCHED if self._latched else 0) | self._faults.status
+        load, status = self._load(ticks, wrench)
+        status = status | (self._transducer.latched if self._latched else 0) | self._faults.status
         noise = self._random.standard_normal((len(ticks), 6)) * self.settings.noise_std
         counts = np.rint((load - self._bias + noise) * self._counts_per_si)
         return Measurement(
@@ -163,18 +156,12 @@ class Box:
         rate_hz = self.settings.internal_rate_hz
         return np.rint(self._clock_error.at(ticks / rate_hz) * rate_hz).astype(np.int64)
 
-    def _load(self, ticks: IntArray, wrench: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Return what the gages can tell of the wrench, (n, 6), and where one is at the end of its range."""
+    def _load(self, ticks: IntArray, wrench: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Return what the transducer makes of the wrench, (n, 6), and its status words, (n,)."""
         if any(self._faults.drift_per_s):
             elapsed = (ticks - self._injected_at) / self.settings.internal_rate_hz
             wrench = wrench + np.outer(elapsed, self._faults.drift_per_s)
-        gages = wrench @ _GAGES_PER_SI
-        if self._faults.saturated:
-            gages[:] = _FULL_GAGE
-        saturated = np.abs(gages).max(axis=1) >= _FULL_GAGE
-        if saturated.any():
-            wrench = np.clip(gages, -_FULL_GAGE, _FULL_GAGE) @ _SI_PER_GAGE
-        return wrench, saturated
+        return self._transducer.felt(ticks, wrench, self._faults.saturated)
 
     def _true_wrench(self, ticks: IntArray | FloatArray) -> FloatArray:
         times_s = (ticks / self.settings.internal_rate_hz).tolist()

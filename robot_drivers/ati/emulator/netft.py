@@ -2,13 +2,14 @@
 
 from contextlib import ExitStack, closing
 
-from robot_drivers.ati.emulator.box import Box, WrenchSource
+from robot_drivers.ati.emulator.box import Box
 from robot_drivers.ati.emulator.command_interface import CommandServer
 from robot_drivers.ati.emulator.faults import Faults, LinkCounts
 from robot_drivers.ati.emulator.rdt import RdtServer
 from robot_drivers.ati.emulator.settings import EmulatorSettings
 from robot_drivers.ati.emulator.web import WebServer
 from robot_drivers.closing import ClosedAtExit
+from robot_drivers.emulated_wrench import WrenchSource
 
 
 class NetFTEmulator(ClosedAtExit):

@@ -13,7 +13,7 @@ from robot_drivers.ati.emulator.faults import FaultyLink, LinkCounts
 from robot_drivers.clock import host_time_ns
 from robot_drivers.protocols import IntArray
 
-_STOP, _START_REAL_TIME, _START_BUFFERED, _RESET_LATCH, _SET_BIAS = 0x0, 0x2, 0x3, 0x41, 0x42
+_STOP, _START_BUFFERED, _RESET_LATCH, _SET_BIAS = 0x0, 0x3, 0x41, 0x42
 _RECORD = np.dtype(
     {
         "names": ["rdt_sequence", "ft_sequence", "status", "counts"],
@@ -24,6 +24,22 @@ _RECORD = np.dtype(
 )
 _DATAGRAMS_AT_ONCE = 64  # a longer backlog is worked off in pieces
 _IDLE_S = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class RdtCommands:
+    """Which requests a product knows; it ignores others.
+
+    Attributes
+    ----------
+    single_block : commands that start a stream of one record a datagram
+    resets_latch : whether there is one that clears the latch of the monitor conditions
+    to_another : whether records can be sent elsewhere than to the one who asks
+    """
+
+    single_block: tuple[int, ...] = (0x2,)
+    resets_latch: bool = True
+    to_another: bool = True
 
 
 @dataclass(slots=True)
@@ -61,8 +77,9 @@ class _Stream:
 class RdtServer:
     """Answers RDT requests and streams to the latest client, from a thread of its own."""
 
-    def __init__(self, box: Box) -> None:
+    def __init__(self, box: Box, commands: RdtCommands | None = None) -> None:
         self._box = box
+        self._commands = commands or RdtCommands()
         self._boots = box.boots
         self._link = FaultyLink(box.settings.seed)
         self._stream: _Stream | None = None
@@ -120,7 +137,7 @@ class RdtServer:
 
     def _answer(self, request: bytes, client: tuple[str, int]) -> None:
         box = self._box
-        if not box.reachable or len(request) not in (8, 14):
+        if not box.reachable or len(request) not in ((8, 14) if self._commands.to_another else (8,)):
             return
         header, command, sample_count = struct.unpack_from(">HHI", request)
         if header != 0x1234 or (command >= 0x8000) != (len(request) == 14):
@@ -130,9 +147,9 @@ class RdtServer:
             command, client = command - 0x8000, (".".join(map(str, address)), port)
         if command == _STOP:
             self._end_stream()
-        elif command in (_START_REAL_TIME, _START_BUFFERED):
+        elif command in (*self._commands.single_block, _START_BUFFERED):
             self._start_stream(client, box.buffer_size if command == _START_BUFFERED else 1, sample_count)
-        elif command == _RESET_LATCH:
+        elif command == _RESET_LATCH and self._commands.resets_latch:
             box.clear_latch()
         elif command == _SET_BIAS:
             box.set_bias()

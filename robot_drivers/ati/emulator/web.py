@@ -1,7 +1,8 @@
-"""The web server of the emulated box: configuration pages and the CGI that sets the RDT rate."""
+"""The web server of an emulated sensor, and the pages of a Net F/T box with the CGI that sets the RDT rate."""
 
 import socketserver
 import threading
+from collections.abc import Callable, Mapping
 from http.server import BaseHTTPRequestHandler
 from urllib.parse import parse_qsl, urlsplit
 from xml.sax.saxutils import escape
@@ -11,15 +12,22 @@ from robot_drivers.clock import host_time_ns
 
 _POLL_S = 0.02
 
+DONE = ""
+"""What a page answers that has changed a setting."""
+
+Pages = Callable[[Box, str, Mapping[str, str]], str | None]
+"""Box, path and query to the page, to :data:`DONE`, or to None where there is no such page."""
+
 
 class WebServer(socketserver.TCPServer):
     """Serves one request at a time, as the box does, from a thread of its own."""
 
     allow_reuse_address = True
 
-    def __init__(self, box: Box) -> None:
+    def __init__(self, box: Box, pages: Pages | None = None) -> None:
         super().__init__((box.settings.host, box.settings.http_port), _Request)
         self.box = box
+        self.pages = pages or netft_pages
         self._last_request_ns = 0
         self._thread = threading.Thread(
             target=self.serve_forever, args=(_POLL_S,), name="Net F/T emulator: web"
@@ -52,19 +60,15 @@ class _Request(BaseHTTPRequestHandler):
         if not box.reachable or self.server.too_soon():
             return
         address = urlsplit(self.path)
-        query = dict(parse_qsl(address.query))
-        index = query.get("index", "0")
-        if address.path == "/netftapi2.xml" and index in map(str, range(len(box.settings.configurations))):
-            self._page(_configuration_page(box, int(index)))
-        elif address.path == "/netftcalapi.xml":
-            self._page(_calibration_page(box))
-        elif address.path == "/comm.cgi":
-            _set_communication(box, query)
+        content = self.server.pages(box, address.path, dict(parse_qsl(address.query)))
+        if content is None:
+            self.send_error(404)
+        elif content is DONE:
             self.send_response(302)
-            self.send_header("Location", "/comm.htm")
+            self.send_header("Location", address.path.replace(".cgi", ".htm"))
             self.end_headers()
         else:
-            self.send_error(404)
+            self._page(content)
 
     def log_message(self, format: str, *args: object) -> None:
         """Say nothing: the emulator runs inside tests."""
@@ -78,10 +82,23 @@ class _Request(BaseHTTPRequestHandler):
         self.wfile.write(body)
 
 
+def netft_pages(box: Box, path: str, query: Mapping[str, str]) -> str | None:
+    """Answer as a Net F/T box does."""
+    index = query.get("index", "0")
+    if path == "/netftapi2.xml" and index in map(str, range(len(box.settings.configurations))):
+        return _configuration_page(box, int(index))
+    if path == "/netftcalapi.xml":
+        return _calibration_page(box)
+    if path == "/comm.cgi":
+        set_rdt_rate(box, query, 7000)
+        return DONE
+    return None
+
+
 def _configuration_page(box: Box, index: int) -> str:
     settings = box.settings
     configuration = settings.configurations[index]
-    return _xml(
+    return xml(
         "netft",
         {
             "prodname": settings.product,
@@ -101,19 +118,20 @@ def _configuration_page(box: Box, index: int) -> str:
 
 def _calibration_page(box: Box) -> str:
     per_force, per_torque = box.settings.calibration_counts
-    return _xml(
+    return xml(
         "netftCalibration",
         {"calsn": box.settings.serial, "calcpf": f"{per_force:.10g}", "calcpt": f"{per_torque:.10g}"},
     )
 
 
-def _xml(root: str, values: dict[str, object]) -> str:
+def xml(root: str, values: Mapping[str, object]) -> str:
+    """Return a page with one tag for each value."""
     lines = "\n".join(f"  <{tag}>{escape(str(value))}</{tag}>" for tag, value in values.items())
     return f'<?xml version="1.0" encoding="UTF-8"?>\n<{root}>\n{lines}\n</{root}>\n'
 
 
-def _set_communication(box: Box, query: dict[str, str]) -> None:
+def set_rdt_rate(box: Box, query: Mapping[str, str], fastest: int) -> None:
     """Take the RDT rate over for the next stream; a value out of range or a misspelt name changes nothing."""
     rate = query.get("comrdtrate", "")
-    if rate.isdecimal() and 1 <= int(rate) <= 7000:
+    if rate.isdecimal() and 1 <= int(rate) <= fastest:
         box.rate_hz = int(rate)

@@ -5,20 +5,23 @@ an index shows configuration 0, and ``netftcalapi.xml`` the factors of the calib
 a user picked other units. So the index of the active configuration is read first, then its own page.
 """
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from robot_drivers.ati.netft.rdt import MAX_RECORDS_PER_DATAGRAM
+from robot_drivers.ati.netft.tags import (
+    ROOTS_OF_CALIBRATION,
+    ROOTS_OF_CONFIGURATION,
+    enabled,
+    number,
+    optional_integer,
+    text,
+)
 from robot_drivers.ati.netft.web import WebPages, parse_tags
 from robot_drivers.ati.transducer.scaling import Scaling
-from robot_drivers.decimal_text import decimal
 from robot_drivers.errors import ConfigurationError, DeviceProtocolError
 
 MAX_RDT_RATE_HZ = 7000
-
-_CONFIGURATION_ROOTS = ("netft", "netFTApi")
-_CALIBRATION_ROOTS = ("netftCalibration",)
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +31,7 @@ class NetFTConfiguration:
     Attributes
     ----------
     scaling : units and counts per unit of the active configuration
-    product : product name, e.g. "Ethernet Axia"
+    product : product name, e.g. "Net F/T"
     index, name : of the active configuration
     calibration_serial : serial number of the calibrated transducer, e.g. "FT33206"
     rdt_enabled : whether the box streams at all
@@ -71,7 +74,7 @@ def read_configuration(web: WebPages, index: int | None = None) -> NetFTConfigur
         The box does not tell its active configuration, or tells another one than ``index``.
     """
     tags = _read_tags(web, "/netftapi2.xml?index=0")
-    active = _optional_integer(tags, "setcfgsel")
+    active = optional_integer(tags, "setcfgsel")
     if active is None:
         active = index
     if active is None:
@@ -85,19 +88,19 @@ def read_configuration(web: WebPages, index: int | None = None) -> NetFTConfigur
         )
     if active != 0:
         tags = _read_tags(web, f"/netftapi2.xml?index={active}")
-    if _optional_integer(tags, "setcfgsel") not in (None, active):
+    if optional_integer(tags, "setcfgsel") not in (None, active):
         raise DeviceProtocolError("the active configuration changed while it was read: try again")
     return NetFTConfiguration(
         scaling=Scaling(
-            _text(tags, "scfgfu"), _text(tags, "scfgtu"), _number(tags, "cfgcpf"), _number(tags, "cfgcpt")
+            text(tags, "scfgfu"), text(tags, "scfgtu"), number(tags, "cfgcpf"), number(tags, "cfgcpt")
         ),
         product=tags.get("prodname", ""),
         index=active,
         name=tags.get("cfgnam", ""),
         calibration_serial=_calibration_serial(web, tags),
-        rdt_enabled=tags["comrdte"].lower() == "enabled" if "comrdte" in tags else None,
-        rdt_rate_hz=_optional_integer(tags, "comrdtrate"),
-        rdt_buffer_size=_optional_integer(tags, "comrdtbsiz"),
+        rdt_enabled=enabled(tags, "comrdte"),
+        rdt_rate_hz=optional_integer(tags, "comrdtrate"),
+        rdt_buffer_size=optional_integer(tags, "comrdtbsiz"),
     )
 
 
@@ -112,7 +115,7 @@ def set_rdt_rate(web: WebPages, rate_hz: int) -> None:
     if not 1 <= rate_hz <= MAX_RDT_RATE_HZ:
         raise ConfigurationError(f"RDT rate {rate_hz} Hz: must be 1..{MAX_RDT_RATE_HZ} Hz")
     web.submit(f"/comm.cgi?comrdtrate={rate_hz}")
-    kept = _optional_integer(_read_tags(web, "/netftapi2.xml"), "comrdtrate")
+    kept = optional_integer(_read_tags(web, "/netftapi2.xml"), "comrdtrate")
     if kept != rate_hz:
         raise ConfigurationError(
             f"RDT rate {rate_hz} Hz was requested but the sensor kept {kept}: "
@@ -121,39 +124,12 @@ def set_rdt_rate(web: WebPages, rate_hz: int) -> None:
 
 
 def _read_tags(web: WebPages, path: str) -> Mapping[str, str]:
-    return parse_tags(web.page(path), _CONFIGURATION_ROOTS)
+    return parse_tags(web.page(path), ROOTS_OF_CONFIGURATION)
 
 
 def _calibration_serial(web: WebPages, tags: Mapping[str, str]) -> str:
-    calibration = _optional_integer(tags, "cfgcalsel")
+    calibration = optional_integer(tags, "cfgcalsel")
     if calibration is None:
         return ""
     page = web.page(f"/netftcalapi.xml?index={calibration}")
-    return parse_tags(page, _CALIBRATION_ROOTS).get("calsn", "")
-
-
-def _text(tags: Mapping[str, str], tag: str) -> str:
-    try:
-        return tags[tag]
-    except KeyError:
-        raise DeviceProtocolError(
-            f"the sensor's configuration has no {tag!r}: is it a Net F/T? "
-            "If so, read the factors by the command interface"
-        ) from None
-
-
-def _number(tags: Mapping[str, str], tag: str) -> float:
-    text = _text(tags, tag)
-    value = decimal(text)
-    if not math.isfinite(value):
-        raise DeviceProtocolError(f"the sensor's {tag!r} is {text!r}: not a number")
-    return value
-
-
-def _optional_integer(tags: Mapping[str, str], tag: str) -> int | None:
-    if tag not in tags:
-        return None
-    value = _number(tags, tag)
-    if value != int(value) or value < 0:
-        raise DeviceProtocolError(f"the sensor's {tag!r} is {tags[tag]!r}: not a whole number")
-    return int(value)
+    return parse_tags(page, ROOTS_OF_CALIBRATION).get("calsn", "")

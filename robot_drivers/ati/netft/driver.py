@@ -1,35 +1,21 @@
-"""Driver of an ATI force/torque sensor behind a Net F/T box or an Ethernet Axia: RDT stream over UDP.
+"""Driver of an ATI force/torque sensor behind a Net F/T box: RDT stream over UDP.
 
 Units and factors are read from the box's active configuration, never assumed. The driver never biases by
 itself.
 """
 
-import contextlib
-import socket
 from dataclasses import replace
-
-import numpy as np
 
 from robot_drivers.ati.netft import rdt
 from robot_drivers.ati.netft.command_interface import CommandInterface
 from robot_drivers.ati.netft.configuration import NetFTConfiguration, read_configuration, set_rdt_rate
-from robot_drivers.ati.netft.receiver import DatagramReceiver, Datagrams, LinkStatistics
-from robot_drivers.ati.netft.sequence import SequenceTracker
+from robot_drivers.ati.netft.receiver import LinkStatistics
 from robot_drivers.ati.netft.settings import NetFTSettings
+from robot_drivers.ati.netft.stream import RdtStream, RecordMeaning, address_of
 from robot_drivers.ati.netft.web import WebPages
 from robot_drivers.ati.transducer.status import STATUS_MAPS, StatusMap, status_map
-from robot_drivers.clock import host_time_ns
-from robot_drivers.errors import (
-    ConfigurationError,
-    DeviceError,
-    DeviceTimeoutError,
-    DeviceUnreachableError,
-)
+from robot_drivers.errors import ConfigurationError, DeviceError
 from robot_drivers.protocols import DeviceIdentity, StreamStatistics, WrenchBlock
-
-_LONGEST_PATIENCE_S = 10.0
-_LARGEST_COUNT = 2**31 - 2  # a channel at the end of its range is clipped
-_START_COMMANDS = {"real-time": rdt.Command.START_REAL_TIME, "buffered": rdt.Command.START_BUFFERED}
 
 
 class NetFT:
@@ -48,23 +34,16 @@ class NetFT:
         self._web = WebPages(
             settings.host, settings.http_port, settings.answer_timeout_s, settings.request_pause_s
         )
-        self._address = ""
         self._configuration: NetFTConfiguration | None = None
         self._status_map = status_map("")
-        self._si_per_count = np.full(6, np.nan)
-        self._largest_usable = np.full(6, np.nan)
-        self._silence_s = settings.silence_s
-        self._receiver: DatagramReceiver | None = None
-        self._tracker = SequenceTracker(settings.internal_rate_hz)
-        self._streaming = False
-        self._repeated_starts = 0
-        self._last_sign_ns = 0
-        self._patience_s = settings.silence_s
+        self._stream: RdtStream | None = None
 
     @property
     def identity(self) -> DeviceIdentity:
         """Who the sensor is; known once connected."""
-        configuration = self._connected()
+        configuration = self._configuration
+        if configuration is None:
+            raise self._not_connected()
         scaling = configuration.scaling
         details = {
             "units": f"{scaling.force_unit}, {scaling.torque_unit}",
@@ -87,12 +66,7 @@ class NetFT:
     def connect(self) -> None:
         """Read what the box is set to, and set the RDT rate where one is wanted. Nothing is biased."""
         settings = self._settings
-        try:
-            self._address = socket.gethostbyname(settings.host)
-        except OSError as error:
-            raise DeviceUnreachableError(
-                f"force sensor host {settings.host!r} is unknown: {error}"
-            ) from error
+        address = address_of(settings.host)
         configuration = self._read_configuration()
         if settings.rate_hz is not None and configuration.rdt_rate_hz != settings.rate_hz:
             set_rdt_rate(self._web, settings.rate_hz)
@@ -101,123 +75,77 @@ class NetFT:
             raise ConfigurationError(
                 f"RDT is off on the force sensor {settings.host}: enable it on its Communications page"
             )
+        self.close()
         self._status_map = self._choose_status_map(configuration.product)
-        self._si_per_count = configuration.scaling.si_per_count
-        self._largest_usable = np.minimum(settings.rated_wrench, _LARGEST_COUNT * self._si_per_count)
-        self._silence_s = max(settings.silence_s, 3 * configuration.datagram_period_s(settings.mode))
         self._configuration = configuration
+        meaning = RecordMeaning(
+            configuration.scaling.si_per_count,
+            settings.rated_wrench,
+            self._status_map,
+            settings.internal_rate_hz,
+            configuration.datagram_period_s(settings.mode),
+        )
+        self._stream = RdtStream(settings, address, meaning)
 
     def start(self) -> None:
         """Begin streaming and wait for the first record.
-
-        A socket of its own for every stream keeps records of a former one out.
 
         Raises
         ------
         DeviceTimeoutError
             No record came.
         """
-        self._connected()
-        self.stop()
-        self._close_receiver()
-        try:
-            self._receiver = DatagramReceiver(
-                (self._address, self._settings.rdt_port), rdt.DATAGRAM_SIZES, self._settings.batch_s
-            )
-        except OSError as error:
-            raise self._unreachable(error) from error
-        self._tracker = SequenceTracker(self._settings.internal_rate_hz)
-        self._streaming = True
-        self._repeated_starts = 0
-        self._patience_s = self._silence_s
-        self._last_sign_ns = host_time_ns()
-        self._send(_START_COMMANDS[self._settings.mode])
-        deadline_ns = host_time_ns() + round(self._settings.start_timeout_s * 1e9)
-        while not self._receiver.wait(min(self._patience_s, (deadline_ns - host_time_ns()) * 1e-9)):
-            if host_time_ns() >= deadline_ns:
-                self.stop()
-                raise DeviceTimeoutError(
-                    f"force sensor {self._settings.host} answers but sent no RDT record in "
-                    f"{self._settings.start_timeout_s} s: check UDP port {self._settings.rdt_port}, "
-                    "the firewall, and that RDT is enabled"
-                )
-            self._revive_when_silent()
+        self._connected().start()
 
     def read(self, timeout_s: float) -> WrenchBlock:
         """Return everything that arrived since the last call; wait up to ``timeout_s`` for a first sample."""
-        datagrams = self._started().receive(timeout_s)
-        if len(datagrams.sizes):
-            self._last_sign_ns = host_time_ns()
-            self._patience_s = self._silence_s
-        elif self._streaming:
-            self._revive_when_silent()
-        return self._block(datagrams)
+        return self._started().read(timeout_s)
 
     def statistics(self) -> StreamStatistics:
         """Return the counts of this stream; ``restarts`` also counts those by :meth:`set_bias`.
 
         ``malformed`` are datagrams of a wrong length and records that fit no stream.
         """
-        counts = self._tracker.statistics
-        malformed = counts.malformed + (self._receiver.malformed if self._receiver else 0)
-        return StreamStatistics(
-            counts.received, counts.lost, counts.duplicated, counts.late, counts.restarts, malformed
-        )
+        return self._stream.statistics() if self._stream is not None else StreamStatistics()
 
     def link_statistics(self) -> LinkStatistics:
         """Return what the network did since the stream started."""
-        receiver = self._started()
-        return LinkStatistics(
-            receiver.foreign,
-            self._repeated_starts,
-            receiver.local_port,
-            receiver.buffer_bytes,
-            receiver.kernel_stamps,
-        )
+        return self._started().link_statistics()
 
     def describe_status(self, status: int) -> tuple[str, ...]:
         """Return one line for each bit set in a status word."""
         return self._status_map.describe(status)
 
     def set_bias(self) -> None:
-        """Make the box subtract the present load from now on.
-
-        The request is not acknowledged, and boxes differ in whether it ends the stream: so a running stream
-        is started again in any case, which shows as one restart in the statistics. Samples read before that
-        restart may be with or without the bias.
-        """
-        self._connected()
-        self._send(rdt.Command.SET_BIAS)
-        if self._streaming:
-            self._send(_START_COMMANDS[self._settings.mode])
+        """Make the box subtract the present load from now on; see :meth:`RdtStream.set_bias`."""
+        self._connected().set_bias()
 
     def reset_latch(self) -> None:
         """Clear the box's monitor-condition latch (not acknowledged)."""
-        self._connected()
-        self._send(rdt.Command.RESET_LATCH)
+        self._connected().send(rdt.Command.RESET_LATCH)
 
     def stop(self) -> None:
         """Stop streaming; what has arrived can still be read."""
-        if self._streaming:
-            self._streaming = False
-            # A request that cannot be sent is like one that is lost on its way: none is acknowledged.
-            with contextlib.suppress(DeviceUnreachableError):
-                self._send(rdt.Command.STOP)
+        if self._stream is not None:
+            self._stream.stop()
 
     def close(self) -> None:
         """Stop streaming and release the socket."""
-        self.stop()
-        self._close_receiver()
+        if self._stream is not None:
+            self._stream.close()
 
-    def _connected(self) -> NetFTConfiguration:
-        if self._configuration is None:
-            raise DeviceError(f"force sensor {self._settings.host} is not connected: call connect() first")
-        return self._configuration
+    def _connected(self) -> RdtStream:
+        if self._stream is None:
+            raise self._not_connected()
+        return self._stream
 
-    def _started(self) -> DatagramReceiver:
-        if self._receiver is None:
+    def _started(self) -> RdtStream:
+        if self._stream is None:
             raise DeviceError(f"force sensor {self._settings.host} was not started: call start() first")
-        return self._receiver
+        return self._stream
+
+    def _not_connected(self) -> DeviceError:
+        return DeviceError(f"force sensor {self._settings.host} is not connected: call connect() first")
 
     def _read_configuration(self) -> NetFTConfiguration:
         settings = self._settings
@@ -232,52 +160,3 @@ class NetFT:
         if settings.usable_status is None:
             return chosen
         return replace(chosen, usable_words=settings.usable_status)
-
-    def _send(self, command: rdt.Command) -> None:
-        if command is _START_COMMANDS[self._settings.mode]:
-            self._tracker.expect_start()
-        request = rdt.request(command)
-        try:
-            if self._receiver is not None:
-                self._receiver.send(request)
-            else:
-                with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as once:
-                    once.sendto(request, (self._address, self._settings.rdt_port))
-        except OSError as error:
-            raise self._unreachable(error) from error
-
-    def _unreachable(self, error: OSError) -> DeviceUnreachableError:
-        return DeviceUnreachableError(
-            f"force sensor {self._settings.host} cannot be reached ({error}): check cable and network"
-        )
-
-    def _revive_when_silent(self) -> None:
-        now_ns = host_time_ns()
-        if now_ns - self._last_sign_ns < self._patience_s * 1e9:
-            return
-        self._last_sign_ns = now_ns
-        self._patience_s = min(2 * self._patience_s, max(self._silence_s, _LONGEST_PATIENCE_S))
-        self._repeated_starts += 1
-        # While the network is down a request cannot even be sent; that is the same silence.
-        with contextlib.suppress(DeviceUnreachableError):
-            self._send(_START_COMMANDS[self._settings.mode])
-
-    def _close_receiver(self) -> None:
-        if self._receiver is not None:
-            self._receiver.close()
-            self._receiver = None
-
-    def _block(self, datagrams: Datagrams) -> WrenchBlock:
-        records = rdt.decode(datagrams.payload)
-        host_time_ns = np.repeat(datagrams.host_time_ns, datagrams.sizes // rdt.RECORD.itemsize)
-        placed = self._tracker.place(records.rdt_sequence, records.ft_sequence, host_time_ns)
-        status = records.status[placed.index]
-        wrench = records.counts[placed.index] * self._si_per_count
-        return WrenchBlock(
-            counter=placed.counter,
-            device_time_s=placed.tick / self._settings.internal_rate_hz,
-            host_time_ns=host_time_ns[placed.index],
-            status=status,
-            usable=self._status_map.usable(status) & (np.abs(wrench) <= self._largest_usable).all(axis=1),
-            wrench=wrench,
-        )

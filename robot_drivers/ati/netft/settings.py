@@ -25,14 +25,14 @@ class NetFTSettings:
         nor rate
     configuration_index : index of the active configuration, for firmware that does not tell (no
         ``setcfgsel``)
-    internal_rate_hz : rate of ``ft_sequence``, the device's clock; 7000 on a Net F/T, up to 7912 on an Axia
+    internal_rate_hz : rate of ``ft_sequence``, the device's clock; 7000 on a Net F/T
     rated_wrench : ± N and N·m beyond which a sample is not usable; see the certificate of the unit in use
     status_map : meaning of the status word, ``"net-ft"`` or ``"axia"``; None chooses by the product name
     usable_status : status words with which a sample may be used; None takes those of the map. The map of the
         Net F/T waits for confirmation by its manual
     silence_s : silence after which the start request is sent again, then at doubling intervals. A sensor
         may have been powered up anew; the request moves nothing. Never less than three datagram periods
-    start_timeout_s : longest wait of :meth:`NetFT.start` for a first record
+    start_timeout_s : longest wait of ``start`` for a first record
     answer_timeout_s : longest wait for each answer over HTTP and TCP
     request_pause_s : shortest time between two HTTP requests; boxes were seen to drop requests in quick
         succession

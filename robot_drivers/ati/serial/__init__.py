@@ -1,1 +1,1 @@
-"""Force sensors on a serial line: the port, framing, a receiver, and what their drivers share."""
+"""ATI force sensors on a serial line: framing without a sync byte, and what their drivers share."""

@@ -10,12 +10,12 @@ from numpy import bool_
 from numpy.typing import NDArray
 
 from robot_drivers.ati.serial.framing import Decoder
-from robot_drivers.ati.serial.line import SILENCE_LIMIT_S, SILENCE_S, SerialLine
-from robot_drivers.ati.serial.receiver import SerialReceiver
 from robot_drivers.ati.serial.stream import Samples, SampleStream
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import ConfigurationError, DeviceError, DeviceTimeoutError, DeviceUnreachableError
 from robot_drivers.protocols import DeviceIdentity, FloatArray, StreamStatistics, WrenchBlock
+from robot_drivers.serial_line.line import SILENCE_LIMIT_S, SILENCE_S, SerialLine
+from robot_drivers.serial_line.receiver import SerialReceiver
 
 _LONGEST_PATIENCE_S = 10.0
 

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot_drivers.ati.serial.framing import Decoder
-from robot_drivers.ati.serial.receiver import Chunk, SerialReceiver
 from robot_drivers.clock import host_time_ns
 from robot_drivers.protocols import IntArray, StreamStatistics
+from robot_drivers.serial_line.receiver import Chunk, SerialReceiver
 
 _SILENCE_NS = 50_000_000
 _VERDICT_NS = 250_000_000

@@ -2,7 +2,8 @@
 
 The Net F/T box and the Ethernet Axia use the same 32-bit word with different meanings, so the map is chosen
 by the product name. The Net F/T bits come from one family of open-source drivers and wait for confirmation by
-the manual (9620-05-Net FT, section 18.2); a laboratory that knows better states its own usable words.
+the manual (9620-05-Net FT, section 18.2); a laboratory that knows better states its own usable words. Those of the
+Axia are of its manual (9610-05-Ethernet Axia-09, tables 4.7 and 4.9; 9620-05-C-Ethernet Axia-02, table 5.7).
 """
 
 from collections.abc import Mapping
@@ -91,17 +92,19 @@ AXIA = StatusMap(
         31: "some error bit is set",
         30: "force or torque out of range",
         29: "calibration checksum error",
-        28: "simulated error",
+        28: "simulated error, which somebody switched on for a trial",
         27: "gage out of range",
         16: "monitor condition latched (a warning)",
         7: "calibration not accessible",
-        5: "other error",
-        3: "busy (not an error)",
-        2: "broken gage",
+        5: "another error",
+        3: "busy: a change of filter, calibration or rate may affect the data (not an error)",
+        2: "broken gage: its connection is open",
         1: "supply voltage out of range",
         0: "temperature out of range",
     },
-    usable_words=(0, 0x8, 0x0001_0000, 0x0001_0008, 0x8001_0000, 0x8001_0008),
+    # Busy is no error, but the manual says that it may affect the data. A latch is none either, and so comes without
+    # the summary bit; with it as well, should a firmware take that for one.
+    usable_words=(0, 0x0001_0000, 0x8001_0000),
 )
 
 STATUS_MAPS: Mapping[str, StatusMap] = {"net-ft": NET_FT, "axia": AXIA}

@@ -6,11 +6,12 @@ from dataclasses import dataclass, field
 import can
 import numpy as np
 
-from robot_drivers.ati.emulator.box import Box, Measurement, WrenchSource
+from robot_drivers.ati.emulator.box import Box, Measurement
 from robot_drivers.ati.emulator.can.node import AnswerCounts, CanNode, Frames, astray
 from robot_drivers.ati.emulator.faults import Faults
 from robot_drivers.ati.emulator.settings import EmulatorSettings
 from robot_drivers.closing import ClosedAtExit
+from robot_drivers.emulated_wrench import WrenchSource
 
 _LONG, _SHORT, _BIAS, _CLEAR_LATCH = 0x01, 0x02, 0x04, 0x08
 

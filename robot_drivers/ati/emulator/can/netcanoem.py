@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import can
 import numpy as np
 
-from robot_drivers.ati.emulator.box import WrenchSource
 from robot_drivers.ati.emulator.can.node import AnswerCounts, CanNode, Frames, astray
 from robot_drivers.ati.transducer.gamma import GAGE_MATRIX
 from robot_drivers.clock import host_time_ns
 from robot_drivers.closing import ClosedAtExit
 from robot_drivers.emulated_outages import Outages
+from robot_drivers.emulated_wrench import WrenchSource
 
 _GAGES_PER_SI = np.linalg.inv(1e-6 * GAGE_MATRIX)
 _EVEN_GAGES, _ODD_GAGES = [0, 2, 4], [1, 3, 5]

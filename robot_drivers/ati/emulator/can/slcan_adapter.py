@@ -10,8 +10,8 @@ import threading
 
 import can
 
-from robot_drivers.ati.emulator.serial.line import FarEnd, far_end
 from robot_drivers.closing import ClosedAtExit
+from robot_drivers.serial_line.emulator.line import FarEnd, far_end
 
 _POLL_S = 0.001
 _FRAMES = {"t": 3, "T": 8}  # digits of the identifier

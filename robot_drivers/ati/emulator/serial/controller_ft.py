@@ -8,12 +8,12 @@ from typing import Literal
 
 import numpy as np
 
-from robot_drivers.ati.emulator.box import WrenchSource
-from robot_drivers.ati.emulator.serial.device import InterpolatedSource, SerialDeviceEmulator
-from robot_drivers.ati.emulator.serial.line import FarEnd
 from robot_drivers.ati.transducer.gages import FT33206
 from robot_drivers.ati.transducer.gamma import GAGE_NOISE_STD
+from robot_drivers.emulated_wrench import InterpolatedSource, WrenchSource
 from robot_drivers.protocols import FloatArray, IntArray
+from robot_drivers.serial_line.emulator.device import SerialDeviceEmulator
+from robot_drivers.serial_line.emulator.line import FarEnd
 
 _BITS_PER_BYTE = 10  # start, 8 data, stop
 _BIAS_LEVELS = 3

@@ -5,11 +5,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from robot_drivers.ati.emulator.box import WrenchSource
-from robot_drivers.ati.emulator.serial.device import InterpolatedSource, SerialDeviceEmulator
-from robot_drivers.ati.emulator.serial.line import FarEnd
 from robot_drivers.ati.transducer.gages import FT33206, GageCalibration
+from robot_drivers.emulated_wrench import InterpolatedSource, WrenchSource
 from robot_drivers.protocols import FloatArray
+from robot_drivers.serial_line.emulator.device import SerialDeviceEmulator
+from robot_drivers.serial_line.emulator.line import FarEnd
 
 _JAM_SIZE = 14
 _LONGEST_PAUSE_S = 0.05  # bytes further apart do not belong to one request

@@ -5,9 +5,9 @@ import time
 from collections import deque
 from dataclasses import dataclass
 
-from robot_drivers.ati.serial.line import SerialLine
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceUnreachableError
+from robot_drivers.serial_line.line import SerialLine
 
 
 @dataclass(frozen=True, slots=True)

@@ -86,7 +86,7 @@ class DamagedStream:
         return [self.arrived[begin:end] for begin, end in zip([0, *ends], ends, strict=False)]
 
 
-def _damaged(random: Random, record_size: int, sent: bytes) -> DamagedStream:
+def damaged(random: Random, record_size: int, sent: bytes) -> DamagedStream:
     """Lose, change and add bytes, single ones and runs."""
     loss, change, insertion = (random.choice((0.0, 0.0, 0.002, 0.02)) for _ in range(3))
     arrived, origins = bytearray(), []
@@ -135,14 +135,14 @@ def _check_stream(
                 raise WrongValueError(
                     f"record {index} at byte {begin} follows {last_index} that ends at {last_end}"
                 )
-            if not (ends_can_lie or _on_boundaries(stream, begin, end)):
+            if not (ends_can_lie or on_boundaries(stream, begin, end)):
                 raise WrongValueError(f"record {index} at byte {begin} is made of two")
             last_end, last_index = end, index
             delivered += 1
     return delivered > 0
 
 
-def _on_boundaries(stream: DamagedStream, begin: int, end: int) -> bool:
+def on_boundaries(stream: DamagedStream, begin: int, end: int) -> bool:
     """Tell whether a stretch of what arrived begins and ends where a record of the sender may.
 
     A boundary is where a record of the sender begins or one ends; bytes that were not sent can hide one.
@@ -165,7 +165,7 @@ def _gage_stream(random: Random) -> DamagedStream:
     for _ in range(random.randrange(1, 70)):
         body = struct.pack(">6h", *(gage + random.randrange(-40, 41) for gage in load))
         samples += body + bytes([sum(body) & 0x7F])
-    return _damaged(random, 13, bytes(samples))
+    return damaged(random, 13, bytes(samples))
 
 
 def _check_gage_stream(stream: DamagedStream) -> bool:
@@ -182,7 +182,7 @@ def _ascii_stream(random: Random) -> DamagedStream:
         "0," + ",".join(f"{count + random.randrange(-9, 10):6d}" for count in load) + "\r\n"
         for _ in range(random.randrange(1, 30))
     ]
-    return _damaged(random, 45, "".join(lines).encode())
+    return damaged(random, 45, "".join(lines).encode())
 
 
 def _check_ascii_stream(stream: DamagedStream) -> bool:
@@ -211,7 +211,7 @@ def _binary_stream(random: Random) -> DamagedStream:
     records = [
         b"\0" + struct.pack(">6h", *(count + random.randrange(-9, 10) for count in load)) for _ in range(40)
     ]
-    return _damaged(random, 13, b"".join(records))
+    return damaged(random, 13, b"".join(records))
 
 
 def _check_binary_stream(stream: DamagedStream) -> bool:

@@ -1,0 +1,1 @@
+"""Fuzz targets: what force sensors send."""

@@ -1,0 +1,120 @@
+"""Aravis through ctypes: the functions that the driver uses, with its errors as exceptions.
+
+Arguments are those of the public headers of Aravis 0.8 (``arvcamera.h``, ``arvstream.h``, ``arvbuffer.h``,
+``arvchunkparser.h``), which all 0.8.x share.
+"""
+
+import ctypes
+from ctypes import POINTER, c_char_p, c_double, c_int, c_int64, c_size_t, c_uint32, c_uint64, c_void_p
+from typing import Any
+
+from robot_drivers.errors import ConfigurationError, DeviceFaultError
+
+BUFFER_SUCCESS = 0
+
+_GOBJECT = "libgobject-2.0.so.0"
+
+
+class _Error(ctypes.Structure):
+    """``GError``."""
+
+    _fields_ = (("domain", c_uint32), ("code", c_int), ("message", c_char_p))
+
+
+_ERROR = POINTER(_Error)
+_PLAIN: dict[str, tuple[Any, tuple[Any, ...]]] = {
+    "arv_camera_is_gv_device": (c_int, (c_void_p,)),
+    "arv_camera_create_chunk_parser": (c_void_p, (c_void_p,)),
+    "arv_buffer_new": (c_void_p, (c_size_t, c_void_p)),
+    "arv_buffer_get_status": (c_int, (c_void_p,)),
+    "arv_buffer_get_data": (c_void_p, (c_void_p, POINTER(c_size_t))),
+    "arv_buffer_get_frame_id": (c_uint64, (c_void_p,)),
+    "arv_buffer_get_timestamp": (c_uint64, (c_void_p,)),
+    "arv_buffer_get_system_timestamp": (c_uint64, (c_void_p,)),
+    "arv_buffer_get_image_width": (c_int, (c_void_p,)),
+    "arv_buffer_get_image_height": (c_int, (c_void_p,)),
+    "arv_stream_push_buffer": (None, (c_void_p, c_void_p)),
+    "arv_stream_timeout_pop_buffer": (c_void_p, (c_void_p, c_uint64)),
+}
+_CHECKED: dict[str, tuple[Any, tuple[Any, ...]]] = {
+    "arv_camera_new": (c_void_p, (c_char_p,)),
+    "arv_camera_get_vendor_name": (c_char_p, (c_void_p,)),
+    "arv_camera_get_model_name": (c_char_p, (c_void_p,)),
+    "arv_camera_get_device_serial_number": (c_char_p, (c_void_p,)),
+    "arv_camera_get_pixel_format_as_string": (c_char_p, (c_void_p,)),
+    "arv_camera_get_region": (None, (c_void_p, *(POINTER(c_int),) * 4)),
+    "arv_camera_get_frame_rate": (c_double, (c_void_p,)),
+    "arv_camera_get_payload": (c_uint32, (c_void_p,)),
+    "arv_camera_is_feature_available": (c_int, (c_void_p, c_char_p)),
+    "arv_camera_set_boolean": (None, (c_void_p, c_char_p, c_int)),
+    "arv_camera_get_boolean": (c_int, (c_void_p, c_char_p)),
+    "arv_camera_get_string": (c_char_p, (c_void_p, c_char_p)),
+    "arv_camera_set_chunks": (None, (c_void_p, c_char_p)),
+    "arv_camera_gv_set_packet_size": (None, (c_void_p, c_int)),
+    "arv_camera_create_stream": (c_void_p, (c_void_p, c_void_p, c_void_p)),
+    "arv_camera_start_acquisition": (None, (c_void_p,)),
+    "arv_camera_stop_acquisition": (None, (c_void_p,)),
+    "arv_chunk_parser_get_integer_value": (c_int64, (c_void_p, c_void_p, c_char_p)),
+}
+
+
+class AravisLibrary:
+    """The loaded library.
+
+    Parameters
+    ----------
+    name : of the shared library, or its path
+
+    Raises
+    ------
+    ConfigurationError
+        There is no such library.
+    """
+
+    def __init__(self, name: str) -> None:
+        try:
+            self._library = ctypes.CDLL(name)
+            self._gobject = ctypes.CDLL(_GOBJECT)
+            for function, (result, arguments) in _PLAIN.items():
+                self._declare(function, result, arguments)
+            for function, (result, arguments) in _CHECKED.items():
+                self._declare(function, result, (*arguments, POINTER(_ERROR)))
+        except (OSError, AttributeError) as error:
+            raise ConfigurationError(
+                f"the GenICam camera driver needs Aravis 0.8, which cannot be loaded ({error}): install it (Debian: "
+                "sudo apt install libaravis-0.8-0), or set library to where it is"
+            ) from error
+        self._gobject.g_object_unref.argtypes = (c_void_p,)
+        self._gobject.g_error_free.argtypes = (_ERROR,)
+
+    def plain(self, function: str, *arguments: Any) -> Any:
+        """Call a function that reports no error."""
+        return getattr(self._library, function)(*arguments)
+
+    def call(self, function: str, *arguments: Any) -> Any:
+        """Call a function that reports errors.
+
+        Raises
+        ------
+        DeviceFaultError
+            With the library's own words for the error.
+        """
+        error = _ERROR()
+        result = getattr(self._library, function)(*arguments, ctypes.byref(error))
+        if error:
+            words = (error.contents.message or b"unknown error").decode(errors="replace")
+            self._gobject.g_error_free(error)
+            raise DeviceFaultError(f"{function.removeprefix('arv_')}: {words}")
+        return result
+
+    def text(self, function: str, *arguments: Any) -> str:
+        """Call a function that gives text and reports errors, as :meth:`call`."""
+        return (self.call(function, *arguments) or b"").decode(errors="replace")
+
+    def release(self, thing: int) -> None:
+        """Give a camera, stream, parser or buffer back."""
+        self._gobject.g_object_unref(thing)
+
+    def _declare(self, name: str, result: Any, arguments: tuple[Any, ...]) -> None:
+        function = getattr(self._library, name)
+        function.restype, function.argtypes = result, arguments

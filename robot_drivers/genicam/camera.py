@@ -1,0 +1,180 @@
+"""The driver of a GenICam camera: a thread takes its images, numbers and times them."""
+
+import threading
+
+from robot_drivers.cameras.frame_buffer import FrameBuffer
+from robot_drivers.clock import host_time_ns
+from robot_drivers.errors import DeviceError, DeviceProtocolError, DeviceTimeoutError
+from robot_drivers.genicam.aravis_library import AravisLibrary
+from robot_drivers.genicam.device import DamagedImage, Device, Image
+from robot_drivers.genicam.settings import GenICamSettings
+from robot_drivers.protocols import DeviceIdentity, Frame, StreamStatistics
+
+_LOOK_S = 0.05
+_NUMBERS = 0xFFFF  # 0 is no number of an image
+
+
+class FrameNumbers:
+    """Numbers of images without an end, from those of 16 bits that begin again at 1, or of 64 bits."""
+
+    def __init__(self) -> None:
+        self._last: int | None = None
+        self._counter = 0
+
+    def step(self, number: int) -> int:
+        """Take the number of the next image; return how many images it is after the one before, 0 for the first."""
+        last, self._last = self._last, number
+        if last is None:
+            return 0
+        step = number - last if max(number, last) > _NUMBERS else (number - last) % _NUMBERS
+        self._counter += step
+        return step
+
+    @property
+    def counter(self) -> int:
+        """Of the image taken last, from 0."""
+        return self._counter
+
+
+class GenICamCamera:
+    """A :class:`robot_drivers.protocols.Camera` through Aravis.
+
+    :meth:`connect` returns with the first image in the buffer. In :meth:`statistics`, ``lost`` counts images that the
+    camera's numbers prove missing and those that gave way in a full buffer, ``malformed`` those of which a packet is
+    missing. A stream that falls silent makes :meth:`read` raise DeviceTimeoutError once the buffer is empty;
+    :meth:`close` and :meth:`connect` start over.
+    """
+
+    def __init__(self, settings: GenICamSettings) -> None:
+        self._settings = settings
+        self._device: Device | None = None
+        self._identity: DeviceIdentity | None = None
+        self._thread: threading.Thread | None = None
+        self._stopping = threading.Event()
+        self._buffer = self._empty_buffer()
+        self._numbers = FrameNumbers()
+
+    @property
+    def identity(self) -> DeviceIdentity:
+        """Who is connected; raises DeviceError before :meth:`connect`."""
+        if self._identity is None:
+            raise DeviceError(f"camera {self._settings.camera}: not connected; call connect() first")
+        return self._identity
+
+    def connect(self) -> None:
+        """Find the camera, check what it delivers, and start the stream.
+
+        Raises
+        ------
+        ConfigurationError
+            Aravis is missing, or the camera is not set as wanted.
+        DeviceUnreachableError
+            There is no such camera.
+        DeviceTimeoutError
+            It sends no image, or its clock does not follow the network's.
+        """
+        if self._device is not None:
+            raise DeviceError(f"camera {self._settings.camera}: already connected; close it first")
+        self._stopping.clear()
+        self._buffer = self._empty_buffer()
+        self._numbers = FrameNumbers()
+        device = Device(AravisLibrary(self._settings.library), self._settings)
+        try:
+            self._await_first(device)
+        except BaseException:
+            device.close()
+            raise
+        self._identity = self._describe(device)
+        self._device = device
+        self._thread = threading.Thread(
+            target=self._run, args=(device,), name=f"camera {self._settings.camera}"
+        )
+        self._thread.start()
+
+    def read(self, timeout_s: float) -> list[Frame]:
+        """Return the images since the last call, oldest first; wait up to ``timeout_s`` for a first one.
+
+        Raises
+        ------
+        DeviceTimeoutError
+            The stream fell silent, and every image before that was read.
+        """
+        return self._buffer.read(timeout_s)
+
+    def statistics(self) -> StreamStatistics:
+        """Return the counts since :meth:`connect`."""
+        return self._buffer.statistics
+
+    def close(self) -> None:
+        """Stop the stream and release the camera."""
+        self._stopping.set()
+        if self._thread is not None:
+            self._thread.join()
+            self._thread = None
+        if self._device is not None:
+            self._device.close()
+            self._device = None
+        self._identity = None
+
+    def _empty_buffer(self) -> FrameBuffer:
+        return FrameBuffer(self._settings.buffer_frames, self._settings.pixel_format, ())
+
+    def _describe(self, device: Device) -> DeviceIdentity:
+        times = "chunks" if self._settings.chunk_timestamps else "stream"
+        details = {
+            "width": str(device.width),
+            "height": str(device.height),
+            "pixel_format": self._settings.pixel_format,
+            "times": times,
+        }
+        if device.fps is not None:
+            details["fps"] = f"{device.fps:g}"
+        if device.ptp:
+            details["PTP"] = device.ptp
+        return DeviceIdentity(
+            kind="camera",
+            model=device.model,
+            serial=device.serial,
+            address=self._settings.camera,
+            details=details,
+        )
+
+    def _await_first(self, device: Device) -> None:
+        deadline_ns = host_time_ns() + round(self._settings.open_timeout_s * 1e9)
+        while not self._take(device):
+            if host_time_ns() > deadline_ns:
+                raise DeviceTimeoutError(
+                    f"camera {self._settings.camera} answers, but sends no image in "
+                    f"{self._settings.open_timeout_s:g} s: check the firewall, packet_size, and that it awaits no "
+                    "trigger"
+                )
+
+    def _run(self, device: Device) -> None:
+        last_ns = host_time_ns()
+        while not self._stopping.is_set():
+            if self._take(device):
+                last_ns = host_time_ns()
+            elif host_time_ns() - last_ns > self._settings.silence_s * 1e9:
+                self._buffer.fail(
+                    DeviceTimeoutError(
+                        f"camera {self._settings.camera}: the stream was silent for {self._settings.silence_s:g} s; "
+                        "check cable and power, then close and connect again"
+                    )
+                )
+                return
+
+    def _take(self, device: Device) -> bool:
+        """Take an image; tell whether a whole one came."""
+        try:
+            image = device.image(_LOOK_S)
+        except DeviceProtocolError:
+            self._buffer.reject()
+            return False
+        if isinstance(image, DamagedImage):
+            self._buffer.reject()
+            self._buffer.miss(max(0, self._numbers.step(image.number) - 1))
+        if not isinstance(image, Image):
+            return False
+        self._buffer.miss(max(0, self._numbers.step(image.number) - 1))
+        self._buffer.add(image.pixels, image.host_time_ns, self._numbers.counter, image.device_time_s)
+        return True

@@ -1,0 +1,200 @@
+"""An emulated GigE Vision camera on UDP, from a thread of its own."""
+
+import ipaddress
+import select
+import socket
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robot_drivers.clock import host_time_ns
+from robot_drivers.closing import ClosedAtExit
+from robot_drivers.emulated_clock import ClockError
+from robot_drivers.genicam.emulator import description as of
+from robot_drivers.genicam.emulator.control import PORT, ControlChannel
+from robot_drivers.genicam.emulator.registers import (
+    STREAM_ADDRESS,
+    STREAM_PACKET_SIZE,
+    STREAM_PORT,
+    Registers,
+)
+from robot_drivers.genicam.emulator.settings import PIXEL_FORMATS, GigECameraSettings, GigEFaults
+from robot_drivers.genicam.emulator.stream import Block, test_packet
+
+ImageSource = Callable[[float], NDArray[np.uint8]]
+"""Time in s since the camera was built to what it sees, (height, width); called from its thread."""
+
+_LONGEST_WAIT_S = 0.02
+_FIRE_TEST = 0x8000_0000
+_PACKET_SIZE_MASK = 0xFFFF
+_TIMESTAMP_SELECTOR = 1
+_CHUNK_BYTES = 8 + 8 + 8  # information of the image's chunk, the time, information of the time's chunk
+_LISTENING, _SLAVE, _MASTER, _DISABLED = (
+    of.PTP_STATES.index(name) for name in ("Listening", "Slave", "Master", "Disabled")
+)
+
+
+class GigECameraEmulator(ClosedAtExit):
+    """A camera that sees ``source``; it answers from construction until :meth:`close`."""
+
+    def __init__(
+        self, source: ImageSource, settings: GigECameraSettings | None = None, seed: int = 0
+    ) -> None:
+        self._source = source
+        self.settings = settings or GigECameraSettings()
+        self._random = np.random.default_rng(seed)
+        self._born_ns = self._booted_ns = host_time_ns()
+        self._faults, self._injected_ns, self._restart_due = GigEFaults(), self._born_ns, False
+        self._clock_error = ClockError()
+        self._to_drop = 0
+        self._lock = threading.RLock()
+        self._power_up()
+        self._control_socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._control_socket.bind((self.settings.host, PORT))
+        except OSError:
+            self._control_socket.close()
+            raise
+        self._stream_socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._stream_socket.bind((self.settings.host, 0))
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._serve, name=f"GigE camera on {self.settings.host}")
+        self._thread.start()
+
+    def inject(self, faults: GigEFaults) -> None:
+        """Replace the faults in force; ``GigEFaults()`` ends them."""
+        with self._lock:
+            self._faults, self._injected_ns, self._restart_due = faults, host_time_ns(), True
+
+    def drop(self, images: int) -> None:
+        """Lose the next images on their way."""
+        with self._lock:
+            self._to_drop += images
+
+    def disturb_clock(self, jump_s: float, drift_ppm: float) -> None:
+        """Let the camera's own clock jump, and drift from now on."""
+        with self._lock:
+            self._clock_error = self._clock_error.disturbed(self._awake_s(), jump_s, drift_ppm)
+
+    def close(self) -> None:
+        """Switch the camera off."""
+        if not self._closing.is_set():
+            self._closing.set()
+            self._thread.join()
+            self._control_socket.close()
+            self._stream_socket.close()
+
+    def _power_up(self) -> None:
+        self._booted_ns = host_time_ns()
+        self._chunk_enabled = False
+        self._ptp_since_ns: int | None = None
+        self._number, self._next_ns = 0, 0
+        self._acquiring = False
+        self._registers = Registers(
+            self.settings,
+            {
+                of.PAYLOAD_SIZE: self._payload_size,
+                of.CHUNK_ENABLE: lambda: int(self._chunk_enabled and self._selected_timestamp()),
+                of.PTP_STATUS: self._ptp_status,
+            },
+        )
+        self._control = ControlChannel(self._registers, self._written)
+
+    def _serve(self) -> None:
+        while not self._closing.is_set():
+            wait_s = (self._next_ns - host_time_ns()) * 1e-9 if self._acquiring else _LONGEST_WAIT_S
+            readable, _, _ = select.select(
+                [self._control_socket], [], [], min(max(wait_s, 0.0), _LONGEST_WAIT_S)
+            )
+            with self._lock:
+                self._work(bool(readable))
+
+    def _work(self, asked: bool) -> None:
+        elapsed_s = (host_time_ns() - self._injected_ns) * 1e-9
+        if self._restart_due and elapsed_s >= self._faults.restart_at_s:
+            self._restart_due = False
+            self._power_up()
+        reachable = not self._faults.out_of_reach(elapsed_s)
+        if asked:
+            request, peer = self._control_socket.recvfrom(2048)
+            answer = self._control.answer(request, peer) if reachable else None
+            if answer is not None:
+                self._control_socket.sendto(answer, peer)
+        if self._acquiring and not self._control.controlled:
+            self._acquiring = False
+        if self._acquiring and host_time_ns() >= self._next_ns:
+            self._expose(reachable and not self._faults.stalled)
+
+    def _expose(self, sent: bool) -> None:
+        due_ns, settings = self._next_ns, self.settings
+        self._next_ns += round(1e9 / settings.fps)
+        self._number = self._number % 0xFFFF + 1
+        dropped = self._to_drop > 0
+        self._to_drop -= dropped
+        if not sent or dropped or self._random.random() < self._faults.loss:
+            return
+        image = self._source((due_ns - self._born_ns) * 1e-9)
+        stamp = self._clock(due_ns)
+        block = Block(
+            number=self._number,
+            timestamp=stamp,
+            pixel_format=PIXEL_FORMATS[settings.pixel_format],
+            width=settings.width,
+            height=settings.height,
+            content=image.tobytes().ljust(settings.image_bytes, b"\0"),
+            chunk_timestamp=stamp if self._chunks_on() else None,
+        )
+        packets = block.packets(self._registers.read(STREAM_PACKET_SIZE) & _PACKET_SIZE_MASK)
+        if self._random.random() < self._faults.packet_loss:
+            del packets[int(self._random.integers(1, len(packets) - 1))]
+        for packet in packets:
+            self._stream_socket.sendto(packet, self._destination())
+
+    def _written(self, address: int, value: int) -> None:
+        if address == STREAM_PACKET_SIZE and value & _FIRE_TEST:
+            self._registers.write(address, value & ~_FIRE_TEST)
+            self._stream_socket.sendto(test_packet(value & _PACKET_SIZE_MASK), self._destination())
+        elif address == of.ACQUISITION_START:
+            self._acquiring, self._next_ns = True, host_time_ns()
+        elif address == of.ACQUISITION_STOP:
+            self._acquiring = False
+        elif address == of.CHUNK_ENABLE and self._selected_timestamp():
+            self._chunk_enabled = value == 1
+        elif address == of.PTP_ENABLE:
+            self._ptp_since_ns = host_time_ns() if value else None
+
+    def _destination(self) -> tuple[str, int]:
+        address = ipaddress.IPv4Address(self._registers.read(STREAM_ADDRESS))
+        return str(address), self._registers.read(STREAM_PORT) & 0xFFFF
+
+    def _selected_timestamp(self) -> bool:
+        return self._registers.read(of.CHUNK_SELECTOR) == _TIMESTAMP_SELECTOR
+
+    def _chunks_on(self) -> bool:
+        return self._chunk_enabled and self._registers.read(of.CHUNK_MODE) == 1
+
+    def _payload_size(self) -> int:
+        return self.settings.image_bytes + (_CHUNK_BYTES if self._chunks_on() else 0)
+
+    def _ptp_status(self) -> int:
+        if self._ptp_since_ns is None:
+            return _DISABLED
+        if self.settings.ptp == "never" or (
+            (host_time_ns() - self._ptp_since_ns) * 1e-9 < self.settings.ptp_settle_s
+        ):
+            return _LISTENING
+        return _SLAVE if self.settings.ptp == "slave" else _MASTER
+
+    def _awake_s(self) -> float:
+        return (host_time_ns() - self._booted_ns) * 1e-9
+
+    def _clock(self, at_ns: int) -> int:
+        """Return the camera's clock, in ticks of 1 ns, at a host time."""
+        if self._ptp_status() == _SLAVE:
+            return at_ns + time.time_ns() - host_time_ns()
+        awake_s = (at_ns - self._booted_ns) * 1e-9
+        own_s = awake_s * (1 + self.settings.clock_ppm * 1e-6) + self._clock_error.at(awake_s)
+        return max(0, round(own_s * 1e9))

@@ -1,0 +1,1 @@
+"""A serial line: the port, and a thread that empties it."""
