@@ -13,8 +13,10 @@ from functools import reduce
 from pathlib import Path
 from typing import Any
 
-from estimator.blind.scoring.answers import Answer, answer_from
+from estimator.blind.scoring.answers import Answer, Estimate
+from estimator.blind.scoring.diagnoses import answer_of
 from estimator.errors import InputError
+from estimator.inference.normal import Z95
 
 _ROOT = Path(__file__).resolve().parents[1]
 _LOOK_S = 0.25
@@ -70,9 +72,15 @@ def told(cost: Cost, answer: Answer) -> str:
     """Say in one line what a diagnosis took and what it found."""
     return (
         f"{cost.cpu_s:.0f} s, {cost.wall_s:.0f} s, {cost.memory_mb:.0f} MB, {' + '.join(answer.verdict) or 'none'}, "
-        f"{answer.youngs_modulus[1] / 1e3:.3f} +- {answer.std[0] / 1e3:.3f}, "
-        f"{answer.poisson_ratio[1]:.4f} +- {answer.std[1]:.4f}"
+        f"{_told(answer.youngs_modulus, 1e3, 3)}, {_told(answer.poisson_ratio, 1.0, 4)}"
     )
+
+
+def _told(found: Estimate | None, unit: float, digits: int) -> str:
+    """Say a value with its standard deviation, in a unit."""
+    if found is None:
+        return "-"
+    return f"{found.value / unit:.{digits}f} +- {(found.high - found.low) / (2 * Z95 * unit):.{digits}f}"
 
 
 def ratios(this: Cost, other: Cost) -> str:
@@ -183,7 +191,7 @@ def _run(python: Path, tree: Path, case: Path, result: Path) -> tuple[Cost, Answ
         draft = result.with_suffix(".partial")
         draft.write_text(json.dumps(kept), encoding="utf-8")
         draft.replace(result)
-    return Cost(**kept["cost"]), answer_from(kept["diagnosis"])
+    return Cost(**kept["cost"]), answer_of(kept["diagnosis"])
 
 
 def _environment_of(tree: Path) -> dict[str, Any]:

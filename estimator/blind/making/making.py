@@ -10,6 +10,7 @@ from pathlib import Path
 
 from estimator.blind.making.case import make_case, write_case
 from estimator.blind.making.plan import Planned
+from estimator.blind.sealing.commitment import commit
 from estimator.errors import InputError, SolverError
 from estimator.workers import worker_pool
 
@@ -21,11 +22,19 @@ _THREAD_LIMITS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 @dataclass(frozen=True, slots=True)
 class MadeSet:
-    """What a call did: names of the cases made, of those that were there, and what failed, by name."""
+    """What a call did.
+
+    Attributes
+    ----------
+    made, present : names of the cases made, and of those that were there
+    failed : why others were not made, by name
+    set_hash : what the whole set is committed to; empty where it holds no case
+    """
 
     made: tuple[str, ...]
     present: tuple[str, ...]
     failed: dict[str, str]
+    set_hash: str = ""
 
 
 def make_cases(
@@ -39,7 +48,8 @@ def make_cases(
 ) -> MadeSet:
     """Make a set of cases: folders in ``out``, answers in ``keys``, one file for each case.
 
-    The same plan gives the same cases, whatever was interrupted and however many processes worked.
+    The same plan gives the same cases, whatever was interrupted and however many processes worked. The set is committed
+    to: each key has a random salt, and lists of hashes lie beside the cases and beside the keys.
 
     Parameters
     ----------
@@ -51,7 +61,7 @@ def make_cases(
     Raises
     ------
     InputError
-        Keys would lie among the cases.
+        Keys would lie among the cases, or those that are there are not what was committed to.
     """
     if keys.resolve() == out.resolve() or out.resolve() in keys.resolve().parents:
         raise InputError(f"{keys}: answers would lie among the cases in {out}; give another folder")
@@ -72,7 +82,8 @@ def make_cases(
             else:
                 made.append(name)
             progress(f"made {name}", len(there) + len(made) + len(failed), len(cases))
-    return MadeSet(tuple(sorted(made)), tuple(case.name for case in there), failed)
+    set_hash = commit(out, keys).set_hash if made or there else ""
+    return MadeSet(tuple(sorted(made)), tuple(case.name for case in there), failed, set_hash)
 
 
 def _make(case: Planned, out: Path, keys: Path, quick: bool) -> tuple[str, str]:
