@@ -83,17 +83,22 @@ def examine(file: Path, published: Commitment | None = None) -> tuple[Entry | No
             own = place(["answers", name])
             if not any(where == own or where.startswith((f"{own}.", f"{own}[")) for where in spoilt):
                 faults += _inconsistencies(name, answer)
-        faults += _against(told, published) if published else ()
-    if isinstance(told, dict) and not faults:
-        if (answered := instant_of(told["answered"])) is not None:
-            entry = told["entry"]
-            answers = {name: _answer(answer) for name, answer in told["answers"].items()}
-            return (
-                Entry(entry["name"], entry["method"], told["set"], answered, hash_of_answers(file), answers),
-                [],
-            )
-        faults.append(Fault("answered", f"{told['answered']!r} is no date and time", "correct it"))
-    return None, faults
+        found = _against(told, published) if published else ()
+        faults += [fault for fault in found if fault.where not in spoilt]
+    if faults or (faults := list(_unsayable(told))):
+        return None, faults
+    answers = {name: _answer(answer) for name, answer in told["answers"].items()}
+    name, method = (" ".join(told["entry"][word].split()) for word in ("name", "method"))
+    answered = datetime.fromisoformat(told["answered"])
+    return Entry(name, method, told["set"], answered, hash_of_answers(file), answers), []
+
+
+def _unsayable(told: Mapping[str, Any]) -> Iterator[Fault]:
+    """Give what is wrong with the head of answers that pass the schema."""
+    if instant_of(told["answered"]) is None:
+        yield Fault("answered", f"{told['answered']!r} is no date and time", "correct it")
+    if not told["entry"]["name"].strip():
+        yield Fault("entry.name", "is blank", "give the entry a name")
 
 
 def _odd_numbers(told: object, path: list[object]) -> Iterator[Fault]:
