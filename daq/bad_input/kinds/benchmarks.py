@@ -23,6 +23,14 @@ def _score(given: Path, out: Path) -> list[str]:
     ]  # fmt: skip
 
 
+def _read_challenge(folder: Path) -> object:
+    return score_text(score_answers([(folder / "answers.json", folder / "keys")]))
+
+
+def _score_entry(given: Path, out: Path) -> list[str]:
+    return ["benchmark", "score", str(given / "answers.json"), str(given / "keys")]
+
+
 KINDS: tuple[Kind, ...] = (
     Kind(
         "sealed case",
@@ -46,6 +54,33 @@ KINDS: tuple[Kind, ...] = (
         {"keys/two.toml": (*TEXT, *TOML)},
         read=_read_benchmark,
         command=_score,
+        quick=True,
+        changes=frozenset({OPENINGS_FILE}),
+    ),
+    Kind(
+        "answers of others",
+        benchmarks.challenge,
+        {"answers.json": (*TEXT, *JSON)},
+        read=_read_challenge,
+        command=_score_entry,
+        quick=True,
+        changes=frozenset({OPENINGS_FILE}),
+    ),
+    Kind(
+        "hashes of keys",
+        benchmarks.challenge,
+        {"keys/keys.sha256": TEXT},
+        read=_read_challenge,
+        command=_score_entry,
+        quick=True,
+        changes=frozenset({OPENINGS_FILE}),
+    ),
+    Kind(
+        "register of answers",
+        benchmarks.challenge,
+        {"keys/entries.txt": TEXT},
+        read=_read_challenge,
+        command=_score_entry,
         quick=True,
         changes=frozenset({OPENINGS_FILE}),
     ),
