@@ -104,6 +104,18 @@ def test_whatever_stands_anywhere_is_either_entered_or_told_in_single_lines(
     assert all(fault.where and fault.what and fault.advice for fault in faults)
 
 
+@pytest.mark.parametrize("seconds", ["1" + "0" * 400, "-1e400", "NaN", "[" * 700 + "]" * 700])
+def test_what_no_program_can_reckon_with_is_told(tmp_path: Path, seconds: str) -> None:
+    text = (
+        (CONFORMANCE / "valid" / "minimal.json")
+        .read_text()
+        .replace('"seconds": 0', f'"seconds": {seconds}', 1)
+    )
+    (tmp_path / "answers.json").write_text(text)
+    told = faults_of(tmp_path / "answers.json")
+    assert told and all(line.startswith("answers.case01.seconds: ") for line in told)
+
+
 @settings(max_examples=60, deadline=None)
 @given(told=JSON)
 def test_json_that_is_no_answers_is_told(tmp_path_factory: pytest.TempPathFactory, told: object) -> None:

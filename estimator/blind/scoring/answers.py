@@ -26,7 +26,8 @@ class Answer:
     ----------
     verdict : labels, the leading one first; empty where no gap is seen
     probabilities : of the leading single cause, "none" and "unknown" among them
-    seconds : that it took
+    seconds : that it took, by the clock; of anyone's answers by the processors
+    processor_seconds : that all processors together were busy with it; None where it is not told
     credible_set : the smallest set of answers with 90 %
     blocks : probability of each block of the rig that it holds the leading cause
     centre : of a local cause, m; None where none is told
@@ -46,6 +47,7 @@ class Answer:
     poisson_ratio: Estimate | None = None
     before: tuple[float, float] | None = None
     closure: float | None = None
+    processor_seconds: float | None = None
     ceiling: Mapping[str, Ceiling] = field(default_factory=dict)
 
     @property

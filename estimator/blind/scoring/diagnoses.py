@@ -58,6 +58,7 @@ def answer_of(told: Mapping[str, Any]) -> Answer:
         poisson_ratio=_estimate(after["poisson_ratio"]),
         before=(_number(before["youngs_modulus"]["value"]), _number(before["poisson_ratio"]["value"])),
         seconds=_number(told["seconds"]),
+        processor_seconds=_number(told["processor_seconds"]) if "processor_seconds" in told else None,
         ceiling={label: _ceiling(one) for label, one in told.get("ceiling", {}).items()},
     )
 

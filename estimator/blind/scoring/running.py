@@ -1,6 +1,7 @@
 """Diagnoses every case of a set without its answers, going on where an earlier call stopped."""
 
 import json
+import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import as_completed
 from dataclasses import dataclass
@@ -43,8 +44,8 @@ def answer_cases(
     ----------
     diagnose : a function at the top of a module, which other processes can find
     cases : folder of cases, each a folder of experiments
-    answers : folder for one file a case, ``CASE.json``, which appears when its case is done: the diagnosis, and how
-        often the best possible test would name each cause
+    answers : folder for one file a case, ``CASE.json``, which appears when its case is done: the diagnosis, how
+        often the best possible test would name each cause, and the processor time spent, s
     processes : cases at a time
     progress : hears a text, and how many of how many cases are done
 
@@ -101,16 +102,27 @@ def _at_a_time(work: Callable[[str], str], names: Sequence[str], processes: int)
 
 def _answer(diagnose: Diagnose, cases: Path, answers: Path, name: str) -> str:
     """Write the answer to a case; return why there is none, or nothing."""
+    before = _processor_s()
     try:
         found = diagnose(read_case(cases / name), None)
     except EstimatorError as error:
         return str(error)
     target = _answer_file(answers, name)
     draft = target.with_name(f".{target.name}.partial")
-    told = {**as_json(found), "ceiling": ceilings_as_json(ceilings(found.rivals))}
+    told = {
+        **as_json(found),
+        "ceiling": ceilings_as_json(ceilings(found.rivals)),
+        "processor_seconds": round(_processor_s() - before, 2),
+    }
     draft.write_text(json.dumps(told, indent=1), encoding="utf-8")
     draft.replace(target)
     return ""
+
+
+def _processor_s() -> float:
+    """Return the processor time of this process and of those that it has started and that have ended, s."""
+    used = os.times()
+    return used.user + used.system + used.children_user + used.children_system
 
 
 def _answer_file(answers: Path, name: str) -> Path:

@@ -88,7 +88,11 @@ def _run(options: argparse.Namespace) -> Result:
         done = answer_cases(diagnose, options.cases, answers, processes=options.processes, progress=tell)
     lines = [f"{len(done.answered)} cases diagnosed, {len(done.present)} had been; answers in {answers}"]
     lines += [f"no answer to {name}: {reason}" for name, reason in done.failed.items()]
-    if options.entry is not None and not done.failed:
+    if options.entry is not None and done.failed:
+        lines.append(
+            f"{options.entry}: not written, for an entry answers every case; run again, or diagnose the rest"
+        )
+    elif options.entry is not None:
         write_entry(read_diagnoses(answers), read_commitment(options.cases), _OURS, options.entry)
         lines.append(f"entry in {options.entry}")
     data = {

@@ -1,14 +1,14 @@
 """An entry: anyone's answers to every case of a sealed set, read from one file and checked."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from estimator.blind.scoring.answers import Answer, Estimate, credible_set
-from estimator.blind.scoring.entries.schema import Fault, place, schema_faults
+from estimator.blind.scoring.entries.schema import Fault, place, schema_faults, shown
 from estimator.blind.scoring.labels import GROUPS, block_of
 from estimator.blind.sealing.commitment import Commitment
 from estimator.blind.sealing.openings import instant_of
@@ -76,7 +76,7 @@ def examine(file: Path, published: Commitment | None = None) -> tuple[Entry | No
         The file is no JSON.
     """
     told = parse_json(read_input_text(file), file)
-    faults = [*schema_faults(told), *_odd_numbers(told, [])]
+    faults = [*schema_faults(told), *_odd_numbers(told)]
     if isinstance(told, dict) and isinstance(told.get("answers"), dict):
         spoilt = {fault.where for fault in faults}
         for name, answer in told["answers"].items():
@@ -101,20 +101,19 @@ def _unsayable(told: Mapping[str, Any]) -> Iterator[Fault]:
         yield Fault("entry.name", "is blank", "give the entry a name")
 
 
-def _odd_numbers(told: object, path: list[object]) -> Iterator[Fault]:
+def _odd_numbers(told: object) -> Iterator[Fault]:
     """Give the numbers that no quantity has: NaN, which passes every limit of a schema, infinite and gigantic ones."""
-    if isinstance(told, dict):
-        for name, value in told.items():
-            yield from _odd_numbers(value, [*path, name])
-    elif isinstance(told, list):
-        for number, value in enumerate(told):
-            yield from _odd_numbers(value, [*path, number])
-    elif isinstance(told, int | float) and not isinstance(told, bool) and not is_number(told):
-        yield Fault(
-            place(path),
-            f"{told:.6g} is no quantity" if math.isfinite(told) else f"{told} is no quantity",
-            "state a finite number, or leave it out",
-        )
+    pending: list[tuple[object, tuple[object, ...]]] = [(told, ())]
+    while pending:
+        value, path = pending.pop()
+        if isinstance(value, dict):
+            pending += [(inner, (*path, name)) for name, inner in value.items()]
+        elif isinstance(value, list):
+            pending += [(inner, (*path, number)) for number, inner in enumerate(value)]
+        elif isinstance(value, int | float) and not isinstance(value, bool) and not is_number(value):
+            yield Fault(
+                place(path), f"{shown(value)} is no quantity", "state a finite number, or leave it out"
+            )
 
 
 def _inconsistencies(name: str, answer: Mapping[str, Any]) -> Iterator[Fault]:
@@ -176,7 +175,7 @@ def _answer(told: Mapping[str, Any]) -> Answer:
         seconds=float(told["seconds"]),
         credible_set=credible_set(probabilities),
         blocks=told.get("blocks", _blocks_of(probabilities)),
-        centre=tuple(map(float, told["place"])) if "place" in told else None,  # type: ignore[arg-type]
+        centre=_point(told["place"]) if "place" in told else None,
         youngs_modulus=_estimate(told.get("youngs_modulus")),
         poisson_ratio=_estimate(told.get("poisson_ratio")),
     )
@@ -193,3 +192,8 @@ def _blocks_of(probabilities: Mapping[str, float]) -> dict[str, float]:
 
 def _estimate(told: Mapping[str, Any] | None) -> Estimate | None:
     return Estimate(float(told["value"]), *map(float, told["interval95"])) if told else None
+
+
+def _point(told: Sequence[float]) -> tuple[float, float, float]:
+    x, y, z = map(float, told)
+    return x, y, z

@@ -48,7 +48,7 @@ def _plain(answer: Answer) -> dict[str, Any]:
     plain: dict[str, Any] = {
         "probabilities": probabilities,
         "verdict": list(dict.fromkeys(label if label in known else UNKNOWN for label in answer.verdict)),
-        "seconds": answer.seconds,
+        "seconds": answer.seconds if answer.processor_seconds is None else answer.processor_seconds,
     }
     blocks = answers_schema()["$defs"]["block"]["enum"]
     plain["blocks"] = {
