@@ -8,9 +8,11 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from estimator.blind.scoring.answers import Answer, read_answers
+from estimator.blind.scoring.answers import Answer
+from estimator.blind.scoring.diagnoses import read_diagnoses
 from estimator.blind.scoring.keys import Key, open_keys
 from estimator.blind.scoring.labels import answers_to
+from estimator.blind.scoring.metrics import LEAST_PROBABILITY
 from estimator.blind.scoring.running import answer_cases
 from estimator.diagnosis.declared_numbers import Number
 from estimator.diagnosis.diagnose import diagnose
@@ -19,8 +21,6 @@ from estimator.errors import InputError
 
 FACTORS: Mapping[str, float] = {"half": 0.5, "twice": 2.0}
 _STATED = "stated"
-_LEAST_PROBABILITY = 1e-3
-"""What an answer that was called impossible counts as: one such case must not decide alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +109,7 @@ def standing_of(answers: Mapping[str, Answer], keys: Mapping[str, Key]) -> Stand
     right = sum(_causes(answer.verdict) == frozenset(key.effects) for answer, key in pairs)
     scores = [
         math.log(
-            max(_LEAST_PROBABILITY, *(answer.probabilities.get(one, 0.0) for one in answers_to(key.effects)))
+            max(LEAST_PROBABILITY, *(answer.probabilities.get(one, 0.0) for one in answers_to(key.effects)))
         )
         for answer, key in pairs
         if len(key.effects) < 2
@@ -138,4 +138,4 @@ def _standing(
 ) -> Standing:
     folder = options.results / name
     answer_cases(partial(diagnose, settings=settings), options.cases, folder)
-    return standing_of(read_answers(folder), keys)
+    return standing_of(read_diagnoses(folder), keys)

@@ -14,8 +14,10 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from estimator.blind.scoring.answers import Answer, answer_from
+from estimator.blind.scoring.answers import Answer, Estimate
+from estimator.blind.scoring.diagnoses import answer_of
 from estimator.errors import InputError
+from estimator.inference.normal import Z95
 
 _ROOT = Path(__file__).resolve().parents[1]
 _LOOK_S = 0.25
@@ -138,29 +140,40 @@ def diagnosed(build: Build, case: Path, results: Path) -> tuple[Cost, Answer]:
             draft = kept_as.with_suffix(".partial")
             draft.write_text(json.dumps(kept), encoding="utf-8")
             draft.replace(kept_as)
-    return Cost(**kept["cost"]), answer_from(kept["diagnosis"])
+    return Cost(**kept["cost"]), answer_of(kept["diagnosis"])
 
 
 def agreement(this: Answer, other: Answer) -> str:
     """Say whether two answers name the same, and how far E and nu lie apart in the other's deviations."""
-    pairs = zip(
-        (this.youngs_modulus[1], this.poisson_ratio[1]),
-        (other.youngs_modulus[1], other.poisson_ratio[1]),
-        other.std,
-        strict=True,
-    )
-    apart = [abs(one - two) / deviation if deviation else float(one != two) for one, two, deviation in pairs]
+    apart = [
+        _deviations_apart(this.youngs_modulus, other.youngs_modulus),
+        _deviations_apart(this.poisson_ratio, other.poisson_ratio),
+    ]
     same = "the same verdict" if this.verdict == other.verdict else "ANOTHER VERDICT"
     return f"{same}, E {apart[0]:.3f} and nu {apart[1]:.3f} deviations apart"
+
+
+def _deviations_apart(this: Estimate | None, other: Estimate | None) -> float:
+    """Return how far two values lie apart in the second's deviations; NaN where one is not told."""
+    if this is None or other is None:
+        return float("nan")
+    deviation = (other.high - other.low) / (2 * Z95)
+    return abs(this.value - other.value) / deviation if deviation else float(this.value != other.value)
 
 
 def told(cost: Cost, answer: Answer) -> str:
     """Say in one line what a diagnosis took and what it found."""
     return (
         f"{cost.cpu_s:.0f} s, {cost.wall_s:.0f} s, {cost.memory_mb:.0f} MB, {' + '.join(answer.verdict) or 'none'}, "
-        f"{answer.youngs_modulus[1] / 1e3:.3f} +- {answer.std[0] / 1e3:.3f}, "
-        f"{answer.poisson_ratio[1]:.4f} +- {answer.std[1]:.4f}"
+        f"{_told(answer.youngs_modulus, 1e3, 3)}, {_told(answer.poisson_ratio, 1.0, 4)}"
     )
+
+
+def _told(found: Estimate | None, unit: float, digits: int) -> str:
+    """Say a value with its standard deviation, in a unit."""
+    if found is None:
+        return "-"
+    return f"{found.value / unit:.{digits}f} +- {(found.high - found.low) / (2 * Z95 * unit):.{digits}f}"
 
 
 def ratios(this: Cost, other: Cost) -> str:

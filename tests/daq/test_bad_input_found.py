@@ -19,8 +19,9 @@ from daq.recording.recovery import recover_session
 from daq.rig import read_rig
 from daq.session_report import read_report
 from daq.trajectories.own import load_function
-from estimator.blind.scoring.answers import read_answers
-from estimator.blind.scoring.keys import OPENINGS_FILE, open_keys
+from estimator.blind.scoring.diagnoses import read_diagnoses
+from estimator.blind.scoring.keys import open_keys
+from estimator.blind.sealing.openings import OPENINGS_FILE
 from estimator.errors import InputError
 from estimator.experiment import read_experiment
 from estimator.surfaces.reading import read_surface
@@ -222,7 +223,7 @@ def test_an_answer_of_other_types_is_refused(tmp_path: Path) -> None:
     benchmarks.benchmark(tmp_path)
     edited(tmp_path / "answers" / "one.json", '"closure_held_out": 0.8', '"closure_held_out": "much"')
     with pytest.raises(InputError, match=r"one\.json: is no diagnosis"):
-        read_answers(tmp_path / "answers")
+        read_diagnoses(tmp_path / "answers")
 
 
 @pytest.mark.parametrize(
@@ -236,7 +237,7 @@ def test_an_answer_whose_probabilities_are_none_is_refused(tmp_path: Path, old: 
     benchmarks.benchmark(tmp_path)
     edited(tmp_path / "answers" / "one.json", old, new)
     with pytest.raises(InputError, match=r"one\.json: is no diagnosis"):
-        read_answers(tmp_path / "answers")
+        read_diagnoses(tmp_path / "answers")
 
 
 @pytest.mark.parametrize(
@@ -270,7 +271,7 @@ def test_a_list_of_openings_that_is_none_is_neither_counted_nor_continued(
 def test_an_opening_is_counted_where_the_end_of_the_last_line_is_missing(tmp_path: Path) -> None:
     benchmarks.benchmark(tmp_path)
     (tmp_path / "keys" / OPENINGS_FILE).write_text("a first one", encoding="utf-8")
-    assert [open_keys(tmp_path / "keys", "a test")[1] for _ in range(2)] == [2, 3]
+    assert [open_keys(tmp_path / "keys", "a test")[1].count for _ in range(2)] == [2, 3]
 
 
 ENTITIES = '<!DOCTYPE VTKFile [<!ENTITY a "1 1 1 1"><!ENTITY b "&a;&a;&a;&a;">]>'

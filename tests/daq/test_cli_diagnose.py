@@ -32,7 +32,7 @@ def refuses(
 @pytest.fixture
 def case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr("daq.cli.diagnosis.diagnose.diagnose", stand_in)
-    monkeypatch.setattr("daq.cli.estimation.benchmark_scoring.diagnose", stand_in)
+    monkeypatch.setattr("daq.cli.estimation.benchmark.scoring.diagnose", stand_in)
     folder = tmp_path / "cases" / "P07"
     for order, name in enumerate(("pull", "twist"), start=1):
         write_experiment(small_experiment(name, order), folder / name)
@@ -114,7 +114,7 @@ def test_a_set_of_cases_is_answered_and_scored(
 def test_cases_that_cannot_be_diagnosed_are_told_and_the_status_says_so(
     capsys: pytest.CaptureFixture[str], case: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("daq.cli.estimation.benchmark_scoring.diagnose", refuses)
+    monkeypatch.setattr("daq.cli.estimation.benchmark.scoring.diagnose", refuses)
     status, out, _ = run(capsys, "benchmark", "run", case.parent)
     assert status == 1
     assert "no answer to P07: the data do not determine the parameters" in out

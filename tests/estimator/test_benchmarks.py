@@ -42,7 +42,7 @@ def test_a_number_that_is_not_calibrated_is_refused_with_those_that_are() -> Non
 
 
 def answer(verdict: Sequence[str], **probabilities: float) -> Answer:
-    return Answer(tuple(verdict), probabilities, (), None, "tissue", None, (1, 1), (0, 0), (1, 1), 1.0, {})
+    return Answer(tuple(verdict), probabilities, seconds=1.0, credible_set=())
 
 
 def key(*effects: str) -> Key:

@@ -1,10 +1,14 @@
 """Cases, answers and keys of the blind test."""
 
 import json
+import shutil
 from pathlib import Path
 
 from daq.bad_input.samples.experiments import retraction
+from estimator.blind.scoring.entries.entry import ANSWERS_FORMAT
 from estimator.blind.scoring.keys import open_keys
+from estimator.blind.sealing.commitment import commit
+from estimator.blind.sealing.register import hash_of_answers, register
 from estimator.effects.force.force_bias import ForceBias
 from estimator.effects.motion.gripper_slip import GripperSlip
 from estimator.experiment import write_experiment
@@ -39,6 +43,29 @@ def benchmark(folder: Path) -> None:
             'in_family = "near"\n',
             encoding="utf-8",
         )
+
+
+def challenge(folder: Path) -> None:
+    """Write two cases, keys that they are committed to, and anyone's answers to them."""
+    benchmark(folder)
+    shutil.rmtree(folder / "answers")
+    sealed_cases(folder)
+    told = {
+        "format": ANSWERS_FORMAT,
+        "set": commit(folder / "cases", folder / "keys").set_hash,
+        "answered": "2026-11-28T12:00:00+00:00",
+        "entry": {"name": "anybody", "authors": ["nobody"], "method": "guessed"},
+        "answers": {
+            name: {
+                "probabilities": {"none": 0.5, "unknown": 0.5},
+                "youngs_modulus": {"value": 15e3, "interval95": [14e3, 16e3]},
+                "seconds": 1.5,
+            }
+            for name in ("one", "two")
+        },
+    }
+    (folder / "answers.json").write_text(json.dumps(told, indent=1), encoding="utf-8")
+    register(folder / "keys", hash_of_answers(folder / "answers.json"), "anybody")
 
 
 def opened_benchmark(folder: Path) -> None:

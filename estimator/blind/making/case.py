@@ -3,6 +3,7 @@
 import json
 import shutil
 import time
+import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -79,7 +80,10 @@ def make_case(
 
 
 def write_case(made: Made, folder: Path, key: Path) -> None:
-    """Write a case and its answer; the folder appears last, whole, so that it tells whether the case is done."""
+    """Write a case and its answer; the folder appears last, whole, so that it tells whether the case is done.
+
+    A key that states the same already is left as it is, for its hash may have been published.
+    """
     folder.parent.mkdir(parents=True, exist_ok=True)
     key.parent.mkdir(parents=True, exist_ok=True)
     staged = folder.with_name(f".{folder.name}.partial")
@@ -89,8 +93,19 @@ def write_case(made: Made, folder: Path, key: Path) -> None:
         for experiment in made.experiments:
             phantom = replace(experiment.phantom, surface=surface)
             write_experiment(replace(experiment, phantom=phantom), staged / experiment.name)
-    key.write_text(_toml(made.truth), encoding="utf-8")
+    text = _toml(made.truth)
+    if not (key.exists() and _states(key, text)):
+        key.write_text(text, encoding="utf-8")
     staged.rename(folder)
+
+
+def _states(key: Path, text: str) -> bool:
+    """Tell whether a key states what a text does, but for its salt and for how long the case took to make."""
+    there, new = (tomllib.loads(one) for one in (key.read_text(encoding="utf-8"), text))
+    there.pop("salt", None)
+    for truth in (there, new):
+        truth.get("generator", {}).pop("seconds", None)
+    return there == new
 
 
 def _sized_effects(

@@ -9,6 +9,7 @@ from threadpoolctl import threadpool_limits
 
 from estimator.blind.making.case import Made, make_case, write_case
 from estimator.blind.making.plan import Planned
+from estimator.blind.sealing.commitment import commit
 from estimator.errors import InputError, SolverError
 from estimator.workers import Workers, run_each, worker_pool
 
@@ -19,11 +20,19 @@ KEY_SUFFIX = ".toml"
 
 @dataclass(frozen=True, slots=True)
 class MadeSet:
-    """What a call did: names of the cases made, of those that were there, and what failed, by name."""
+    """What a call did.
+
+    Attributes
+    ----------
+    made, present : names of the cases made, and of those that were there
+    failed : why others were not made, by name
+    set_hash : what the whole set is committed to; empty where it holds no case
+    """
 
     made: tuple[str, ...]
     present: tuple[str, ...]
     failed: dict[str, str]
+    set_hash: str = ""
 
 
 def make_cases(
@@ -37,7 +46,8 @@ def make_cases(
 ) -> MadeSet:
     """Make a set of cases: folders in ``out``, answers in ``keys``, one file for each case.
 
-    The same plan gives the same cases, whatever was interrupted and whoever worked.
+    The same plan gives the same cases, whatever was interrupted and whoever worked. The set is committed to: each key
+    has a random salt, and lists of hashes lie beside the cases and beside the keys.
 
     Parameters
     ----------
@@ -49,7 +59,7 @@ def make_cases(
     Raises
     ------
     InputError
-        Keys would lie among the cases.
+        Keys would lie among the cases, or those that are there are not what was committed to.
     WorkersLostError
         The workers are gone; what is made is kept.
     """
@@ -69,7 +79,8 @@ def make_cases(
         else:
             failed[case.name] = found
         progress(f"made {case.name}", len(there) + len(made) + len(failed), len(cases))
-    return MadeSet(tuple(sorted(made)), tuple(case.name for case in there), failed)
+    set_hash = commit(out, keys).set_hash if made or there else ""
+    return MadeSet(tuple(sorted(made)), tuple(case.name for case in there), failed, set_hash)
 
 
 def _make(case: Planned, quick: bool) -> Made | str:

@@ -6,6 +6,7 @@ from estimator.blind.scoring.intervals import (
     CALIBRATION_BINS,
     calibration_error,
     calibration_error_by_chance,
+    mean,
     quantile,
     share,
 )
@@ -17,9 +18,12 @@ from estimator.blind.scoring.metrics import (
     errors_of_material,
     has_right_group,
     is_confidently_wrong,
-    material_is_back,
+    log_scores,
+    modulus_is_back,
     one_is_named,
+    ratio_is_back,
     recognised,
+    with_material,
 )
 from estimator.blind.scoring.scored import PLAIN, Cases, Metric, Scored
 
@@ -39,6 +43,7 @@ def _metrics(cases: Cases) -> list[Metric]:
     # A form without a label is "unknown" at its best: what is claimed of it counts for the calibration too.
     confidence, right = claims([*singles, *cases.outside])
     modulus, ratio = errors_of_material(named)
+    with_modulus, with_ratio = with_material(named)
     return [
         _share("single cause: top-1", singles, lambda c: c.is_right),
         _share("single cause: right group", singles, has_right_group),
@@ -48,6 +53,7 @@ def _metrics(cases: Cases) -> list[Metric]:
         _share(f"of those from {PLAIN:g} σ on: right block", plain, lambda c: c.names_right_block),
         _share("outside the catalogue: recognised", cases.outside, recognised),
         _share("outside the catalogue: right block", cases.outside_with_block, lambda c: c.names_right_block),
+        Metric("log score", mean(log_scores([*singles, *cases.outside])), ""),
         Metric(
             f"calibration error ({CALIBRATION_BINS} bins)",
             calibration_error(confidence, right),
@@ -58,8 +64,8 @@ def _metrics(cases: Cases) -> list[Metric]:
         _share(f"wrong with more than {CONFIDENT:g}, and of the block", cases.everything, _misplaced),
         Metric("rightly named: error of E, median", quantile(modulus, 50), "%"),
         Metric("rightly named: error of ν, median", quantile(ratio, 50), ""),
-        _share("rightly named: E within 3 %", named, lambda c: material_is_back(c)[0]),
-        _share("rightly named: ν within 0.01", named, lambda c: material_is_back(c)[1]),
+        _share("rightly named: E within 3 %", with_modulus, modulus_is_back),
+        _share("rightly named: ν within 0.01", with_ratio, ratio_is_back),
         _share("several causes: all named", cases.doubles, all_are_named),
         _share("several causes: at least one", cases.doubles, one_is_named),
     ]

@@ -1,18 +1,17 @@
-"""The answers to sealed cases, and the count of how often they were opened."""
+"""The answers to sealed cases: checked against what was committed to, and each opening counted."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from estimator.blind.scoring.labels import FAMILIES, within_catalogue
+from estimator.blind.sealing.commitment import KEYS_LIST, check_keys, read_commitment
+from estimator.blind.sealing.key_files import key_files
+from estimator.blind.sealing.openings import Openings, count_opening
 from estimator.effects.blocks import GROUPS
 from estimator.errors import InputError
 from estimator.input_file import is_number, parse_toml, read_input_text
-
-KEY_FILE = "truth.toml"
-OPENINGS_FILE = "openings.txt"
 
 _MODULUS_IS = "youngs_modulus_is"
 _MATERIAL = ("youngs_modulus", "poisson_ratio")
@@ -46,10 +45,11 @@ class Key:
     block: str = ""
 
 
-def open_keys(folder: Path, reader: str) -> tuple[dict[str, Key], int]:
+def open_keys(folder: Path, reader: str) -> tuple[dict[str, Key], Openings]:
     """Read all keys in a folder by the name of their case, count the opening, and return how many there have been.
 
-    A key is ``CASE/truth.toml`` or ``CASE.toml``. Each opening is a line in ``openings.txt`` beside them.
+    A key is ``CASE/truth.toml`` or ``CASE.toml``. Each opening is a line in ``openings.txt`` beside them. Where the set
+    was committed to, the keys must be those.
 
     Parameters
     ----------
@@ -58,28 +58,13 @@ def open_keys(folder: Path, reader: str) -> tuple[dict[str, Key], int]:
     Raises
     ------
     InputError
-        There is no key, or one cannot be read.
+        There is no key, one cannot be read, or one is not what was committed to.
     """
-    files = _key_files(folder)
-    openings = _count_opening(folder / OPENINGS_FILE, reader)
+    files = key_files(folder)
+    if (folder / KEYS_LIST).exists():
+        check_keys(folder, read_commitment(folder))
+    openings = count_opening(folder, reader)
     return {name: _read_key(file) for name, file in files.items()}, openings
-
-
-def _key_files(folder: Path) -> dict[str, Path]:
-    files = {file.parent.name: file for file in sorted(folder.glob(f"*/{KEY_FILE}"))}
-    files |= {file.stem: file for file in sorted(folder.glob("*.toml"))}
-    if not files:
-        raise InputError(f"{folder}: holds no key; give a folder with CASE/{KEY_FILE} or CASE.toml")
-    return files
-
-
-def _count_opening(file: Path, reader: str) -> int:
-    """Add a line to the list of openings and return how many there are; a list that is none is left alone."""
-    before = read_input_text(file) if file.is_symlink() or file.exists() else ""
-    line = f"{datetime.now(UTC).isoformat(timespec='seconds')} {' '.join(reader.splitlines())}\n"
-    with file.open("a", encoding="utf-8") as log:
-        log.write(line if before.endswith("\n") or not before else f"\n{line}")
-    return len(before.splitlines()) + 1
 
 
 def _read_key(file: Path) -> Key:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 
+from estimator.blind.scoring.answers import Estimate
 from estimator.blind.scoring.intervals import (
     CALIBRATION_BINS,
     calibration_error,
@@ -14,9 +15,9 @@ from estimator.blind.scoring.intervals import (
 from estimator.blind.scoring.labels import group_of
 from estimator.blind.scoring.scored import PLAIN, Cases, Metric, Scored
 from estimator.diagnosis.model.labels import UNKNOWN
-from estimator.inference.normal import Z95
 
 CONFIDENT = 0.9
+LEAST_PROBABILITY = 1e-3
 _MM = 1e3
 _NU_BACK, _MODULUS_BACK = 0.01, 0.03
 
@@ -103,46 +104,77 @@ def _amounts(cases: Cases) -> list[Metric]:
     closures = [case.answer.closure for case in cases.singles if case.answer.closure is not None]
     named = [case for case in cases.singles if case.is_right]
     answered = [*cases.singles, *cases.clean]
-    modulus_before, ratio_before = errors_of_material(named, after=False)
+    modulus_before, ratio_before = _errors_before(named)
     modulus, ratio = errors_of_material(named)
+    with_modulus, with_ratio = with_material(named)
+    told_modulus, told_ratio = with_material(answered)
     return [
         Metric("single cause: closure on held-out data, median", quantile(closures, 50), "%"),
         Metric("single cause: closure, 10th percentile", quantile(closures, 10), "%"),
         Metric("single cause: negative closure", share([closure < 0 for closure in closures]), "%"),
         Metric("rightly named: error of E before, median", quantile(modulus_before, 50), "%"),
         Metric("rightly named: error of E after, median", quantile(modulus, 50), "%"),
-        _share("rightly named: E within 3 % after", named, lambda c: material_is_back(c)[0]),
+        _share("rightly named: E within 3 % after", with_modulus, modulus_is_back),
         Metric("rightly named: error of ν before, median", quantile(ratio_before, 50), ""),
         Metric("rightly named: error of ν after, median", quantile(ratio, 50), ""),
-        _share("rightly named: ν within 0.01 after", named, lambda c: material_is_back(c)[1]),
-        _share("one cause or none: E in its 95 % interval", answered, lambda c: _off_by(c)[0] < Z95),
-        _share("one cause or none: ν in its 95 % interval", answered, lambda c: _off_by(c)[1] < Z95),
+        _share("rightly named: ν within 0.01 after", with_ratio, ratio_is_back),
+        _share("one cause or none: E in its 95 % interval", told_modulus, modulus_is_covered),
+        _share("one cause or none: ν in its 95 % interval", told_ratio, ratio_is_covered),
     ]
 
 
-def errors_of_material(cases: Sequence[Scored], *, after: bool = True) -> tuple[list[float], list[float]]:
-    """Return by how much E (a share) and ν are off in each case, after the causes are in or before."""
-    found = [
-        (case.answer.youngs_modulus[after], case.answer.poisson_ratio[after], case.key) for case in cases
+def with_material(cases: Sequence[Scored]) -> tuple[list[Scored], list[Scored]]:
+    """Return the cases whose answer tells E, and those whose answer tells ν."""
+    return (
+        [case for case in cases if case.answer.youngs_modulus is not None],
+        [case for case in cases if case.answer.poisson_ratio is not None],
+    )
+
+
+def errors_of_material(cases: Sequence[Scored]) -> tuple[list[float], list[float]]:
+    """Return by how much E (a share) and ν are off with the causes in, in each case whose answer tells them."""
+    modulus = [
+        abs(case.answer.youngs_modulus.value / case.key.youngs_modulus - 1)
+        for case in cases
+        if case.answer.youngs_modulus is not None
     ]
+    ratio = [
+        abs(case.answer.poisson_ratio.value - case.key.poisson_ratio)
+        for case in cases
+        if case.answer.poisson_ratio is not None
+    ]
+    return modulus, ratio
+
+
+def _errors_before(cases: Sequence[Scored]) -> tuple[list[float], list[float]]:
+    """Return the same without the causes."""
+    found = [(*case.answer.before, case.key) for case in cases if case.answer.before is not None]
     modulus = [abs(e / key.youngs_modulus - 1) for e, _, key in found]
     return modulus, [abs(nu - key.poisson_ratio) for _, nu, key in found]
 
 
-def material_is_back(case: Scored) -> tuple[bool, bool]:
-    """Tell whether E is within 3 % after the causes are in, and ν within 0.01."""
-    (modulus,), (ratio,) = errors_of_material([case])
-    return modulus <= _MODULUS_BACK, ratio <= _NU_BACK
+def modulus_is_back(case: Scored) -> bool:
+    """Tell whether E is within 3 % with the causes in."""
+    return max(errors_of_material([case])[0], default=math.inf) <= _MODULUS_BACK
 
 
-def _off_by(case: Scored) -> tuple[float, float]:
-    """Return by how many of the stated standard deviations E and ν are off after the causes are in."""
-    found, stated = (case.answer.youngs_modulus[1], case.answer.poisson_ratio[1]), case.answer.std
-    truth = (case.key.youngs_modulus, case.key.poisson_ratio)
-    modulus, ratio = (
-        abs(f - t) / s if s > 0 else math.inf for f, t, s in zip(found, truth, stated, strict=True)
-    )
-    return modulus, ratio
+def ratio_is_back(case: Scored) -> bool:
+    """Tell whether ν is within 0.01 with the causes in."""
+    return max(errors_of_material([case])[1], default=math.inf) <= _NU_BACK
+
+
+def modulus_is_covered(case: Scored) -> bool:
+    """Tell whether the 95 % interval of E holds the truth."""
+    return _covers(case.answer.youngs_modulus, case.key.youngs_modulus)
+
+
+def ratio_is_covered(case: Scored) -> bool:
+    """Tell whether the 95 % interval of ν holds the truth."""
+    return _covers(case.answer.poisson_ratio, case.key.poisson_ratio)
+
+
+def _covers(told: Estimate | None, truth: float) -> bool:
+    return told is not None and told.low <= truth <= told.high
 
 
 def claims(cases: Sequence[Scored]) -> tuple[list[float], list[bool]]:
@@ -152,11 +184,24 @@ def claims(cases: Sequence[Scored]) -> tuple[list[float], list[bool]]:
     return [probability for _, probability in likeliest], right
 
 
+def log_scores(cases: Sequence[Scored]) -> list[float]:
+    """Return the natural logarithm of the probability of the truth in each case; what is impossible counts as 0.001.
+
+    The mean is a proper score: it is best of all for whoever states what they believe (Gneiting & Raftery, J. Am. Stat.
+    Assoc. 102 (2007) 359), but for that floor, without which one certain error would decide everything.
+    """
+    return [
+        math.log(max(LEAST_PROBABILITY, *(case.answer.probabilities.get(one, 0.0) for one in case.truths)))
+        for case in cases
+    ]
+
+
 def _calibration(cases: Cases) -> list[Metric]:
     asked = cases.with_one_answer
     confidence, right = claims(asked)
     seconds = [case.answer.seconds for case in cases.everything]
     return [
+        Metric("log score: mean ln of the truth's probability", mean(log_scores(asked)), ""),
         Metric(
             f"calibration error ({CALIBRATION_BINS} bins)",
             calibration_error(confidence, right),

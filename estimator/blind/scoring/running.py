@@ -1,6 +1,7 @@
 """Diagnoses every case of a set without its answers, going on where an earlier call stopped."""
 
 import json
+import os
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -30,8 +31,8 @@ def answer_cases(
     ----------
     diagnose : a function at the top of a module, which other processes can find
     cases : folder of cases, each a folder of experiments
-    answers : folder for one file a case, ``CASE.json``, which appears when its case is done: the diagnosis, and how
-        often the best possible test would name each cause
+    answers : folder for one file a case, ``CASE.json``, which appears when its case is done: the diagnosis, how
+        often the best possible test would name each cause, and the processor time spent, s
     workers : that take a case each; by default one case is diagnosed after another
     progress : hears a text, and how many of how many cases are done
 
@@ -49,5 +50,17 @@ def answer_cases(
 
 def _answer(diagnose: Diagnose, experiments: Sequence[Experiment]) -> list[str]:
     """Return the text of the answer to a case."""
+    before = _processor_s()
     found = diagnose(experiments, None)
-    return [json.dumps({**as_json(found), "ceiling": ceilings_as_json(ceilings(found.rivals))}, indent=1)]
+    told = {
+        **as_json(found),
+        "ceiling": ceilings_as_json(ceilings(found.rivals)),
+        "processor_seconds": round(_processor_s() - before, 2),
+    }
+    return [json.dumps(told, indent=1)]
+
+
+def _processor_s() -> float:
+    """Return the processor time of this process and of those that it has started and that have ended, s."""
+    used = os.times()
+    return used.user + used.system + used.children_user + used.children_system

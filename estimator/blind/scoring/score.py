@@ -9,7 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.blind.scoring.answers import read_answers
+from estimator.blind.scoring.answers import Answer
+from estimator.blind.scoring.diagnoses import read_diagnoses
+from estimator.blind.scoring.entries.entry import Entry, read_entry
+from estimator.blind.scoring.entries.standing import check_set, standing_of
 from estimator.blind.scoring.families import metrics_by_family
 from estimator.blind.scoring.intervals import Figure
 from estimator.blind.scoring.keys import open_keys
@@ -45,6 +48,7 @@ class Score:
     unanswered : names of cases with a key and no answer; they count for nothing
     openings : how often the keys have been opened, this time included; of several sets, those opened most often
     cases : how many there are of each kind
+    standings : of each file of answers, its name and whether it was given before the keys were opened
     """
 
     metrics: tuple[Metric, ...]
@@ -56,6 +60,7 @@ class Score:
     unanswered: tuple[str, ...]
     openings: int
     cases: Mapping[str, int]
+    standings: Mapping[str, str]
 
     def as_json(self) -> dict[str, Any]:
         """Return plain values, ready for :func:`json.dumps`."""
@@ -63,6 +68,7 @@ class Score:
             "cases": dict(self.cases),
             "unanswered": list(self.unanswered),
             "openings": self.openings,
+            "standings": dict(self.standings),
             "metrics": _plain(self.metrics),
             "by_level": {level: _plain(found) for level, found in self.by_level.items()},
             "by_family": {family: _plain(found) for family, found in self.by_family.items()},
@@ -78,23 +84,28 @@ class Score:
 
 
 def score_answers(sets: Sequence[tuple[Path, Path]]) -> Score:
-    """Score folders of answers against folders of their keys, together, which counts as an opening of each.
+    """Score answers against folders of their keys, together, which counts as an opening of each.
 
     Parameters
     ----------
-    sets : of each set of cases, the folder of the answers and that of the keys
+    sets : of each set of cases, the folder of the diagnosis's answers or a file of anyone's, and the folder of the keys
 
     Raises
     ------
     InputError
-        A folder holds nothing to read, or no answer in it has a key.
+        A folder holds nothing to read, no answer in it has a key, or the keys are not what was committed to.
     """
     scored: list[Scored] = []
     unanswered: list[str] = []
     openings = 0
+    standings: dict[str, str] = {}
     for answers, keys in sets:
-        given = read_answers(answers)
+        given, entry = _read(answers)
+        if entry is not None:
+            check_set(entry, keys)
         truths, opened = open_keys(keys, f"scored {answers}")
+        if entry is not None:
+            standings[entry.name] = standing_of(entry, keys, opened)
         found = [Scored(name, key, given[name]) for name, key in truths.items() if name in given]
         if not found:
             raise InputError(
@@ -102,7 +113,7 @@ def score_answers(sets: Sequence[tuple[Path, Path]]) -> Score:
             )
         scored += found
         unanswered += [name for name in truths if name not in given]
-        openings = max(openings, opened)
+        openings = max(openings, opened.count)
     cases = Cases(tuple(scored))
     single = cases.with_one_answer
     return Score(
@@ -120,7 +131,16 @@ def score_answers(sets: Sequence[tuple[Path, Path]]) -> Score:
             "outside the catalogue": len(cases.outside),
             "several causes": len(cases.doubles),
         },
+        standings=standings,
     )
+
+
+def _read(answers: Path) -> tuple[Mapping[str, Answer], Entry | None]:
+    """Return answers by the name of their case, and whose they are where a file of anyone's holds them."""
+    if answers.is_dir():
+        return read_diagnoses(answers), None
+    entry = read_entry(answers)
+    return entry.answers, entry
 
 
 def _confusion(cases: list[Scored], name_of: Callable[[str], str]) -> Confusion:

@@ -127,7 +127,8 @@ def _counts(score: Score) -> str:
     kinds = ", ".join(f"{count} {kind}" for kind, count in score.cases.items())
     left = f"; {len(score.unanswered)} with a key have no answer and are left out" if score.unanswered else ""
     times = "once" if score.openings == 1 else f"{score.openings} times"
-    return f"{sum(score.cases.values())} cases ({kinds}){left}. The keys have been opened {times}."
+    given = "".join(f" {name}: {standing}." for name, standing in score.standings.items())
+    return f"{sum(score.cases.values())} cases ({kinds}){left}. The keys have been opened {times}.{given}"
 
 
 def _cells(metric: Metric) -> tuple[str, ...]:

@@ -1,36 +1,36 @@
-"""``retract benchmark``: make sealed cases for the diagnosis; running and scoring are next door."""
+"""``retract benchmark make``: sealed cases for the diagnosis, and for anyone."""
 
 import argparse
 from pathlib import Path
 
-from daq.cli.estimation.benchmark_scoring import add_run, add_score
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.cli.workers import add_scheduler_option, workers_of
 from estimator.blind.making.effects.catalogue import FORM_SETS
 from estimator.blind.making.making import make_cases
 from estimator.blind.making.plan import CHOICES, DEFAULT_FORM_SET, deck_size, plan
 from estimator.blind.making.scenes.sizing import LEVELS
+from estimator.blind.sealing.secret_seed import SEED_FILE, secret_seed
 
 _MAKE_EXAMPLES = """  retract benchmark make --seed 7 --out sealed/cases --keys sealed/keys
   retract benchmark make --seed 8 --out trial --cases 3 --only none viscoelasticity --quick
-  retract benchmark make --seed 50 --forms catalogue --out again"""
+  retract benchmark make --seed 50 --forms catalogue --out again
+  retract benchmark make --seed secret --out challenge/cases --keys challenge/keys"""
+_SECRET = "secret"
 
 
-def add_parser(verbs: Verbs) -> None:
-    """Add the verb with its actions."""
-    summary = "a blind test of the diagnosis, on cases of another simulator"
-    parser = verbs.add_parser("benchmark", help=summary, description=f"{summary.capitalize()}.")
-    actions = parser.add_subparsers(metavar="ACTION", required=True)
-    _add_make(actions)
-    add_run(actions)
-    add_score(actions)
-
-
-def _add_make(actions: Verbs) -> None:
+def add_make(actions: Verbs) -> None:
+    """Add the action."""
     parser = add_verb(
         actions, "make", "make cases whose answers lie apart from them", _MAKE_EXAMPLES, run_make
     )
-    parser.add_argument("--seed", type=int, required=True, help="the same seed gives the same cases")
+    parser.add_argument(
+        "--seed",
+        type=_seed,
+        required=True,
+        metavar="N|secret",
+        help="the same seed gives the same cases, and their keys to whoever guesses it; secret draws one that nobody "
+        f"can guess, and keeps it in {SEED_FILE} among the keys",
+    )
     parser.add_argument("--out", type=Path, metavar="DIR", required=True, help="folder of the cases")
     parser.add_argument(
         "--keys", type=Path, metavar="DIR", help="folder of the answers (default: beside DIR, named DIR-keys)"
@@ -60,19 +60,33 @@ def _add_make(actions: Verbs) -> None:
 def run_make(options: argparse.Namespace) -> Result:
     """Make the cases that are not there yet."""
     keys = options.keys or options.out.with_name(f"{options.out.name}-keys")
-    cases = plan(options.seed, options.cases, options.only, options.level, options.forms)
     workers = workers_of(options.scheduler, options.processes, "--processes")
+    seed = secret_seed(keys) if options.seed == _SECRET else options.seed
+    cases = plan(seed, options.cases, options.only, options.level, options.forms)
     with progress() as tell:
         done = make_cases(cases, options.out, keys, workers=workers, quick=options.quick, progress=tell)
     lines = [
         f"{len(done.made)} cases made in {options.out}, {len(done.present)} were there; answers in {keys}"
     ]
     lines += [f"not made: {reason}" for reason in done.failed.values()]
+    if done.set_hash:
+        lines.append(
+            f"the set is committed to by {done.set_hash}; publish that with the cases, and keep the keys"
+        )
     data = {
         "cases": str(options.out),
         "keys": str(keys),
         "made": list(done.made),
         "present": list(done.present),
         "failed": done.failed,
+        "set": done.set_hash,
     }
     return Result("\n".join(lines), data, status=1 if done.failed else 0)
+
+
+def _seed(text: str) -> int | str:
+    if text == _SECRET:
+        return text
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"{text!r} is neither a whole number from 0 on nor {_SECRET!r}")
+    return int(text)
