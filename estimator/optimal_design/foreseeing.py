@@ -1,0 +1,139 @@
+"""What each answer foresees of an experiment that is planned: whitened data, forces, and what the experiment is worth.
+
+To first order beside the fitted baseline, as causes are screened: an answer's parameters times the derivatives of the
+planned rows. That is inexact by a share of what the cause changes, which counts as a smooth misfit along the rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimator.diagnosis.conclusions.rehearsal import Rehearsal, rehearsed
+from estimator.diagnosis.evidence.discrepancy import discrepancy_of
+from estimator.diagnosis.search.comparison import Comparison
+from estimator.experiment import Experiment
+from estimator.inference.channels import measured_rows
+from estimator.inference.whitening import Whitening
+from estimator.optimal_design.beliefs import Belief
+from estimator.optimal_design.information import Predictive
+from estimator.optimal_design.unstrained import (
+    unstrained_channels,
+    unstrained_signature,
+    unstrained_whitening,
+)
+
+FloatArray = NDArray[np.float64]
+
+# Share of what a cause changes by which its first order may be off, for each of so many cosines along the rows.
+_INEXACT = 0.1
+_WAVES = 3
+# By how many deviations of what is foreseen the largest force may be exceeded.
+_DEVIATIONS = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class Foresight:
+    """What is foreseen of an experiment.
+
+    Attributes
+    ----------
+    by_answer : what each belief foresees, in one whitening
+    largest_force, largest_torque : N and N·m, of all answers, two deviations included
+    """
+
+    by_answer: tuple[Predictive, ...]
+    largest_force: float
+    largest_torque: float
+
+
+def foresee(comparison: Comparison, beliefs: Sequence[Belief], planned: Experiment) -> Foresight | None:
+    """Foresee an experiment in which the gripper moves tissue; None where the baseline has no equilibrium in it."""
+    case = comparison.context.case
+    with_cause = [one for one in beliefs if one.effect is not None]
+    plans = [(one.effect, one.constants) for one in with_cause if one.effect is not None]
+    rehearsal = rehearsed(case, comparison.context.baseline.hypothesis, planned, plans)
+    if rehearsal is None:
+        return None
+    columns = {
+        one.label: signature.columns[0]
+        for one, signature in zip(with_cause, rehearsal.signatures, strict=True)
+    }
+    process = discrepancy_of(rehearsal.experiment, rehearsal.whitening, case.settings.evidence)
+    smooth = np.hstack([v * np.sqrt(e) for v, e in zip(process.vectors, process.eigenvalues, strict=True)])
+    found = [
+        _predictive(one, rehearsal.by_material, columns.get(one.label), rehearsal.whitening, smooth)
+        for one in beliefs
+    ]
+    return Foresight(tuple(found), *_largest(rehearsal, found))
+
+
+def foresee_unstrained(
+    comparison: Comparison, beliefs: Sequence[Belief], planned: Experiment
+) -> tuple[Predictive, ...]:
+    """Foresee an experiment in which no tissue is strained, measured in what is finite of ``planned``."""
+    baseline, case = comparison.context.baseline, comparison.context.case
+    whitening = unstrained_whitening(planned)
+    count = len(baseline.free_parameters)
+    by_material = np.zeros((int(whitening.seen.sum()), count))
+    process = discrepancy_of(planned, whitening, case.settings.evidence)
+    smooth = np.hstack([v * np.sqrt(e) for v, e in zip(process.vectors, process.eigenvalues, strict=True)])
+    columns = {
+        one.label: unstrained_signature(planned, baseline.hypothesis, one.effect, one.constants)
+        for one in beliefs
+        if one.effect is not None
+    }
+    return tuple(_predictive(one, by_material, columns.get(one.label), whitening, smooth) for one in beliefs)
+
+
+def seen_unstrained(comparison: Comparison, measured: Experiment) -> FloatArray:
+    """Return the whitened departure (r,) of such an experiment from what the baseline's sensors would read."""
+    expected = unstrained_channels(measured, comparison.context.baseline.hypothesis)
+    return unstrained_whitening(measured).residual(measured_rows(measured), expected)
+
+
+def _predictive(
+    belief: Belief,
+    by_material: FloatArray,
+    by_cause: FloatArray | None,
+    whitening: Whitening,
+    smooth: FloatArray,
+) -> Predictive:
+    columns = by_material if by_cause is None else np.column_stack([by_material, by_cause])
+    spread = [columns @ belief.root]
+    if by_cause is not None:
+        changed = by_cause @ belief.mean[by_material.shape[1] :]
+        spread.append(_INEXACT * changed[:, None] * _waves_of(whitening))
+    if belief.unexplained:
+        spread.append(belief.unexplained * smooth)
+    return Predictive(columns @ belief.mean, np.hstack(spread))
+
+
+def _waves_of(whitening: Whitening) -> FloatArray:
+    """Return cosines along the rows (r, 2 w), of wrench and of fiducials apart."""
+    rows, channels = np.nonzero(whitening.seen)
+    phase = (rows + 0.5) / len(whitening.seen)
+    waves = np.cos(np.pi * np.outer(phase, np.arange(_WAVES)))
+    of_wrench = (channels < 6)[:, None]
+    return np.hstack([np.where(of_wrench, waves, 0.0), np.where(of_wrench, 0.0, waves)])
+
+
+def _largest(rehearsal: Rehearsal, foreseen: Sequence[Predictive]) -> tuple[float, float]:
+    """Return the largest force and torque in any row under any answer, N and N·m."""
+    experiment, whitening = rehearsal.experiment, rehearsal.whitening
+    seen = whitening.seen[:, :6]
+    found = np.zeros(2)
+    for one in foreseen:
+        change = np.nan_to_num(whitening.undo(one.mean)[:, :6])
+        spread = np.zeros_like(change)
+        for column in one.spread.T:
+            spread += np.nan_to_num(whitening.undo(column)[:, :6]) ** 2
+        wrench = np.where(seen, experiment.wrench + change, 0.0)
+        reach = np.abs(wrench) + _DEVIATIONS * np.sqrt(spread)
+        found = np.maximum(
+            found, [np.linalg.norm(part, axis=1).max() for part in (reach[:, :3], reach[:, 3:])]
+        )
+    return float(found[0]), float(found[1])
