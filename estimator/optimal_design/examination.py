@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +23,6 @@ from estimator.fit.settings import FitSettings
 from estimator.optimal_design.beliefs import beliefs_of
 from estimator.optimal_design.foreseeing import foresee_unstrained, seen_unstrained
 from estimator.optimal_design.information import log_evidence, updated
-from estimator.workers import worker_pool
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class Examination:
 
     Attributes
     ----------
-    comparison : of those in which tissue was strained; its workers have ended
+    comparison : of those in which tissue was strained
     probability : of every answer, the most probable first, with all experiments
     diagnosis : of those in which tissue was strained; None where they were screened alone
     """
@@ -50,6 +50,7 @@ def examine(
     strained: Sequence[Experiment],
     unstrained: Sequence[Experiment],
     in_full: bool,
+    executor: Executor,
     tell: Tell,
     material: FitSettings | None = None,
 ) -> Examination:
@@ -60,6 +61,7 @@ def examine(
     strained : in which the gripper strained the tissue, one at least
     unstrained : in which nothing was strained: a still minute, or what was done in the air
     in_full : whether the leading causes are refitted, which takes a minute, or screened alone
+    executor : the workers
     tell : told what is being done
     material : the tissue's law, and what is known of it beforehand
 
@@ -70,15 +72,13 @@ def examine(
     """
     settings = DiagnosisSettings()
     diagnosis: Diagnosis | None = None
-    with worker_pool() as executor:
-        preparation, comparison = screened(
-            strained, settings, default_catalogue(), material or FitSettings(), executor, tell
-        )
-        if in_full:
-            comparison, diagnosis = concluded(preparation, comparison)
-            probability = diagnosis.probabilities
-        else:
-            probability = probabilities(weigh(comparison), settings.evidence)
+    preparation, comparison = screened(
+        strained, settings, default_catalogue(), material or FitSettings(), executor, tell
+    )
+    probability: Mapping[str, float] = probabilities(weigh(comparison), settings.evidence)
+    if in_full:
+        comparison, diagnosis = concluded(preparation, comparison)
+        probability = diagnosis.probabilities
     for one in unstrained:
         probability = _with_unstrained(comparison, probability, one)
     return Examination(comparison, _most_probable_first(probability), diagnosis)

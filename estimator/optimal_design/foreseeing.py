@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.conclusions.rehearsal import Rehearsal, rehearsed
 from estimator.diagnosis.evidence.discrepancy import discrepancy_of
+from estimator.diagnosis.fitting.case import Case
+from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.search.comparison import Comparison
 from estimator.experiment import Experiment
 from estimator.inference.channels import measured_rows
@@ -50,12 +52,13 @@ class Foresight:
     largest_torque: float
 
 
-def foresee(comparison: Comparison, beliefs: Sequence[Belief], planned: Experiment) -> Foresight | None:
+def foresee(
+    case: Case, baseline: Hypothesis, beliefs: Sequence[Belief], planned: Experiment
+) -> Foresight | None:
     """Foresee an experiment in which the gripper moves tissue; None where the baseline has no equilibrium in it."""
-    case = comparison.context.case
     with_cause = [one for one in beliefs if one.effect is not None]
     plans = [(one.effect, one.constants) for one in with_cause if one.effect is not None]
-    rehearsal = rehearsed(case, comparison.context.baseline.hypothesis, planned, plans)
+    rehearsal = rehearsed(case, baseline, planned, plans)
     if rehearsal is None:
         return None
     columns = {

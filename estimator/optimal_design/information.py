@@ -13,6 +13,7 @@ noisy than the values. What no answer's mean or spread has a part in is the same
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -127,3 +128,24 @@ def _log_density(data: FloatArray, mean: FloatArray, root: FloatArray) -> FloatA
     """Return the log density (n,) of data (d, n), but for the constant that all answers share."""
     whitened = solve_triangular(root, data - mean[:, None], lower=True)
     return np.asarray(-0.5 * np.sum(whitened**2, axis=0) - np.sum(np.log(np.diag(root))))
+
+
+def best_parted(probability: Sequence[float], foreseen: Sequence[Predictive]) -> tuple[int, int]:
+    """Return the two answers that an experiment parts best, by the probability that they are confused without it.
+
+    Two answers are confused by √(p_i p_j) times the overlap of what they foresee (A. Bhattacharyya, Bull. Calcutta
+    Math. Soc. 35 (1943) 99); what the experiment takes of that is what counts.
+    """
+    reduced = _reduced(foreseen)
+    covariances = [_covariance(one) for one in reduced]
+    best, pair = -1.0, (0, 0)
+    for one, other in itertools.combinations(range(len(reduced)), 2):
+        both = 0.5 * (covariances[one] + covariances[other])
+        apart = reduced[one].mean - reduced[other].mean
+        distance = apart @ np.linalg.solve(both, apart) / 8.0
+        logs = [np.linalg.slogdet(each)[1] for each in (both, covariances[one], covariances[other])]
+        overlap = float(np.exp(-distance - 0.5 * (logs[0] - 0.5 * (logs[1] + logs[2]))))
+        taken = float(np.sqrt(probability[one] * probability[other])) * (1.0 - overlap)
+        if taken > best:
+            best, pair = taken, (one, other)
+    return pair

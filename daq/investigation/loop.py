@@ -1,0 +1,219 @@
+"""The investigation: propose, ask, carry out, examine, until one answer is sure or nothing more can be told."""
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal, Protocol
+
+from daq.errors import SoftwareStopError
+from daq.investigation.choosing import Proposal, candidates, opening, ranked
+from daq.investigation.journal import Entry, Journal, read_journal, write_journal
+from daq.investigation.laboratory import Laboratory
+from daq.investigation.manoeuvre import Manoeuvre
+from daq.investigation.offered import OFFERED, OPENING
+from daq.investigation.safety import Bounds
+from daq.progress import Progress
+from estimator.experiment import Experiment, read_experiment
+from estimator.optimal_design.examination import Examination, examine
+
+JOURNAL_FILE = "investigation.json"
+
+Answer = Literal["do it", "not this one", "stop"]
+Ending = Literal[
+    "one answer is sure",
+    "nothing more to learn",
+    "budget spent",
+    "everything refused",
+    "stopped by the operator",
+    "robot held",
+]
+
+
+class Operator(Protocol):
+    """Who decides whether anything moves."""
+
+    def asked(self, proposal: Proposal, journal: Journal) -> Answer:
+        """Return whether a proposal is carried out; what it asks of a person has been done then."""
+
+
+# Screens or diagnoses experiments: strained, unstrained, and whether in full.
+Examine = Callable[[Sequence[Experiment], Sequence[Experiment], bool], Examination]
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """When an investigation ends, and what it may do.
+
+    Attributes
+    ----------
+    budget_s : of rig and person
+    sure : probability of one answer that ends it
+    promising : probability after screening from which on a diagnosis in full decides
+    least_nats : an expectation of less is nothing to be learnt
+    bounds : of what may be done
+    opening, offered : manoeuvres to choose from, first and then
+    """
+
+    budget_s: float = 600.0
+    sure: float = 0.95
+    promising: float = 0.8
+    least_nats: float = 0.02
+    bounds: Bounds = field(default_factory=Bounds)
+    opening: tuple[Manoeuvre, ...] = OPENING
+    offered: tuple[Manoeuvre, ...] = OFFERED
+
+    def __post_init__(self) -> None:
+        if not (self.budget_s > 0 and 0 < self.sure < 1 and 0 < self.promising < 1 and self.least_nats >= 0):
+            raise ValueError(
+                "budget_s must be positive, sure and promising probabilities, least_nats not negative"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """How an investigation ended: why, what was done, and the last examination; None where nothing was measured."""
+
+    ending: Ending
+    journal: Journal
+    examination: Examination | None
+
+    @property
+    def probabilities(self) -> Mapping[str, float]:
+        """Of every answer; empty where nothing was measured."""
+        return {} if self.examination is None else self.examination.probability
+
+
+def examined_by(executor: Executor, progress: Progress) -> Examine:
+    """Return the examination of experiments by workers."""
+    return lambda strained, unstrained, in_full: examine(strained, unstrained, in_full, executor, progress)
+
+
+class Investigation:
+    """An investigation in a folder; what was begun there goes on.
+
+    Parameters
+    ----------
+    laboratory, operator : who measures, and who is asked
+    rules : Rules
+    folder : of the journal
+    executor : workers for examinations and for what is foreseen
+    progress : told what is being done
+
+    Raises
+    ------
+    SessionError
+        The folder's journal cannot be used.
+    """
+
+    def __init__(
+        self,
+        laboratory: Laboratory,
+        operator: Operator,
+        rules: Rules,
+        folder: Path,
+        executor: Executor,
+        progress: Progress,
+    ) -> None:
+        self._laboratory = laboratory
+        self._operator = operator
+        self._rules = rules
+        self._file = folder / JOURNAL_FILE
+        self._executor = executor
+        self._progress = progress
+        self._examine = examined_by(executor, progress)
+        self.journal = read_journal(self._file, laboratory.rig.specimen.phantom_id)
+
+    def run(self) -> Outcome:
+        """Go on until there is an end; every manoeuvre is in the journal before the next one is proposed.
+
+        Raises
+        ------
+        DaqError, DeviceError, EstimatorError
+            A manoeuvre or an examination has failed; the journal holds what was done before.
+        KeyboardInterrupt
+            The robot is held; the same.
+        """
+        examination = self._examined(in_full=False) if self.journal.entries else None
+        while True:
+            if examination is not None:
+                examination = self._decided(examination)
+                if self._is_sure(examination):
+                    return Outcome("one answer is sure", self.journal, examination)
+            proposals = self._proposals(examination)
+            if not proposals and examination is not None and examination.diagnosis is None:
+                examination = self._examined(in_full=True)
+                continue  # what screening leaves open a diagnosis in full may see otherwise
+            chosen = self._consented(proposals)
+            if not isinstance(chosen, Proposal):
+                return Outcome(chosen, self.journal, self._in_full(examination))
+            try:
+                self._carry_out(chosen)
+            except SoftwareStopError as error:
+                self._progress(str(error), 0, 1)
+                self._keep(self.journal.refusing(chosen.manoeuvre))
+                return Outcome("robot held", self.journal, examination)
+            examination = self._examined(in_full=False)
+
+    def _proposals(self, examination: Examination | None) -> list[Proposal]:
+        rules = self._rules
+        if examination is None:
+            first = opening(self._laboratory, rules.opening, self.journal, rules.bounds)
+            return [] if first is None else [first]
+        left = candidates(
+            self._laboratory, rules.offered, self.journal, rules.bounds, rules.budget_s - self.journal.seconds
+        )
+        found = ranked(self._laboratory, examination, left, self.journal, rules.bounds, self._executor)
+        return [one for one in found if one.nats >= rules.least_nats]
+
+    def _consented(self, proposals: Sequence[Proposal]) -> Proposal | Ending:
+        """Return the first proposal that the operator wants, or why nothing is done."""
+        for one in proposals:
+            answer = self._operator.asked(one, self.journal)
+            if answer == "do it":
+                return one
+            if answer == "stop":
+                return "stopped by the operator"
+            self._keep(self.journal.refusing(one.manoeuvre))
+        if proposals:
+            return "everything refused"
+        shortest = min((one.duration_s for one in self._rules.offered), default=0.0)
+        spent = self.journal.seconds + shortest > self._rules.budget_s
+        return "budget spent" if spent else "nothing more to learn"
+
+    def _carry_out(self, chosen: Proposal) -> None:
+        number = len(self.journal.entries) + 1
+        self._progress(f"{number}. {chosen.manoeuvre.words}: {chosen.reason}", 0, 1)
+        experiment = self._laboratory.carry_out(chosen.manoeuvre, number, self._progress)
+        seconds = chosen.manoeuvre.duration_s
+        entry = Entry(chosen.manoeuvre, str(experiment), seconds, chosen.nats, chosen.reason)
+        self._keep(self.journal.with_entry(entry))
+
+    def _examined(self, *, in_full: bool) -> Examination:
+        measured = [(one.manoeuvre, read_experiment(Path(one.experiment))) for one in self.journal.entries]
+        found = self._examine(
+            [experiment for manoeuvre, experiment in measured if manoeuvre.strains],
+            [experiment for manoeuvre, experiment in measured if not manoeuvre.strains],
+            in_full,
+        )
+        self._keep(self.journal.with_last(found.probability, in_full))
+        return found
+
+    def _decided(self, examination: Examination) -> Examination:
+        """Return a diagnosis in full where screening promises an end, else what there is."""
+        promises = examination.probability[examination.leading] >= self._rules.promising
+        if promises and examination.diagnosis is None:
+            return self._examined(in_full=True)
+        return examination
+
+    def _in_full(self, examination: Examination | None) -> Examination | None:
+        undecided = examination is not None and examination.diagnosis is None
+        return self._examined(in_full=True) if undecided else examination
+
+    def _is_sure(self, examination: Examination) -> bool:
+        surely = examination.probability[examination.leading] >= self._rules.sure
+        return surely and examination.diagnosis is not None
+
+    def _keep(self, journal: Journal) -> None:
+        self.journal = journal
+        write_journal(journal, self._file)
