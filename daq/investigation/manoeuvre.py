@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from daq.frames import IDENTITY, pose
 from daq.rig import Vector
 from daq.trajectories import STANDARD_SPEED, Dwell, Trajectory, lay_out
-from daq.trajectories.planned import move_duration_s
+from daq.trajectories.planned import duration_s
 from daq.trajectories.routines import marker_poses, repeated, tare_poses
 from robot_drivers.protocols import Pose, Speed
 
@@ -150,13 +150,7 @@ class Manoeuvre:
     @property
     def duration_s(self) -> float:
         """Of the rig, and of the person where something is asked, s."""
-        trajectory = self.trajectory()
-        moving = sum(
-            move_duration_s(trajectory, before.T_rest_gripper, step.T_rest_gripper)
-            for before, step in zip(trajectory.steps, trajectory.steps[1:], strict=False)
-        )
-        standing = sum(step.settle_s + step.measure_s for step in trajectory.steps)
-        return moving + standing + _HAND_S * len(self.asks)
+        return duration_s(self.trajectory()) + _HAND_S * len(self.asks)
 
     def _pose_at(self, share: float) -> Pose:
         turn = Rotation.from_rotvec(share * np.asarray(self.turn_rad))
