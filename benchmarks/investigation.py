@@ -14,8 +14,9 @@ import numpy as np
 
 from benchmarks.hidden_laboratory import HiddenLaboratory
 from daq.investigation.choosing import Proposal
+from daq.investigation.examiner import DiagnosingExaminer
 from daq.investigation.journal import Journal
-from daq.investigation.loop import Answer, Investigation, Rules, examined_by
+from daq.investigation.loop import Answer, Investigation, Rules
 from daq.plans import Trial
 from daq.progress import silent
 from daq.trajectories import STANDARD
@@ -25,6 +26,7 @@ from estimator.blind.making.effects.catalogue import FORM_SETS
 from estimator.blind.making.plan import NONE, Planned, plan
 from estimator.errors import EstimatorError
 from estimator.experiment import read_experiment
+from estimator.optimal_design.examination import examine
 from estimator.optimal_design.information import entropy
 from estimator.workers import worker_pool
 
@@ -158,7 +160,8 @@ def _investigated(case: Planned, folder: Path, options: argparse.Namespace, exec
     file = folder / "investigation.json"
     file.unlink(missing_ok=True)  # the body that remembers does not outlive an interruption
     rules = Rules(budget_s=options.budget * _MINUTE_S)
-    outcome = Investigation(laboratory, Willing(), rules, folder, executor, silent).run()
+    examiner = DiagnosingExaminer(laboratory, rules.bounds, executor, silent)
+    outcome = Investigation(laboratory, Willing(), rules, folder, examiner, silent).run()
     after = [entropy(list(one.probabilities.values())) for one in outcome.journal.entries]
     return Found(
         *_likeliest(outcome.probabilities),
@@ -177,7 +180,7 @@ def _planned(case: Planned, folder: Path, options: argparse.Namespace, executor:
     laboratory = HiddenLaboratory(case, folder / f"experiments-{time.time_ns()}", options.quick)
     trajectories = [Trial(kind, holds_s=_HOLDS_S).lay_out(Path()) for kind in STANDARD]
     folders = [laboratory.measured(one, order) for order, one in enumerate(trajectories, start=1)]
-    examination = examined_by(executor, silent)([read_experiment(one) for one in folders], [], True)
+    examination = examine([read_experiment(one) for one in folders], [], True, executor, silent)
     return Found(
         *_likeliest(examination.probability),
         sum(map(duration_s, trajectories)) / _MINUTE_S,

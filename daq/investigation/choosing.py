@@ -46,20 +46,22 @@ class Proposal:
         return self.nats * _MINUTE_S / self.manoeuvre.duration_s
 
 
-def opening(
+def openings(
     laboratory: Laboratory, offered: Sequence[Manoeuvre], journal: Journal, bounds: Bounds
-) -> Proposal | None:
-    """Return the first manoeuvre of those offered that is safe before anything was measured; None where none is."""
+) -> list[Proposal]:
+    """Return those of the manoeuvres offered that are safe before anything was measured, in their order."""
     rig = laboratory.rig
-    for one in offered:
-        unsafe = forbidden_by_reach(one, rig, bounds) or forbidden_unmeasured(one, rig, bounds)
-        if one not in journal.refused and not unsafe:
-            reason = (
-                f"the longest of the short pulls that is safe while nothing is known: even tissue of "
-                f"{bounds.stiffest_pa / 1e3:g} kPa stays within the limits"
-            )
-            return Proposal(one, 0.0, reason, damage(one, rig, 0.0))
-    return None
+    reason = (
+        f"a short pull that is safe while nothing is known: tissue of {bounds.stiffest_pa / 1e3:g} kPa would stay "
+        "within the limits"
+    )
+    return [
+        Proposal(one, 0.0, reason, damage(one, rig, 0.0))
+        for one in offered
+        if one not in journal.refused
+        and not forbidden_by_reach(one, rig, bounds)
+        and not forbidden_unmeasured(one, rig, bounds)
+    ]
 
 
 def candidates(

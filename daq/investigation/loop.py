@@ -1,21 +1,21 @@
 """The investigation: propose, ask, carry out, examine, until one answer is sure or nothing more can be told."""
 
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, Protocol
 
 from daq.errors import SoftwareStopError
-from daq.investigation.choosing import Proposal, candidates, opening, ranked
+from daq.investigation.choosing import Proposal, candidates, openings
+from daq.investigation.examiner import Examiner
 from daq.investigation.journal import Entry, Journal, read_journal, write_journal
 from daq.investigation.laboratory import Laboratory
 from daq.investigation.manoeuvre import Manoeuvre
 from daq.investigation.offered import OFFERED, OPENING
 from daq.investigation.safety import Bounds
 from daq.progress import Progress
-from estimator.experiment import Experiment, read_experiment
-from estimator.optimal_design.examination import Examination, examine
+from estimator.experiment import read_experiment
+from estimator.optimal_design.examination import Examination
 
 JOURNAL_FILE = "investigation.json"
 
@@ -35,10 +35,6 @@ class Operator(Protocol):
 
     def asked(self, proposal: Proposal, journal: Journal) -> Answer:
         """Return whether a proposal is carried out; what it asks of a person has been done then."""
-
-
-# Screens or diagnoses experiments: strained, unstrained, and whether in full.
-Examine = Callable[[Sequence[Experiment], Sequence[Experiment], bool], Examination]
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,11 +80,6 @@ class Outcome:
         return {} if self.examination is None else self.examination.probability
 
 
-def examined_by(executor: Executor, progress: Progress) -> Examine:
-    """Return the examination of experiments by workers."""
-    return lambda strained, unstrained, in_full: examine(strained, unstrained, in_full, executor, progress)
-
-
 class Investigation:
     """An investigation in a folder; what was begun there goes on.
 
@@ -97,7 +88,7 @@ class Investigation:
     laboratory, operator : who measures, and who is asked
     rules : Rules
     folder : of the journal
-    executor : workers for examinations and for what is foreseen
+    examiner : who judges what was measured and what could be done next
     progress : told what is being done
 
     Raises
@@ -112,16 +103,15 @@ class Investigation:
         operator: Operator,
         rules: Rules,
         folder: Path,
-        executor: Executor,
+        examiner: Examiner,
         progress: Progress,
     ) -> None:
         self._laboratory = laboratory
         self._operator = operator
         self._rules = rules
         self._file = folder / JOURNAL_FILE
-        self._executor = executor
+        self._examiner = examiner
         self._progress = progress
-        self._examine = examined_by(executor, progress)
         self.journal = read_journal(self._file, laboratory.rig.specimen.phantom_id)
 
     def run(self) -> Outcome:
@@ -158,12 +148,11 @@ class Investigation:
     def _proposals(self, examination: Examination | None) -> list[Proposal]:
         rules = self._rules
         if examination is None:
-            first = opening(self._laboratory, rules.opening, self.journal, rules.bounds)
-            return [] if first is None else [first]
+            return openings(self._laboratory, rules.opening, self.journal, rules.bounds)
         left = candidates(
             self._laboratory, rules.offered, self.journal, rules.bounds, rules.budget_s - self.journal.seconds
         )
-        found = ranked(self._laboratory, examination, left, self.journal, rules.bounds, self._executor)
+        found = self._examiner.rank(examination, left, self.journal)
         return [one for one in found if one.nats >= rules.least_nats]
 
     def _consented(self, proposals: Sequence[Proposal]) -> Proposal | Ending:
@@ -191,7 +180,7 @@ class Investigation:
 
     def _examined(self, *, in_full: bool) -> Examination:
         measured = [(one.manoeuvre, read_experiment(Path(one.experiment))) for one in self.journal.entries]
-        found = self._examine(
+        found = self._examiner.examine(
             [experiment for manoeuvre, experiment in measured if manoeuvre.strains],
             [experiment for manoeuvre, experiment in measured if not manoeuvre.strains],
             in_full,

@@ -35,7 +35,7 @@ def write_report(outcome: Outcome, path: Path, provenance: Mapping[str, str]) ->
             page.figure(
                 partial(draw_path, journal=journal),
                 (_WIDTH_IN, _HEIGHT_IN),
-                "Probability of the likeliest answers after each manoeuvre, over the minutes of rig and person. Filled: "
+                "Probability of the likeliest answers after each manoeuvre, over minutes of rig and person. Filled: "
                 "diagnosed in full. Open: screened alone.",
             ),
             page.table(

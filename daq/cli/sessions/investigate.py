@@ -12,6 +12,7 @@ from daq.cli.rigs import VIRTUAL, add_rig, opened_rig
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.errors import SessionError
 from daq.investigation.choosing import Proposal
+from daq.investigation.examiner import DiagnosingExaminer
 from daq.investigation.journal import Journal
 from daq.investigation.laboratory import RigLaboratory
 from daq.investigation.loop import JOURNAL_FILE, Answer, Investigation, Outcome, Rules
@@ -109,7 +110,8 @@ def run(options: argparse.Namespace) -> Result:
         operator = AtTerminal(input, ask=not options.yes, say=_say)
         try:
             with worker_pool() as executor:
-                outcome = Investigation(laboratory, operator, rules, folder, executor, tell).run()
+                examiner = DiagnosingExaminer(laboratory, rules.bounds, executor, tell)
+                outcome = Investigation(laboratory, operator, rules, folder, examiner, tell).run()
         except KeyboardInterrupt as interrupt:
             raise type(interrupt)(
                 f"interrupted: the robot is held, what is done is kept in {folder}; "
