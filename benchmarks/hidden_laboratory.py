@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,7 @@ from estimator.blind.making.plan import Planned
 from estimator.blind.making.scenes.noise import with_noise
 from estimator.blind.making.scenes.retraction import Rows
 from estimator.blind.making.scenes.scene import Readings, Scene
+from estimator.blind.making.scenes.setup import Setup
 from estimator.blind.making.scenes.simulate import FINE, TRIAL, Carried, CarriedBody, read
 from estimator.blind.making.scenes.sizing import stated_rest
 from estimator.blind.making.scenes.stated import stated_mounting
@@ -37,6 +39,12 @@ _GRID_M = (-0.03, -0.01, 0.01, 0.03)
 _OF_BEADS = {"fiducial_mislabel", "fiducial_misread"}
 
 
+@lru_cache(maxsize=1)
+def _hidden(case: Planned, quick: bool) -> tuple[Setup, Scene]:
+    """Draw a case once for all that is done with it: its size takes a dozen coarse runs."""
+    return hidden_scene(case, quick)
+
+
 class HiddenLaboratory:
     """The virtual rig's limits and layout around the phantom and the devices of a blind case.
 
@@ -50,7 +58,7 @@ class HiddenLaboratory:
     kinds: Sequence[Kind] = KINDS
 
     def __init__(self, case: Planned, folder: Path, quick: bool = False) -> None:
-        self._setup, self._scene = hidden_scene(case, quick)
+        self._setup, self._scene = _hidden(case, quick)
         self._case = case
         self._folder = folder
         self._body = CarriedBody(self._scene.mechanics, self._setup.beads, TRIAL if quick else FINE)

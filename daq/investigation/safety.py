@@ -19,7 +19,7 @@ class Bounds:
 
     Attributes
     ----------
-    stretch : farthest way of the gripper, as a share of its distance from the nearest anchor
+    stretch : by what share the way from the grasp to an anchor may become longer, or shorter
     share_of_limits : of the limits of force and torque that may be foreseen
     stiffest_pa : Young's modulus that the tissue may have before anything was measured
     """
@@ -85,11 +85,17 @@ def forbidden_unmeasured(manoeuvre: Manoeuvre, rig: Rig, bounds: Bounds) -> str:
 
 
 def stretch_of(manoeuvre: Manoeuvre, rig: Rig) -> float:
-    """Return the farthest way of the gripper as a share of its distance from the nearest anchor."""
+    """Return by what share the way from the grasp to the nearest place of any anchor becomes longer, or shorter."""
     if not manoeuvre.strains:
         return 0.0
-    distances = [float(box.distance(rig.specimen.grasp.centre)) for box in rig.specimen.anchors]
-    return manoeuvre.amplitude_m / max(min(distances, default=np.inf), 1e-6)
+    grasp = np.asarray(rig.specimen.grasp.centre)
+    moved = grasp + manoeuvre.amplitude_m * np.asarray(manoeuvre.direction)
+    found = 0.0
+    for box in rig.specimen.anchors:
+        nearest = np.clip(grasp, box.lower, box.upper)
+        before, after = (float(np.linalg.norm(place - nearest)) for place in (grasp, moved))
+        found = max(found, abs(after - before) / max(before, 1e-6))
+    return found
 
 
 def damage(manoeuvre: Manoeuvre, rig: Rig, farthest: float) -> str:

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from estimator.diagnosis.model.free_parameters import free_parameters
 from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.effects.blocks import Group
 from estimator.effects.effect import Effect, Motion, Readings
 from estimator.experiment import Experiment
 from estimator.inference.channels import channel_variance, measured_rows, side_by_side
@@ -21,6 +22,8 @@ from estimator.inference.whitening import Whitening, inverse_root
 
 FloatArray = NDArray[np.float64]
 
+# Only these groups act where there is no tissue: how it is held, and where it lies, is of no account then.
+_DEVICES: tuple[Group, ...] = ("force", "timing", "vision", "robot")
 # What they mean befalls single beads of the tissue; a marker or a board is not taken for another.
 _OF_BEADS = ("fiducial_mislabel", "fiducial_misread")
 
@@ -70,7 +73,9 @@ def unstrained_signature(
     number = len(null.effects) - 1
     free = [one for one in free_parameters(null) if one.effect == number and one.key in absent]
     before = unstrained_channels(experiment, null)
-    columns = [(unstrained_channels(experiment, one.put(null, one.step)) - before) / one.step for one in free]
-    if effect.label in _OF_BEADS:
-        columns = [np.zeros_like(before) for _ in free]
+    shows = effect.group in _DEVICES and effect.label not in _OF_BEADS
+    moved = [one.put(null, one.step) if shows else null for one in free]
+    columns = [
+        (unstrained_channels(experiment, to) - before) / one.step for one, to in zip(free, moved, strict=True)
+    ]
     return whitening.apply(np.stack(columns, axis=-1))

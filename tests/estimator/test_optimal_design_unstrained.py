@@ -71,6 +71,8 @@ def stands_out(experiment: Experiment, name: str) -> float:
         ("strain_stiffening", False, False),
         ("gripper_slip", False, False),
         ("inhomogeneity", False, False),
+        ("grasp_misplacement:gripper", False, False),
+        ("prestretch", False, False),
         ("fiducial_mislabel", False, False),
     ],
 )
