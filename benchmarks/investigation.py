@@ -26,7 +26,7 @@ from estimator.blind.making.effects.catalogue import FORM_SETS
 from estimator.blind.making.plan import NONE, Planned, plan
 from estimator.errors import EstimatorError
 from estimator.experiment import read_experiment
-from estimator.optimal_design.examination import examine
+from estimator.optimal_design.examination import examine, examine_in_full
 from estimator.optimal_design.information import entropy
 from estimator.workers import worker_pool
 
@@ -180,7 +180,7 @@ def _planned(case: Planned, folder: Path, options: argparse.Namespace, executor:
     laboratory = HiddenLaboratory(case, folder / f"experiments-{time.time_ns()}", options.quick)
     trajectories = [Trial(kind, holds_s=_HOLDS_S).lay_out(Path()) for kind in STANDARD]
     folders = [laboratory.measured(one, order) for order, one in enumerate(trajectories, start=1)]
-    examination = examine([read_experiment(one) for one in folders], [], True, executor, silent)
+    examination = examine_in_full(examine([read_experiment(one) for one in folders], [], executor, silent))
     return Found(
         *_likeliest(examination.probability),
         sum(map(duration_s, trajectories)) / _MINUTE_S,

@@ -12,16 +12,17 @@ from daq.investigation.manoeuvre import Manoeuvre
 from daq.investigation.safety import Bounds
 from daq.progress import Progress
 from estimator.experiment import Experiment
-from estimator.optimal_design.examination import Examination, examine
+from estimator.optimal_design.examination import Examination, examine, examine_in_full
 
 
 class Examiner(Protocol):
     """Judges experiments and manoeuvres."""
 
-    def examine(
-        self, strained: Sequence[Experiment], unstrained: Sequence[Experiment], in_full: bool
-    ) -> Examination:
-        """Return what experiments say: in which tissue was strained, and others; screened, or in full."""
+    def screen(self, strained: Sequence[Experiment], unstrained: Sequence[Experiment]) -> Examination:
+        """Return what experiments say at a first look: in which tissue was strained, and others."""
+
+    def diagnose(self, screened: Examination) -> Examination:
+        """Return what they say in full."""
 
     def rank(
         self, examination: Examination, chosen_from: Sequence[Manoeuvre], journal: Journal
@@ -45,17 +46,25 @@ class DiagnosingExaminer:
     executor: Executor
     progress: Progress
 
-    def examine(
-        self, strained: Sequence[Experiment], unstrained: Sequence[Experiment], in_full: bool
-    ) -> Examination:
-        """Screen, or diagnose in full.
+    def screen(self, strained: Sequence[Experiment], unstrained: Sequence[Experiment]) -> Examination:
+        """Screen the catalogue.
 
         Raises
         ------
         InputError, FitError, SolverError
             As :func:`estimator.diagnosis.diagnose.diagnose`.
         """
-        return examine(strained, unstrained, in_full, self.executor, self.progress)
+        return examine(strained, unstrained, self.executor, self.progress)
+
+    def diagnose(self, screened: Examination) -> Examination:
+        """Refit the leaders.
+
+        Raises
+        ------
+        SolverError
+            The baseline has no equilibrium.
+        """
+        return examine_in_full(screened)
 
     def rank(
         self, examination: Examination, chosen_from: Sequence[Manoeuvre], journal: Journal

@@ -124,7 +124,7 @@ class Investigation:
         KeyboardInterrupt
             The robot is held; the same.
         """
-        examination = self._examined(in_full=False) if self.journal.entries else None
+        examination = self._screened() if self.journal.entries else None
         while True:
             if examination is not None:
                 examination = self._decided(examination)
@@ -132,18 +132,19 @@ class Investigation:
                     return Outcome("one answer is sure", self.journal, examination)
             proposals = self._proposals(examination)
             if not proposals and examination is not None and examination.diagnosis is None:
-                examination = self._examined(in_full=True)
+                examination = self._diagnosed(examination)
                 continue  # what screening leaves open a diagnosis in full may see otherwise
             chosen = self._consented(proposals)
             if not isinstance(chosen, Proposal):
-                return Outcome(chosen, self.journal, self._in_full(examination))
+                last = None if examination is None else self._in_full(examination)
+                return Outcome(chosen, self.journal, last)
             try:
                 self._carry_out(chosen)
             except SoftwareStopError as error:
                 self._progress(str(error), 0, 1)
                 self._keep(self.journal.refusing(chosen.manoeuvre))
                 return Outcome("robot held", self.journal, examination)
-            examination = self._examined(in_full=False)
+            examination = self._screened()
 
     def _proposals(self, examination: Examination | None) -> list[Proposal]:
         rules = self._rules
@@ -178,26 +179,27 @@ class Investigation:
         entry = Entry(chosen.manoeuvre, str(experiment), seconds, chosen.nats, chosen.reason)
         self._keep(self.journal.with_entry(entry))
 
-    def _examined(self, *, in_full: bool) -> Examination:
+    def _screened(self) -> Examination:
         measured = [(one.manoeuvre, read_experiment(Path(one.experiment))) for one in self.journal.entries]
-        found = self._examiner.examine(
+        found = self._examiner.screen(
             [experiment for manoeuvre, experiment in measured if manoeuvre.strains],
             [experiment for manoeuvre, experiment in measured if not manoeuvre.strains],
-            in_full,
         )
-        self._keep(self.journal.with_last(found.probability, in_full))
+        self._keep(self.journal.with_last(found.probability, in_full=False))
+        return found
+
+    def _diagnosed(self, screened: Examination) -> Examination:
+        found = self._examiner.diagnose(screened)
+        self._keep(self.journal.with_last(found.probability, in_full=True))
         return found
 
     def _decided(self, examination: Examination) -> Examination:
         """Return a diagnosis in full where screening promises an end, else what there is."""
         promises = examination.probability[examination.leading] >= self._rules.promising
-        if promises and examination.diagnosis is None:
-            return self._examined(in_full=True)
-        return examination
+        return self._in_full(examination) if promises else examination
 
-    def _in_full(self, examination: Examination | None) -> Examination | None:
-        undecided = examination is not None and examination.diagnosis is None
-        return self._examined(in_full=True) if undecided else examination
+    def _in_full(self, examination: Examination) -> Examination:
+        return self._diagnosed(examination) if examination.diagnosis is None else examination
 
     def _is_sure(self, examination: Examination) -> bool:
         surely = examination.probability[examination.leading] >= self._rules.sure

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from estimator.diagnosis.evidence.posterior import probabilities
 from estimator.diagnosis.model.labels import NONE
 from estimator.diagnosis.result import Diagnosis
 from estimator.diagnosis.screened import screened
+from estimator.diagnosis.search.baseline import Preparation
 from estimator.diagnosis.search.comparison import Comparison
 from estimator.diagnosis.search.context import Tell
 from estimator.diagnosis.search.decision import weigh
@@ -31,12 +32,15 @@ class Examination:
 
     Attributes
     ----------
-    comparison : of those in which tissue was strained
+    preparation, comparison : of those in which tissue was strained
+    unstrained : experiments in which nothing was strained: a still minute, or what was done in the air
     probability : of every answer, the most probable first, with all experiments
     diagnosis : of those in which tissue was strained; None where they were screened alone
     """
 
+    preparation: Preparation
     comparison: Comparison
+    unstrained: tuple[Experiment, ...]
     probability: Mapping[str, float]
     diagnosis: Diagnosis | None = None
 
@@ -49,18 +53,16 @@ class Examination:
 def examine(
     strained: Sequence[Experiment],
     unstrained: Sequence[Experiment],
-    in_full: bool,
     executor: Executor,
     tell: Tell,
     material: FitSettings | None = None,
 ) -> Examination:
-    """Examine experiments of one phantom in one mounting.
+    """Screen experiments of one phantom in one mounting, which takes seconds.
 
     Parameters
     ----------
     strained : in which the gripper strained the tissue, one at least
-    unstrained : in which nothing was strained: a still minute, or what was done in the air
-    in_full : whether the leading causes are refitted, which takes a minute, or screened alone
+    unstrained : in which nothing was strained
     executor : the workers
     tell : told what is being done
     material : the tissue's law, and what is known of it beforehand
@@ -71,17 +73,33 @@ def examine(
         As :func:`estimator.diagnosis.diagnose.diagnose`.
     """
     settings = DiagnosisSettings()
-    diagnosis: Diagnosis | None = None
     preparation, comparison = screened(
         strained, settings, default_catalogue(), material or FitSettings(), executor, tell
     )
-    probability: Mapping[str, float] = probabilities(weigh(comparison), settings.evidence)
-    if in_full:
-        comparison, diagnosis = concluded(preparation, comparison)
-        probability = diagnosis.probabilities
-    for one in unstrained:
-        probability = _with_unstrained(comparison, probability, one)
-    return Examination(comparison, _most_probable_first(probability), diagnosis)
+    probability = probabilities(weigh(comparison), settings.evidence)
+    return _with_all(Examination(preparation, comparison, tuple(unstrained), probability))
+
+
+def examine_in_full(examination: Examination) -> Examination:
+    """Refit the leading causes of experiments that were screened, which takes a minute; their workers still work.
+
+    Raises
+    ------
+    SolverError
+        The baseline has no equilibrium.
+    """
+    comparison, diagnosis = concluded(examination.preparation, examination.comparison)
+    return _with_all(
+        replace(examination, comparison=comparison, probability=diagnosis.probabilities, diagnosis=diagnosis)
+    )
+
+
+def _with_all(examination: Examination) -> Examination:
+    """Return an examination of strained tissue with what was read while nothing was strained."""
+    probability = examination.probability
+    for one in examination.unstrained:
+        probability = _with_unstrained(examination.comparison, probability, one)
+    return replace(examination, probability=_most_probable_first(probability))
 
 
 def _with_unstrained(

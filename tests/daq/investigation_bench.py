@@ -15,6 +15,7 @@ from daq.progress import Progress, silent
 from daq.rig import Rig
 from daq.virtual_rig.layout import Addresses, rig_description
 from estimator.diagnosis.result import Diagnosis
+from estimator.diagnosis.search.baseline import Preparation
 from estimator.diagnosis.search.comparison import Comparison
 from estimator.experiment import Experiment, write_experiment
 from estimator.optimal_design.examination import Examination
@@ -72,15 +73,16 @@ class ScriptedExaminer:
     worth: Callable[[Manoeuvre], float] = lambda one: 0.3
     asked_in_full: list[bool] = field(default_factory=list)
 
-    def examine(
-        self, strained: Sequence[Experiment], unstrained: Sequence[Experiment], in_full: bool
-    ) -> Examination:
+    def screen(self, strained: Sequence[Experiment], unstrained: Sequence[Experiment]) -> Examination:
         count = len(strained) + len(unstrained)
-        self.asked_in_full.append(in_full)
+        self.asked_in_full.append(False)
         leading = 0.99 if count >= self.sure_after else 0.85 if count >= self.promising_after else 0.4
         probability = {"gripper_slip": leading, "none": 1.0 - leading}
-        diagnosis = cast(Diagnosis, object()) if in_full else None
-        return Examination(cast(Comparison, None), probability, diagnosis)
+        return Examination(cast(Preparation, None), cast(Comparison, None), (), probability)
+
+    def diagnose(self, screened: Examination) -> Examination:
+        self.asked_in_full.append(True)
+        return replace(screened, diagnosis=cast(Diagnosis, object()))
 
     def rank(
         self, examination: Examination, chosen_from: Sequence[Manoeuvre], journal: Journal
