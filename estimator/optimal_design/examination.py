@@ -10,7 +10,7 @@ import numpy as np
 
 from estimator.diagnosis.diagnose import concluded
 from estimator.diagnosis.evidence.posterior import probabilities
-from estimator.diagnosis.model.labels import NONE
+from estimator.diagnosis.model.labels import NONE, UNKNOWN
 from estimator.diagnosis.result import Diagnosis
 from estimator.diagnosis.screened import screened
 from estimator.diagnosis.search.baseline import Preparation
@@ -21,6 +21,7 @@ from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import default_catalogue
 from estimator.experiment import Experiment
 from estimator.fit.settings import FitSettings
+from estimator.inference.laplace import log_mean
 from estimator.optimal_design.beliefs import beliefs_of
 from estimator.optimal_design.foreseeing import foresee_unstrained, seen_unstrained
 from estimator.optimal_design.information import log_evidence, updated
@@ -107,13 +108,18 @@ def _with_unstrained(
 ) -> dict[str, float]:
     """Return the probabilities after what was read while nothing was strained.
 
-    An answer that is not reckoned with one by one has no part in such readings: it foresees what none does.
+    An answer that is not reckoned with one by one has no part in such readings: it foresees what none does. Something
+    unknown is as likely to show in them as not.
     """
     beliefs = beliefs_of(comparison, probability)
+    labels_of_beliefs = [one.label for one in beliefs]
     foreseen = foresee_unstrained(comparison, beliefs, measured)
-    logs = log_evidence(foreseen, seen_unstrained(comparison, measured))
-    of_answer = {one.label: float(value) for one, value in zip(beliefs, logs, strict=True)}
+    shown = foresee_unstrained(comparison, beliefs, measured, unknown_shows=True)
+    unknown_shown = shown[labels_of_beliefs.index(UNKNOWN)]
+    *logs, of_shown = log_evidence([*foreseen, unknown_shown], seen_unstrained(comparison, measured)).tolist()
+    of_answer = dict(zip(labels_of_beliefs, logs, strict=True))
     of_none = of_answer[NONE]
+    of_answer[UNKNOWN] = log_mean([of_none, of_shown])
     labels = list(probability)
     after = updated(
         [probability[label] for label in labels],

@@ -17,6 +17,7 @@ from estimator.diagnosis.evidence.discrepancy import discrepancy_of
 from estimator.diagnosis.fitting.case import Case
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.search.comparison import Comparison
+from estimator.diagnosis.settings import EvidenceSettings
 from estimator.experiment import Experiment
 from estimator.inference.channels import measured_rows
 from estimator.inference.whitening import Whitening
@@ -32,6 +33,8 @@ FloatArray = NDArray[np.float64]
 
 # Share of what a cause changes by which its first order may be off, for each of so many cosines along the rows.
 _INEXACT = 0.1
+# The same where a device is looked at by itself: another form of the cause may fit the tissue's data as well.
+_INEXACT_IN_ANOTHER_FORM = 0.3
 _WAVES = 3
 # By how many deviations of what is foreseen the largest force may be exceeded.
 _DEVIATIONS = 2.0
@@ -65,31 +68,37 @@ def foresee(
         one.label: signature.columns[0]
         for one, signature in zip(with_cause, rehearsal.signatures, strict=True)
     }
-    process = discrepancy_of(rehearsal.experiment, rehearsal.whitening, case.settings.evidence)
-    smooth = np.hstack([v * np.sqrt(e) for v, e in zip(process.vectors, process.eigenvalues, strict=True)])
+    smooth = _smooth(rehearsal.experiment, rehearsal.whitening, case.settings.evidence)
     found = [
-        _predictive(one, rehearsal.by_material, columns.get(one.label), rehearsal.whitening, smooth)
+        _predictive(
+            one, rehearsal.by_material, columns.get(one.label), (rehearsal.whitening, smooth), _INEXACT
+        )
         for one in beliefs
     ]
     return Foresight(tuple(found), *_largest(rehearsal, found))
 
 
 def foresee_unstrained(
-    comparison: Comparison, beliefs: Sequence[Belief], planned: Experiment
+    comparison: Comparison, beliefs: Sequence[Belief], planned: Experiment, *, unknown_shows: bool = False
 ) -> tuple[Predictive, ...]:
-    """Foresee an experiment in which no tissue is strained, measured in what is finite of ``planned``."""
+    """Foresee an experiment in which no tissue is strained, measured in what is finite of ``planned``.
+
+    Something unknown may sit in the tissue, and show nothing then, or in a device: ``unknown_shows``.
+    """
     baseline, case = comparison.context.baseline, comparison.context.case
     whitening = unstrained_whitening(planned)
-    count = len(baseline.free_parameters)
-    by_material = np.zeros((int(whitening.seen.sum()), count))
-    process = discrepancy_of(planned, whitening, case.settings.evidence)
-    smooth = np.hstack([v * np.sqrt(e) for v, e in zip(process.vectors, process.eigenvalues, strict=True)])
+    by_material = np.zeros((int(whitening.seen.sum()), len(baseline.free_parameters)))
+    smooth = _smooth(planned, whitening, case.settings.evidence)
+    shown = smooth if unknown_shows else smooth[:, :0]
     columns = {
         one.label: unstrained_signature(planned, baseline.hypothesis, one.effect, one.constants)
         for one in beliefs
         if one.effect is not None
     }
-    return tuple(_predictive(one, by_material, columns.get(one.label), whitening, smooth) for one in beliefs)
+    return tuple(
+        _predictive(one, by_material, columns.get(one.label), (whitening, shown), _INEXACT_IN_ANOTHER_FORM)
+        for one in beliefs
+    )
 
 
 def seen_unstrained(comparison: Comparison, measured: Experiment) -> FloatArray:
@@ -102,17 +111,25 @@ def _predictive(
     belief: Belief,
     by_material: FloatArray,
     by_cause: FloatArray | None,
-    whitening: Whitening,
-    smooth: FloatArray,
+    seen: tuple[Whitening, FloatArray],
+    inexact: float,
 ) -> Predictive:
+    """Foresee an experiment under an answer; ``seen``: its whitening, and directions of a smooth misfit (r, q)."""
+    whitening, smooth = seen
     columns = by_material if by_cause is None else np.column_stack([by_material, by_cause])
     spread = [columns @ belief.root]
     if by_cause is not None:
         changed = by_cause @ belief.mean[by_material.shape[1] :]
-        spread.append(_INEXACT * changed[:, None] * _waves_of(whitening))
+        spread.append(inexact * changed[:, None] * _waves_of(whitening))
     if belief.unexplained:
         spread.append(belief.unexplained * smooth)
     return Predictive(columns @ belief.mean, np.hstack(spread))
+
+
+def _smooth(experiment: Experiment, whitening: Whitening, settings: EvidenceSettings) -> FloatArray:
+    """Return directions (r, q) of a smooth misfit of the size of a reading's noise."""
+    process = discrepancy_of(experiment, whitening, settings)
+    return np.hstack([v * np.sqrt(e) for v, e in zip(process.vectors, process.eigenvalues, strict=True)])
 
 
 def _waves_of(whitening: Whitening) -> FloatArray:
