@@ -73,9 +73,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add what the benchmark needs to know."""
     parser.add_argument("--seed", type=int, required=True, help="of the cases")
     parser.add_argument("--cases", type=int, default=6, help="how many (default: %(default)s)")
+    parser.add_argument("--first", type=int, default=1, help="number of the first (default: %(default)s)")
     parser.add_argument("--forms", choices=FORM_SETS, default="mixed", help="default: %(default)s")
     parser.add_argument("--only", nargs="*", default=(), metavar="LABEL", help="limit the causes to these")
-    parser.add_argument("--budget", type=float, default=10.0, metavar="MIN", help="default: %(default)s")
+    parser.add_argument("--budget", type=float, default=3.0, metavar="MIN", help="default: %(default)s")
     parser.add_argument("--quick", action="store_true", help="on a very coarse mesh, for trials")
     parser.add_argument(
         "--results",
@@ -88,9 +89,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def lines(options: argparse.Namespace) -> Iterator[str]:
     """Give two lines for each case, and what they come to."""
+    last = options.first - 1 + options.cases
     cases = [
         replace(one, wide=False)
-        for one in plan(options.seed, options.cases, tuple(options.only), form_set=options.forms)
+        for one in plan(options.seed, last, tuple(options.only), form_set=options.forms)[options.first - 1 :]
     ]
     done: list[tuple[Planned, Found, Found]] = []
     for case in cases:
