@@ -15,6 +15,7 @@ from daq.rig import Rig
 from daq.session.session import Label, RecordSession
 from daq.trajectories.planned import planned_experiment
 from estimator.experiment import Experiment, read_experiment, write_experiment
+from robot_drivers.protocols import FloatArray
 
 _SESSIONS, _EXPERIMENTS = "sessions", "experiments"
 
@@ -99,7 +100,7 @@ class RigLaboratory:
         return kept
 
 
-def as_measured(manoeuvre: Manoeuvre, rows: Experiment, rest: np.ndarray) -> Experiment:
+def as_measured(manoeuvre: Manoeuvre, rows: Experiment, rest: FloatArray) -> Experiment:
     """Return rows in which what a manoeuvre does not measure is empty; what is to be measured yet stands at rest."""
     count = len(rows.time)
     wrench = np.where(np.isfinite(rows.wrench), rows.wrench, 0.0)

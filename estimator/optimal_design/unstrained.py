@@ -36,10 +36,10 @@ def unstrained_channels(experiment: Experiment, hypothesis: Hypothesis) -> Float
     reported = Motion(experiment, experiment.position, turned, nothing, nothing, experiment.time)
     motion = hypothesis.motion(reported)
     rest = experiment.fiducials_rest
-    arms = rest - np.asarray(experiment.grasp.centre)
+    places = np.zeros((rows, len(rest), 3))
     # What is carried goes with the gripper's own frame; what is not stands still, and so does the gripper then.
-    carried = np.stack([motion.rotation.apply(arm) for arm in arms], axis=1) if len(arms) else arms[None]
-    places = motion.position[:, None] + carried if len(arms) else np.zeros((rows, 0, 3))
+    for number, arm in enumerate(rest - np.asarray(experiment.grasp.centre)):
+        places[:, number] = motion.position + motion.rotation.apply(arm)
     readings = Readings(
         experiment,
         motion.position,

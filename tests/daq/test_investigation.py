@@ -1,8 +1,10 @@
 """The rig that diagnoses itself: what it proposes, when it ends, and that nothing moves unasked or beyond a limit."""
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +17,7 @@ from daq.cli.sessions.investigate import AtTerminal
 from daq.errors import SessionError, SoftwareStopError
 from daq.investigation.choosing import Proposal, candidates, openings
 from daq.investigation.journal import Entry, Journal, read_journal, write_journal
-from daq.investigation.loop import JOURNAL_FILE, Rules
+from daq.investigation.loop import JOURNAL_FILE, Answer, Rules
 from daq.investigation.manoeuvre import Manoeuvre, still
 from daq.investigation.offered import OFFERED, OPENING
 from daq.investigation.report import ending_sentence, write_report
@@ -62,12 +64,12 @@ def test_nothing_moves_that_was_not_agreed_to(laboratory: BenchLaboratory, conse
 
 
 def test_what_was_refused_is_not_proposed_again_not_even_by_a_later_call(laboratory: BenchLaboratory) -> None:
-    def but_no_turns(proposal: Proposal) -> str:
+    def but_no_turns(proposal: Proposal) -> Answer:
         if len(operator.proposals) > 6:
             return "stop"
         return "not this one" if any(proposal.manoeuvre.turn_rad) else "do it"
 
-    operator = ScriptedOperator(but_no_turns)  # type: ignore[arg-type] # every answer is one
+    operator = ScriptedOperator(but_no_turns)
     investigate(laboratory, operator, examiner=ScriptedExaminer(sure_after=99, promising_after=99))
     refused = [one.manoeuvre for one in operator.proposals if any(one.manoeuvre.turn_rad)]
     assert len(refused) == len(set(refused))
@@ -201,9 +203,9 @@ def test_every_manoeuvre_ends_where_it_began_and_takes_as_long_as_it_says(manoeu
         ({"amplitude_m": 0.0}, "goes nowhere"),
     ],
 )
-def test_a_manoeuvre_that_cannot_be_is_refused(changes: dict[str, object], told: str) -> None:
+def test_a_manoeuvre_that_cannot_be_is_refused(changes: dict[str, Any], told: str) -> None:
     with pytest.raises(ValueError, match=told):
-        replace(FAR, **changes)  # type: ignore[arg-type] # any of them
+        replace(FAR, **changes)
 
 
 def test_names_of_what_is_offered_differ() -> None:
@@ -228,11 +230,13 @@ def test_a_journal_is_read_as_it_was_written(tmp_path: Path) -> None:
         lambda told: told.update(refused=[[1]]),
     ],
 )
-def test_a_damaged_journal_is_told_in_one_line(tmp_path: Path, damage: object) -> None:
+def test_a_damaged_journal_is_told_in_one_line(
+    tmp_path: Path, damage: Callable[[dict[str, Any]], object]
+) -> None:
     path = tmp_path / JOURNAL_FILE
     write_journal(Journal("P07", (entry(FAR),)), path)
     told = json.loads(path.read_text(encoding="utf-8"))
-    damage(told)  # type: ignore[operator] # a function
+    damage(told)
     path.write_text(json.dumps(told), encoding="utf-8")
     with pytest.raises(SessionError, match="is no journal of an investigation"):
         read_journal(path, "P07")
