@@ -26,6 +26,7 @@ from estimator.blind.making.scenes.setup import Setup
 from estimator.blind.making.scenes.simulate import FINE, TRIAL, Carried, CarriedBody, read
 from estimator.blind.making.scenes.sizing import stated_rest
 from estimator.blind.making.scenes.stated import stated_mounting
+from estimator.errors import EstimatorError, SolverError
 from estimator.experiment import Environment, Experiment, write_experiment
 
 FloatArray = NDArray[np.float64]
@@ -37,6 +38,10 @@ _MARKERS_UP_M = 0.015
 _GRID_M = (-0.03, -0.01, 0.01, 0.03)
 # What befalls single beads of the tissue befalls no marker and no board.
 _OF_BEADS = {"fiducial_mislabel", "fiducial_misread"}
+
+
+class NotSimulatedError(EstimatorError):
+    """The maker's simulator finds no equilibrium somewhere in a manoeuvre."""
 
 
 @lru_cache(maxsize=1)
@@ -100,7 +105,7 @@ class HiddenLaboratory:
             Rotation.from_quat(plan.quaternion_wxyz, scalar_first=True),
         )
         if manoeuvre is None or manoeuvre.strains:
-            scene, reading = self._scene, self._body.along(rows)
+            scene, reading = self._scene, self._strained(rows)
             self._first = self._first or reading
             rest = stated_rest(self._setup, scene, [self._first])
             self.largest_force = max(
@@ -129,6 +134,12 @@ class HiddenLaboratory:
         with appearing(self._folder / name) as draft:
             write_experiment(experiment, draft)
         return self._folder / name
+
+    def _strained(self, rows: Rows) -> Readings:
+        try:
+            return self._body.along(rows)
+        except SolverError as error:
+            raise NotSimulatedError(str(error)) from error
 
     def _looked_at(self, manoeuvre: Manoeuvre, beads: FloatArray) -> FloatArray:
         """Return the places (m, 3), m, of what the cameras see at rest."""
