@@ -34,7 +34,7 @@ FloatArray = NDArray[np.float64]
 _NOBODY = Addresses(1, 2, 3, 4, 5, 6, ("tcp://127.0.0.1:1", "tcp://127.0.0.1:2"))
 # Of a marker plate against the grid of the board.
 _MARKERS = 0.3
-_MARKERS_UP_M = 0.015
+_MARKERS_UP_M = 0.005
 _GRID_M = (-0.03, -0.01, 0.01, 0.03)
 # What befalls single beads of the tissue befalls no marker and no board.
 _OF_BEADS = {"fiducial_mislabel", "fiducial_misread"}
