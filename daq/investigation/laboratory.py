@@ -7,14 +7,19 @@ from typing import Protocol
 
 import numpy as np
 
-from daq.export import export_experiment
+from daq.export import export_experiment, sealed_recording
 from daq.files.atomic import appearing
 from daq.investigation.manoeuvre import Kind, Manoeuvre
 from daq.progress import Progress
-from daq.rig import Rig
+from daq.recording.folder import RIG_FILE
+from daq.recording.reader import Recording
+from daq.rig import Rig, read_rig
 from daq.session.session import Label, RecordSession
+from daq.synchronisation.experiment_rows import brought_together, signal_means
+from daq.synchronisation.fiducial_windows import no_fiducials
+from daq.synchronisation.windows import measuring_windows
 from daq.trajectories.planned import planned_experiment
-from estimator.experiment import Experiment, read_experiment, write_experiment
+from estimator.experiment import Experiment, write_experiment
 from robot_drivers.protocols import FloatArray
 
 _SESSIONS, _EXPERIMENTS = "sessions", "experiments"
@@ -89,15 +94,26 @@ class RigLaboratory:
         label = Label(session.name, order, self._operator, manoeuvre.words)
         self._record(manoeuvre.trajectory(), session, label, progress)
         target = _unused(self._folder / _EXPERIMENTS, order, manoeuvre)
-        export_experiment(session, target, progress)
-        if manoeuvre.strains:
-            return target
-        # What the cameras saw of tissue that is out of the jaws is not what the gripper did.
-        kept = target.with_name(f"{target.name}_read")
-        exported = read_experiment(target)
-        with appearing(kept) as draft:
-            write_experiment(as_measured(manoeuvre, exported, exported.fiducials_rest), draft)
-        return kept
+        if manoeuvre.kind == "tool_poses":
+            with appearing(target) as draft:
+                write_experiment(felt_alone(sealed_recording(session)), draft)
+        else:
+            export_experiment(session, target, progress)
+        return target
+
+
+def felt_alone(recording: Recording) -> Experiment:
+    """Return the experiment of a recording without beads: the tissue is out of the jaws, and may be out of view.
+
+    Raises
+    ------
+    RigError, SynchronisationError
+        The session cannot be used.
+    """
+    rig = read_rig(recording.folder / RIG_FILE, to_connect=False)
+    windows = measuring_windows(recording.events)
+    signals = signal_means(recording.force, recording.robot, rig, windows)
+    return brought_together(recording.info, rig, windows, signals, no_fiducials(windows)).experiment
 
 
 def as_measured(manoeuvre: Manoeuvre, rows: Experiment, rest: FloatArray) -> Experiment:
@@ -106,7 +122,7 @@ def as_measured(manoeuvre: Manoeuvre, rows: Experiment, rest: FloatArray) -> Exp
     wrench = np.where(np.isfinite(rows.wrench), rows.wrench, 0.0)
     if manoeuvre.kind == "tool_poses":
         return replace(
-            rows, wrench=wrench, fiducials_rest=rest, fiducials=np.full((count, *rest.shape), np.nan)
+            rows, wrench=wrench, fiducials_rest=np.empty((0, 3)), fiducials=np.empty((count, 0, 3))
         )
     if np.isfinite(rows.fiducials).any():
         return rows
