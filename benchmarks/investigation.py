@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 import numpy as np
 
@@ -125,9 +126,10 @@ def told(found: Found) -> str:
 
 def summary(done: Sequence[tuple[Planned, Found, Found]], sure: float, limit_n: float) -> Iterator[str]:
     """Give what all cases together come to."""
-    for number, way in ((1, "investigation"), (2, "plan")):
-        found = [one[number] for one in done]
-        right = sum(_is_right(one[0], one[number]) for one in done)
+    cases = [case for case, _, _ in done]
+    ways = {"investigation": [ours for _, ours, _ in done], "plan": [plan for _, _, plan in done]}
+    for way, found in ways.items():
+        right = sum(map(_is_right, cases, found))
         certain = [one for one in found if one.probability >= sure]
         yield (
             f"{way}: {right} of {len(done)} right, {len(certain)} of them or others at {100 * sure:.0f} %; "
@@ -157,9 +159,10 @@ def _found(case: Planned, way: str, options: argparse.Namespace) -> Found:
             )
         kept.write_text(json.dumps(asdict(found)), encoding="utf-8")
     told_before = json.loads(kept.read_text(encoding="utf-8"))
-    return Found(
-        **{key: tuple(value) if isinstance(value, list) else value for key, value in told_before.items()}
-    )
+    values: dict[str, Any] = {
+        key: tuple(value) if isinstance(value, list) else value for key, value in told_before.items()
+    }
+    return Found(**values)
 
 
 def _investigated(case: Planned, folder: Path, options: argparse.Namespace, executor: Executor) -> Found:

@@ -4,6 +4,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from daq.errors import SessionError
 from daq.files.atomic import replace_text
@@ -131,6 +132,7 @@ def _entry(told: object) -> Entry:
 def _manoeuvre(told: object) -> Manoeuvre:
     if not isinstance(told, dict):
         raise ValueError("a manoeuvre is no object")
-    return Manoeuvre(
-        **{key: tuple(value) if isinstance(value, list) else value for key, value in told.items()}
-    )
+    values: dict[str, Any] = {
+        key: tuple(value) if isinstance(value, list) else value for key, value in told.items()
+    }
+    return Manoeuvre(**values)

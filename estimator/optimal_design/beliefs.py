@@ -110,7 +110,7 @@ def _of_refitted(baseline: Linearisation, candidate: Candidate, probability: flo
         for number, one in enumerate(fit.free_parameters)
         if one.effect is None or one.key in amplitudes
     ]
-    covariance = np.linalg.inv(_information(fit.jacobian, prior_information(fit.free_parameters)))
+    covariance = _inverse(_information(fit.jacobian, prior_information(fit.free_parameters)))
     mean = [
         one.internal - (_internal(one.key, baseline) if one.effect is None else 0.0)
         for one in (fit.free_parameters[number] for number in kept)
@@ -121,7 +121,7 @@ def _of_refitted(baseline: Linearisation, candidate: Candidate, probability: flo
         effect,
         {key: value for key, value in values.items() if key not in amplitudes},
         np.array(mean),
-        np.linalg.cholesky(_symmetric(covariance[np.ix_(kept, kept)])),
+        _root_of(covariance[np.ix_(kept, kept)]),
     )
 
 
@@ -138,8 +138,13 @@ def _information(jacobian: Sequence[FloatArray], prior: FloatArray) -> FloatArra
 
 
 def _root(information: FloatArray) -> FloatArray:
-    return np.linalg.cholesky(_symmetric(np.linalg.inv(information)))
+    return _root_of(_inverse(information))
 
 
-def _symmetric(matrix: FloatArray) -> FloatArray:
-    return np.asarray(0.5 * (matrix + matrix.T))
+def _root_of(covariance: FloatArray) -> FloatArray:
+    symmetric = 0.5 * (covariance + covariance.T)
+    return np.asarray(np.linalg.cholesky(symmetric), dtype=np.float64)
+
+
+def _inverse(matrix: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.inv(matrix), dtype=np.float64)

@@ -75,7 +75,7 @@ def expected_information(
     dimensions = len(reduced[0].mean)
     if dimensions == 0:
         return Expected(0.0, 0.0)
-    factors = [np.linalg.cholesky(_covariance(one)) for one in reduced]
+    factors = [_root(_covariance(one)) for one in reduced]
     random = np.random.default_rng(seed)
     # Row by row, so that more dimensions draw the same numbers in those that there were.
     normals = np.array([random.standard_normal(draws) for _ in range(dimensions)])
@@ -95,10 +95,7 @@ def log_evidence(foreseen: Sequence[Predictive], data: FloatArray) -> FloatArray
     reduced = _reduced([*foreseen, Predictive(data, np.zeros((len(data), 0)))])
     *answers, measured = reduced
     return np.array(
-        [
-            float(_log_density(measured.mean[:, None], one.mean, np.linalg.cholesky(_covariance(one)))[0])
-            for one in answers
-        ]
+        [float(_log_density(measured.mean[:, None], one.mean, _root(_covariance(one)))[0]) for one in answers]
     )
 
 
@@ -122,6 +119,11 @@ def _reduced(foreseen: Sequence[Predictive]) -> list[Predictive]:
 
 def _covariance(one: Predictive) -> FloatArray:
     return np.asarray(np.eye(len(one.mean)) + one.spread @ one.spread.T)
+
+
+def _root(covariance: FloatArray) -> FloatArray:
+    """Return the lower triangular root."""
+    return np.asarray(np.linalg.cholesky(covariance), dtype=np.float64)
 
 
 def _log_density(data: FloatArray, mean: FloatArray, root: FloatArray) -> FloatArray:
