@@ -75,7 +75,7 @@ def foresee(
         )
         for one in beliefs
     ]
-    return Foresight(tuple(found), *_largest(rehearsal, found))
+    return Foresight(tuple(found), *_largest(rehearsal, beliefs, found))
 
 
 def foresee_unstrained(
@@ -141,18 +141,20 @@ def _waves_of(whitening: Whitening) -> FloatArray:
     return np.hstack([np.where(of_wrench, waves, 0.0), np.where(of_wrench, 0.0, waves)])
 
 
-def _largest(rehearsal: Rehearsal, foreseen: Sequence[Predictive]) -> tuple[float, float]:
+def _largest(
+    rehearsal: Rehearsal, beliefs: Sequence[Belief], foreseen: Sequence[Predictive]
+) -> tuple[float, float]:
     """Return the largest force and torque in any row under any answer, N and N·m."""
     experiment, whitening = rehearsal.experiment, rehearsal.whitening
-    seen = whitening.seen[:, :6]
     found = np.zeros(2)
-    for one in foreseen:
-        change = np.nan_to_num(whitening.undo(one.mean)[:, :6])
-        spread = np.zeros_like(change)
-        for column in one.spread.T:
-            spread += np.nan_to_num(whitening.undo(column)[:, :6]) ** 2
-        wrench = np.where(seen, experiment.wrench + change, 0.0)
-        reach = np.abs(wrench) + _DEVIATIONS * np.sqrt(spread)
+    for belief, one in zip(beliefs, foreseen, strict=True):
+        change = whitening.undo(one.mean)[:, :6]
+        variance = np.full_like(change, belief.unexplained**2) * whitening.deviation[:6] ** 2
+        # A smooth misfit that nothing explains is reckoned with by its size alone.
+        of_parameters = len(belief.root) + (0 if belief.effect is None else 2 * _WAVES)
+        for column in one.spread[:, :of_parameters].T:
+            variance += whitening.undo(column)[:, :6] ** 2
+        reach = np.abs(experiment.wrench + change) + _DEVIATIONS * np.sqrt(variance)
         found = np.maximum(
             found, [np.linalg.norm(part, axis=1).max() for part in (reach[:, :3], reach[:, 3:])]
         )
