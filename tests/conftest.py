@@ -23,7 +23,7 @@ _MOTION = "--hardware-motion"
 # more than they compute.
 _COMPUTING = re.compile(
     r"tests/(estimator/"
-    r"|daq/test_(bad_input|calibration|cli_(benchmark|budget|calibrate|diagnose|estimate|simulate|study)|export_"
+    r"|daq/test_(bad_input|calibration|cli_(benchmark|budget|calibrate|diagnose|estimate|simulate|study)|export_|investigation"
     r"|planned_experiment|recording_(damage|rewritten)|running_sync|session_report|sync|uncertainties|view_names|vision_)"
     r"|test_(architecture|docs_(pages|python|reference|site)|platforms|requirements_lock|trust))"
 )

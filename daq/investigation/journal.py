@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ from daq.files.atomic import replace_text
 from daq.investigation.manoeuvre import Manoeuvre
 from estimator.errors import InputError
 from estimator.input_file import parse_json, read_input_text
+from estimator.json_dataclass import from_json
 
 FORMAT = "retraction-investigation/1"
 
@@ -97,14 +98,15 @@ def read_journal(path: Path, phantom_id: str) -> Journal:
         return Journal(phantom_id)
     try:
         told = parse_json(read_input_text(path), path)
-        if not isinstance(told, dict) or told.get("format") != FORMAT:
+        if not isinstance(told, dict) or told.pop("format", None) != FORMAT:
             raise ValueError(f'its format is not "{FORMAT}"')
+        if told.keys() != {"phantom_id", "entries", "refused"}:
+            raise ValueError("has not the entries phantom_id, entries, refused")
+        refused = (from_json(Manoeuvre, one) for one in _objects(told["refused"]))
         journal = Journal(
-            str(told["phantom_id"]),
-            tuple(_entry(one) for one in told["entries"]),
-            tuple(map(_manoeuvre, told["refused"])),
+            str(told["phantom_id"]), tuple(map(_entry, _objects(told["entries"]))), tuple(refused)
         )
-    except (InputError, KeyError, TypeError, ValueError) as error:
+    except (InputError, ValueError) as error:
         raise SessionError(
             f"{path}: is no journal of an investigation ({error}); name another folder, or restore it from a copy"
         ) from error
@@ -115,24 +117,25 @@ def read_journal(path: Path, phantom_id: str) -> Journal:
     return journal
 
 
-def _entry(told: object) -> Entry:
-    if not isinstance(told, dict):
-        raise ValueError("an entry is no object")
-    return Entry(
-        _manoeuvre(told["manoeuvre"]),
-        str(told["experiment"]),
-        float(told["seconds"]),
-        float(told["expected"]),
-        str(told["reason"]),
-        {str(label): float(value) for label, value in told["probabilities"].items()},
-        bool(told["in_full"]),
-    )
+def _objects(told: object) -> list[dict[str, Any]]:
+    if not isinstance(told, list) or not all(isinstance(one, dict) for one in told):
+        raise ValueError("entries and refused are no lists of objects")
+    return told
 
 
-def _manoeuvre(told: object) -> Manoeuvre:
-    if not isinstance(told, dict):
-        raise ValueError("a manoeuvre is no object")
-    values: dict[str, Any] = {
-        key: tuple(value) if isinstance(value, list) else value for key, value in told.items()
-    }
-    return Manoeuvre(**values)
+@dataclass(frozen=True, slots=True)
+class _KeptEntry:
+    """An entry as JSON has it, but for its manoeuvre."""
+
+    experiment: str
+    seconds: float
+    expected: float
+    reason: str
+    probabilities: Mapping[str, float]
+    in_full: bool
+
+
+def _entry(told: dict[str, Any]) -> Entry:
+    manoeuvre = from_json(Manoeuvre, told.get("manoeuvre"))
+    kept = from_json(_KeptEntry, {key: value for key, value in told.items() if key != "manoeuvre"})
+    return Entry(manoeuvre, **{field.name: getattr(kept, field.name) for field in fields(kept)})

@@ -28,6 +28,8 @@ _HAND_S = 60.0
 # Between the windows of a still minute, s.
 _STILL_EVERY_S = 4.0
 _AXES = "xyz"
+# Of steps and repetitions: more is a mistake.
+_MOST = 1000
 _ASKED: dict[Kind, tuple[str, ...]] = {
     "tool_poses": (
         "take the tissue out of the jaws, and clear the way of the empty gripper: nothing may touch it",
@@ -80,8 +82,11 @@ class Manoeuvre:
             raise ValueError(
                 f"{self.kind}: direction {self.direction} is no unit vector; divide by its length"
             )
-        if min(self.steps, self.return_steps, self.repetitions) < 1:
-            raise ValueError(f"{self.kind}: steps, return_steps and repetitions must be 1 at least")
+        counts = (self.steps, self.return_steps, self.repetitions)
+        if min(counts) < 1 or max(counts) > _MOST:
+            raise ValueError(
+                f"{self.kind}: steps, return_steps and repetitions must be 1 at least, {_MOST} at most"
+            )
         if self.strains and not (self.amplitude_m or any(self.turn_rad)):
             raise ValueError(f"{self.kind}: goes nowhere; give it an amplitude or a turn")
 
