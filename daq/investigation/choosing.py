@@ -73,6 +73,7 @@ def candidates(
 ) -> list[Manoeuvre]:
     """Return what could be done next: not refused, not done yet, within reach, in the time that is left."""
     done = [one.manoeuvre for one in journal.entries]
+    farthest = bounds.growth * max((stretch_of(one, laboratory.rig) for one in done), default=bounds.stretch)
     return [
         one
         for one in offered
@@ -80,6 +81,7 @@ def candidates(
         and one not in done
         and one not in journal.refused
         and one.duration_s <= seconds_left
+        and stretch_of(one, laboratory.rig) <= farthest
         and not (journal.released and one.kind not in RELEASED)
         and not forbidden_by_reach(one, laboratory.rig, bounds)
     ]

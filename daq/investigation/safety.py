@@ -22,15 +22,20 @@ class Bounds:
     stretch : by what share the way from the grasp to an anchor may become longer, or shorter
     share_of_limits : of the limits of force and torque that may be foreseen
     stiffest_pa : Young's modulus that the tissue may have before anything was measured
+    growth : by how many times the farthest stretch so far may be exceeded at once: tissue that stiffens is not
+        foreseen from pulls much shorter
     """
 
     stretch: float = 0.25
     share_of_limits: float = 0.8
     stiffest_pa: float = 1e5
+    growth: float = 3.0
 
     def __post_init__(self) -> None:
-        if not (0 < self.stretch <= 1 and 0 < self.share_of_limits <= 1 and self.stiffest_pa > 0):
-            raise ValueError("stretch and share_of_limits are shares from 0 to 1, stiffest_pa is positive")
+        if not (0 < self.stretch <= 1 and 0 < self.share_of_limits <= 1):
+            raise ValueError("stretch and share_of_limits are shares from 0 to 1")
+        if not (self.stiffest_pa > 0 and self.growth >= 1):
+            raise ValueError("stiffest_pa is positive, growth 1 at least")
 
 
 def forbidden_by_reach(manoeuvre: Manoeuvre, rig: Rig, bounds: Bounds) -> str:

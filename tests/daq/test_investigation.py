@@ -178,6 +178,14 @@ def test_once_the_tissue_is_out_of_the_jaws_nothing_that_strains_it_is_proposed(
     assert not any(one.strains for one in left)
 
 
+@pytest.mark.parametrize(("done_m", "next_m"), [(0.004, 0.012), (0.006, 0.016), (0.01, 0.02)])
+def test_no_pull_is_more_than_three_times_as_far_as_the_farthest_so_far(done_m: float, next_m: float) -> None:
+    laboratory = BenchLaboratory(Path("nowhere"))
+    journal = Journal("x", (entry(Manoeuvre("pull", amplitude_m=done_m)),))
+    left = candidates(laboratory, OFFERED, journal, Bounds(), 600.0)
+    assert max(one.amplitude_m for one in left if one.direction == (1.0, 0.0, 0.0)) == next_m
+
+
 def test_what_goes_farther_than_before_is_told_as_a_risk() -> None:
     laboratory = BenchLaboratory(Path("nowhere"))
     (first, *_) = openings(laboratory, OPENING, Journal("x"), Bounds())
