@@ -21,6 +21,7 @@ from estimator.optimal_design.foreseeing import foresee, foresee_unstrained
 from estimator.optimal_design.information import Predictive, best_parted, expected_information
 
 _MINUTE_S = 60.0
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +82,7 @@ def candidates(
         and one not in done
         and one not in journal.refused
         and one.duration_s <= seconds_left
-        and stretch_of(one, laboratory.rig) <= farthest
+        and stretch_of(one, laboratory.rig) <= farthest + _ROUNDING
         and not (journal.released and one.kind not in RELEASED)
         and not forbidden_by_reach(one, laboratory.rig, bounds)
     ]
