@@ -53,7 +53,7 @@ class Rules:
 
     budget_s: float = 600.0
     sure: float = 0.95
-    promising: float = 0.8
+    promising: float = 0.9
     least_nats: float = 0.05
     bounds: Bounds = field(default_factory=Bounds)
     opening: tuple[Manoeuvre, ...] = OPENING

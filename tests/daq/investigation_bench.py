@@ -76,7 +76,7 @@ class ScriptedExaminer:
     def screen(self, strained: Sequence[Experiment], unstrained: Sequence[Experiment]) -> Examination:
         count = len(strained) + len(unstrained)
         self.asked_in_full.append(False)
-        leading = 0.99 if count >= self.sure_after else 0.85 if count >= self.promising_after else 0.4
+        leading = 0.99 if count >= self.sure_after else 0.92 if count >= self.promising_after else 0.4
         probability = {"gripper_slip": leading, "none": 1.0 - leading}
         return Examination(cast(Preparation, None), cast(Comparison, None), (), probability)
 
