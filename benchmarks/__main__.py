@@ -4,7 +4,17 @@ import argparse
 import sys
 from collections.abc import Callable, Iterator, Mapping
 
-from benchmarks import accuracy, bench_tests, budget, calibration, diagnosis, online, scaling, speed
+from benchmarks import (
+    accuracy,
+    bench_tests,
+    budget,
+    calibration,
+    diagnosis,
+    investigation,
+    online,
+    scaling,
+    speed,
+)
 from estimator.errors import EstimatorError
 
 _WITHOUT_OPTIONS: Mapping[str, Callable[[], Iterator[str]]] = {
@@ -18,6 +28,7 @@ _WITH_OPTIONS = {
     "calibration": calibration,
     "bench-tests": bench_tests,
     "budget": budget,
+    "investigation": investigation,
 }
 
 

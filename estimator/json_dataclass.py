@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 from estimator.input_file import LARGEST_NUMBER
 
@@ -14,7 +14,7 @@ def from_json(kind: type[T], told: object) -> T:
 
     Parameters
     ----------
-    kind : a dataclass of numbers, texts, and sequences and mappings of them
+    kind : a dataclass of numbers, texts, choices of texts, and sequences and mappings of them
 
     Raises
     ------
@@ -33,6 +33,8 @@ def from_json(kind: type[T], told: object) -> T:
 def _is_of(value: object, hint: Any) -> bool:
     """Tell whether a value of JSON can be one of a type."""
     of = get_args(hint)
+    if get_origin(hint) is Literal:
+        return isinstance(value, str) and value in of
     if get_origin(hint) in (dict, Mapping):
         return isinstance(value, dict) and all(_is_of(one, of[1]) for one in value.values())
     if get_origin(hint) in (tuple, Sequence):

@@ -25,7 +25,7 @@ _MOTION = "--hardware-motion"
 _COMPUTING = re.compile(
     r"tests/(estimator/"
     r"|daq/test_(bad_input|calibration|cli_(benchmark|budget|calibrate|diagnose|estimate|handover|phantom|simulate|study)"
-    r"|export_|importing_|planned_experiment|recording_(damage|rewritten)|running_sync|session_report|sync|timing"
+    r"|export_|importing_|investigation|planned_experiment|recording_(damage|rewritten)|running_sync|session_report|sync|timing"
     r"|uncertainties|view_names|vision_)"
     r"|test_(architecture|docs_|platforms|requirements_lock|trust))"
 )

@@ -274,6 +274,7 @@ LAYERS_OF_THE_DIAGNOSIS = (
     "fitting",
     "evidence",
     "search",
+    "screened",
     "result",
     "conclusions",
     "what_if",

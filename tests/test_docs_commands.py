@@ -20,8 +20,8 @@ WHOLE = sorted({command.text for command in COMMANDS if command.whole})
 ONLY_READ = {
     r"(python3|py) run\.py": "sets the project up, or runs the tests that this is one of",
     r"retract demo|retract gui": "the whole chain, or a window: tests/daq/test_demo_virtual_rig.py, tests/gui",
-    r"retract (devices|record|calibrate) .*\b(virtual|lab\.toml)\b": "needs devices, or the whole virtual rig, which "
-    "takes a minute to record with: tests/daq/test_demo_virtual_rig.py, tests/daq/test_calibration.py",
+    r"retract (devices|record|calibrate|investigate) .*\b(virtual|lab\.toml)\b": "needs devices, or the whole virtual "
+    "rig, which takes a minute to record with: tests/daq/test_demo_virtual_rig.py, tests/daq/test_calibration.py",
     r"retract emulate \w+ (?!--help)|retract emulate (netft|irb140)$": "until Ctrl-C: tests/daq/test_cli_emulate.py",
     r"retract faults (?!--list)": "sessions for minutes or hours: tests/daq/test_faults.py",
     r"retract (simulate|estimate|budget|diagnose|handover|benchmark|study|mesh|phantom) ": "minutes: tests/estimator",

@@ -17,6 +17,7 @@ _VERBS = {
     "emulate": "laboratory",
     "calibrate": "laboratory",
     "record": "sessions",
+    "investigate": "sessions",
     "recover": "sessions",
     "replay": "sessions",
     "export": "sessions",

@@ -91,6 +91,13 @@ def move_duration_s(trajectory: Trajectory, start: Pose, stop: Pose) -> float:
     return max(length / trajectory.speed.linear, float(turn.magnitude()) / trajectory.speed.angular)
 
 
+def duration_s(trajectory: Trajectory) -> float:
+    """Return how long a trajectory takes, its rest window included, s."""
+    ways = zip(trajectory.steps, trajectory.steps[1:], strict=False)
+    moving = sum(move_duration_s(trajectory, one.T_rest_gripper, other.T_rest_gripper) for one, other in ways)
+    return moving + sum(step.settle_s + step.measure_s for step in trajectory.steps)
+
+
 def _between(start: Pose, stop: Pose, fraction: float) -> tuple[FloatArray, Rotation]:
     ends = Rotation.concatenate([rotation(start.quaternion_wxyz), rotation(stop.quaternion_wxyz)])
     position = np.asarray(start.position) + fraction * np.subtract(stop.position, start.position)

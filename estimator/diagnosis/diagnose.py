@@ -8,7 +8,9 @@ from dataclasses import replace
 
 from estimator.diagnosis.conclusions.concluding import conclude
 from estimator.diagnosis.result import Diagnosis
-from estimator.diagnosis.search.comparison import compare
+from estimator.diagnosis.screened import screened
+from estimator.diagnosis.search.baseline import Preparation
+from estimator.diagnosis.search.comparison import Comparison, compare
 from estimator.diagnosis.search.context import Tell
 from estimator.diagnosis.search.decision import reach_verdict, weigh, with_contenders_refitted
 from estimator.diagnosis.search.local_resolution import resolved
@@ -52,7 +54,7 @@ def diagnose(
     started = time.perf_counter()
     tell = progress or (lambda stage, done, total: None)
     with advising(experiments), worker_pool() as executor:
-        comparison = compare(
+        preparation, comparison = screened(
             experiments,
             settings or DiagnosisSettings(),
             catalogue or default_catalogue(),
@@ -60,16 +62,28 @@ def diagnose(
             executor,
             tell,
         )
-        comparison = with_contenders_refitted(comparison)
-        evidence = weigh(comparison)
-        verdict = reach_verdict(comparison, evidence)
-        winner, of_winner = verdict.winner, comparison.context.case
-        if winner is not None:
-            tell("refitting the cause", 0, 1)
-            of_winner, best = resolved(comparison.context, polished(comparison.context, winner))
-            tell("refitting the cause", 1, 1)
-            candidates = tuple(best if one is winner else one for one in comparison.candidates)
-            comparison = replace(comparison, candidates=candidates)
-            verdict = replace(verdict, winner=best)
-        diagnosis = conclude(comparison, evidence, verdict, of_winner)
+        _, diagnosis = concluded(preparation, comparison)
         return replace(diagnosis, seconds=time.perf_counter() - started)
+
+
+def concluded(preparation: Preparation, screened_effects: Comparison) -> tuple[Comparison, Diagnosis]:
+    """Refit the leaders of a case that was screened, and conclude; its workers are still there.
+
+    Raises
+    ------
+    SolverError
+        The baseline has no equilibrium.
+    """
+    comparison = with_contenders_refitted(compare(preparation, screened_effects))
+    tell = comparison.context.tell
+    evidence = weigh(comparison)
+    verdict = reach_verdict(comparison, evidence)
+    winner, of_winner = verdict.winner, comparison.context.case
+    if winner is not None:
+        tell("refitting the cause", 0, 1)
+        of_winner, best = resolved(comparison.context, polished(comparison.context, winner))
+        tell("refitting the cause", 1, 1)
+        candidates = tuple(best if one is winner else one for one in comparison.candidates)
+        comparison = replace(comparison, candidates=candidates)
+        verdict = replace(verdict, winner=best)
+    return comparison, conclude(comparison, evidence, verdict, of_winner)

@@ -10,6 +10,8 @@ from daq.bad_input.samples import laboratory
 from daq.calibration.stored_views import find_views
 from daq.calibration_files.in_force import calibrations_in_force
 from daq.faults.campaign import read_results
+from daq.investigation.journal import read_journal
+from daq.investigation.loop import JOURNAL_FILE
 from daq.plans import due_runs, journal_path, read_plan
 from daq.rig import make_devices, read_rig
 from daq.trajectories.own import read_table
@@ -74,6 +76,12 @@ KINDS: tuple[Kind, ...] = (
             "calibrate", "cameras", str(given / "rig.toml"), "--images", str(given), "--output", str(out / "kept")
         ],
         quick=True,
+    ),
+    Kind(
+        "journal of an investigation",
+        laboratory.investigation,
+        {JOURNAL_FILE: (*TEXT, *JSON)},
+        read=lambda folder: read_journal(folder / JOURNAL_FILE, "P07"),
     ),
     Kind(
         "plan",

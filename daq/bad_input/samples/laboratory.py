@@ -13,6 +13,9 @@ from daq.calibration_files.results import ForceResult, StreamLatency, TimeResult
 from daq.faults.campaign import keep
 from daq.faults.trial import Outcome as FaultOutcome
 from daq.files.toml_tables import toml_text
+from daq.investigation.journal import Entry, Journal, write_journal
+from daq.investigation.loop import JOURNAL_FILE
+from daq.investigation.manoeuvre import Manoeuvre, still
 from daq.plans import journal_path
 from daq.rig import write_rig
 from daq.virtual_rig.layout import Addresses, rig_description
@@ -25,6 +28,18 @@ def rig(folder: Path) -> None:
     """Write ``rig.toml`` with its stereo calibration."""
     flea2_pair().save(folder / "stereo.toml")
     write_rig(rig_description(_ADDRESSES, folder / "stereo.toml"), folder / "rig.toml")
+
+
+def investigation(folder: Path) -> None:
+    """Write the journal of an investigation of two manoeuvres, one refused."""
+    pull, hold = Manoeuvre("pull", amplitude_m=0.006), Manoeuvre("hold", amplitude_m=0.01, holds_s=(2.0, 5.0))
+    entries = [
+        Entry(
+            one, f"experiments/{number:02d}_{one.name}", 12.0, 0.5, "why", {"none": 0.8, "unknown": 0.2}, True
+        )
+        for number, one in enumerate((pull, hold), start=1)
+    ]
+    write_journal(Journal("P07", tuple(entries), (still(20.0),)), folder / JOURNAL_FILE)
 
 
 def plan(folder: Path) -> None:

@@ -51,19 +51,14 @@ def make_case(
     started = time.process_time()
     forms = tuple(map(form_named, planned.labels, planned.forms))
     failure: SolverError | None = None
+    resolution = TRIAL if quick else FINE
     for attempt in range(_DRAWS):
-        random = np.random.default_rng([*planned.seed, attempt])
-        setup = (draw_wide_setup if planned.wide else draw_setup)(random, forms)
+        last = attempt == _DRAWS - 1
         try:
-            pilot = Pilot(setup, TRIAL if quick else PILOT) if forms else None
-            effects = _sized_effects(forms, planned.levels, setup, pilot, random) if pilot else []
-            last = attempt == _DRAWS - 1
-            if not last and not all(map(_reached, forms, effects, planned.levels)):
+            drawn = _drawn_hidden(planned, forms, attempt, quick)
+            if drawn is None:
                 continue
-            scene = Scene(setup.mechanics)
-            for effect in effects:
-                scene = effect.drawn.change(scene)
-            resolution = TRIAL if quick else FINE
+            setup, scene, effects, pilot, random = drawn
             carried = carry_out(scene.mechanics, setup.experiments, setup.beads, resolution, tell)
             if pilot and len(effects) == 1:
                 effects = [replace(effects[0], sigma=pilot.sigma_as_made(scene, carried, resolution))]
@@ -77,6 +72,44 @@ def make_case(
         truth["generator"]["seconds"] = round(time.process_time() - started, 1)
         return Made(experiments_of(setup, scene, readings, random), truth, setup.mechanics.outline)
     raise SolverError(f"{planned.name}: none of {_DRAWS} draws could be made ({failure}); use another seed")
+
+
+def hidden_scene(planned: Planned, quick: bool = False) -> tuple[Setup, Scene]:
+    """Return setup and scene of a case, sized by coarse runs of its three retractions, to be carried out otherwise.
+
+    Raises
+    ------
+    SolverError
+        None of several draws has an equilibrium.
+    """
+    forms = tuple(map(form_named, planned.labels, planned.forms))
+    failure: SolverError | None = None
+    for attempt in range(_DRAWS):
+        try:
+            drawn = _drawn_hidden(planned, forms, attempt, quick)
+        except SolverError as error:
+            failure = error
+            continue
+        if drawn is not None:
+            return drawn[0], drawn[1]
+    raise SolverError(f"{planned.name}: none of {_DRAWS} draws could be made ({failure}); use another seed")
+
+
+_Drawn = tuple[Setup, Scene, list[Sized], Pilot | None, np.random.Generator]
+
+
+def _drawn_hidden(planned: Planned, forms: tuple[Form, ...], attempt: int, quick: bool) -> _Drawn | None:
+    """Return a draw of a case and the generator after it; None where no size reaches its level, but for the last."""
+    random = np.random.default_rng([*planned.seed, attempt])
+    setup = (draw_wide_setup if planned.wide else draw_setup)(random, forms)
+    pilot = Pilot(setup, TRIAL if quick else PILOT) if forms else None
+    effects = _sized_effects(forms, planned.levels, setup, pilot, random) if pilot else []
+    if attempt < _DRAWS - 1 and not all(map(_reached, forms, effects, planned.levels)):
+        return None
+    scene = Scene(setup.mechanics)
+    for effect in effects:
+        scene = effect.drawn.change(scene)
+    return setup, scene, effects, pilot, random
 
 
 def write_case(made: Made, folder: Path, key: Path) -> None:

@@ -8,7 +8,7 @@ is computed for the data at hand and with the rows that a manoeuvre would add.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -16,20 +16,13 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from estimator.diagnosis.conclusions.open_questions import measurements
-from estimator.diagnosis.evidence.signatures import Signature, signatures_at
-from estimator.diagnosis.fitting.case import Case, Linearisation, linearisation_of
-from estimator.diagnosis.model.grip_load import GripLoad
-from estimator.diagnosis.model.hypothesis import Hypothesis
-from estimator.diagnosis.model.setup import Setup
-from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
-from estimator.diagnosis.noise.correlated_errors import correlated_errors_of
-from estimator.diagnosis.noise.estimation import Noise
+from estimator.diagnosis.conclusions.rehearsal import Rehearsal, rehearsed
+from estimator.diagnosis.evidence.signatures import Signature
+from estimator.diagnosis.fitting.case import Linearisation
 from estimator.diagnosis.result import Advice, Manoeuvre
 from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.search.screening import Trial
 from estimator.diagnosis.settings import ConclusionSettings
-from estimator.effects.effect import Effect
-from estimator.errors import SolverError
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
@@ -58,11 +51,13 @@ def advise(
     needed = {label for one, other, _ in close for label in (one, other)}
     plans = [(trials[label].signature.effect, trials[label].signature.constants) for label in needed]
     jobs = [
-        context.executor.submit(_signatures_of_manoeuvre, case, baseline.hypothesis, manoeuvre, plans)
+        context.executor.submit(
+            rehearsed, case, baseline.hypothesis, _planned(case.experiments[-1], manoeuvre, settings), plans
+        )
         for manoeuvre in MANOEUVRES
         if close
     ]
-    rehearsed = [job.result() for job in jobs]
+    rehearsals = [job.result() for job in jobs]
     context.tell("choosing the next experiment", 1, 1)
     found, measured_by = [], measurements(context.catalogue)
     for one, other, now in close:
@@ -74,7 +69,7 @@ def advise(
                 _with_manoeuvre(baseline, trials, needed, one, other, rehearsal),
                 manoeuvre,
             )
-            for manoeuvre, rehearsal in zip(MANOEUVRES, rehearsed, strict=True)
+            for manoeuvre, rehearsal in zip(MANOEUVRES, rehearsals, strict=True)
             if rehearsal is not None
         ]
         best = max(options, key=_gain, default=None)
@@ -91,19 +86,13 @@ def _gain(advice: Advice) -> float:
     return advice.sigma_then - advice.sigma_now
 
 
-@dataclass(frozen=True)
-class _Rehearsal:
-    by_material: FloatArray
-    signatures: tuple[Signature, ...]
-
-
 def _with_manoeuvre(
     baseline: Linearisation,
     trials: Mapping[str, Trial],
     needed: set[str],
     one: str,
     other: str,
-    rehearsal: _Rehearsal,
+    rehearsal: Rehearsal,
 ) -> float:
     of_label = dict(zip(needed, rehearsal.signatures, strict=True))
     more = [(rehearsal.by_material, of_label[one].columns[0], of_label[other].columns[0])]
@@ -138,39 +127,6 @@ def _fitted(baseline: Linearisation, signature: Signature) -> FloatArray:
     scale = np.where(scale > 0, scale, 1.0)
     solution = np.linalg.lstsq(columns / scale, np.concatenate(baseline.residual), rcond=1e-8)[0]
     return np.asarray((solution / scale)[baseline.jacobian[0].shape[1] :])
-
-
-def _signatures_of_manoeuvre(
-    case: Case,
-    hypothesis: Hypothesis,
-    manoeuvre: Manoeuvre,
-    plans: Sequence[tuple[Effect, Mapping[str, float]]],
-) -> _Rehearsal | None:
-    """Rehearse a manoeuvre with the baseline; None where the tissue has no equilibrium in it."""
-    try:
-        planned, load, mechanics = _rehearsed(case, hypothesis, manoeuvre)
-    except SolverError:
-        return None
-    zero = np.zeros((len(planned.time), 6 + 3 * len(planned.fiducials_rest)))
-    whitening = correlated_errors_of(mechanics, zero, Noise(), case.settings.noise).whitening()
-    mini = Case((planned,), case.problem, (load,), (zero,), (whitening,), settings=case.settings)
-    linear = linearisation_of(mini, hypothesis, [mechanics])
-    return _Rehearsal(linear.jacobian[0], tuple(signatures_at(mini, [mechanics], hypothesis, plans)))
-
-
-def _rehearsed(
-    case: Case, hypothesis: Hypothesis, manoeuvre: Manoeuvre
-) -> tuple[Experiment, GripLoad, Mechanics]:
-    planned = _planned(case.experiments[-1], manoeuvre, case.settings.conclusions)
-    setup = Setup([planned], case.problem, [GripLoad.none(len(planned.time))], settings=case.settings)
-    solution = solve_case(setup, hypothesis)[0]
-    first = mechanics_of(solution)
-    rows = solution.load_steps.of_row
-    felt = replace(planned, wrench=first.wrench[rows], fiducials=first.fiducials[rows])
-    load = GripLoad(felt.wrench, felt.wrench / hypothesis.youngs_modulus)
-    setup = Setup([felt], case.problem, [load], settings=case.settings)
-    again = solve_case(setup, hypothesis, [solution.known_fields()])[0]
-    return felt, load, mechanics_of(again)
 
 
 def _planned(last: Experiment, manoeuvre: Manoeuvre, settings: ConclusionSettings) -> Experiment:

@@ -1,9 +1,8 @@
-"""The comparison of hypotheses: all of the catalogue are screened, the leaders refitted, the best of them polished."""
+"""The comparison of hypotheses: of all that were screened the leaders are refitted, the best of them polished."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -22,11 +21,9 @@ from estimator.diagnosis.evidence.noise_selection import (
     signatures_anew,
 )
 from estimator.diagnosis.model.labels import UNKNOWN
-from estimator.diagnosis.noise.errors_left import AT_MOST
-from estimator.diagnosis.noise.outliers import number_left_out
-from estimator.diagnosis.search.baseline import corrected_at_best, prepare
+from estimator.diagnosis.search.baseline import Preparation, corrected_at_best
 from estimator.diagnosis.search.candidate import Candidate, best_of_labels, most_probable_first
-from estimator.diagnosis.search.context import Context, Tell
+from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.search.models import ModelTable
 from estimator.diagnosis.search.racing import finalists, not_solved, race, race_on, to_the_end
 from estimator.diagnosis.search.refinements import (
@@ -48,10 +45,7 @@ from estimator.diagnosis.search.screening import (
     trials_of,
 )
 from estimator.diagnosis.search.second_cause import asks_for_a_finer_form, promising_seconds
-from estimator.diagnosis.settings import DiagnosisSettings, SearchSettings
-from estimator.effects.catalogue import Catalogue
-from estimator.experiment import Experiment
-from estimator.fit.settings import FitSettings
+from estimator.diagnosis.settings import SearchSettings
 from estimator.inference.laplace import log_mean
 
 
@@ -114,44 +108,26 @@ class Comparison:
         return [trial for trial in self.trials if trial.signature.effect.label in labels]
 
 
-def compare(
-    experiments: Sequence[Experiment],
-    settings: DiagnosisSettings,
-    catalogue: Catalogue,
-    material: FitSettings,
-    executor: Executor,
-    tell: Tell,
-) -> Comparison:
-    """Fit the baseline, then let every effect of the catalogue explain what it leaves.
+def compare(preparation: Preparation, screened: Comparison) -> Comparison:
+    """Refit the leaders of a comparison whose effects were screened, in finer forms where these could win.
 
     Parameters
     ----------
-    material : the baseline's law, and what is known of its parameters beforehand
+    preparation : of the case
+    screened : to first order, without candidates
 
     Raises
     ------
-    InputError, FitError, SolverError
-        As :func:`estimator.diagnosis.diagnose.diagnose`.
+    SolverError
+        The baseline has no equilibrium.
     """
-    tell("fitting the baseline", 0, 1)
-    preparation, baseline = prepare(experiments, settings, material, executor)
-    tell("fitting the baseline", 1, 1)
-    lenient = preparation.cases(AT_MOST)
-    case = most_probable_noise(preparation.cases, lenient, baseline)
-    baseline = refitted_anew(baseline, lenient, case)
-    error = error_borne_out(case, baseline)
-    none, unknown = first_order_evidence(case, baseline, error), evidence_of_unknown(case, baseline, error)
-    everything = (*catalogue.effects, *catalogue.outsiders)
-    plain = [effect for effect in everything if not (effect.elaborates or effect.mistaken_for)]
-    context = Context(case, baseline, error, executor, tell, catalogue)
-    trials = screen(context, plain)
-    leaders = leading_trials(best_starts(trials, settings.search.starts), none, settings.search)
+    context, none, trials, settings = screened.context, screened.none, screened.trials, screened.settings
+    leaders = leading_trials(best_starts(trials, settings.starts), none, settings)
     leaders = from_full_size(context, leaders)
     starts = [trial.start for trial in leaders]
     candidates = race(context, starts, none)
-    left_out = number_left_out(experiments, case.experiments)
     unsolved = (*not_solved(starts, candidates), *labels_without_signature(context, trials))
-    comparison = Comparison(context, left_out, tuple(trials), tuple(candidates), none, unknown, unsolved)
+    comparison = replace(screened, candidates=tuple(candidates), unsolved=unsolved)
     preparation = corrected_at_best(preparation, context, candidates, none)
     comparison = _with_most_probable_noise(comparison, preparation.cases)
     finer = _finer(comparison)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import reduce
+from functools import partial, reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,29 +72,46 @@ def carry_out(
     ``beads`` (m, 3) are stated rest positions on a block of stated size; readings are relative to them. ``tell``
     hears how many of how many rows are done.
     """
-    held = held_body(mechanics, resolution)
-    solver = Solver(held)
-    mesh = held.body.mesh
-    cells, shapes = mesh.locate(_on_top(mechanics, beads))
-    nodes = mesh.cells[cells]
-    last, readings = solver.rest(), []
-    total, done = sum(len(rows.time) for rows in experiments), 0
+    body = CarriedBody(mechanics, beads, resolution)
+    total, done, readings = sum(len(rows.time) for rows in experiments), 0, []
     for rows in experiments:
+        readings.append(body.along(rows, partial(_tell_beyond, tell, done, total)))
+        done += len(rows.time)
+    return Carried(tuple(readings), body.solver.unknowns, body.solver.iterations)
+
+
+def _tell_beyond(tell: Callable[[int, int], None], before: int, total: int, done: int, _: int) -> None:
+    tell(before + done, total)
+
+
+class CarriedBody:
+    """One body that is led along one experiment after another, and remembers; ``solver`` counts its steps."""
+
+    def __init__(self, mechanics: Mechanics, beads: FloatArray, resolution: Resolution) -> None:
+        self.solver = Solver(held_body(mechanics, resolution))
+        mesh = self.solver.held.body.mesh
+        cells, self._shapes = mesh.locate(_on_top(mechanics, beads))
+        self._nodes = mesh.cells[cells]
+        self._motion = mechanics.motion
+        self._beads = beads
+        self._last = self.solver.rest()
+
+    def along(self, rows: Rows, tell: Callable[[int, int], None] = lambda done, total: None) -> Readings:
+        """Return what true instruments read along one experiment more."""
         true = rows
-        for change in mechanics.motion:
+        for change in self._motion:
             true = change(true)
         wrench, positions = [], []
-        for row, state in enumerate(_states(solver, solver.after_rest(last), true), start=1):
+        states = _states(self.solver, self.solver.after_rest(self._last), true)
+        for row, state in enumerate(states, start=1):
             wrench.append(state.wrench)
-            positions.append(beads + np.einsum("mn,mni->mi", shapes, state.u[nodes]))
-            tell(done + row, total)
-            last = state
-        done += len(rows.time)
+            positions.append(self._beads + np.einsum("mn,mni->mi", self._shapes, state.u[self._nodes]))
+            tell(row, len(rows.time))
+            self._last = state
         # The reported orientation carries the sensor's frame: nobody knows the true one.
         reading = Readings(rows, np.array(wrench), np.array(positions))
         sensed = reading.sensed()
-        readings.append(reading.with_sensed(sensed - sensed[0]))
-    return Carried(tuple(readings), solver.unknowns, solver.iterations)
+        return reading.with_sensed(sensed - sensed[0])
 
 
 def _on_top(mechanics: Mechanics, beads: FloatArray) -> FloatArray:

@@ -35,8 +35,7 @@ def experiments_of(
     scene : with the effects
     readings : free of noise, one an experiment
     """
-    mechanics = setup.mechanics
-    phantom, anchors, grasp = _phantom(mechanics), _anchors(mechanics), _grasp(mechanics)
+    phantom, anchors, grasp = stated_mounting(setup.mechanics)
     rest = stated_rest(setup, scene, readings)
     experiments = []
     for reading in readings:
@@ -64,6 +63,11 @@ def experiments_of(
             )
         )
     return tuple(experiments)
+
+
+def stated_mounting(mechanics: Mechanics) -> tuple[Phantom, tuple[Box, ...], Grasp]:
+    """Return phantom, anchors and grasp as the folders state them."""
+    return _phantom(mechanics), _anchors(mechanics), _grasp(mechanics)
 
 
 @contextmanager
