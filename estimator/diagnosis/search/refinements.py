@@ -6,7 +6,8 @@ from collections.abc import Collection, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
-from estimator.diagnosis.fitting.case import Case, Linearisation, linearise
+from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.fitting.parallel import solved_by
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.search.candidate import Candidate
 from estimator.diagnosis.search.context import Context
@@ -53,7 +54,7 @@ def with_material_of(context: Context, leader: Candidate) -> Linearisation:
     for share in _SHARES_OF_THE_WAY:
         with suppress(SolverError):
             nearer = plain.with_material_between(context.baseline.hypothesis, share)
-            found = linearise(context.case, nearer, context.baseline)
+            found = solved_by(context.executor)(context.case, nearer, context.baseline)
             break
     return found
 

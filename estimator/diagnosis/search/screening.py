@@ -144,7 +144,8 @@ def _cost(group: Sequence[Effect], condensing: float) -> float:
             cost += 0.1
             continue
         starts = math.prod(max(len(constant.grid), 1) for constant in effect.constants)
-        cost += 1.0 + 0.1 * starts + (4.0 if effect.rate_dependent else 0.0)
+        # what may remember goes by every load step, the others by those of a few poses
+        cost += (6.0 if "terms" in effect.acts_on else 1.0) + 0.1 * starts
     return cost if all(effect.keeps_pattern for effect in group) else cost + condensing
 
 
