@@ -138,8 +138,8 @@ def in_words(experiment: Experiment) -> list[str]:
     """Return the motions that nothing prevents, such as "along x"."""
     names = [*(f"along {axis}" for axis in AXES), *(f"about {axis}" for axis in AXES)]
     free = unheld_motions(experiment)
-    chosen = np.argsort(-np.linalg.norm(free, axis=0), kind="stable")[: len(free)] if len(free) else []
-    return [names[number] for number in sorted(chosen)]
+    chosen = np.argsort(-np.linalg.norm(free, axis=0), kind="stable")[: len(free)]
+    return [names[number] for number in sorted(chosen.tolist())]
 
 
 def _prevented(box: Box, directions: tuple[Axis, ...], body: Box, scale: float) -> list[FloatArray]:
@@ -206,7 +206,7 @@ def holds_tissue(box: Box, body: Box) -> bool:
     """Tell whether a box shares a volume or a face with a body; an edge or a corner holds nothing."""
     shared = _shared(box, body)
     least = 3 * _LAST_DIGIT * np.subtract(body.upper, body.lower).max()
-    return shared is not None and np.count_nonzero(np.subtract(shared.upper, shared.lower) > least) >= 2
+    return shared is not None and bool(np.sum(np.subtract(shared.upper, shared.lower) > least) >= 2)
 
 
 def _shared(box: Box, body: Box) -> Box | None:
