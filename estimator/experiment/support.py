@@ -22,6 +22,8 @@ _THIN = 1 / 20
 _HELD_AREA = 0.5
 # Standard deviations beyond which beads have left the plane.
 _SURELY = 5.0
+# Of the body: what files in single precision round off.
+_LAST_DIGIT = 1e-7
 
 
 def check_support(experiment: Experiment, stated: Path, observed: Path) -> None:
@@ -136,13 +138,13 @@ def in_words(experiment: Experiment) -> list[str]:
     """Return the motions that nothing prevents, such as "along x"."""
     names = [*(f"along {axis}" for axis in AXES), *(f"about {axis}" for axis in AXES)]
     free = unheld_motions(experiment)
-    chosen = np.argsort(-np.linalg.norm(free, axis=0), kind="stable")[: len(free)] if len(free) else []
-    return [names[number] for number in sorted(chosen)]
+    chosen = np.argsort(-np.linalg.norm(free, axis=0), kind="stable")[: len(free)]
+    return [names[number] for number in sorted(chosen.tolist())]
 
 
 def _prevented(box: Box, directions: tuple[Axis, ...], body: Box, scale: float) -> list[FloatArray]:
     """Return for each corner of what is held, and each direction, the rigid motion (6,) that it prevents."""
-    shared = box.intersection(body)
+    shared = _shared(box, body)
     if shared is None:
         return []
     limits = np.array([shared.lower, shared.upper]) / scale
@@ -157,7 +159,7 @@ def _check_rollers(experiment: Experiment, body: Box, file: Path) -> None:
         label = f"{file}: [[roller]] {i}"
         _check_holds_tissue(roller.box, body, f"{label} box")
         shared = roller.box.intersection(grasp.box)
-        within = None if shared is None else shared.intersection(body)
+        within = None if shared is None else _shared(shared, body)
         both = [axis for axis in roller.directions if axis in grasp.directions]
         if within is not None and both and _sides(within, body) >= 2:
             raise InputError(
@@ -167,7 +169,7 @@ def _check_rollers(experiment: Experiment, body: Box, file: Path) -> None:
 
 
 def _check_prescribed(experiment: Experiment, body: Box, file: Path) -> None:
-    grasp = experiment.grasp.box.intersection(body)
+    grasp = _shared(experiment.grasp.box, body)
     for i, prescribed in enumerate(experiment.prescribed, start=1):
         if not 0 <= prescribed.reach <= max(experiment.phantom.size_m):
             raise InputError(
@@ -186,7 +188,7 @@ def _check_sliding_grasp(experiment: Experiment, body: Box, stated: Path, observ
     grasp = experiment.grasp
     if not grasp.slides:
         return
-    shared = grasp.box.intersection(body)
+    shared = _shared(grasp.box, body)
     if shared is not None and _sides(shared, body) > 2:
         raise InputError(
             f"{stated}: [grasp] directions leave some out, and its box has a volume; tissue slides on a face: give a "
@@ -200,10 +202,24 @@ def _check_sliding_grasp(experiment: Experiment, body: Box, stated: Path, observ
         )
 
 
+def holds_tissue(box: Box, body: Box) -> bool:
+    """Tell whether a box shares a volume or a face with a body; an edge or a corner holds nothing."""
+    shared = _shared(box, body)
+    least = 3 * _LAST_DIGIT * np.subtract(body.upper, body.lower).max()
+    return shared is not None and bool(np.sum(np.subtract(shared.upper, shared.lower) > least) >= 2)
+
+
+def _shared(box: Box, body: Box) -> Box | None:
+    """Return what a box shares with a body.
+
+    A face in a file of single precision may lie a last digit inside of where it is said to be.
+    """
+    margin = _LAST_DIGIT * np.subtract(body.upper, body.lower).max()
+    return box.intersection(_box(np.add([body.lower, body.upper], [[-margin], [margin]])))
+
+
 def _check_holds_tissue(box: Box, body: Box, label: str) -> None:
-    """Demand a common volume or face; an edge or a corner holds nothing."""
-    shared = box.intersection(body)
-    if shared is None or np.count_nonzero(np.subtract(shared.upper, shared.lower)) < 2:
+    if not holds_tissue(box, body):
         raise InputError(
             f"{label} holds no tissue (the phantom reaches from {list(body.lower)} to {list(body.upper)} m); "
             "write two opposite corners in metres, in the tissue frame"

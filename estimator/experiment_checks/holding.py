@@ -4,7 +4,7 @@ import numpy as np
 
 from estimator.experiment.holds import Box
 from estimator.experiment.model import Experiment
-from estimator.experiment.support import in_words, is_loose_sheet
+from estimator.experiment.support import holds_tissue, in_words, is_loose_sheet
 from estimator.experiment_checks.finding import Finding, of_facts, of_rows
 from estimator.experiment_checks.readings import SURELY, body_box, longest_edge
 
@@ -15,7 +15,7 @@ _DEEP = 0.02
 def check_grasp(experiment: Experiment) -> list[Finding]:
     """The grasp holds a part of the body, not all of it, and the gripper's origin is near what it holds."""
     body, grasp = body_box(experiment), experiment.grasp
-    if not _holds(grasp.box, body):
+    if not holds_tissue(grasp.box, body):
         return [_outside("[grasp] box", "grasp", grasp.box, body)]
     findings = []
     if _covers(grasp.box, body):
@@ -44,7 +44,7 @@ def check_anchors(experiment: Experiment) -> list[Finding]:
     findings = []
     for number, anchor in enumerate(experiment.anchors, start=1):
         key = f"[[anchor]] {number} box"
-        if not _holds(anchor, body):
+        if not holds_tissue(anchor, body):
             findings.append(_outside(key, "anchors", anchor, body))
             continue
         if anchor.overlaps_within(experiment.grasp.box, body):
@@ -142,12 +142,6 @@ def _twins(points: np.ndarray) -> tuple[int, int] | None:
     _, first, inverse = np.unique(points, axis=0, return_index=True, return_inverse=True)
     twin = np.flatnonzero(first[inverse.ravel()] != np.arange(len(points)))
     return (int(first[inverse.ravel()[twin[0]]]), int(twin[0])) if len(twin) else None
-
-
-def _holds(box: Box, body: Box) -> bool:
-    """Tell whether a box shares a volume or a face with the body; an edge holds nothing."""
-    shared = box.intersection(body)
-    return shared is not None and int(np.count_nonzero(np.subtract(shared.upper, shared.lower))) >= 2
 
 
 def _covers(box: Box, body: Box) -> bool:

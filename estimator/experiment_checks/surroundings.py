@@ -7,6 +7,7 @@ from estimator.experiment_checks.finding import Finding, Grade, of_facts
 from estimator.experiment_checks.readings import SURELY, body_box, longest_edge
 
 _SHARE_OF_FORCE = 0.1
+_NEARLY_HALF = 0.015
 _EARTH = (9.76, 9.84)  # m/s², from the equator's heights to the poles
 
 
@@ -42,6 +43,14 @@ def check_weight(experiment: Experiment) -> list[Finding]:
     still = at_centre <= SURELY * sensor.position_std + 1e-3 * longest_edge(experiment)
     absolute = sensor.force_zero == "no_load" or experiment.driven == "load"
     quiet = abs(first) < SURELY * sensor.force_std < _SHARE_OF_FORCE * weight
+    lifted = -forces @ (direction / np.linalg.norm(direction))
+    least = float(np.min(lifted[lifted > 0], initial=np.inf))
+    if experiment.driven == "load" and abs(least / weight - 0.5) < _NEARLY_HALF:
+        what = (
+            f"acts, and the smallest load, {least:.3g} N, is a half of {weight:.3g} N, as if it stood for it"
+        )
+        do = "state the load that hung besides: else a part of the weight counts twice"
+        return [of_facts("suspicious", "weight", what, do, where)]
     if environment.weight == "acts" and absolute and still and quiet:
         what = f"acts in the first row, where the gripper is at rest and feels nothing of {weight:.3g} N"
         do = 'if that row is of the phantom before it hung, write weight = "acts_after_first_row"'

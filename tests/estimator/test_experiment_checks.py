@@ -463,6 +463,19 @@ def test_a_case_of_two_good_experiments_has_nothing_to_say(tmp_path: Path) -> No
     assert [one.findings for one in check_folder(tmp_path / "case")] == [(), (), ()]
 
 
+@pytest.mark.parametrize(("share", "said"), [(0.5, True), (0.3, False), (1.0, False)])
+def test_a_load_that_is_half_the_weight_is_pointed_out_where_the_weight_acts(
+    share: float, said: bool
+) -> None:
+    weight = float(np.prod(GOOD.phantom.size_m)) * GOOD.phantom.density * 9.81
+    load = np.full_like(GOOD.wrench, np.nan)
+    load[:, :3] = np.outer(GOOD.step > 0, [0.0, 0.0, share * weight])
+    sensor = replace(GOOD.sensor, orientation_std=0.01)
+    environment = Environment(surface_below="none", weight="acts_after_first_row")
+    hanging = replace(GOOD, driven="load", wrench=load, sensor=sensor, environment=environment)
+    assert ("weight" in graded(hanging)) == said
+
+
 def test_what_begins_under_load_may_stand_anywhere() -> None:
     later = of_springs(there_and_back()[3:])
     assert "start" in graded(later)

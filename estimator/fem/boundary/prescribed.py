@@ -54,8 +54,8 @@ class PrescribedMotion:
 
     def displacement(self, position: FloatArray) -> FloatArray:
         """Return the displacements (k,), m, with the gripper's origin at a position (3,), m."""
-        return self.coefficients @ self.way.terms(position)
+        return np.asarray(self.coefficients @ self.way.terms(position))
 
     def by_position(self, position: FloatArray) -> FloatArray:
         """Return their derivative (k, 3) by that position."""
-        return self.coefficients @ self.way.by_position(position)
+        return np.asarray(self.coefficients @ self.way.by_position(position))
