@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from daq.calibration_files.record import CalibrationRecord
 from daq.calibration_files.results import ForceResult, RobotResult, TimeResult, ToolResult
 from daq.errors import RigError
 from daq.rig import Rig
-from estimator.experiment import SensorNoise
+from estimator.experiment import Experiment, SensorNoise
 from estimator.fit.budget.source import Origin
 from estimator.fit.budget.systematic import CAMERA_SCALE, MOTION_DIRECTION, TORQUE_CENTRE, Stated
 
@@ -94,13 +94,15 @@ def planned_noise(rig: Rig, measured_s: float) -> PlannedNoise:
             "torque_nm under [uncertainty]"
         )
     of_force = Origin("B", words)
+    bead_m, view, rest = extra.fiducial_m or _USUAL_BEAD_M, rig.planar_view, rig.specimen.fiducials_m
     sensor = SensorNoise(
         force,
         torque,
-        extra.fiducial_m or _USUAL_BEAD_M,
+        bead_m,
         extra.position_m or _USUAL_POSITION_M,
         rig.tool.mass_kg,
         rig.tool.centre_m,
+        {} if view is None or not rest else view.noise_by_axis(rest, bead_m),
     )
     return PlannedNoise(
         sensor,
@@ -111,6 +113,17 @@ def planned_noise(rig: Rig, measured_s: float) -> PlannedNoise:
             "position": _of_rig_file(extra.position_m),
         },
     )
+
+
+def as_measured(rig: Rig, rehearsed: Experiment) -> Experiment:
+    """Return a rehearsed experiment with those coordinates of the beads alone that the rig's cameras measure."""
+    beads = rehearsed.fiducials.copy()
+    if not rig.measuring_cameras:
+        none = np.empty((0, 3))
+        return replace(rehearsed, fiducials_rest=none, fiducials=np.empty((len(beads), 0, 3)))
+    if rig.planar_view is not None:
+        beads[..., 2] = np.nan
+    return replace(rehearsed, fiducials=beads)
 
 
 def _of_rig_file(size: float) -> Origin:

@@ -22,7 +22,6 @@ from daq.synchronisation.windows import Means, Window, in_window, measuring_wind
 from daq.synchronisation.wrenches import WrenchCompensation
 from daq.timing.event_times import EventTimes
 from daq.trajectories import experiment_kind
-from daq.vision.planar import height_slopes
 from estimator.experiment import Experiment, SensorNoise
 from robot_drivers.protocols import FloatArray, PoseBlock, WrenchBlock
 
@@ -214,9 +213,7 @@ def _by_channel(rig: Rig, beads: Means, fiducial_std: float) -> dict[str, float]
     """Return the noise of single channels: of one camera the uncertain height of the beads makes that of the others."""
     if rig.planar_view is None or not beads.mean.size:
         return {}
-    slopes = height_slopes(rig.planar_view.camera(), _rest(rig, beads))
-    by_height = rig.planar_view.height_std_m * np.sqrt(np.mean(slopes**2, axis=0))
-    return {axis: math.hypot(fiducial_std, by) for axis, by in zip("xy", by_height.tolist(), strict=True)}
+    return rig.planar_view.noise_by_axis(_rest(rig, beads), fiducial_std)
 
 
 def _fiducial_std(beads: Means, extra_m: float) -> float:

@@ -64,6 +64,19 @@ class PlanarView:
         """Read the calibration; raises RigError where the file is none."""
         return PinholeCamera.load(self.calibration)
 
+    def noise_by_axis(self, rest: ArrayLike, image_std: float) -> dict[str, float]:
+        """Return the noise of x and of y, m, of beads at rest positions (n, 3) whose images alone give ``image_std``.
+
+        Raises
+        ------
+        RigError
+            The calibration cannot be read.
+        """
+        slopes = height_slopes(self.camera(), np.asarray(rest, dtype=np.float64).reshape(-1, 3))
+        by_height = self.height_std_m * np.sqrt(np.mean(slopes**2, axis=0))
+        x, y = np.hypot(image_std, by_height).tolist()
+        return {"x": x, "y": y}
+
 
 class PlanarTracker:
     """Measures the beads of one face in consecutive images; the first image shows the phantom at rest.

@@ -6,6 +6,7 @@ is sent: neither a bias, nor a setting, nor a request.
 
 import contextlib
 import string
+import time
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,15 +21,17 @@ from robot_drivers.serial_line.line import SerialLine
 from robot_drivers.serial_line.receiver import SerialReceiver
 
 _MEASURED_FRAMES = 20
+_BITS_PER_BYTE = 10  # start, 8 data, stop
+_LOOK_S, _LONGEST_DISCARD_S = 0.01, 1.0
 _TEXT = frozenset(string.printable.encode())
 
 
 class _Listener:
     """Frames as they come, each with the time at which its last byte was found."""
 
-    def __init__(self, line: SerialLine, batch_s: float) -> None:
-        line.read()  # what waits there is old
-        self.receiver = SerialReceiver(line, batch_s)
+    def __init__(self, line: SerialLine, settings: BotaSettings) -> None:
+        _discard_waiting(line, settings.bit_rate / _BITS_PER_BYTE)
+        self.receiver = SerialReceiver(line, settings.batch_s)
         self._decoder = FrameDecoder()
         self._bytes_read = 0
         self.heard = b""
@@ -115,7 +118,7 @@ class BotaSerial:
         if self._line is None:
             raise self._not_connected()
         self.stop()
-        self._listener = _Listener(self._line, self._settings.batch_s)
+        self._listener = _Listener(self._line, self._settings)
         self._clock = SampleClock(self._rate_hz)
         first = self._block(self._listener, self._settings.start_timeout_s)
         if not len(first):
@@ -168,7 +171,7 @@ class BotaSerial:
 
     def _listened(self, line: SerialLine) -> tuple[IntArray, int, float]:
         """Return the clock of some frames in a row, and status and temperature of the last."""
-        listener = _Listener(line, self._settings.batch_s)
+        listener = _Listener(line, self._settings)
         times = np.empty(0, np.int64)
         deadline_ns = host_time_ns() + round(self._settings.start_timeout_s * 1e9)
         try:
@@ -219,6 +222,18 @@ class BotaSerial:
         rated = self._settings.rated_wrench
         largest = np.full(6, np.finfo(np.float32).max) if rated is None else np.array(rated)
         return np.logical_and.reduce(np.abs(wrench) <= largest, axis=-1)
+
+
+def _discard_waiting(line: SerialLine, bytes_per_s: float) -> None:
+    """Discard what is old: all that comes faster than the line can carry it has waited somewhere."""
+    begin_ns = last_ns = host_time_ns()
+    line.read()
+    while last_ns - begin_ns < _LONGEST_DISCARD_S * 1e9:
+        time.sleep(_LOOK_S)
+        size, now_ns = len(line.read()), host_time_ns()
+        if size <= bytes_per_s * (now_ns - last_ns) * 1e-9:
+            return
+        last_ns = now_ns
 
 
 def _joined(first: WrenchBlock, second: WrenchBlock) -> WrenchBlock:

@@ -60,7 +60,9 @@ class SampleClock:
                 self.duplicated += 1
                 return None
             elapsed_s = (stamp_ns - before_ns) * 1e-9
-            if step_us * 1e-6 > elapsed_s + _CLOCK_TOLERANCE_S:  # it cannot have run ahead: it began anew
+            # Behind where it was it began anew, unless it is so far on that its 32 bits began again. Ahead of where it
+            # can be, what came before had waited: samples are missing.
+            if clock < before and step_us * 1e-6 > elapsed_s + _CLOCK_TOLERANCE_S:
                 self.restarts += 1
                 unwrapped, steps = clock, 1
             else:

@@ -1,14 +1,17 @@
 """The verb ``budget``: what a rig and a trajectory let one expect, before anything is recorded."""
 
 import json
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import pytest
 
 from daq.cli import main
-from daq.rig import write_rig
+from daq.rig import read_rig, write_rig
 from daq.virtual_rig.layout import Addresses, rig_description
+from daq.virtual_rig.rendering.scene import flea2_pair
+from daq.vision.planar import PlanarView
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fit.estimate import estimate
 from estimator.forward.meshing import mesh_experiment
@@ -62,6 +65,27 @@ def test_nothing_is_connected_and_every_size_has_an_origin(
     gain = next(one for one in told["budget"]["lines"] if one["source"]["name"] == "force_gain")
     assert gain["contribution"]["youngs_modulus"] == pytest.approx(0.005 * 15e3, rel=0.03)
     assert "Expected uncertainty of" in report.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("calibrated", [True, False])
+def test_one_camera_plans_with_what_it_measures(
+    capsys: pytest.CaptureFixture[str], rig: Path, table: Path, calibrated: bool
+) -> None:
+    camera = rig.with_name("camera.toml")
+    flea2_pair().left.save(camera)
+    described = read_rig(rig)
+    one = replace(
+        described,
+        cameras=described.cameras[:1],
+        stereo_calibration=None,
+        planar_view=PlanarView(camera, 2e-4) if calibrated else None,
+    )
+    write_rig(one, rig)
+    status, out, err = run(capsys, rig, "--trajectory", table, "--json")
+    assert status == 0, err
+    counted = {line["source"]["name"] for line in json.loads(out)["budget"]["lines"]}
+    assert ("bead" in counted) == calibrated
+    assert "force" in counted
 
 
 def test_more_of_the_same_trials_lessen_noise_and_no_gain(

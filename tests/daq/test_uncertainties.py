@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from daq.calibration_files.keeping import keep
@@ -19,9 +20,12 @@ from daq.calibration_files.results import (
 )
 from daq.errors import RigError
 from daq.rig import Device, Rig, Transform, Uncertainty
-from daq.uncertainties import planned_noise, stated_by_calibrations
-from daq.virtual_rig.layout import Addresses, rig_description
+from daq.trajectories.planned import planned_experiment
+from daq.trajectories.routines import NAMED
+from daq.uncertainties import as_measured, planned_noise, stated_by_calibrations
+from daq.virtual_rig.layout import SPECIMEN, Addresses, rig_description
 from daq.virtual_rig.rendering.scene import flea2_pair
+from daq.vision.planar import PlanarView
 from estimator.fit.budget.source import Origin
 from robot_drivers.ati.netft import NetFTSettings
 from robot_drivers.ati.transducer.gamma import GAGE_NOISE_STD
@@ -121,3 +125,39 @@ def test_a_sensor_without_a_told_noise_needs_one_in_the_rig_file(tmp_path: Path)
         planned_noise(silent, 0.8)
     told = replace(silent, uncertainty=Uncertainty(force_n=1.0, torque_nm=0.1))
     assert planned_noise(told, 0.8).sensor.force_std == 1.0
+
+
+def one_camera(folder: Path, view: PlanarView | None) -> Rig:
+    described = rig(folder)
+    return replace(described, cameras=described.cameras[:1], stereo_calibration=None, planar_view=view)
+
+
+def test_a_plan_counts_on_no_more_than_the_cameras_measure(tmp_path: Path) -> None:
+    camera = tmp_path / "camera.toml"
+    flea2_pair().left.save(camera)
+    planar = one_camera(tmp_path, PlanarView(camera, 2e-4))
+    sensor = planned_noise(planar, 0.8).sensor
+    laid_out = planned_experiment(next(iter(NAMED.values()))(), SPECIMEN, sensor, order=1)
+    rehearsed = replace(laid_out, fiducials=np.ones_like(laid_out.fiducials))
+
+    of_two = as_measured(rig(tmp_path), rehearsed)
+    assert np.array_equal(of_two.fiducials, rehearsed.fiducials)
+    of_one = as_measured(planar, rehearsed)
+    assert np.isnan(of_one.fiducials[..., 2]).all()
+    assert np.array_equal(of_one.fiducials[..., :2], rehearsed.fiducials[..., :2])
+    assert len(of_one.fiducials_rest) == len(SPECIMEN.fiducials_m)
+    of_none = as_measured(one_camera(tmp_path, None), rehearsed)
+    assert of_none.fiducials_rest.shape == (0, 3)
+    assert of_none.fiducials.shape == (len(rehearsed.time), 0, 3)
+    assert not np.isnan(rehearsed.fiducials).any()
+
+
+def test_a_plan_of_one_camera_counts_on_the_uncertain_height_of_the_beads(tmp_path: Path) -> None:
+    camera = tmp_path / "camera.toml"
+    flea2_pair().left.save(camera)
+    low, high = (
+        planned_noise(one_camera(tmp_path, PlanarView(camera, std)), 0.8).sensor for std in (1e-9, 2e-4)
+    )
+    assert low.by_channel == pytest.approx({"x": low.fiducial_std, "y": low.fiducial_std})
+    assert max(high.by_channel.values()) > 1.1 * low.fiducial_std
+    assert not planned_noise(rig(tmp_path), 0.8).sensor.by_channel

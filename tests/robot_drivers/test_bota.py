@@ -127,6 +127,25 @@ def test_a_sensor_that_was_powered_up_again_begins_its_clock_anew():
     assert clock.restarts == 1
 
 
+def test_samples_that_waited_together_do_not_make_a_restart() -> None:
+    clock = SampleClock(800.0)
+    found = placed(clock, [0, 1250, 3_000_000, 3_001_250], [2.0, 2.0, 2.001, 2.002])
+    assert found.counter.tolist() == [0, 1, 2400, 2401]
+    assert (clock.lost, clock.restarts) == (2398, 0)
+
+
+def test_what_waited_on_the_line_is_not_taken_for_new():
+    with BotaEmulator(lambda _: LOAD) as emulator:
+        time.sleep(1.5)
+        with closing(BotaSerial(BotaSettings(port=emulator.port, start_timeout_s=30.0))) as sensor:
+            sensor.connect()
+            sensor.start()
+            blocks = read_for(sensor, 0.5)
+            assert sensor.statistics().lost == 0
+    assert blocks[0].device_time_s[0] > 1.0
+    assert len(gathered(blocks, "counter")) < 800
+
+
 @given(st.lists(st.integers(1, 40), min_size=1, max_size=50), st.floats(100.0, 1000.0))
 def test_counters_are_the_samples_that_the_clock_tells_of(steps, rate_hz):
     true = np.cumsum([0, *steps])

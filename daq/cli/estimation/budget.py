@@ -16,7 +16,7 @@ from daq.rig import Rig
 from daq.trajectories.planned import moves, planned_experiment
 from daq.trajectories.routines import RETRACTIONS
 from daq.trajectories.trajectory import Trajectory
-from daq.uncertainties import PlannedNoise, planned_noise
+from daq.uncertainties import PlannedNoise, as_measured, planned_noise
 from daq.versions import package_versions
 from estimator.errors import InputError
 from estimator.experiment import Experiment
@@ -84,7 +84,7 @@ def run(options: argparse.Namespace) -> Result:
             progress=partial(tell, "solving the equilibria"),
             resolution=Resolution(DEFAULT_GRADING, "hex27"),
         )
-        found = estimate(rehearsed, tell, settings)
+        found = estimate([as_measured(rig, one) for one in rehearsed], tell, settings)
     assert found.budget is not None
     what = ", ".join(one.name for one in planned)
     if options.report is not None:
