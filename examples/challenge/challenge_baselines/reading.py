@@ -62,18 +62,23 @@ def read(folder: Path) -> Reading:
         Fitted(one, wrench, beads, stiffness, shape, share)
         for one, (wrench, beads), share in zip(experiments, parts, shares, strict=True)
     ]
-    q = np.linalg.qr(base)[0]
+    residual = np.zeros(len(measured))
+    residual[known] = left
+    channels = _channels(experiments)
+    misfits = np.array([_rms(residual[known & (channels == channel)]) for channel in range(3)])
+    # what the block does not know of the beads must not hide what the forces say
+    weight = 1.0 / np.maximum(misfits, 1.0)[channels][known]
+    q = _span(base * weight[:, None])
     gains = {}
     for label, template in TEMPLATES.items():
         own = [_stacked(experiments, list(column)) for column in zip(*map(template, seen), strict=True)]
-        gains[label] = _gain(np.column_stack(own)[known], q, left)
-    residual = np.zeros(len(measured))
-    residual[known] = left
+        gains[label] = _gain(np.column_stack(own)[known] * weight[:, None], q, left * weight)
+    force, torque, beads = map(float, misfits)
     return Reading(
         modulus,
         ratio,
         gains,
-        _misfits(experiments, residual, known),
+        (force, torque, beads),
         _oddest_bead(experiments, residual),
         _facts(experiments, reach),
     )
@@ -121,13 +126,19 @@ def _gain(own: FloatArray, q: FloatArray, left: FloatArray) -> float:
     kept = beside[:, np.linalg.norm(beside, axis=0) > 1e-6 * size + _SMALLEST]
     if not kept.size:
         return 0.0
-    u, s, _ = np.linalg.svd(kept / np.linalg.norm(kept, axis=0), full_matrices=False)
-    along = u[:, s > 1e-6 * s[0]]
+    along = _span(kept)
     explained = float(np.sum((along.T @ left) ** 2))
     rest = float(left @ left) - explained
     return (explained / along.shape[1]) / max(
         rest / max(len(left) - q.shape[1] - along.shape[1], 1), _SMALLEST
     )
+
+
+def _span(columns: FloatArray) -> FloatArray:
+    """Return orthonormal columns that span the same, without those that others make up."""
+    size = np.linalg.norm(columns, axis=0)
+    u, s, _ = np.linalg.svd(columns[:, size > 0] / size[size > 0], full_matrices=False)
+    return np.asarray(u[:, s > 1e-6 * s[0]])
 
 
 def _stacked(experiments: list[Experiment], columns: list[Column]) -> FloatArray:
@@ -149,19 +160,17 @@ def _unstacked(experiments: list[Experiment], values: FloatArray) -> list[Column
     return found
 
 
-def _misfits(
-    experiments: list[Experiment], residual: FloatArray, known: np.ndarray
-) -> tuple[float, float, float]:
-    ones = [(one.wrench_std + np.zeros_like(one.wrench), np.zeros_like(one.beads)) for one in experiments]
-    is_wrench = _stacked(experiments, ones) > 0
-    is_force = (
-        _stacked(experiments, [(wrench * np.array([1, 1, 1, 0, 0, 0]), beads) for wrench, beads in ones]) > 0
-    )
-    masks = (is_force & known, is_wrench & ~is_force & known, ~is_wrench & known)
-    force, torque, beads = (
-        float(np.sqrt(np.mean(residual[mask] ** 2))) if mask.any() else 0.0 for mask in masks
-    )
-    return force, torque, beads
+def _channels(experiments: list[Experiment]) -> np.ndarray:
+    """Return of each stacked value whether it is a force (0), a torque (1) or a bead's (2)."""
+    parts = [
+        np.concatenate([np.tile([0, 0, 0, 1, 1, 1], len(one.wrench)), np.full(one.beads.size, 2)])
+        for one in experiments
+    ]
+    return np.concatenate(parts)
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
 
 
 def _oddest_bead(experiments: list[Experiment], residual: FloatArray) -> tuple[float, float]:
