@@ -6,10 +6,10 @@ from daq.bad_input.damage.any_file import TEXT
 from daq.bad_input.damage.value import JSON, TABLE, TOML
 from daq.bad_input.kind import Kind
 from daq.bad_input.samples import benchmarks
+from estimator.batch import case_names
 from estimator.blind.scoring.score import score_answers
 from estimator.blind.scoring.telling import score_text
 from estimator.blind.sealing.openings import OPENINGS_FILE
-from estimator.diagnosis.batch import case_names
 from estimator.experiment import read_case
 
 

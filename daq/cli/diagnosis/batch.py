@@ -11,7 +11,7 @@ from daq.cli.diagnosis.documents import DATA_FILE, PAGE_FILE, data_of, data_text
 from daq.cli.estimation.known import KNOWN_OPTIONS, with_noise_of
 from daq.cli.verb import Result, progress
 from daq.cli.workers import workers_of
-from estimator.diagnosis.batch import run_batch
+from estimator.batch import run_batch
 from estimator.diagnosis.diagnose import diagnose
 from estimator.errors import InputError
 from estimator.experiment import Experiment
@@ -38,7 +38,7 @@ def diagnose_all(options: argparse.Namespace, material: FitSettings) -> Result:
     ------
     InputError
         No output folder is given, or it holds diagnoses made with other options; or as
-        :func:`~estimator.diagnosis.batch.run_batch`.
+        :func:`~estimator.batch.run_batch`.
     """
     cases, output = options.case[0], options.output
     if output is None:

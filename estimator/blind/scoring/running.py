@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
+from estimator.batch import Batch, Tell, run_batch
 from estimator.blind.scoring.ceiling import as_json as ceilings_as_json
 from estimator.blind.scoring.ceiling import ceilings
-from estimator.diagnosis.batch import Batch, Tell, run_batch
 from estimator.diagnosis.conclusions.as_json import as_json
 from estimator.diagnosis.result import Diagnosis
 from estimator.experiment import Experiment
@@ -39,7 +39,7 @@ def answer_cases(
     Raises
     ------
     InputError, WorkersLostError
-        As :func:`~estimator.diagnosis.batch.run_batch`.
+        As :func:`~estimator.batch.run_batch`.
     """
 
     def files(name: str) -> list[Path]:

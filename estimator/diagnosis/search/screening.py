@@ -70,9 +70,8 @@ def _descending(trial: Trial) -> float:
 
 def can_show(effect: Effect, context: Context) -> bool:
     """Tell whether what an effect acts on is there: the anchors, and as many beads as were seen."""
-    if effect.group == "anchor" and not context.case.problem.anchored.any():
-        return False
-    return context.beads_seen >= max(effect.fewest_beads, 1 if effect.group == "vision" else 0)
+    held = effect.group != "anchor" or bool(context.case.problem.anchored.any())
+    return held and context.beads_seen >= max(effect.fewest_beads, 1 if effect.group == "vision" else 0)
 
 
 def labels_without_signature(context: Context, trials: Sequence[Trial]) -> tuple[str, ...]:
