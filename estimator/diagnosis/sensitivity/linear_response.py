@@ -17,7 +17,7 @@ from estimator.diagnosis.model.solution import Mechanics, Solution, displacement
 from estimator.diagnosis.model.term_history import TermHistory
 from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, Perturbation, filled, no_change
 from estimator.experiment import Experiment
-from estimator.fem.assembly.body import Response, nodal_forces, respond
+from estimator.fem.assembly.body import Response, nodal_forces, respond, respond_alike
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.grip import wrench_by_forces, wrench_of
 from estimator.fem.equilibrium.observation import interpolate
@@ -75,6 +75,7 @@ class _Loading:
         self.problem = to.problem(solution.baseline) if anew else solution.problem
         # Of a problem whose body and grip are the same, anchors alone hold otherwise: the tissue's own stress stays.
         self._new_shape = new_problem and not _is_gripped_alike(self.problem, solution.problem)
+        self._same_deformation = self.problem.body is solution.problem.body and not self._new_shape
         self._new_response = effect is None or "material" in effect.acts_on or self._new_shape
         self.terms_matter = bool(hypothesis.effects) or (effect is not None and "terms" in effect.acts_on)
         self.matters = anew or self._new_response or self.terms_matter
@@ -105,6 +106,13 @@ class _Loading:
         """Return how the changed tissue responds to displacements (n, 3)."""
         return respond(self.problem.body, self._material, displacement)
 
+    def _response_at(self, state: EquilibriumState, displacement: FloatArray) -> Response:
+        """Return the same at a state's displacements (n, 3), from its own response where but E and ν differ."""
+        law, shape = self._material.law, self._material.shape
+        alike = law is state.material.law and np.array_equal(shape, state.material.shape)
+        known = state.response if alike and self._same_deformation else self.response_to(displacement)
+        return respond_alike(self.problem.body, self._material, known)
+
     def at(
         self, time_point: TimePoint, unperturbed: FloatArray, of_terms: FloatArray | None
     ) -> tuple[FloatArray, Response, FloatArray]:
@@ -120,7 +128,7 @@ class _Loading:
         if self._new_shape:
             displacement = self.problem.imposed(displacement, time_point.state.pose)
         if self._new_response:
-            response = self.response_to(displacement)
+            response = self._response_at(time_point.state, displacement)
             load += nodal_forces(self.problem.body, response, response.slope) - unperturbed
             load -= self._heavier
         if self.terms_matter and of_terms is not None:

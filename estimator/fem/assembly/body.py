@@ -121,8 +121,20 @@ def respond(body: Body, material: Material, displacement: FloatArray) -> Respons
     law = material.law.derivatives(i1.ravel(), i2.ravel(), j.ravel(), material.shape)
     by = law.dilatation_by
     dilatation = _projected(body, by[0] * (i1 - 3.0) + by[1] * (i2 - 3.0) + by[2] * (j - 1.0))
+    return _answer(body, material, F, dilatation, law)
+
+
+def respond_alike(body: Body, material: Material, response: Response) -> Response:
+    """Evaluate another material of the same law and shape at the deformation of a response."""
+    return _answer(body, material, response.F, response.dilatation, response.law)
+
+
+def _answer(
+    body: Body, material: Material, F: FloatArray, dilatation: FloatArray, law: EnergyDerivatives
+) -> Response:
     mu, lame = material.lame
-    slope = mu * law.first.reshape(3, *j.shape) + np.multiply.outer(by, lame * dilatation)
+    slope = mu * law.first.reshape(3, *dilatation.shape)
+    slope = slope + np.multiply.outer(law.dilatation_by, lame * dilatation)
     energy = mu * float(np.sum(body.volume.ravel() * law.value))
     energy += 0.5 * lame * float(np.sum(body.volume * dilatation**2))
     return Response(F, energy, slope, dilatation, lame * dilatation, law)
