@@ -206,6 +206,11 @@ class Experiment:
     prescribed: tuple[Prescribed, ...] = ()
 
     @property
+    def directed(self) -> tuple[Roller | Prescribed, ...]:
+        """What holds the phantom along some axes, and what leads it there."""
+        return (*self.rollers, *self.prescribed)
+
+    @property
     def specific_weight(self) -> FloatArray:
         """The weight that strains the phantom, (3,), N/m³; zero where it is left out."""
         if self.environment.weight == "left_out":

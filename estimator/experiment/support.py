@@ -39,7 +39,7 @@ def check_support(experiment: Experiment, stated: Path, observed: Path) -> None:
     body = bounds_of(experiment.phantom)
     grasp = experiment.grasp.box
     _check_holds_tissue(grasp, body, f"{stated}: [grasp] box")
-    if not (experiment.anchors or experiment.rollers or experiment.prescribed):
+    if not (experiment.anchors or experiment.directed):
         raise InputError(f"{stated}: no [[anchor]]; state at least one box whose tissue does not move")
     for i, anchor in enumerate(experiment.anchors, start=1):
         _check_holds_tissue(anchor, body, f"{stated}: [[anchor]] {i} box")
@@ -121,7 +121,7 @@ def unheld_motions(experiment: Experiment) -> FloatArray:
     """Return the rigid motions (k, 6) of the body that nothing prevents: translation, and turn by its longest edge."""
     body = bounds_of(experiment.phantom)
     held = [(anchor, AXES) for anchor in experiment.anchors]
-    held += [(one.box, one.directions) for one in (*experiment.rollers, *experiment.prescribed)]
+    held += [(one.box, one.directions) for one in experiment.directed]
     held.append((experiment.grasp.box, experiment.grasp.directions))
     if stays_flat(experiment):
         thin = thin_axis(experiment.phantom)

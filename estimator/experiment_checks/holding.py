@@ -35,7 +35,7 @@ def check_grasp(experiment: Experiment) -> list[Finding]:
 def check_anchors(experiment: Experiment) -> list[Finding]:
     """Something stands still, it is of the body, and it is not what the gripper holds."""
     body = body_box(experiment)
-    if not (experiment.anchors or experiment.rollers or experiment.prescribed):
+    if not (experiment.anchors or experiment.directed):
         return [
             of_facts(
                 "wrong", "anchors", "none is stated", "state a box whose tissue does not move", "[[anchor]]"

@@ -145,8 +145,8 @@ def apparent_modulus(experiment: Experiment) -> float | None:
     box = body_box(experiment)
     edges = np.subtract(box.upper, box.lower)
     centre = np.asarray(experiment.grasp.centre)
-    directed = (*experiment.rollers, *experiment.prescribed)
-    away = [float(box.distance(centre)) for box in (*experiment.anchors, *(one.box for one in directed))]
+    held = (*experiment.anchors, *(one.box for one in experiment.directed))
+    away = [float(box.distance(centre)) for box in held]
     length = max(min(away, default=0.0), float(edges.min()))
     area = float(np.prod(edges)) / max(float(edges.max()), length)
     return float(size[row] * length / (area * distance[row]))

@@ -102,8 +102,7 @@ def _meshed_block(experiment: Experiment, grading: Grading, kind: ElementKind) -
     """Mesh a block with every plane on which a condition ends, and with nodes in the middle plane of a flat sheet."""
     phantom, grasp = experiment.phantom, experiment.grasp.box
     size = np.asarray(phantom.size_m)
-    directed = (*experiment.rollers, *experiment.prescribed)
-    held = (*experiment.anchors, *(one.box for one in directed))
+    held = (*experiment.anchors, *(one.box for one in experiment.directed))
     mesh = block_mesh(size, held, grasp, grading, kind)
     if not stays_flat(experiment) or _in_middle(mesh, phantom).any():
         return mesh
