@@ -94,7 +94,7 @@ def test_the_classifier_learns_and_answers(readings: Path, tmp_path: Path) -> No
     for number in range(60):
         label, name = labels[number % 3], f"case{number:03d}"
         gains = {one: float(np.exp(random.normal())) for one in plain["reading"]["gains"]}
-        gains |= {label: 300.0} if label != "none" else {}
+        gains |= {label: 1e6} if label != "none" else {}
         opened[name] = {**plain, "reading": {**plain["reading"], "gains": gains}}
         effects = [] if label == "none" else [label]
         (keys / f"{name}.toml").write_text(

@@ -52,7 +52,7 @@ def read(folder: Path) -> Reading:
     base = np.column_stack(columns)[known]
     offset = _stacked(experiments, fixed)[known]
     target = measured[known] - offset
-    amounts = np.linalg.lstsq(base, target, rcond=None)[0]
+    amounts = np.asarray(np.linalg.lstsq(base, target, rcond=None)[0], dtype=np.float64)
     fitted = np.full(len(measured), 0.0)
     fitted[known] = base @ amounts + offset
     left = target - base @ amounts
