@@ -50,10 +50,19 @@ def _check(stream: DamagedStream) -> bool:
             agree((bytes_[0], bytes_[35:]), (0xAA, struct.pack("<H", _crc(bytes_[1:35]))), "header and CRC")
             if begin < last_end:
                 raise WrongValueError(f"the frame at byte {begin} follows one that ends at {last_end}")
-            if not on_boundaries(stream, begin, end):
+            if not (on_boundaries(stream, begin, end) or _is_sent(stream, begin, end)):
                 raise WrongValueError(f"the frame at byte {begin} is made of two")
             last_end = end
     return last_end > 0
+
+
+def _is_sent(stream: DamagedStream, begin: int, end: int) -> bool:
+    """Tell whether a stretch is the frame that was sent with its last byte.
+
+    It need not have begun there: where a frame's CRC ends in 0xAA, that byte stands for a lost header after it.
+    """
+    last = stream.origins[end - 1]
+    return stream.sent[last + 1 - _SIZE : last + 1] == stream.arrived[begin:end]
 
 
 TARGETS = (
