@@ -78,8 +78,8 @@ def beliefs_of(comparison: Comparison, probability: Mapping[str, float]) -> tupl
     ]
     root = _root(_information(baseline.jacobian, prior_information(baseline.free_parameters)))
     at_best = np.zeros(len(root))
-    rms = float(np.sqrt(chi2_of(baseline.residual) / max(sum(map(len, baseline.residual)), 1)))
-    unexplained = max(rms, _LEAST_UNEXPLAINED)
+    beyond_noise = chi2_of(baseline.residual) / max(sum(map(len, baseline.residual)), 1) - 1.0
+    unexplained = max(float(np.sqrt(max(beyond_noise, 0.0))), _LEAST_UNEXPLAINED)
     return (
         *found,
         Belief(NONE, probability[NONE], None, {}, at_best, root),
