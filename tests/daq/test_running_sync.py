@@ -3,6 +3,7 @@
 import math
 import random
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,6 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 from synthetic_session import MOVE_S, START_NS, WINDOW_S, SyntheticSession
 
-import daq.synchronisation.running
 from daq.errors import RecordingError
 from daq.frames import pose
 from daq.progress import silent
@@ -19,11 +19,13 @@ from daq.recording.reader import Recording
 from daq.recording.running import RunningRecording
 from daq.recording.scanning.scan import scan, scan_on
 from daq.recording.scanning.segments import Scan
+from daq.rig import Rig
 from daq.synchronisation.experiment_rows import Synchronised, synchronise
+from daq.synchronisation.exposed_images import Track, bead_tracker
 from daq.synchronisation.running import PAIRS_PER_S, RunningSynchronisation
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads
 from daq.virtual_rig.physics.phantom import SpringPhantom
-from daq.vision.fiducials import FiducialObservation, FiducialTracker
+from daq.vision.fiducials import FiducialObservation
 from robot_drivers.protocols import Pose
 
 PHANTOM = SpringPhantom(GRASP_CENTRE, placed_beads(3))
@@ -133,14 +135,16 @@ def test_a_step_is_no_row_before_every_stream_is_beyond_it(growing: Growing) -> 
 def test_no_pair_of_images_is_looked_at_twice(growing: Growing, monkeypatch: pytest.MonkeyPatch) -> None:
     times: list[float] = []
 
-    class Counting(FiducialTracker):
-        def update(
-            self, left_image: NDArray[np.uint8], right_image: NDArray[np.uint8], time_s: float
-        ) -> FiducialObservation:
-            times.append(time_s)
-            return super().update(left_image, right_image, time_s)
+    def counting(rig: Rig) -> Track:
+        track = bead_tracker(rig)
 
-    monkeypatch.setattr(daq.synchronisation.running, "FiducialTracker", Counting)
+        def update(images: Sequence[NDArray[np.uint8]], time_s: float) -> FiducialObservation:
+            times.append(time_s)
+            return track(images, time_s)
+
+        return update
+
+    monkeypatch.setattr("daq.synchronisation.running.bead_tracker", counting)
     running = RunningSynchronisation(growing.folder)
     for half in range(2 * len(POSES) * 2):
         growing.until(0.5 * half)
