@@ -1,5 +1,6 @@
 """Cases that cost no time to compute, in a module that worker processes can import."""
 
+import multiprocessing
 import os
 import signal
 import time
@@ -36,5 +37,7 @@ class Fatal(Parametric):
     name: str = "fatal"
 
     def run(self) -> Row:
+        if multiprocessing.parent_process() is None:
+            raise RuntimeError("this is no worker, and stays")
         os.kill(os.getpid(), signal.SIGKILL)
         return {}

@@ -32,7 +32,7 @@ def numbers(outcomes: Sequence[Outcome]) -> list[float]:
     return [float(outcome.row["youngs_modulus"]) for outcome in outcomes if outcome.row is not None]
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def cluster() -> Iterator[LocalCluster]:
     """Two workers in processes of their own, without a page to watch them."""
     with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as started:
@@ -82,10 +82,11 @@ def test_a_cluster_makes_the_same_sealed_cases_as_a_process(cluster: LocalCluste
     for name, workers in ways.items():
         made = make_cases(cases, tmp_path / name, tmp_path / f"{name}-keys", workers=workers, quick=True)
         assert (len(made.made), made.failed) == (1, {})
-    files = [file.relative_to(tmp_path / "pool") for file in (tmp_path / "pool").rglob("*") if file.is_file()]
+    (case,) = (tmp_path / "pool").glob("*/")
+    files = [file.relative_to(case) for file in case.rglob("*") if file.is_file()]
     assert len(files) > 2
     for file in files:
-        assert (tmp_path / "cluster" / file).read_bytes() == (tmp_path / "pool" / file).read_bytes()
+        assert (tmp_path / "cluster" / case.name / file).read_bytes() == (case / file).read_bytes()
 
 
 def test_processes_give_every_row_in_the_order_of_the_cases(tmp_path: Path) -> None:
