@@ -24,8 +24,6 @@ FloatArray = NDArray[np.float64]
 
 # Only these groups act where there is no tissue: how it is held, and where it lies, is of no account then.
 _DEVICES: tuple[Group, ...] = ("force", "timing", "vision", "robot")
-# What they mean befalls single beads of the tissue; a marker or a board is not taken for another.
-_OF_BEADS = ("fiducial_mislabel", "fiducial_misread")
 
 
 def unstrained_channels(experiment: Experiment, hypothesis: Hypothesis) -> FloatArray:
@@ -73,7 +71,7 @@ def unstrained_signature(
     number = len(null.effects) - 1
     free = [one for one in free_parameters(null) if one.effect == number and one.key in absent]
     before = unstrained_channels(experiment, null)
-    shows = effect.group in _DEVICES and effect.label not in _OF_BEADS
+    shows = effect.group in _DEVICES and not effect.of_single_beads
     moved = [one.put(null, one.step) if shows else null for one in free]
     columns = [
         (unstrained_channels(experiment, to) - before) / one.step for one, to in zip(free, moved, strict=True)

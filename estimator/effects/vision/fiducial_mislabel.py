@@ -42,6 +42,7 @@ class FiducialMislabel(Effect):
     words = "Two fiducials are mistaken for each other from some instant on."
     inexactness = 0.0
     fewest_beads = 2
+    of_single_beads = True
     form = "to_the_last_experiment"
     amplitudes = (Amplitude("exchanged", "1", scale=1.0, smallest=0.1, lower=0.0, upper=1.0),)
     constants: tuple[Constant, ...] = (bead_constant("first"), bead_constant("second"), ORDER, TIME)

@@ -36,6 +36,7 @@ class FiducialMisread(Effect):
     label = "fiducial_misread"
     group = "vision"
     stage = "vision"
+    of_single_beads = True
     acts_on = ("readings",)
     linear = True
     words = "One fiducial is read at a false place."
