@@ -12,8 +12,8 @@ from estimator.experiment.model import EXPERIMENT_FILE
 from estimator.workers import Workers, run_each
 
 Tell: TypeAlias = Callable[[str, int, int], None]
-# Makes texts of the experiments of a case; may raise any EstimatorError.
-Task: TypeAlias = Callable[[Sequence[Experiment]], Sequence[str]]
+# Makes texts of the name and the experiments of a case; may raise any EstimatorError.
+Task: TypeAlias = Callable[[str, Sequence[Experiment]], Sequence[str]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ def run_batch(
 
     Parameters
     ----------
-    task : on the experiments of a case; a function at the top of a module, which other processes can find
+    task : on the name and the experiments of a case; a function at the top of a module, which other processes can find
     cases : folder of cases, each a folder of experiments
     files : the files for a case's texts, by its name; the last one, which appears whole, tells that the case is done
     workers : that take a case each; by default the cases are done in turn, in this process
@@ -102,7 +102,7 @@ def _in_turn(
 def _attempt(task: Task, case: _NamedCase) -> tuple[Sequence[str], str]:
     """Return the texts that a task makes of a case, or why there are none."""
     try:
-        return task(case.experiments), ""
+        return task(case.name, case.experiments), ""
     except EstimatorError as error:
         return (), str(error)
 

@@ -60,7 +60,9 @@ def test_each_case_gets_a_page_and_a_line(
     ]
     assert lines[-1] == f"2 cases diagnosed, 0 had been; pages in {tmp_path / 'runs'}"
     for name in ("P07", "P08"):
-        assert "Inhomogeneity (93 %)" in (tmp_path / "runs" / name / "diagnosis.html").read_text("utf-8")
+        page = (tmp_path / "runs" / name / "diagnosis.html").read_text("utf-8")
+        assert "Inhomogeneity (93 %)" in page
+        assert str(cases / name) in page
         data = json.loads((tmp_path / "runs" / name / "diagnosis.json").read_text("utf-8"))
         assert data["verdict"] == ["inhomogeneity"]
 

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from daq.cli.diagnosis.documents import DATA_FILE, PAGE_FILE, data_of, data_text, page_of
+from daq.cli.diagnosis_documents import DATA_FILE, PAGE_FILE, data_of, data_text, page_of
 from daq.cli.estimation.known import KNOWN_OPTIONS, with_noise_of
 from daq.cli.verb import Result, progress
 from daq.cli.workers import workers_of
@@ -67,13 +67,13 @@ def diagnose_all(options: argparse.Namespace, material: FitSettings) -> Result:
 
 
 def _documents(
-    options: argparse.Namespace, material: FitSettings, experiments: Sequence[Experiment]
+    options: argparse.Namespace, material: FitSettings, name: str, experiments: Sequence[Experiment]
 ) -> list[str]:
     """Return page and data of a case."""
     experiments = with_noise_of(options, experiments)
     found = diagnose(experiments, None, material=material)
     return [
-        page_of(found, experiments, str(options.case[0])),
+        page_of(found, experiments, str(options.case[0] / name)),
         data_text(data_of(found, experiments, material)),
     ]
 

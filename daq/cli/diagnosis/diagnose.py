@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from daq.cli.diagnosis.batch import diagnose_all, holds_cases
-from daq.cli.diagnosis.documents import DATA_FILE, PAGE_FILE, data_of, data_text, page_of
+from daq.cli.diagnosis_documents import DATA_FILE, PAGE_FILE, data_of, data_text, page_of
 from daq.cli.estimation.known import add_known_options, material_settings_of, with_noise_of
 from daq.cli.file_options import add_what_a_file_may_leave_open, are_bench_tests
 from daq.cli.verb import Result, Verbs, add_verb, progress

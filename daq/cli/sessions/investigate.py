@@ -1,13 +1,13 @@
 """``retract investigate``: the rig finds out by itself which cause parts model and measurement."""
 
 import argparse
-import json
 import sys
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 
 from daq.acquisition.client import Acquisition
+from daq.cli import diagnosis_documents as documents
 from daq.cli.rigs import VIRTUAL, add_rig, opened_rig
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.errors import SessionError
@@ -26,7 +26,6 @@ from estimator.report.diagnosis.writing import write_report as write_diagnosis
 from estimator.workers import worker_pool
 
 PAGE_FILE = "investigation.html"
-DIAGNOSIS_PAGE_FILE, DIAGNOSIS_FILE = "diagnosis.html", "diagnosis.json"
 _MINUTE_S = 60.0
 
 _EXAMPLES = """  retract investigate lab.toml --output investigations/P07
@@ -179,11 +178,11 @@ def _result(outcome: Outcome, folder: Path, rig: str) -> Result:
         found = examination.diagnosis
         write_diagnosis(
             found,
-            folder / DIAGNOSIS_PAGE_FILE,
+            folder / documents.PAGE_FILE,
             title=f"Diagnosis of {outcome.journal.phantom_id}",
             provenance=provenance,
         )
-        (folder / DIAGNOSIS_FILE).write_text(json.dumps(as_json(found), indent=1), encoding="utf-8")
+        (folder / documents.DATA_FILE).write_text(documents.data_text(as_json(found)), encoding="utf-8")
         lines.append(summary_text(found))
     lines.append(f"Report: {page}")
     if outcome.ending == "robot held":

@@ -48,8 +48,8 @@ def answer_cases(
     return run_batch(partial(_answer, diagnose), cases, files, workers=workers, progress=progress)
 
 
-def _answer(diagnose: Diagnose, experiments: Sequence[Experiment]) -> list[str]:
-    """Return the text of the answer to a case."""
+def _answer(diagnose: Diagnose, name: str, experiments: Sequence[Experiment]) -> list[str]:
+    """Return the text of the answer to a case, whose name tells nothing."""
     before = _processor_s()
     found = diagnose(experiments, None)
     told = {
