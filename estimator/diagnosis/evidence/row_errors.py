@@ -2,9 +2,9 @@
 
 No smooth misfit explains them. Each row then is off by an amplitude of its own along the directions D of the whitened
 misfit r, whose covariance is K + s² D Dᵀ. Where the beads' own noise is σ times what was stated, and the errors that
-values share are not, K = 1 − (1 − σ²) S P S: S reduces what values share, P picks the beads. σ is taken from the part of
-r that holds nothing shared. With an orthonormal basis Q of D, the root L of Qᵀ K Q, the eigenvalues λ and eigenvectors V
-of L⁻¹ Qᵀ D Dᵀ Q L⁻ᵀ, and q = Vᵀ L⁻¹ Qᵀ r,
+values share are as stated, K = 1 − (1 − σ²) S P S: S reduces what values share, P picks the beads. σ is taken from the
+part of r that holds nothing shared. With an orthonormal basis Q of D, the root L of Qᵀ K Q, the eigenvalues λ and
+eigenvectors V of L⁻¹ Qᵀ D Dᵀ Q L⁻ᵀ, and q = Vᵀ L⁻¹ Qᵀ r,
 
     ln p(r | s) − ln p(r | 0) = ½ Σ (q² s²λ / (1 + s²λ) − ln(1 + s²λ)),
 
