@@ -92,13 +92,35 @@ def test_it_never_goes_back_nor_faster_than_the_computers_and_past_instants_are_
         np.testing.assert_array_equal(keeper.times_ns(np.array(instants[last])), shown[last])
 
 
-def test_a_laboratory_whose_keeper_has_died_goes_on_after_ten_seconds(keeper: ClockKeeper, now: Now) -> None:
+def test_a_laboratory_whose_keeper_is_silent_goes_on_a_second_after_that_was_noticed(
+    keeper: ClockKeeper, now: Now
+) -> None:
     keeper.grant(20 * MS)
     begun_ns = keeper.time_ns()
-    now.ns += 10 * SECOND_NS
+    for _ in range(11):
+        now.ns += SECOND_NS
+        assert keeper.time_ns() - begun_ns == 20 * MS
+    now.ns += SECOND_NS
     assert keeper.time_ns() - begun_ns == 20 * MS
     now.ns += SECOND_NS
     assert keeper.time_ns() - begun_ns == SECOND_NS + 20 * MS
+
+
+def test_a_computer_that_stood_still_as_a_whole_is_no_dead_laboratory(tmp_path: Path, now: Now) -> None:
+    keeper = ClockKeeper(tmp_path / "clock")
+    recorder = LaboratoryClock(tmp_path / "clock")
+    reader = recorder.reader()
+    for _ in range(3):
+        keeper.grant(20 * MS)
+        begun_ns = keeper.time_ns()
+        now.ns += 60 * SECOND_NS
+        assert recorder.time_ns() - begun_ns == 20 * MS
+        assert keeper.readers_behind_s() == pytest.approx(20e-3)
+        keeper.hold()
+        now.ns += 500 * MS
+        assert keeper.readers_behind_s() == pytest.approx(20e-3)
+        reader.caught_up(recorder.time_ns())
+        assert keeper.readers_behind_s() == 0.0
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="this system does not tell so of processes")
@@ -125,7 +147,9 @@ def test_a_keeper_that_comes_back_takes_it_on_from_where_it_went_by_itself(
     keeper: ClockKeeper, now: Now
 ) -> None:
     begun_ns = keeper.time_ns()
-    now.ns += 12 * SECOND_NS
+    now.ns += 11 * SECOND_NS
+    assert keeper.time_ns() == begun_ns
+    now.ns += 3 * SECOND_NS
     assert keeper.time_ns() - begun_ns == 2 * SECOND_NS
     for _ in range(3):
         keeper.hold()
@@ -157,6 +181,8 @@ def test_a_reader_that_is_late_is_known_and_one_that_has_gone_or_died_is_not_wai
     readers[1].close()
     assert keeper.readers_behind_s() == pytest.approx(0.01)
     now.ns += 9 * SECOND_NS
+    assert keeper.readers_behind_s() > 0.0
+    now.ns += 2 * SECOND_NS
     assert keeper.readers_behind_s() > 0.0
     now.ns += 2 * SECOND_NS
     assert keeper.readers_behind_s() == 0.0
