@@ -41,9 +41,9 @@ _CHANCE_NS = 1_000_000_000
 class LaboratoryClock:
     """A laboratory's clock, read from its file; a :class:`robot_drivers.clock.HostClock`.
 
-    A laboratory whose keeper has not been heard for ten seconds, nor within one since somebody noticed that, has died; one
-    second is enough where its process has ended. Its clock then goes on as the computer's does, so that who lives on it
-    notices what else has died.
+    A laboratory whose keeper has not been heard for ten seconds, nor within one since somebody noticed that, has died;
+    one second is enough where its process has ended. Its clock then goes on as the computer's does, so that who lives
+    on it notices what else has died.
 
     Raises
     ------
