@@ -13,6 +13,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from robot_drivers.abb.emulator.controller import ControllerEmulator
+from robot_drivers.abb.emulator.settings import EmulatorSettings
+from robot_drivers.abb.irb140 import IRB140, IRB140Settings
 from robot_drivers.clock import host_time_ns, host_times_ns, living_on, monotonic_time_ns, wait_until
 from robot_drivers.errors import ConfigurationError
 from robot_drivers.laboratory_clock import ClockKeeper, LaboratoryClock
@@ -274,3 +277,22 @@ def test_who_lives_on_it_waits_in_its_time_and_stamps_in_its_time(tmp_path: Path
         instant_ns = monotonic_time_ns()
         assert host_times_ns(np.array([instant_ns]))[0] <= host_time_ns()
     assert host_time_ns() - keeper.time_ns() > ahead_ns
+
+
+def test_an_emulated_controller_waits_for_the_heartbeat_of_its_client(tmp_path: Path) -> None:
+    with ControllerEmulator(EmulatorSettings()) as emulator:
+        keeper = ClockKeeper(tmp_path / "clock")
+        with living_on(keeper):
+            keeper.grant(60 * SECOND_NS)
+            settings = IRB140Settings("127.0.0.1", emulator.command_port, emulator.state_port, egm=None)
+            robot = IRB140(settings)
+            robot.connect()
+            behind_s = []
+            for _ in range(20):
+                time.sleep(0.02)
+                behind_s.append(keeper.readers_behind_s())
+            robot.close()
+            assert all(behind_s), "somebody reads, and has never come as far as now"
+            # of a heartbeat ten times a second
+            assert min(behind_s) < 0.1
+            assert keeper.readers_behind_s() == 0.0
