@@ -11,7 +11,8 @@
 # good enough; coordinates in the robot's base frame, far from the origin, are the usual case.
 # Instead: write the sum yourself (as below), or simulate the registration.
 #
-# Four fiducials in a strip of 113 mm, target 77 mm from their centre, FLE 0.5 mm (RMS); simulated: 20 000 noisy rigid registrations.
+# Four fiducials in a strip of 113 mm, target 77 mm from their centre, FLE 0.5 mm (RMS); simulated: 20 000 rigid
+# registrations to noisy fiducials.
 #
 # Seen:
 #   origin in the first fiducial  package 1.77 mm, formula 1.11, simulated 1.10
