@@ -4,9 +4,9 @@
 # Expected: `compute_tre_from_fle(fiducials, fle2, target)` is equation 46 of Fitzpatrick, West and Maurer 1998, as its
 # docstring says: distances from the principal axes of the fiducials. It is the same in every frame.
 # What happens: two slips. It takes rows of the matrix of eigenvectors for the axes (they are its columns), and gives
-# the vector where its function for distances wants a second point of the line. Both do no harm if the centroid is
-# the origin and the axes are those of the frame, as in its tests. Otherwise the number is one of the frame, not of
-# the registration.
+# the vector where its function for distances wants a second point of the line. Neither shows if the centroid is the
+# origin and the axes lie along the frame or at 45 deg to it, as in its tests. Otherwise the number is one of the
+# frame, not of the registration.
 # Why it matters: the expected error at the target decides whether a registration of phantom or organ to the robot is
 # good enough; coordinates in the robot's base frame, far from the origin, are the usual case.
 # Instead: write the sum yourself (as below), or simulate the registration.
