@@ -4,7 +4,8 @@
 # Expected: `UniaxialExtension` and `PlanarBiaxialExtension` with disp_measure="strain" ("The Green-Lagrange strain")
 # take E = (stretch^2 - 1) / 2, so stretch = sqrt(2 E + 1).
 # What happens: they compute stretch = sqrt(E) + 1. A strain of 0.105 (stretch 1.1) is loaded as stretch 1.32, one of
-# 0.01 as 1.10; small strains are ten and more times too large. No warning. (Negative strains raise a domain error.)
+# 0.01 as 1.10; below that the extension is more than ten times too large. No warning. (Negative strains raise a
+# domain error.)
 # Why it matters: planar biaxial data of soft tissue are commonly given in Green-Lagrange strain. A fit to them is
 # of the wrong shape and gives a third of the stiffness.
 # Instead: convert to stretch first and use disp_measure="stretch".

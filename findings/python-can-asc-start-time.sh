@@ -2,7 +2,7 @@
 # python-can 4.6.1: an .asc log that begins in the first tenth of a second is up to 0.9 s late
 #
 # Expected: a log written by `ASCWriter` and read by `ASCReader(relative_timestamp=False)` has the time stamps that it
-# was given, to the millisecond that its header has; whenever it begins.
+# was given, to the millisecond of its header, whenever it begins.
 # What happens: the writer puts the milliseconds behind the point without leading zeros: 12:00:00.042 becomes
 # "12:00:00.42", which the reader (and anyone) takes for 420 ms. Logs that begin 1 to 99 ms after a full second, one
 # in ten, are late as a whole, by up to 0.89 s. Formats .blf, .trc and .log of the same package keep it. No warning.
