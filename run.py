@@ -65,8 +65,8 @@ CHECKS = (("-m", "ruff", "check"), ("-m", "ruff", "format", "--check"), ("-m", "
 # what pip says of a package: its name, and how much of it was fetched
 LOOKED_UP = r"(?:Collecting|Requirement already satisfied:|Processing (?:\S*[/\\])?) ?(\w[\w.]*)"
 FETCHED = r"\s*(?:Downloading|Using cached) \S+\.whl \(([\d.]+) ([kM]?B)\)"
-# two processes for what lives in real time and waits half of it, one for what computes: tests/conftest.py
-TESTS = ("-m", "pytest", "-n", "3")
+# two processes for what lives in real time and waits half of it, one for what computes; none is replaced
+TESTS = ("-m", "pytest", "-n", "3", "--max-worker-restart", "0")
 
 
 def main(arguments: list[str]) -> int:

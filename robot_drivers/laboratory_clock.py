@@ -22,9 +22,9 @@ from robot_drivers.clock import MonotonicClock, Reader, monotonic_time_ns
 from robot_drivers.errors import ConfigurationError
 from robot_drivers.protocols import IntArray
 
-_MAGIC = 0x5245_5452_434C_4B32
-# cells: when the keeper was heard, its process, stretches so far, the first of them
-_HEARD, _KEEPER, _COUNT, _FIRST = 1, 2, 3, 4
+_MAGIC = 0x5245_5452_434C_4B33
+# cells: when the keeper was heard, its process, when somebody noticed its silence, stretches so far, the first of them
+_HEARD, _KEEPER, _NOTICED, _COUNT, _FIRST = 1, 2, 3, 4, 5
 _KEPT = 256
 # cells of each reader: when it was heard (monotonic), how far it has come, its process
 _READERS, _MOST_READERS = _FIRST + 3 * _KEPT, 16
@@ -34,13 +34,16 @@ _READER_GONE_NS = 10_000_000_000
 _PROC = Path("/proc/self")
 _KEEPER_GONE_NS = 10_000_000_000
 _KEEPER_ENDED_NS = 1_000_000_000
+# Where the whole computer stood still, nobody was heard; whoever is there speaks again within this time.
+_CHANCE_NS = 1_000_000_000
 
 
 class LaboratoryClock:
     """A laboratory's clock, read from its file; a :class:`robot_drivers.clock.HostClock`.
 
-    A laboratory whose keeper has not been heard for ten seconds has died, or for one where its process has ended: its
-    clock then goes on as the computer's does, so that who lives on it notices what else has died.
+    A laboratory whose keeper has not been heard for ten seconds, nor within one since somebody noticed that, has died;
+    one second is enough where its process has ended. Its clock then goes on as the computer's does, so that who lives
+    on it notices what else has died.
 
     Raises
     ------
@@ -65,13 +68,21 @@ class LaboratoryClock:
         now_ns = monotonic_time_ns()
         cells = self._cells
         place = _place(cells[_COUNT] - 1)
-        silent_ns = now_ns - cells[_HEARD]
-        gone_ns = _KEEPER_GONE_NS
-        if silent_ns > _KEEPER_ENDED_NS and _has_ended(cells[_KEEPER]):
-            gone_ns = _KEEPER_ENDED_NS
-        alone_ns = max(0, silent_ns - gone_ns)
         begin_ns, shown_ns, end_ns = cells[place], cells[place + 1], cells[place + 2]
-        return min(shown_ns + max(0, now_ns - begin_ns), end_ns + alone_ns)
+        return min(shown_ns + max(0, now_ns - begin_ns), end_ns + self._alone_ns(now_ns))
+
+    def _alone_ns(self, now_ns: int) -> int:
+        """Return for how long the keeper has been gone."""
+        cells = self._cells
+        heard_ns = cells[_HEARD]
+        silent_ns = now_ns - heard_ns
+        if silent_ns > _KEEPER_ENDED_NS and _has_ended(cells[_KEEPER]):
+            return silent_ns - _KEEPER_ENDED_NS
+        if silent_ns <= _KEEPER_GONE_NS:
+            return 0
+        if cells[_NOTICED] < heard_ns:
+            cells[_NOTICED] = now_ns
+        return max(0, now_ns - max(heard_ns + _KEEPER_GONE_NS, cells[_NOTICED] + _CHANCE_NS))
 
     def times_ns(self, monotonic_ns: IntArray) -> IntArray:
         """Return what it showed (n,) at past instants of the computer's clock, of about the last second at least."""
@@ -115,8 +126,9 @@ class ClockKeeper(LaboratoryClock):
     def __init__(self, path: Path) -> None:
         now_ns = monotonic_time_ns()
         cells = np.zeros(_CELLS, np.int64)
-        cells[: _FIRST + 3] = _MAGIC, now_ns, os.getpid(), 1, now_ns, now_ns, now_ns
+        cells[: _FIRST + 3] = _MAGIC, now_ns, os.getpid(), 0, 1, now_ns, now_ns, now_ns
         path.write_bytes(cells.tobytes())
+        self._noticed_ns: dict[int, int] = {}
         super().__init__(path)
 
     def grant(self, ahead_ns: int) -> None:
@@ -141,25 +153,35 @@ class ClockKeeper(LaboratoryClock):
     def readers_behind_s(self) -> float:
         """Return how far the last of the readers is behind, s; 0 without any.
 
-        One whose process has ended is not waited for, nor one that has not been heard for ten seconds: it is stopped.
+        One whose process has ended is not waited for, nor one that has not been heard for ten seconds and for one since
+        that was noticed: it is stopped.
         """
         cells, come_ns = self._cells, []
         for place in _READER_PLACES:
-            heard_ns = cells[place]
-            if not heard_ns:
+            if not cells[place]:
                 continue
-            if monotonic_time_ns() - heard_ns > _READER_GONE_NS or _has_ended(cells[place + 2]):
+            if self._is_gone(place):
                 cells[place] = 0  # its place is another's
             else:
                 come_ns.append(cells[place + 1])
         return 0.0 if not come_ns else (self.time_ns() - min(come_ns)) * 1e-9
+
+    def _is_gone(self, place: int) -> bool:
+        heard_ns, now_ns = self._cells[place], monotonic_time_ns()
+        if _has_ended(self._cells[place + 2]):
+            return True
+        if now_ns - heard_ns <= _READER_GONE_NS:
+            return False
+        if self._noticed_ns.get(place, 0) < heard_ns:
+            self._noticed_ns[place] = now_ns
+        return now_ns - self._noticed_ns[place] > _CHANCE_NS
 
 
 def _has_ended(process_id: int) -> bool:
     """Tell whether a process is no more, or only its parent has not asked yet how it ended; where it can be told."""
     try:
         told = Path(f"/proc/{process_id}/stat").read_text(encoding="ascii", errors="replace")
-    except FileNotFoundError:
+    except (FileNotFoundError, ProcessLookupError):  # the latter where it ends between opening and reading
         return _PROC.is_dir()
     return told.rpartition(")")[2].split()[0] in "ZX"
 

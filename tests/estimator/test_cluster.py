@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -9,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from batch_tasks import diagnosed_by_workers
-from distributed import LocalCluster
+from distributed import Client
 from study_cases import Fatal, Sleeping
 from synthetic_diagnoses import small_experiment
 
@@ -26,35 +28,58 @@ from estimator.studies.running.store import OutcomeStore
 from estimator.workers import worker_pool
 
 CASES = [Sleeping(number, seconds=0.2) for number in range(8)]
+# Ends with its standard input. A worker that is lost is started again.
+CLUSTER = """
+import sys
+from distributed import LocalCluster
+if __name__ == "__main__":
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        print(cluster.scheduler_address, flush=True)
+        sys.stdin.read()
+"""
 
 
 def numbers(outcomes: Sequence[Outcome]) -> list[float]:
     return [float(outcome.row["youngs_modulus"]) for outcome in outcomes if outcome.row is not None]
 
 
-@pytest.fixture
-def cluster() -> Iterator[LocalCluster]:
-    """Two workers in processes of their own, without a page to watch them."""
-    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as started:
-        yield started
+@pytest.fixture(scope="module")
+def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Where the scheduler of a cluster of two workers answers, all in processes of their own."""
+    script = tmp_path_factory.mktemp("cluster") / "cluster.py"
+    script.write_text(CLUSTER, encoding="utf-8")
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    with subprocess.Popen(
+        [sys.executable, str(script)],
+        cwd=script.parent,
+        env=environment,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as cluster:
+        assert cluster.stdin is not None
+        assert cluster.stdout is not None
+        yield cluster.stdout.readline().strip()
+        cluster.stdin.close()
 
 
 @dataclass
 class Killer:
     """Hears of the progress, and kills a worker of a cluster when the first case is done."""
 
-    cluster: LocalCluster
+    scheduler: str
     victims: list[int] = field(default_factory=list)
 
     def __call__(self, text: str, done: int, total: int) -> None:
         if done and not self.victims:
-            self.victims.append(next(iter(self.cluster.workers.values())).pid)
+            with Client(self.scheduler, set_as_default=False) as client:
+                self.victims.append(next(iter(client.run(os.getpid).values())))
             os.kill(self.victims[0], signal.SIGKILL)
 
 
-def test_a_cluster_that_loses_a_worker_midway_gives_every_row(cluster: LocalCluster, tmp_path: Path) -> None:
-    killer = Killer(cluster)
-    start = partial(dask_cluster, cluster.scheduler_address)
+def test_a_cluster_that_loses_a_worker_midway_gives_every_row(scheduler: str, tmp_path: Path) -> None:
+    killer = Killer(scheduler)
+    start = partial(dask_cluster, scheduler)
     outcomes = run_cases(CASES, OutcomeStore(tmp_path), start, killer)
     assert numbers(outcomes) == list(range(8))
     (victim,) = killer.victims
@@ -62,13 +87,13 @@ def test_a_cluster_that_loses_a_worker_midway_gives_every_row(cluster: LocalClus
 
 
 def test_sealed_cases_are_answered_by_a_cluster_that_loses_a_worker_midway(
-    cluster: LocalCluster, tmp_path: Path
+    scheduler: str, tmp_path: Path
 ) -> None:
     names = [f"case{number}" for number in range(6)]
     for name in names:
         write_experiment(small_experiment("pull", 1), tmp_path / "cases" / name / "pull")
-    killer = Killer(cluster)
-    workers = partial(dask_cluster, cluster.scheduler_address)
+    killer = Killer(scheduler)
+    workers = partial(dask_cluster, scheduler)
     answers = tmp_path / "answers"
     batch = answer_cases(diagnosed_by_workers, tmp_path / "cases", answers, workers=workers, progress=killer)
     assert (batch.done, batch.failed) == (tuple(names), {})
@@ -76,9 +101,9 @@ def test_sealed_cases_are_answered_by_a_cluster_that_loses_a_worker_midway(
     assert sorted(file.name for file in answers.iterdir()) == [f"{name}.json" for name in names]
 
 
-def test_a_cluster_makes_the_same_sealed_cases_as_a_process(cluster: LocalCluster, tmp_path: Path) -> None:
+def test_a_cluster_makes_the_same_sealed_cases_as_a_process(scheduler: str, tmp_path: Path) -> None:
     cases = plan(5, 1, ["none"], form_set="catalogue")
-    ways = {"cluster": partial(dask_cluster, cluster.scheduler_address), "pool": partial(worker_pool, 1)}
+    ways = {"cluster": partial(dask_cluster, scheduler), "pool": partial(worker_pool, 1)}
     for name, workers in ways.items():
         made = make_cases(cases, tmp_path / name, tmp_path / f"{name}-keys", workers=workers, quick=True)
         assert (len(made.made), made.failed) == (1, {})

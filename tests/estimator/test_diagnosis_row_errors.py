@@ -1,5 +1,7 @@
 """Rows that are off by themselves: beads that shake together, images out of step."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -10,7 +12,7 @@ from scipy.stats import multivariate_normal
 from estimator.diagnosis.evidence.row_errors import evidence_of_unsteadiness
 from estimator.diagnosis.noise.estimation import robust_deviation
 from estimator.diagnosis.settings import DiagnosisSettings
-from estimator.inference.whitening import Whitening
+from estimator.inference.whitening import Whitening, inverse_root
 
 SETTINGS = DiagnosisSettings()
 
@@ -66,6 +68,23 @@ def test_beads_that_shake_together_are_told_from_noise_of_whatever_size(noise: f
     assert evidence_of_rows_off(still, nowhere) < 0.0
     assert evidence_of_rows_off(drifting, nowhere) < 0.0
     assert evidence_of_rows_off(shaken, nowhere) > 20.0
+
+
+@pytest.mark.parametrize("noise", [0.5, 1.0, 1.5])
+def test_poses_that_err_from_row_to_row_are_not_taken_for_beads_that_shake(noise: float) -> None:
+    rng, rows, beads = np.random.default_rng(11), 60, 16
+    of_a_row = np.vstack([10.0 * np.eye(6)[:, :3], np.tile(np.eye(3), (beads, 1))])
+    by_pose = np.einsum("nm,ci->ncmi", np.eye(rows), of_a_row)
+    vectors, shrink = inverse_root(by_pose.reshape(-1, 3 * rows))
+    seen = np.ones((rows, 6 + 3 * beads), dtype=bool)
+    whitening = replace(white(seen), vectors=vectors, shrink=shrink)
+    found = []
+    for _ in range(5):
+        of_values = rng.normal(size=seen.shape) * np.where(np.arange(seen.shape[1]) < 6, 1.0, noise)
+        channels = of_values + np.einsum("ncmi,mi->nc", by_pose, rng.normal(size=(rows, 3)))
+        residual, nowhere = whitening.residual(channels, np.zeros(seen.shape)), np.zeros(seen.shape)
+        found.append(evidence_of_unsteadiness([residual], [whitening], [nowhere], SETTINGS.evidence))
+    assert max(found) < 0.5
 
 
 def test_rows_that_show_beads_where_they_were_before_are_out_of_step_and_late_cameras_are_not() -> None:

@@ -13,6 +13,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from robot_drivers.abb.emulator.controller import ControllerEmulator
+from robot_drivers.abb.emulator.settings import EmulatorSettings
+from robot_drivers.abb.irb140 import IRB140, IRB140Settings
 from robot_drivers.clock import host_time_ns, host_times_ns, living_on, monotonic_time_ns, wait_until
 from robot_drivers.errors import ConfigurationError
 from robot_drivers.laboratory_clock import ClockKeeper, LaboratoryClock
@@ -92,13 +95,35 @@ def test_it_never_goes_back_nor_faster_than_the_computers_and_past_instants_are_
         np.testing.assert_array_equal(keeper.times_ns(np.array(instants[last])), shown[last])
 
 
-def test_a_laboratory_whose_keeper_has_died_goes_on_after_ten_seconds(keeper: ClockKeeper, now: Now) -> None:
+def test_a_laboratory_whose_keeper_is_silent_goes_on_a_second_after_that_was_noticed(
+    keeper: ClockKeeper, now: Now
+) -> None:
     keeper.grant(20 * MS)
     begun_ns = keeper.time_ns()
-    now.ns += 10 * SECOND_NS
+    for _ in range(11):
+        now.ns += SECOND_NS
+        assert keeper.time_ns() - begun_ns == 20 * MS
+    now.ns += SECOND_NS
     assert keeper.time_ns() - begun_ns == 20 * MS
     now.ns += SECOND_NS
     assert keeper.time_ns() - begun_ns == SECOND_NS + 20 * MS
+
+
+def test_a_computer_that_stood_still_as_a_whole_is_no_dead_laboratory(tmp_path: Path, now: Now) -> None:
+    keeper = ClockKeeper(tmp_path / "clock")
+    recorder = LaboratoryClock(tmp_path / "clock")
+    reader = recorder.reader()
+    for _ in range(3):
+        keeper.grant(20 * MS)
+        begun_ns = keeper.time_ns()
+        now.ns += 60 * SECOND_NS
+        assert recorder.time_ns() - begun_ns == 20 * MS
+        assert keeper.readers_behind_s() == pytest.approx(20e-3)
+        keeper.hold()
+        now.ns += 500 * MS
+        assert keeper.readers_behind_s() == pytest.approx(20e-3)
+        reader.caught_up(recorder.time_ns())
+        assert keeper.readers_behind_s() == 0.0
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="this system does not tell so of processes")
@@ -125,7 +150,9 @@ def test_a_keeper_that_comes_back_takes_it_on_from_where_it_went_by_itself(
     keeper: ClockKeeper, now: Now
 ) -> None:
     begun_ns = keeper.time_ns()
-    now.ns += 12 * SECOND_NS
+    now.ns += 11 * SECOND_NS
+    assert keeper.time_ns() == begun_ns
+    now.ns += 3 * SECOND_NS
     assert keeper.time_ns() - begun_ns == 2 * SECOND_NS
     for _ in range(3):
         keeper.hold()
@@ -157,6 +184,8 @@ def test_a_reader_that_is_late_is_known_and_one_that_has_gone_or_died_is_not_wai
     readers[1].close()
     assert keeper.readers_behind_s() == pytest.approx(0.01)
     now.ns += 9 * SECOND_NS
+    assert keeper.readers_behind_s() > 0.0
+    now.ns += 2 * SECOND_NS
     assert keeper.readers_behind_s() > 0.0
     now.ns += 2 * SECOND_NS
     assert keeper.readers_behind_s() == 0.0
@@ -248,3 +277,22 @@ def test_who_lives_on_it_waits_in_its_time_and_stamps_in_its_time(tmp_path: Path
         instant_ns = monotonic_time_ns()
         assert host_times_ns(np.array([instant_ns]))[0] <= host_time_ns()
     assert host_time_ns() - keeper.time_ns() > ahead_ns
+
+
+def test_an_emulated_controller_waits_for_the_heartbeat_of_its_client(tmp_path: Path) -> None:
+    with ControllerEmulator(EmulatorSettings()) as emulator:
+        keeper = ClockKeeper(tmp_path / "clock")
+        with living_on(keeper):
+            keeper.grant(60 * SECOND_NS)
+            settings = IRB140Settings("127.0.0.1", emulator.command_port, emulator.state_port, egm=None)
+            robot = IRB140(settings)
+            robot.connect()
+            behind_s = []
+            for _ in range(20):
+                time.sleep(0.02)
+                behind_s.append(keeper.readers_behind_s())
+            robot.close()
+            assert all(behind_s), "somebody reads, and has never come as far as now"
+            # of a heartbeat ten times a second
+            assert min(behind_s) < 0.1
+            assert keeper.readers_behind_s() == 0.0

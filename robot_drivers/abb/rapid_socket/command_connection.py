@@ -18,7 +18,7 @@ from robot_drivers.abb.rapid_socket.frames import (
     decode_reply,
     encode_request,
 )
-from robot_drivers.clock import host_time_ns, host_time_s, seconds_until
+from robot_drivers.clock import Reader, host_time_ns, host_time_s, new_reader, seconds_until
 from robot_drivers.errors import (
     DeviceError,
     DeviceProtocolError,
@@ -211,17 +211,20 @@ class CommandConnection:
         return exchange
 
     def _run(self) -> None:
+        # the controller of an emulated laboratory stops where no heartbeat comes: its time waits for this thread
+        beating = new_reader()
         try:
-            self._serve()
+            self._serve(beating)
         except DeviceError as error:
             self._give_up(error)
         except OSError as error:
             self._give_up(self._connection_lost(error))
         finally:
+            beating.close()
             self._closing.close()
             self._wake.close()
 
-    def _serve(self) -> None:
+    def _serve(self, beating: Reader) -> None:
         splitter = FrameSplitter(REPLY_BYTES)
         next_beat = last_heard = host_time_s()
         while True:
@@ -234,6 +237,7 @@ class CommandConnection:
             if now >= next_beat:
                 self.send(Command.GET_STATE)
                 next_beat = now + self._settings.heartbeat_period_s
+            beating.caught_up(round(now * 1e9))
             readable, _, _ = select.select([self._socket, self._closing], [], [], max(next_beat - now, 0.0))
             if self._closing in readable:
                 raise DeviceUnreachableError(f"connection to robot controller {self._address} is closed")
