@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 from sensor_blocks import first_block, gathered, read_for
 
 from robot_drivers.ati.axia import DRIVER, Axia, AxiaSettings
-from robot_drivers.ati.axia.configuration import read_configuration, set_rdt_rate
+from robot_drivers.ati.axia.configuration import read_configuration
 from robot_drivers.ati.emulator import AxiaEmulator, AxiaEmulatorSettings, Faults
-from robot_drivers.ati.netft.web import WebPages
+from robot_drivers.ati.rdt.configuration import set_rdt_rate
+from robot_drivers.ati.rdt.web import WebPages
 from robot_drivers.errors import ConfigurationError, DeviceProtocolError, DeviceTimeoutError
 
 LOAD = np.array([10.0, -20.0, 30.0, 0.1, -0.2, 0.3])
@@ -339,12 +340,12 @@ def test_both_spellings_of_the_rate_are_understood(tag):
 
 def test_a_rate_is_set_by_the_cgi_and_has_to_be_kept():
     pages = CannedPages(page(comrdtrate=250))
-    set_rdt_rate(pages, 250)
+    set_rdt_rate(pages, 250, fastest_hz=7912)
     assert pages.asked[0] == "/comm.cgi?comrdtrate=250"
-    with pytest.raises(ConfigurationError, match="tells 250"):
-        set_rdt_rate(pages, 300)
+    with pytest.raises(ConfigurationError, match="kept 250"):
+        set_rdt_rate(pages, 300, fastest_hz=7912)
     with pytest.raises(ConfigurationError, match=r"1\.\.7912"):
-        set_rdt_rate(pages, 7913)
+        set_rdt_rate(pages, 7913, fastest_hz=7912)
 
 
 def test_pages_of_two_calibrations_are_not_mixed():
