@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from robot_drivers.ati.rdt.settings import RdtSettings
+from robot_drivers.setting_checks import check_positive
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,4 +22,4 @@ class AxiaSettings(RdtSettings):
 
     def __post_init__(self) -> None:
         RdtSettings.__post_init__(self)  # the class that slots make has no super() of its own
-        self._check_positive("sample_rate_hz")
+        check_positive(self, "force sensor", "sample_rate_hz")

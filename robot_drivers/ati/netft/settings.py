@@ -7,6 +7,7 @@ from robot_drivers.ati.rdt.settings import RdtSettings
 from robot_drivers.ati.transducer.gamma import RATED_WRENCH
 from robot_drivers.ati.transducer.status import STATUS_MAPS
 from robot_drivers.errors import ConfigurationError
+from robot_drivers.setting_checks import check_positive
 from robot_drivers.specification import Six
 
 
@@ -39,7 +40,7 @@ class NetFTSettings(RdtSettings):
 
     def __post_init__(self) -> None:
         RdtSettings.__post_init__(self)  # the class that slots make has no super() of its own
-        self._check_positive("internal_rate_hz")
+        check_positive(self, "force sensor", "internal_rate_hz")
         if self.scaling_source not in ("web", "command-interface"):
             raise ConfigurationError(
                 f"force sensor scaling_source {self.scaling_source!r}: must be 'web' or 'command-interface'"

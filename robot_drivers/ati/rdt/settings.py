@@ -1,10 +1,10 @@
 """How to reach a sensor that streams RDT, and what to ask of it."""
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from robot_drivers.errors import ConfigurationError
+from robot_drivers.setting_checks import check_positive, check_rated_wrench
 from robot_drivers.specification import Six
 
 
@@ -48,12 +48,5 @@ class RdtSettings:
             raise ConfigurationError(f"force sensor mode {self.mode!r}: must be 'real-time' or 'buffered'")
         if self.rate_hz is not None and not 1 <= self.rate_hz <= self.FASTEST_RDT_HZ:
             raise ConfigurationError(f"force sensor rate_hz {self.rate_hz}: must be 1..{self.FASTEST_RDT_HZ}")
-        self._check_positive("silence_s", "start_timeout_s", "answer_timeout_s")
-        if self.rated_wrench is not None and not all(rated > 0 for rated in self.rated_wrench):
-            raise ConfigurationError(f"force sensor rated_wrench {self.rated_wrench}: must be positive")
-
-    def _check_positive(self, *names: str) -> None:
-        for name in names:
-            value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and value > 0):
-                raise ConfigurationError(f"force sensor {name} {value}: must be positive")
+        check_positive(self, "force sensor", "silence_s", "start_timeout_s", "answer_timeout_s")
+        check_rated_wrench(self.rated_wrench)
