@@ -90,7 +90,7 @@ class RdtServer:
         except OSError:
             self._socket.close()
             raise
-        self._thread = threading.Thread(target=self._serve, name="Net F/T emulator: RDT")
+        self._thread = threading.Thread(target=self._serve, name="RDT emulator: records")
         self._thread.start()
 
     @property

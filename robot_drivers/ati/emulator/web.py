@@ -1,42 +1,21 @@
 """The web server of an emulated sensor on RDT."""
 
-import socketserver
-import threading
 from http.server import BaseHTTPRequestHandler
 from urllib.parse import parse_qsl, urlsplit
 
 from robot_drivers.ati.emulator.box import Box
 from robot_drivers.ati.emulator.pages import DONE, Pages
+from robot_drivers.ati.emulator.tcp import TcpServer
 from robot_drivers.clock import host_time_ns
 
-_POLL_S = 0.02
 
-
-class WebServer(socketserver.TCPServer):
-    """Serves one request at a time, as the box does, from a thread of its own."""
-
-    allow_reuse_address = True
+class WebServer(TcpServer):
+    """Serves one request at a time, as the box does."""
 
     def __init__(self, box: Box, pages: Pages) -> None:
-        super().__init__((box.settings.host, box.settings.http_port), _Request)
-        self.box = box
         self.pages = pages
         self._last_request_ns = 0
-        self._thread = threading.Thread(
-            target=self.serve_forever, args=(_POLL_S,), name="Net F/T emulator: web"
-        )
-        self._thread.start()
-
-    @property
-    def port(self) -> int:
-        """The TCP port in use."""
-        return int(self.server_address[1])
-
-    def close(self) -> None:
-        """Stop serving."""
-        self.shutdown()
-        self._thread.join()
-        self.server_close()
+        super().__init__(box.settings.http_port, _Request, box, "RDT emulator: web")
 
     def too_soon(self) -> bool:
         """Tell whether a request follows the one before it faster than the box can serve."""
