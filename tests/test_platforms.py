@@ -30,7 +30,7 @@ QUESTIONS = {"sys.platform", "os.name", "hasattr", "getattr", "KERNEL_STAMPS", "
 GUARDED_ELSEWHERE = {
     ("robot_drivers/serial_line/emulator/line.py", "PseudoTerminal"): "far_end makes it, off Windows only",
     ("robot_drivers/abb/egm/udp.py", "_receive_stamped"): "chosen where KERNEL_STAMPS says so",
-    ("robot_drivers/ati/netft/receiver.py", "_receive_stamped"): "chosen where KERNEL_STAMPS says so",
+    ("robot_drivers/ati/rdt/receiver.py", "_receive_stamped"): "chosen where KERNEL_STAMPS says so",
     (
         "robot_drivers/kernel_stamps.py",
         "_stamped_on_arrival",

@@ -18,7 +18,7 @@ from daq.cli import main
 from estimator.report.page import figure, page
 from robot_drivers.abb.egm.guidance import EGMGuidanceSettings, EGMGuidedRobot
 from robot_drivers.abb.egm.position_stream import EGMSettings, PositionStream
-from robot_drivers.ati.netft.receiver import DatagramReceiver
+from robot_drivers.ati.rdt.receiver import DatagramReceiver
 from robot_drivers.errors import ConfigurationError
 from robot_drivers.interfaces import address_towards, is_loopback
 
@@ -187,7 +187,7 @@ def test_sockets_of_the_drivers_are_bound_to_the_interface_of_their_device() -> 
     program = (
         "import sys\n"
         "from robot_drivers.abb.egm.position_stream import EGMSettings, PositionStream\n"
-        "from robot_drivers.ati.netft.receiver import DatagramReceiver\n"
+        "from robot_drivers.ati.rdt.receiver import DatagramReceiver\n"
         "streams = [PositionStream(EGMSettings(port=0)), PositionStream(EGMSettings(0, None, '127.0.0.1'))]\n"
         "[stream.open() for stream in streams]\n"
         "receiver = DatagramReceiver(('127.0.0.1', 49152), frozenset({36}), 0.0)\n"

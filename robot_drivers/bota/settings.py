@@ -1,9 +1,9 @@
 """How to reach and use a Bota Systems sensor on a serial line."""
 
-import math
 from dataclasses import dataclass
 
 from robot_drivers.errors import ConfigurationError
+from robot_drivers.setting_checks import check_positive, check_rated_wrench
 from robot_drivers.specification import Six
 
 BIT_RATES = (9600, 57600, 115200, 230400, 460800)
@@ -40,14 +40,10 @@ class BotaSettings:
             raise ConfigurationError(
                 f"force sensor bit_rate {self.bit_rate}: must be one of {', '.join(map(str, BIT_RATES))}"
             )
-        for name in ("rate_hz", "start_timeout_s", "batch_s"):
-            value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and value > 0):
-                raise ConfigurationError(f"force sensor {name} {value}: must be positive")
+        check_positive(self, "force sensor", "rate_hz", "start_timeout_s", "batch_s")
         if self.rate_hz is not None and self.rate_hz * BITS_PER_FRAME > self.bit_rate:
             raise ConfigurationError(
                 f"force sensor rate_hz {self.rate_hz}: at {self.bit_rate} bit/s at most "
                 f"{self.bit_rate / BITS_PER_FRAME:.0f} frames fit in a second"
             )
-        if self.rated_wrench is not None and not all(rated > 0 for rated in self.rated_wrench):
-            raise ConfigurationError(f"force sensor rated_wrench {self.rated_wrench}: must be positive")
+        check_rated_wrench(self.rated_wrench)

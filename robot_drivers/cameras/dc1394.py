@@ -5,7 +5,6 @@ cycle time that the camera embeds in its first pixels, and with the kernel's rec
 """
 
 import select
-import threading
 import time
 from collections.abc import Sequence
 
@@ -13,9 +12,10 @@ from robot_drivers.cameras.dc1394_camera import BusTime, Camera1394, Image
 from robot_drivers.cameras.dc1394_library import DC1394Library
 from robot_drivers.cameras.dc1394_settings import DC1394CameraSettings
 from robot_drivers.cameras.frame_buffer import FrameBuffer
+from robot_drivers.cameras.streamed_camera import StreamedCamera
 from robot_drivers.driver import Driver
 from robot_drivers.errors import DeviceError, DeviceProtocolError, DeviceTimeoutError
-from robot_drivers.protocols import DeviceIdentity, Frame, StreamStatistics
+from robot_drivers.protocols import DeviceIdentity, Frame
 from robot_drivers.specification import CameraSpecification
 
 __all__ = ["DRIVER", "BusTime", "DC1394Camera", "DC1394CameraSettings"]
@@ -26,85 +26,15 @@ _OLDEST_FIRST_IMAGE_S = 5.0
 _BUS_CLOCK_ERROR_S = 0.01
 
 
-class DC1394Camera:
-    """A :class:`robot_drivers.protocols.Camera` on a FireWire bus.
-
-    :meth:`connect` returns with the first image in the buffer. A camera that falls silent or is unplugged makes
-    :meth:`read` raise once the buffer is empty; :meth:`close` and :meth:`connect` start over.
-    """
+class DC1394Camera(StreamedCamera[Camera1394]):
+    """A camera on a FireWire bus; ``malformed`` in its statistics are images that arrived damaged."""
 
     def __init__(self, settings: DC1394CameraSettings) -> None:
-        self._settings = settings
-        self._camera: Camera1394 | None = None
-        self._thread: threading.Thread | None = None
-        self._stopping = threading.Event()
-        self._buffer = self._empty_buffer()
-
-    @property
-    def identity(self) -> DeviceIdentity:
-        """Who is connected; raises DeviceError before :meth:`connect`."""
-        camera, settings = self._connected(), self._settings
-        rate = "the camera's own" if camera.fps is None else f"{camera.fps:g}"
-        shutter = "the camera's own" if settings.shutter_s is None else f"{settings.shutter_s:g} s"
-        return DeviceIdentity(
-            kind="camera",
-            model=camera.model,
-            serial=camera.guid,
-            address=f"FireWire, S{settings.iso_speed}",
-            details={
-                "width": str(camera.width),
-                "height": str(camera.height),
-                "fps": rate,
-                "pixel_format": settings.pixel_format,
-                "shutter": shutter,
-            },
+        super().__init__(
+            f"camera {settings.guid or 'on FireWire'}",
+            lambda: FrameBuffer(settings.buffer_frames, settings.pixel_format, settings.embedded_info),
         )
-
-    def connect(self) -> None:
-        """Find the camera, set it up, check its time stamps against the bus's clock, and start receiving.
-
-        Raises
-        ------
-        ConfigurationError
-            The library is not there, or the camera cannot be set as wanted.
-        DeviceUnreachableError
-            There is no such camera.
-        DeviceTimeoutError
-            It was set up and sends no image.
-        DeviceProtocolError
-            Its images do not hold the bus's time.
-        DeviceFaultError
-            The library reports an error.
-        """
-        if self._camera is not None:
-            raise DeviceError(f"camera {self._camera.guid}: already connected; close it first")
-        self._stopping.clear()
-        self._buffer = self._empty_buffer()
-        camera = Camera1394(DC1394Library(self._settings.library), self._settings)
-        try:
-            first = self._wait_for_image(camera)
-            if first.device_time_s is not None:
-                _check_bus_time(first.device_time_s, camera)
-        except BaseException:
-            camera.close()
-            raise
-        self._camera = camera
-        self._thread = threading.Thread(target=self._run, args=(camera,), name=f"camera {camera.guid}")
-        self._thread.start()
-
-    def read(self, timeout_s: float) -> list[Frame]:
-        """Return the images since the last call, oldest first; wait up to ``timeout_s`` for a first one.
-
-        Raises
-        ------
-        DeviceTimeoutError, DeviceFaultError
-            The camera has fallen silent or is gone, and every image before that was read.
-        """
-        return self._buffer.read(timeout_s)
-
-    def statistics(self) -> StreamStatistics:
-        """Return the counts since :meth:`connect`; ``malformed`` are images that arrived damaged."""
-        return self._buffer.statistics
+        self._settings = settings
 
     def bus_time(self) -> BusTime:
         """Read the bus's cycle timer and the host clock together.
@@ -113,24 +43,17 @@ class DC1394Camera:
         """
         return self._connected().bus_time()
 
-    def close(self) -> None:
-        """Stop the camera and release it."""
-        self._stopping.set()
-        if self._thread is not None:
-            self._thread.join()
-            self._thread = None
-        if self._camera is not None:
-            self._camera.close()
-            self._camera = None
+    def _open(self) -> Camera1394:
+        return Camera1394(DC1394Library(self._settings.library), self._settings)
 
-    def _connected(self) -> Camera1394:
-        if self._camera is None:
-            raise DeviceError("FireWire camera: not connected; call connect() first")
-        return self._camera
+    def _begin(self, source: Camera1394) -> DeviceIdentity:
+        first = self._wait_for_image(source)
+        if first.device_time_s is not None:
+            _check_bus_time(first.device_time_s, source)
+        return _identity(source, self._settings)
 
-    def _empty_buffer(self) -> FrameBuffer:
-        settings = self._settings
-        return FrameBuffer(settings.buffer_frames, settings.pixel_format, settings.embedded_info)
+    def _release(self, source: Camera1394) -> None:
+        source.close()
 
     def _wait_for_image(self, camera: Camera1394) -> Frame:
         deadline = time.monotonic() + self._settings.silence_s
@@ -140,11 +63,11 @@ class DC1394Camera:
                 return frames[-1]
         raise _silent(camera, self._settings.silence_s)
 
-    def _run(self, camera: Camera1394) -> None:
+    def _run(self, source: Camera1394) -> None:
         last_sign = time.monotonic()
         while not self._stopping.is_set():
             try:
-                images = _waiting(camera)
+                images = _waiting(source)
             except DeviceError as error:
                 self._buffer.fail(error)
                 return
@@ -152,7 +75,7 @@ class DC1394Camera:
                 self._keep_or_reject(image)
                 last_sign = time.monotonic()
             if time.monotonic() - last_sign > self._settings.silence_s:
-                self._buffer.fail(_silent(camera, self._settings.silence_s))
+                self._buffer.fail(_silent(source, self._settings.silence_s))
                 return
 
     def _keep(self, image: Image) -> Frame:
@@ -166,6 +89,24 @@ class DC1394Camera:
         except DeviceProtocolError:
             pass  # its first pixels hold no information: as damaged as one that the library finds so
         self._buffer.reject()
+
+
+def _identity(camera: Camera1394, settings: DC1394CameraSettings) -> DeviceIdentity:
+    rate = "the camera's own" if camera.fps is None else f"{camera.fps:g}"
+    shutter = "the camera's own" if settings.shutter_s is None else f"{settings.shutter_s:g} s"
+    return DeviceIdentity(
+        kind="camera",
+        model=camera.model,
+        serial=camera.guid,
+        address=f"FireWire, S{settings.iso_speed}",
+        details={
+            "width": str(camera.width),
+            "height": str(camera.height),
+            "fps": rate,
+            "pixel_format": settings.pixel_format,
+            "shutter": shutter,
+        },
+    )
 
 
 def _waiting(camera: Camera1394) -> Sequence[Image | None]:

@@ -7,7 +7,8 @@ import ctypes
 from ctypes import POINTER, c_char_p, c_float, c_int, c_int32, c_uint16, c_uint32, c_uint64, c_void_p
 from typing import Any
 
-from robot_drivers.errors import ConfigurationError, DeviceFaultError
+from robot_drivers.cameras.shared_library import Need, SharedLibrary, Signature
+from robot_drivers.errors import DeviceFaultError
 
 FORMAT7_0 = 88
 CODING_MONO8, CODING_RAW8 = 352, 361
@@ -92,7 +93,7 @@ class VideoFrame(ctypes.Structure):
 
 _CAMERA = POINTER(CameraStruct)
 _ERROR = c_int
-_PLAIN: dict[str, tuple[Any, tuple[Any, ...]]] = {
+_PLAIN: dict[str, Signature] = {
     "dc1394_new": (c_void_p, ()),
     "dc1394_free": (None, (c_void_p,)),
     "dc1394_camera_free_list": (None, (POINTER(CameraList),)),
@@ -125,9 +126,10 @@ _CHECKED: dict[str, tuple[Any, ...]] = {
     "dc1394_capture_dequeue": (_CAMERA, c_int, POINTER(POINTER(VideoFrame))),
     "dc1394_capture_enqueue": (_CAMERA, POINTER(VideoFrame)),
 }
+_NEED = Need("dc1394", "libdc1394", "libdc1394-25")
 
 
-class DC1394Library:
+class DC1394Library(SharedLibrary):
     """The loaded library.
 
     Parameters
@@ -141,35 +143,18 @@ class DC1394Library:
     """
 
     def __init__(self, name: str) -> None:
-        try:
-            self._library = ctypes.CDLL(name)
-            for function, (result, arguments) in _PLAIN.items():
-                self._declare(function, result, arguments)
-            for function, arguments in _CHECKED.items():
-                self._declare(function, _ERROR, arguments)
-        except (OSError, AttributeError) as error:
-            raise ConfigurationError(
-                f"the dc1394 camera driver needs libdc1394, which cannot be loaded ({error}): install it (Debian: "
-                "sudo apt install libdc1394-25), or set library to where it is"
-            ) from error
-
-    def plain(self, function: str, *arguments: Any) -> Any:
-        """Call a function that has no error code."""
-        return getattr(self._library, function)(*arguments)
+        checked = {function: (_ERROR, arguments) for function, arguments in _CHECKED.items()}
+        super().__init__(name, _NEED, _PLAIN | checked)
 
     def call(self, function: str, *arguments: Any) -> None:
-        """Call a function that has one.
+        """Call a function that returns an error code.
 
         Raises
         ------
         DeviceFaultError
             With the library's own words for the error.
         """
-        code = getattr(self._library, function)(*arguments)
+        code = self.plain(function, *arguments)
         if code != _SUCCESS:
             words = self.plain("dc1394_error_get_string", code) or b"unknown error"
             raise DeviceFaultError(f"{function}: {words.decode(errors='replace')} ({code})")
-
-    def _declare(self, name: str, result: Any, arguments: tuple[Any, ...]) -> None:
-        function = getattr(self._library, name)
-        function.restype, function.argtypes = result, arguments

@@ -1,6 +1,5 @@
 """How to find a FireWire camera and what it has to deliver."""
 
-import math
 import string
 from dataclasses import dataclass
 from typing import Literal, get_args
@@ -8,6 +7,7 @@ from typing import Literal, get_args
 from robot_drivers.cameras.embedded_info import ITEMS, EmbeddedItem
 from robot_drivers.cameras.pixel_formats import RawPixelFormat
 from robot_drivers.errors import ConfigurationError
+from robot_drivers.setting_checks import check_positive
 
 _GUID_DIGITS = 16
 
@@ -66,10 +66,7 @@ class DC1394CameraSettings:
             )
         if self.iso_speed not in (400, 800) or not 0 <= self.format7_mode <= 7:
             raise ConfigurationError("iso_speed must be 400 or 800, format7_mode 0..7")
-        for name in ("width", "height", "fps", "shutter_s", "packet_size", "silence_s"):
-            value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and value > 0):
-                raise ConfigurationError(f"{name} {value}: must be positive")
+        check_positive(self, "camera", "width", "height", "fps", "shutter_s", "packet_size", "silence_s")
         if self.width is not None and self.width < 4 * len(self.embedded_info):
             raise ConfigurationError(
                 f"width {self.width}: too narrow for {list(self.embedded_info)}, 4 px each"

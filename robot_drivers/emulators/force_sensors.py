@@ -19,6 +19,7 @@ from robot_drivers.ati.emulator import (
 from robot_drivers.ati.emulator.can.netbox_can import CanFaults, NetBoxCanEmulator, NetBoxCanEmulatorSettings
 from robot_drivers.ati.emulator.can.netcanoem import BoardFaults, BoardSettings, NetCANOEMEmulator
 from robot_drivers.ati.emulator.can.slcan_adapter import SlcanAdapterEmulator
+from robot_drivers.ati.emulator.sensor import RdtSensorEmulator
 from robot_drivers.ati.emulator.serial.controller_ft import ControllerFTEmulator, ControllerFTEmulatorSettings
 from robot_drivers.ati.emulator.serial.digital_ft import DigitalFTEmulator, DigitalFTEmulatorSettings
 from robot_drivers.ati.transducer.gages import FT33206, HIGHEST_GAGE
@@ -95,21 +96,21 @@ class BoxOnCanFaults(Outages):
 @contextmanager
 def _netft(settings: EmulatorSettings, load: Load, faults: Faults) -> Iterator[Running]:
     with NetFTEmulator(load.at, settings) as box:
-        box.inject(faults)
-        yield Running(
-            f"Net F/T box on {settings.host}: RDT UDP {box.rdt_port}, web TCP {box.http_port}, "
-            f"commands TCP {box.command_port}"
-        )
+        yield _running("Net F/T box", settings.host, box, faults)
 
 
 @contextmanager
 def _axia(settings: AxiaEmulatorSettings, load: Load, faults: Faults) -> Iterator[Running]:
     with AxiaEmulator(load.at, settings) as sensor:
-        sensor.inject(faults)
-        yield Running(
-            f"Ethernet Axia on {settings.host}: RDT UDP {sensor.rdt_port}, web TCP {sensor.http_port}, "
-            f"commands TCP {sensor.command_port}"
-        )
+        yield _running("Ethernet Axia", settings.host, sensor, faults)
+
+
+def _running(product: str, host: str, sensor: RdtSensorEmulator, faults: Faults) -> Running:
+    sensor.inject(faults)
+    return Running(
+        f"{product} on {host}: RDT UDP {sensor.rdt_port}, web TCP {sensor.http_port}, "
+        f"commands TCP {sensor.command_port}"
+    )
 
 
 @contextmanager

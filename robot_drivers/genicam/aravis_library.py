@@ -8,7 +8,8 @@ import ctypes
 from ctypes import POINTER, c_char_p, c_double, c_int, c_int64, c_size_t, c_uint32, c_uint64, c_void_p
 from typing import Any
 
-from robot_drivers.errors import ConfigurationError, DeviceFaultError
+from robot_drivers.cameras.shared_library import Need, SharedLibrary, Signature
+from robot_drivers.errors import DeviceFaultError
 
 BUFFER_SUCCESS = 0
 
@@ -22,7 +23,7 @@ class _Error(ctypes.Structure):
 
 
 _ERROR = POINTER(_Error)
-_PLAIN: dict[str, tuple[Any, tuple[Any, ...]]] = {
+_PLAIN: dict[str, Signature] = {
     "arv_camera_is_gv_device": (c_int, (c_void_p,)),
     "arv_camera_create_chunk_parser": (c_void_p, (c_void_p,)),
     "arv_buffer_new": (c_void_p, (c_size_t, c_void_p)),
@@ -36,7 +37,7 @@ _PLAIN: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "arv_stream_push_buffer": (None, (c_void_p, c_void_p)),
     "arv_stream_timeout_pop_buffer": (c_void_p, (c_void_p, c_uint64)),
 }
-_CHECKED: dict[str, tuple[Any, tuple[Any, ...]]] = {
+_CHECKED: dict[str, Signature] = {
     "arv_camera_new": (c_void_p, (c_char_p,)),
     "arv_camera_get_vendor_name": (c_char_p, (c_void_p,)),
     "arv_camera_get_model_name": (c_char_p, (c_void_p,)),
@@ -56,9 +57,14 @@ _CHECKED: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "arv_camera_stop_acquisition": (None, (c_void_p,)),
     "arv_chunk_parser_get_integer_value": (c_int64, (c_void_p, c_void_p, c_char_p)),
 }
+_OF_GOBJECT: dict[str, Signature] = {
+    "g_object_unref": (None, (c_void_p,)),
+    "g_error_free": (None, (_ERROR,)),
+}
+_NEED = Need("GenICam", "Aravis 0.8", "libaravis-0.8-0")
 
 
-class AravisLibrary:
+class AravisLibrary(SharedLibrary):
     """The loaded library.
 
     Parameters
@@ -72,24 +78,12 @@ class AravisLibrary:
     """
 
     def __init__(self, name: str) -> None:
-        try:
-            self._library = ctypes.CDLL(name)
-            self._gobject = ctypes.CDLL(_GOBJECT)
-            for function, (result, arguments) in _PLAIN.items():
-                self._declare(function, result, arguments)
-            for function, (result, arguments) in _CHECKED.items():
-                self._declare(function, result, (*arguments, POINTER(_ERROR)))
-        except (OSError, AttributeError) as error:
-            raise ConfigurationError(
-                f"the GenICam camera driver needs Aravis 0.8, which cannot be loaded ({error}): install it (Debian: "
-                "sudo apt install libaravis-0.8-0), or set library to where it is"
-            ) from error
-        self._gobject.g_object_unref.argtypes = (c_void_p,)
-        self._gobject.g_error_free.argtypes = (_ERROR,)
-
-    def plain(self, function: str, *arguments: Any) -> Any:
-        """Call a function that reports no error."""
-        return getattr(self._library, function)(*arguments)
+        checked = {
+            function: (result, (*arguments, POINTER(_ERROR)))
+            for function, (result, arguments) in _CHECKED.items()
+        }
+        super().__init__(name, _NEED, _PLAIN | checked)
+        self._gobject = SharedLibrary(_GOBJECT, _NEED, _OF_GOBJECT)
 
     def call(self, function: str, *arguments: Any) -> Any:
         """Call a function that reports errors.
@@ -100,10 +94,10 @@ class AravisLibrary:
             With the library's own words for the error.
         """
         error = _ERROR()
-        result = getattr(self._library, function)(*arguments, ctypes.byref(error))
+        result = self.plain(function, *arguments, ctypes.byref(error))
         if error:
             words = (error.contents.message or b"unknown error").decode(errors="replace")
-            self._gobject.g_error_free(error)
+            self._gobject.plain("g_error_free", error)
             raise DeviceFaultError(f"{function.removeprefix('arv_')}: {words}")
         return result
 
@@ -113,8 +107,4 @@ class AravisLibrary:
 
     def release(self, thing: int) -> None:
         """Give a camera, stream, parser or buffer back."""
-        self._gobject.g_object_unref(thing)
-
-    def _declare(self, name: str, result: Any, arguments: tuple[Any, ...]) -> None:
-        function = getattr(self._library, name)
-        function.restype, function.argtypes = result, arguments
+        self._gobject.plain("g_object_unref", thing)

@@ -1,14 +1,13 @@
 """The driver of a GenICam camera: a thread takes its images, numbers and times them."""
 
-import threading
-
 from robot_drivers.cameras.frame_buffer import FrameBuffer
+from robot_drivers.cameras.streamed_camera import StreamedCamera
 from robot_drivers.clock import host_time_ns
-from robot_drivers.errors import DeviceError, DeviceProtocolError, DeviceTimeoutError
+from robot_drivers.errors import DeviceProtocolError, DeviceTimeoutError
 from robot_drivers.genicam.aravis_library import AravisLibrary
 from robot_drivers.genicam.device import DamagedImage, Device, Image
 from robot_drivers.genicam.settings import GenICamSettings
-from robot_drivers.protocols import DeviceIdentity, Frame, StreamStatistics
+from robot_drivers.protocols import DeviceIdentity
 
 _LOOK_S = 0.05
 _NUMBERS = 0xFFFF  # 0 is no number of an image
@@ -36,88 +35,31 @@ class FrameNumbers:
         return self._counter
 
 
-class GenICamCamera:
-    """A :class:`robot_drivers.protocols.Camera` through Aravis.
+class GenICamCamera(StreamedCamera[Device]):
+    """A camera through Aravis.
 
-    :meth:`connect` returns with the first image in the buffer. In :meth:`statistics`, ``lost`` counts images that the
-    camera's numbers prove missing and those that gave way in a full buffer, ``malformed`` those of which a packet is
-    missing. A stream that falls silent makes :meth:`read` raise DeviceTimeoutError once the buffer is empty;
-    :meth:`close` and :meth:`connect` start over.
+    In :meth:`statistics`, ``lost`` counts images that the camera's numbers prove missing and those that gave way in a
+    full buffer, ``malformed`` those of which a packet is missing.
     """
 
     def __init__(self, settings: GenICamSettings) -> None:
-        self._settings = settings
-        self._device: Device | None = None
-        self._identity: DeviceIdentity | None = None
-        self._thread: threading.Thread | None = None
-        self._stopping = threading.Event()
-        self._buffer = self._empty_buffer()
-        self._numbers = FrameNumbers()
-
-    @property
-    def identity(self) -> DeviceIdentity:
-        """Who is connected; raises DeviceError before :meth:`connect`."""
-        if self._identity is None:
-            raise DeviceError(f"camera {self._settings.camera}: not connected; call connect() first")
-        return self._identity
-
-    def connect(self) -> None:
-        """Find the camera, check what it delivers, and start the stream.
-
-        Raises
-        ------
-        ConfigurationError
-            Aravis is missing, or the camera is not set as wanted.
-        DeviceUnreachableError
-            There is no such camera.
-        DeviceTimeoutError
-            It sends no image, or its clock does not follow the network's.
-        """
-        if self._device is not None:
-            raise DeviceError(f"camera {self._settings.camera}: already connected; close it first")
-        self._stopping.clear()
-        self._buffer = self._empty_buffer()
-        self._numbers = FrameNumbers()
-        device = Device(AravisLibrary(self._settings.library), self._settings)
-        try:
-            self._await_first(device)
-        except BaseException:
-            device.close()
-            raise
-        self._identity = self._describe(device)
-        self._device = device
-        self._thread = threading.Thread(
-            target=self._run, args=(device,), name=f"camera {self._settings.camera}"
+        super().__init__(
+            f"camera {settings.camera}",
+            lambda: FrameBuffer(settings.buffer_frames, settings.pixel_format, ()),
         )
-        self._thread.start()
+        self._settings = settings
+        self._numbers = FrameNumbers()
 
-    def read(self, timeout_s: float) -> list[Frame]:
-        """Return the images since the last call, oldest first; wait up to ``timeout_s`` for a first one.
+    def _open(self) -> Device:
+        self._numbers = FrameNumbers()
+        return Device(AravisLibrary(self._settings.library), self._settings)
 
-        Raises
-        ------
-        DeviceTimeoutError
-            The stream fell silent, and every image before that was read.
-        """
-        return self._buffer.read(timeout_s)
+    def _begin(self, source: Device) -> DeviceIdentity:
+        self._await_first(source)
+        return self._describe(source)
 
-    def statistics(self) -> StreamStatistics:
-        """Return the counts since :meth:`connect`."""
-        return self._buffer.statistics
-
-    def close(self) -> None:
-        """Stop the stream and release the camera."""
-        self._stopping.set()
-        if self._thread is not None:
-            self._thread.join()
-            self._thread = None
-        if self._device is not None:
-            self._device.close()
-            self._device = None
-        self._identity = None
-
-    def _empty_buffer(self) -> FrameBuffer:
-        return FrameBuffer(self._settings.buffer_frames, self._settings.pixel_format, ())
+    def _release(self, source: Device) -> None:
+        source.close()
 
     def _describe(self, device: Device) -> DeviceIdentity:
         times = "chunks" if self._settings.chunk_timestamps else "stream"
@@ -149,10 +91,10 @@ class GenICamCamera:
                     "trigger"
                 )
 
-    def _run(self, device: Device) -> None:
+    def _run(self, source: Device) -> None:
         last_ns = host_time_ns()
         while not self._stopping.is_set():
-            if self._take(device):
+            if self._take(source):
                 last_ns = host_time_ns()
             elif host_time_ns() - last_ns > self._settings.silence_s * 1e9:
                 self._buffer.fail(

@@ -1,10 +1,10 @@
 """How to reach a GenICam camera, and what it has to deliver."""
 
-import math
 from dataclasses import dataclass
 
 from robot_drivers.cameras.pixel_formats import RawPixelFormat
 from robot_drivers.errors import ConfigurationError
+from robot_drivers.setting_checks import check_positive
 
 PIXEL_FORMATS: dict[str, str] = {
     "mono8": "Mono8",
@@ -63,10 +63,7 @@ class GenICamSettings:
             raise ConfigurationError(
                 f"pixel_format {self.pixel_format!r}: use one of {', '.join(PIXEL_FORMATS)}"
             )
-        for name in ("fps", "ptp_timeout_s", "open_timeout_s", "silence_s"):
-            value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and value > 0):
-                raise ConfigurationError(f"{name} {value}: must be positive")
+        check_positive(self, "camera", "fps", "ptp_timeout_s", "open_timeout_s", "silence_s")
         for name in ("width", "height", "buffer_frames"):
             value = getattr(self, name)
             if value is not None and value < 1:

@@ -5,13 +5,13 @@ from 5.9 on tells it.
 """
 
 import contextlib
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from robot_drivers.errors import ConfigurationError, DeviceError
 from robot_drivers.protocols import DeviceIdentity, StreamStatistics, WrenchBlock
+from robot_drivers.setting_checks import check_positive
 from robot_drivers.universal_robots.arms import RATED_WRENCH, Arm
 from robot_drivers.universal_robots.robot.registers import SAFETY_NORMAL, SAFETY_REDUCED
 from robot_drivers.universal_robots.rtde.connection import RTDEConnection
@@ -45,10 +45,7 @@ class URWrenchSettings:
     def __post_init__(self) -> None:
         if not 10 <= self.rate_hz <= 500:
             raise ConfigurationError(f"UR rate_hz {self.rate_hz}: must be 10 to 500")
-        for name in ("silence_limit_s", "connect_timeout_s"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise ConfigurationError(f"UR {name} {value}: must be positive")
+        check_positive(self, "UR", "silence_limit_s", "connect_timeout_s")
 
 
 class URWrench:

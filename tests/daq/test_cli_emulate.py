@@ -23,8 +23,8 @@ from robot_drivers.ati.netft import NetFT, NetFTSettings
 from robot_drivers.bota import BotaSerial, BotaSettings
 from robot_drivers.cameras.opencv import OpenCVCamera
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
-from robot_drivers.dataclass_options import add_options, read_options
 from robot_drivers.emulators import KINDS
+from robot_drivers.emulators.options import add_options, read_options
 from robot_drivers.genicam import GenICamCamera, GenICamSettings
 from robot_drivers.universal_robots import URRobot, URSettings, URWrench, URWrenchSettings
 

@@ -2,20 +2,20 @@
 
 import socket
 import struct
-from contextlib import closing, contextmanager
-from dataclasses import replace
+from contextlib import contextmanager
 from urllib.request import urlopen
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rdt_sensors import axia
 from sensor_blocks import first_block, gathered, read_for
 
-from robot_drivers.ati.axia import DRIVER, Axia, AxiaSettings
-from robot_drivers.ati.axia.configuration import read_configuration, set_rdt_rate
+from robot_drivers.ati.axia.configuration import read_configuration
 from robot_drivers.ati.emulator import AxiaEmulator, AxiaEmulatorSettings, Faults
-from robot_drivers.ati.netft.web import WebPages
+from robot_drivers.ati.rdt.configuration import set_rdt_rate
+from robot_drivers.ati.rdt.web import WebPages
 from robot_drivers.errors import ConfigurationError, DeviceProtocolError, DeviceTimeoutError
 
 LOAD = np.array([10.0, -20.0, 30.0, 0.1, -0.2, 0.3])
@@ -24,16 +24,9 @@ M20 = (500.0, 500.0, 900.0, 20.0, 20.0, 20.0)
 
 @contextmanager
 def connected(source=lambda _: LOAD, emulated=None, **settings):
-    with AxiaEmulator(source, emulated or AxiaEmulatorSettings()) as emulator:
-        reach = AxiaSettings(
-            host="127.0.0.1",
-            rdt_port=emulator.rdt_port,
-            http_port=emulator.http_port,
-            request_pause_s=0.0,
-        )
-        with closing(Axia(replace(reach, **settings))) as sensor:
-            sensor.connect()
-            yield emulator, sensor
+    with axia(source, emulated, **settings) as (emulator, sensor):
+        sensor.connect()
+        yield emulator, sensor
 
 
 @contextmanager
@@ -339,12 +332,12 @@ def test_both_spellings_of_the_rate_are_understood(tag):
 
 def test_a_rate_is_set_by_the_cgi_and_has_to_be_kept():
     pages = CannedPages(page(comrdtrate=250))
-    set_rdt_rate(pages, 250)
+    set_rdt_rate(pages, 250, fastest_hz=7912)
     assert pages.asked[0] == "/comm.cgi?comrdtrate=250"
-    with pytest.raises(ConfigurationError, match="tells 250"):
-        set_rdt_rate(pages, 300)
+    with pytest.raises(ConfigurationError, match="kept 250"):
+        set_rdt_rate(pages, 300, fastest_hz=7912)
     with pytest.raises(ConfigurationError, match=r"1\.\.7912"):
-        set_rdt_rate(pages, 7913)
+        set_rdt_rate(pages, 7913, fastest_hz=7912)
 
 
 def test_pages_of_two_calibrations_are_not_mixed():
@@ -356,24 +349,3 @@ def test_pages_of_two_calibrations_are_not_mixed():
 def test_any_bytes_are_a_configuration_or_a_protocol_error(content):
     with pytest.raises(DeviceProtocolError):
         read_configuration(CannedPages(content))
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"mode": "fast"},
-        {"rate_hz": 0},
-        {"rate_hz": 7913},
-        {"sample_rate_hz": 0.0},
-        {"silence_s": float("inf")},
-        {"rated_wrench": (1.0, 1.0, 1.0, 1.0, 1.0, 0.0)},
-    ],
-)
-def test_wrong_settings_are_refused_by_their_name(wrong):
-    with pytest.raises(ConfigurationError, match=next(iter(wrong))):
-        AxiaSettings(host="axia", **wrong)
-
-
-def test_the_specification_is_what_the_rig_file_says():
-    assert DRIVER.specify(AxiaSettings(host="axia")).rated_wrench is None
-    assert DRIVER.specify(AxiaSettings(host="axia", rated_wrench=M20, rate_hz=500)).rate_hz == 500

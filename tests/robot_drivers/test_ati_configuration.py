@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robot_drivers.ati.emulator import BoxConfiguration, EmulatorSettings, NetFTEmulator
-from robot_drivers.ati.netft.configuration import read_configuration, set_rdt_rate
-from robot_drivers.ati.netft.web import MAX_PAGE_BYTES, WebPages, parse_tags
+from robot_drivers.ati.netft.configuration import read_configuration
+from robot_drivers.ati.rdt.configuration import set_rdt_rate
+from robot_drivers.ati.rdt.web import MAX_PAGE_BYTES, WebPages, parse_tags
 from robot_drivers.ati.transducer.scaling import Scaling
 from robot_drivers.errors import ConfigurationError, DeviceProtocolError, DeviceUnreachableError
 
@@ -88,7 +89,7 @@ def test_the_factors_of_the_active_configuration_are_used_not_those_of_the_first
     assert configuration.name == "fine"
     assert configuration.scaling == Scaling("lbf", "N-mm", 4448221.615, 999.999)
     np.testing.assert_allclose(configuration.scaling.si_per_count, [1e-6] * 3 + [1.000001e-6] * 3, rtol=1e-9)
-    assert configuration.calibration_serial == "FT33206"
+    assert configuration.serial == "FT33206"
     assert configuration.rdt_enabled
     assert configuration.rdt_rate_hz == 1000
     assert configuration.rdt_buffer_size == 10
@@ -96,25 +97,25 @@ def test_the_factors_of_the_active_configuration_are_used_not_those_of_the_first
 
 def test_the_rate_is_set_and_read_back():
     with NetFTEmulator(lambda _: np.zeros(6)) as emulator:
-        set_rdt_rate(pages(emulator.http_port), 500)
+        set_rdt_rate(pages(emulator.http_port), 500, fastest_hz=7000)
         assert read_configuration(pages(emulator.http_port)).rdt_rate_hz == 500
 
 
 def test_a_rate_that_the_box_did_not_keep_is_an_error():
     answers = {"/comm.cgi?comrdtrate=900": (302, b""), "/netftapi2.xml": (200, page(comrdtrate=875))}
     with web_server(answers) as port, pytest.raises(ConfigurationError, match=r"900 Hz .* kept 875"):
-        set_rdt_rate(pages(port), 900)
+        set_rdt_rate(pages(port), 900, fastest_hz=7000)
 
 
 def test_a_refused_setting_is_an_error():
     with web_server({}) as port, pytest.raises(DeviceProtocolError, match="404"):
-        set_rdt_rate(pages(port), 900)
+        set_rdt_rate(pages(port), 900, fastest_hz=7000)
 
 
 @pytest.mark.parametrize("rate", [0, 7001])
 def test_a_rate_out_of_range_is_not_even_sent(rate):
     with pytest.raises(ConfigurationError, match=r"1\.\.7000"):
-        set_rdt_rate(pages(port=9), rate)
+        set_rdt_rate(pages(port=9), rate, fastest_hz=7000)
 
 
 def test_requests_keep_the_distance_that_the_box_needs():

@@ -287,22 +287,3 @@ def test_nobody_at_the_base_is_a_timeout_with_the_base():
         NetBoxCan(settings_for(channel)).connect()
     with pytest.raises(DeviceUnreachableError, match="cannot be opened"):
         NetBoxCan(settings_for("no-such-can", interface="socketcan")).connect()
-
-
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"base": 0x7FF}, "0x7ff"),
-        ({"answer": "short"}, "READCALINFO"),
-        ({"long_order": ("fx",) * 8}, "each of fx"),
-        ({"long_request_code": 256}, "one byte"),
-        ({"sample_rate_hz": -1.0}, "sample_rate_hz"),
-        ({"force_unit": "stone"}, "unknown force unit"),
-        ({"counts_per_force": 0.0}, "counts per force"),
-        ({"bitrate": 125_000, "rate_hz": 300.0}, "at most 251"),
-        ({"answer_timeout_s": 0.0}, "answer_timeout_s"),
-    ],
-)
-def test_settings_that_cannot_be_right_are_refused(changes, words):
-    with pytest.raises(ConfigurationError, match=words):
-        settings_for("can0", **changes)

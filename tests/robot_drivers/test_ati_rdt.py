@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_drivers.ati.netft import rdt
+from robot_drivers.ati.rdt import protocol as rdt
 from robot_drivers.errors import ConfigurationError, DeviceProtocolError
 
 GOLDEN_RECORD = bytes.fromhex(

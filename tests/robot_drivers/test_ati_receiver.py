@@ -7,7 +7,7 @@ from contextlib import closing, contextmanager
 import numpy as np
 import pytest
 
-from robot_drivers.ati.netft.receiver import DatagramReceiver
+from robot_drivers.ati.rdt.receiver import DatagramReceiver
 from robot_drivers.clock import host_time_ns, wall_to_monotonic_offset_ns
 from robot_drivers.kernel_stamps import KERNEL_STAMPS, request_stamps, wall_time_ns
 
@@ -82,7 +82,7 @@ def test_a_socket_waits_until_the_kernel_stamps_on_arrival(monkeypatch):
 
 def test_a_wall_clock_that_is_set_meanwhile_does_not_move_the_stamps(monkeypatch):
     offset = [0]
-    monkeypatch.setattr("robot_drivers.ati.netft.receiver.wall_to_monotonic_offset_ns", lambda: offset[0])
+    monkeypatch.setattr("robot_drivers.ati.rdt.receiver.wall_to_monotonic_offset_ns", lambda: offset[0])
     with linked(kernel_stamps=True) as (receiver, send, _):
         offset[0] = 3_600_000_000_000
         send(b"aaaa")
@@ -94,7 +94,7 @@ def test_a_wall_clock_that_is_set_meanwhile_does_not_move_the_stamps(monkeypatch
 @pytest.mark.skipif(not KERNEL_STAMPS, reason="this system does not stamp datagrams")
 def test_stamps_never_go_back_when_the_wall_clock_is_slewed(monkeypatch):
     offset = [wall_to_monotonic_offset_ns()]
-    monkeypatch.setattr("robot_drivers.ati.netft.receiver.wall_to_monotonic_offset_ns", lambda: offset[0])
+    monkeypatch.setattr("robot_drivers.ati.rdt.receiver.wall_to_monotonic_offset_ns", lambda: offset[0])
     with linked(kernel_stamps=True) as (receiver, send, _):
         stamps = []
         for _ in range(20):

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot_drivers.ati.netft.sequence import SequenceTracker
+from robot_drivers.ati.rdt.sequence import SequenceTracker
 from robot_drivers.protocols import StreamStatistics
 
 TICKS = 7  # internal samples per record at 1000 Hz

@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sensor_blocks import first_block, gathered, read_for, read_until
 
-from robot_drivers.bota import DRIVER, BotaSerial, BotaSettings
+from robot_drivers.bota import BotaSerial, BotaSettings
 from robot_drivers.bota.emulator import BotaEmulator, BotaEmulatorSettings
 from robot_drivers.bota.frames import FRAME, STATUS_MAP, FrameDecoder, crc16_x25
 from robot_drivers.bota.sample_clock import SampleClock
-from robot_drivers.errors import ConfigurationError, DeviceProtocolError, DeviceUnreachableError
+from robot_drivers.errors import DeviceProtocolError, DeviceUnreachableError
 from robot_drivers.serial_line.emulator.line import LineFaults
 
 LOAD = np.array([10.0, -20.0, 30.0, 0.1, -0.2, 0.3])
@@ -305,23 +305,3 @@ def test_what_is_no_bota_sensor_is_told():
 def test_a_port_that_is_gone_is_told():
     with pytest.raises(DeviceUnreachableError, match="/dev/nowhere"):
         BotaSerial(BotaSettings(port="/dev/nowhere")).connect()
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"bit_rate": 19200},
-        {"rate_hz": 0.0},
-        {"rate_hz": 1300.0},
-        {"start_timeout_s": float("nan")},
-        {"rated_wrench": (1.0, 1.0, 1.0, 1.0, 0.0, 1.0)},
-    ],
-)
-def test_wrong_settings_are_refused_by_their_name(wrong):
-    with pytest.raises(ConfigurationError, match=next(iter(wrong))):
-        BotaSettings(port="/dev/ttyUSB0", **wrong)
-
-
-def test_the_specification_is_what_the_rig_file_says():
-    specification = DRIVER.specify(BotaSettings(port="x", rate_hz=800.0))
-    assert (specification.rate_hz, specification.noise_std, specification.rated_wrench) == (800.0, None, None)

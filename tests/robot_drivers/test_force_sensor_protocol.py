@@ -13,18 +13,17 @@ from functools import partial
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from rdt_sensors import axia, netft
 
-from robot_drivers.ati.axia import Axia, AxiaSettings
 from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
-from robot_drivers.ati.emulator import AxiaEmulator, AxiaEmulatorSettings, EmulatorSettings, NetFTEmulator
+from robot_drivers.ati.emulator import AxiaEmulatorSettings, EmulatorSettings
 from robot_drivers.ati.emulator.can.netbox_can import NetBoxCanEmulator, NetBoxCanEmulatorSettings
 from robot_drivers.ati.emulator.can.netcanoem import BoardSettings, NetCANOEMEmulator
 from robot_drivers.ati.emulator.serial.controller_ft import ControllerFTEmulator, ControllerFTEmulatorSettings
 from robot_drivers.ati.emulator.serial.digital_ft import DigitalFTEmulator
 from robot_drivers.ati.netbox_can import NetBoxCan, NetBoxCanSettings
 from robot_drivers.ati.netcanoem import NetCANOEM, NetCANOEMSettings
-from robot_drivers.ati.netft import NetFT, NetFTSettings
 from robot_drivers.bota import BotaSerial, BotaSettings
 from robot_drivers.bota.emulator import BotaEmulator
 from robot_drivers.clock import host_time_ns
@@ -56,38 +55,17 @@ class Bench:
 
 @contextmanager
 def netft_bench(mode):
-    with NetFTEmulator(lambda _: LOAD, EmulatorSettings(rate_hz=1000, buffer_size=5)) as emulator:
-        sensor = NetFT(
-            NetFTSettings(
-                host="127.0.0.1",
-                rdt_port=emulator.rdt_port,
-                http_port=emulator.http_port,
-                mode=mode,
-                request_pause_s=0.0,
-            )
-        )
-        try:
-            yield Bench(sensor, 1000, 1e-9, emulator.close)
-        finally:
-            sensor.close()
+    box = EmulatorSettings(rate_hz=1000, buffer_size=5)
+    with netft(lambda _: LOAD, box, mode=mode) as (emulator, sensor):
+        yield Bench(sensor, 1000, 1e-9, emulator.close)
 
 
 @contextmanager
 def axia_bench(mode):
     # every fourth sample is sent, so that all records are as far apart
-    with AxiaEmulator(
-        lambda _: LOAD, AxiaEmulatorSettings(sample_rate_hz=3904, rate_hz=976, buffer_size=5)
-    ) as emulator:
-        settings = AxiaSettings(
-            host="127.0.0.1",
-            rdt_port=emulator.rdt_port,
-            http_port=emulator.http_port,
-            mode=mode,
-            sample_rate_hz=3904.0,
-            request_pause_s=0.0,
-        )
-        with closing(Axia(settings)) as sensor:
-            yield Bench(sensor, 976, 1e-9, emulator.close)
+    emulated = AxiaEmulatorSettings(sample_rate_hz=3904, rate_hz=976, buffer_size=5)
+    with axia(lambda _: LOAD, emulated, mode=mode, sample_rate_hz=3904.0) as (emulator, sensor):
+        yield Bench(sensor, 976, 1e-9, emulator.close)
 
 
 @contextmanager

@@ -32,7 +32,7 @@ from robot_drivers.abb.emulator.arm import Arm
 from robot_drivers.abb.emulator.egm import ControllerSample, robot_message
 from robot_drivers.abb.emulator.settings import ArmSettings
 from robot_drivers.ati.emulator import EmulatorSettings, NetFTEmulator
-from robot_drivers.ati.netft import rdt
+from robot_drivers.ati.rdt import protocol as rdt
 from robot_drivers.errors import ConfigurationError
 
 MULTICAST = bytes.fromhex("12 34 80 02 00 00 00 00 E0 00 05 80 6E 5A")

@@ -13,7 +13,7 @@ from sensor_blocks import ANSWER_TIMEOUT_S, gathered, read_for
 from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
 from robot_drivers.ati.controller_ft.records import AsciiDecoder, BinaryDecoder, ascii_counts
 from robot_drivers.ati.emulator.serial.controller_ft import ControllerFTEmulator, ControllerFTEmulatorSettings
-from robot_drivers.errors import ConfigurationError, DeviceError, DeviceProtocolError, DeviceUnreachableError
+from robot_drivers.errors import DeviceError, DeviceProtocolError, DeviceUnreachableError
 from robot_drivers.serial_line.emulator.line import LineFaults
 
 LOAD = np.array([10.0, -20.0, 30.0, 0.3, -0.6, 0.9])
@@ -365,22 +365,6 @@ def test_an_answer_that_does_not_end_in_the_prompt_is_said_so():
         sensor = ControllerFT(ControllerFTSettings(port=emulator.port, **SCALE))
         with pytest.raises(DeviceProtocolError, match="prompt"):
             sensor.connect()
-
-
-@pytest.mark.parametrize(
-    ("wanted", "what"),
-    [
-        ({"record_format": "hex"}, "'ascii' or 'binary'"),
-        ({"record_bits": 32}, "16 or 24"),
-        ({"record_rate_hz": 0.0}, "record_rate_hz"),
-        ({"averaging": -1}, "averaging"),
-        ({"counts_per_newton": 0.0}, "counts_per_newton"),
-        ({"bit_rate": 0}, "bit_rate"),
-    ],
-)
-def test_settings_that_cannot_be_are_refused(wanted, what):
-    with pytest.raises(ConfigurationError, match=what):
-        ControllerFTSettings(**{"port": "none", **SCALE, **wanted})
 
 
 def test_the_scale_must_be_told():

@@ -18,7 +18,6 @@ from robot_drivers.ati.emulator.serial.digital_ft import (
 )
 from robot_drivers.ati.transducer.gages import FT33206
 from robot_drivers.errors import (
-    ConfigurationError,
     DeviceError,
     DeviceProtocolError,
     DeviceTimeoutError,
@@ -381,19 +380,3 @@ def test_a_socket_serves_where_there_is_no_pseudo_terminal():
         assert sensor.statistics().lost == sensor.statistics().malformed == 0
     assert sum(map(len, blocks)) > 700
     np.testing.assert_allclose(gathered(blocks, "wrench").mean(axis=0), LOAD, atol=0.01)
-
-
-@pytest.mark.parametrize(
-    ("settings", "what"),
-    [
-        ({"bit_rate": 115200}, "at most 806 samples"),
-        ({"sample_rate_hz": 0.0}, "sample_rate_hz"),
-        ({"slave_address": 0}, "1..247"),
-        ({"calibration_index": 17}, "1..16"),
-        ({"silence_s": 0.0}, "silence_s"),
-        ({"batch_s": float("nan")}, "batch_s"),
-    ],
-)
-def test_settings_that_cannot_be_are_refused(settings, what):
-    with pytest.raises(ConfigurationError, match=what):
-        DigitalFTSettings(port="none", **settings)

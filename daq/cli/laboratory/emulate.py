@@ -6,8 +6,8 @@ import sys
 import time
 
 from daq.cli.verb import Result, Verbs, add_verb, write
-from robot_drivers.dataclass_options import add_options, read_options
 from robot_drivers.emulators import KINDS, EmulatorKind
+from robot_drivers.emulators.options import add_options, read_options
 
 _EXAMPLES = "\n".join(f"  retract emulate {name} {kind.example}" for name, kind in KINDS.items()) + (
     "\n\nretract emulate KIND --help tells the options and faults of a kind."

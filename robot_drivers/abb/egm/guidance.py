@@ -21,6 +21,7 @@ from robot_drivers.errors import (
     MotionRefusedError,
 )
 from robot_drivers.motion import poses
+from robot_drivers.motion.one_motion import one_motion
 from robot_drivers.protocols import DeviceIdentity, Pose, PoseBlock, RobotState, Speed, StreamStatistics
 from robot_drivers.real_time import prefer_this_thread
 
@@ -127,17 +128,12 @@ class EGMGuidedRobot:
         DeviceTimeoutError
             When it was not there in time; it was stopped.
         """
-        if not self._one_motion.acquire(blocking=False):
-            raise MotionRefusedError("another motion of this robot is under way; wait for it or hold")
-        try:
-            with self._changed:
-                self._check([T_base_tool], speed)
-                if self._held:
-                    raise MotionRefusedError("the robot is held; call resume() before it may move")
-                self._session.begin(poses.normalised(T_base_tool), speed)
-                return self._wait_for_arrival(timeout_s)
-        finally:
-            self._one_motion.release()
+        with one_motion(self._one_motion), self._changed:
+            self._check([T_base_tool], speed)
+            if self._held:
+                raise MotionRefusedError("the robot is held; call resume() before it may move")
+            self._session.begin(poses.normalised(T_base_tool), speed)
+            return self._wait_for_arrival(timeout_s)
 
     def hold(self) -> None:
         """Brake on the line and wait until the reference rests, from any thread; moves need :meth:`resume` first.

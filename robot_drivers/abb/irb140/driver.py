@@ -25,6 +25,7 @@ from robot_drivers.errors import (
 from robot_drivers.motion import poses
 from robot_drivers.motion.arrival import MotionInterruptedError, check_arrival
 from robot_drivers.motion.checks import check_on_line
+from robot_drivers.motion.one_motion import one_motion
 from robot_drivers.protocols import DeviceIdentity, Pose, PoseBlock, RobotState, Speed, StreamStatistics
 
 __all__ = ["IRB140", "IRB140Settings", "MotionInterruptedError"]
@@ -114,16 +115,12 @@ class IRB140:
         DeviceFaultError
             When it left its straight line (it was stopped) or stands elsewhere than asked for.
         """
-        if not self._one_motion.acquire(blocking=False):
-            raise MotionRefusedError("another motion of this robot is under way; wait for it or hold")
-        try:
+        with one_motion(self._one_motion):
             start = self._ask_state()
             self._check_from(start, [T_base_tool], speed)
             target = poses.normalised(T_base_tool)
             reply = self._carry_out(start.T_base_tool, target, speed, timeout_s)
             return self._verified(reply, target)
-        finally:
-            self._one_motion.release()
 
     def hold(self) -> None:
         """Stop at once and wait for standstill, from any thread; moves need :meth:`resume` first.

@@ -35,6 +35,7 @@ from robot_drivers.errors import (
 from robot_drivers.motion import poses
 from robot_drivers.motion.arrival import MotionInterruptedError, check_arrival
 from robot_drivers.motion.checks import check_on_line
+from robot_drivers.motion.one_motion import one_motion
 from robot_drivers.protocols import DeviceIdentity, Pose, PoseBlock, RobotState, Speed, StreamStatistics
 
 __all__ = ["OpenABB", "OpenABBSettings"]
@@ -146,15 +147,11 @@ class OpenABB:
         DeviceFaultError
             When the server refused it, it left its straight line, or it stands elsewhere than asked for.
         """
-        if not self._one_motion.acquire(blocking=False):
-            raise MotionRefusedError("another motion of this robot is under way; wait for it or hold")
-        try:
+        with one_motion(self._one_motion):
             self._refuse_if_held()
             start = self._poll(moving=False)
             self._check_from(start, [T_base_tool], speed)
             return self._carry_out(start.T_base_tool, poses.normalised(T_base_tool), speed, timeout_s)
-        finally:
-            self._one_motion.release()
 
     def hold(self) -> None:
         """Send no further piece and wait for the end of the present one; moves need :meth:`resume` first.

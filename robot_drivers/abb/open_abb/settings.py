@@ -7,6 +7,7 @@ from robot_drivers.abb.motion.limits import MotionLimits
 from robot_drivers.errors import ConfigurationError
 from robot_drivers.motion import poses
 from robot_drivers.protocols import Pose
+from robot_drivers.setting_checks import check_positive
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,9 +42,14 @@ class OpenABBSettings:
     reply_gap_s: float = 0.02
 
     def __post_init__(self) -> None:
-        for name in ("stop_within_s", "poll_period_s", "connect_timeout_s", "reply_timeout_s", "reply_gap_s"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise ConfigurationError(f"open-abb {name} {value}: must be positive")
+        check_positive(
+            self,
+            "open-abb",
+            "stop_within_s",
+            "poll_period_s",
+            "connect_timeout_s",
+            "reply_timeout_s",
+            "reply_gap_s",
+        )
         if not 1 <= self.position_decimals <= 3:
             raise ConfigurationError(f"open-abb position_decimals {self.position_decimals}: must be 1..3")

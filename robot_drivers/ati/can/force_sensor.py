@@ -1,7 +1,6 @@
 """What all force sensors on a CAN bus share; the devices differ in how they are asked for a sample."""
 
 import contextlib
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
@@ -10,8 +9,9 @@ import can
 
 from robot_drivers.ati.can.link import Answer, CanLink, open_bus
 from robot_drivers.ati.can.poller import Poller, Sample
-from robot_drivers.errors import ConfigurationError, DeviceError
+from robot_drivers.errors import DeviceError
 from robot_drivers.protocols import DeviceIdentity, StreamStatistics, WrenchBlock
+from robot_drivers.setting_checks import check_positive
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,10 +33,7 @@ class CanSettings:
     answer_timeout_s: float = 0.05
 
     def __post_init__(self) -> None:
-        for name in ("bitrate", "rate_hz", "answer_timeout_s"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise ConfigurationError(f"force sensor {name} {value}: must be positive")
+        check_positive(self, "force sensor", "bitrate", "rate_hz", "answer_timeout_s")
 
 
 class SampleDecoder(Protocol):

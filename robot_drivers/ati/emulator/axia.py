@@ -1,25 +1,20 @@
-"""An emulated Ethernet Axia: RDT, web pages and command interface, as a client meets them.
+"""An emulated Ethernet Axia.
 
 Written from 9610-05-Ethernet Axia-09 and 9620-05-C-Ethernet Axia-02; what the tables at hand do not tell is that of the
 Net F/T box.
 """
 
-from collections.abc import Mapping
-from contextlib import ExitStack, closing
 from dataclasses import dataclass
 
 from robot_drivers.ati.emulator.box import Box
-from robot_drivers.ati.emulator.command_interface import CommandServer
-from robot_drivers.ati.emulator.faults import Faults, LinkCounts
-from robot_drivers.ati.emulator.rdt import RdtCommands, RdtServer
+from robot_drivers.ati.emulator.pages import Pages, Tags, calibration_tags, configuration_tags
+from robot_drivers.ati.emulator.rdt import RdtCommands
+from robot_drivers.ati.emulator.sensor import RdtSensorEmulator
 from robot_drivers.ati.emulator.settings import BoxConfiguration, EmulatorSettings
 from robot_drivers.ati.emulator.transducers import AxiaRange
-from robot_drivers.ati.emulator.web import DONE, WebServer, set_rdt_rate, xml
-from robot_drivers.closing import ClosedAtExit
 from robot_drivers.emulated_wrench import WrenchSource
 
 _COMMANDS = RdtCommands(single_block=(0x1, 0x2), resets_latch=False, to_another=False)
-_FASTEST_RDT_HZ = 7912
 _Six = tuple[float, float, float, float, float, float]
 
 
@@ -104,83 +99,43 @@ class AxiaEmulatorSettings:
         return (fx, fy, fz, tx, ty, tz)
 
 
-class AxiaEmulator(ClosedAtExit):
-    """A sensor that feels ``source``; serving from construction until :meth:`close`, also as a context manager.
-
-    Attributes
-    ----------
-    rdt_port, http_port, command_port : where it listens
-    """
+class AxiaEmulator(RdtSensorEmulator):
+    """A sensor that feels ``source``."""
 
     def __init__(self, source: WrenchSource, settings: AxiaEmulatorSettings | None = None) -> None:
-        self._settings = settings or AxiaEmulatorSettings()
-        self._box = Box(source, self._settings.box(), AxiaRange(self._settings.rated_wrench))
-        with ExitStack() as servers:
-            self._rdt = servers.enter_context(closing(RdtServer(self._box, _COMMANDS)))
-            web = servers.enter_context(closing(WebServer(self._box, self._pages)))
-            command = servers.enter_context(closing(CommandServer(self._box)))
-            self._servers = servers.pop_all()
-        self.rdt_port, self.http_port, self.command_port = self._rdt.port, web.port, command.port
+        settings = settings or AxiaEmulatorSettings()
+        super().__init__(
+            Box(source, settings.box(), AxiaRange(settings.rated_wrench)),
+            _COMMANDS,
+            Pages(
+                lambda box, _index: _configuration(settings, box),
+                lambda box, index: _calibration(settings, box, index),
+                fastest_rdt_hz=7912,
+            ),
+        )
 
-    @property
-    def counts(self) -> LinkCounts:
-        """What happened to the records so far."""
-        return self._rdt.counts
 
-    def inject(self, faults: Faults) -> None:
-        """Replace the faults in force; ``Faults()`` ends them."""
-        self._box.inject(faults)
+def _configuration(settings: AxiaEmulatorSettings, box: Box) -> Tags:
+    now = box.sample_now()
+    return {
+        **configuration_tags(box, box.configuration),
+        "runstat": f"0x{int(now.status[0]):08X}",
+        "runft": ";".join(map(str, now.counts[0].tolist())),
+        "setrate": settings.sample_rate_hz,
+        "setuserfilter": 0,
+        "cfgcalsel": settings.calibration,
+        "cfgcalsn": settings.serial,
+    }
 
-    def latch_monitor_condition(self) -> None:
-        """Trip a monitor condition; its latch stays until the command interface clears it."""
-        self._box.latch()
 
-    def close(self) -> None:
-        """Switch the sensor off."""
-        self._servers.close()
-
-    def _pages(self, box: Box, path: str, query: Mapping[str, str]) -> str | None:
-        settings = self._settings
-        if path == "/netftapi2.xml":
-            return xml("netft", self._configuration(box))
-        if (
-            path == "/netftcalapi.xml"
-            and query.get("index", f"{settings.calibration}") == f"{settings.calibration}"
-        ):
-            return xml("netftCalibration", self._calibration())
-        if path == "/comm.cgi":
-            set_rdt_rate(box, query, _FASTEST_RDT_HZ)
-            return DONE
+def _calibration(settings: AxiaEmulatorSettings, box: Box, index: str | None) -> Tags | None:
+    if index not in (None, f"{settings.calibration}"):
         return None
-
-    def _configuration(self, box: Box) -> dict[str, object]:
-        settings, now = self._settings, box.sample_now()
-        return {
-            "runstat": f"0x{int(now.status[0]):08X}",
-            "runft": ";".join(map(str, now.counts[0].tolist())),
-            "setrate": settings.sample_rate_hz,
-            "setuserfilter": 0,
-            "cfgcalsel": settings.calibration,
-            "cfgcalsn": settings.serial,
-            "scfgfu": "N",
-            "scfgtu": "Nm",
-            "cfgcpf": f"{settings.counts_per_force:.10g}",
-            "cfgcpt": f"{settings.counts_per_torque:.10g}",
-            "comrdte": "Enabled" if settings.rdt_enabled else "Disabled",
-            "comrdtrate": box.rate_hz,
-            "comrdtbsiz": box.buffer_size,
-            "prodname": settings.product,
-        }
-
-    def _calibration(self) -> dict[str, object]:
-        settings = self._settings
-        told = {"calmr": ";".join(f"{rated:g}" for rated in settings.rated_wrench)}
-        return {
-            "calsn": settings.serial,
-            "calpn": settings.part_number,
-            "scalfu": "N",
-            "scaltu": "Nm",
-            **(told if settings.tells_range else {}),
-            "calcpf": f"{settings.counts_per_force:.10g}",
-            "calcpt": f"{settings.counts_per_torque:.10g}",
-        }
+    told = {"calmr": ";".join(f"{rated:g}" for rated in settings.rated_wrench)}
+    return {
+        **calibration_tags(box, (settings.counts_per_force, settings.counts_per_torque)),
+        "calpn": settings.part_number,
+        "scalfu": "N",
+        "scaltu": "Nm",
+        **(told if settings.tells_range else {}),
+    }

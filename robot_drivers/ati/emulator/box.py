@@ -1,4 +1,4 @@
-"""The state of an emulated Net F/T box: clock, transducer, configurations. Its servers share one."""
+"""The state of an emulated sensor on RDT: clock, transducer, configurations. Its servers share one."""
 
 import math
 import threading
@@ -8,7 +8,7 @@ import numpy as np
 
 from robot_drivers.ati.emulator.faults import Faults
 from robot_drivers.ati.emulator.settings import BoxConfiguration, EmulatorSettings
-from robot_drivers.ati.emulator.transducers import GammaGages, Transducer
+from robot_drivers.ati.emulator.transducers import Transducer
 from robot_drivers.clock import host_time_ns
 from robot_drivers.emulated_clock import ClockError
 from robot_drivers.emulated_wrench import WrenchSource
@@ -36,11 +36,9 @@ class Box:
     epoch_ns : host time of tick 0
     """
 
-    def __init__(
-        self, source: WrenchSource, settings: EmulatorSettings, transducer: Transducer | None = None
-    ) -> None:
+    def __init__(self, source: WrenchSource, settings: EmulatorSettings, transducer: Transducer) -> None:
         self.settings = settings
-        self._transducer = transducer or GammaGages()
+        self._transducer = transducer
         self.rate_hz = settings.rate_hz
         self.buffer_size = settings.buffer_size
         self.boots = 1

@@ -2,50 +2,29 @@
 
 import socketserver
 import struct
-import threading
 
 import numpy as np
 
 from robot_drivers.ati.emulator.box import Box
+from robot_drivers.ati.emulator.tcp import POLL_S, TcpServer
 
 _HEADER = 0x1234
 _REQUEST_LENGTH = 20
 _READFT, _READCALINFO, _WRITETRANSFORM = 0, 1, 2
-_POLL_S = 0.02
 
 
-class CommandServer(socketserver.TCPServer):
-    """Serves one client at a time from a thread of its own."""
-
-    allow_reuse_address = True
+class CommandServer(TcpServer):
+    """Answers requests of 20 bytes."""
 
     def __init__(self, box: Box) -> None:
-        super().__init__((box.settings.host, box.settings.command_port), _Client)
-        self.box = box
-        self.closing = False
-        self._thread = threading.Thread(
-            target=self.serve_forever, args=(_POLL_S,), name="Net F/T emulator: commands"
-        )
-        self._thread.start()
-
-    @property
-    def port(self) -> int:
-        """The TCP port in use."""
-        return int(self.server_address[1])
-
-    def close(self) -> None:
-        """Stop serving."""
-        self.closing = True
-        self.shutdown()
-        self._thread.join()
-        self.server_close()
+        super().__init__(box.settings.command_port, _Client, box, "RDT emulator: commands")
 
 
 class _Client(socketserver.BaseRequestHandler):
     server: CommandServer
 
     def handle(self) -> None:
-        self.request.settimeout(_POLL_S)
+        self.request.settimeout(POLL_S)
         received = b""
         while not self.server.closing:
             try:

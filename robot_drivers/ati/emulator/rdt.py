@@ -1,4 +1,4 @@
-"""The RDT server of the emulated box, written from the byte tables of the manual, not from the driver."""
+"""The RDT server of an emulated sensor, written from the byte tables of the manual, not from the driver."""
 
 import select
 import socket
@@ -77,9 +77,9 @@ class _Stream:
 class RdtServer:
     """Answers RDT requests and streams to the latest client, from a thread of its own."""
 
-    def __init__(self, box: Box, commands: RdtCommands | None = None) -> None:
+    def __init__(self, box: Box, commands: RdtCommands) -> None:
         self._box = box
-        self._commands = commands or RdtCommands()
+        self._commands = commands
         self._boots = box.boots
         self._link = FaultyLink(box.settings.seed)
         self._stream: _Stream | None = None
@@ -90,7 +90,7 @@ class RdtServer:
         except OSError:
             self._socket.close()
             raise
-        self._thread = threading.Thread(target=self._serve, name="Net F/T emulator: RDT")
+        self._thread = threading.Thread(target=self._serve, name="RDT emulator: records")
         self._thread.start()
 
     @property

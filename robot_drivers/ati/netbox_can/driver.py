@@ -182,5 +182,4 @@ class NetBoxCan(CanForceSensor[_Box]):
 
 
 def _status_map(settings: NetBoxCanSettings) -> StatusMap:
-    chosen = STATUS_MAPS[settings.status_map]
-    return chosen if settings.usable_status is None else replace(chosen, usable_words=settings.usable_status)
+    return STATUS_MAPS[settings.status_map].with_usable(settings.usable_status)

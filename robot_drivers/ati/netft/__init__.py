@@ -2,7 +2,7 @@
 
 from robot_drivers.ati.netft.driver import NetFT
 from robot_drivers.ati.netft.settings import NetFTSettings
-from robot_drivers.ati.transducer.gamma import noise_std
+from robot_drivers.ati.transducer.gamma import specification
 from robot_drivers.driver import Driver
 from robot_drivers.specification import ForceSensorSpecification
 
@@ -10,13 +10,7 @@ __all__ = ["DRIVER", "NetFT", "NetFTSettings"]
 
 
 def _specification(settings: NetFTSettings) -> ForceSensorSpecification:
-    """Return what the device is, with the noise that a Gamma has in its range."""
-    return ForceSensorSpecification(
-        host=settings.host,
-        rated_wrench=settings.rated_wrench,
-        noise_std=noise_std(settings.rated_wrench),
-        rate_hz=settings.rate_hz,
-    )
+    return specification(settings.rated_wrench, settings.rate_hz, settings.host)
 
 
 DRIVER = Driver(NetFTSettings, NetFT, _specification)

@@ -1,7 +1,6 @@
 """What all force sensors on a serial line share; the devices differ in how they are spoken to."""
 
 import contextlib
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, Literal, Protocol, TypeVar
@@ -12,10 +11,11 @@ from numpy.typing import NDArray
 from robot_drivers.ati.serial.framing import Decoder
 from robot_drivers.ati.serial.stream import Samples, SampleStream
 from robot_drivers.clock import host_time_ns
-from robot_drivers.errors import ConfigurationError, DeviceError, DeviceTimeoutError, DeviceUnreachableError
+from robot_drivers.errors import DeviceError, DeviceTimeoutError, DeviceUnreachableError
 from robot_drivers.protocols import DeviceIdentity, FloatArray, StreamStatistics, WrenchBlock
 from robot_drivers.serial_line.line import SILENCE_LIMIT_S, SILENCE_S, SerialLine
 from robot_drivers.serial_line.receiver import SerialReceiver
+from robot_drivers.setting_checks import check_positive
 
 _LONGEST_PATIENCE_S = 10.0
 
@@ -43,10 +43,9 @@ class SerialSettings:
     batch_s: float = 0.004
 
     def __post_init__(self) -> None:
-        for name in ("bit_rate", "answer_timeout_s", "start_timeout_s", "silence_s", "batch_s"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise ConfigurationError(f"force sensor {name} {value}: must be positive")
+        check_positive(
+            self, "force sensor", "bit_rate", "answer_timeout_s", "start_timeout_s", "silence_s", "batch_s"
+        )
 
 
 class SerialDevice(Protocol):

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robot_drivers.specification import Six
+from robot_drivers.specification import ForceSensorSpecification, Six
 
 RATED_WRENCH = (130.0, 130.0, 400.0, 10.0, 10.0, 10.0)
 """Rated range, ± N for Fx Fy Fz and ± N·m for Tx Ty Tz."""
@@ -33,3 +33,10 @@ def noise_std(rated_wrench: Sequence[float]) -> Six:
     parts = zip(GAGE_NOISE_STD, rated_wrench, RATED_WRENCH, strict=True)
     fx, fy, fz, tx, ty, tz = (noise * rated / gamma for noise, rated, gamma in parts)
     return (fx, fy, fz, tx, ty, tz)
+
+
+def specification(rated_wrench: Six, rate_hz: float | None, host: str = "") -> ForceSensorSpecification:
+    """Return what a transducer of this rated range is, with the noise that a Gamma has in its range."""
+    return ForceSensorSpecification(
+        host=host, rated_wrench=rated_wrench, noise_std=noise_std(rated_wrench), rate_hz=rate_hz
+    )

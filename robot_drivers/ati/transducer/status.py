@@ -7,7 +7,7 @@ Axia are of its manual (9610-05-Ethernet Axia-09, tables 4.7 and 4.9; 9620-05-C-
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,10 @@ class StatusMap:
         if not status.any():
             return np.ones(status.shape, np.bool_)
         return np.isin(status, self.usable_words)
+
+    def with_usable(self, words: tuple[int, ...] | None) -> "StatusMap":
+        """Return the map with these words for the usable ones; None leaves its own."""
+        return self if words is None else replace(self, usable_words=words)
 
     def describe(self, status: int) -> tuple[str, ...]:
         """Return one line for each bit that is set, highest first; empty for a healthy sensor."""

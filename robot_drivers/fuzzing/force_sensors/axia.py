@@ -5,8 +5,9 @@ import re
 from random import Random
 from xml.dom import expatbuilder
 
-from robot_drivers.ati.axia.configuration import SAMPLE_RATES_HZ, AxiaConfiguration, read_configuration
-from robot_drivers.ati.netft.web import WebPages
+from robot_drivers.ati.axia.configuration import SAMPLE_RATES_HZ, read_configuration
+from robot_drivers.ati.rdt.configuration import RdtConfiguration
+from robot_drivers.ati.rdt.web import WebPages
 from robot_drivers.fuzzing.mutations import mutated, overwritten
 from robot_drivers.fuzzing.target import Target, WrongValueError, agree
 
@@ -59,7 +60,7 @@ def _check(pages: tuple[bytes, bytes]) -> bool:
     return True
 
 
-def _check_range(found: AxiaConfiguration, calibration: dict[str, str]) -> None:
+def _check_range(found: RdtConfiguration, calibration: dict[str, str]) -> None:
     if found.rated_wrench is None:
         return
     told = [float(part) for part in re.findall(r"[^;,\s]+", calibration["calmr"])]

@@ -7,11 +7,11 @@ from xml.dom.minidom import Element, Text
 
 import numpy as np
 
-from robot_drivers.ati.netft import rdt
 from robot_drivers.ati.netft.command_interface import parse_calibration, parse_reading, parse_write_answer
 from robot_drivers.ati.netft.configuration import read_configuration
-from robot_drivers.ati.netft.sequence import SequenceTracker
-from robot_drivers.ati.netft.web import WebPages, parse_tags
+from robot_drivers.ati.rdt import protocol as rdt
+from robot_drivers.ati.rdt.sequence import SequenceTracker
+from robot_drivers.ati.rdt.web import WebPages, parse_tags
 from robot_drivers.errors import ConfigurationError, DeviceFaultError, DeviceProtocolError
 from robot_drivers.fuzzing.mutations import disturbed, mutated, overwritten
 from robot_drivers.fuzzing.target import Target, WrongValueError, agree

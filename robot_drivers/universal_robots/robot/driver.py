@@ -19,6 +19,7 @@ from robot_drivers.errors import (
     MotionRefusedError,
 )
 from robot_drivers.motion import poses
+from robot_drivers.motion.one_motion import one_motion
 from robot_drivers.protocols import DeviceIdentity, Pose, PoseBlock, RobotState, Speed, StreamStatistics
 from robot_drivers.universal_robots.arms import LENGTHS
 from robot_drivers.universal_robots.robot.limits import check_path
@@ -128,9 +129,7 @@ class URRobot:
         DeviceTimeoutError, DeviceUnreachableError
             When it was not there in time, or the connection was lost; it was stopped.
         """
-        if not self._one_motion.acquire(blocking=False):
-            raise MotionRefusedError("another motion of this robot is under way; wait for it or hold")
-        try:
+        with one_motion(self._one_motion):
             self._opened().check()
             with self._changed:
                 if self._held:
@@ -141,8 +140,6 @@ class URRobot:
                 self._check([T_base_tool], speed)
                 self._servo.begin(told.T_base_tool, poses.normalised(T_base_tool), speed)
                 return self._wait_for_arrival(timeout_s)
-        finally:
-            self._one_motion.release()
 
     def hold(self) -> None:
         """Brake on the line and wait until the arm stands, from any thread; moves need :meth:`resume` first.

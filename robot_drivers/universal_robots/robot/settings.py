@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from robot_drivers.errors import ConfigurationError
 from robot_drivers.motion import poses
 from robot_drivers.protocols import Pose, Speed
+from robot_drivers.setting_checks import check_positive
 from robot_drivers.universal_robots.arms import Arm
 from robot_drivers.universal_robots.robot.limits import URLimits
 
@@ -48,7 +49,4 @@ class URSettings:
     def __post_init__(self) -> None:
         if not 10 <= self.rate_hz <= 500:
             raise ConfigurationError(f"UR rate_hz {self.rate_hz}: must be 10 to 500")
-        for name in ("largest_lag", "silence_limit_s", "settle_s", "connect_timeout_s"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise ConfigurationError(f"UR {name} {value}: must be positive")
+        check_positive(self, "UR", "largest_lag", "silence_limit_s", "settle_s", "connect_timeout_s")

@@ -10,6 +10,7 @@ from robot_drivers.ati.emulator.box import Box, Measurement
 from robot_drivers.ati.emulator.can.node import AnswerCounts, CanNode, Frames, astray
 from robot_drivers.ati.emulator.faults import Faults
 from robot_drivers.ati.emulator.settings import EmulatorSettings
+from robot_drivers.ati.emulator.transducers import GammaGages
 from robot_drivers.closing import ClosedAtExit
 from robot_drivers.emulated_wrench import WrenchSource
 
@@ -68,7 +69,7 @@ class NetBoxCanEmulator(ClosedAtExit):
         self.settings = settings
         self.faults = CanFaults()
         self.counts = AnswerCounts()
-        self._box = Box(source, settings.box)
+        self._box = Box(source, settings.box, GammaGages())
         self._random = np.random.default_rng(settings.seed)
         self._node = CanNode(
             settings.channel, settings.interface, "Net F/T emulator: CAN", self._answer_message

@@ -1,4 +1,4 @@
-"""The web pages of a Net F/T box: GET requests, and XML that cannot hurt the reader."""
+"""The web pages of a sensor on RDT: GET requests, and XML that cannot hurt the reader."""
 
 import http.client
 import time

@@ -3,13 +3,13 @@
 import contextlib
 import socket
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
-from robot_drivers.ati.netft import rdt
-from robot_drivers.ati.netft.receiver import DatagramReceiver, Datagrams, LinkStatistics
-from robot_drivers.ati.netft.sequence import SequenceTracker
+from robot_drivers.ati.rdt import protocol
+from robot_drivers.ati.rdt.receiver import DatagramReceiver, Datagrams, LinkStatistics
+from robot_drivers.ati.rdt.sequence import SequenceTracker
+from robot_drivers.ati.rdt.settings import RdtSettings
 from robot_drivers.ati.transducer.status import StatusMap
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import DeviceError, DeviceTimeoutError, DeviceUnreachableError
@@ -17,24 +17,7 @@ from robot_drivers.protocols import FloatArray, StreamStatistics, WrenchBlock
 
 _LONGEST_PATIENCE_S = 10.0
 _LARGEST_COUNT = 2**31 - 2  # a channel at the end of its range is clipped
-_START_COMMANDS = {"real-time": rdt.Command.START_REAL_TIME, "buffered": rdt.Command.START_BUFFERED}
-
-
-class StreamSettings(Protocol):
-    """What a driver's settings say of its stream; see those of :mod:`robot_drivers.ati.netft.settings`."""
-
-    @property
-    def host(self) -> str: ...  # noqa: D102
-    @property
-    def rdt_port(self) -> int: ...  # noqa: D102
-    @property
-    def mode(self) -> str: ...  # noqa: D102
-    @property
-    def silence_s(self) -> float: ...  # noqa: D102
-    @property
-    def start_timeout_s(self) -> float: ...  # noqa: D102
-    @property
-    def batch_s(self) -> float: ...  # noqa: D102
+_START_COMMANDS = {"real-time": protocol.Command.START_REAL_TIME, "buffered": protocol.Command.START_BUFFERED}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +55,7 @@ class RdtStream:
     meaning : of its records
     """
 
-    def __init__(self, settings: StreamSettings, address: str, meaning: RecordMeaning) -> None:
+    def __init__(self, settings: RdtSettings, address: str, meaning: RecordMeaning) -> None:
         self._settings = settings
         self._peer = (address, settings.rdt_port)
         self._meaning = meaning
@@ -98,7 +81,7 @@ class RdtStream:
         """
         self.close()
         try:
-            self._receiver = DatagramReceiver(self._peer, rdt.DATAGRAM_SIZES, self._settings.batch_s)
+            self._receiver = DatagramReceiver(self._peer, protocol.DATAGRAM_SIZES, self._settings.batch_s)
         except OSError as error:
             raise self._unreachable(error) from error
         self._tracker = SequenceTracker(self._meaning.ticks_per_s)
@@ -154,11 +137,11 @@ class RdtStream:
         is started again in any case, which shows as one restart in the statistics. Samples read before that
         restart may be with or without the bias.
         """
-        self.send(rdt.Command.SET_BIAS)
+        self.send(protocol.Command.SET_BIAS)
         if self._streaming:
             self.send(self._start_command)
 
-    def send(self, command: rdt.Command) -> None:
+    def send(self, command: protocol.Command) -> None:
         """Send a request, which nothing acknowledges.
 
         Raises
@@ -168,7 +151,7 @@ class RdtStream:
         """
         if command is self._start_command:
             self._tracker.expect_start()
-        request = rdt.request(command)
+        request = protocol.request(command)
         try:
             if self._receiver is not None:
                 self._receiver.send(request)
@@ -184,7 +167,7 @@ class RdtStream:
             self._streaming = False
             # A request that cannot be sent is like one that is lost on its way: none is acknowledged.
             with contextlib.suppress(DeviceUnreachableError):
-                self.send(rdt.Command.STOP)
+                self.send(protocol.Command.STOP)
 
     def close(self) -> None:
         """Stop streaming and release the socket."""
@@ -215,8 +198,8 @@ class RdtStream:
             self.send(self._start_command)
 
     def _block(self, datagrams: Datagrams) -> WrenchBlock:
-        records = rdt.decode(datagrams.payload)
-        host_time_ns = np.repeat(datagrams.host_time_ns, datagrams.sizes // rdt.RECORD.itemsize)
+        records = protocol.decode(datagrams.payload)
+        host_time_ns = np.repeat(datagrams.host_time_ns, datagrams.sizes // protocol.RECORD.itemsize)
         placed = self._tracker.place(records.rdt_sequence, records.ft_sequence, host_time_ns)
         status = records.status[placed.index]
         wrench = records.counts[placed.index] * self._meaning.si_per_count

@@ -6,9 +6,6 @@ from collections.abc import Mapping
 from robot_drivers.decimal_text import decimal
 from robot_drivers.errors import DeviceProtocolError
 
-ROOTS_OF_CONFIGURATION = ("netft", "netFTApi")
-ROOTS_OF_CALIBRATION = ("netftCalibration", "netcal")
-
 
 def text(tags: Mapping[str, str], tag: str) -> str:
     """Return the text of a tag.
