@@ -10,6 +10,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, Protocol
 
+from daq.calibration.of_rig import require_kind
 from daq.calibration.procedures import MOTIONS, evaluate, record_motion, serials_of
 from daq.calibration.tool import ToolCalibration, flange_tool
 from daq.calibration.view_names import TOLERANCE_S
@@ -124,6 +125,7 @@ def add_parser(verbs: Verbs) -> None:
 def run(options: argparse.Namespace) -> Result:
     """Calibrate, keep, and tell; the exit status is 1 for a rejected calibration."""
     with _opened(options) as (rig, person):
+        require_kind(options.kind, rig)
         folder = options.output or rig.calibration
         if folder is None:
             raise CalibrationError(
