@@ -17,7 +17,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QSize
 
-from daq.errors import SessionError
+from daq.errors import DaqError, SessionError
 from daq.plans import Trial
 from daq.rig import read_rig
 from daq.trajectories import STANDARD
@@ -156,12 +156,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         help="rig file whose devices are all emulated (default: the emulated laboratory's)",
     )
     options = parser.parse_args(arguments)
-    own = None if options.rig is None else read_rig(options.rig)
+    try:
+        own = None if options.rig is None else read_rig(options.rig)
+    except DaqError as error:
+        parser.error(str(error))
     os.environ["QT_SCALE_FACTOR"] = f"{options.scale:g}"
     options.folder.mkdir(parents=True, exist_ok=True)
     theme = DARK if options.theme == "dark" else LIGHT
-    with application_without_display(theme), tempfile.TemporaryDirectory(prefix="screenshots-") as own:
-        desk = Desk(own, options.sessions or Path(own) / "sessions")
+    with application_without_display(theme), tempfile.TemporaryDirectory(prefix="screenshots-") as made:
+        desk = Desk(own, options.sessions or Path(made) / "sessions")
         for path in take(options.folder, desk, options.case):
             sys.stdout.write(f"{path}\n")
             sys.stdout.flush()
