@@ -4,7 +4,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Iterator
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from daq.acquisition.stereo_look import StereoLook
 from daq.calibration.by_board import SEEN_BY, calibrate_by_board
 from daq.calibration.collected_views import BoardViews, grey
 from daq.calibration.stored_views import find_views, single_views
-from daq.calibration_files.outcome import Kind, Outcome
+from daq.calibration_files.outcome import Outcome
 from daq.cli.verb import progress
 from daq.devices import Devices
 from daq.errors import CalibrationError
@@ -90,7 +90,7 @@ def from_live(
 def _collection(options: argparse.Namespace) -> BoardViews:
     if options.kind not in SEEN_BY:
         raise CalibrationError(f"{options.kind}: is not made from images of a board")
-    return BoardViews(_board(options), SEEN_BY[cast(Kind, options.kind)])
+    return BoardViews(_board(options), SEEN_BY[options.kind])
 
 
 def _board(options: argparse.Namespace) -> CharucoBoard:
