@@ -204,7 +204,7 @@ class CalibratePage(QWidget):
     def _show_kind(self) -> None:
         kind = self.kind
         by_motion, by_board = kind in MOTIONS, kind in SEEN_BY
-        self._hint.setText(_hint(kind, self._context.rig))
+        self._hint.setText(_hint(kind, self._context.link.rig))
         self._told.setText("")
         self.motion.clear()
         self.motion.addItems(MOTIONS.get(kind, ()))
@@ -233,6 +233,8 @@ class CalibratePage(QWidget):
 
     def _on_opened(self, devices: dict[str, DeviceIdentity]) -> None:
         self._serials = {role: identity.serial for role, identity in devices.items()}
+        # an emulated camera brings what the rig file lacks
+        self._hint.setText(_hint(self.kind, self._context.link.rig))
         self._show_in_force()
         self._begin()
 
