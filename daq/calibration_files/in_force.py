@@ -18,10 +18,6 @@ from daq.calibration_files.results import ForceResult, RobotResult, TimeResult, 
 from daq.rig import Rig, Tool, Transform
 
 _LATENCY_OF = {"force sensor": "force_s", "cameras": "cameras_s"}
-_NO_PLANAR_VIEW = (
-    "the rig file has no [planar_view], without which one camera measures no beads; write calibration and height_std_m "
-    "under one"
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,14 +92,24 @@ def calibrations_in_force(rig: Rig, serials: Mapping[str, str], now: datetime | 
             if strange := _strange(record, serials):
                 warnings.append(f"{path.name} is not in force: {strange}; calibrate {kind} again")
                 continue
-            if kind == "camera" and rig.planar_view is None:
-                warnings.append(f"{path.name} is not in force: {_NO_PLANAR_VIEW}")
+            if useless := why_unused(kind, rig):
+                warnings.append(f"{path.name} is not in force: {useless}")
                 break
             if record.expired(moment):
                 warnings.append(f"{path.name} expired on {record.expires}; calibrate {kind} again")
             files[kind], records[kind] = path, record
             break
     return InForce(files, records, tuple(warnings))
+
+
+def why_unused(kind: Kind, rig: Rig) -> str:
+    """Return why a calibration that is made of a rig would not be in force; empty if it would."""
+    if kind == "camera" and rig.planar_view is None:
+        return (
+            "the rig file has no [planar_view], without which one camera measures no beads; write calibration and "
+            "height_std_m under one"
+        )
+    return ""
 
 
 def _kinds_used(rig: Rig) -> list[Kind]:

@@ -11,7 +11,7 @@ from daq.calibration.collected_views import SIDES
 from daq.calibration.of_rig import kinds_of
 from daq.calibration.procedures import MOTIONS
 from daq.calibration.tool import FEWEST_TOUCHES, LEAST_TURN_DEG
-from daq.calibration_files.in_force import calibrations_in_force
+from daq.calibration_files.in_force import calibrations_in_force, why_unused
 from daq.calibration_files.outcome import Kind
 from daq.errors import DaqError
 from daq.rig import Rig
@@ -45,12 +45,6 @@ _HINTS: dict[Kind, str] = {
     "tool": f"Where the gripper's centre is in the tool. Touch one fixed point with it {FEWEST_TOUCHES} times or more, "
     f"turned by {LEAST_TURN_DEG:g}° and more in different directions; jog the robot by its pendant.",
 }
-
-
-_NO_PLANAR_VIEW = (
-    "The rig file has no [planar_view], without which one camera measures no beads: the calibration is kept, and in "
-    "force once there is one."
-)
 
 
 class CalibratePage(QWidget):
@@ -284,8 +278,8 @@ def _who_sees_board(rig: Rig) -> tuple[str, ...]:
 
 def _hint(kind: Kind, rig: Rig) -> str:
     """Return what to do for a kind of calibration."""
-    unused = kind == "camera" and rig.planar_view is None
-    return f"{_HINTS[kind]} {_NO_PLANAR_VIEW}" if unused else _HINTS[kind]
+    unused = why_unused(kind, rig)
+    return f"{_HINTS[kind]} It will not be in force: {unused}." if unused else _HINTS[kind]
 
 
 def _board_form() -> ParameterForm:

@@ -288,13 +288,19 @@ def test_a_calibration_in_force_goes_before_the_rig_files(kept: Path, folder: Pa
     assert applied.planar_view == PlanarView(kept, HEIGHT_STD_M)
 
 
-def test_a_calibration_that_nothing_uses_is_told_with_what_to_write(kept: Path, folder: Path) -> None:
+def test_a_calibration_that_nothing_uses_is_told_with_what_to_write(
+    kept: Path, folder: Path, views: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     rig = replace(read_rig(folder / "rig.toml"), calibration=kept.parent, planar_view=None)
     found = calibrations_in_force(rig, {})
     assert found.records == {}
     assert found.apply(rig) == rig
     (warning,) = found.warnings
     assert warning.startswith(f"{kept.name} is not in force: the rig file has no [planar_view]")
+    write_rig(rig, tmp_path / "rig.toml")
+    command = ["calibrate", "camera", str(tmp_path / "rig.toml"), "--images", str(views)]
+    assert main([*command, "--output", str(tmp_path / "kept")]) == 0
+    assert "not in force: the rig file has no [planar_view]" in capsys.readouterr().out
 
 
 def test_of_two_cameras_that_of_an_only_one_is_not_in_force(kept: Path, folder: Path) -> None:

@@ -98,7 +98,7 @@ def test_the_calibrations_of_its_cameras_are_offered_and_no_others(
 def test_a_calibration_that_nothing_will_use_is_told_before_it_is_made(
     window_over: Callable[[Rig], Window], tmp_path: Path
 ) -> None:
-    words = "The rig file has no [planar_view]"
+    words = "It will not be in force: the rig file has no [planar_view]"
     rig = rig_with(1, tmp_path)
     assert words not in told_on(window_over(rig).page(CalibratePage))
     assert words in told_on(window_over(replace(rig, planar_view=None)).page(CalibratePage))
