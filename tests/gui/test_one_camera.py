@@ -104,6 +104,16 @@ def test_a_calibration_that_nothing_will_use_is_told_before_it_is_made(
     assert words in told_on(window_over(replace(rig, planar_view=None)).page(CalibratePage))
 
 
+def test_each_device_is_chosen_to_be_real_or_emulated(
+    window_over: Callable[[Rig], Window], tmp_path: Path
+) -> None:
+    devices = window_over(rig_with(1, tmp_path)).page(RigPage).devices
+    assert devices.emulated == frozenset()
+    for chosen in ({"camera above"}, {"robot", "force sensor"}, set()):
+        devices.set_emulated(frozenset(chosen))
+        assert devices.emulated == chosen
+
+
 # ---- beads in its live image
 
 
