@@ -73,11 +73,13 @@ def planned_noise(rig: Rig, measured_s: float) -> PlannedNoise:
     """Return what a rig's devices and its rig file let one expect of the mean of a measuring window.
 
     The noise of a force sensor is taken for white, so that a mean over ``measured_s`` has so many samples' share of it.
+    An only camera sees the beads from where the calibration in force says.
 
     Raises
     ------
     RigError
-        There is no such driver, or neither it nor the rig file tells of the force sensor's noise.
+        There is no such driver, neither it nor the rig file tells of the force sensor's noise, or a calibration cannot
+        be read.
     """
     sheet, extra = rig.force_sensor_specification(), rig.uncertainty
     force, torque, words = extra.force_n, extra.torque_nm, "uncertainty in the rig file"
@@ -94,7 +96,8 @@ def planned_noise(rig: Rig, measured_s: float) -> PlannedNoise:
             "torque_nm under [uncertainty]"
         )
     of_force = Origin("B", words)
-    bead_m, view, rest = extra.fiducial_m or _USUAL_BEAD_M, rig.planar_view, rig.specimen.fiducials_m
+    bead_m, rest = extra.fiducial_m or _USUAL_BEAD_M, rig.specimen.fiducials_m
+    view = calibrations_in_force(rig, {}).apply(rig).planar_view
     sensor = SensorNoise(
         force,
         torque,

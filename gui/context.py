@@ -30,6 +30,7 @@ class Navigator(QObject):
     replay_requested : Path of a session
     trial_requested : daq.plans.Trial to put into the queue of the Acquire page
     session_recorded : Path of a session that has just been sealed
+    calibration_kept : Path of a calibration that has just got its verdict
     message_told : Message for the operator, shown at the foot of the window
     """
 
@@ -38,6 +39,7 @@ class Navigator(QObject):
     replay_requested = Signal(object)
     trial_requested = Signal(object)
     session_recorded = Signal(object)
+    calibration_kept = Signal(object)
     message_told = Signal(object)
 
     def tell(self, message: Message) -> None:

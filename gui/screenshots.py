@@ -3,6 +3,7 @@
 Usage::
 
     python -m gui.screenshots docs/window --case show/case001
+    python -m gui.screenshots pictures --rig lab.toml
     python -m gui.screenshots pictures --theme dark --scale 1.5 --sessions sessions
 """
 
@@ -16,8 +17,9 @@ from pathlib import Path
 
 from PySide6.QtCore import QSize
 
-from daq.errors import SessionError
+from daq.errors import DaqError, SessionError
 from daq.plans import Trial
+from daq.rig import read_rig
 from daq.trajectories import STANDARD
 from gui.app import Desk
 from gui.context import Context
@@ -57,7 +59,7 @@ def take(folder: Path, desk: Desk, cases: Sequence[Path] = ()) -> Iterator[Path]
     wait_for(2.0)
     window.show_page("Rig")
     yield _picture(window, folder / "rig.png")
-    yield from _calibrate(window, folder)
+    yield from _calibrate(window, context, folder)
     desk.laboratory.help("board", _NO_MORE)
     yield from _acquire(window, context, folder)
     window.show_page("Sessions")
@@ -83,10 +85,10 @@ def _compute(page: EstimatePage | DiagnosePage, cases: Sequence[Path]) -> None:
     wait_until(lambda: page.strip.idle, f"an end of the page {page.title}'s work", _PATIENCE_OF_WORK_S)
 
 
-def _calibrate(window: Window, folder: Path) -> Iterator[Path]:
+def _calibrate(window: Window, context: Context, folder: Path) -> Iterator[Path]:
     page = window.page(CalibratePage)
     window.show_page("Calibrate")
-    page.choose("stereo")
+    page.choose("camera" if len(context.rig.cameras) == 1 else "stereo")
     taken: list[object] = []
     page.wizard.view_taken.connect(taken.append)
     while len(taken) < _VIEWS_SHOWN:
@@ -148,12 +150,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         default=[],
         help="experiments of one phantom, to be estimated and diagnosed",
     )
+    parser.add_argument(
+        "--rig",
+        type=Path,
+        help="rig file whose devices are all emulated (default: the emulated laboratory's)",
+    )
     options = parser.parse_args(arguments)
+    try:
+        own = None if options.rig is None else read_rig(options.rig)
+    except DaqError as error:
+        parser.error(str(error))
     os.environ["QT_SCALE_FACTOR"] = f"{options.scale:g}"
     options.folder.mkdir(parents=True, exist_ok=True)
     theme = DARK if options.theme == "dark" else LIGHT
-    with application_without_display(theme), tempfile.TemporaryDirectory(prefix="screenshots-") as own:
-        desk = Desk(None, options.sessions or Path(own) / "sessions")
+    with application_without_display(theme), tempfile.TemporaryDirectory(prefix="screenshots-") as made:
+        desk = Desk(own, options.sessions or Path(made) / "sessions")
         for path in take(options.folder, desk, options.case):
             sys.stdout.write(f"{path}\n")
             sys.stdout.flush()

@@ -51,7 +51,7 @@ class TakeTare:
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """Ask for both cameras' next images of one moment, at full size."""
+    """Ask for the next images of one moment, of both cameras or the only one, at full size."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,7 +202,7 @@ class Tared:
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """Both cameras' images of one moment, by name, left one first, and that moment on the host clock."""
+    """Images of one moment, by name, left one first or the only one, and that moment on the host clock."""
 
     images: Mapping[str, NDArray[np.uint8]]
     pixel_format: str

@@ -14,9 +14,9 @@ from daq.progress import Progress
 from daq.recording.folder import RIG_FILE
 from daq.recording.reader import Recording
 from daq.rig import Rig, read_rig
+from daq.synchronisation.exposed_images import exposed_images
 from daq.synchronisation.fiducial_windows import track_fiducials
 from daq.synchronisation.robot_motion import bead_motion, robot_motion
-from daq.synchronisation.stereo_images import StereoImages
 from daq.synchronisation.stream_times import force_times
 from daq.synchronisation.windows import measuring_windows
 from daq.timing.latency import Latency, main_motion
@@ -33,7 +33,7 @@ def calibrate_time(recording: Recording, progress: Progress) -> Outcome[TimeResu
     """Find the latencies from a recording of :func:`~daq.trajectories.routines.sway` or ``tap``.
 
     The latencies that the rig file states already are taken off first and added to what is found, so the result is the
-    whole latency.
+    whole latency. That of the images is found where beads are measured in them.
 
     Raises
     ------
@@ -41,10 +41,9 @@ def calibrate_time(recording: Recording, progress: Progress) -> Outcome[TimeResu
         The recording holds no motion that both streams show.
     """
     rig = read_rig(recording.folder / RIG_FILE, to_connect=False)
-    found: dict[str, Latency] = {
-        FORCE: _whole(force_latency(recording, rig), rig.latencies.force_s),
-        CAMERAS: _whole(camera_latency(recording, rig, progress), rig.latencies.cameras_s),
-    }
+    found: dict[str, Latency] = {FORCE: _whole(force_latency(recording, rig), rig.latencies.force_s)}
+    if rig.measuring_cameras:
+        found[CAMERAS] = _whole(camera_latency(recording, rig, progress), rig.latencies.cameras_s)
     result = TimeResult(
         procedure=str(recording.info.trajectory["kind"]),
         streams=tuple(
@@ -74,7 +73,7 @@ def force_latency(recording: Recording, rig: Rig) -> Latency:
 
 def camera_latency(recording: Recording, rig: Rig, progress: Progress) -> Latency:
     """Return how late the images are stamped against the robot's pose, beyond what the rig file states."""
-    images = StereoImages(recording, rig)
+    images = exposed_images(recording, rig)
     rest = measuring_windows(recording.events)[0]
     track = track_fiducials(images, rig, images.exposed_ns >= rest.begin_ns, progress)
     moving = _while_moving(recording, track.time_ns)

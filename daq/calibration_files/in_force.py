@@ -15,7 +15,7 @@ from typing import cast
 from daq.calibration_files.outcome import KINDS, Kind
 from daq.calibration_files.record import CalibrationRecord, kept, read_record
 from daq.calibration_files.results import ForceResult, RobotResult, TimeResult, ToolResult
-from daq.rig import Latencies, Rig, Tool, Transform
+from daq.rig import Rig, Tool, Transform
 
 _LATENCY_OF = {"force sensor": "force_s", "cameras": "cameras_s"}
 
@@ -53,7 +53,7 @@ class InForce:
                 rig = replace(rig, tool=Tool(found.mass_kg, found.centre_m))
             elif isinstance(found, TimeResult):
                 told = {_LATENCY_OF[stream.stream]: stream.latency_s for stream in found.streams}
-                rig = replace(rig, latencies=Latencies(**told))
+                rig = replace(rig, latencies=replace(rig.latencies, **told))
         return replace(rig, frames=frames)
 
     def copy_to(self, folder: Path) -> list[Path]:
@@ -84,7 +84,7 @@ def calibrations_in_force(rig: Rig, serials: Mapping[str, str], now: datetime | 
     files: dict[Kind, Path] = {}
     records: dict[Kind, CalibrationRecord] = {}
     warnings: list[str] = []
-    for kind in KINDS if rig.calibration is not None else ():
+    for kind in _kinds_used(rig):
         for path in reversed(kept(cast(Path, rig.calibration), [kind])):
             record = read_record(path)
             if record.verdict != "accepted" or record.rig != rig.name:
@@ -92,11 +92,32 @@ def calibrations_in_force(rig: Rig, serials: Mapping[str, str], now: datetime | 
             if strange := _strange(record, serials):
                 warnings.append(f"{path.name} is not in force: {strange}; calibrate {kind} again")
                 continue
+            if useless := why_unused(kind, rig):
+                warnings.append(f"{path.name} is not in force: {useless}")
+                break
             if record.expired(moment):
                 warnings.append(f"{path.name} expired on {record.expires}; calibrate {kind} again")
             files[kind], records[kind] = path, record
             break
     return InForce(files, records, tuple(warnings))
+
+
+def why_unused(kind: Kind, rig: Rig) -> str:
+    """Return why a calibration that is made of a rig would not be in force; empty if it would."""
+    if kind == "camera" and rig.planar_view is None:
+        return (
+            "the rig file has no [planar_view], without which one camera measures no beads; write calibration and "
+            "height_std_m under one"
+        )
+    return ""
+
+
+def _kinds_used(rig: Rig) -> list[Kind]:
+    """Return the kinds that a rig takes something from: none without a folder, of its cameras those of their number."""
+    if rig.calibration is None:
+        return []
+    of_others: tuple[Kind, ...] = ("camera",) if len(rig.cameras) > 1 else ("cameras", "stereo")
+    return [kind for kind in KINDS if kind not in of_others]
 
 
 def _strange(record: CalibrationRecord, serials: Mapping[str, str]) -> str:

@@ -14,11 +14,12 @@ from daq.virtual_rig.child_processes import end_all, told
 from daq.virtual_rig.layout import CAMERA_READOUT_S, FORCE_FILTER_S, Addresses, rig_description
 from daq.virtual_rig.operator import VirtualOperator
 from daq.virtual_rig.processes import DeviceClocks, VirtualRigSettings, run_emulators, solve_phantom
-from daq.virtual_rig.rendering.scene import flea2_pair
+from daq.virtual_rig.rendering.scene import flea2_above, flea2_pair
 
 CLOCK_FILE = "clock"
 RIG_FILE = "rig.toml"
 STEREO_FILE = "stereo.toml"
+CAMERA_FILE = "camera.toml"
 TRUTH_FILE = "truth.toml"
 LATENCIES = Latencies(force_s=FORCE_FILTER_S, cameras_s=CAMERA_READOUT_S)
 """What the rig file knows of the devices' delays."""
@@ -83,9 +84,7 @@ def virtual_rig(
     try:
         clocks: DeviceClocks = told(control, "the virtual rig")
         addresses: Addresses = told(control, "the virtual rig")
-        pair = flea2_pair()
-        pair.save(folder / STEREO_FILE)
-        described = rig_description(addresses, folder / STEREO_FILE)
+        described = rig_description(addresses, _write_calibration(folder, settings))
         rig = replace(
             described, name=_name(described.name, settings), latencies=LATENCIES, laboratory_clock=clock
         )
@@ -118,6 +117,15 @@ def _name(usual: str, settings: VirtualRigSettings) -> str:
     late = {"force": settings.force_delay_s, "cameras": settings.camera_delay_s}
     told = [f"{stream} late by {1e3 * delay_s:g} ms" for stream, delay_s in late.items() if delay_s]
     return ", ".join([usual, *told])
+
+
+def _write_calibration(folder: Path, settings: VirtualRigSettings) -> Path:
+    """Write where the cameras truly are, and return the file."""
+    if settings.cameras == 1:
+        flea2_above().save(folder / CAMERA_FILE)
+        return folder / CAMERA_FILE
+    flea2_pair().save(folder / STEREO_FILE)
+    return folder / STEREO_FILE
 
 
 def _write_truth(path: Path, settings: VirtualRigSettings) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 from daq.frames import compose, inverse
 from daq.limits import Limits
 from daq.rig import FORMAT, CameraDevice, Device, Frames, Rig, Specimen, Tool, Transform, Uncertainty, Vector
+from daq.vision.planar import PlanarView
 from estimator.experiment import Box, Environment, Grasp, Phantom
 from robot_drivers.abb.egm.position_stream import EGMSettings
 from robot_drivers.abb.irb140 import IRB140Settings
@@ -51,6 +52,12 @@ SPECIMEN = Specimen(
 # The robot's repeatability, and how far the beads that vision finds lie from the rendered ones, rms a coordinate.
 UNCERTAINTY = Uncertainty(position_m=3e-5, fiducial_m=7e-6)
 
+PAIR, ONLY = ("left", "right"), ("above",)
+"""Names of the cameras: of the stereo pair, or of the only one."""
+
+HEIGHT_STD_M = 2e-4
+"""How far the beads may leave the height at which they rest, for a rig with one camera."""
+
 FORCE_FILTER_S = 0.01
 """By how much the emulated sensor's low-pass filter delays the force: more than two cycles of the controller."""
 
@@ -83,7 +90,7 @@ class Addresses:
     robot_command_port: int
     robot_state_port: int
     egm_port: int
-    camera_urls: tuple[str, str]
+    camera_urls: tuple[str, ...]
 
 
 def placed_beads(seed: int) -> tuple[Vector, ...]:
@@ -94,13 +101,19 @@ def placed_beads(seed: int) -> tuple[Vector, ...]:
     return tuple((x, y, z) for x, y, z in placed.tolist())
 
 
-def rig_description(addresses: Addresses, stereo_calibration: Path) -> Rig:
-    """Return the rig file's content for emulators at these addresses."""
-    left, right = addresses.camera_urls
+def rig_description(addresses: Addresses, calibration: Path) -> Rig:
+    """Return the rig file's content for emulators at these addresses.
+
+    Parameters
+    ----------
+    calibration : file of the calibration of the stereo pair, or of the only camera, by the number of addresses
+    """
+    names = PAIR if len(addresses.camera_urls) > 1 else ONLY
     return Rig(
         format=FORMAT,
         name="virtual rig",
-        stereo_calibration=stereo_calibration,
+        stereo_calibration=calibration if names is PAIR else None,
+        planar_view=PlanarView(calibration, HEIGHT_STD_M) if names is ONLY else None,
         force_sensor=Device(
             "netft",
             NetFTSettings(
@@ -121,7 +134,7 @@ def rig_description(addresses: Addresses, stereo_calibration: Path) -> Rig:
                 T_flange_tool=T_FLANGE_TOOL,
             ),
         ),
-        cameras=(_camera("left", left), _camera("right", right)),
+        cameras=tuple(_camera(name, url) for name, url in zip(names, addresses.camera_urls, strict=True)),
         frames=FRAMES,
         tool=TOOL,
         limits=LIMITS,

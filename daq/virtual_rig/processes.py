@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +35,8 @@ from daq.virtual_rig.pace import Follower, Pace
 from daq.virtual_rig.physics.phantom import PhantomModel, PhantomSolver, PhantomState
 from daq.virtual_rig.physics.world import SimulatedTissue, SimulatedTransducer
 from daq.virtual_rig.rendering.board_scene import BoardScene
-from daq.virtual_rig.rendering.scene import Scene, SceneSettings, flea2_pair
+from daq.virtual_rig.rendering.scene import Scene, SceneSettings, flea2_above, flea2_pair
+from daq.vision.camera_model import PinholeCamera
 from estimator.errors import SolverError
 from robot_drivers.abb.emulator.controller import ControllerEmulator
 from robot_drivers.abb.emulator.settings import ArmSettings
@@ -66,7 +68,8 @@ class VirtualRigSettings:
     phantom : what is mounted
     seed : of all noise
     force_rate_hz : of the force sensor's stream
-    frames_per_s : of both cameras
+    cameras : 2 for the stereo pair, 1 for one that looks straight down
+    frames_per_s : of all cameras
     sensor_offset : (6,) what an unbiased sensor reads without load, N and N·m
     clock_ppm : how much faster than the host's the force sensor's clock runs
     force_delay_s, camera_delay_s : by how much force or images are late beyond what the rig file knows
@@ -74,6 +77,7 @@ class VirtualRigSettings:
 
     phantom: PhantomModel
     seed: int = 0
+    cameras: Literal[1, 2] = 2
     force_rate_hz: int = 1000
     frames_per_s: float = 5.0
     sensor_offset: tuple[float, float, float, float, float, float] = (4.0, -7.0, 12.0, 0.3, -0.2, 0.1)
@@ -180,7 +184,7 @@ def run_emulators(
                 robot_command_port=controller.command_port,
                 robot_state_port=controller.state_port,
                 egm_port=egm_port,
-                camera_urls=(cameras[0].url, cameras[1].url),
+                camera_urls=tuple(camera.url for camera in cameras),
             )
         )
         _obey(control, tissue.ended, controller, held)
@@ -198,19 +202,26 @@ def _behind_s(camera: CameraEmulator) -> float:
     return camera.behind_s
 
 
+def _camera_models(settings: VirtualRigSettings) -> tuple[PinholeCamera, ...]:
+    """Return where the cameras stand and how they see."""
+    if settings.cameras == 1:
+        return (flea2_above(),)
+    pair = flea2_pair()
+    return (pair.left, pair.right)
+
+
 def _cameras(
     tissue: SimulatedTissue, settings: VirtualRigSettings, held: list[Pose], bus: BusClock
 ) -> list[CameraEmulator]:
-    """Return both cameras; they see the board while ``held`` has its pose, else the phantom."""
-    pair = flea2_pair()
+    """Return the cameras; they see the board while ``held`` has its pose, else the phantom."""
+    models = _camera_models(settings)
     delay_ns = round(settings.camera_delay_s * 1e9)
     scene_settings = SceneSettings(phantom_size=SPECIMEN.phantom.size_m)
     scenes = [
-        Scene(camera, scene_settings, seed=2 * settings.seed + side)
-        for side, camera in enumerate((pair.left, pair.right))
+        Scene(camera, scene_settings, seed=2 * settings.seed + side) for side, camera in enumerate(models)
     ]
 
-    boards = [BoardScene(camera, BOARD) for camera in (pair.left, pair.right)]
+    boards = [BoardScene(camera, BOARD) for camera in models]
 
     def image_source(scene: Scene, board: BoardScene) -> ImageSource:
         def expose(time_s: float) -> NDArray[np.uint8]:
@@ -222,8 +233,8 @@ def _cameras(
         return expose
 
     emulated = CameraEmulatorSettings(
-        pair.left.width,
-        pair.left.height,
+        models[0].width,
+        models[0].height,
         settings.frames_per_s,
         _BUFFERED,
         CAMERA_READOUT_S,

@@ -1,5 +1,7 @@
 """The virtual rig that the command line runs."""
 
+from typing import Literal
+
 from daq.virtual_rig.layout import GRASP_CENTRE, SPECIMEN, placed_beads
 from daq.virtual_rig.physics.fem_phantom import FemPhantom
 from daq.virtual_rig.physics.free_air import FreeAir
@@ -21,10 +23,14 @@ FORCE_DELAY_S, CAMERA_DELAY_S = 0.020, 0.030
 
 
 def calibration_settings(kind: str, seed: int = 0) -> VirtualRigSettings:
-    """Return a rig to calibrate: free air, or springs for ``time``, whose streams are late by known times then."""
+    """Return a rig to calibrate: free air, or springs for ``time``, whose streams are late by known times then.
+
+    For ``camera`` it has one camera, as the rigs that this calibration is made of.
+    """
     if kind == "time":
         springs = SpringPhantom(GRASP_CENTRE, placed_beads(seed))
         return VirtualRigSettings(
             springs, seed=seed, force_delay_s=FORCE_DELAY_S, camera_delay_s=CAMERA_DELAY_S
         )
-    return VirtualRigSettings(FreeAir(SPECIMEN.fiducials_m, MARKER_ON_GRIPPER), seed=seed)
+    cameras: Literal[1, 2] = 1 if kind == "camera" else 2
+    return VirtualRigSettings(FreeAir(SPECIMEN.fiducials_m, MARKER_ON_GRIPPER), seed=seed, cameras=cameras)

@@ -42,6 +42,24 @@ def height_slopes(camera: PinholeCamera, points: ArrayLike) -> FloatArray:
     return slopes
 
 
+def face_height_m(rest: ArrayLike) -> float:
+    """Return the height of the face on which beads rest (n, 3), tissue frame, m.
+
+    Raises
+    ------
+    VisionError
+        They rest at several heights.
+    """
+    heights = np.asarray(rest, dtype=np.float64).reshape(-1, 3)[:, 2]
+    apart_m = float(np.ptp(heights)) if len(heights) else 0.0
+    if apart_m > MOST_HEIGHTS_APART_M:
+        raise VisionError(
+            f"one camera measures beads of one flat face, and those of the design rest at heights that differ by "
+            f"{1e3 * apart_m:.1f} mm; leave out those of other faces, or use two cameras"
+        )
+    return float(np.mean(heights)) if len(heights) else 0.0
+
+
 @dataclass(frozen=True, slots=True)
 class PlanarView:
     """One camera that looks at the beads of one flat face.
@@ -97,12 +115,7 @@ class PlanarTracker:
         self._camera = camera
         self._settings = settings
         self._rest = np.asarray(rest, dtype=np.float64).reshape(-1, 3)
-        apart_m = float(np.ptp(self._rest[:, 2])) if len(self._rest) else 0.0
-        if apart_m > MOST_HEIGHTS_APART_M:
-            raise VisionError(
-                f"one camera measures beads of one flat face, and those of the design rest at heights that differ by "
-                f"{1e3 * apart_m:.1f} mm; leave out those of other faces, or use two cameras"
-            )
+        self._height_m = face_height_m(self._rest)
         self._identity = IdentityTracker(self._rest, settings.identity)
 
     def update(self, image: NDArray[np.uint8], time_s: float) -> FiducialObservation:
@@ -114,7 +127,7 @@ class PlanarTracker:
             The first image lacks more fiducials than may be hidden, or the images are not in order of time.
         """
         seen = detect_beads(image, self._settings.beads)
-        face = at_height(self._camera, seen.centres, float(np.mean(self._rest[:, 2])))
+        face = at_height(self._camera, seen.centres, self._height_m)
         box = self._settings.stereo
         inside = np.all((face[:, :2] >= box.lower[:2]) & (face[:, :2] <= box.upper[:2]), axis=1)
         centres, spread = seen.centres[inside], seen.covariances[inside]

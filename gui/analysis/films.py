@@ -4,7 +4,7 @@ Lengths are in millimetres, tissue frame.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -91,9 +91,10 @@ class Film:
 
 def film_of_fit(mesh: Mesh, fit: ExperimentFit) -> Film:
     """Return the deformed mesh of a fit, coloured by the residual of its beads."""
-    missed = MM * (fit.experiment.fiducials - fit.fiducials)
+    beads = placed(fit.experiment.fiducials, fit.fiducials)
+    missed = MM * (beads - fit.fiducials)
     body = DeformedMesh(mesh, fit.displacements, fit.state_of_row)
-    return _film(body, fit.experiment, missed, missed, None, None)
+    return _film(body, replace(fit.experiment, fiducials=beads), missed, missed, None, None)
 
 
 def film_of_trace(trace: Trace, predicted: FloatArray, place: Place | None, block: Block | None) -> Film:
@@ -107,8 +108,20 @@ def film_of_trace(trace: Trace, predicted: FloatArray, place: Place | None, bloc
     block : of the rig where such a cause sits; None where it sits in none
     """
     seen = trace.experiment.fiducials
-    before, after = (MM * (seen - one[:, 6:].reshape(seen.shape)) for one in (trace.before, predicted))
-    return _film(trace.body, trace.experiment, after, before, place, None if place is not None else block)
+    at_first, now = (one[:, 6:].reshape(seen.shape) for one in (trace.before, predicted))
+    before, after = (MM * (placed(seen, one) - one) for one in (at_first, now))
+    experiment = replace(trace.experiment, fiducials=placed(seen, at_first))
+    return _film(trace.body, experiment, after, before, place, None if place is not None else block)
+
+
+def placed(seen: FloatArray, predicted: FloatArray) -> FloatArray:
+    """Return beads (n, m, 3), m, with the coordinates that no row measures where they are predicted.
+
+    So those that one camera sees get a height, of which nothing is missed.
+    """
+    measured = np.isfinite(seen)
+    never = ~measured.any(axis=(0, 1))
+    return np.where(never & measured.any(axis=2, keepdims=True), predicted, seen)
 
 
 def _body_film(body: DeformedMesh, experiment: Experiment) -> tuple[Surface, Callable[[int], FloatArray]]:

@@ -16,7 +16,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Plot
 from numpy.typing import NDArray
 
-from daq.calibration.cameras import BoardCalibration, ViewFigures, grey, lying_on_phantom
+from daq.calibration.by_board import SEEN_BY, calibrate_by_board
+from daq.calibration.collected_views import BoardViews, ViewFigures, grey
+from daq.calibration.of_rig import require_kind
 from daq.calibration.procedures import evaluate
 from daq.calibration.tool import PivotFigures, ToolCalibration, flange_tool
 from daq.calibration_files.keeping import keep
@@ -33,26 +35,27 @@ _DPI = 110
 
 @dataclass(frozen=True, slots=True)
 class Begin:
-    """Forget what was collected; lengths of the board are those measured on the print."""
+    """Forget what was collected, and begin a kind; lengths of the board are those measured on the print."""
 
     rig: Rig
+    kind: Kind
     board: CharucoBoard
 
 
 @dataclass(frozen=True, slots=True)
 class TakeView:
-    """Take both cameras' images of one moment."""
+    """Take images of one moment, one of each camera that is calibrated."""
 
-    images: tuple[NDArray[np.uint8], NDArray[np.uint8]]
+    images: tuple[NDArray[np.uint8], ...]
     pixel_format: str
 
 
 @dataclass(frozen=True, slots=True)
 class ViewTaken:
-    """How the collection stands: its figures, and the corners seen in each cell of the left and the right image."""
+    """How the collection stands: its figures, and the corners seen in each cell of each camera's image."""
 
     figures: ViewFigures
-    coverage: tuple[NDArray[np.int64], NDArray[np.int64]]
+    coverage: tuple[NDArray[np.int64], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,8 +75,6 @@ class TouchTaken:
 @dataclass(frozen=True, slots=True)
 class Finish:
     """Calibrate from what was collected."""
-
-    kind: Kind
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,9 +119,8 @@ class CalibrationBench:
     """Answers the requests above; an outcome stays here until it is kept or another one is made."""
 
     def __init__(self) -> None:
-        self._rig: Rig | None = None
-        self._board = CharucoBoard()
-        self._views = BoardCalibration(self._board)
+        self._begun: Begin | None = None
+        self._views: BoardViews | None = None
         self._touches: ToolCalibration | None = None
         self._outcome: Outcome[Any] | None = None
 
@@ -130,21 +130,19 @@ class CalibrationBench:
         Raises
         ------
         DaqError
-            What was collected does not suffice.
+            What was collected does not suffice, or the rig is not calibrated so.
         """
         match request:
-            case Begin(rig, board):
-                self._rig, self._board, self._outcome = rig, board, None
-                self._views, self._touches = BoardCalibration(board), ToolCalibration(flange_tool(rig))
+            case Begin():
+                self._begin(request)
                 return request
-            case TakeView(images, pixel_format):
-                left, right = (grey(image, pixel_format) for image in images)
-                figures = self._views.add(left, right)
-                return ViewTaken(figures, (self._views.coverage_map(0), self._views.coverage_map(1)))
+            case TakeView(images, pixel_format) if self._views is not None:
+                figures = self._views.add(*(grey(image, pixel_format) for image in images))
+                return ViewTaken(figures, self._views.coverage_maps())
             case TakeTouch(tool) if self._touches is not None:
                 return TouchTaken(self._touches.add(tool))
-            case Finish(kind):
-                return self._judged(self._finished(kind, progress))
+            case Finish() if self._begun is not None:
+                return self._judged(self._finished(self._begun, progress))
             case Evaluate(kind, session):
                 return self._judged(evaluate(kind, open_recording(session), progress))
             case Keep(folder, rig_name, serials, accepted) if self._outcome is not None:
@@ -152,14 +150,21 @@ class CalibrationBench:
                 return Kept(self._outcome.kind, path, accepted)
         raise CalibrationError("nothing was collected yet; begin the calibration first")
 
-    def _finished(self, kind: Kind, progress: Progress) -> Outcome[Any]:
-        if self._rig is None or self._touches is None:
-            raise CalibrationError(f"{kind}: nothing was collected yet; begin the calibration first")
-        if kind == "cameras":
-            return self._views.finish_cameras(progress)
-        if kind == "stereo":
-            return self._views.finish_stereo(lying_on_phantom(self._board, self._rig), progress)
-        return self._touches.finish()
+    def _begin(self, begun: Begin) -> None:
+        self._begun = self._views = self._touches = self._outcome = None
+        require_kind(begun.kind, begun.rig)
+        if begun.kind in SEEN_BY:
+            self._views = BoardViews(begun.board, SEEN_BY[begun.kind])
+        elif begun.kind == "tool":
+            self._touches = ToolCalibration(flange_tool(begun.rig))
+        self._begun = begun
+
+    def _finished(self, begun: Begin, progress: Progress) -> Outcome[Any]:
+        if self._views is not None:
+            return calibrate_by_board(begun.kind, self._views, begun.rig, progress)
+        if self._touches is not None:
+            return self._touches.finish()
+        raise CalibrationError(f"{begun.kind}: is not made from views or touches; record its motion")
 
     def _judged(self, outcome: Outcome[Any]) -> Judged:
         self._outcome = outcome

@@ -71,10 +71,10 @@ class CalibrationWizard(QObject):
     def begin(self, kind: Kind, board: CharucoBoard) -> None:
         """Begin anew with a kind of calibration."""
         self._kind, self._board, self._taken = kind, board, 0
-        self._ask(bench.Begin(self._context.link.rig, board))
+        self._ask(bench.Begin(self._context.link.rig, kind, board))
 
     def take_view(self) -> None:
-        """Take both cameras' next images of one moment; an emulated person shows the board first."""
+        """Take the next images of one moment; an emulated person shows the board first."""
         if self._helped:
             self._laboratory.help("board", self._taken)
         else:
@@ -92,7 +92,7 @@ class CalibrationWizard(QObject):
         if self._helped:
             self._laboratory.help("touch" if self._kind == "tool" else "board", _NO_MORE)
         self.told.emit("calculating")
-        self._ask(bench.Finish(self._kind))
+        self._ask(bench.Finish())
 
     def record_motion(self, kind: Kind, motion: str) -> None:
         """Record the motion of a calibration under the guard, then evaluate it. The robot moves."""
@@ -153,11 +153,7 @@ class CalibrationWizard(QObject):
     def _on_seen(self, seen: Seen) -> None:
         if self._looking:
             self._looking = False
-            if len(seen.images) < 2:
-                self.told.emit("the rig has one camera; the board is shown to the two of a stereo pair")
-                return
-            left, right = seen.images.values()
-            self._ask(bench.TakeView((left, right), seen.pixel_format))
+            self._ask(bench.TakeView(tuple(seen.images.values()), seen.pixel_format))
 
     def _on_ended(self, ended: Ended) -> None:
         session, self._motion = self._motion, None
@@ -188,6 +184,7 @@ class CalibrationWizard(QObject):
                 self.judged.emit(answer)
             case Kept():
                 self.kept.emit(answer)
+                self._context.navigator.calibration_kept.emit(answer.path)
             case Failed(message):
                 self.told.emit(message)
                 self._context.navigator.tell(

@@ -6,11 +6,15 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
 
 from daq.acquisition.messages import Telemetry
+from daq.calibration.by_board import SEEN_BY
+from daq.calibration.collected_views import SIDES
+from daq.calibration.of_rig import kinds_of
 from daq.calibration.procedures import MOTIONS
 from daq.calibration.tool import FEWEST_TOUCHES, LEAST_TURN_DEG
-from daq.calibration_files.in_force import calibrations_in_force
-from daq.calibration_files.outcome import KINDS, Kind
+from daq.calibration_files.in_force import calibrations_in_force, why_unused
+from daq.calibration_files.outcome import Kind
 from daq.errors import DaqError
+from daq.rig import Rig
 from daq.vision.charuco import CharucoBoard
 from gui.calibration.bench import Judged, Kept, TouchTaken, ViewTaken
 from gui.calibration.wizard import CalibrationWizard
@@ -26,8 +30,9 @@ from gui.widgets.split import BesideOrBelow
 from gui.widgets.video.camera_preview import CameraPreview
 from robot_drivers.protocols import DeviceIdentity
 
-_BOARD_KINDS: tuple[Kind, ...] = ("cameras", "stereo")
 _HINTS: dict[Kind, str] = {
+    "camera": "The only camera, in the tissue frame. In the first view the board lies flat on the middle of the "
+    "phantom; then show it in the whole field, near and far, tilted up to 45°.",
     "cameras": "The lens of each camera alone. Show the board in the whole field, near and far, tilted up to 45°.",
     "stereo": "Both cameras together, in the tissue frame. In the first view the board lies flat on the middle of the "
     "phantom; then show it in the whole field, tilted up to 45°.",
@@ -43,13 +48,14 @@ _HINTS: dict[Kind, str] = {
 
 
 class CalibratePage(QWidget):
-    """Left the kinds and what is in force of each, right the wizard of the chosen one."""
+    """Left the kinds that are made of the rig, and what is in force of each; right the wizard of the chosen one."""
 
     title = "Calibrate"
 
     def __init__(self, context: Context, laboratory: Laboratory, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._context, self._laboratory = context, laboratory
+        self._offered = kinds_of(context.rig)
         self._mount_next = ""
         self._serials: dict[str, str] = {}
         self.wizard = CalibrationWizard(context, laboratory, self)
@@ -66,28 +72,28 @@ class CalibratePage(QWidget):
         self._board_form = _board_form()
         self._board_card = Card("Board, as measured on the print")
         self._preview = CameraPreview([camera.name for camera in context.rig.cameras])
-        self._maps = (CoverageMap("left"), CoverageMap("right"))
+        self._maps = tuple(CoverageMap(name) for name in _who_sees_board(context.rig))
         self._view_card = Card("Views")
         self._views = BesideOrBelow(self._board_card, self._view_card, (0, 1))
         self.outcome = OutcomePanel()
         self._lay_out()
         self._wire()
-        self.choose("cameras")
+        self.choose(self._offered[0])
         self._show_state(context.link.state)
 
     @property
     def kind(self) -> Kind:
         """What is chosen."""
-        return KINDS[self.kinds.currentRow()]
+        return self._offered[self.kinds.currentRow()]
 
     def choose(self, kind: Kind) -> None:
-        """Choose a kind."""
-        self.kinds.setCurrentRow(KINDS.index(kind))
+        """Choose a kind that is offered."""
+        self.kinds.setCurrentRow(self._offered.index(kind))
 
     # ---- layout
 
     def _lay_out(self) -> None:
-        for kind in KINDS:
+        for kind in self._offered:
             self.kinds.addItem(QListWidgetItem(kind))
         self.kinds.setAccessibleName("kinds of calibration")
         self.kinds.setProperty("role", "choices")
@@ -170,7 +176,7 @@ class CalibratePage(QWidget):
         self.wizard.record_motion(self.kind, self.motion.currentText())
 
     def _take(self) -> None:
-        if self.kind in _BOARD_KINDS:
+        if self.kind in SEEN_BY:
             self.wizard.take_view()
         else:
             self.wizard.take_touch()
@@ -191,8 +197,8 @@ class CalibratePage(QWidget):
 
     def _show_kind(self) -> None:
         kind = self.kind
-        by_motion, by_board = kind in MOTIONS, kind in _BOARD_KINDS
-        self._hint.setText(_HINTS[kind])
+        by_motion, by_board = kind in MOTIONS, kind in SEEN_BY
+        self._hint.setText(_hint(kind, self._context.link.rig))
         self._told.setText("")
         self.motion.clear()
         self.motion.addItems(MOTIONS.get(kind, ()))
@@ -216,11 +222,13 @@ class CalibratePage(QWidget):
             self._told.setText(state.words)
 
     def _show_telemetry(self, seen: Telemetry) -> None:
-        if self.isVisible() and self.kind in _BOARD_KINDS:
+        if self.isVisible() and self.kind in SEEN_BY:
             self._preview.show_images(seen.images)
 
     def _on_opened(self, devices: dict[str, DeviceIdentity]) -> None:
         self._serials = {role: identity.serial for role, identity in devices.items()}
+        # an emulated camera brings what the rig file lacks
+        self._hint.setText(_hint(self.kind, self._context.link.rig))
         self._show_in_force()
         self._begin()
 
@@ -230,7 +238,7 @@ class CalibratePage(QWidget):
         except DaqError as error:
             self._told.setText(str(error))
             return
-        for row, kind in enumerate(KINDS):
+        for row, kind in enumerate(self._offered):
             record = found.records.get(kind)
             told = "as the rig file says" if record is None else f"until {record.expires[:10]}"
             self.kinds.item(row).setText(f"{kind}\n{told}")
@@ -261,6 +269,17 @@ class CalibratePage(QWidget):
         self._context.navigator.tell(
             information(f"The calibration {kept.kind} is {verdict} and kept in {kept.path}.")
         )
+
+
+def _who_sees_board(rig: Rig) -> tuple[str, ...]:
+    """Return what the images are called that the board is seen in."""
+    return SIDES if len(rig.cameras) > 1 else (rig.cameras[0].name,)
+
+
+def _hint(kind: Kind, rig: Rig) -> str:
+    """Return what to do for a kind of calibration."""
+    unused = why_unused(kind, rig)
+    return f"{_HINTS[kind]} It will not be in force: {unused}." if unused else _HINTS[kind]
 
 
 def _board_form() -> ParameterForm:

@@ -224,9 +224,21 @@ class _ChecksCard(Card):
         self.show()
 
 
+def _cameras_in_words(rig: Rig) -> str:
+    if len(rig.cameras) > 2:
+        return f"{len(rig.cameras)} cameras, the first two a stereo pair"
+    if len(rig.cameras) == 2:
+        return "two cameras, a stereo pair"
+    if rig.planar_view is None:
+        return "one camera, which measures no beads: the rig file has no [planar_view]"
+    return "one camera, which measures beads in two dimensions"
+
+
 def _rig_in_words(rig: Rig) -> str:
     size = " × ".join(f"{1e3 * edge:g}" for edge in rig.specimen.phantom.size_m)
+    limits = rig.limits
     return (
-        f"{rig.name}; specimen {rig.specimen.phantom_id}, {size} mm, {len(rig.specimen.fiducials_m)} beads; limits "
-        f"{rig.limits.force_n:g} N, {rig.limits.torque_nm:g} N·m, {1e3 * rig.limits.speed_m_s:g} mm/s"
+        f"{rig.name}; specimen {rig.specimen.phantom_id}, {size} mm, {len(rig.specimen.fiducials_m)} beads; "
+        f"{_cameras_in_words(rig)}; limits {limits.force_n:g} N, {limits.torque_nm:g} N·m, "
+        f"{1e3 * limits.speed_m_s:g} mm/s"
     )

@@ -1,17 +1,20 @@
 """Finds the beads in live images beside the window, as often as it can and never faster than it is looked at."""
 
+from collections.abc import Mapping
+
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from daq.acquisition.messages import Seen
 from gui.jobs.companion import Companion
 from gui.rig.bead_marks import BeadView, BeadViewer
 from gui.rig.link import AcquisitionLink
+from robot_drivers.protocols import DeviceIdentity
 
 _PERIOD_MS = 400
 
 
 class BeadFinder(QObject):
-    """Asks the link for a pair of images, has it looked at in another process, and asks for the next one.
+    """Asks the link for images of one moment, has them looked at in another process, and asks for the next ones.
 
     ``found`` brings a :class:`gui.rig.bead_marks.BeadView`. Nothing is asked for unless ``watch`` was called.
     """
@@ -25,7 +28,8 @@ class BeadFinder(QObject):
         self._watching = self._asked = self._busy = False
         self._timer = QTimer(self, interval=_PERIOD_MS)
         self._timer.timeout.connect(self._ask)
-        link.opened.connect(lambda _: self._end())
+        self._serials: dict[str, str] = {}
+        link.opened.connect(self._on_opened)
         link.closed.connect(self._end)
         link.failed.connect(self._end)
         link.seen.connect(self._send)
@@ -36,9 +40,17 @@ class BeadFinder(QObject):
         if watching and self._viewer is None and self._link.state.connected:
             self._begin()
 
+    def renew(self) -> None:
+        """Look with what is in force now, from the next image on."""
+        self._end()
+
+    def _on_opened(self, devices: Mapping[str, DeviceIdentity]) -> None:
+        self._end()
+        self._serials = {role: identity.serial for role, identity in devices.items()}
+
     def _begin(self) -> None:
         self._asked = self._busy = False
-        self._viewer = Companion(BeadViewer, (self._link.rig,), self)
+        self._viewer = Companion(BeadViewer, (self._link.rig, self._serials), self)
         self._viewer.answered.connect(self._take)
         self._viewer.gone.connect(self._end)
         self._timer.start()

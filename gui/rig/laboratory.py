@@ -5,7 +5,7 @@ The emulated laboratory is started when the first device needs it, in a thread t
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import zip_longest
 from pathlib import Path
 from typing import Literal, Protocol
@@ -50,9 +50,24 @@ class Running(Protocol):
         """Return what went wrong in it since the last call."""
 
 
-RunEmulators = Callable[[str, bool], AbstractContextManager[Running]]
-"""Runs the emulated laboratory as long as the context lasts, with what is mounted in it: ``STANDARD``, or for a kind
-of calibration; and whether its devices are used beside real ones, for which its time cannot wait."""
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What the emulated laboratory is to be like.
+
+    Attributes
+    ----------
+    mounted : ``STANDARD``, or for a kind of calibration
+    beside_real_devices : whether its devices are used beside real ones, for which its time cannot wait
+    cameras : 2 for a stereo pair, 1 for an only camera
+    """
+
+    mounted: str = STANDARD
+    beside_real_devices: bool = False
+    cameras: Literal[1, 2] = 2
+
+
+RunEmulators = Callable[[Wanted], AbstractContextManager[Running]]
+"""Runs the emulated laboratory as long as the context lasts."""
 
 
 class Laboratory(QObject):
@@ -75,7 +90,7 @@ class Laboratory(QObject):
     failed = Signal(str)
     helped = Signal(str, bool)
     warned = Signal(str)
-    _wanted = Signal(str, bool)
+    _wanted = Signal(object)
     _help_wanted = Signal(str, int)
     _ending = Signal()
 
@@ -104,7 +119,7 @@ class Laboratory(QObject):
         """Prepare the rig with these devices emulated, by their roles; ``prepared`` or ``failed`` follows."""
         self.emulated = emulated
         if emulated or self.own is None:
-            self._wanted.emit(mounted, self.own is not None and not emulated >= set(roles(self.own)))
+            self._wanted.emit(self._laboratory_for(mounted))
         else:
             self.prepared.emit(self.own)
 
@@ -116,6 +131,12 @@ class Laboratory(QObject):
         """End the emulated laboratory and the thread; waits for them."""
         self._ending.emit()
         self._thread.wait()
+
+    def _laboratory_for(self, mounted: str) -> Wanted:
+        if self.own is None:
+            return Wanted(mounted)
+        beside_real_devices = not self.emulated >= set(roles(self.own))
+        return Wanted(mounted, beside_real_devices, 2 if len(self.own.cameras) > 1 else 1)
 
     def _with_calibrations(self, rig: Rig) -> Rig:
         return replace(rig, calibration=rig.calibration or self._calibrations)
@@ -135,16 +156,18 @@ def roles(rig: Rig) -> tuple[str, ...]:
 
 
 def mixed(own: Rig | None, virtual: Rig, emulated: frozenset[str]) -> Rig:
-    """Return a rig with some devices of the emulated laboratory.
+    """Return a rig with some devices of the emulated laboratory, or all; its cameras are called as the real ones.
 
     An emulated robot stands in the emulated laboratory, so frames, tool, limits and specimen are those of the latter;
-    emulated cameras bring their own calibration. The emulated laboratory has a stereo pair: of further cameras those
-    that are to be emulated are left out. The name tells what is emulated, so that no calibration of the real rig is
-    taken for the mixed one.
+    emulated cameras bring their own calibration. The emulated laboratory has a stereo pair, or one camera where the rig
+    has one: of further cameras those that are to be emulated are left out. The name tells what is emulated, so that no
+    calibration of the real rig is taken for the mixed one.
     """
-    if own is None or emulated >= set(roles(own)):
+    if own is None:
         return virtual
-    rig = replace(own, name=f"{own.name} with emulated {', '.join(sorted(emulated))}")
+    rig = virtual
+    if not emulated >= set(roles(own)):
+        rig = replace(own, name=f"{own.name} with emulated {', '.join(sorted(emulated))}")
     if FORCE_SENSOR in emulated:
         rig = replace(rig, force_sensor=virtual.force_sensor)
     if ROBOT in emulated:
@@ -163,8 +186,12 @@ def mixed(own: Rig | None, virtual: Rig, emulated: frozenset[str]) -> Rig:
         elif theirs is not None:
             cameras.append(replace(theirs, name=ours.name))
     if any(f"camera {camera.name}" in emulated for camera in own.cameras[:2]):
-        stereo = virtual.stereo_calibration if len(own.cameras) > 1 else None
-        rig = replace(rig, stereo_calibration=stereo, planar_view=None, vision=virtual.vision)
+        rig = replace(
+            rig,
+            stereo_calibration=virtual.stereo_calibration,
+            planar_view=virtual.planar_view,
+            vision=virtual.vision,
+        )
     return replace(rig, cameras=tuple(cameras))
 
 
@@ -180,20 +207,20 @@ class _Runner(QObject):
         super().__init__()
         self._run_emulators = run_emulators
         self._stack = ExitStack()
-        self._present = ("", False)
+        self._present: Wanted | None = None
         self._now: tuple[Rig, Helper] | None = None
         self._running: Running | None = None
         self._ear = QTimer(self, interval=_NOTICES_MS)
         self._ear.timeout.connect(self._listen)
 
-    @Slot(str, bool)
-    def run(self, mounted: str, beside_real_devices: bool) -> None:
-        """Run the laboratory with this mounted."""
-        if (mounted, beside_real_devices) != self._present or self._now is None:
+    @Slot(object)
+    def run(self, wanted: Wanted) -> None:
+        """Run the laboratory that is wanted."""
+        if wanted != self._present or self._now is None:
             self._ear.stop()
             self._stack.close()
             self._stack, self._now, self._running = ExitStack(), None, None
-            if not self._started(mounted, beside_real_devices):
+            if not self._started(wanted):
                 return
             self._ear.start()
         if self._now is not None:
@@ -227,10 +254,10 @@ class _Runner(QObject):
             for notice in self._running.notices():
                 self.warned.emit(notice)
 
-    def _started(self, mounted: str, beside_real_devices: bool) -> bool:
+    def _started(self, wanted: Wanted) -> bool:
         try:
-            running = self._stack.enter_context(self._run_emulators(mounted, beside_real_devices))
-            self._running, self._present = running, (mounted, beside_real_devices)
+            running = self._stack.enter_context(self._run_emulators(wanted))
+            self._running, self._present = running, wanted
             self._now = (read_rig(running.rig_path), running.operator)
         except (DaqError, OSError) as error:
             self.failed.emit(str(error))

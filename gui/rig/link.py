@@ -51,7 +51,7 @@ class AcquisitionLink(QObject):
     ended : Ended, a session has ended
     checked : Checked, whether a trajectory may be carried out
     tare_changed : TareStack
-    seen : Seen, both cameras' images of one moment
+    seen : Seen, images of one moment of both cameras, or of the only one
     refused : Failure, a command was not carried out
     failed : Failure, the devices could not be connected or the process is gone
     closed : the devices have been let go and all recordings sealed
@@ -128,7 +128,7 @@ class AcquisitionLink(QObject):
         self._commanded.emit(analysis)
 
     def look(self) -> None:
-        """Ask for both cameras' next full images of one moment; ``seen`` follows."""
+        """Ask for the next full images of one moment, of both cameras or the only one; ``seen`` follows."""
         self._commanded.emit(Look())
 
     def take_tare(self) -> None:

@@ -3,25 +3,27 @@
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from daq.virtual_rig.launch import VirtualRig, virtual_rig
 from daq.virtual_rig.standard import calibration_settings, standard_settings
-from gui.rig.laboratory import STANDARD
+from gui.rig.laboratory import STANDARD, Wanted
 
 
 @contextmanager
-def run_emulators(mounted: str, in_real_time: bool) -> Iterator[VirtualRig]:
-    """Run it with the phantom of the paper, or with what a kind of calibration needs; alone, or beside real devices.
+def run_emulators(wanted: Wanted) -> Iterator[VirtualRig]:
+    """Run it with the phantom of the paper, or with what a kind of calibration needs.
 
     Raises
     ------
     SessionError
         Its processes did not start.
     """
-    settings = standard_settings() if mounted == STANDARD else calibration_settings(mounted)
+    mounted = standard_settings() if wanted.mounted == STANDARD else calibration_settings(wanted.mounted)
+    settings = replace(mounted, cameras=wanted.cameras)
     with (
         tempfile.TemporaryDirectory(prefix="virtual-rig-") as folder,
-        virtual_rig(Path(folder), settings, in_real_time) as running,
+        virtual_rig(Path(folder), settings, wanted.beside_real_devices) as running,
     ):
         yield running

@@ -1,6 +1,7 @@
 """Calibrations of sessions and views whose truth is known, and which of them is in force."""
 
 import math
+import shutil
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -10,7 +11,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 from synthetic_session import START_NS, SyntheticSession
 
-from daq.calibration.cameras import BoardCalibration, lying_on_phantom
+from daq.calibration.cameras import calibrate_cameras, calibrate_stereo
+from daq.calibration.collected_views import BoardViews, lying_on_phantom
 from daq.calibration.force import calibrate_force
 from daq.calibration.latencies import calibrate_time
 from daq.calibration.registration import calibrate_robot, register_landmarks
@@ -25,7 +27,7 @@ from daq.frames import rotation
 from daq.progress import silent
 from daq.recording.mcap.log import McapLog
 from daq.recording.reader import Recording
-from daq.rig import Rig
+from daq.rig import Latencies, Rig, read_rig, write_rig
 from daq.timing.event_times import estimate_event_times
 from daq.trajectories import Trajectory
 from daq.trajectories.routines import marker_poses, tare_poses
@@ -43,6 +45,7 @@ from daq.virtual_rig.physics.free_air import FreeAir
 from daq.virtual_rig.physics.phantom import SpringPhantom
 from daq.virtual_rig.rendering.board_scene import BoardScene
 from daq.virtual_rig.rendering.scene import flea2_pair
+from daq.vision.planar import PlanarView
 from robot_drivers.protocols import Pose
 
 MARKER = (-0.012, 0.004, 0.015)
@@ -156,9 +159,26 @@ class Swaying(SyntheticSession):
         self.late_s = 0.0
 
 
-def test_latencies_are_found_to_half_a_millisecond(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def swaying(tmp_path_factory: pytest.TempPathFactory) -> Path:
     session = Swaying((), SpringPhantom(GRASP_CENTRE, SPECIMEN.fiducials_m), frame_rate=6.0)
-    recording = Recording(session.write(tmp_path / "s"))
+    return session.write(tmp_path_factory.mktemp("swaying") / "s")
+
+
+def take_a_camera_out(session: Path, *, planar: bool) -> None:
+    """Leave the left camera alone in the rig file of a session."""
+    rig = replace(read_rig(session / "rig.toml"), stereo_calibration=None)
+    flea2_pair().left.save(session / "calibration" / "camera.toml")
+    view = PlanarView(session / "calibration" / "camera.toml", 2e-4) if planar else None
+    write_rig(replace(rig, cameras=rig.cameras[:1], planar_view=view), session / "rig.toml")
+
+
+@pytest.mark.parametrize("cameras", ["a pair", "an only one"])
+def test_latencies_are_found_to_half_a_millisecond(swaying: Path, tmp_path: Path, cameras: str) -> None:
+    session = Path(shutil.copytree(swaying, tmp_path / "s"))
+    if cameras == "an only one":
+        take_a_camera_out(session, planar=True)
+    recording = Recording(session)
     outcome = calibrate_time(recording, silent)
     found = {stream.stream: stream for stream in outcome.result.streams}
     # the least delay of the transport, which no stamp tells, is part of a latency
@@ -173,6 +193,21 @@ def test_latencies_are_found_to_half_a_millisecond(tmp_path: Path) -> None:
         best = stream.lags_s[int(np.argmax(stream.correlation))]
         assert best == pytest.approx(stream.latency_s, abs=2e-3)
     assert outcome.acceptable
+
+
+def test_of_a_camera_that_measures_nothing_no_latency_is_sought_and_the_rig_files_stays(
+    swaying: Path, tmp_path: Path
+) -> None:
+    session = Path(shutil.copytree(swaying, tmp_path / "s"))
+    take_a_camera_out(session, planar=False)
+    outcome = calibrate_time(Recording(session), silent)
+    assert [stream.stream for stream in outcome.result.streams] == ["force sensor"]
+    assert outcome.acceptable
+    known = replace(rig(tmp_path), latencies=Latencies(force_s=0.0, cameras_s=0.05))
+    keep(outcome, known.calibration, known.name, {}, accepted=True, now=NOW)
+    applied = calibrations_in_force(known, {}, NOW).apply(known).latencies
+    assert applied.force_s == outcome.result.streams[0].latency_s
+    assert applied.cameras_s == 0.05
 
 
 def test_the_tool_centre_is_found_by_turning_about_a_point() -> None:
@@ -206,11 +241,11 @@ def test_touches_in_one_orientation_are_refused_and_a_slip_is_rejected() -> None
 
 
 @pytest.fixture(scope="module")
-def board() -> BoardCalibration:
+def board() -> BoardViews:
     """Fourteen views of the board by both cameras; a dark image in between is not taken."""
     pair = flea2_pair()
     scenes = [BoardScene(camera, BOARD) for camera in (pair.left, pair.right)]
-    collected = BoardCalibration(BOARD)
+    collected = BoardViews(BOARD)
     coverage = [0.0]
     for number in range(14):
         left, right = (
@@ -228,8 +263,8 @@ def board() -> BoardCalibration:
     return collected
 
 
-def test_both_lenses_are_calibrated_from_views_of_a_board(board: BoardCalibration) -> None:
-    outcome = board.finish_cameras()
+def test_both_lenses_are_calibrated_from_views_of_a_board(board: BoardViews) -> None:
+    outcome = calibrate_cameras(board)
     truth = flea2_pair()
     assert outcome.acceptable, outcome.describe()
     for lens, camera in ((outcome.result.left, truth.left), (outcome.result.right, truth.right)):
@@ -239,8 +274,8 @@ def test_both_lenses_are_calibrated_from_views_of_a_board(board: BoardCalibratio
     assert figure(outcome, "left coverage").value > 0.7
 
 
-def test_the_pair_is_calibrated_in_the_frame_of_the_phantom(board: BoardCalibration) -> None:
-    outcome = board.finish_stereo(BOARD_AT_REST)
+def test_the_pair_is_calibrated_in_the_frame_of_the_phantom(board: BoardViews) -> None:
+    outcome = calibrate_stereo(board, BOARD_AT_REST)
     truth = flea2_pair()
     assert outcome.acceptable, outcome.describe()
     assert outcome.result.baseline_m == pytest.approx(truth.baseline_m, rel=1e-3)
@@ -250,7 +285,7 @@ def test_the_pair_is_calibrated_in_the_frame_of_the_phantom(board: BoardCalibrat
 
 def test_too_few_views_are_told_with_what_to_do() -> None:
     with pytest.raises(CalibrationError, match="0 views were taken, 12 are needed"):
-        BoardCalibration(BOARD).finish_cameras()
+        calibrate_cameras(BoardViews(BOARD))
 
 
 def rig(folder: Path) -> Rig:
@@ -322,11 +357,11 @@ def test_an_expired_calibration_is_warned_of_and_one_of_another_sensor_is_not_us
     assert "it is of force sensor FT1, and FT2 is connected" in other.warnings[0]
 
 
-def test_every_kind_goes_before_what_the_rig_file_says(tmp_path: Path, board: BoardCalibration) -> None:
+def test_every_kind_goes_before_what_the_rig_file_says(tmp_path: Path, board: BoardViews) -> None:
     described = rig(tmp_path)
     tool = Outcome("tool", ToolResult((1e-3, 0.0, 0.0), (1e-3, 0.0, 0.14), 1e-5), (), lambda plot: None)
     time = Outcome("time", TimeResult("sway", ()), (), lambda plot: None)
-    for outcome in (tool, time, board.finish_stereo(BOARD_AT_REST)):
+    for outcome in (tool, time, calibrate_stereo(board, BOARD_AT_REST)):
         keep(outcome, described.calibration, described.name, {}, accepted=True, now=NOW)
     found = calibrations_in_force(described, SERIALS, NOW)
     applied = found.apply(described)

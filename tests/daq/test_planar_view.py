@@ -14,8 +14,11 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from synthetic_session import SyntheticSession, rendered_scene
 
-from daq.calibration.one_camera import OneCameraCalibration
+from daq.calibration.collected_views import ONLY, BoardViews
+from daq.calibration.of_rig import kinds_of, why_not
+from daq.calibration.one_camera import calibrate_camera
 from daq.calibration_files.in_force import InForce, calibrations_in_force
+from daq.calibration_files.outcome import KINDS
 from daq.cli import main
 from daq.errors import CalibrationError, RigError
 from daq.export import export_experiment
@@ -226,10 +229,6 @@ def test_a_session_keeps_a_copy_of_the_calibration(folder: Path, tmp_path: Path)
     assert kept.planar_view.camera() == CAMERA
 
 
-def _fields() -> int:
-    return len(InForce.__dataclass_fields__)
-
-
 # ---- its calibration
 
 
@@ -277,13 +276,60 @@ def test_without_its_first_view_nobody_knows_where_the_phantom_is(
 
 
 def test_too_few_views_are_told_with_what_to_do() -> None:
-    collected = OneCameraCalibration(BOARD)
-    assert "not taken" in collected.add(np.zeros((964, 1288), np.uint8))
+    collected = BoardViews(BOARD, ONLY)
+    assert "not taken" in collected.add(np.zeros((964, 1288), np.uint8)).describe()
     with pytest.raises(CalibrationError, match="0 views were taken, 12 are needed"):
-        collected.finish(BOARD_AT_REST)
+        calibrate_camera(collected, BOARD_AT_REST)
 
 
 def test_a_calibration_in_force_goes_before_the_rig_files(kept: Path, folder: Path) -> None:
     rig = replace(read_rig(folder / "rig.toml"), calibration=kept.parent)
     applied = calibrations_in_force(rig, {}).apply(rig)
     assert applied.planar_view == PlanarView(kept, HEIGHT_STD_M)
+
+
+def test_a_calibration_that_nothing_uses_is_told_with_what_to_write(
+    kept: Path, folder: Path, views: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rig = replace(read_rig(folder / "rig.toml"), calibration=kept.parent, planar_view=None)
+    found = calibrations_in_force(rig, {})
+    assert found.records == {}
+    assert found.apply(rig) == rig
+    (warning,) = found.warnings
+    assert warning.startswith(f"{kept.name} is not in force: the rig file has no [planar_view]")
+    write_rig(rig, tmp_path / "rig.toml")
+    command = ["calibrate", "camera", str(tmp_path / "rig.toml"), "--images", str(views)]
+    assert main([*command, "--output", str(tmp_path / "kept")]) == 0
+    assert "not in force: the rig file has no [planar_view]" in capsys.readouterr().out
+
+
+def test_of_two_cameras_that_of_an_only_one_is_not_in_force(kept: Path, folder: Path) -> None:
+    rig = replace(SESSION.rig(folder / "calibration" / "stereo.toml"), calibration=kept.parent)
+    assert calibrations_in_force(rig, {}) == InForce({}, {}, ())
+
+
+# ---- which calibrations are made of a rig
+
+
+@pytest.mark.parametrize(
+    ("cameras", "refused"), [(1, {"cameras", "stereo", "robot"}), (2, {"camera"}), (3, {"camera"})]
+)
+def test_a_rig_is_calibrated_by_its_number_of_cameras(folder: Path, cameras: int, refused: set[str]) -> None:
+    rig = SESSION.rig(folder / "calibration" / "stereo.toml")
+    third = replace(rig.cameras[0], name="third")
+    of_so_many = replace(rig, cameras=(*rig.cameras, third)[:cameras])
+    assert set(KINDS) - set(kinds_of(of_so_many)) == refused
+    for kind in KINDS:
+        told = why_not(kind, of_so_many)
+        assert bool(told) == (kind in refused)
+        assert "\n" not in told
+
+
+@pytest.mark.parametrize("kind", ["cameras", "stereo", "robot"])
+def test_what_takes_two_cameras_is_refused_before_anything_is_connected(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: str
+) -> None:
+    command = ["calibrate", kind, str(folder / "rig.toml"), "--output", str(tmp_path / "kept")]
+    assert main(command) == 2
+    assert "has one" in capsys.readouterr().err
+    assert not (tmp_path / "kept").exists()

@@ -24,7 +24,7 @@ from daq.trajectories.planned import planned_experiment
 from daq.trajectories.routines import NAMED
 from daq.uncertainties import as_measured, planned_noise, stated_by_calibrations
 from daq.virtual_rig.layout import SPECIMEN, Addresses, rig_description
-from daq.virtual_rig.rendering.scene import flea2_pair
+from daq.virtual_rig.rendering.scene import flea2_above, flea2_pair
 from daq.vision.planar import PlanarView
 from estimator.fit.budget.source import Origin
 from robot_drivers.ati.netft import NetFTSettings
@@ -161,3 +161,15 @@ def test_a_plan_of_one_camera_counts_on_the_uncertain_height_of_the_beads(tmp_pa
     assert low.by_channel == pytest.approx({"x": low.fiducial_std, "y": low.fiducial_std})
     assert max(high.by_channel.values()) > 1.1 * low.fiducial_std
     assert not planned_noise(rig(tmp_path), 0.8).sensor.by_channel
+
+
+def test_a_plan_of_one_camera_goes_by_its_calibration_in_force(tmp_path: Path) -> None:
+    camera = tmp_path / "camera.toml"
+    flea2_pair().left.save(camera)
+    believed = one_camera(tmp_path, PlanarView(camera, 2e-4))
+    before = planned_noise(believed, 0.8).sensor
+    kept(believed, "camera", flea2_above())
+    after = planned_noise(believed, 0.8).sensor
+    assert max(after.by_channel.values()) < 0.5 * max(before.by_channel.values())
+    never = one_camera(tmp_path, PlanarView(tmp_path / "never.toml", 2e-4))
+    assert planned_noise(never, 0.8).sensor == after

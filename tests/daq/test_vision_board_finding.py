@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from daq.calibration.cameras import BoardCalibration
+from daq.calibration.collected_views import BoardViews
 from daq.vision.board_finding import find_out
 from daq.vision.charuco import CharucoBoard
 from daq.vision.errors import VisionError
@@ -59,7 +59,7 @@ def test_a_board_of_an_odd_number_of_rows_has_one_layout() -> None:
 
 def test_the_other_layout_is_taken_with_a_word() -> None:
     printed = board(11, 8, legacy=True)
-    collected = BoardCalibration(board(11, 8))
+    collected = BoardViews(board(11, 8))
     first = collected.add(image_of(printed), image_of(printed))
     assert first.problem == ""
     assert "taken as with --legacy-pattern" in first.describe()
@@ -87,7 +87,7 @@ def test_the_other_layout_is_taken_with_a_word() -> None:
 def test_another_board_is_told_with_what_to_write(
     printed: CharucoBoard, said: CharucoBoard, told: str
 ) -> None:
-    collected = BoardCalibration(said)
+    collected = BoardViews(said)
     problem = collected.add(image_of(printed), image_of(printed)).problem
     assert told in problem
     assert "markers of DICT_" in problem

@@ -5,6 +5,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from daq.virtual_rig.layout import Addresses, rig_description
+from daq.vision.planar import PlanarView
 from gui.app import main
 from gui.opening import Opening
 from gui.rig.laboratory import FORCE_SENSOR, ROBOT, mixed, roles
@@ -53,4 +54,27 @@ def test_an_emulated_robot_stands_in_the_emulated_laboratory() -> None:
 
 def test_without_a_rig_file_and_with_every_device_emulated_it_is_the_emulated_laboratory() -> None:
     assert mixed(None, VIRTUAL, frozenset()) is VIRTUAL
-    assert mixed(OWN, VIRTUAL, frozenset(roles(OWN))) is VIRTUAL
+    assert mixed(OWN, VIRTUAL, frozenset(roles(OWN))) == VIRTUAL
+
+
+def test_emulated_cameras_are_called_as_the_real_ones() -> None:
+    names = ("above", "beside")
+    cameras = tuple(replace(camera, name=name) for camera, name in zip(OWN.cameras, names, strict=True))
+    own = replace(OWN, cameras=cameras)
+    emulated = mixed(own, VIRTUAL, frozenset(roles(own)))
+    assert roles(emulated) == roles(own)
+    assert emulated.stereo_calibration == VIRTUAL.stereo_calibration
+
+
+@pytest.mark.parametrize("emulated", [{"camera mine"}, {FORCE_SENSOR, ROBOT, "camera mine"}])
+def test_an_emulated_only_camera_brings_its_own_planar_view(emulated: set[str]) -> None:
+    virtual = rig_description(Addresses(1, 2, 3, 4, 5, 6, ("tcp://a",)), Path("virtual.toml"))
+    cameras = (replace(OWN.cameras[0], name="mine"),)
+    own = replace(
+        OWN, cameras=cameras, stereo_calibration=None, planar_view=PlanarView(Path("own.toml"), 1e-4)
+    )
+    rig = mixed(own, virtual, frozenset(emulated))
+    assert [camera.name for camera in rig.cameras] == ["mine"]
+    assert (rig.stereo_calibration, rig.planar_view) == (None, virtual.planar_view)
+    real = mixed(own, virtual, frozenset({FORCE_SENSOR}))
+    assert (real.cameras, real.planar_view) == (own.cameras, own.planar_view)

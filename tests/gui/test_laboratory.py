@@ -10,7 +10,7 @@ from pytestqt.qtbot import QtBot
 
 from daq.rig import Rig, write_rig
 from daq.virtual_rig.layout import Addresses, rig_description
-from gui.rig.laboratory import CALIBRATIONS_FOLDER, STANDARD, Laboratory, roles
+from gui.rig.laboratory import CALIBRATIONS_FOLDER, Laboratory, Wanted, roles
 
 ADDRESSES = Addresses(1, 2, 3, 4, 5, 6, ("tcp://127.0.0.1:7", "tcp://127.0.0.1:8"))
 CLOCK = Path("clock")
@@ -21,7 +21,7 @@ class Emulators:
     """Stands for the processes of a laboratory, and notes how it was asked for."""
 
     folder: Path
-    asked: list[tuple[str, bool]] = field(default_factory=list)
+    asked: list[Wanted] = field(default_factory=list)
     told: list[str] = field(default_factory=list)
 
     @property
@@ -43,12 +43,12 @@ class Emulators:
         return told
 
     @contextmanager
-    def run(self, mounted: str, beside_real_devices: bool) -> Iterator["Emulators"]:
-        self.asked.append((mounted, beside_real_devices))
-        rig = rig_description(ADDRESSES, self.folder / "stereo.toml")
-        write_rig(
-            replace(rig, laboratory_clock=None if beside_real_devices else self.folder / CLOCK), self.rig_path
-        )
+    def run(self, wanted: Wanted) -> Iterator["Emulators"]:
+        self.asked.append(wanted)
+        addresses = replace(ADDRESSES, camera_urls=ADDRESSES.camera_urls[: wanted.cameras])
+        rig = rig_description(addresses, self.folder / "calibration.toml")
+        clock = None if wanted.beside_real_devices else self.folder / CLOCK
+        write_rig(replace(rig, laboratory_clock=clock), self.rig_path)
         yield self
 
 
@@ -83,7 +83,7 @@ def test_a_laboratory_of_emulated_devices_alone_has_a_time_of_its_own(
 ) -> None:
     with opened(None, emulators) as laboratory:
         rig = prepared(qtbot, laboratory, frozenset())
-    assert emulators.asked == [(STANDARD, False)]
+    assert emulators.asked == [Wanted()]
     assert rig.laboratory_clock == tmp_path / CLOCK
 
 
@@ -97,7 +97,20 @@ def test_beside_real_devices_it_is_another_one_that_lives_in_real_time(
         assert prepared(qtbot, laboratory, frozenset(every[:count])).laboratory_clock is None
         assert prepared(qtbot, laboratory, frozenset(every[:count])).laboratory_clock is None
         assert prepared(qtbot, laboratory, frozenset()).laboratory_clock is None
-    assert emulators.asked == [(STANDARD, False), (STANDARD, True)]
+    assert emulators.asked == [Wanted(), Wanted(beside_real_devices=True)]
+
+
+@pytest.mark.parametrize(("cameras", "measuring"), [(1, 1), (2, 2), (3, 2)])
+def test_it_has_as_many_cameras_as_the_rig_measures_with(
+    qtbot: QtBot, emulators: Emulators, own: Rig, cameras: int, measuring: int
+) -> None:
+    third = replace(own.cameras[0], name="third")
+    mine = replace(own, cameras=(*own.cameras, third)[:cameras])
+    with opened(mine, emulators) as laboratory:
+        rig = prepared(qtbot, laboratory, frozenset(roles(mine)))
+    assert emulators.asked[0].cameras == measuring
+    assert [camera.name for camera in rig.cameras] == [camera.name for camera in mine.cameras[:2]]
+    assert (rig.planar_view is None) == (cameras > 1)
 
 
 def test_what_goes_wrong_in_it_is_told(qtbot: QtBot, emulators: Emulators) -> None:

@@ -1,6 +1,7 @@
 """The body in three dimensions: what is drawn of it, and how it is turned and stepped through time."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from synthetic_diagnoses import inclusion
 from synthetic_estimates import PULL_M, block, pull_fit
 
 from estimator.effects import blocks
+from estimator.fit.result import ExperimentFit
 from estimator.report.drawing.scene import farthest_row
 from gui.analysis.films import Film, film_of_fit, film_of_trace, spread
 from gui.inks import ramp
@@ -64,6 +66,46 @@ def test_a_film_shows_the_stretched_body_with_its_beads_where_they_were_seen(fil
     assert film.scale is not None
     assert film.scale.unit == "µm"
     assert set(film.surface.parts) == {"tissue", "anchor", "grasp"}
+
+
+def seen_without(axes: tuple[int, ...], fit: ExperimentFit = FIT) -> ExperimentFit:
+    """The same fit of beads of which some coordinates were not measured; the first bead is hidden in one row."""
+    seen = fit.experiment.fiducials.copy()
+    seen[..., axes] = np.nan
+    seen[3, 0] = np.nan
+    return replace(fit, experiment=replace(fit.experiment, fiducials=seen))
+
+
+def test_beads_that_one_camera_measures_are_shown_at_the_height_they_are_predicted_at() -> None:
+    fit = seen_without((2,))
+    film = film_of_fit(block(), fit)
+    assert film.scale is not None
+    shown = np.isfinite(film.beads).all(axis=2)
+    assert not shown[3, 0]
+    assert shown.sum() == shown.size - 1
+    assert film.beads[..., :2][shown] == pytest.approx(1e3 * fit.experiment.fiducials[..., :2][shown])
+    assert film.beads[..., 2][shown] == pytest.approx(1e3 * fit.fiducials[..., 2][shown])
+    assert np.all(film.arrows[..., 2][shown] == 0.0)
+    assert np.all(np.isfinite(film.arrows[shown]))
+
+
+def test_where_no_bead_is_measured_none_is_shown() -> None:
+    film = film_of_fit(block(), seen_without((0, 1, 2)))
+    assert film.scale is None
+    assert not np.isfinite(film.beads).any()
+
+
+def test_a_diagnosis_from_one_camera_has_arrows_in_the_plane() -> None:
+    trace = inclusion().traces[0]
+    seen = trace.experiment.fiducials.copy()
+    seen[..., 2] = np.nan
+    planar = replace(trace, experiment=replace(trace.experiment, fiducials=seen))
+    before, after = (film_of_trace(planar, one, None, None) for one in (trace.before, trace.after))
+    assert before.scale is not None
+    assert (after.scale, after.magnified) == (before.scale, before.magnified)
+    assert np.isfinite(after.beads).all()
+    assert np.all(after.arrows[..., 2] == 0.0)
+    assert np.abs(after.arrows).max() < 0.6 * np.abs(before.arrows).max()
 
 
 def test_the_body_is_drawn_in_the_colours_of_its_scale(view: MeshView, film: Film) -> None:

@@ -10,9 +10,11 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, Protocol
 
+from daq.calibration.of_rig import require_kind
 from daq.calibration.procedures import MOTIONS, evaluate, record_motion, serials_of
 from daq.calibration.tool import ToolCalibration, flange_tool
 from daq.calibration.view_names import TOLERANCE_S
+from daq.calibration_files.in_force import why_unused
 from daq.calibration_files.keeping import keep
 from daq.calibration_files.outcome import KINDS, Outcome
 from daq.cli.laboratory.board_views import from_live, from_stored
@@ -124,6 +126,7 @@ def add_parser(verbs: Verbs) -> None:
 def run(options: argparse.Namespace) -> Result:
     """Calibrate, keep, and tell; the exit status is 1 for a rejected calibration."""
     with _opened(options) as (rig, person):
+        require_kind(options.kind, rig)
         folder = options.output or rig.calibration
         if folder is None:
             raise CalibrationError(
@@ -133,8 +136,10 @@ def run(options: argparse.Namespace) -> Result:
         outcome, serials = _outcome(options, rig, person, folder)
         path = keep(outcome, folder, rig.name, serials, accepted=outcome.acceptable)
     verdict = "accepted" if outcome.acceptable else "rejected"
+    unused = why_unused(options.kind, rig)
+    kept = f"{verdict}, kept in {path} with its plot"
     return Result(
-        f"{outcome.describe()}\n{verdict}, kept in {path} with its plot",
+        "\n".join([outcome.describe(), kept, *([f"not in force: {unused}"] if unused else [])]),
         {
             "kind": options.kind,
             "verdict": verdict,

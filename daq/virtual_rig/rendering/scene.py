@@ -6,7 +6,7 @@ measured. The noise around a bead is new in every image; elsewhere one of a few 
 beforehand is taken, so that an image costs milliseconds. A bead that stands costs nothing but its noise.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal
 
@@ -91,6 +91,12 @@ def flea2_pair(baseline_m: float = 0.175, range_m: float = 0.4) -> StereoCalibra
         for y, decentring in ((baseline_m / 2, 6.0), (-baseline_m / 2, -9.0))
     )
     return StereoCalibration(left, right, rms_px=0.0)
+
+
+def flea2_above(range_m: float = 0.4) -> PinholeCamera:
+    """Return one camera as those of :func:`flea2_pair` that looks straight down on the middle of the phantom."""
+    looking_down = pose_looking_at((0.0, 0.0, range_m), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+    return replace(flea2_pair(range_m=range_m).left, T_cam_tissue=looking_down)
 
 
 class Scene:

@@ -17,7 +17,7 @@ class CoverageMap(QWidget):
     def __init__(self, title: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._title = title
-        self._counts = np.zeros((6, 8), dtype=np.int64)
+        self.show_counts(np.zeros((6, 8), dtype=np.int64))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
 
     def show_counts(self, counts: NDArray[np.int64]) -> None:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
 
 from gui.rig.state import DeviceRow, RigState
@@ -22,13 +22,7 @@ class DeviceTable(QWidget):
     ----------
     roles : of the devices
     has_real : whether there is a rig file; without one every device is emulated
-
-    Attributes
-    ----------
-    source_chosen : a device is to be real or emulated from now on
     """
-
-    source_chosen = Signal()
 
     def __init__(self, roles: Sequence[str], has_real: bool, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -41,10 +35,7 @@ class DeviceTable(QWidget):
             right = title in _FIGURES
             side = Qt.AlignmentFlag.AlignRight if right else Qt.AlignmentFlag.AlignLeft
             grid.addWidget(label(title, "muted"), 0, column, side)
-        self._rows = {
-            role: _Row(grid, number, role, has_real, self.source_chosen.emit)
-            for number, role in enumerate(roles, start=1)
-        }
+        self._rows = {role: _Row(grid, number, role, has_real) for number, role in enumerate(roles, start=1)}
 
     @property
     def emulated(self) -> frozenset[str]:
@@ -65,7 +56,7 @@ class DeviceTable(QWidget):
 
 
 class _Row:
-    def __init__(self, grid: QGridLayout, number: int, role: str, has_real: bool, chosen: object) -> None:
+    def __init__(self, grid: QGridLayout, number: int, role: str, has_real: bool) -> None:
         self._lamp, self._sync_lamp = Lamp(), Lamp()
         self._identity = QLabel("–")
         self._identity.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
@@ -73,7 +64,6 @@ class _Row:
         self.source = QComboBox()
         self.source.addItems([REAL, EMULATED] if has_real else [EMULATED])
         self.source.setAccessibleName(f"source of the {role}")
-        self.source.currentTextChanged.connect(chosen)
         sync = QWidget()
         row = QHBoxLayout(sync)
         row.setContentsMargins(0, 0, 0, 0)

@@ -1,6 +1,7 @@
-"""The cameras' live images with the beads, their numbers, and how well the stereo pair agrees."""
+"""The cameras' live images with the beads, their numbers, and how well a stereo pair agrees."""
 
 from collections.abc import Mapping, Sequence
+from itertools import zip_longest
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,8 +132,8 @@ class CameraPreview(QWidget):
             self.figures.setText(self._told)
 
     def show_beads(self, view: BeadView) -> None:
-        """Show what a pair of images showed; cameras beyond the pair have no marks."""
-        for pane, marks in zip(self.panes.values(), view.marks, strict=False):
+        """Show what images of one moment showed; cameras beyond those that measure have no marks."""
+        for pane, marks in zip_longest(self.panes.values(), view.marks):
             pane.show_marks(marks, view.size)
         told = f"{view.named} of {view.expected} beads recognised"
         if len(view.epipolar_px):
