@@ -41,7 +41,7 @@ ALL: tuple[Effect, ...] = (
     *GRAVITY_SAG,
     *SUPPORT_FRICTION,
 )
-GRIPPER, JAWS, TURNED = GRASP_MISPLACEMENT
+GRIPPER, JAWS, TURNED, ORIGIN = GRASP_MISPLACEMENT
 
 
 def observed(problem: RetractionProblem, poses: Sequence[GripperPose]) -> list[Observation]:
@@ -148,6 +148,25 @@ def test_beads_rest_where_they_were_seen_when_the_mesh_is_moved(effect: Effect) 
     outline = (np.abs(BLOCK.body.mesh.points[:, :2]) == 0.05).any(axis=1)
     np.testing.assert_allclose(np.abs(points[outline, :2]).max(axis=1), 0.05)
     assert np.array_equal(points[BLOCK.fixed], BLOCK.body.mesh.points[BLOCK.fixed])
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.2])
+def test_an_origin_that_lies_elsewhere_on_the_jaws_moves_the_torques_alone_until_they_turn(
+    turn: float,
+) -> None:
+    shift, turned = np.array([2e-3, -1e-3, 0.0]), Rotation.from_rotvec([0.0, 0.0, turn])
+    values = {"shift_x": 2e-3, "shift_y": -1e-3}
+    reported = [GripperPose(BLOCK.grasp_centre + np.array([0.01, 0.0, 0.0]), turned)]
+    motion = ORIGIN.motion(motion_of(reported), values)
+    true = [GripperPose(motion.position[0], turned)]
+    # The jaws turn about the origin: its old place is carried along.
+    as_if = [GripperPose(true[0].position - turned.apply(shift), turned)]
+    (plain,), (seen,) = observed(BLOCK, as_if), observed(ORIGIN.problem(BLOCK, values), true)
+    np.testing.assert_allclose(seen.wrench[:3], plain.wrench[:3], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(seen.fiducials, plain.fiducials, atol=1e-12)
+    lever = np.cross(turned.apply(shift), plain.wrench[:3])
+    np.testing.assert_allclose(plain.wrench[3:] - seen.wrench[3:], lever, atol=1e-9)
+    assert np.allclose(as_if[0].position, reported[0].position) == (turn == 0.0)
 
 
 def test_a_bead_that_the_shifted_jaws_reach_moves_with_them() -> None:

@@ -19,9 +19,16 @@ FloatArray = NDArray[np.float64]
 class GraspMisplacement(Effect):
     """The gripper took the tissue elsewhere.
 
-    Either it stood elsewhere over the tissue than registered, so that its frame's origin is shifted as well and the
-    reported positions are off by as much; or the jaws alone hold another patch, shifted or turned, and the frame is
-    where it is said to be.
+    It stood elsewhere over the tissue than registered, so that its frame's origin is shifted as well and the reported
+    positions are off by as much; or the jaws alone hold another patch, shifted or turned, and the frame is where it is
+    said to be; or the patch is the stated one, and the frame's origin lies elsewhere on the jaws, which shows in turns
+    and torques.
+
+    Parameters
+    ----------
+    form : its name
+    amplitudes : shift and turn
+    patch_moves, centre_shifts : what is shifted by them, the grasped patch and the frame's origin
     """
 
     label: ClassVar[str] = "grasp_misplacement"
@@ -30,23 +37,24 @@ class GraspMisplacement(Effect):
     acts_on: ClassVar[tuple[Hook, ...]] = ("problem", "motion")
     words: ClassVar[str] = "The grasped region lies elsewhere than stated."
 
-    def __init__(self, form: str, *amplitudes: Amplitude, centre_shifts: bool = False) -> None:
+    def __init__(
+        self, form: str, *amplitudes: Amplitude, patch_moves: bool = True, centre_shifts: bool = False
+    ) -> None:
         self.form = form
         self.amplitudes = amplitudes
+        self._patch_moves = patch_moves
         self._centre_shifts = centre_shifts
 
     def problem(self, problem: RetractionProblem, values: Values) -> RetractionProblem:
-        """Move the grasped region in the tissue."""
+        """Move the grasped region in the tissue, and the origin."""
         shift, turn = _shift(values), values.get("yaw", 0.0)
         if not (shift.any() or turn):
             return problem
-        moved = with_grasp_moved(problem, shift[:2], turn)
-        if self._centre_shifts:
-            return replace(moved, grasp_centre=problem.grasp_centre + shift)
-        return moved
+        moved = with_grasp_moved(problem, shift[:2], turn) if self._patch_moves else problem
+        return replace(moved, grasp_centre=problem.grasp_centre + shift) if self._centre_shifts else moved
 
     def motion(self, motion: Motion, values: Values) -> Motion:
-        """Shift the gripper where it stood elsewhere."""
+        """Shift the gripper frame where its origin lies elsewhere."""
         shift = _shift(values)
         if not (self._centre_shifts and shift.any()):
             return motion
@@ -64,4 +72,8 @@ _SHIFT = (
 _YAW = Amplitude("yaw", "rad", scale=0.1, smallest=0.01, lower=-0.5, upper=0.5)
 # Where the edges of the grasp may lie while the gripper is where it is said to be.
 GRASP_EDGES = (GraspMisplacement("jaws", *_SHIFT), GraspMisplacement("turned", _YAW))
-GRASP_MISPLACEMENT = (GraspMisplacement("gripper", *_SHIFT, centre_shifts=True), *GRASP_EDGES)
+GRASP_MISPLACEMENT = (
+    GraspMisplacement("gripper", *_SHIFT, centre_shifts=True),
+    *GRASP_EDGES,
+    GraspMisplacement("origin", *_SHIFT, patch_moves=False, centre_shifts=True),
+)
