@@ -6,7 +6,7 @@
 # What happens: the powers are 4 (i - 1): beta = 1 / limit^2 is squared once more. The chains lock at limit^2; a law
 # with limit 1.5 stiffens like one with 2.25. The initial shear modulus changes as well. The form of the curve is right,
 # so a fit is as good as ever, and returns the square root of the locking stretch.
-# Documented: no formula; the name alone.
+# Documented: by a link to the encyclopaedia page of the model, which has the usual powers.
 # Why it matters: a parameter fitted with matadi and used in FElupe, or in a finite element program, gives a tissue
 # that locks far too early; one from the literature used in matadi is too soft at large stretch.
 # Instead: give sqrt(limit), and square what a fit returns.
