@@ -140,7 +140,9 @@ class Manoeuvre:
 
     def trajectory(self) -> Trajectory:
         """Lay out what the robot does."""
-        speed = Speed(self.speed_m_s, STANDARD_SPEED.angular * self.speed_m_s / STANDARD_SPEED.linear)
+        # a quick pull turns no quicker than a standard one
+        slower = min(1.0, self.speed_m_s / STANDARD_SPEED.linear)
+        speed = Speed(self.speed_m_s, STANDARD_SPEED.angular * slower)
         if self.kind == "tool_poses":
             return tare_poses(lift_m=self.amplitude_m)
         if self.kind == "empty_motion":

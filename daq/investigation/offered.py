@@ -29,7 +29,8 @@ OFFERED: tuple[Manoeuvre, ...] = (
     Manoeuvre("compress", _BACK, 0.003, steps=3),
     Manoeuvre("tangent", amplitude_m=0.016, turn_rad=(0.0, 0.0, math.radians(30.0)), steps=6, return_steps=3),
     Manoeuvre("tangent", amplitude_m=0.016, turn_rad=(math.radians(45.0), 0.0, 0.0), steps=6, return_steps=3),
-    Manoeuvre("twist", turn_rad=(0.0, 0.0, math.radians(25.0))),
+    # tissue of a fine mesh folds before the jaws between 20 and 25 degrees
+    Manoeuvre("twist", turn_rad=(0.0, 0.0, math.radians(15.0))),
     Manoeuvre("twist", turn_rad=(math.radians(30.0), 0.0, 0.0)),
     still(20.0),
     still(60.0),

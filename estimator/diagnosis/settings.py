@@ -134,7 +134,7 @@ class EvidenceSettings:
     rows_off: tuple[float, ...] = grid(
         (0.1, 0.16, 0.25, 0.4), "1 bead's noise", "by what single rows may be off; more shows with any"
     )
-    noise_as_stated: float = definition(0.05, "1", "the beads show another noise only beyond this share")
+    noise_as_stated: float = definition(0.05, "1", "the beads show more noise only beyond this share")
     slowest_rows: int = definition(16, "rows", "what is slower is no unsteadiness")
     rough: float = calibrated(8.0, "sigma", "scatter of chi-squared that right causes do not reach")
     rough_tail: float = definition(

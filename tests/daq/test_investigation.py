@@ -23,10 +23,16 @@ from daq.investigation.offered import OFFERED, OPENING
 from daq.investigation.report import ending_sentence, write_report
 from daq.investigation.safety import Bounds, forbidden_by_load, forbidden_by_reach
 from daq.trajectories.planned import duration_s
+from daq.trajectories.trajectory import STANDARD_SPEED
 from estimator.optimal_design.foreseeing import Foresight
 
 POSES = Manoeuvre("tool_poses", amplitude_m=0.005)
 FAR = Manoeuvre("pull", amplitude_m=0.02, steps=8, return_steps=4)
+
+
+@pytest.mark.parametrize("manoeuvre", [*OPENING, *OFFERED], ids=lambda one: one.name)
+def test_nothing_that_is_offered_turns_quicker_than_a_standard_retraction(manoeuvre: Manoeuvre) -> None:
+    assert manoeuvre.trajectory().speed.angular <= STANDARD_SPEED.angular
 
 
 @pytest.fixture

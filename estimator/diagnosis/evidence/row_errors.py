@@ -66,9 +66,12 @@ def evidence_of_unsteadiness(
 
 
 def _noise(own: FloatArray, as_stated: float) -> float:
-    """Return the noise of a bead in units of the stated one, which it is unless beads show another beyond chance."""
+    """Return the noise of a bead in units of the stated one, which it is unless beads show more beyond chance.
+
+    Where they show less, what was stated is more than scatter: what stays within it needs no cause.
+    """
     shown = robust_deviation(own)
-    return shown if abs(shown - 1.0) > as_stated else 1.0
+    return shown if shown > 1.0 + as_stated else 1.0
 
 
 def _own_noise_of_beads(residual: FloatArray, whitening: Whitening) -> FloatArray:
