@@ -28,10 +28,10 @@ OFFERED: tuple[Manoeuvre, ...] = (
     Manoeuvre("pull", _UP, 0.008),
     Manoeuvre("compress", _BACK, 0.003, steps=3),
     Manoeuvre("tangent", amplitude_m=0.016, turn_rad=(0.0, 0.0, math.radians(30.0)), steps=6, return_steps=3),
-    Manoeuvre("tangent", amplitude_m=0.016, turn_rad=(math.radians(45.0), 0.0, 0.0), steps=6, return_steps=3),
+    Manoeuvre("tangent", amplitude_m=0.016, turn_rad=(math.radians(45.0), 0.0, 0.0), steps=6, return_steps=4),
     # tissue of a fine mesh folds before the jaws between 20 and 25 degrees
     Manoeuvre("twist", turn_rad=(0.0, 0.0, math.radians(15.0))),
-    Manoeuvre("twist", turn_rad=(math.radians(30.0), 0.0, 0.0)),
+    Manoeuvre("twist", turn_rad=(math.radians(30.0), 0.0, 0.0), return_steps=3),
     still(20.0),
     still(60.0),
     Manoeuvre("tool_poses", amplitude_m=0.005),

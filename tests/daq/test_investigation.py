@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from investigation_bench import RIG, BenchLaboratory, ScriptedExaminer, Scripted
 from daq.cli import main
 from daq.cli.sessions.investigate import AtTerminal
 from daq.errors import SessionError, SoftwareStopError
+from daq.frames import rotation
 from daq.investigation.choosing import Proposal, candidates, openings
 from daq.investigation.journal import Entry, Journal, read_journal, write_journal
 from daq.investigation.loop import JOURNAL_FILE, Answer, Rules
@@ -25,6 +27,7 @@ from daq.investigation.safety import Bounds, forbidden_by_load, forbidden_by_rea
 from daq.trajectories.planned import duration_s
 from daq.trajectories.trajectory import STANDARD_SPEED
 from estimator.optimal_design.foreseeing import Foresight
+from robot_drivers.abb.motion.limits import MotionLimits
 
 POSES = Manoeuvre("tool_poses", amplitude_m=0.005)
 FAR = Manoeuvre("pull", amplitude_m=0.02, steps=8, return_steps=4)
@@ -33,6 +36,14 @@ FAR = Manoeuvre("pull", amplitude_m=0.02, steps=8, return_steps=4)
 @pytest.mark.parametrize("manoeuvre", [*OPENING, *OFFERED], ids=lambda one: one.name)
 def test_nothing_that_is_offered_turns_quicker_than_a_standard_retraction(manoeuvre: Manoeuvre) -> None:
     assert manoeuvre.trajectory().speed.angular <= STANDARD_SPEED.angular
+
+
+@pytest.mark.parametrize("manoeuvre", [one for one in OFFERED if one.strains], ids=lambda one: one.name)
+def test_the_steps_of_what_is_offered_are_within_what_the_robot_allows_for_one(manoeuvre: Manoeuvre) -> None:
+    steps = manoeuvre.trajectory().steps
+    turns = [rotation(step.T_rest_gripper.quaternion_wxyz) for step in steps]
+    turned = [(after * before.inv()).magnitude() for before, after in pairwise(turns)]
+    assert max(turned) < 0.9 * MotionLimits().step_angle
 
 
 @pytest.fixture
