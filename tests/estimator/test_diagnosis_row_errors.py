@@ -70,6 +70,33 @@ def test_beads_that_shake_together_are_told_from_noise_of_whatever_size(noise: f
     assert evidence_of_rows_off(shaken, nowhere) > 20.0
 
 
+def test_beside_what_values_share_only_the_noise_of_the_beads_is_more() -> None:
+    rng, rows, beads, noise = np.random.default_rng(17), 24, 3, 1.5
+    channels = 6 + 3 * beads
+    vectors, shrink = inverse_root(rng.normal(size=(rows * channels, 20)))
+    seen = np.ones((rows, channels), dtype=bool)
+    whitening = replace(white(seen), vectors=vectors, shrink=shrink)
+    residual = rng.normal(size=rows * channels)
+    shared, of_bead = vectors @ (vectors.T @ residual), np.tile(np.arange(channels) >= 6, rows)
+    own = (residual - shared) / np.sqrt(1.0 - np.sum(vectors**2, axis=1))
+    residual = shared + (residual - shared) * noise / robust_deviation(own[of_bead])
+    S = np.eye(len(residual)) - vectors @ np.diag(shrink) @ vectors.T
+    K = np.eye(len(residual)) + (noise**2 - 1.0) * S @ np.diag(of_bead.astype(float)) @ S
+    quick = idct(np.eye(rows), norm="ortho", axis=0)[:, 3:]
+    shaking = np.zeros((rows, channels, 3, quick.shape[1]))
+    shaking[:, 6:] = np.einsum("nk,cx->ncxk", quick, np.tile(np.eye(3), (beads, 1)))
+    D = S @ shaking.reshape(len(residual), -1)
+    Q, _ = np.linalg.qr(D)
+    gained = []
+    for amplitude in (0.1, 0.16, 0.25, 0.4):
+        alone, with_rows_off = Q.T @ K @ Q, Q.T @ (K + amplitude**2 * D @ D.T) @ Q
+        both = [multivariate_normal(cov=cov).logpdf(Q.T @ residual) for cov in (with_rows_off, alone)]
+        gained.append(both[0] - both[1])
+    # Beads that stand still have no paths on which to be ahead: that adds nothing, whatever the amplitude.
+    found = evidence_of_unsteadiness([residual], [whitening], [np.zeros(seen.shape)], SETTINGS.evidence)
+    assert found == pytest.approx(logsumexp([*gained, 0.0, 0.0, 0.0, 0.0]) - np.log(8.0), abs=1e-6)
+
+
 @pytest.mark.parametrize("noise", [0.5, 1.0, 1.5])
 def test_poses_that_err_from_row_to_row_are_not_taken_for_beads_that_shake(noise: float) -> None:
     rng, rows, beads = np.random.default_rng(11), 60, 16

@@ -6,9 +6,10 @@ values share are as stated, K = 1 − (1 − σ²) S P S: S reduces what values 
 part of r that holds nothing shared. With an orthonormal basis Q of D, the root L of Qᵀ K Q, the eigenvalues λ and
 eigenvectors V of L⁻¹ Qᵀ D Dᵀ Q L⁻ᵀ, and q = Vᵀ L⁻¹ Qᵀ r,
 
-    ln p(r | s) − ln p(r | 0) = ½ Σ (q² s²λ / (1 + s²λ) − ln(1 + s²λ)),
+    ln p(Qᵀ r | s) − ln p(Qᵀ r | 0) = ½ Σ (q² s²λ / (1 + s²λ) − ln(1 + s²λ)),
 
-the marginal likelihood of a Gaussian process (Rasmussen & Williams 2006, eq. 2.30) less that of noise alone.
+the marginal likelihood of a Gaussian process (Rasmussen & Williams 2006, eq. 2.30) less that of noise alone, of what r
+shows along D. Noise below the stated one counts as stated.
 """
 
 from __future__ import annotations
