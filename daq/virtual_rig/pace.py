@@ -7,42 +7,38 @@ is right however slow the computer is; it only takes longer.
 
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from typing import TypeAlias
 
 from robot_drivers.closing import ClosedAtExit
 from robot_drivers.laboratory_clock import ClockKeeper
 
 _LOOK_S = 0.004
-_AHEAD_NS = 30_000_000
+_AHEAD_S = 0.03
 _READERS_BEHIND_S = 0.15
 
 
-@dataclass(frozen=True, slots=True)
-class Follower:
-    """Something that must keep up: how far it is behind, s, and how far it may be without harm."""
+Room: TypeAlias = Callable[[], float]
+"""For how long, s, time may run on before something is too far behind; at most zero where it is already."""
 
-    behind_s: Callable[[], float]
-    allowed_s: float
 
-    @property
-    def keeps_up(self) -> bool:
-        """Whether it is no further behind than it may be."""
-        return self.behind_s() <= self.allowed_s
+def lateness(behind_s: Callable[[], float], allowed_s: float) -> Room:
+    """Return the room of something that is so far behind, s, where it may be as far as that without harm."""
+    return lambda: allowed_s - behind_s()
 
 
 class Pace(ClosedAtExit):
-    """Holds the clock until :meth:`follow`, and from then on whenever a follower is behind; a context manager."""
+    """Holds the clock until :meth:`follow`, and from then on whenever somebody is behind; a context manager."""
 
     def __init__(self, keeper: ClockKeeper) -> None:
         self._keeper = keeper
-        self._followers: Sequence[Follower] | None = None
+        self._rooms: Sequence[Room] | None = None
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="laboratory-pace")
         self._thread.start()
 
-    def follow(self, followers: Sequence[Follower]) -> None:
-        """Let time run as long as these keep up, and those who read the devices."""
-        self._followers = (*followers, Follower(self._keeper.readers_behind_s, _READERS_BEHIND_S))
+    def follow(self, rooms: Sequence[Room]) -> None:
+        """Let time run as far as these have room for it, and those who read the devices."""
+        self._rooms = (*rooms, lateness(self._keeper.readers_behind_s, _READERS_BEHIND_S))
 
     def close(self) -> None:
         """Grant no more time."""
@@ -51,8 +47,9 @@ class Pace(ClosedAtExit):
 
     def _run(self) -> None:
         while not self._stopping.wait(_LOOK_S):
-            followers = self._followers
-            if followers is not None and all(follower.keeps_up for follower in followers):
-                self._keeper.grant(_AHEAD_NS)
+            rooms = self._rooms
+            room_s = 0.0 if rooms is None else min(_AHEAD_S, *(room() for room in rooms))
+            if room_s > 0.0:
+                self._keeper.grant(int(1e9 * room_s))
             else:
                 self._keeper.hold()

@@ -31,7 +31,7 @@ from daq.virtual_rig.layout import (
     Addresses,
 )
 from daq.virtual_rig.operator import BOARD, Jog
-from daq.virtual_rig.pace import Follower, Pace
+from daq.virtual_rig.pace import Pace, lateness
 from daq.virtual_rig.physics.phantom import PhantomModel, PhantomSolver, PhantomState
 from daq.virtual_rig.physics.world import SimulatedTissue, SimulatedTransducer
 from daq.virtual_rig.rendering.board_scene import BoardScene
@@ -169,10 +169,11 @@ def run_emulators(
         if pace is not None:
             pace.follow(
                 [
-                    Follower(tissue.behind_s, _TISSUE_BEHIND_S),
-                    Follower(lambda: controller.behind_s, _SIGNALS_BEHIND_S),
-                    Follower(lambda: sensor.behind_s, _SIGNALS_BEHIND_S),
-                    *(Follower(partial(_behind_s, camera), _IMAGE_BEHIND_S) for camera in cameras),
+                    lateness(tissue.behind_s, _TISSUE_BEHIND_S),
+                    tissue.room_s,
+                    lateness(lambda: controller.behind_s, _SIGNALS_BEHIND_S),
+                    lateness(lambda: sensor.behind_s, _SIGNALS_BEHIND_S),
+                    *(lateness(partial(_behind_s, camera), _IMAGE_BEHIND_S) for camera in cameras),
                 ]
             )
         control.send(DeviceClocks(force_clock, BusClock(controller.epoch_ns), bus))

@@ -44,13 +44,14 @@ class Laboratory:
 @pytest.fixture(scope="module")
 def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Laboratory]:
     folder = tmp_path_factory.mktemp("laboratory")
+    others = multiprocessing.active_children()
     with virtual_rig(folder, VirtualRigSettings(PHANTOM, seed=1, frames_per_s=4.0)) as running:
         rig = read_rig(running.rig_path)
         with connected(make_devices(rig)) as devices:
             run_session(rig, devices, SHORT.trajectory(), folder / "session", Label("pull"), silent)
         experiment, _ = export_experiment(folder / "session", folder / "experiment", silent)
         yield Laboratory(rig, folder / "session", experiment)
-    assert multiprocessing.active_children() == []
+    assert set(multiprocessing.active_children()) <= set(others)
 
 
 def test_real_drivers_record_the_emulated_devices_without_a_loss(laboratory: Laboratory) -> None:

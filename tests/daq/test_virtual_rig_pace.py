@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -18,7 +19,7 @@ from daq.timing.laboratory_time import in_the_time_of
 from daq.trajectories import PULL, Dwell
 from daq.virtual_rig.launch import virtual_rig
 from daq.virtual_rig.layout import GRASP_CENTRE, Addresses, placed_beads, rig_description
-from daq.virtual_rig.pace import Follower, Pace
+from daq.virtual_rig.pace import Pace, lateness
 from daq.virtual_rig.physics.phantom import PhantomState, SpringPhantom
 from daq.virtual_rig.processes import VirtualRigSettings
 from robot_drivers.abb.irb140 import IRB140Settings
@@ -76,15 +77,38 @@ def test_time_stands_until_there_is_something_to_follow_and_while_one_is_behind(
         begun_ns = keeper.time_ns()
         time.sleep(0.1)
         assert keeper.time_ns() == begun_ns
-        pace.follow([Follower(lambda: behind_s[0], 0.1), Follower(lambda: behind_s[1], 0.2)])
+        pace.follow([lateness(lambda: behind_s[0], 0.1), lateness(lambda: behind_s[1], 0.2)])
         wait_for(lambda: keeper.time_ns() > begun_ns + 50_000_000)
         behind_s[1] = 0.3
         time.sleep(0.1)
         stands_ns = keeper.time_ns()
         time.sleep(0.1)
         assert keeper.time_ns() == stands_ns
-        behind_s[1] = 0.2
+        behind_s[1] = 0.19
         wait_for(lambda: keeper.time_ns() > stands_ns)
+
+
+class CountingKeeper(ClockKeeper):
+    """Notes how much time was granted at a time, ns."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        self.granted_ns: list[int] = []
+
+    def grant(self, ahead_ns: int) -> None:
+        self.granted_ns.append(ahead_ns)
+        super().grant(ahead_ns)
+
+
+@pytest.mark.parametrize(("rooms_s", "granted_ns"), [((1.0, 0.012), 12_000_000), ((0.5, 1.0), 30_000_000)])
+def test_no_more_time_is_granted_at_once_than_all_have_room_for(
+    tmp_path: Path, rooms_s: tuple[float, ...], granted_ns: int
+) -> None:
+    keeper = CountingKeeper(tmp_path / "clock")
+    with Pace(keeper) as pace:
+        pace.follow([partial(float, room_s) for room_s in rooms_s])
+        wait_for(lambda: len(keeper.granted_ns) > 3)
+    assert set(keeper.granted_ns) == {granted_ns}
 
 
 def test_a_slow_phantom_slows_the_laboratory_and_nothing_is_lost_late_or_wrong(tmp_path: Path) -> None:

@@ -97,13 +97,36 @@ def late_follower(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("late_follower")
+@pytest.mark.parametrize("speed_m_per_s", [0.01, 0.05, 0.2])
+def test_a_gripper_has_room_for_as_long_as_it_takes_to_go_too_far(
+    path: list[tuple[int, Pose]], tissue: SimulatedTissue, speed_m_per_s: float
+) -> None:
+    begun_ns = host_time_ns() + 60 * SECOND_NS
+    for number in range(4):
+        path.append((begun_ns + 4_000_000 * number, tool_at(0.001 + 0.004 * number * speed_m_per_s)))
+    ahead_s = (path[-1][0] - host_time_ns()) * 1e-9
+    left_m = 2.5e-3 - (0.001 + 0.012 * speed_m_per_s)
+    assert tissue.room_s() - ahead_s == pytest.approx(left_m / speed_m_per_s, abs=0.05)
+
+
+@pytest.mark.usefixtures("late_follower")
 def test_a_gripper_far_ahead_is_waited_for_also_where_nobody_has_asked_for_its_pose_yet(
     path: list[tuple[int, Pose]], tissue: SimulatedTissue
 ) -> None:
-    path.append((path[-1][0] + 4_000_000, tool_at(0.001)))
-    assert tissue.behind_s() == 0.0
+    assert tissue.room_s() == math.inf
     path.append((path[-1][0] + 4_000_000, tool_at(0.004)))
-    assert tissue.behind_s() == math.inf
+    assert tissue.room_s() <= 0.0
+    path.append((path[-1][0] + 400_000_000, tool_at(0.004)))
+    assert tissue.room_s() == 0.0
+
+
+@pytest.mark.usefixtures("late_follower")
+def test_a_gripper_that_leaps_from_where_it_was_solved_for_does_not_stop_time_for_good(
+    path: list[tuple[int, Pose]], tissue: SimulatedTissue
+) -> None:
+    path.append((path[-1][0], tool_at(-0.1)))
+    path.append((path[-1][0] + 4_000_000, tool_at(0.0)))
+    assert tissue.room_s() >= 0.004
 
 
 def test_a_tissue_that_falls_behind_the_gripper_says_so(

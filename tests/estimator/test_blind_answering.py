@@ -1,12 +1,12 @@
 """Answering sealed cases without their keys, with a stand-in for the diagnosis."""
 
 import json
-import threading
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
 import pytest
+from new_threads import new_threads
 from synthetic_diagnoses import inclusion, no_gap, small_experiment
 
 from estimator.blind.scoring.running import answer_cases
@@ -61,10 +61,10 @@ def test_a_case_that_cannot_be_read_is_told_before_any_is_diagnosed(tmp_path: Pa
 
 def test_several_cases_are_answered_at_a_time(tmp_path: Path) -> None:
     cases = make_cases(tmp_path / "cases", {"a": "pull", "b": "twist"})
-    before = threading.active_count()
+    new = new_threads()
     done = answer_cases(stand_in, cases, tmp_path / "answers", workers=partial(worker_pool, 2))
     assert done.done == ("a", "b")
-    assert threading.active_count() == before
+    assert new() == 0
 
 
 def test_a_folder_without_cases_is_refused(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import threading
 import numpy as np
 import pytest
 from abb_motions import moving, shifted, stands, wait_until
+from new_threads import new_threads
 
 from robot_drivers.abb.egm.position_stream import EGMSettings
 from robot_drivers.abb.emulator.controller import ControllerEmulator
@@ -389,7 +390,7 @@ def test_a_slow_controller_is_waited_for():
 
 
 def test_closing_leaves_no_thread_behind(emulator):
-    before = threading.active_count()
+    new = new_threads()
     with connected(emulator):
-        assert threading.active_count() > before
-    assert threading.active_count() == before
+        assert new() > 0
+    assert new() == 0

@@ -8,6 +8,7 @@ from contextlib import closing, contextmanager
 
 import numpy as np
 import pytest
+from new_threads import new_threads
 
 from robot_drivers.ati.emulator import BoxConfiguration, EmulatorSettings, Faults, NetFTEmulator
 from robot_drivers.clock import host_time_ns
@@ -305,17 +306,17 @@ def test_a_box_that_loses_power_starts_its_clock_again_and_streams_only_on_reque
 
 
 def test_no_thread_is_left_when_the_box_is_closed():
-    before = threading.active_count()
+    new = new_threads()
     with box() as (_, client):
         client.send(START)
         client.records(1)
-        assert threading.active_count() == before + 3
-    assert threading.active_count() == before
+        assert new() == 3
+    assert new() == 0
 
 
 @pytest.mark.parametrize("name", ["rdt_port", "http_port", "command_port"])
 def test_a_port_in_use_leaves_nothing_behind(name):
-    before = threading.active_count()
+    new = new_threads()
     with box() as (emulator, _), pytest.raises(OSError, match="in use"):
         NetFTEmulator(lambda _: LOAD, EmulatorSettings(**{name: getattr(emulator, name)}))
-    assert threading.active_count() == before
+    assert new() == 0

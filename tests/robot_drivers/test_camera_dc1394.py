@@ -2,13 +2,13 @@
 
 import ctypes
 import sys
-import threading
 import time
 from contextlib import contextmanager
 
 import numpy as np
 import pytest
 from dc1394_bus import emulated_library, fresh_bus
+from new_threads import new_threads
 
 from robot_drivers.cameras import dc1394_library as lib
 from robot_drivers.cameras.dc1394 import DC1394Camera, DC1394CameraSettings
@@ -280,10 +280,10 @@ def test_no_bus_and_no_camera_are_told(bus):
 
 
 def test_closing_ends_the_thread_and_reading_before_connection_waits_for_nothing(bus):
-    before = threading.active_count()
+    new = new_threads()
     with connected():
-        assert threading.active_count() == before + 1
-    assert threading.active_count() == before
+        assert new() == 1
+    assert new() == 0
     with pytest.raises(DeviceError, match="connect"):
         _ = DC1394Camera(settings_for()).identity
 

@@ -4,7 +4,6 @@ A further camera joins by a context manager like :func:`stream_bench` in ``BENCH
 left camera of the rig file is tried as well.
 """
 
-import threading
 import time
 from collections.abc import Callable
 from contextlib import closing, contextmanager
@@ -14,6 +13,7 @@ import numpy as np
 import pytest
 from dc1394_bus import emulated_library, fresh_bus
 from gige_cameras import gige_camera, need_aravis
+from new_threads import new_threads
 
 from robot_drivers.cameras.dc1394 import DC1394Camera, DC1394CameraSettings
 from robot_drivers.cameras.emulator import CameraEmulator, CameraEmulatorSettings
@@ -268,7 +268,7 @@ def test_a_closed_camera_can_be_used_again_and_counts_anew(camera):
 
 
 def test_closing_leaves_no_thread_behind(bench):
-    before = threading.active_count()
+    new = new_threads()
     bench.camera.connect()
     bench.camera.close()
-    assert threading.active_count() == before
+    assert new() == 0

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from new_threads import new_threads
 
 from robot_drivers.abb.egm.guidance import EGMGuidedRobot
 from robot_drivers.abb.egm.guidance_session import EGMGuidanceSettings
@@ -336,10 +337,10 @@ def test_closing_twice_and_closing_what_never_connected_is_harmless(bench):
 
 
 def test_closing_leaves_no_thread_behind(bench):
-    before = threading.active_count()
+    new = new_threads()
     bench.robot.connect()
     bench.robot.close()
-    assert threading.active_count() == before
+    assert new() == 0
 
 
 # ---- with motion

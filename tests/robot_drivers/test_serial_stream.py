@@ -8,6 +8,7 @@ from contextlib import closing
 import numpy as np
 import pytest
 import serial
+from new_threads import new_threads
 from sensor_blocks import ANSWER_TIMEOUT_S
 
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
@@ -217,12 +218,12 @@ def test_the_source_is_asked_once_per_burst_and_never_ahead_of_time():
 
 
 def test_no_thread_and_no_port_is_left_behind():
-    before = threading.active_count()
+    new = new_threads()
     with DigitalFTEmulator(lambda _: np.zeros(6)) as emulator:
         sensor = DigitalFT(DigitalFTSettings(port=emulator.port, answer_timeout_s=ANSWER_TIMEOUT_S))
         sensor.connect()
         sensor.start()
-        assert threading.active_count() == before + 2
+        assert new() == 2
         sensor.close()
-        assert threading.active_count() == before + 1
-    assert threading.active_count() == before
+        assert new() == 1
+    assert new() == 0

@@ -21,9 +21,8 @@ _SOLVE_BEYOND_M = 5e-4
 _SOLVE_BEYOND_RAD = 0.01
 # Behind by this much, the tissue's state is extrapolated beyond what it is good for.
 _BEHIND_M = 3e-3
-# Where the laboratory's clock waits for the tissue, it does so well before that.
-_WAITED_FOR_BEYOND_M = 2.3e-3
 _FIRST_PULL_M = 1e-3
+_SPEED_OVER_NS = 10_000_000
 _SAMPLE_S = 0.004
 _LATEST_CYCLE_NS = 100_000_000
 _POLL_S = 0.0005
@@ -43,9 +42,9 @@ class SimulatedTissue:
     frames : of the rig
     tell : called, from another thread, with a line about what goes wrong
 
-    Where the laboratory's clock does not wait for the tissue (:meth:`behind_s`) and the computer has too much else to
-    do the tissue falls behind, which is told, once each time that it does: beads and forces are then not those of the
-    phantom.
+    Where the laboratory's clock does not wait for the tissue (:meth:`behind_s`, :meth:`room_s`) and the computer has
+    too much else to do the tissue falls behind, which is told, once each time that it does: beads and forces are then
+    not those of the phantom.
 
     Attributes
     ----------
@@ -84,12 +83,26 @@ class SimulatedTissue:
         return self._motion.beads(self._gripper(time_ns))
 
     def behind_s(self) -> float:
-        """Return since when, s, a solution is awaited; infinite where the gripper has gone far beyond the last one."""
+        """Return since when, s, a solution is awaited."""
         asked_ns = self._asked_ns
-        way = increment(self._motion.newest.T_tissue_gripper, self._gripper_at(self._path()[-1][1]))
-        if np.linalg.norm(way[:3]) > _WAITED_FOR_BEYOND_M:  # also where no solution was asked for yet
-            return math.inf
         return 0.0 if asked_ns is None else (host_time_ns() - asked_ns) * 1e-9
+
+    def room_s(self) -> float:
+        """Return for how long, s, the gripper may go on as it does before it is too far beyond the last solution.
+
+        Also where no solution was asked for yet. A gripper that is where it was solved for may always go on, through
+        a cycle of the controller at least.
+        """
+        path = self._path()
+        time_ns, gripper = path[-1][0], self._gripper_at(path[-1][1])
+        recent = path[bisect_left(path, time_ns - _SPEED_OVER_NS, key=lambda sample: sample[0])]
+        way_m = _distance(self._motion.newest.T_tissue_gripper, gripper)
+        moved_m = _distance(self._gripper_at(recent[1]), gripper)
+        left_m = _BEHIND_M - _SOLVE_BEYOND_M - way_m
+        if moved_m == 0.0:
+            return math.inf if left_m > 0.0 else 0.0
+        room_s = left_m / moved_m * (time_ns - recent[0]) * 1e-9 - (host_time_ns() - time_ns) * 1e-9
+        return max(room_s, _SAMPLE_S) if way_m <= _SOLVE_BEYOND_M else room_s
 
     def close(self) -> None:
         """Stop following."""
@@ -150,6 +163,10 @@ class SimulatedTissue:
         if isinstance(answer, SolverError):
             raise answer
         return answer
+
+
+def _distance(T_tissue_gripper: Pose, other: Pose) -> float:
+    return float(np.linalg.norm(increment(T_tissue_gripper, other)[:3]))
 
 
 def _fallen_behind(behind_m: float) -> str:
