@@ -12,6 +12,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+import sensor_blocks
 from numpy.typing import NDArray
 from rdt_sensors import axia, netft
 
@@ -195,10 +196,7 @@ def streaming(bench):
 
 
 def read_for(sensor, seconds):
-    end, blocks = time.monotonic() + seconds, []
-    while time.monotonic() < end:
-        blocks.append(sensor.read(0.05))
-    return joined(blocks)
+    return joined(sensor_blocks.read_for(sensor, seconds))
 
 
 def joined(blocks):
