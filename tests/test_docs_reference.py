@@ -13,7 +13,6 @@ from docutils.frontend import get_default_settings
 from docutils.nodes import literal
 from docutils.parsers.rst import Parser, roles
 from docutils.utils import new_document
-from sphinx.ext.napoleon import Config, NumpyDocstring
 
 # What has a single line without any of these is shown as it stands.
 MARKS = re.compile(r"[`*_|\\\n]")
@@ -21,7 +20,7 @@ ROOMS = ("robot_drivers", "estimator", "daq", "gui")
 SITE = ROOT / "docs" / "site"
 as_written = runpy.run_path(str(SITE / "plain_docstrings.py"))["as_written"]
 SETTINGS = runpy.run_path(str(SITE / "conf.py"))
-NAPOLEON = Config(**{name: value for name, value in SETTINGS.items() if name.startswith("napoleon_")})
+NAPOLEON = {name: value for name, value in SETTINGS.items() if name.startswith("napoleon_")}
 
 
 def docstrings(path: Path) -> Iterator[tuple[str, str]]:
@@ -35,9 +34,11 @@ def docstrings(path: Path) -> Iterator[tuple[str, str]]:
 
 def complaints(docstring: str) -> str:
     """What the parser says of a docstring; roles of Sphinx are taken as they come."""
+    from sphinx.ext.napoleon import Config, NumpyDocstring
+
     for role in ("class", "mod", "meth", "func", "data", "attr", "exc"):
         roles.register_generic_role(role, literal)
-    text = str(NumpyDocstring(as_written(docstring.splitlines()), NAPOLEON))
+    text = str(NumpyDocstring(as_written(docstring.splitlines()), Config(**NAPOLEON)))
     said = io.StringIO()
     settings = get_default_settings(Parser)
     settings.report_level, settings.halt_level, settings.warning_stream = 2, 5, said

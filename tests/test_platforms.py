@@ -8,13 +8,16 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 
-import mypy
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-STUBS = Path(mypy.__file__).parent / "typeshed" / "stdlib"
+_MYPY = find_spec("mypy")  # found, not imported: only its files are read
+assert _MYPY is not None
+assert _MYPY.origin is not None
+STUBS = Path(_MYPY.origin).parent / "typeshed" / "stdlib"
 HERE = "linux"
 ELSEWHERE = ("win32", "darwin")
 SOURCES = [ROOT / "run.py"] + [
