@@ -28,6 +28,7 @@ from estimator.blind.making.scenes.sizing import stated_rest
 from estimator.blind.making.scenes.stated import stated_mounting
 from estimator.errors import EstimatorError, SolverError
 from estimator.experiment import Environment, Experiment, write_experiment
+from robot_drivers.errors import MotionRefusedError
 
 FloatArray = NDArray[np.float64]
 
@@ -88,9 +89,18 @@ class HiddenLaboratory:
         return as_measured(manoeuvre, rows, self._looked_at(manoeuvre, like.fiducials_rest))
 
     def carry_out(self, manoeuvre: Manoeuvre, order: int, progress: Progress) -> Path:
-        """Simulate a manoeuvre, and write its experiment."""
+        """Simulate a manoeuvre, and write its experiment.
+
+        Raises
+        ------
+        MotionRefusedError
+            The simulator finds no equilibrium somewhere in it.
+        """
         progress(manoeuvre.words, 0, 1)
-        return self.measured(manoeuvre.trajectory(), order, manoeuvre)
+        try:
+            return self.measured(manoeuvre.trajectory(), order, manoeuvre)
+        except NotSimulatedError as error:
+            raise MotionRefusedError(f"it cannot be simulated ({error}); nothing has moved") from error
 
     def measured(self, trajectory: Trajectory, order: int, manoeuvre: Manoeuvre | None = None) -> Path:
         """Simulate a trajectory, on tissue unless the manoeuvre strains none, and write its experiment."""

@@ -13,12 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.hidden_laboratory import HiddenLaboratory, NotSimulatedError
+from benchmarks.hidden_laboratory import HiddenLaboratory
 from daq.investigation.choosing import Proposal
 from daq.investigation.examiner import DiagnosingExaminer
-from daq.investigation.journal import Journal
+from daq.investigation.journal import Dropped, Journal
 from daq.investigation.loop import Answer, Investigation, Rules
-from daq.investigation.manoeuvre import Manoeuvre
 from daq.plans import Trial
 from daq.progress import silent
 from daq.trajectories import STANDARD
@@ -37,17 +36,15 @@ _HOLDS_S = (3.0, 8.0, 18.0)
 
 
 class Willing:
-    """An operator who agrees to everything but what could not be simulated: nothing real moves."""
+    """An operator who agrees to everything: nothing real moves."""
 
-    def __init__(self) -> None:
-        self.last: Manoeuvre | None = None
-        self.impossible: list[Manoeuvre] = []
+    def told(self, dropped: Dropped) -> None:
+        """Take note of what could not be simulated: the journal keeps it."""
 
     def asked(self, proposal: Proposal, journal: Journal) -> Answer:
         """Agree."""
-        del journal
-        self.last = proposal.manoeuvre
-        return "not this one" if self.last in self.impossible else "do it"
+        del proposal, journal
+        return "do it"
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,15 +169,7 @@ def _investigated(case: Planned, folder: Path, options: argparse.Namespace, exec
     file.unlink(missing_ok=True)  # the body that remembers does not outlive an interruption
     rules = Rules(budget_s=options.budget * _MINUTE_S)
     examiner = DiagnosingExaminer(laboratory, rules.bounds, executor, silent)
-    operator = Willing()
-    while True:
-        try:
-            outcome = Investigation(laboratory, operator, rules, folder, examiner, silent).run()
-            break
-        except NotSimulatedError:
-            if operator.last is None or operator.last in operator.impossible:
-                raise
-            operator.impossible.append(operator.last)
+    outcome = Investigation(laboratory, Willing(), rules, folder, examiner, silent).run()
     after = [entropy(list(one.probabilities.values())) for one in outcome.journal.entries]
     return Found(
         *_likeliest(outcome.probabilities),

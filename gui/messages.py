@@ -1,10 +1,13 @@
 """What the window says to the operator: what happened, what is safe now, and what to do."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from daq.acquisition.messages import Failure
+from daq.acquisition.failures import Failure
+from daq.errors import MotionLimitError, RecordingError, SessionError, SoftwareStopError, TrajectoryError
+from robot_drivers.ati.compensation.tare import TareRefusedError
+from robot_drivers.errors import MotionRefusedError
 
 Severity = Literal["information", "warning", "error"]
 
@@ -61,28 +64,30 @@ def recorded_told(name: str, problems: Sequence[str], notes: Sequence[str]) -> M
 
 def failure_told(failure: Failure) -> Message:
     """Return what a failure of the laboratory means for the operator."""
-    what, safe, do = _MEANINGS.get(failure.kind, _OTHERWISE)
-    return Message("error", f"{what}: {failure.message}", safe, do, f"{failure.kind}: {failure.message}")
+    nearest = next((kind for kind in failure.kind.__mro__ if kind in _MEANINGS), None)
+    what, safe, do = _OTHERWISE if nearest is None else _MEANINGS[nearest]
+    details = f"{failure.kind.__name__}: {failure.message}"
+    return Message("error", f"{what}: {failure.message}", safe, do, details)
 
 
 _STANDS = "The robot stands, and what was recorded is sealed."
 _NOT_MOVED = "Nothing has moved."
-_MEANINGS = {
-    "SoftwareStopError": (
+_MEANINGS: Mapping[type, tuple[str, str, str]] = {
+    SoftwareStopError: (
         "The software stop has held the robot",
         _STANDS,
         "Look at the cell, then release the robot.",
     ),
-    "MotionLimitError": ("The trajectory was refused", _NOT_MOVED, "Change the parameter that is named."),
-    "MotionRefusedError": ("The robot cannot reach that", _NOT_MOVED, "Change the step that is named."),
-    "TrajectoryError": ("The trajectory cannot be right", _NOT_MOVED, "Change the parameter that is named."),
-    "TareRefusedError": ("No tare was taken", "The zero is as it was before.", "Wait until nothing moves."),
-    "RecordingError": (
+    MotionLimitError: ("The trajectory was refused", _NOT_MOVED, "Change the parameter that is named."),
+    MotionRefusedError: ("The robot cannot reach that", _NOT_MOVED, "Change the step that is named."),
+    TrajectoryError: ("The trajectory cannot be right", _NOT_MOVED, "Change the parameter that is named."),
+    TareRefusedError: ("No tare was taken", "The zero is as it was before.", "Wait until nothing moves."),
+    RecordingError: (
         "The recording has failed",
         "The robot stands; what was written is not lost.",
         "Make room on the disk, then repair the session on the page Sessions.",
     ),
-    "SessionError": (
+    SessionError: (
         "The rig does not do that",
         "The robot stands.",
         "Do what the message says, then try again.",

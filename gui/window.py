@@ -15,7 +15,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from daq.acquisition.messages import Failure, Telemetry
+from daq.acquisition.failures import Failure
+from daq.acquisition.messages import Telemetry
 from gui.context import Context
 from gui.messages import Message, failure_told
 from gui.recording.watch import RecordingWatch

@@ -1,9 +1,11 @@
 """How the tests share a machine, and the options with which those marked ``hardware`` meet a rig file's devices."""
 
+import ctypes
 import gc
 import os
 import re
 import signal
+import sys
 from collections.abc import Callable, Generator
 from functools import cache, partial
 from pathlib import Path
@@ -96,6 +98,19 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 def _step_back() -> None:
     """Let this process come second to the laboratories of other workers, from now on."""
     give_way(_STEPS_BACK)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown(nextitem: pytest.Item | None, item: pytest.Item) -> Generator[None, None, None]:
+    """Give back to the system, after each module, what its tests have freed: the C library would keep most of it."""
+    yield
+    if nextitem is None or nextitem.path != item.path:
+        _return_freed_memory()
+
+
+def _return_freed_memory() -> None:
+    if sys.platform == "linux" and hasattr(libc := ctypes.CDLL(None), "malloc_trim"):  # of glibc alone
+        libc.malloc_trim(0)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

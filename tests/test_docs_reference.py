@@ -5,15 +5,15 @@ import io
 import re
 import runpy
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
 from doc_commands import ROOT
-from docutils.frontend import get_default_settings
+from docutils.frontend import Values, get_default_settings
 from docutils.nodes import literal
 from docutils.parsers.rst import Parser, roles
 from docutils.utils import new_document
-from sphinx.ext.napoleon import Config, NumpyDocstring
 
 # What has a single line without any of these is shown as it stands.
 MARKS = re.compile(r"[`*_|\\\n]")
@@ -21,12 +21,28 @@ ROOMS = ("robot_drivers", "estimator", "daq", "gui")
 SITE = ROOT / "docs" / "site"
 as_written = runpy.run_path(str(SITE / "plain_docstrings.py"))["as_written"]
 SETTINGS = runpy.run_path(str(SITE / "conf.py"))
-NAPOLEON = Config(**{name: value for name, value in SETTINGS.items() if name.startswith("napoleon_")})
+NAPOLEON = {name: value for name, value in SETTINGS.items() if name.startswith("napoleon_")}
+
+
+def statements(node: ast.AST) -> Iterator[ast.AST]:
+    """A node and all statements within, without the expressions of which they are made."""
+    yield node
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, (ast.stmt, ast.ExceptHandler, ast.match_case)):
+            yield from statements(child)
+
+
+@cache
+def parser_settings() -> Values:
+    """What to complain of; to make them takes as long as to parse a docstring."""
+    for role in ("class", "mod", "meth", "func", "data", "attr", "exc"):
+        roles.register_generic_role(role, literal)
+    return get_default_settings(Parser)
 
 
 def docstrings(path: Path) -> Iterator[tuple[str, str]]:
     """Each name of a module with its docstring."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in statements(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)) and (
             text := ast.get_docstring(node)
         ):
@@ -35,11 +51,11 @@ def docstrings(path: Path) -> Iterator[tuple[str, str]]:
 
 def complaints(docstring: str) -> str:
     """What the parser says of a docstring; roles of Sphinx are taken as they come."""
-    for role in ("class", "mod", "meth", "func", "data", "attr", "exc"):
-        roles.register_generic_role(role, literal)
-    text = str(NumpyDocstring(as_written(docstring.splitlines()), NAPOLEON))
+    from sphinx.ext.napoleon import Config, NumpyDocstring
+
+    text = str(NumpyDocstring(as_written(docstring.splitlines()), Config(**NAPOLEON)))
     said = io.StringIO()
-    settings = get_default_settings(Parser)
+    settings = parser_settings().copy()
     settings.report_level, settings.halt_level, settings.warning_stream = 2, 5, said
     Parser().parse(text, new_document("a docstring", settings))
     return said.getvalue()

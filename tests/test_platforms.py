@@ -8,13 +8,16 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 
-import mypy
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-STUBS = Path(mypy.__file__).parent / "typeshed" / "stdlib"
+_MYPY = find_spec("mypy")  # found, not imported: only its files are read
+assert _MYPY is not None
+assert _MYPY.origin is not None
+STUBS = Path(_MYPY.origin).parent / "typeshed" / "stdlib"
 HERE = "linux"
 ELSEWHERE = ("win32", "darwin")
 SOURCES = [ROOT / "run.py"] + [
@@ -205,14 +208,19 @@ class Asked:
 
 @pytest.fixture(scope="module")
 def asked() -> dict[str, Asked]:
-    """Each source, read once."""
+    """Each source, read once, and gone through only for what it names at all."""
     found = {}
     for path in SOURCES:
         name = path.relative_to(ROOT).as_posix()
-        tree = ast.parse(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        tree = ast.parse(text)
         guarded = frozenset(inside for file, inside in GUARDED_ELSEWHERE if file == name)
         lacking = {platform: unguarded(tree, platform, guarded) for platform in ELSEWHERE}
-        found[name] = Asked(lacking, without_encoding(tree), forked(tree))
+        found[name] = Asked(
+            lacking,
+            without_encoding(tree) if any(one in text for one in OPENS) else [],
+            forked(tree) if any(one in text for one in STARTS) else [],
+        )
     return found
 
 
@@ -260,6 +268,10 @@ ASCII_ALONE = {
 }
 
 
+OPENS = ("open", "read_text", "write_text")
+STARTS = ("get_context", "set_start_method")
+
+
 def without_encoding(tree: ast.Module) -> list[int]:
     """Lines on which a text is read or written in whatever encoding the system prefers."""
     found = []
@@ -271,7 +283,7 @@ def without_encoding(tree: ast.Module) -> list[int]:
             one.value for one in node.args if isinstance(one, ast.Constant) and isinstance(one.value, str)
         ]
         text_mode = bool(modes) and set(modes[0]) <= set("rwaxt+")
-        if (name == "open" and text_mode) or name in ("read_text", "write_text"):
+        if (name == "open" and text_mode) or name in OPENS[1:]:
             found.append(node.lineno)
     return found
 
@@ -304,7 +316,7 @@ def forked(tree: ast.Module) -> list[int]:
         node.lineno
         for node in ast.walk(tree)
         if isinstance(node, ast.Call)
-        and dotted(node.func).endswith(("get_context", "set_start_method"))
+        and dotted(node.func).endswith(STARTS)
         and [ast.unparse(argument) for argument in node.args] not in (["'spawn'"], ["'forkserver'"])
     ]
 

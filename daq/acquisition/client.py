@@ -8,14 +8,13 @@ import sys
 import threading
 from pathlib import Path
 
-from daq import errors
+from daq.acquisition.failures import error_of
 from daq.acquisition.messages import (
     VERSION,
     Alive,
     Close,
     Command,
     Ended,
-    Failure,
     Hold,
     Note,
     Open,
@@ -57,8 +56,10 @@ class Acquisition(ClosedAtExit):
 
     Raises
     ------
+    DeviceError
+        A device cannot be connected.
     SessionError
-        The devices cannot be connected, or nobody can listen for viewers.
+        The process does not answer, or nobody can listen for viewers.
     """
 
     def __init__(self, rig: Rig) -> None:
@@ -99,13 +100,15 @@ class Acquisition(ClosedAtExit):
 
         Raises
         ------
+        DaqError, DeviceError
+            A command was refused.
         SessionError
-            A command was refused, or the process has died.
+            The process has died.
         """
         self.show_alive()
         report = self.listen(timeout_s)
         if isinstance(report, Refused):
-            raise _error(report.failure)
+            raise error_of(report.failure)
         return report if isinstance(report, Ended) else None
 
     def show_alive(self) -> None:
@@ -167,8 +170,8 @@ class Acquisition(ClosedAtExit):
 
         Raises
         ------
-        DaqError
-            As there; what a device reports comes as SessionError.
+        DaqError, DeviceError
+            As there: an error keeps its class on its way out of the process.
         KeyboardInterrupt
             The robot is held and the recording is sealed.
         """
@@ -180,7 +183,7 @@ class Acquisition(ClosedAtExit):
             self._watch(progress)
             raise
         if ended.failure is not None:
-            raise _error(ended.failure)
+            raise error_of(ended.failure)
         if ended.info is None:
             raise SessionError(f"{folder}: the session has ended without a word; look at its files")
         return ended.info
@@ -219,7 +222,7 @@ class Acquisition(ClosedAtExit):
         if report is None:
             raise SessionError("the acquisition process has ended at its start; its messages are above")
         if isinstance(report, Refused):
-            raise _error(report.failure)
+            raise error_of(report.failure)
         return report
 
     def _read(self) -> None:
@@ -236,9 +239,3 @@ class Acquisition(ClosedAtExit):
                     self._reports.put(report)
         except (EOFError, OSError, ValueError, pickle.UnpicklingError):
             self._reports.put(None)
-
-
-def _error(failure: Failure) -> errors.DaqError:
-    """Return the error of the same name, SessionError for one of a device."""
-    kind = getattr(errors, failure.kind, SessionError)
-    return kind(failure.message) if issubclass(kind, errors.DaqError) else SessionError(failure.message)

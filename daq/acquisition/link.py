@@ -4,7 +4,7 @@ import pickle
 import threading
 from typing import BinaryIO
 
-from daq.acquisition.messages import Failure, Report
+from daq.acquisition.messages import Report
 
 
 class Link:
@@ -23,8 +23,3 @@ class Link:
                 self._reports.flush()
             except (BrokenPipeError, ValueError):
                 return
-
-
-def failure_of(error: Exception) -> Failure:
-    """Return an error as it is reported."""
-    return Failure(type(error).__name__, str(error))

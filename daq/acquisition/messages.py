@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from daq.acquisition.failures import Failure
 from daq.recording.folder import SessionInfo
 from daq.rig import Rig
 from daq.session.session import Label
@@ -17,7 +18,7 @@ from daq.trajectories import Trajectory
 from robot_drivers.ati.compensation.tare import Tare
 from robot_drivers.protocols import DeviceIdentity, FloatArray
 
-VERSION = 3
+VERSION = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,14 +161,6 @@ class Telemetry:
     images: Mapping[str, NDArray[np.uint8]]
     zero: FloatArray | None
     problems: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Failure:
-    """An error, by the name of its class and its one line."""
-
-    kind: str
-    message: str
 
 
 @dataclass(frozen=True, slots=True)

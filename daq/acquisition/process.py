@@ -13,7 +13,8 @@ from typing import BinaryIO
 
 from daq.acquisition.connections import Connections
 from daq.acquisition.counting import Counting
-from daq.acquisition.link import Link, failure_of
+from daq.acquisition.failures import failure_of
+from daq.acquisition.link import Link
 from daq.acquisition.live_view import LiveView
 from daq.acquisition.messages import (
     VERSION,

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from daq.errors import RecordingError, SynchronisationError
-from daq.export.lerobot.dataset import LerobotDataset, write_lerobot
 from daq.export.ro_crate.crate import EXPERIMENT, RoCrate, write_ro_crate
 from daq.export.ro_crate.publication import Publication
 from daq.export.ros2_bag import Ros2Bag, write_ros2_bag
@@ -20,6 +20,9 @@ from daq.synchronisation.experiment_rows import Synchronised, synchronise
 from daq.versions import package_versions
 from daq.vision.errors import VisionError
 from estimator.experiment import Experiment, read_experiment, write_experiment
+
+if TYPE_CHECKING:
+    from daq.export.lerobot.dataset import LerobotDataset
 
 _METHOD = (
     "every row is the mean over a measuring window; the noise of a row is the scatter of four sub-means of its window "
@@ -158,7 +161,7 @@ def export_ros2(session: Path, target: Path, progress: Progress) -> Ros2Bag:
 
 def export_lerobot(
     sessions: Sequence[Path], target: Path, fps: int | None, progress: Progress, *, as_video: bool = False
-) -> LerobotDataset:
+) -> "LerobotDataset":
     """Write sealed sessions as the episodes of a LeRobot dataset.
 
     Parameters
@@ -173,6 +176,8 @@ def export_lerobot(
     InputError
         The target exists.
     """
+    from daq.export.lerobot.dataset import write_lerobot  # 36 MB of pyarrow, for this format alone
+
     recordings = [sealed_recording(session) for session in sessions]
     with appearing(target) as draft:
         return write_lerobot(recordings, draft, fps, progress, as_video=as_video)

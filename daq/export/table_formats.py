@@ -9,10 +9,7 @@ import csv
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-import h5py
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 
 from daq.export.stream_tables import Column, Table
 
@@ -31,6 +28,9 @@ def write_csv(tables: Sequence[Table], folder: Path) -> None:
 
 def write_parquet(tables: Sequence[Table], folder: Path) -> None:
     """Write one Parquet file a table into a new folder."""
+    import pyarrow as pa  # 36 MB, which others than those who write this format need not wait for
+    import pyarrow.parquet as pq
+
     folder.mkdir()
     for table in tables:
         fields, arrays = [], []
@@ -43,6 +43,8 @@ def write_parquet(tables: Sequence[Table], folder: Path) -> None:
 
 def write_hdf5(tables: Sequence[Table], file: Path) -> None:
     """Write one HDF5 file with a group a table."""
+    import h5py
+
     with h5py.File(str(file), "w") as store:
         for table in tables:
             group = store.create_group(table.name)

@@ -22,6 +22,7 @@ from daq.recording.running import RunningRecording
 from daq.session.session import Label
 from daq.trajectories import STANDARD_SPEED, Dwell, Retraction
 from robot_drivers.clock import host_time_ns
+from robot_drivers.errors import DeviceError
 
 MOTION = Retraction(
     "pull",
@@ -129,7 +130,7 @@ class WindowClient:
             attempt = folder.with_name(f"{folder.name}_{number}")
             try:
                 return self._attempt(attempt)
-            except DaqError as error:
+            except (DaqError, DeviceError) as error:
                 if attempt.exists() or not self._alive:
                     return str(error)
                 if time.monotonic() > deadline:
@@ -142,7 +143,7 @@ class WindowClient:
         self._acquisition.close()
 
     def _attempt(self, folder: Path) -> str:
-        """Return what a session that was carried out bears; raises DaqError where there was none, or it was held."""
+        """Return what a session that was carried out bears; raises what ended it, or kept it from beginning."""
         if not self._alive:
             # what a window does when its operator presses "connect": nothing else is begun anew
             self._acquisition.close()
@@ -152,7 +153,7 @@ class WindowClient:
         return "; ".join(info.problems)
 
     def _release(self) -> None:
-        """Let the robot move again, and wait until it may; raises DaqError where that is refused."""
+        """Let the robot move again, and wait until it may; raises why not."""
         self._acquisition.release()
         deadline = time.monotonic() + _RELEASE_TIMEOUT_S
         while time.monotonic() < deadline:
@@ -165,7 +166,7 @@ class WindowClient:
     def _look(self, timeout_s: float) -> None:
         try:
             ended = self._acquisition.poll(timeout_s)
-        except SessionError as error:
+        except (SessionError, DeviceError) as error:
             self._told, self._alive = str(error), False
             return
         seen = self._acquisition.telemetry

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from daq.investigation.journal import Journal
 from daq.investigation.laboratory import Laboratory
-from daq.investigation.manoeuvre import RELEASED, Manoeuvre
+from daq.investigation.manoeuvre import Manoeuvre
 from daq.investigation.safety import (
     Bounds,
     damage,
@@ -59,7 +59,7 @@ def openings(
     return [
         Proposal(one, 0.0, reason, damage(one, rig, 0.0))
         for one in offered
-        if one not in journal.refused
+        if journal.is_open(one)
         and not forbidden_by_reach(one, rig, bounds)
         and not forbidden_unmeasured(one, rig, bounds)
     ]
@@ -72,18 +72,16 @@ def candidates(
     bounds: Bounds,
     seconds_left: float,
 ) -> list[Manoeuvre]:
-    """Return what could be done next: not refused, not done yet, within reach, in the time that is left."""
-    done = [one.manoeuvre for one in journal.entries]
-    farthest = bounds.growth * max((stretch_of(one, laboratory.rig) for one in done), default=bounds.stretch)
+    """Return what could be done next: still open, within reach, in the time that is left."""
+    done = (stretch_of(one.manoeuvre, laboratory.rig) for one in journal.entries)
+    farthest = bounds.growth * max(done, default=bounds.stretch)
     return [
         one
         for one in offered
         if one.kind in laboratory.kinds
-        and one not in done
-        and one not in journal.refused
+        and journal.is_open(one)
         and one.duration_s <= seconds_left
         and stretch_of(one, laboratory.rig) <= farthest + _ROUNDING
-        and not (journal.released and one.kind not in RELEASED)
         and not forbidden_by_reach(one, laboratory.rig, bounds)
     ]
 

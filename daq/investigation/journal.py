@@ -8,7 +8,7 @@ from typing import Any
 
 from daq.errors import SessionError
 from daq.files.atomic import replace_text
-from daq.investigation.manoeuvre import Manoeuvre
+from daq.investigation.manoeuvre import RELEASED, Manoeuvre
 from estimator.errors import InputError
 from estimator.input_file import parse_json, read_input_text
 from estimator.json_dataclass import from_json
@@ -41,6 +41,25 @@ class Entry:
 
 
 @dataclass(frozen=True, slots=True)
+class Dropped:
+    """A manoeuvre that a limit forbade when it was to begin: nothing has moved.
+
+    Attributes
+    ----------
+    manoeuvre : what was to be done
+    why : what forbade it
+    """
+
+    manoeuvre: Manoeuvre
+    why: str
+
+    @property
+    def words(self) -> str:
+        """Say what was dropped, and why."""
+        return f"{self.manoeuvre.words}: {self.why}"
+
+
+@dataclass(frozen=True, slots=True)
 class Journal:
     """An investigation so far.
 
@@ -49,11 +68,13 @@ class Journal:
     phantom_id : of the specimen
     entries : in the order in which they were done
     refused : manoeuvres that the operator does not want, and such as had the robot held
+    dropped : manoeuvres that the rig refused before anything moved
     """
 
     phantom_id: str
     entries: tuple[Entry, ...] = ()
     refused: tuple[Manoeuvre, ...] = ()
+    dropped: tuple[Dropped, ...] = ()
 
     @property
     def seconds(self) -> float:
@@ -63,7 +84,16 @@ class Journal:
     @property
     def released(self) -> bool:
         """Whether the tissue was taken out of the jaws: what strains it would be another mounting."""
-        return any(one.manoeuvre.asks for one in self.entries)
+        return any(one.asks for one in self._tried)
+
+    def is_open(self, manoeuvre: Manoeuvre) -> bool:
+        """Whether a manoeuvre was neither done, nor refused, nor dropped, and the tissue is still as it needs it."""
+        seen = manoeuvre in self._tried or manoeuvre in self.refused
+        return not seen and (manoeuvre.kind in RELEASED or not self.released)
+
+    @property
+    def _tried(self) -> list[Manoeuvre]:
+        return [*(one.manoeuvre for one in self.entries), *(one.manoeuvre for one in self.dropped)]
 
     def with_entry(self, entry: Entry) -> "Journal":
         """Return the journal after one manoeuvre more."""
@@ -77,6 +107,10 @@ class Journal:
     def refusing(self, manoeuvre: Manoeuvre) -> "Journal":
         """Return the journal with a manoeuvre that is not to be proposed again."""
         return replace(self, refused=(*self.refused, manoeuvre))
+
+    def dropping(self, dropped: Dropped) -> "Journal":
+        """Return the journal with a manoeuvre that the rig refuses."""
+        return replace(self, dropped=(*self.dropped, dropped))
 
 
 def write_journal(journal: Journal, path: Path) -> None:
@@ -100,11 +134,13 @@ def read_journal(path: Path, phantom_id: str) -> Journal:
         told = parse_json(read_input_text(path), path)
         if not isinstance(told, dict) or told.pop("format", None) != FORMAT:
             raise ValueError(f'its format is not "{FORMAT}"')
-        if told.keys() != {"phantom_id", "entries", "refused"}:
-            raise ValueError("has not the entries phantom_id, entries, refused")
-        refused = (from_json(Manoeuvre, one) for one in _objects(told["refused"]))
+        if told.keys() != {"phantom_id", "entries", "refused", "dropped"}:
+            raise ValueError("has not the entries phantom_id, entries, refused, dropped")
         journal = Journal(
-            str(told["phantom_id"]), tuple(map(_entry, _objects(told["entries"]))), tuple(refused)
+            str(told["phantom_id"]),
+            tuple(map(_entry, _objects(told["entries"]))),
+            tuple(from_json(Manoeuvre, one) for one in _objects(told["refused"])),
+            tuple(map(_dropped, _objects(told["dropped"]))),
         )
     except (InputError, ValueError) as error:
         raise SessionError(
@@ -119,8 +155,14 @@ def read_journal(path: Path, phantom_id: str) -> Journal:
 
 def _objects(told: object) -> list[dict[str, Any]]:
     if not isinstance(told, list) or not all(isinstance(one, dict) for one in told):
-        raise ValueError("entries and refused are no lists of objects")
+        raise ValueError("entries, refused and dropped are no lists of objects")
     return told
+
+
+def _dropped(told: dict[str, Any]) -> Dropped:
+    if told.keys() != {"manoeuvre", "why"}:
+        raise ValueError("what is dropped has not the entries manoeuvre, why")
+    return Dropped(from_json(Manoeuvre, told["manoeuvre"]), str(told["why"]))
 
 
 @dataclass(frozen=True, slots=True)

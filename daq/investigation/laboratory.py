@@ -44,6 +44,8 @@ class Laboratory(Protocol):
 
         Raises
         ------
+        MotionLimitError, MotionRefusedError
+            A limit forbids it; nothing has moved.
         SoftwareStopError
             A limit was passed: the robot is held.
         """
@@ -87,7 +89,7 @@ class RigLaboratory:
 
         Raises
         ------
-        DaqError, InputError
+        DaqError, DeviceError, InputError
             As :meth:`daq.session.session.Session.run` and :func:`daq.export.export_experiment`.
         """
         session = _unused(self._folder / _SESSIONS, order, manoeuvre)

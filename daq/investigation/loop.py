@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, Protocol
 
-from daq.errors import SoftwareStopError
+from daq.errors import MotionLimitError, SoftwareStopError
 from daq.investigation.choosing import Proposal, candidates, openings
 from daq.investigation.examiner import Examiner
-from daq.investigation.journal import Entry, Journal, read_journal, write_journal
+from daq.investigation.journal import Dropped, Entry, Journal, read_journal, write_journal
 from daq.investigation.laboratory import Laboratory
 from daq.investigation.manoeuvre import Manoeuvre
 from daq.investigation.offered import OFFERED, OPENING
@@ -16,6 +16,7 @@ from daq.investigation.safety import Bounds
 from daq.progress import Progress
 from estimator.experiment import read_experiment
 from estimator.optimal_design.examination import Examination
+from robot_drivers.errors import MotionRefusedError
 
 JOURNAL_FILE = "investigation.json"
 
@@ -32,6 +33,9 @@ Ending = Literal[
 
 class Operator(Protocol):
     """Who decides whether anything moves."""
+
+    def told(self, dropped: Dropped) -> None:
+        """Hear that a manoeuvre that was agreed to cannot be done; nothing has moved."""
 
     def asked(self, proposal: Proposal, journal: Journal) -> Answer:
         """Return whether a proposal is carried out; what it asks of a person has been done then."""
@@ -134,16 +138,11 @@ class Investigation:
             if not proposals and examination is not None and examination.diagnosis is None:
                 examination = self._diagnosed(examination)
                 continue  # what screening leaves open a diagnosis in full may see otherwise
-            chosen = self._consented(proposals)
-            if not isinstance(chosen, Proposal):
-                last = None if examination is None else self._in_full(examination)
-                return Outcome(chosen, self.journal, last)
-            try:
-                self._carry_out(chosen)
-            except SoftwareStopError as error:
-                self._progress(str(error), 0, 1)
-                self._keep(self.journal.refusing(chosen.manoeuvre))
-                return Outcome("robot held", self.journal, examination)
+            ending = self._do_one(proposals)
+            if ending is not None:
+                held = ending == "robot held"
+                last = examination if held or examination is None else self._in_full(examination)
+                return Outcome(ending, self.journal, last)
             examination = self._screened()
 
     def _proposals(self, examination: Examination | None) -> list[Proposal]:
@@ -156,15 +155,29 @@ class Investigation:
         found = self._examiner.rank(examination, left, self.journal)
         return [one for one in found if one.nats >= rules.least_nats]
 
-    def _consented(self, proposals: Sequence[Proposal]) -> Proposal | Ending:
-        """Return the first proposal that the operator wants, or why nothing is done."""
+    def _do_one(self, proposals: Sequence[Proposal]) -> Ending | None:
+        """Carry out the first proposal that the operator wants and the rig does not refuse, or return why none."""
         for one in proposals:
+            if not self.journal.is_open(one.manoeuvre):
+                continue  # a person took the tissue out of the jaws for one before
             answer = self._operator.asked(one, self.journal)
-            if answer == "do it":
-                return one
             if answer == "stop":
                 return "stopped by the operator"
-            self._keep(self.journal.refusing(one.manoeuvre))
+            if answer == "not this one":
+                self._keep(self.journal.refusing(one.manoeuvre))
+                continue
+            try:
+                self._carry_out(one)
+            except (MotionLimitError, MotionRefusedError) as refusal:
+                dropped = Dropped(one.manoeuvre, str(refusal))
+                self._keep(self.journal.dropping(dropped))
+                self._operator.told(dropped)
+            except SoftwareStopError as error:
+                self._progress(str(error), 0, 1)
+                self._keep(self.journal.refusing(one.manoeuvre))
+                return "robot held"
+            else:
+                return None
         if proposals:
             return "everything refused"
         shortest = min((one.duration_s for one in self._rules.offered), default=0.0)

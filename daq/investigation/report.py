@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -46,9 +47,24 @@ def write_report(outcome: Outcome, path: Path, provenance: Mapping[str, str]) ->
         ]
     if journal.refused:
         blocks.append(page.note("Refused: " + "; ".join(one.words for one in journal.refused) + "."))
+    if journal.dropped:
+        told = "; ".join(one.words for one in journal.dropped)
+        blocks.append(page.note(f"Dropped, for the rig refused before anything moved: {told}."))
     blocks.append(page.facts("Provenance", provenance))
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(page.page(f"Investigation of {journal.phantom_id}", blocks), encoding="utf-8")
+
+
+def outcome_as_json(outcome: Outcome) -> dict[str, Any]:
+    """Return what came of an investigation, for programs."""
+    journal = outcome.journal
+    return {
+        "ending": outcome.ending,
+        "probabilities": dict(outcome.probabilities),
+        "minutes": journal.seconds / _MINUTE_S,
+        "manoeuvres": [one.manoeuvre.words for one in journal.entries],
+        "dropped": [{"manoeuvre": one.manoeuvre.words, "why": one.why} for one in journal.dropped],
+    }
 
 
 def ending_sentence(outcome: Outcome) -> str:

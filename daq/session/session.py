@@ -130,6 +130,8 @@ class Session:
             Before anything moved, and before there is a folder.
         SoftwareStopError
             The guard has held the robot; the recording is sealed.
+        SessionError
+            The controller has stopped the robot, or refuses a step of a session under way; the same.
         DeviceError, RecordingError
             A device or the disk failed; the robot is held, the recording is sealed as far as it goes.
         KeyboardInterrupt

@@ -12,7 +12,7 @@ from daq.recording.recorder import Recorder
 from daq.session.guard import Guard
 from daq.trajectories import Step, Trajectory
 from robot_drivers.clock import host_time_ns, seconds_until
-from robot_drivers.errors import DeviceError
+from robot_drivers.errors import DeviceError, MotionRefusedError
 from robot_drivers.protocols import Pose, Robot, Speed
 
 _POLL_S = 0.02
@@ -38,7 +38,7 @@ class StepRunner:
         SoftwareStopError
             The guard has held the robot.
         SessionError
-            The controller has stopped the robot where it stood.
+            The controller has stopped the robot where it stood, or the robot refuses a step although it was checked.
         DeviceError, RecordingError
             A device or the disk has failed.
         """
@@ -67,6 +67,10 @@ class StepRunner:
         timeout_s = max(length / speed.linear, angle / speed.angular) + _MOVE_PATIENCE_S
         try:
             reached = self.robot.move_linear(target, speed, timeout_s)
+        except MotionRefusedError as refusal:
+            self._check_guard(refusal)
+            # a refusal tells that nothing has moved, which is not so of a session under way
+            raise SessionError(f"step {step.number} was refused under way ({refusal})") from refusal
         except DeviceError as error:
             self._check_guard(error)
             raise

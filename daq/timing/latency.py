@@ -13,13 +13,15 @@ of 1 ms.
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.optimize import least_squares
 
 from daq.errors import SynchronisationError
 from robot_drivers.protocols import FloatArray
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 _PARTS = 5
 _LAG_STEP_S = 1e-3
@@ -76,6 +78,8 @@ def estimate_latency(
     SynchronisationError
         The signals overlap by too little, or one of them does not move.
     """
+    from scipy.interpolate import CubicSpline  # a recorder that starts need not wait for it
+
     ascending = np.concatenate([[True], np.diff(reference_time_s) > 0])
     curve = CubicSpline(reference_time_s[ascending], reference[ascending])
     begin, end = reference_time_s[0] + largest_s, reference_time_s[-1] - largest_s
@@ -121,8 +125,10 @@ def _correlation(shifted: FloatArray, values: FloatArray) -> FloatArray:
     return np.abs(centred @ columns) / np.maximum(norms, np.finfo(float).tiny)
 
 
-def _refined(curve: CubicSpline, times: FloatArray, values: FloatArray, coarse: float) -> float:
+def _refined(curve: "CubicSpline", times: FloatArray, values: FloatArray, coarse: float) -> float:
     """Return the lag that fits best near a coarse one."""
+    from scipy.optimize import least_squares
+
     scale = float(np.std(values))
 
     def residuals(steps: FloatArray) -> FloatArray:
@@ -132,7 +138,7 @@ def _refined(curve: CubicSpline, times: FloatArray, values: FloatArray, coarse: 
     return coarse + _LAG_STEP_S * float(solution.x[0])
 
 
-def _fitted(curve: CubicSpline, times: FloatArray, values: FloatArray, lag: float) -> FloatArray:
+def _fitted(curve: "CubicSpline", times: FloatArray, values: FloatArray, lag: float) -> FloatArray:
     """Return the first signal at a lag, scaled, bent and with a drift, such that it comes nearest to ``values``."""
     motion = curve(times - lag)
     motion = (motion - motion.mean()) / max(float(motion.std()), np.finfo(float).tiny)

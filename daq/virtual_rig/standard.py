@@ -3,7 +3,6 @@
 from typing import Literal
 
 from daq.virtual_rig.layout import GRASP_CENTRE, SPECIMEN, placed_beads
-from daq.virtual_rig.physics.fem_phantom import FemPhantom
 from daq.virtual_rig.physics.free_air import FreeAir
 from daq.virtual_rig.physics.phantom import SpringPhantom
 from daq.virtual_rig.processes import VirtualRigSettings
@@ -14,6 +13,10 @@ POISSON_RATIO = 0.45
 
 def standard_settings(seed: int = 0) -> VirtualRigSettings:
     """Return the paper's phantom with a common silicone's stiffness; the seed places the beads and makes the noise."""
+    from daq.virtual_rig.physics.fem_phantom import (
+        FemPhantom,
+    )  # compiled mechanics, which a real rig has no use for
+
     phantom = FemPhantom(SPECIMEN, placed_beads(seed), YOUNGS_MODULUS, POISSON_RATIO)
     return VirtualRigSettings(phantom, seed=seed)
 

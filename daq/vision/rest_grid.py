@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 from scipy.spatial.transform import Rotation
 
 from daq.vision.errors import VisionError
@@ -109,6 +108,8 @@ def mislabelled(design: FloatArray, named: FloatArray) -> dict[int, int]:
 
 def _laid(design: FloatArray, beads: FloatArray, turn: float, reach: float) -> GridMatch:
     """Refine one orientation."""
+    from scipy.optimize import linear_sum_assignment  # a recorder that starts need not wait for it
+
     rotation = Rotation.from_rotvec([0.0, 0.0, turn])
     middle = design.mean(axis=0)
     shift = beads.mean(axis=0)

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import linear_sum_assignment
 
 from daq.vision.beads import Detections
 from daq.vision.camera_model import PinholeCamera, StereoCalibration
@@ -159,6 +158,8 @@ def match(
 
 def _assign(cost: FloatArray, margin: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Return the cheapest one-to-one assignment, and which of its pairs another pair comes near to, both (n, m)."""
+    from scipy.optimize import linear_sum_assignment  # a recorder that starts need not wait for it
+
     cheapest = np.zeros(cost.shape, dtype=np.bool_)
     cheapest[linear_sum_assignment(cost)] = True
     rivals = np.where(cheapest, np.inf, cost)

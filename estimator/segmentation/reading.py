@@ -7,8 +7,6 @@ from estimator.errors import InputError
 from estimator.input_file import read_input, require_file
 from estimator.segmentation.formats.dicom_seg import read_dicom_seg
 from estimator.segmentation.formats.metaimage import read_metaimage
-from estimator.segmentation.formats.nifti import read_nifti
-from estimator.segmentation.formats.nrrd_file import read_nrrd
 from estimator.segmentation.label_map import LabelMap, checked
 
 MOST_BYTES = 2_000_000_000
@@ -43,11 +41,13 @@ def _read(path: Path, beginning: bytes) -> LabelMap:
     if beginning.startswith(_GZIP):
         content = _unpacked(path)
         if _is_nifti(content):
-            return read_nifti(content, path)
+            return _read_nifti(content, path)
         raise InputError(f"{path}: is packed by gzip and no NIfTI; unpack it, or give {_FORMATS}")
     if _is_nifti(beginning):
-        return read_nifti(read_input(path, MOST_BYTES), path)
+        return _read_nifti(read_input(path, MOST_BYTES), path)
     if beginning.startswith(b"NRRD"):
+        from estimator.segmentation.formats.nrrd_file import read_nrrd
+
         return read_nrrd(path)
     if beginning[128:132] == b"DICM":
         return read_dicom_seg(path)
@@ -60,6 +60,13 @@ def _read(path: Path, beginning: bytes) -> LabelMap:
             "from right"
         )
     raise InputError(f"{path}: begins with {beginning[:16]!r}; give a segmentation in {_FORMATS}")
+
+
+def _read_nifti(content: bytes, path: Path) -> LabelMap:
+    # its library takes a quarter of a second and 30 MB, of which who gives another body has nothing
+    from estimator.segmentation.formats.nifti import read_nifti
+
+    return read_nifti(content, path)
 
 
 def _is_nifti(beginning: bytes) -> bool:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-from scipy.stats import t as student_t
+from scipy.special import stdtrit
 
 from estimator.errors import FitError, SolverError
 from estimator.materials import NeoHookean
@@ -39,7 +39,7 @@ class Estimate:
     @property
     def interval95(self) -> tuple[float, float]:
         """Student's 95 % interval for as many degrees of freedom as the jackknife leaves."""
-        half_width = float(student_t.ppf(0.975, BLOCKS - 1)) * self.std
+        half_width = float(stdtrit(BLOCKS - 1, 0.975)) * self.std
         return self.value - half_width, self.value + half_width
 
 

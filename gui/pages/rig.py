@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
 
-from daq.acquisition.messages import Failure
+from daq.acquisition.failures import Failure
 from daq.device_checks import DeviceReport
 from daq.rig import Rig
 from gui.context import Context

@@ -24,8 +24,6 @@ from gui.recording.work_queue import (
     write_queue,
 )
 
-_STOPPED = SoftwareStopError.__name__
-
 
 @dataclass(frozen=True, slots=True)
 class Labels:
@@ -140,7 +138,9 @@ class QueueRunner(QObject):
         entry = self.queue[place]
         if ended.failure is not None:
             self.going_on = False
-            state: work_queue.EntryState = "stopped" if ended.failure.kind == _STOPPED else "failed"
+            state: work_queue.EntryState = (
+                "stopped" if issubclass(ended.failure.kind, SoftwareStopError) else "failed"
+            )
             session = entry.session if ended.info is not None else None
             self.set_queue(
                 changed(

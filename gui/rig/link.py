@@ -9,12 +9,12 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, QThread, QTimer, Signal, Slot
 
+from daq.acquisition.failures import failure_of
 from daq.acquisition.messages import (
     Check,
     Checked,
     Close,
     Ended,
-    Failure,
     Hold,
     Look,
     Mark,
@@ -140,7 +140,7 @@ class AcquisitionLink(QObject):
         try:
             self._set_tares(self.tares.undo())
         except TareRefusedError as error:
-            self.refused.emit(Failure(type(error).__name__, str(error)))
+            self.refused.emit(failure_of(error))
 
     def close(self) -> None:
         """Hold a robot that moves, seal what is recorded, let go of the devices; ``closed`` follows."""

@@ -8,10 +8,12 @@ import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from daq.acquisition.client import Acquisition
-from daq.acquisition.messages import Close, Command, Failure, Open, Refused, Telemetry
+from daq.acquisition.failures import failure_of
+from daq.acquisition.messages import Close, Command, Open, Refused, Telemetry
 from daq.acquisition.viewing.channels import Analysis
-from daq.errors import DaqError
+from daq.errors import DaqError, SessionError
 from daq.rig import Rig
+from robot_drivers.errors import DeviceError
 
 _LISTEN_MS = 8
 _MOST_ROWS = 400
@@ -100,9 +102,8 @@ class Worker(QObject):
             case Close():
                 self._close()
             case _ if self._acquisition is None:
-                self.reported.emit(
-                    Refused(Failure("SessionError", "no device is connected; connect the rig first"))
-                )
+                error = SessionError("no device is connected; connect the rig first")
+                self.reported.emit(Refused(failure_of(error)))
             case _:
                 self._guarded(lambda acquisition: acquisition.send(command))
 
@@ -116,8 +117,8 @@ class Worker(QObject):
         self._let_go()
         try:
             self._acquisition = Acquisition(rig)
-        except (DaqError, OSError) as error:
-            self.failed.emit(Failure(type(error).__name__, str(error)))
+        except (DaqError, DeviceError, OSError) as error:
+            self.failed.emit(failure_of(error))
             return
         self._timer.start()
         self.opened.emit(dict(self._acquisition.devices))
@@ -154,4 +155,4 @@ class Worker(QObject):
             act(self._acquisition)
         except DaqError as error:
             self._let_go()
-            self.failed.emit(Failure(type(error).__name__, str(error)))
+            self.failed.emit(failure_of(error))

@@ -28,7 +28,8 @@ from pathlib import Path
 from PySide6.QtCore import QEventLoop, QObject, QTimer
 from PySide6.QtWidgets import QApplication
 
-from daq.acquisition.messages import Ended, Failure
+from daq.acquisition.failures import Failure
+from daq.acquisition.messages import Ended
 from daq.session.session import Label
 from daq.trajectories import PULL
 from daq.virtual_rig.load import Load, loaded_rig

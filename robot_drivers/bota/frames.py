@@ -35,6 +35,8 @@ STATUS_MAP = StatusMap(
 )
 
 _CHECKED = slice(1, 35)
+_LONGEST_STEP_US = 1_000_000  # from one frame to the next; the slowest sensor sends a hundred in that time
+_LARGEST_STEP_C = 10.0
 _POLYNOMIAL = 0x8408  # 0x1021 with its bits reversed
 
 
@@ -66,6 +68,20 @@ def holds(frames: NDArray[np.uint8]) -> NDArray[np.bool_]:
     return found
 
 
+def follows(before: NDArray[np.uint8], after: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """Tell for frames (n, 37) whether each of ``after`` can be the next one of a sensor that sent ``before``, (n,).
+
+    Its clock has gone on by less than a second, its temperature is about the same. A misplaced stretch whose CRC
+    fits by chance has other bytes in these places: its clock passes one time in 4000.
+    """
+    first, second = (np.ascontiguousarray(one).view(FRAME)[:, 0] for one in (before, after))
+    step_us = (second["time_us"].astype(np.int64) - first["time_us"]) % 2**32
+    warmth = first["temperature_c"]
+    with np.errstate(invalid="ignore", over="ignore"):  # what is misplaced may be any number, or none
+        warmer = np.abs(second["temperature_c"] - warmth)
+    return (step_us > 0) & (step_us < _LONGEST_STEP_US) & ((warmer < _LARGEST_STEP_C) | ~np.isfinite(warmth))
+
+
 @dataclass(frozen=True, slots=True)
 class Frames:
     """Frames in order of arrival.
@@ -89,8 +105,10 @@ class Frames:
 class FrameDecoder:
     """Cuts a byte stream into frames; it may begin anywhere.
 
-    A frame that follows a frame is taken as soon as it is there. Where none follows, two in a row are needed, so that
-    rubbish that looks like one, once in 16 million places, is not taken for it.
+    Of 65536 stretches that are misplaced one has a CRC that fits, and every lost byte misplaces one. So a frame also
+    has to follow another, in the stream, by its clock and by its temperature. In lock it follows the last one, and is
+    taken as soon as it is there. Where none follows, the stream is searched for two of which one follows the other,
+    from within the last frame on: that ends within the next one where its lost last byte was like that one's header.
 
     Attributes
     ----------
@@ -99,8 +117,9 @@ class FrameDecoder:
 
     def __init__(self) -> None:
         self.damages = 0
-        self._aligned = False
-        self._buffer = b""
+        self._locked = False
+        self._buffer = b""  # in lock, from the last frame on that is known to be one
+        self._taken = 0  # whether that frame was taken, 0 or 1
         self._position = 0  # of the buffer's first byte in the stream
 
     def feed(self, data: bytes) -> Frames:
@@ -108,11 +127,11 @@ class FrameDecoder:
         self._buffer += data
         found: list[NDArray[np.uint8]] = [np.empty((0, FRAME.itemsize), np.uint8)]
         ends: list[IntArray] = [np.empty(0, np.int64)]
-        while self._aligned or self._align():
-            taken = self._take()
-            found.append(taken)
-            ends.append(self._position - FRAME.itemsize * np.arange(len(taken))[::-1])
-            if self._aligned:
+        while self._locked or self._lock():
+            content, end = self._take()
+            found.append(content)
+            ends.append(end)
+            if self._locked:
                 break
         frames = np.ascontiguousarray(np.concatenate(found)).view(FRAME)[:, 0]
         return Frames(
@@ -123,22 +142,25 @@ class FrameDecoder:
             end=np.concatenate(ends),
         )
 
-    def _take(self) -> NDArray[np.uint8]:
-        """Return the frames that follow each other from here on."""
+    def _take(self) -> tuple[NDArray[np.uint8], IntArray]:
+        """Return the frames that follow each other from here on, (n, 37), and where they end, (n,)."""
         size = FRAME.itemsize
         n = len(self._buffer) // size
         content = np.frombuffer(self._buffer, np.uint8, n * size).reshape(n, size)
-        good = holds(content)
-        intact = n if good.all() else int(np.argmin(good))
+        good = holds(content[1:]) & follows(content[:-1], content[1:])
+        intact = n if good.all() else 1 + int(np.argmin(good))
+        new = np.arange(self._taken, intact)
+        ends = self._position + size * (new + 1)
+        self._taken = 1
+        self._forget((intact - 1) * size)
         if intact < n:
             self.damages += 1
-            self._aligned = False
-        taken = content[:intact].copy()
-        self._forget(intact * size)
-        return taken
+            self._locked = False
+            self._forget(1)
+        return content[new], ends
 
-    def _align(self) -> bool:
-        """Find two frames in a row; leave the buffer at the first of them, or at the last place that may be one."""
+    def _lock(self) -> bool:
+        """Find two frames of which one follows the other; leave the buffer at them, or at the last place for them."""
         size = FRAME.itemsize
         places = len(self._buffer) - size + 1
         if places <= size:
@@ -146,8 +168,9 @@ class FrameDecoder:
         strings = np.lib.stride_tricks.sliding_window_view(np.frombuffer(self._buffer, np.uint8), size)
         good = holds(strings)
         pairs = np.flatnonzero(good[:-size] & good[size:])
+        pairs = pairs[follows(strings[pairs], strings[pairs + size])]
         if len(pairs):
-            self._aligned = True
+            self._locked, self._taken = True, 0
             self._forget(int(pairs[0]))
             return True
         self._forget(places - size)

@@ -8,7 +8,7 @@ from typing import cast
 from synthetic_diagnoses import small_experiment
 
 from daq.investigation.choosing import Proposal
-from daq.investigation.journal import Journal
+from daq.investigation.journal import Dropped, Journal
 from daq.investigation.loop import Answer, Investigation, Outcome, Rules
 from daq.investigation.manoeuvre import KINDS, Kind, Manoeuvre
 from daq.progress import Progress, silent
@@ -92,11 +92,15 @@ class ScriptedExaminer:
 
 
 class ScriptedOperator:
-    """Answers what a function of the proposal says, and remembers what it was asked."""
+    """Answers what a function of the proposal says, and remembers what it was asked and told."""
 
     def __init__(self, says: Callable[[Proposal], Answer] = lambda _: "do it") -> None:
         self.says = says
         self.proposals: list[Proposal] = []
+        self.heard: list[Dropped] = []
+
+    def told(self, dropped: Dropped) -> None:
+        self.heard.append(dropped)
 
     def asked(self, proposal: Proposal, journal: Journal) -> Answer:
         self.proposals.append(proposal)

@@ -1,3 +1,4 @@
+import math
 import operator
 import os
 import signal
@@ -29,6 +30,7 @@ from daq.virtual_rig.layout import GRASP_CENTRE, REST_TOOL, placed_beads
 from daq.virtual_rig.physics.phantom import SpringPhantom
 from daq.virtual_rig.processes import VirtualRigSettings
 from robot_drivers.clock import host_time_s
+from robot_drivers.errors import DeviceUnreachableError, MotionRefusedError
 from robot_drivers.protocols import Speed
 
 SHORT = replace(
@@ -114,6 +116,11 @@ def test_what_the_session_refuses_is_told_to_the_client(rig: Rig, tmp_path: Path
         too_far = replace(SHORT, steps=3, step_length=0.02)
         with pytest.raises(MotionLimitError, match=r"step 1: 20\.00 mm exceed the limit"):
             acquisition.record(too_far.trajectory(), tmp_path / "s", Label("far"), silent)
+        turned_too_far = replace(SHORT, angle=math.radians(60.0))
+        with pytest.raises(
+            MotionRefusedError, match=r"step 1 of 2 refused, nothing has moved: it turns by 60\.00°"
+        ):
+            acquisition.record(turned_too_far.trajectory(), tmp_path / "s", Label("turned"), silent)
         with pytest.raises(SessionError, match="nothing is being recorded"):
             acquisition.note("too early")
             acquisition.poll(5.0)
@@ -122,7 +129,7 @@ def test_what_the_session_refuses_is_told_to_the_client(rig: Rig, tmp_path: Path
 
 def test_devices_that_do_not_answer_are_told_in_one_line(rig: Rig) -> None:
     absent = replace(rig.robot, settings=replace(rig.robot.settings, command_port=1))  # type: ignore[type-var]
-    with pytest.raises(SessionError, match=r"127\.0\.0\.1"):
+    with pytest.raises(DeviceUnreachableError, match=r"127\.0\.0\.1"):
         Acquisition(replace(rig, robot=absent))
 
 

@@ -15,7 +15,7 @@ from estimator.experiment import PaintedPatch, read_case, read_mounted_phantom
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.simulation.simulate import Resolution, simulate_case
 from estimator.surfaces.reading import read_surface
-from tests.estimator.segmentation_files import write_by_simpleitk, write_dicom_seg
+from tests.estimator.segmentation_files import write_by_simpleitk
 
 ORGAN, CYST, TUMOUR = 1, 2, 3
 TINY = Resolution(Grading(8e-3, 15e-3, 30e-3, 3.0, 1))
@@ -150,6 +150,8 @@ def test_what_cannot_be_is_one_line(
 def test_dicom_without_its_extra_says_what_to_install(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    from tests.estimator.dicom_seg_files import write_dicom_seg
+
     write_dicom_seg({"liver": np.ones((3, 3, 3), dtype=bool)}, np.eye(4), tmp_path / "a.dcm")
     monkeypatch.setitem(sys.modules, "highdicom", None)
     message = refused(["phantom", tmp_path / "a.dcm", "--output", tmp_path / "out"], capsys)

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 from synthetic_session import SyntheticSession
 
@@ -52,7 +51,9 @@ def test_csv_holds_every_sample_with_its_unit_in_the_header(session: Path, tmp_p
 
 def test_parquet_columns_carry_their_units(session: Path, tmp_path: Path) -> None:
     export_tables(session, "parquet", tmp_path / "parquet", silent)
-    table = pq.read_table(tmp_path / "parquet" / "robot.parquet")
+    import pyarrow.parquet
+
+    table = pyarrow.parquet.read_table(tmp_path / "parquet" / "robot.parquet")
     assert table.schema.field("joint_3").metadata[b"units"] == b"rad"
     np.testing.assert_array_equal(table["px"].to_numpy(), Recording(session).robot.position[:, 0])
 

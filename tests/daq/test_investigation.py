@@ -15,19 +15,20 @@ from investigation_bench import RIG, BenchLaboratory, ScriptedExaminer, Scripted
 
 from daq.cli import main
 from daq.cli.sessions.investigate import AtTerminal
-from daq.errors import SessionError, SoftwareStopError
+from daq.errors import MotionLimitError, SessionError, SoftwareStopError
 from daq.frames import rotation
 from daq.investigation.choosing import Proposal, candidates, openings
-from daq.investigation.journal import Entry, Journal, read_journal, write_journal
+from daq.investigation.journal import Dropped, Entry, Journal, read_journal, write_journal
 from daq.investigation.loop import JOURNAL_FILE, Answer, Rules
-from daq.investigation.manoeuvre import Manoeuvre, still
+from daq.investigation.manoeuvre import RELEASED, Manoeuvre, still
 from daq.investigation.offered import OFFERED, OPENING
-from daq.investigation.report import ending_sentence, write_report
+from daq.investigation.report import ending_sentence, outcome_as_json, write_report
 from daq.investigation.safety import Bounds, forbidden_by_load, forbidden_by_reach
 from daq.trajectories.planned import duration_s
 from daq.trajectories.trajectory import STANDARD_SPEED
 from estimator.optimal_design.foreseeing import Foresight
 from robot_drivers.abb.motion.limits import MotionLimits
+from robot_drivers.errors import DeviceFaultError, MotionRefusedError
 
 POSES = Manoeuvre("tool_poses", amplitude_m=0.005)
 FAR = Manoeuvre("pull", amplitude_m=0.02, steps=8, return_steps=4)
@@ -127,6 +128,78 @@ def test_a_manoeuvre_at_which_the_guard_held_the_robot_ends_it_and_is_not_tried_
     again = investigate(laboratory)
     assert laboratory.done.count(outcome.journal.refused[0]) == 1
     assert again.ending == "one answer is sure"
+
+
+REFUSALS = [
+    MotionRefusedError("step 2 of 6 refused, nothing has moved: flange position is out of reach of the arm"),
+    MotionLimitError("pull, step 1: 7.00 mm exceed the limit of 6.5 mm; choose shorter steps"),
+]
+
+
+@pytest.mark.parametrize("refusal", REFUSALS, ids=lambda one: type(one).__name__)
+@pytest.mark.parametrize("refused_at", [1, 2, 3])
+def test_what_the_rig_refuses_before_anything_moves_is_dropped_and_the_next_best_is_done(
+    laboratory: BenchLaboratory, refused_at: int, refusal: Exception
+) -> None:
+    undisturbed = investigate(BenchLaboratory(laboratory.folder / "undisturbed")).journal
+    laboratory.fails[refused_at] = refusal
+    operator = ScriptedOperator()
+    outcome = investigate(laboratory, operator)
+    (dropped,) = outcome.journal.dropped
+    assert dropped == Dropped(undisturbed.entries[refused_at - 1].manoeuvre, str(refusal))
+    assert operator.heard == [dropped]
+    assert dropped.manoeuvre.words in dropped.words
+    assert str(refusal) in dropped.words
+    assert outcome.ending == "one answer is sure"
+    done = [one.manoeuvre for one in outcome.journal.entries]
+    assert len(done) == 3
+    assert dropped.manoeuvre not in done
+    assert [one.manoeuvre for one in operator.proposals] == laboratory.done
+
+
+def test_what_was_dropped_is_not_proposed_by_a_later_call_either(laboratory: BenchLaboratory) -> None:
+    laboratory.fails[2] = REFUSALS[0]
+    first = ScriptedOperator(lambda _: "stop" if first.heard else "do it")
+    (dropped,) = investigate(laboratory, first).journal.dropped
+    later = ScriptedOperator()
+    outcome = investigate(laboratory, later)
+    assert outcome.journal.dropped == (dropped,)
+    assert dropped.manoeuvre not in [one.manoeuvre for one in later.proposals]
+
+
+@pytest.mark.parametrize(
+    "stopped",
+    [SessionError("step 3 was refused under way"), DeviceFaultError("the motion was stopped")],
+    ids=lambda one: type(one).__name__,
+)
+def test_a_motion_that_was_stopped_under_way_is_no_refusal_and_ends_it(
+    laboratory: BenchLaboratory, stopped: Exception
+) -> None:
+    laboratory.fails[2] = stopped
+    operator = ScriptedOperator()
+    with pytest.raises(type(stopped), match=str(stopped)):
+        investigate(laboratory, operator)
+    kept = read_journal(laboratory.folder / JOURNAL_FILE, "virtual")
+    assert (len(kept.entries), kept.dropped, operator.heard) == (1, (), [])
+
+
+@given(st.sampled_from([one for one in OFFERED if one.kind in RELEASED]))
+def test_where_the_tissue_was_taken_out_for_what_is_dropped_then_nothing_strains_it_any_more(
+    asking: Manoeuvre,
+) -> None:
+    journal = Journal("x", (entry(FAR),)).dropping(Dropped(asking, "beyond reach"))
+    assert not any(journal.is_open(one) for one in OFFERED if one.strains)
+
+
+def test_after_a_refusal_for_which_the_tissue_was_taken_out_no_pull_of_the_same_proposals_is_done(
+    laboratory: BenchLaboratory,
+) -> None:
+    examiner = ScriptedExaminer(worth=lambda one: 90.0 if one == POSES else 0.3)
+    laboratory.fails[2] = REFUSALS[0]
+    operator = ScriptedOperator()
+    outcome = investigate(laboratory, operator, Rules(offered=(POSES, FAR)), examiner)
+    assert [one.manoeuvre for one in operator.proposals] == [OPENING[0], POSES]
+    assert outcome.ending == "everything refused"
 
 
 @pytest.mark.parametrize("minutes", [0.3, 1.0, 2.5])
@@ -240,7 +313,10 @@ def test_names_of_what_is_offered_differ() -> None:
 
 def test_a_journal_is_read_as_it_was_written(tmp_path: Path) -> None:
     path = tmp_path / JOURNAL_FILE
-    journal = Journal("P07", (entry(FAR), entry(still(20.0))), (POSES,)).with_last({"none": 1.0}, True)
+    dropped = (Dropped(still(60.0), "the arm cannot"),)
+    journal = Journal("P07", (entry(FAR), entry(still(20.0))), (POSES,), dropped).with_last(
+        {"none": 1.0}, True
+    )
     write_journal(journal, path)
     assert read_journal(path, "P07") == journal
 
@@ -253,6 +329,9 @@ def test_a_journal_is_read_as_it_was_written(tmp_path: Path) -> None:
         lambda told: told["entries"][0]["manoeuvre"].update(kind="jump"),
         lambda told: told["entries"][0].update(seconds="long"),
         lambda told: told.update(refused=[[1]]),
+        lambda told: told.pop("dropped"),
+        lambda told: told.update(dropped=[{"why": "no manoeuvre"}]),
+        lambda told: told.update(dropped=[{"manoeuvre": {"kind": "jump"}, "why": "none such"}]),
     ],
 )
 def test_a_damaged_journal_is_told_in_one_line(
@@ -322,5 +401,26 @@ def test_the_page_tells_the_path(laboratory: BenchLaboratory, tmp_path: Path) ->
     text = (tmp_path / "page.html").read_text(encoding="utf-8")
     for one in outcome.journal.entries:
         assert one.manoeuvre.words in text
+    assert "Dropped" not in text
     assert "gripper_slip: 99 %" in text
     assert "one answer is sure" in text
+
+
+@pytest.mark.parametrize("refusal", REFUSALS, ids=lambda one: type(one).__name__)
+def test_page_and_json_tell_what_was_dropped_and_why(
+    laboratory: BenchLaboratory, tmp_path: Path, refusal: Exception
+) -> None:
+    laboratory.fails[2] = refusal
+    outcome = investigate(laboratory)
+    (dropped,) = outcome.journal.dropped
+    write_report(outcome, tmp_path / "page.html", {"rig": "lab.toml"})
+    assert f"{dropped.manoeuvre.words}: {refusal}" in (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert outcome_as_json(outcome)["dropped"] == [
+        {"manoeuvre": dropped.manoeuvre.words, "why": str(refusal)}
+    ]
+
+
+def test_a_refusal_is_one_line_at_the_terminal() -> None:
+    shown: list[str] = []
+    AtTerminal(input, ask=True, say=shown.append).told(Dropped(FAR, "step 3 is beyond the reach of the arm"))
+    assert shown == [f"Dropped: {FAR.words}: step 3 is beyond the reach of the arm"]

@@ -1,17 +1,21 @@
 """An investigation on a rig: every manoeuvre is a recorded session and its experiment."""
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from investigation_bench import RIG
+from investigation_bench import RIG, ScriptedExaminer, ScriptedOperator
+from session_bench import Bench
 from synthetic_session import SyntheticSession
 
 from daq.investigation.laboratory import RigLaboratory
+from daq.investigation.loop import Investigation, Rules
 from daq.investigation.manoeuvre import Manoeuvre
+from daq.investigation.offered import OPENING
 from daq.progress import Progress, silent
 from daq.recording.folder import SessionInfo, read_info
-from daq.session.session import Label
+from daq.session.session import Label, run_session
 from daq.trajectories import Trajectory
 from daq.virtual_rig.layout import GRASP_CENTRE, placed_beads
 from daq.virtual_rig.physics.phantom import SpringPhantom
@@ -67,3 +71,18 @@ def test_a_session_that_was_broken_off_stays_and_its_repetition_has_a_folder_of_
     RigLaboratory(RIG, recorder, tmp_path).carry_out(manoeuvre, 1, silent)
     assert recorder.asked[0][1].name == f"{broken_off.name}_again1"
     assert list(broken_off.iterdir()) == []
+
+
+def test_a_rig_whose_robot_refuses_everything_moves_nothing_and_says_why_of_each(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    bench.robot.reach_m = bench.robot.pose.position[0] + 0.001
+    laboratory = RigLaboratory(bench.rig, partial(run_session, bench.rig, bench.devices), tmp_path / "found")
+    operator = ScriptedOperator()
+    outcome = Investigation(
+        laboratory, operator, Rules(), tmp_path / "found", ScriptedExaminer(), silent
+    ).run()
+    assert outcome.ending == "everything refused"
+    assert [one.manoeuvre for one in outcome.journal.dropped] == list(OPENING)
+    assert all("beyond the reach" in one.why for one in operator.heard)
+    assert bench.robot.poses == []
+    assert not (tmp_path / "found" / "sessions").exists()

@@ -79,6 +79,12 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return session.write(tmp_path_factory.mktemp("synthetic") / "session")
 
 
+@pytest.fixture(scope="module")
+def together(whole: Path) -> Synchronised:
+    """The whole session, synchronised at once."""
+    return synchronise(Recording(whole), silent)
+
+
 @pytest.fixture
 def growing(whole: Path, tmp_path: Path) -> Growing:
     return Growing(whole, tmp_path / "growing")
@@ -103,21 +109,25 @@ def test_after_each_step_the_rows_are_those_of_the_whole_recording_so_far(growin
     assert rows == [1, 2, 3]
 
 
-def test_who_is_late_gets_the_steps_one_by_one_from_fewer_pairs(growing: Growing) -> None:
+def test_who_is_late_gets_the_steps_one_by_one_from_fewer_pairs(
+    growing: Growing, together: Synchronised
+) -> None:
     running = RunningSynchronisation(growing.folder)
     assert running.read_on() is None
     growing.until(math.inf)
     found = [running.read_on() for _ in POSES]
     assert [None if one is None else len(one.experiment.time) for one in found] == [1, 2, 3]
     assert running.read_on() is None
-    last, whole = found[-1], synchronise(Recording(growing.folder), silent)
+    last = found[-1]
     assert last is not None
     for name in ("step", "position", "quaternion_wxyz", "wrench"):
-        np.testing.assert_array_equal(getattr(last.experiment, name), getattr(whole.experiment, name), name)
-    fewer, all_pairs = last.samples["camera left"], whole.samples["camera left"]
+        np.testing.assert_array_equal(
+            getattr(last.experiment, name), getattr(together.experiment, name), name
+        )
+    fewer, all_pairs = last.samples["camera left"], together.samples["camera left"]
     assert max(fewer[:-1]) < min(all_pairs[:-1])  # once it has caught up it looks at all again
     assert fewer[-1] == all_pairs[-1]
-    np.testing.assert_allclose(last.experiment.fiducials, whole.experiment.fiducials, atol=2e-5)
+    np.testing.assert_allclose(last.experiment.fiducials, together.experiment.fiducials, atol=2e-5)
 
 
 def test_a_step_is_no_row_before_every_stream_is_beyond_it(growing: Growing) -> None:

@@ -229,6 +229,21 @@ def test_a_path_that_the_robot_cannot_follow_is_refused_before_anything_moves(be
     assert not bench.folder.exists()
 
 
+def test_a_step_that_the_robot_refuses_under_way_is_no_refusal_before_anything_moved(bench: Bench) -> None:
+    def refuse() -> None:
+        raise MotionRefusedError("the controller refused the motion, nothing has moved")
+
+    def arrange(text: str, done: int, total: int) -> None:
+        if done == 2:
+            bench.robot.on_the_way = refuse
+
+    with pytest.raises(SessionError, match=r"step 2 was refused under way \(the controller refused"):
+        bench.run(arrange)
+    assert bench.robot.hold_calls == 1
+    assert len(bench.robot.poses) == 1
+    assert read_info(bench.folder).state == "sealed"
+
+
 def test_a_gripper_elsewhere_than_at_the_grasp_is_refused(bench: Bench) -> None:
     bench.robot.pose = Pose((0.495, 0.0, 0.2), (0.0, 1.0, 0.0, 0.0))
     with pytest.raises(SessionError, match=r"5\.0 mm and 0\.0° off the grasp"):

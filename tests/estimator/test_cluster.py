@@ -11,7 +11,6 @@ from pathlib import Path
 
 import pytest
 from batch_tasks import diagnosed_by_workers
-from distributed import Client
 from study_cases import Fatal, Sleeping
 from synthetic_diagnoses import small_experiment
 
@@ -72,6 +71,8 @@ class Killer:
 
     def __call__(self, text: str, done: int, total: int) -> None:
         if done and not self.victims:
+            from distributed import Client
+
             with Client(self.scheduler, set_as_default=False) as client:
                 self.victims.append(next(iter(client.run(os.getpid).values())))
             os.kill(self.victims[0], signal.SIGKILL)

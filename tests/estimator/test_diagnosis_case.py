@@ -53,8 +53,13 @@ def turned_sensor() -> list[Experiment]:
 
 
 @pytest.fixture(scope="module")
-def diagnosis() -> Diagnosis:
-    return diagnose(turned_sensor())
+def experiments() -> list[Experiment]:
+    return turned_sensor()
+
+
+@pytest.fixture(scope="module")
+def diagnosis(experiments: list[Experiment]) -> Diagnosis:
+    return diagnose(experiments)
 
 
 def test_the_cause_is_named(diagnosis: Diagnosis) -> None:
@@ -98,8 +103,10 @@ def test_its_signature_foretells_what_it_does_to_the_gap(diagnosis: Diagnosis) -
         assert np.corrcoef(signature.ravel(), change.ravel())[0, 1] > 0.95
 
 
-def test_a_cause_tried_on_its_own_does_what_it_did_in_the_diagnosis(diagnosis: Diagnosis) -> None:
-    tried = what_if(turned_sensor(), "force_frame_rotation", diagnosis.gap.floor, diagnosis.errors_left)
+def test_a_cause_tried_on_its_own_does_what_it_did_in_the_diagnosis(
+    experiments: list[Experiment], diagnosis: Diagnosis
+) -> None:
+    tried = what_if(experiments, "force_frame_rotation", diagnosis.gap.floor, diagnosis.errors_left)
     known = diagnosis.considered["force_frame_rotation"]
     assert tried.achieved is not None and known.achieved is not None
     assert tried.achieved.gap.before == pytest.approx(known.achieved.gap.before, rel=1e-3)

@@ -48,6 +48,12 @@ def with_budget(*experiments: Experiment, **changes: object) -> Estimate:
     )
 
 
+@pytest.fixture(scope="module")
+def usual(measured: Experiment) -> Estimate:
+    """What a fit tells that is asked for nothing in particular."""
+    return with_budget(measured)
+
+
 def budget_of(found: Estimate) -> Budget:
     assert found.budget is not None
     return found.budget
@@ -155,8 +161,10 @@ def test_an_error_of_several_unknowns_scatters_estimates_by_its_contribution(
             assert low < float(np.sum(moved**2)) / told**2 < high
 
 
-def test_a_tare_contributes_more_where_the_fit_does_not_look_for_it(measured: Experiment) -> None:
-    told = with_budget(measured)
+def test_a_tare_contributes_more_where_the_fit_does_not_look_for_it(
+    measured: Experiment, usual: Estimate
+) -> None:
+    told = usual
     untold = with_budget(measured, nuisances=USUAL - {TARE.name})
     assert line(told, "force_tare").source.known
     assert not line(untold, "force_tare").source.known
@@ -168,8 +176,10 @@ def test_a_tare_contributes_more_where_the_fit_does_not_look_for_it(measured: Ex
     assert budget_of(untold).known[modulus] < budget_of(told).known[modulus]
 
 
-def test_what_experiments_share_does_not_average_out_and_what_is_their_own_does(measured: Experiment) -> None:
-    once, twice = with_budget(measured), with_budget(measured, replace(measured, order=2, name="again"))
+def test_what_experiments_share_does_not_average_out_and_what_is_their_own_does(
+    measured: Experiment, usual: Estimate
+) -> None:
+    once, twice = usual, with_budget(measured, replace(measured, order=2, name="again"))
     modulus = "youngs_modulus"
     for name, factor in (
         ("force_gain", 1.0),
@@ -191,11 +201,11 @@ def test_a_gain_that_the_fit_estimates_is_listed_once_and_takes_no_other_size(me
         with_budget(measured, nuisances=floating, budget=Stated({"force_gain": 0.005}))
 
 
-def test_a_stated_size_takes_the_place_of_what_is_assumed(measured: Experiment) -> None:
+def test_a_stated_size_takes_the_place_of_what_is_assumed(measured: Experiment, usual: Estimate) -> None:
     stated = Stated(
         {"force_gain": 0.002}, {"force_gain": Origin("A", "certificate 12"), "bead": Origin("B", "design")}
     )
-    usual, found = with_budget(measured), with_budget(measured, budget=stated)
+    found = with_budget(measured, budget=stated)
     ratio = (
         line(found, "force_gain").contribution["youngs_modulus"]
         / line(usual, "force_gain").contribution["youngs_modulus"]

@@ -5,10 +5,8 @@ import re
 import struct
 from pathlib import Path
 
-import nibabel
 import numpy as np
 import pytest
-import SimpleITK
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
@@ -16,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from estimator.errors import InputError
 from estimator.segmentation.label_map import LabelMap
 from estimator.segmentation.reading import read_label_map
-from tests.estimator.segmentation_files import FloatArray, write_by_simpleitk, write_dicom_seg, write_nifti
+from tests.estimator.segmentation_files import FloatArray, write_by_simpleitk, write_nifti
 
 TURNED = Rotation.from_euler("xyz", [0.3, -0.5, 0.9]).as_matrix()
 SHEARED = np.array([[1.0, 0.2, 0.0], [0.0, np.sqrt(0.96), 0.1], [0.0, 0.0, np.sqrt(0.99)]])
@@ -54,6 +52,8 @@ def place_of(found: LabelMap, label: int | str = 7) -> FloatArray:
 @pytest.mark.parametrize("name", ["a.nii", "a.nii.gz", "a.nrrd", "a.nhdr", "a.mha", "a.mhd"])
 @pytest.mark.parametrize("direction", DIRECTIONS)
 def test_a_voxel_lies_where_the_library_that_wrote_it_says(tmp_path: Path, name: str, direction: str) -> None:
+    import SimpleITK
+
     T_lps_index = geometry(DIRECTIONS[direction])
     write_by_simpleitk(one_voxel(), T_lps_index, tmp_path / name)
     image = SimpleITK.ReadImage(str(tmp_path / name))
@@ -136,6 +136,8 @@ def test_sform_and_qform_that_disagree_are_told(tmp_path: Path) -> None:
 
 
 def test_nifti_of_two_streams_of_gzip_is_read_whole(tmp_path: Path) -> None:
+    import nibabel
+
     nibabel.save(nibabel.Nifti1Image(one_voxel(), np.eye(4)), tmp_path / "a.nii")
     content = (tmp_path / "a.nii").read_bytes()
     (tmp_path / "a.nii.gz").write_bytes(gzip.compress(content[:400]) + gzip.compress(content[400:]))
@@ -210,6 +212,8 @@ def test_segments_of_dicom_lie_where_their_frames_say(
     tumour[4, 3, 1] = True
     if overlapping:
         tumour[VOXEL] = True
+    from tests.estimator.dicom_seg_files import write_dicom_seg
+
     write_dicom_seg({"liver": liver, "tumour": tumour}, T_lps_index, tmp_path / "a.dcm")
     found = read_label_map(tmp_path / "a.dcm")
     assert place_of(found, "liver") == pytest.approx((T_lps_index @ [*VOXEL, 1])[:3], abs=1e-6)
@@ -222,6 +226,8 @@ def test_segments_of_dicom_lie_where_their_frames_say(
 
 
 def refusals(folder: Path) -> dict[str, tuple[Path, str]]:
+    import SimpleITK
+
     write_nifti(one_voxel(), folder / "unknown.nii", None)
     write_nifti(one_voxel(), folder / "whole.nii", np.eye(4))
     (folder / "short.nii").write_bytes((folder / "whole.nii").read_bytes()[:400])
@@ -297,6 +303,8 @@ def test_an_absent_label_is_refused_with_those_that_there_are(tmp_path: Path) ->
 
 
 def test_big_endian_nifti_is_read(tmp_path: Path) -> None:
+    import nibabel
+
     image = nibabel.Nifti1Image(one_voxel().astype(">i2"), RAS, nibabel.Nifti1Header(endianness=">"))
     image.header.set_data_dtype(np.int16)
     nibabel.save(image, tmp_path / "a.nii")

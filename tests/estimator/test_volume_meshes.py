@@ -4,7 +4,6 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree
 
-import gmsh
 import meshio
 import numpy as np
 import pytest
@@ -35,6 +34,8 @@ TET = np.array([[0.0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]])
 def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A box of 1 x 0.6 x 0.4 m by Gmsh in every format and order, with groups that overlap and one of faces."""
     folder = tmp_path_factory.mktemp("gmsh")
+    import gmsh
+
     gmsh.initialize(interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
@@ -92,6 +93,8 @@ def test_what_gmsh_writes_is_read_once_the_right_way_round_with_its_groups(
 
 @pytest.mark.parametrize("binary", [0, 1])
 def test_elements_in_no_group_are_read_from_msh_as_well(tmp_path: Path, binary: int) -> None:
+    import gmsh
+
     gmsh.initialize(interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
@@ -153,6 +156,8 @@ def assert_same(one: VolumeMesh, other: VolumeMesh) -> None:
 def test_gmsh_reads_what_is_written_as_msh(written: Path, tmp_path: Path, order: int) -> None:
     mesh = read_volume_mesh(written / f"med {order}.med").mesh
     write_mesh(mesh, tmp_path / "out.msh")
+    import gmsh
+
     gmsh.initialize(interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)

@@ -46,7 +46,10 @@ def crc_of(content):
 
 
 def frame(time_us, wrench=(1, -2, 3, 0.25, -0.5, 0.125), status=0, temperature=30.0):
-    content = struct.pack("<H6fIf", status, *wrench, time_us, temperature)
+    return framed(struct.pack("<H6fIf", status, *wrench, time_us, temperature))
+
+
+def framed(content):
     return b"\xaa" + content + struct.pack("<H", crc_of(content))
 
 
@@ -87,6 +90,115 @@ def test_a_changed_bit_costs_one_frame(place, bit):
     decoder = FrameDecoder()
     assert decoder.feed(b"".join(frames)).time_us.tolist() == [0, 1250, 3750, 5000, 6250]
     assert decoder.damages == 1
+
+
+def times_of(decoder, *pieces):
+    return np.concatenate([decoder.feed(piece).time_us for piece in pieces]).tolist()
+
+
+def one_by_one(data):
+    return [data[place : place + 1] for place in range(len(data))]
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 10_000), st.integers(2, 9), st.data())
+def test_in_lock_a_frame_is_there_with_its_last_byte(clock, step, count, data):
+    sent = [frame((clock + step * k) % 2**32) for k in range(count)]
+    decoder = FrameDecoder()
+    decoder.feed(sent[0])
+    at_first = 0
+    for number, one in enumerate(sent[1:], start=1):
+        cut = data.draw(st.integers(0, 36))
+        assert not len(decoder.feed(one[:cut]).end)
+        found = decoder.feed(one[cut:]).end.tolist()
+        assert found[-1] == 37 * (number + 1)
+        at_first = at_first or len(found)
+        assert len(found) == (2 if number == 1 else 1)
+
+
+@given(
+    st.lists(st.sampled_from(["kept", "cut", "torn", "followed by rubbish"]), min_size=2, max_size=14),
+    st.data(),
+)
+def test_every_undamaged_frame_in_lock_is_kept_and_nothing_else_is_taken(fates, data):
+    clock = data.draw(st.integers(0, 2**32 - 1))
+    arrived, undamaged = b"", []
+    for number, fate in enumerate(fates):
+        one = frame((clock + 1250 * number) % 2**32)
+        place, lost = data.draw(st.integers(0, 36)), data.draw(st.integers(1, 36))
+        rubbish = data.draw(st.binary(min_size=1, max_size=80))
+        arrived += {
+            "kept": one,
+            "cut": one[:place],
+            "torn": one[:place] + one[place + lost :],
+            "followed by rubbish": one + rubbish,
+        }[fate]
+        undamaged += [number] if fate in ("kept", "followed by rubbish") else []
+    alone = [
+        number
+        for number in undamaged
+        if not (fates[number] == "kept" and number + 1 in undamaged)
+        and not (number - 1 in undamaged and fates[number - 1] == "kept")
+    ]
+    times = times_of(FrameDecoder(), *one_by_one(arrived))
+    found = [(time - clock) % 2**32 // 1250 for time in times]
+    assert times == [(clock + 1250 * number) % 2**32 for number in found]
+    assert found == sorted(set(found))
+    assert set(undamaged) - set(alone) <= set(found)
+
+
+def torn_and_fitting(clock, place, lost):
+    """A frame without ``lost`` bytes from ``place`` on, and one after it that fills it up to a stretch with its CRC."""
+    whole = frame(clock)
+    torn = whole[:place] + whole[place + lost :]
+    begin = b"\xaa" + bytes(lost - 3)
+    crc = struct.pack("<H", crc_of((torn + begin)[1:]))
+    wrench = (begin[3:] + crc).ljust(24, b"\0")
+    return torn, framed(bytes(2) + wrench + struct.pack("<If", clock + 1250, 30.0))
+
+
+@given(st.integers(10_000, 2**32 - 10_000), st.integers(1, 31), st.data())
+def test_a_misplaced_stretch_whose_crc_fits_is_not_taken_for_a_frame(clock, place, data):
+    lost = data.draw(st.integers(5, min(27, 36 - place + 1)))
+    before = [frame(clock - 1250 * k) for k in (3, 2, 1)]
+    torn, second = torn_and_fitting(clock, place, lost)
+    after = [frame(clock + 1250 * k) for k in (2, 3)]
+    stretch = (torn + second)[:37]
+    assert crc_of(stretch[1:35]) == struct.unpack("<H", stretch[35:])[0]
+    times = times_of(FrameDecoder(), *before, torn, second, *after)
+    assert times == [clock + 1250 * k for k in (-3, -2, -1, 1, 2, 3)]
+
+
+@given(st.binary(min_size=30, max_size=30), st.integers(0, 2**32 - 1))
+def test_rubbish_with_the_crc_of_a_frame_before_the_first_one_is_not_taken_for_one(content, clock):
+    sent = [frame((clock + 1250 * k) % 2**32) for k in (0, 1, 2)]
+    of_other_times = struct.pack("<I", (clock + 2**31) % 2**32)
+    rubbish = framed(content[:26] + of_other_times + content[26:])
+    assert times_of(FrameDecoder(), rubbish, *sent) == [(clock + 1250 * k) % 2**32 for k in (0, 1, 2)]
+
+
+def test_a_frame_whose_last_byte_the_next_header_made_up_for_costs_nothing():
+    clock = next(time for time in range(10_000, 20_000) if frame(time)[-1] == 0xAA)
+    sent = [frame(clock + 1250 * k) for k in range(-3, 4)]
+    arrived = b"".join([*sent[:3], sent[3][:-1], *sent[4:]])
+    assert times_of(FrameDecoder(), arrived) == [clock + 1250 * k for k in range(-3, 4)]
+
+
+@pytest.mark.parametrize("temperature", [float("nan"), float("inf"), 1e30])
+def test_a_sensor_that_tells_no_temperature_is_heard(temperature):
+    sent = [frame(1250 * k, temperature=temperature) for k in range(5)]
+    assert times_of(FrameDecoder(), *sent) == [1250 * k for k in range(5)]
+
+
+def test_a_sensor_that_begins_its_clock_anew_is_heard_a_frame_later():
+    sent = [frame(time) for time in (9_000_000, 9_001_250, 1250, 2500, 3750)]
+    decoder = FrameDecoder()
+    assert [decoder.feed(one).time_us.tolist() for one in sent] == [
+        [],
+        [9_000_000, 9_001_250],
+        [],
+        [1250, 2500],
+        [3750],
+    ]
 
 
 def test_the_status_is_told_in_words():

@@ -3,9 +3,6 @@
 import gzip
 from pathlib import Path
 
-import meshio
-import nibabel
-import nrrd
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,6 +32,8 @@ def nrrd_file(folder: Path) -> None:
         "space origin": np.zeros(3),
         "encoding": "raw",
     }
+    import nrrd
+
     nrrd.write(str(folder / "body.nrrd"), _ball(), header, index_order="F")
 
 
@@ -68,6 +67,8 @@ def vtu(folder: Path) -> None:
 
 def med(folder: Path) -> None:
     """Write a MED file."""
+    import meshio
+
     mesh = _cube()
     meshio.Mesh(mesh.points, [("tetra", mesh.blocks["tet4"])]).write(folder / "body.med")
 
@@ -116,6 +117,8 @@ def _ball() -> NDArray[np.uint8]:
 
 
 def _nifti() -> bytes:
+    import nibabel  # 30 MB, of one kind of files among many
+
     image = nibabel.Nifti1Image(_ball(), np.diag([-_SPACING_MM, -_SPACING_MM, _SPACING_MM, 1.0]))
     image.header.set_xyzt_units("mm")
     return bytes(image.to_bytes())

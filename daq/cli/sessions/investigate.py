@@ -13,10 +13,10 @@ from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.errors import SessionError
 from daq.investigation.choosing import Proposal
 from daq.investigation.examiner import DiagnosingExaminer
-from daq.investigation.journal import Journal
+from daq.investigation.journal import Dropped, Journal
 from daq.investigation.laboratory import RigLaboratory
 from daq.investigation.loop import JOURNAL_FILE, Answer, Investigation, Outcome, Rules
-from daq.investigation.report import ending_sentence, likeliest, write_report
+from daq.investigation.report import ending_sentence, likeliest, outcome_as_json, write_report
 from daq.investigation.safety import Bounds
 from daq.versions import package_versions
 from estimator.diagnosis.conclusions.as_json import as_json
@@ -35,8 +35,9 @@ _EXAMPLES = """  retract investigate lab.toml --output investigations/P07
 
 It begins with a short pull. After every manoeuvre it examines what was measured, and proposes the one that is expected
 to tell most in a minute, of those whose foreseen loads stay within the limits. Nothing moves before you agree; what you
-refuse is not proposed again. It ends when one answer has 95 %, when nothing more can be learnt, or when the minutes are
-spent. Called again with the same folder, it goes on."""
+refuse is not proposed again; what the rig refuses before anything moves is dropped, and the next best is proposed. It
+ends when one answer has 95 %, when nothing more can be learnt, or when the minutes are spent. Called again with the
+same folder, it goes on."""
 
 
 def add_parser(verbs: Verbs) -> None:
@@ -134,6 +135,10 @@ class AtTerminal:
         self._ask = ask
         self._say = say
 
+    def told(self, dropped: Dropped) -> None:
+        """Say what is dropped, and why."""
+        self._say(f"Dropped: {dropped.words}")
+
     def asked(self, proposal: Proposal, journal: Journal) -> Answer:
         """Show what is proposed and why, what it asks for and risks, and return what the operator says."""
         if journal.entries:
@@ -190,10 +195,7 @@ def _result(outcome: Outcome, folder: Path, rig: str) -> Result:
             f"the robot is held: {lines[0]} Look at the cell; with --release and --output {folder} it goes on"
         )
     data = {
-        "ending": outcome.ending,
-        "probabilities": dict(outcome.probabilities),
-        "minutes": outcome.journal.seconds / _MINUTE_S,
-        "manoeuvres": [one.manoeuvre.words for one in outcome.journal.entries],
+        **outcome_as_json(outcome),
         "journal": str(folder / JOURNAL_FILE),
         "report": str(page),
     }

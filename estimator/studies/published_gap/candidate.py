@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from estimator.effects.catalogue import default_catalogue
 from estimator.studies.published_gap.retractions import Anchoring, SetUp
@@ -43,8 +43,8 @@ class Size:
             low, high = self.between
             return np.asarray(low * (high / low) ** share)
         if self.one_sided:
-            return np.asarray(self.deviation * norm.ppf(0.5 + 0.5 * share))
-        return np.asarray(self.deviation * norm.ppf(share))
+            return np.asarray(self.deviation * ndtri(0.5 + 0.5 * share))
+        return np.asarray(self.deviation * ndtri(share))
 
     def at_reference(self, size: FloatArray, modulus: FloatArray) -> FloatArray:
         """Return the size at the reference modulus that does the same as ``size`` in tissue of ``modulus``, Pa."""

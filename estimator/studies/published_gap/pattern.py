@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from estimator.studies.published_gap.candidate import Candidate, Size
 from estimator.studies.published_gap.published import PublishedTable
@@ -105,7 +105,7 @@ class PatternModel:
         """Return the sizes, (n,) each in its own unit, of parameters (n, d)."""
         start = len(self.table.materials) + 1 + len(_SCATTER) + 1
         return {
-            f"{cause.name} {size.name}": size.of_quantile(norm.cdf(draws[:, start + number]))
+            f"{cause.name} {size.name}": size.of_quantile(ndtr(draws[:, start + number]))
             for number, (cause, size) in enumerate(self.sizes)
         }
 
@@ -136,13 +136,13 @@ class PatternModel:
         materials = len(self.table.materials)
         modulus = self.true_modulus(draws)
         log_gain, ratio = self._mapped(draws, modulus)
-        share = norm.cdf(draws[:, materials])
+        share = ndtr(draws[:, materials])
         shift_e, shift_nu = self._by_tissue_ratio(share)
         row, condition = self.table.material_of, self.table.condition_of
         scatter = {}
         for number, (name, (low, high)) in enumerate(_SCATTER.items()):
-            scatter[name] = low * (high / low) ** norm.cdf(draws[:, materials + 1 + number])
-        power = norm.cdf(draws[:, materials + 1 + len(_SCATTER)])
+            scatter[name] = low * (high / low) ** ndtr(draws[:, materials + 1 + number])
+        power = ndtr(draws[:, materials + 1 + len(_SCATTER)])
         softer = np.log(modulus.max(axis=1, keepdims=True) / modulus)
         return Predicted(
             np.log(modulus)[:, row] + log_gain[:, row, condition] + shift_e[:, condition],

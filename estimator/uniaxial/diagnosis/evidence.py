@@ -10,7 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm, qmc
+from scipy.special import ndtri
+from scipy.stats import qmc
 
 from estimator.errors import SolverError
 from estimator.inference.bounded_minimum import bounded_minimum
@@ -157,7 +158,7 @@ def _spread(count: int) -> list[FloatArray]:
     if count == 0:
         return [np.empty(0)]
     draws = qmc.Sobol(count, scramble=False).random(_STARTS * 2 ** (count - 1))
-    return [np.asarray(norm.ppf(0.02 + 0.96 * draw)) for draw in draws]
+    return [np.asarray(ndtri(0.02 + 0.96 * draw)) for draw in draws]
 
 
 def _climbed(landscape: _Landscape, start: _Point) -> tuple[_Point, _Slope]:

@@ -32,8 +32,19 @@ def _stream(random: Random) -> DamagedStream:
 
 
 def _check(stream: DamagedStream) -> bool:
-    """Each frame is what the bytes before its end say, and none is made of two."""
-    decoder, last_end = FrameDecoder(), 0
+    """Judge the frames that the decoder delivers.
+
+    Each is what the bytes before its end say. Each is, byte for byte, one that was sent after those before it; or it
+    lies between two boundaries of the sender behind the one before it, so that a change has left it its length and its
+    CRC, which nothing can see. The bytes of one that was sent may be others' where they are alike: a CRC that ends in
+    0xAA may end with the next header, a frame whose header was lost begin in a CRC.
+    """
+    decoder = FrameDecoder()
+    sent = {
+        stream.sent[place : place + _SIZE]: number
+        for number, place in enumerate(range(0, len(stream.sent), _SIZE))
+    }
+    last_end = last_number = -1
     for chunk in stream.chunks():
         frames = decoder.feed(chunk)
         for row, end in enumerate(frames.end.tolist()):
@@ -48,21 +59,13 @@ def _check(stream: DamagedStream) -> bool:
             )
             agree(told, _CONTENT.pack(status, *values, clock, temperature), "frame")
             agree((bytes_[0], bytes_[35:]), (0xAA, struct.pack("<H", _crc(bytes_[1:35]))), "header and CRC")
-            if begin < last_end:
-                raise WrongValueError(f"the frame at byte {begin} follows one that ends at {last_end}")
-            if not (on_boundaries(stream, begin, end) or _is_sent(stream, begin, end)):
+            number = sent.get(bytes_)
+            if number is None and not (on_boundaries(stream, begin, end) and begin >= last_end):
                 raise WrongValueError(f"the frame at byte {begin} is made of two")
-            last_end = end
+            if number is not None and (number <= last_number or end <= last_end):
+                raise WrongValueError(f"the frame at byte {begin} comes after the one that was sent after it")
+            last_end, last_number = end, last_number if number is None else number
     return last_end > 0
-
-
-def _is_sent(stream: DamagedStream, begin: int, end: int) -> bool:
-    """Tell whether a stretch is the frame that was sent with its last byte.
-
-    It need not have begun there: where a frame's CRC ends in 0xAA, that byte stands for a lost header after it.
-    """
-    last = stream.origins[end - 1]
-    return stream.sent[last + 1 - _SIZE : last + 1] == stream.arrived[begin:end]
 
 
 TARGETS = (
