@@ -51,3 +51,12 @@ def test_every_error_keeps_its_class_and_its_line(kind: type[Exception], line: s
 
 def test_errors_defined_in_rooms_of_their_own_are_among_them() -> None:
     assert {VisionError, TareRefusedError, MotionInterruptedError} < set(HOUSE)
+
+
+def test_an_error_that_no_other_process_can_import_arrives_as_what_it_is_a_kind_of() -> None:
+    class LocalFaultError(DeviceFaultError):
+        """Of a driver that a script defines."""
+
+    arrived = across(LocalFaultError("register 7: not there"))
+    assert type(arrived) is DeviceFaultError
+    assert str(arrived) == "register 7: not there"
