@@ -5,6 +5,7 @@ import select
 import socket
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 
 import numpy as np
@@ -16,16 +17,26 @@ from robot_drivers.emulated_clock import ClockError
 from robot_drivers.genicam.emulator import description as of
 from robot_drivers.genicam.emulator.control import PORT, ControlChannel
 from robot_drivers.genicam.emulator.registers import (
+    MULTIPART,
     STREAM_ADDRESS,
+    STREAM_CONFIGURATION,
     STREAM_PACKET_SIZE,
     STREAM_PORT,
     Registers,
 )
-from robot_drivers.genicam.emulator.settings import PIXEL_FORMATS, GigECameraSettings, GigEFaults
-from robot_drivers.genicam.emulator.stream import Block, test_packet
+from robot_drivers.genicam.emulator.settings import (
+    PIXEL_FORMATS,
+    GigECameraSettings,
+    GigEDepthSettings,
+    GigEFaults,
+)
+from robot_drivers.genicam.emulator.stream import Block, MultipartBlock, PartOfBlock, test_packet
 
 ImageSource = Callable[[float], NDArray[np.uint8]]
 """Time in s since the camera was built to what it sees, (height, width); called from its thread."""
+
+DepthSource = Callable[[float], NDArray[np.uint16] | NDArray[np.float32]]
+"""The same to the counts of depth."""
 
 _LONGEST_WAIT_S = 0.02
 _FIRE_TEST = 0x8000_0000
@@ -38,14 +49,22 @@ _LISTENING, _SLAVE, _MASTER, _DISABLED = (
 
 
 class GigECameraEmulator(ClosedAtExit):
-    """A camera that sees ``source``; it answers from construction until :meth:`close`."""
+    """A camera that sees ``source``, and where it sends depth ``depth_source``.
+
+    It answers from construction until :meth:`close`.
+    """
 
     def __init__(
-        self, source: ImageSource, settings: GigECameraSettings | None = None, seed: int = 0
+        self,
+        source: ImageSource,
+        settings: GigECameraSettings | None = None,
+        seed: int = 0,
+        depth_source: DepthSource | None = None,
     ) -> None:
-        self._source = source
+        self._source, self._depth_source = source, depth_source
         self.settings = settings or GigECameraSettings()
         self._random = np.random.default_rng(seed)
+        self._readout_ns = round(self.settings.readout_s * 1e9)
         self._born_ns = self._booted_ns = host_time_ns()
         self._faults, self._injected_ns, self._restart_due = GigEFaults(), self._born_ns, False
         self._clock_error = ClockError()
@@ -79,6 +98,20 @@ class GigECameraEmulator(ClosedAtExit):
         with self._lock:
             self._clock_error = self._clock_error.disturbed(self._awake_s(), jump_s, drift_ppm)
 
+    @property
+    def behind_s(self) -> float:
+        """How late the next image is, s; 0 while nobody has it transmit."""
+        if not self._acquiring:
+            return 0.0
+        leaving = tuple(self._leaving)
+        due_ns = leaving[0][0] if leaving else self._next_ns + self._readout_ns
+        return max(0.0, (host_time_ns() - due_ns) * 1e-9)
+
+    @property
+    def born_ns(self) -> int:
+        """Host time from which the times of the sources count."""
+        return self._born_ns
+
     def close(self) -> None:
         """Switch the camera off."""
         if not self._closing.is_set():
@@ -90,6 +123,8 @@ class GigECameraEmulator(ClosedAtExit):
     def _power_up(self) -> None:
         self._booted_ns = host_time_ns()
         self._chunk_enabled = False
+        self._components = {of.COMPONENTS["Intensity"]}
+        self._leaving: deque[tuple[int, list[bytes]]] = deque()
         self._ptp_since_ns: int | None = None
         self._number, self._next_ns = 0, 0
         self._acquiring = False
@@ -99,13 +134,16 @@ class GigECameraEmulator(ClosedAtExit):
                 of.PAYLOAD_SIZE: self._payload_size,
                 of.CHUNK_ENABLE: lambda: int(self._chunk_enabled and self._selected_timestamp()),
                 of.PTP_STATUS: self._ptp_status,
+                **({} if self.settings.depth is None else self._of_components(self.settings.depth)),
             },
         )
         self._control = ControlChannel(self._registers, self._written)
 
     def _serve(self) -> None:
         while not self._closing.is_set():
-            wait_s = (self._next_ns - host_time_ns()) * 1e-9 if self._acquiring else _LONGEST_WAIT_S
+            leaving_ns = self._leaving[0][0] if self._leaving else self._next_ns
+            next_ns = min(leaving_ns, self._next_ns)
+            wait_s = (next_ns - host_time_ns()) * 1e-9 if self._acquiring else _LONGEST_WAIT_S
             readable, _, _ = select.select(
                 [self._control_socket], [], [], min(max(wait_s, 0.0), _LONGEST_WAIT_S)
             )
@@ -124,34 +162,47 @@ class GigECameraEmulator(ClosedAtExit):
             if answer is not None:
                 self._control_socket.sendto(answer, peer)
         if self._acquiring and not self._control.controlled:
-            self._acquiring = False
+            self._stop()
         if self._acquiring and host_time_ns() >= self._next_ns:
             self._expose(reachable and not self._faults.stalled)
+        while self._leaving and host_time_ns() >= self._leaving[0][0]:
+            for packet in self._leaving.popleft()[1]:
+                self._stream_socket.sendto(packet, self._destination())
+
+    def _stop(self) -> None:
+        self._acquiring = False
+        self._leaving.clear()
 
     def _expose(self, sent: bool) -> None:
         due_ns, settings = self._next_ns, self.settings
         self._next_ns += round(1e9 / settings.fps)
-        self._number = self._number % 0xFFFF + 1
+        extended = self._extended_ids()
+        self._number = self._number + 1 if extended else self._number % 0xFFFF + 1
         dropped = self._to_drop > 0
         self._to_drop -= dropped
         if not sent or dropped or self._random.random() < self._faults.loss:
             return
-        image = self._source((due_ns - self._born_ns) * 1e-9)
-        stamp = self._clock(due_ns)
-        block = Block(
-            number=self._number,
-            timestamp=stamp,
-            pixel_format=PIXEL_FORMATS[settings.pixel_format],
-            width=settings.width,
-            height=settings.height,
-            content=image.tobytes().ljust(settings.image_bytes, b"\0"),
-            chunk_timestamp=stamp if self._chunks_on() else None,
-        )
+        block = self._block((due_ns - self._born_ns) * 1e-9, self._clock(due_ns))
         packets = block.packets(self._registers.read(STREAM_PACKET_SIZE) & _PACKET_SIZE_MASK)
         if self._random.random() < self._faults.packet_loss:
             del packets[int(self._random.integers(1, len(packets) - 1))]
-        for packet in packets:
-            self._stream_socket.sendto(packet, self._destination())
+        self._leaving.append((due_ns + self._readout_ns, packets))
+
+    def _block(self, time_s: float, stamp: int) -> Block | MultipartBlock:
+        """Return what is sent of an exposure: the image, or with it that of depth."""
+        settings, size = self.settings, (self.settings.width, self.settings.height)
+        image_format = PIXEL_FORMATS[settings.pixel_format]
+        image = self._source(time_s).tobytes().ljust(settings.image_bytes, b"\0")
+        if not self._in_parts():
+            chunk = stamp if self._chunks_on() else None
+            return Block(self._number, stamp, image_format, *size, image, chunk)
+        parts = [PartOfBlock(of.COMPONENTS["Intensity"], image_format, *size, image)]
+        if settings.depth is not None and self._depth_source is not None:
+            counts = self._depth_source(time_s)
+            content = counts.astype(counts.dtype.newbyteorder("<")).tobytes()
+            depth_format = PIXEL_FORMATS[settings.depth.depth_format]
+            parts.append(PartOfBlock(of.COMPONENTS["Range"], depth_format, *size, content))
+        return MultipartBlock(self._number, stamp, tuple(parts), self._extended_ids())
 
     def _written(self, address: int, value: int) -> None:
         if address == STREAM_PACKET_SIZE and value & _FIRE_TEST:
@@ -160,7 +211,10 @@ class GigECameraEmulator(ClosedAtExit):
         elif address == of.ACQUISITION_START:
             self._acquiring, self._next_ns = True, host_time_ns()
         elif address == of.ACQUISITION_STOP:
-            self._acquiring = False
+            self._stop()
+        elif address == of.COMPONENT_ENABLE and self.settings.depth is not None:
+            change = self._components.add if value else self._components.discard
+            change(self._registers.read(of.COMPONENT_SELECTOR))
         elif address == of.CHUNK_ENABLE and self._selected_timestamp():
             self._chunk_enabled = value == 1
         elif address == of.PTP_ENABLE:
@@ -176,7 +230,27 @@ class GigECameraEmulator(ClosedAtExit):
     def _chunks_on(self) -> bool:
         return self._chunk_enabled and self._registers.read(of.CHUNK_MODE) == 1
 
+    def _of_components(self, depth: GigEDepthSettings) -> dict[int, Callable[[], int]]:
+        """Return what the registers tell that depend on the selected component."""
+        formats = {
+            of.COMPONENTS["Intensity"]: PIXEL_FORMATS[self.settings.pixel_format],
+            of.COMPONENTS["Range"]: PIXEL_FORMATS[depth.depth_format],
+        }
+        return {
+            of.COMPONENT_ENABLE: lambda: self._registers.read(of.COMPONENT_SELECTOR) in self._components,
+            of.PIXEL_FORMAT: lambda: formats.get(self._registers.read(of.COMPONENT_SELECTOR), 0),
+        }
+
+    def _in_parts(self) -> bool:
+        asked = bool(self._registers.read(STREAM_CONFIGURATION) & MULTIPART)
+        return asked and of.COMPONENTS["Range"] in self._components
+
+    def _extended_ids(self) -> bool:
+        return self.settings.depth is not None and self._registers.read(of.EXTENDED_IDS) == 1
+
     def _payload_size(self) -> int:
+        if self._in_parts():
+            return self.settings.image_bytes + self.settings.depth_bytes
         return self.settings.image_bytes + (_CHUNK_BYTES if self._chunks_on() else 0)
 
     def _ptp_status(self) -> int:
