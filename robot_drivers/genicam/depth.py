@@ -26,9 +26,11 @@ def parts_of(library: AravisLibrary, buffer: int) -> list[Part]:
     size, parts = c_size_t(), []
     for number in range(library.plain("arv_buffer_get_n_parts", buffer)):
         library.plain("arv_buffer_get_part_data", buffer, number, byref(size))
-        told = ("component_id", "pixel_format", "width", "height")
-        values = (library.plain(f"arv_buffer_get_part_{name}", buffer, number) for name in told)
-        parts.append(Part(*values, size.value))
+        component, pixel_format, width, height = (
+            int(library.plain(f"arv_buffer_get_part_{name}", buffer, number))
+            for name in ("component_id", "pixel_format", "width", "height")
+        )
+        parts.append(Part(component, pixel_format, width, height, size.value))
     return parts
 
 
