@@ -13,8 +13,8 @@ from daq.errors import SessionError
 from daq.virtual_rig.layout import CAMERA_READOUT_S, SPECIMEN, STREAM_PATIENCE_S
 from daq.virtual_rig.operator import BOARD
 from daq.virtual_rig.rendering.board_scene import BoardScene
-from daq.virtual_rig.rendering.depth_scene import DepthScene, DepthSettings
-from daq.virtual_rig.rendering.scene import Scene, SceneSettings, depth_above, flea2_above, flea2_pair
+from daq.virtual_rig.rendering.depth_scene import DepthScene, DepthSettings, depth_above
+from daq.virtual_rig.rendering.scene import Scene, SceneSettings, flea2_above, flea2_pair
 from robot_drivers.cameras.emulator import BusClock, CameraEmulator, CameraEmulatorSettings, ImageSource
 from robot_drivers.clock import host_time_ns
 from robot_drivers.genicam.emulator import GigECameraEmulator, GigECameraSettings, GigEDepthSettings

@@ -14,7 +14,8 @@ from daq.virtual_rig.child_processes import end_all, told
 from daq.virtual_rig.layout import CAMERA_READOUT_S, FORCE_FILTER_S, Addresses, rig_description
 from daq.virtual_rig.operator import VirtualOperator
 from daq.virtual_rig.processes import DeviceClocks, VirtualRigSettings, run_emulators, solve_phantom
-from daq.virtual_rig.rendering.scene import depth_above, flea2_above, flea2_pair
+from daq.virtual_rig.rendering.depth_scene import depth_above
+from daq.virtual_rig.rendering.scene import flea2_above, flea2_pair
 
 CLOCK_FILE = "clock"
 RIG_FILE = "rig.toml"

@@ -5,13 +5,14 @@ comes noise of each pixel, an error that stays the same in all images and change
 know no depth. Both errors grow with the square of the depth.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from daq.frames import rotation
+from daq.virtual_rig.rendering.scene import flea2_above
 from daq.vision.camera_model import PinholeCamera
 from robot_drivers.protocols import DepthScale, Pose
 
@@ -39,6 +40,14 @@ class DepthSettings:
     fixed_px: float = 12.0
     at_range_m: float = 0.4
     unknown: float = 0.02
+
+
+def depth_above(range_m: float = 0.4) -> PinholeCamera:
+    """Return a depth camera that looks straight down on the phantom: rectified, a region of 768 x 640 pixels."""
+    above = flea2_above(range_m)
+    return replace(
+        above, width=768, height=640, principal_point=(386.5, 315.5), distortion=(0.0, 0.0, 0.0, 0.0, 0.0)
+    )
 
 
 class DepthScene:
@@ -80,11 +89,11 @@ class DepthScene:
         for point, (column, row) in zip(points, camera.project(points), strict=True):
             if not np.isfinite([column, row]).all():
                 continue
-            patch = tuple(
+            rows, columns = (
                 slice(max(0, round(middle) - _SKIN_PX), max(0, round(middle) + _SKIN_PX + 1))
                 for middle in (row, column)
             )
-            depth[patch] = (point[2] - camera.centre[2]) / self._per_depth[(*patch, 2)]
+            depth[rows, columns] = (point[2] - camera.centre[2]) / self._per_depth[rows, columns, 2]
         return self._counted(depth, exposure)
 
     def render_board(self, T_tissue_board: Pose, exposure: int) -> NDArray[np.uint16]:

@@ -99,14 +99,6 @@ def flea2_above(range_m: float = 0.4) -> PinholeCamera:
     return replace(flea2_pair(range_m=range_m).left, T_cam_tissue=looking_down)
 
 
-def depth_above(range_m: float = 0.4) -> PinholeCamera:
-    """Return a depth camera that looks straight down on the phantom: rectified, a region of 768 x 640 pixels."""
-    above = flea2_above(range_m)
-    return replace(
-        above, width=768, height=640, principal_point=(386.5, 315.5), distortion=(0.0, 0.0, 0.0, 0.0, 0.0)
-    )
-
-
 class Scene:
     """Renders the images of one camera.
 
