@@ -11,10 +11,13 @@ import pytest
 from gige_cameras import need_aravis
 from hypothesis import given
 from hypothesis import strategies as st
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
 from synthetic_session import rendered_scene
 
 from daq.acquisition.client import Acquisition
 from daq.calibration_files.in_force import InForce
+from daq.cli import main
 from daq.device_checks.camera import check_camera
 from daq.devices import connected
 from daq.errors import RecordingError, RigError
@@ -342,6 +345,19 @@ def test_a_recording_that_still_runs_gives_the_same_rows(recorded: Recorded) -> 
     # it looks at fewer images, whose depth scatters more
     apart = np.abs(found.experiment.fiducials - whole.fiducials).max(axis=(0, 1))
     assert (apart < [5e-6, 5e-6, 3e-5]).all()
+
+
+def test_a_reader_of_ros_2_finds_depth_in_metres(recorded: Recorded, tmp_path: Path) -> None:
+    assert main(["export", str(recorded.session), "--format", "ros2", "--output", str(tmp_path / "bag")]) == 0
+    expected = RecordedDepth.of(Recording(recorded.session), "above")
+    with AnyReader([tmp_path / "bag"], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+        wanted = [one for one in reader.connections if one.topic == "/camera/above/depth/image_raw"]
+        found = [reader.deserialize(raw, one.msgtype) for one, _, raw in reader.messages(wanted)]
+    assert len(found) == len(expected.images)
+    for number, image in enumerate(found[:3]):
+        assert (image.encoding, image.header.frame_id) == ("32FC1", "camera_above")
+        metres = np.frombuffer(image.data, "<f4").reshape(image.height, image.width)
+        np.testing.assert_array_equal(metres, expected.metres(number).astype(np.float32))
 
 
 def test_a_replay_brings_each_image_with_its_depth(recorded: Recorded) -> None:
