@@ -17,7 +17,7 @@ from daq.trajectories import Trajectory
 from robot_drivers.ati.compensation.tare import Tare
 from robot_drivers.protocols import DeviceIdentity, FloatArray
 
-VERSION = 3
+VERSION = 4
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,7 @@
 """One depth camera: beads in space from an image and its depth, from the wire to the exported experiment."""
 
 import multiprocessing
+import shutil
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -25,6 +26,7 @@ from daq.export import export_experiment
 from daq.progress import silent
 from daq.recording.reader import Recording
 from daq.recording.recorded_depth import RecordedDepth
+from daq.recording.recovery import recover_session
 from daq.recording.stored_streams import Event, Images
 from daq.replay import replayed
 from daq.rig import Rig, make_devices, read_rig, write_rig
@@ -345,6 +347,24 @@ def test_a_recording_that_still_runs_gives_the_same_rows(recorded: Recorded) -> 
     # it looks at fewer images, whose depth scatters more
     apart = np.abs(found.experiment.fiducials - whole.fiducials).max(axis=(0, 1))
     assert (apart < [5e-6, 5e-6, 3e-5]).all()
+
+
+def test_a_damaged_recording_keeps_the_depth_that_is_whole(recorded: Recorded, tmp_path: Path) -> None:
+    session = tmp_path / "session"
+    shutil.copytree(recorded.session, session)
+    file = session / "cameras.mcap"
+    content = bytearray(file.read_bytes())
+    middle = len(content) // 2
+    content[middle : middle + 200] = bytes(200)
+    file.write_bytes(content)
+    found = recover_session(session)
+    before, after = (RecordedDepth.of(Recording(folder), "above") for folder in (recorded.session, session))
+    lost = found.lost["camera/above/depth"].samples if "camera/above/depth" in found.lost else 0
+    assert 0 < len(after.images) == len(before.images) - lost
+    assert sum(loss.samples for loss in found.lost.values()) > 0
+    kept = dict(zip(before.images.counter.tolist(), range(len(before.images)), strict=True))
+    for number, counter in enumerate(after.images.counter.tolist()):
+        np.testing.assert_array_equal(after.images.depth(number), before.images.depth(kept[counter]))
 
 
 def test_a_reader_of_ros_2_finds_depth_in_metres(recorded: Recorded, tmp_path: Path) -> None:
