@@ -60,8 +60,10 @@ def _gige_depth(
     with_depth, image = replace(settings, depth=depth), _beads(settings, scene)
     random = np.random.default_rng(scene.image_seed)
 
-    def plane(time_s: float) -> NDArray[np.uint16]:
+    def plane(time_s: float) -> NDArray[np.uint16] | NDArray[np.float32]:
         counts = random.normal(_RANGE_COUNTS, _NOISE_COUNTS, (settings.height, settings.width))
+        if depth.depth_format == "Coord3D_C32f":
+            return counts.astype(np.float32)
         return np.rint(counts).astype(np.uint16)
 
     with GigECameraEmulator(image, with_depth, scene.image_seed, plane) as camera:

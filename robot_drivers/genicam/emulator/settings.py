@@ -38,7 +38,7 @@ class GigEDepthSettings:
     extended_ids : whether blocks have numbers of 64 bits at power-up
     """
 
-    depth_format: str = "Coord3D_C16"
+    depth_format: Literal["Coord3D_C16", "Coord3D_C32f"] = "Coord3D_C16"
     mode: Literal["UncalibratedC", "CalibratedC", "RectifiedC", "DisparityC"] = "CalibratedC"
     unit: Literal["Millimeter", "Inch", "Pixel"] = "Millimeter"
     scale: float = 0.02
