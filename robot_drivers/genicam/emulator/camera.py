@@ -101,10 +101,13 @@ class GigECameraEmulator(ClosedAtExit):
     @property
     def behind_s(self) -> float:
         """How late the next image is, s; 0 while nobody has it transmit."""
+        # without the lock, which is held while an image is made: who asks may be who lets time go on meanwhile
         if not self._acquiring:
             return 0.0
-        leaving = tuple(self._leaving)
-        due_ns = leaving[0][0] if leaving else self._next_ns + self._readout_ns
+        try:
+            due_ns = self._leaving[0][0]
+        except IndexError:
+            due_ns = self._next_ns + self._readout_ns
         return max(0.0, (host_time_ns() - due_ns) * 1e-9)
 
     @property
