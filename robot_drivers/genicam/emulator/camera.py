@@ -1,4 +1,4 @@
-"""An emulated GigE Vision camera on UDP, from a thread of its own."""
+"""An emulated GigE Vision camera on UDP, from two threads of its own: one answers, one exposes and sends."""
 
 import ipaddress
 import select
@@ -9,13 +9,13 @@ from collections import deque
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robot_drivers.clock import host_time_ns
+from robot_drivers.clock import host_time_ns, seconds_until
 from robot_drivers.closing import ClosedAtExit
 from robot_drivers.emulated_clock import ClockError
 from robot_drivers.genicam.emulator import description as of
 from robot_drivers.genicam.emulator.control import PORT, ControlChannel
+from robot_drivers.genicam.emulator.exposure import DepthSource, Exposure, ImageSource
 from robot_drivers.genicam.emulator.registers import (
     MULTIPART,
     STREAM_ADDRESS,
@@ -30,13 +30,7 @@ from robot_drivers.genicam.emulator.settings import (
     GigEDepthSettings,
     GigEFaults,
 )
-from robot_drivers.genicam.emulator.stream import Block, MultipartBlock, PartOfBlock, test_packet
-
-ImageSource = Callable[[float], NDArray[np.uint8]]
-"""Time in s since the camera was built to what it sees, (height, width); called from its thread."""
-
-DepthSource = Callable[[float], NDArray[np.uint16] | NDArray[np.float32]]
-"""The same to the counts of depth."""
+from robot_drivers.genicam.emulator.stream import Block, MultipartBlock, test_packet
 
 _LONGEST_WAIT_S = 0.02
 _FIRE_TEST = 0x8000_0000
@@ -80,8 +74,10 @@ class GigECameraEmulator(ClosedAtExit):
         self._stream_socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._stream_socket.bind((self.settings.host, 0))
         self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._serve, name=f"GigE camera on {self.settings.host}")
-        self._thread.start()
+        name = f"GigE camera on {self.settings.host}"
+        self._threads = [threading.Thread(target=work, name=name) for work in (self._answer, self._transmit)]
+        for thread in self._threads:
+            thread.start()
 
     def inject(self, faults: GigEFaults) -> None:
         """Replace the faults in force; ``GigEFaults()`` ends them."""
@@ -101,14 +97,7 @@ class GigECameraEmulator(ClosedAtExit):
     @property
     def behind_s(self) -> float:
         """How late the next image is, s; 0 while nobody has it transmit."""
-        # without the lock, which is held while an image is made: who asks may be who lets time go on meanwhile
-        if not self._acquiring:
-            return 0.0
-        try:
-            due_ns = self._leaving[0][0]
-        except IndexError:
-            due_ns = self._next_ns + self._readout_ns
-        return max(0.0, (host_time_ns() - due_ns) * 1e-9)
+        return max(0.0, (host_time_ns() - self._leaving_ns()) * 1e-9) if self._acquiring else 0.0
 
     @property
     def born_ns(self) -> int:
@@ -119,7 +108,8 @@ class GigECameraEmulator(ClosedAtExit):
         """Switch the camera off."""
         if not self._closing.is_set():
             self._closing.set()
-            self._thread.join()
+            for thread in self._threads:
+                thread.join()
             self._control_socket.close()
             self._stream_socket.close()
 
@@ -130,6 +120,7 @@ class GigECameraEmulator(ClosedAtExit):
         self._leaving: deque[tuple[int, list[bytes]]] = deque()
         self._ptp_since_ns: int | None = None
         self._number, self._next_ns = 0, 0
+        self._under_way_ns: int | None = None
         self._acquiring = False
         self._registers = Registers(
             self.settings,
@@ -142,70 +133,88 @@ class GigECameraEmulator(ClosedAtExit):
         )
         self._control = ControlChannel(self._registers, self._written)
 
-    def _serve(self) -> None:
+    def _answer(self) -> None:
+        """Answer requests, whatever time an exposure takes."""
         while not self._closing.is_set():
-            leaving_ns = self._leaving[0][0] if self._leaving else self._next_ns
-            next_ns = min(leaving_ns, self._next_ns)
-            wait_s = (next_ns - host_time_ns()) * 1e-9 if self._acquiring else _LONGEST_WAIT_S
-            readable, _, _ = select.select(
-                [self._control_socket], [], [], min(max(wait_s, 0.0), _LONGEST_WAIT_S)
-            )
+            asked, _, _ = select.select([self._control_socket], [], [], _LONGEST_WAIT_S)
             with self._lock:
-                self._work(bool(readable))
+                if self._restart_due and self._elapsed_s() >= self._faults.restart_at_s:
+                    self._restart_due = False
+                    self._power_up()
+                if asked:
+                    request, peer = self._control_socket.recvfrom(2048)
+                    answer = self._control.answer(request, peer) if self._reachable() else None
+                    if answer is not None:
+                        self._control_socket.sendto(answer, peer)
+                if self._acquiring and not self._control.controlled:
+                    self._stop()
 
-    def _work(self, asked: bool) -> None:
-        elapsed_s = (host_time_ns() - self._injected_ns) * 1e-9
-        if self._restart_due and elapsed_s >= self._faults.restart_at_s:
-            self._restart_due = False
-            self._power_up()
-        reachable = not self._faults.out_of_reach(elapsed_s)
-        if asked:
-            request, peer = self._control_socket.recvfrom(2048)
-            answer = self._control.answer(request, peer) if reachable else None
-            if answer is not None:
-                self._control_socket.sendto(answer, peer)
-        if self._acquiring and not self._control.controlled:
-            self._stop()
-        if self._acquiring and host_time_ns() >= self._next_ns:
-            self._expose(reachable and not self._faults.stalled)
-        while self._leaving and host_time_ns() >= self._leaving[0][0]:
-            for packet in self._leaving.popleft()[1]:
-                self._stream_socket.sendto(packet, self._destination())
+    def _transmit(self) -> None:
+        """Expose, and send what was exposed."""
+        while not self._closing.wait(self._pause_s()):
+            with self._lock:
+                exposure = self._begun()
+            if exposure is not None:
+                time_s = (exposure.due_ns - self._born_ns) * 1e-9
+                block = exposure.block(time_s, self.settings, self._source, self._depth_source)
+                with self._lock:
+                    self._end(exposure, block)
+            with self._lock:
+                self._send()
+
+    def _pause_s(self) -> float:
+        if not self._acquiring:
+            return _LONGEST_WAIT_S
+        return min(seconds_until(min(self._next_ns, self._leaving_ns())), _LONGEST_WAIT_S)
+
+    def _leaving_ns(self) -> int:
+        """Return when the next image leaves the camera; without the lock, which others must not wait for."""
+        try:
+            return self._leaving[0][0]
+        except IndexError:
+            return (self._under_way_ns or self._next_ns) + self._readout_ns
+
+    def _elapsed_s(self) -> float:
+        return (host_time_ns() - self._injected_ns) * 1e-9
+
+    def _reachable(self) -> bool:
+        return not self._faults.out_of_reach(self._elapsed_s())
 
     def _stop(self) -> None:
         self._acquiring = False
         self._leaving.clear()
 
-    def _expose(self, sent: bool) -> None:
-        due_ns, settings = self._next_ns, self.settings
-        self._next_ns += round(1e9 / settings.fps)
+    def _begun(self) -> Exposure | None:
+        """Begin the exposure that is due; None where none is, or its image gets lost."""
+        due_ns = self._next_ns
+        if not self._acquiring or host_time_ns() < due_ns:
+            return None
+        self._next_ns += round(1e9 / self.settings.fps)
         extended = self._extended_ids()
         self._number = self._number + 1 if extended else self._number % 0xFFFF + 1
         dropped = self._to_drop > 0
         self._to_drop -= dropped
+        sent = self._reachable() and not self._faults.stalled
         if not sent or dropped or self._random.random() < self._faults.loss:
+            return None
+        self._under_way_ns = due_ns
+        asked = (self._in_parts(), self._chunks_on(), extended)
+        return Exposure(self._number, due_ns, self._clock(due_ns), *asked, self._booted_ns)
+
+    def _end(self, exposure: Exposure, block: Block | MultipartBlock) -> None:
+        """Have an exposure leave the camera once it is read out, unless the camera was stopped meanwhile."""
+        self._under_way_ns = None
+        if not self._acquiring or exposure.booted_ns != self._booted_ns:
             return
-        block = self._block((due_ns - self._born_ns) * 1e-9, self._clock(due_ns))
         packets = block.packets(self._registers.read(STREAM_PACKET_SIZE) & _PACKET_SIZE_MASK)
         if self._random.random() < self._faults.packet_loss:
             del packets[int(self._random.integers(1, len(packets) - 1))]
-        self._leaving.append((due_ns + self._readout_ns, packets))
+        self._leaving.append((exposure.due_ns + self._readout_ns, packets))
 
-    def _block(self, time_s: float, stamp: int) -> Block | MultipartBlock:
-        """Return what is sent of an exposure: the image, or with it that of depth."""
-        settings, size = self.settings, (self.settings.width, self.settings.height)
-        image_format = PIXEL_FORMATS[settings.pixel_format]
-        image = self._source(time_s).tobytes().ljust(settings.image_bytes, b"\0")
-        if not self._in_parts():
-            chunk = stamp if self._chunks_on() else None
-            return Block(self._number, stamp, image_format, *size, image, chunk)
-        parts = [PartOfBlock(of.COMPONENTS["Intensity"], image_format, *size, image)]
-        if settings.depth is not None and self._depth_source is not None:
-            counts = self._depth_source(time_s)
-            content = counts.astype(counts.dtype.newbyteorder("<")).tobytes()
-            depth_format = PIXEL_FORMATS[settings.depth.depth_format]
-            parts.append(PartOfBlock(of.COMPONENTS["Range"], depth_format, *size, content))
-        return MultipartBlock(self._number, stamp, tuple(parts), self._extended_ids())
+    def _send(self) -> None:
+        while self._leaving and host_time_ns() >= self._leaving[0][0]:
+            for packet in self._leaving.popleft()[1]:
+                self._stream_socket.sendto(packet, self._destination())
 
     def _written(self, address: int, value: int) -> None:
         if address == STREAM_PACKET_SIZE and value & _FIRE_TEST:
