@@ -1,9 +1,9 @@
 """The depth images of a camera in a recording, with what their counts mean."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, Self
+from typing import Any, Protocol, Self
 
 from daq.errors import RecordingError
 from daq.recording.events import DEPTH_SCALE
@@ -37,14 +37,10 @@ class RecordedDepth:
         Raises
         ------
         RecordingError
-            What the counts mean has changed while it was recorded.
+            What the counts mean has changed while it was recorded, or is told in other words than a recorder's.
         """
         told = [event.details for event in recording.events if event.name == DEPTH_SCALE]
-        scales = {
-            DepthScale(one["scale_m"], one["offset_m"], one["invalid"])
-            for one in told
-            if one["camera"] == camera
-        }
+        scales = {_scale(one) for one in told if one.get("camera") == camera}
         if len(scales) > 1:
             raise RecordingError(
                 f"the depth of camera {camera!r} was counted in {len(scales)} scales; record again and leave the "
@@ -74,3 +70,15 @@ class RecordedDepth:
     @cached_property
     def _numbers(self) -> dict[int, int]:
         return {stamp: number for number, stamp in enumerate(self.images.host_time_ns.tolist())}
+
+
+def _scale(told: Mapping[str, Any]) -> DepthScale:
+    try:
+        invalid = told["invalid"]
+        return DepthScale(
+            float(told["scale_m"]), float(told["offset_m"]), None if invalid is None else int(invalid)
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise RecordingError(
+            f"the event {DEPTH_SCALE} tells no scale of depth ({error}); run `retract recover` on the session"
+        ) from error

@@ -2,7 +2,7 @@
 
 import threading
 from collections.abc import Callable, Collection, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import asdict
 from pathlib import Path
 
@@ -150,7 +150,9 @@ class Recorder(ClosedAtExit):
         """Record what the counts of depth mean, where that is new."""
         if self._depth_scales.get(camera) != scale:
             self._depth_scales[camera] = scale
-            self.event(DEPTH_SCALE, camera=camera, **asdict(scale))
+            # where the disk has failed that is told elsewhere, and not in the thread that reads a device
+            with suppress(RecordingError):
+                self.event(DEPTH_SCALE, camera=camera, **asdict(scale))
 
     def _frame_rows(self, name: str) -> FrameRows:
         return FrameRows(

@@ -275,6 +275,14 @@ def test_a_scale_that_changed_is_told() -> None:
         RecordedDepth.of(Told([told_scale("above", 1e-4), told_scale("above", 2e-4)]), "above")
 
 
+@pytest.mark.parametrize("spoiled", [{"scale_m": "wide"}, {"offset_m": None}, {"invalid": "no"}])
+def test_an_event_that_tells_no_scale_is_refused(spoiled: dict[str, object]) -> None:
+    event = told_scale("above", 1e-4)
+    told = Told([replace(event, details={**event.details, **spoiled})])
+    with pytest.raises(RecordingError, match="tells no scale"):
+        RecordedDepth.of(told, "above")
+
+
 # ---- the whole way
 
 
