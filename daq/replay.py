@@ -13,6 +13,7 @@ import numpy as np
 from daq.devices import Devices
 from daq.errors import RecordingError
 from daq.recording.reader import Recording
+from daq.recording.recorded_depth import RecordedDepth
 from daq.recording.stored_streams import Images
 from robot_drivers.clock import host_time_ns
 from robot_drivers.errors import MotionRefusedError
@@ -213,9 +214,11 @@ class ReplayedRobot(_ReplayedStream):
 class ReplayedCamera(_ReplayedStream):
     """One camera of a session; images are decoded as they fall due."""
 
-    def __init__(self, identity: DeviceIdentity, clock: ReplayClock, images: Images) -> None:
+    def __init__(
+        self, identity: DeviceIdentity, clock: ReplayClock, images: Images, depth: RecordedDepth
+    ) -> None:
         super().__init__(identity, clock, images.host_time_ns, images.counter)
-        self._images = images
+        self._images, self._depth = images, depth
 
     def read(self, timeout_s: float) -> list[Frame]:
         """Return the images that have fallen due, a few at a time."""
@@ -231,6 +234,7 @@ class ReplayedCamera(_ReplayedStream):
                     host_time_ns=stamp,
                     pixel_format=images.pixel_format(index),
                     image=images.image(index),
+                    depth=self._depth.received_at(int(images.host_time_ns[index])),
                 )
             )
         return frames
@@ -261,6 +265,11 @@ def replayed(recording: Recording, speed: float = 1.0) -> tuple[Devices, ReplayC
     devices = Devices(
         ReplayedForceSensor(identities["force sensor"], clock, force),
         ReplayedRobot(identities["robot"], clock, robot),
-        {name: ReplayedCamera(identities[f"camera {name}"], clock, found) for name, found in images.items()},
+        {
+            name: ReplayedCamera(
+                identities[f"camera {name}"], clock, found, RecordedDepth.of(recording, name)
+            )
+            for name, found in images.items()
+        },
     )
     return devices, clock

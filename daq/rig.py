@@ -9,13 +9,15 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from daq.devices import CAMERA, FORCE_SENSOR, MOST_CAMERAS, ROBOT, AnyRole, Devices
+from daq.devices import CAMERA, FORCE_SENSOR, ROBOT, AnyRole, Devices
 from daq.errors import RigError
 from daq.files.names import check_name
 from daq.files.toml_tables import Keys, TomlFile, toml_text
 from daq.limits import Limits
+from daq.rig_cameras import check_cameras, no_depth
 from daq.viewers import Viewers
 from daq.vision.camera_model import StereoCalibration
+from daq.vision.depth import DepthView
 from daq.vision.fiducials import FiducialSettings
 from daq.vision.planar import PlanarView
 from estimator.experiment import Box, Environment, Grasp, Phantom, Roller
@@ -131,9 +133,9 @@ class Rig:
 
     Of the one to four ``cameras`` the first two are left and right of a stereo pair, ``stereo_calibration`` is the file
     of its calibration, and ``vision`` says what their images show. Further cameras are recorded and nothing else. A rig
-    with one camera has no stereo calibration: with a ``planar_view`` it measures beads in two dimensions, without one
-    nothing. ``calibration`` is the folder of the calibration files, None for none; what is in force there goes before
-    what the rig file says
+    with one camera has no stereo calibration: with a ``planar_view`` it measures beads in two dimensions, with a
+    ``depth_view`` a depth camera measures them in three, without either nothing. ``calibration`` is the folder of the
+    calibration files, None for none; what is in force there goes before what the rig file says
     (:mod:`daq.calibration_files.in_force`). ``laboratory_clock`` is the file of an emulated laboratory's clock
     (:mod:`daq.timing.laboratory_time`), and None for real devices. ``viewers`` may look on, None for nobody.
     """
@@ -152,16 +154,31 @@ class Rig:
     vision: FiducialSettings = field(default_factory=FiducialSettings)
     stereo_calibration: Path | None = None
     planar_view: PlanarView | None = None
+    depth_view: DepthView | None = None
     calibration: Path | None = None
     laboratory_clock: Path | None = None
     viewers: Viewers | None = None
 
     @property
+    def only_view(self) -> PlanarView | DepthView | None:
+        """How the only camera measures beads; None where it does not, or there are several."""
+        return self.planar_view or self.depth_view
+
+    def with_only_view_of(self, calibration: Path) -> "Rig":
+        """Return the rig with another file of its only camera's calibration, where beads are measured with that."""
+        planar, depth = self.planar_view, self.depth_view
+        return replace(
+            self,
+            planar_view=None if planar is None else replace(planar, calibration=calibration),
+            depth_view=None if depth is None else replace(depth, calibration=calibration),
+        )
+
+    @property
     def measuring_cameras(self) -> tuple[CameraDevice, ...]:
-        """The cameras that beads are measured with: the stereo pair, the only one with a planar view, or none."""
+        """The cameras that beads are measured with: the stereo pair, the only one with a view, or none."""
         if len(self.cameras) > 1:
             return self.cameras[:2]
-        return self.cameras if self.planar_view is not None else ()
+        return self.cameras if self.only_view is not None else ()
 
     @property
     def pair(self) -> tuple[CameraDevice, CameraDevice]:
@@ -203,6 +220,11 @@ class Rig:
         """Return what the drivers say of the cameras, by name; raises RigError where there is no such driver."""
         return {one.name: CAMERA.specification(one.driver, one.settings) for one in self.cameras}
 
+    @property
+    def with_depth(self) -> frozenset[str]:
+        """The names of the cameras that send depth; raises RigError where there is no such driver."""
+        return frozenset(name for name, told in self.camera_specifications().items() if told.depth)
+
 
 def read_rig(path: Path, *, to_connect: bool = True) -> Rig:
     """Read a rig file.
@@ -221,9 +243,15 @@ def read_rig(path: Path, *, to_connect: bool = True) -> Rig:
     if file.root.get("format") != FORMAT:
         raise file.mistake(("format",), f'must be "{FORMAT}", not {file.root.get("format")!r}')
     rig = file.build(Rig, file.root)
-    _check_cameras(file, rig)
+    names = [camera.name for camera in rig.cameras]
+    measured_by = {
+        "stereo_calibration": rig.stereo_calibration,
+        "planar_view": rig.planar_view,
+        "depth_view": rig.depth_view,
+    }
+    check_cameras(file, names, [key for key, value in measured_by.items() if value is not None])
     with_settings = _with_settings if to_connect else _with_known_settings
-    return replace(
+    whole = replace(
         rig,
         force_sensor=with_settings(file, rig.force_sensor, FORCE_SENSOR, ("force_sensor",)),
         robot=with_settings(file, rig.robot, ROBOT, ("robot",)),
@@ -232,24 +260,9 @@ def read_rig(path: Path, *, to_connect: bool = True) -> Rig:
             for number, camera in enumerate(rig.cameras)
         ),
     )
-
-
-def _check_cameras(file: TomlFile, rig: Rig) -> None:
-    if not 1 <= len(rig.cameras) <= MOST_CAMERAS:
-        raise file.mistake(("cameras",), f"are {len(rig.cameras)}; a rig has one to {MOST_CAMERAS}")
-    names = [camera.name for camera in rig.cameras]
-    for number, name in enumerate(names):
-        if name in names[:number]:
-            which = "the first" if names.index(name) == 0 else "an earlier"
-            raise file.mistake(("cameras", number, "name"), f"must differ from {which} camera's, {name!r}")
-    if len(names) == 1 and rig.stereo_calibration is not None:
-        raise file.mistake(("stereo_calibration",), "is of two cameras, and the rig has one; leave it out")
-    if len(names) > 1 and rig.planar_view is not None:
-        raise file.mistake(("planar_view",), f"is of one camera, and the rig has {len(names)}; leave it out")
-    if len(names) > 1 and rig.stereo_calibration is None:
-        raise file.mistake(
-            (), f"lacks the key stereo_calibration, of the cameras {names[0]!r} and {names[1]!r}"
-        )
+    if to_connect and rig.depth_view is not None and not whole.with_depth:
+        raise no_depth(file, names[0])
+    return whole
 
 
 def write_rig(rig: Rig, path: Path) -> None:

@@ -97,7 +97,7 @@ def planned_noise(rig: Rig, measured_s: float) -> PlannedNoise:
         )
     of_force = Origin("B", words)
     bead_m, rest = extra.fiducial_m or _USUAL_BEAD_M, rig.specimen.fiducials_m
-    view = calibrations_in_force(rig, {}).apply(rig).planar_view
+    view = calibrations_in_force(rig, {}).apply(rig).only_view
     sensor = SensorNoise(
         force,
         torque,

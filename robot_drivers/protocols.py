@@ -126,11 +126,38 @@ class Speed:
 
 
 @dataclass(frozen=True, slots=True)
+class DepthScale:
+    """What the counts of a depth image mean: depth in m is ``scale_m`` times the count, plus ``offset_m``.
+
+    ``invalid`` is the count of pixels whose depth is not known; None where the camera knows that of every pixel.
+    """
+
+    scale_m: float
+    offset_m: float = 0.0
+    invalid: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class DepthImage:
+    """Depth along the optical axis, as the camera counts it, in the pixels of the image that it comes with.
+
+    Attributes
+    ----------
+    counts : (height, width)
+    scale : what they mean
+    """
+
+    counts: NDArray[np.uint16]
+    scale: DepthScale
+
+
+@dataclass(frozen=True, slots=True)
 class Frame:
     """One camera image.
 
     ``counter`` and ``device_time_s`` come from the camera (None where it tells neither), ``host_time_ns`` is the
-    receive stamp. ``pixel_format`` is ``"mono8"``, ``"bgr8"`` or ``"bayer_rggb8"`` and its three siblings.
+    receive stamp. ``pixel_format`` is ``"mono8"``, ``"bgr8"`` or ``"bayer_rggb8"`` and its three siblings. ``depth``
+    comes from a depth camera only.
     """
 
     counter: int | None
@@ -138,6 +165,7 @@ class Frame:
     host_time_ns: int
     pixel_format: str
     image: NDArray[np.uint8]
+    depth: DepthImage | None = None
 
 
 class ForceSensor(Protocol):

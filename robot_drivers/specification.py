@@ -73,10 +73,12 @@ class CameraSpecification:
     ----------
     host : where it is reached on a network; empty where by none
     frames_per_s : that the settings ask for
+    depth : whether each image comes with one of depth
     """
 
     host: str = ""
     frames_per_s: float | None = None
+    depth: bool = False
 
 
 def _check_six(name: str, values: Sequence[float] | None) -> None:

@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from robot_drivers.genicam.emulator import GigECameraEmulator, GigECameraSettings
+from robot_drivers.genicam.emulator import GigECameraEmulator, GigECameraSettings, GigEDepthSettings
 
 _numbers = itertools.count(1)
 
@@ -33,5 +33,14 @@ def scene(time_s):
     return np.full((120, 160), round(time_s * 50) % 256, np.uint8)
 
 
+def depth_scene(time_s):
+    return np.full((120, 160), 1000 + round(time_s * 50), np.uint16)
+
+
 def gige_camera(source=scene, seed=0, **settings):
     return GigECameraEmulator(source, GigECameraSettings(host=address(), **settings), seed)
+
+
+def depth_camera(source=scene, depth_source=depth_scene, depth=None, **settings):
+    of_camera = GigECameraSettings(host=address(), depth=depth or GigEDepthSettings(), **settings)
+    return GigECameraEmulator(source, of_camera, depth_source=depth_source)

@@ -22,8 +22,8 @@ def why_not(kind: Kind, rig: Rig) -> str:
         return f"{kind}: is of the two cameras of a stereo pair, and {rig.name!r} has one; calibrate camera"
     if cameras == 1 and kind == "robot":
         return (
-            f"robot: {rig.name!r} has one camera, which measures no place in space, and so does not see where the "
-            "marker on the gripper is; write T_base_tissue into the rig file"
+            f"robot: sees by a stereo pair where the marker on the gripper is, and {rig.name!r} has one camera; write "
+            "T_base_tissue into the rig file"
         )
     return ""
 

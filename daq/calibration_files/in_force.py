@@ -42,8 +42,8 @@ class InForce:
             found = record.result
             if kind == "stereo" and len(rig.cameras) > 1:
                 rig = replace(rig, stereo_calibration=self.files[kind])
-            elif kind == "camera" and rig.planar_view is not None:
-                rig = replace(rig, planar_view=replace(rig.planar_view, calibration=self.files[kind]))
+            elif kind == "camera":
+                rig = rig.with_only_view_of(self.files[kind])
             elif isinstance(found, RobotResult):
                 frames = replace(frames, T_base_tissue=found.T_base_tissue)
             elif isinstance(found, ToolResult):
@@ -104,10 +104,10 @@ def calibrations_in_force(rig: Rig, serials: Mapping[str, str], now: datetime | 
 
 def why_unused(kind: Kind, rig: Rig) -> str:
     """Return why a calibration that is made of a rig would not be in force; empty if it would."""
-    if kind == "camera" and rig.planar_view is None:
+    if kind == "camera" and rig.only_view is None:
         return (
             "the rig file has no [planar_view], without which one camera measures no beads; write calibration and "
-            "height_std_m under one"
+            "height_std_m under one, or of a depth camera calibration, depth_std_m and at_range_m under [depth_view]"
         )
     return ""
 

@@ -61,7 +61,7 @@ def _report(
 
 def _calibrated_sizes(rig: Rig) -> Mapping[str, tuple[int, int]]:
     """Return the image sizes (px) that the calibrations are for, by camera; none without their file."""
-    view = rig.planar_view
+    view = rig.only_view
     if view is not None and view.calibration.exists():
         model = view.camera()
         return {rig.cameras[0].name: (model.width, model.height)}

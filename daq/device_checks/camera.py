@@ -6,10 +6,14 @@ import numpy as np
 
 from daq.device_checks.report import Check
 from daq.device_checks.streams import collected, identity_check, losses_check, rate_check
+from robot_drivers.cameras.depth import depth_m
 from robot_drivers.protocols import Camera, Frame
 
 _SATURATED_SHARE = 0.2
 """Of an image's pixels that may be at the end of their range before beads can no longer be trusted."""
+
+_KNOWN_SHARE = 0.5
+"""Of an image's pixels that know their depth; where they know it is not told by this."""
 
 
 def check_camera(
@@ -34,6 +38,7 @@ def check_camera(
         losses_check(camera.statistics()),
         _format_check(frames, size),
         _exposure_check(frames[-1]),
+        *_depth_checks(frames[-1]),
     ]
 
 
@@ -57,6 +62,18 @@ def _format_check(frames: list[Frame], size: tuple[int, int] | None) -> Check:
     if size is not None and not fits:
         told += f", the calibration is for {size[0]}x{size[1]}"
     return Check("format", fits, told)
+
+
+def _depth_checks(frame: Frame) -> list[Check]:
+    """Check the depth of a frame; nothing where it has none."""
+    if frame.depth is None:
+        return []
+    depth = depth_m(frame.depth.counts, frame.depth.scale)
+    known = float(np.mean(np.isfinite(depth)))
+    told = f"known in {100 * known:.0f} % of the pixels"
+    if known < _KNOWN_SHARE:
+        return [Check("depth", False, f"{told}: set range and exposure with its maker's program")]
+    return [Check("depth", True, f"{told}, half of them within {np.nanmedian(depth):.3g} m")]
 
 
 def _exposure_check(frame: Frame) -> Check:

@@ -3,8 +3,11 @@
 A session's own files are stamped with the host's monotonic clock, which all its streams share and nobody sets, and have
 topics that such readers do not know. Here ``header.stamp`` and ``log_time`` are Unix time: the receive stamps, moved by
 the difference of both clocks when recording began. Left out are the events, the stamps of the devices, and samples that
-the force sensor forbids to use. Images are PNG; a mosaic is one image, not its four planes. Transforms tell where the
-frames of the messages are: ``/tf`` the tool in the robot's base, ``/tf_static`` what the rig file states.
+the force sensor forbids to use. Images are PNG; a mosaic is one image, not its four planes. Depth is raw, in metres.
+Transforms tell where the frames of the messages are: ``/tf`` the tool in the robot's base, ``/tf_static`` what the rig
+file states.
+
+Sources: REP 118, "Depth Images": 32FC1 in m, NaN where it is not known, in the pixels and the frame of its camera_info.
 """
 
 import json
@@ -27,6 +30,7 @@ from daq.recording.mcap.schemas import Schema
 from daq.recording.messages import rows
 from daq.recording.messages.rows import message_rows, placed
 from daq.recording.reader import Recording
+from daq.recording.recorded_depth import RecordedDepth
 from daq.recording.sealing.seal import seal
 from daq.recording.stored_streams import Images
 from daq.rig import read_rig
@@ -52,7 +56,7 @@ class _Stream:
     topic: str
     schema: Schema
     time_ns: IntArray
-    messages: NDArray[np.void] | Images
+    messages: NDArray[np.void] | Images | RecordedDepth
     qos: str = ""
 
 
@@ -124,6 +128,10 @@ def _streams(recording: Recording) -> Iterator[_Stream]:
                 described["message_body"][name] = info[name]
             yield _Stream(f"/camera/{camera}/camera_info", schemas.CAMERA_INFO, time_ns[:1], described)
         yield _Stream(f"/camera/{camera}/image", schemas.COMPRESSED_IMAGE, time_ns, images)
+        depth = RecordedDepth.of(recording, camera)
+        time_ns = depth.images.host_time_ns + shift_ns
+        if depth.scale is not None:
+            yield _Stream(f"/camera/{camera}/depth/image_raw", schemas.IMAGE, time_ns, depth)
 
 
 def _fixed(recording: Recording, time_ns: IntArray) -> Iterator[_Stream]:
@@ -150,6 +158,10 @@ def _packed(stream: _Stream, channel: int, begin_ns: int, end_ns: int) -> Iterat
         for index in range(first, last):
             yield _image(stream, stream.messages, channel, index)
         return
+    if isinstance(stream.messages, RecordedDepth):
+        for index in range(first, last):
+            yield _depth(stream, stream.messages, channel, index)
+        return
     messages = stream.messages[first:last]
     messages["message_record"]["channel"] = channel
     messages["message_record"]["sequence"] = np.arange(first, last)
@@ -160,7 +172,21 @@ def _image(stream: _Stream, images: Images, channel: int, index: int) -> Rows:
     data = images.png(index)
     frame = camera_frame(stream.topic.split("/")[2])
     layout = rows.image_layout(frame, f"{images.pixel_format(index)}; png compressed")
+    return _followed(message_rows(channel, layout, stream.time_ns[index : index + 1]), index, data)
+
+
+def _depth(stream: _Stream, depth: RecordedDepth, channel: int, index: int) -> Rows:
+    metres = depth.metres(index).astype("<f4")
+    height, width = metres.shape
+    layout = rows.raw_image_layout(camera_frame(stream.topic.split("/")[2]), "32FC1")
     message = message_rows(channel, layout, stream.time_ns[index : index + 1])
+    for name, value in (("height", height), ("width", width), ("step", 4 * width)):
+        message["message_body"][name] = value
+    return _followed(message, index, metres.reshape(-1).view(np.uint8).data)
+
+
+def _followed(message: NDArray[np.void], index: int, data: memoryview) -> Rows:
+    """Return a message whose body ends with the data of an image."""
     message["message_record"]["sequence"] = index
     message["message_record"]["length"] += data.nbytes
     message["message_body"]["size"] = data.nbytes

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from daq.errors import RecordingError
 from daq.recording.damage import telling_damage
 from daq.recording.folder import SessionInfo, read_info
-from daq.recording.layout import CAMERAS_FILE, SIGNALS_FILE, camera_frame
+from daq.recording.layout import CAMERAS_FILE, SIGNALS_FILE, camera_frame, depth_of
 from daq.recording.messages import rows
 from daq.recording.recovery import recover_session
 from daq.recording.scanning.recognition import is_own_topic
@@ -87,6 +87,11 @@ class Recording:
             raise RecordingError(f"{self.folder}: has no camera {camera!r}, only {', '.join(self.cameras)}")
         with telling_damage(self.folder / CAMERAS_FILE):
             return images_of(self._images, camera)
+
+    def depth(self, camera: str) -> Images:
+        """Return the images of depth of one camera, none where it has no depth."""
+        with telling_damage(self.folder / CAMERAS_FILE):
+            return images_of(self._images, depth_of(camera))
 
 
 def _camera_info(found: Scan, camera: str) -> NDArray[np.void]:

@@ -1,15 +1,26 @@
 """Recording: what the streams bring is packed, images after compression, and handed to the writer."""
 
 import threading
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import ExitStack, suppress
+from dataclasses import asdict
 from pathlib import Path
 
 from daq.errors import RecordingError
-from daq.recording.layout import CAMERAS_FILE, EVENTS, FORCE_FRAME, ROBOT_FRAME, SIGNALS_FILE, camera_frame
+from daq.recording.events import DEPTH_SCALE
+from daq.recording.layout import (
+    CAMERAS_FILE,
+    EVENTS,
+    FORCE_FRAME,
+    ROBOT_FRAME,
+    SIGNALS_FILE,
+    camera_frame,
+    depth_of,
+)
 from daq.recording.mcap import schemas
 from daq.recording.mcap.log import McapLog
-from daq.recording.messages.codec import EncodedImage
+from daq.recording.messages import codec
+from daq.recording.messages.codec import EncodedImage, Encoding
 from daq.recording.messages.image_encoder import ImageEncoder
 from daq.recording.messages.rows import EventRows, FrameRows, PoseRows, WrenchRows, camera_info_row
 from daq.recording.streams import FORCE, ROBOT, Observer, StreamingDevices, Streams, camera_stream
@@ -18,7 +29,7 @@ from daq.vision.camera_model import PinholeCamera
 from robot_drivers.clock import host_time_ns
 from robot_drivers.closing import ClosedAtExit
 from robot_drivers.errors import DeviceError
-from robot_drivers.protocols import Frame, PoseBlock, WrenchBlock
+from robot_drivers.protocols import DepthScale, Frame, PoseBlock, WrenchBlock
 
 _FULL_ENOUGH = 0.25
 
@@ -32,6 +43,7 @@ class Recorder(ClosedAtExit):
     ----------
     models : of the cameras by name, where they are known
     tell_failure : called at once, from a thread of the recorder, when the disk takes no more
+    with_depth : names of the cameras whose images come with depth; that of others is not recorded
     """
 
     def __init__(
@@ -41,6 +53,7 @@ class Recorder(ClosedAtExit):
         observers: Sequence[Observer] = (),
         models: Mapping[str, PinholeCamera] | None = None,
         tell_failure: Callable[[RecordingError], None] = lambda failure: None,
+        with_depth: Collection[str] = (),
     ) -> None:
         self._events = threading.Lock()
         self._event_sequence = self._force_sequence = self._pose_sequence = 0
@@ -60,10 +73,15 @@ class Recorder(ClosedAtExit):
             frame_id=ROBOT_FRAME,
         )
         frame_rows = {name: self._frame_rows(name) for name in devices.cameras}
+        depth_rows = {depth_of(name): self._frame_rows(depth_of(name)) for name in with_depth}
         for name, model in (models or {}).items():
             self._describe_camera(name, model)
         self._writer = RecordWriter((signals, self._images), self._dropped_packet, tell_failure=tell_failure)
-        self._encoders = {name: self._encoder(name, rows) for name, rows in frame_rows.items()}
+        self._encoders = {
+            **{name: self._encoder(name, rows, codec.IMAGES) for name, rows in frame_rows.items()},
+            **{name: self._encoder(name, rows, codec.DEPTH) for name, rows in depth_rows.items()},
+        }
+        self._depth_scales: dict[str, DepthScale] = {}
         self._streams = Streams(devices, (*observers, self))
 
     def event(self, name: str, **details: object) -> int:
@@ -118,10 +136,23 @@ class Recorder(ClosedAtExit):
     def on_frames(self, camera: str, frames: Sequence[Frame]) -> None:
         """Record images of one camera."""
         self._encoders[camera].put(frames)
+        if (depth := self._encoders.get(depth_of(camera))) is not None:
+            for frame in frames:
+                if frame.depth is not None:
+                    self._tell_scale(camera, frame.depth.scale)
+                    depth.put([frame])
 
     def on_failure(self, stream: str, error: DeviceError) -> None:
         """Record that a device has failed."""
         self.event("device_failed", stream=stream, message=str(error))
+
+    def _tell_scale(self, camera: str, scale: DepthScale) -> None:
+        """Record what the counts of depth mean, where that is new."""
+        if self._depth_scales.get(camera) != scale:
+            self._depth_scales[camera] = scale
+            # where the disk has failed that is told elsewhere, and not in the thread that reads a device
+            with suppress(RecordingError):
+                self.event(DEPTH_SCALE, camera=camera, **asdict(scale))
 
     def _frame_rows(self, name: str) -> FrameRows:
         return FrameRows(
@@ -135,7 +166,7 @@ class Recorder(ClosedAtExit):
         channel = self._images.add_channel(f"/camera/{name}/camera_info", schemas.CAMERA_INFO)
         self._images.append(camera_info_row(channel, camera_frame(name), model, host_time_ns()))
 
-    def _encoder(self, name: str, rows: FrameRows) -> ImageEncoder:
+    def _encoder(self, name: str, rows: FrameRows, encoding: Encoding) -> ImageEncoder:
         stream = camera_stream(name)
 
         def deliver(encoded: EncodedImage, sequence: int, backlog: int) -> None:
@@ -146,6 +177,7 @@ class Recorder(ClosedAtExit):
             deliver,
             drop=lambda images: self._writer.drop(stream, images),
             disk_is_slow=lambda: self._writer.filling > _FULL_ENOUGH,
+            encoding=encoding,
         )
 
     def _event_packet(self, event: Mapping[str, object], time_ns: int) -> Packet:

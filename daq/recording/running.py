@@ -6,7 +6,7 @@ from daq.blocks import joined
 from daq.errors import RecordingError
 from daq.recording.damage import telling_damage
 from daq.recording.folder import SessionInfo, read_info
-from daq.recording.layout import CAMERAS_FILE, SIGNALS_FILE
+from daq.recording.layout import CAMERAS_FILE, SIGNALS_FILE, depth_of
 from daq.recording.scanning.scan import scan_on
 from daq.recording.scanning.segments import Scan
 from daq.recording.stored_streams import Event, Images, cameras_of, events_of, force_of, images_of, robot_of
@@ -29,6 +29,7 @@ class RunningRecording:
         self._force: list[WrenchBlock] = []
         self._robot: list[PoseBlock] = []
         self._images: dict[str, Images] = {}
+        self._depths: dict[str, Images] = {}
         self._signals, self._cameras = Scan(), Scan()
 
     def read_on(self) -> None:
@@ -42,9 +43,8 @@ class RunningRecording:
         with telling_damage(cameras):
             self._cameras = scan_on(cameras, self._cameras)
             for camera in cameras_of(self._cameras):
-                fresh = images_of(self._cameras, camera)
-                before = self._images.get(camera)
-                self._images[camera] = fresh if before is None else before.followed_by(fresh)
+                _read_on(self._images, camera, images_of(self._cameras, camera))
+                _read_on(self._depths, camera, images_of(self._cameras, depth_of(camera)))
 
     @property
     def sealed(self) -> bool:
@@ -74,7 +74,18 @@ class RunningRecording:
             raise RecordingError(f"{self.folder}: has no camera {camera!r}, only {', '.join(self.cameras)}")
         return self._images[camera]
 
+    def depth(self, camera: str) -> Images:
+        """Return the images of depth of one camera so far; raises RecordingError for an unknown one."""
+        self.images(camera)
+        return self._depths[camera]
+
     def let_go_images(self, before_ns: int) -> None:
         """Give up the pixels of the images that were received before an instant; their stamps stay."""
-        for camera, images in self._images.items():
-            self._images[camera] = images.without_pixels(images.host_time_ns < before_ns)
+        for streams in (self._images, self._depths):
+            for camera, images in streams.items():
+                streams[camera] = images.without_pixels(images.host_time_ns < before_ns)
+
+
+def _read_on(streams: dict[str, Images], camera: str, fresh: Images) -> None:
+    before = streams.get(camera)
+    streams[camera] = fresh if before is None else before.followed_by(fresh)

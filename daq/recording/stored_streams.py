@@ -62,6 +62,15 @@ class Images:
             raise RecordingError(f"image {index} of the recording cannot be decoded; verify the checksums")
         return image
 
+    def depth(self, index: int) -> NDArray[np.uint16]:
+        """Return the counts of one image of depth, (height, width)."""
+        counts = self._stored[index].counts()
+        if counts is None:
+            raise RecordingError(
+                f"depth image {index} of the recording cannot be decoded; verify the checksums"
+            )
+        return counts
+
     def pixel_format(self, index: int) -> str:
         """Return ``"mono8"``, ``"bgr8"`` or ``"bayer_rggb8"`` and its siblings."""
         return self._stored[index].pixel_format

@@ -8,7 +8,6 @@ from daq.calibration_files.in_force import InForce
 from daq.errors import RecordingError
 from daq.recording.folder import CALIBRATION_FOLDER, RIG_FILE, sha256
 from daq.rig import Rig, write_rig
-from daq.vision.planar import PlanarView
 
 
 def make_folder(folder: Path, rig: Rig, in_force: InForce) -> dict[str, str]:
@@ -20,13 +19,13 @@ def make_folder(folder: Path, rig: Rig, in_force: InForce) -> dict[str, str]:
         No session can be put there.
     """
     calibrations = folder / CALIBRATION_FOLDER
-    files = [rig.stereo_calibration, None if rig.planar_view is None else rig.planar_view.calibration]
-    stereo, planar = (None if file is None else calibrations / file.name for file in files)
+    files = [rig.stereo_calibration, None if rig.only_view is None else rig.only_view.calibration]
+    stereo, only = (None if file is None else calibrations / file.name for file in files)
     try:
         folder.mkdir(parents=True)
         calibrations.mkdir()
         copies = set(in_force.copy_to(calibrations))
-        for file, copy in zip(files, (stereo, planar), strict=True):
+        for file, copy in zip(files, (stereo, only), strict=True):
             if file is not None and copy is not None:
                 shutil.copyfile(file, copy)
                 copies.add(copy)
@@ -34,9 +33,8 @@ def make_folder(folder: Path, rig: Rig, in_force: InForce) -> dict[str, str]:
         raise RecordingError(f"{folder}: no session can be put there ({error}); name a new folder") from error
     # who may look on is nobody's business afterwards, and their token a secret
     kept = replace(
-        rig,
+        rig if only is None else rig.with_only_view_of(only),
         stereo_calibration=stereo,
-        planar_view=_of_copy(rig.planar_view, planar),
         calibration=calibrations,
         laboratory_clock=None,
         viewers=None,
@@ -45,7 +43,3 @@ def make_folder(folder: Path, rig: Rig, in_force: InForce) -> dict[str, str]:
     return {
         path.relative_to(folder).as_posix(): sha256(path) for path in (folder / RIG_FILE, *sorted(copies))
     }
-
-
-def _of_copy(view: PlanarView | None, copy: Path | None) -> PlanarView | None:
-    return None if view is None or copy is None else replace(view, calibration=copy)

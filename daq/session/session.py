@@ -179,6 +179,7 @@ class Session:
             (self._guard, *self._observers),
             models,
             tell_failure=lambda failure: self._guard.hold(str(failure)),
+            with_depth=self._rig.with_depth,
         )
         problems: list[str] = []
         try:
@@ -290,8 +291,8 @@ class Session:
 
 
 def _camera_models(rig: Rig) -> dict[str, PinholeCamera]:
-    if rig.planar_view is not None:
-        return {rig.cameras[0].name: rig.planar_view.camera()}
+    if rig.only_view is not None:
+        return {rig.cameras[0].name: rig.only_view.camera()}
     if rig.stereo_calibration is None:
         return {}
     calibration, (left, right) = rig.stereo(), rig.pair

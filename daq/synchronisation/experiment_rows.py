@@ -210,10 +210,17 @@ def _rest(rig: Rig, beads: Means) -> FloatArray:
 
 
 def _by_channel(rig: Rig, beads: Means, fiducial_std: float) -> dict[str, float]:
-    """Return the noise of single channels: of one camera the uncertain height of the beads makes that of the others."""
-    if rig.planar_view is None or not beads.mean.size:
+    """Return the noise of single channels, in which the only camera of a rig differs.
+
+    Without depth the uncertain height of the beads makes that of the other two coordinates. With depth each has a
+    scatter of its own, and depth may be off.
+    """
+    if rig.only_view is None or not beads.mean.size:
         return {}
-    return rig.planar_view.noise_by_axis(_rest(rig, beads), fiducial_std)
+    if rig.depth_view is None:
+        return rig.only_view.noise_by_axis(_rest(rig, beads), fiducial_std)
+    by_axis = [math.hypot(beads.pooled_scatter(axis), rig.uncertainty.fiducial_m) for axis in range(3)]
+    return rig.depth_view.noise_by_axis(_rest(rig, beads), by_axis)
 
 
 def _fiducial_std(beads: Means, extra_m: float) -> float:

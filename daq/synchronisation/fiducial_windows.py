@@ -18,11 +18,11 @@ from daq.progress import Progress
 from daq.rig import Rig
 from daq.synchronisation.exposed_images import (
     ExposedImages,
+    RecordedExposures,
     bead_tracker,
     exposed_images,
     measured_coordinates,
 )
-from daq.synchronisation.stereo_images import RecordedImages
 from daq.synchronisation.windows import Means, Window
 from daq.timing.event_times import EventTimes
 from robot_drivers.protocols import FloatArray, IntArray
@@ -64,7 +64,7 @@ class FiducialMeans:
 
 
 def fiducial_means(
-    recording: RecordedImages,
+    recording: RecordedExposures,
     rig: Rig,
     windows: Sequence[Window],
     progress: Progress,

@@ -1,7 +1,7 @@
 """The images of a recording in pairs that were exposed together."""
 
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -10,14 +10,12 @@ from numpy.typing import NDArray
 from daq.errors import SynchronisationError
 from daq.recording.stored_streams import Images
 from daq.rig import Rig
+from daq.synchronisation.decoding import Together, decoded_ahead
 from daq.synchronisation.stream_times import exposure_times
 from daq.timing.pairing import pair_by_time
 from robot_drivers.protocols import IntArray
 
-_DECODED_AHEAD = 4
 _LARGEST_DIFFERENCE = 0.5  # periods between the exposures of a pair
-
-ImagePair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
 
 
 class RecordedImages(Protocol):
@@ -57,19 +55,14 @@ class StereoImages:
         self.pairs: IntArray = pairing.index
         self.exposed_ns: IntArray = left.time_ns[self.pairs[:, 0]]
 
-    def decoded(self, chosen: NDArray[np.bool_]) -> Iterator[ImagePair]:
+    def decoded(self, chosen: NDArray[np.bool_]) -> Iterator[Together]:
         """Decode the chosen pairs (p,) in order, a few of them ahead in threads."""
-        pairs = self.pairs[chosen]
-        with ThreadPoolExecutor(_DECODED_AHEAD) as pool:
-            waiting = [
-                (pool.submit(self._left.image, i), pool.submit(self._right.image, j))
-                for i, j in pairs[:_DECODED_AHEAD].tolist()
+        return decoded_ahead(
+            [
+                (partial(self._left.image, left), partial(self._right.image, right))
+                for left, right in self.pairs[chosen].tolist()
             ]
-            for number in range(len(pairs)):
-                left, right = waiting.pop(0)
-                for i, j in pairs[number + _DECODED_AHEAD : number + _DECODED_AHEAD + 1].tolist():
-                    waiting.append((pool.submit(self._left.image, i), pool.submit(self._right.image, j)))
-                yield left.result(), right.result()
+        )
 
 
 def check_format(role: str, images: Images, pixel_format: str) -> None:

@@ -14,6 +14,7 @@ from daq.virtual_rig.child_processes import end_all, told
 from daq.virtual_rig.layout import CAMERA_READOUT_S, FORCE_FILTER_S, Addresses, rig_description
 from daq.virtual_rig.operator import VirtualOperator
 from daq.virtual_rig.processes import DeviceClocks, VirtualRigSettings, run_emulators, solve_phantom
+from daq.virtual_rig.rendering.depth_scene import depth_above
 from daq.virtual_rig.rendering.scene import flea2_above, flea2_pair
 
 CLOCK_FILE = "clock"
@@ -122,7 +123,7 @@ def _name(usual: str, settings: VirtualRigSettings) -> str:
 def _write_calibration(folder: Path, settings: VirtualRigSettings) -> Path:
     """Write where the cameras truly are, and return the file."""
     if settings.cameras == 1:
-        flea2_above().save(folder / CAMERA_FILE)
+        (depth_above() if settings.depth else flea2_above()).save(folder / CAMERA_FILE)
         return folder / CAMERA_FILE
     flea2_pair().save(folder / STEREO_FILE)
     return folder / STEREO_FILE

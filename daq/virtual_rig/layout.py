@@ -14,12 +14,14 @@ import numpy as np
 from daq.frames import compose, inverse
 from daq.limits import Limits
 from daq.rig import FORMAT, CameraDevice, Device, Frames, Rig, Specimen, Tool, Transform, Uncertainty, Vector
+from daq.vision.depth import DepthView
 from daq.vision.planar import PlanarView
 from estimator.experiment import Box, Environment, Grasp, Phantom
 from robot_drivers.abb.egm.position_stream import EGMSettings
 from robot_drivers.abb.irb140 import IRB140Settings
 from robot_drivers.ati.netft import NetFTSettings
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
+from robot_drivers.genicam import GenICamSettings
 from robot_drivers.protocols import Pose
 
 GRASP_CENTRE = (0.04, 0.0, 0.0)
@@ -55,6 +57,11 @@ UNCERTAINTY = Uncertainty(position_m=3e-5, fiducial_m=7e-6)
 PAIR, ONLY = ("left", "right"), ("above",)
 """Names of the cameras: of the stereo pair, or of the only one."""
 
+DEPTH_STD_M, DEPTH_RANGE_M = 3e-5, 0.4
+"""By how much the depth of the emulated depth camera is off in all images alike, and where."""
+
+_DEPTH_PACKET_BYTES = 9000
+
 HEIGHT_STD_M = 2e-4
 """How far the beads may leave the height at which they rest, for a rig with one camera."""
 
@@ -82,7 +89,7 @@ LIMITS = Limits(
 
 @dataclass(frozen=True, slots=True)
 class Addresses:
-    """Where the emulators listen, all on this host."""
+    """Where the emulators listen, all on this host; a depth camera takes the place of all that have an URL."""
 
     rdt_port: int
     http_port: int
@@ -91,6 +98,7 @@ class Addresses:
     robot_state_port: int
     egm_port: int
     camera_urls: tuple[str, ...]
+    depth_camera: str = ""
 
 
 def placed_beads(seed: int) -> tuple[Vector, ...]:
@@ -108,12 +116,15 @@ def rig_description(addresses: Addresses, calibration: Path) -> Rig:
     ----------
     calibration : file of the calibration of the stereo pair, or of the only camera, by the number of addresses
     """
+    with_depth = bool(addresses.depth_camera)
     names = PAIR if len(addresses.camera_urls) > 1 else ONLY
+    cameras = tuple(_camera(name, url) for name, url in zip(names, addresses.camera_urls, strict=False))
     return Rig(
         format=FORMAT,
         name="virtual rig",
         stereo_calibration=calibration if names is PAIR else None,
-        planar_view=PlanarView(calibration, HEIGHT_STD_M) if names is ONLY else None,
+        planar_view=PlanarView(calibration, HEIGHT_STD_M) if names is ONLY and not with_depth else None,
+        depth_view=DepthView(calibration, DEPTH_STD_M, DEPTH_RANGE_M) if with_depth else None,
         force_sensor=Device(
             "netft",
             NetFTSettings(
@@ -134,13 +145,24 @@ def rig_description(addresses: Addresses, calibration: Path) -> Rig:
                 T_flange_tool=T_FLANGE_TOOL,
             ),
         ),
-        cameras=tuple(_camera(name, url) for name, url in zip(names, addresses.camera_urls, strict=True)),
+        cameras=(_depth_camera(addresses.depth_camera),) if with_depth else cameras,
         frames=FRAMES,
         tool=TOOL,
         limits=LIMITS,
         specimen=SPECIMEN,
         uncertainty=UNCERTAINTY,
     )
+
+
+def _depth_camera(host: str) -> CameraDevice:
+    settings = GenICamSettings(
+        camera=host,
+        depth=True,
+        packet_size=_DEPTH_PACKET_BYTES,
+        open_timeout_s=STREAM_PATIENCE_S,
+        silence_s=STREAM_PATIENCE_S,
+    )
+    return CameraDevice(ONLY[0], "genicam", settings)
 
 
 def _camera(name: str, url: str) -> CameraDevice:

@@ -13,44 +13,38 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from daq.lifeline import leave_signals_to_parent
 from daq.one_thread import compute_in_one_thread
+from daq.virtual_rig.cameras import AnyCamera, CamerasInUse, cameras_in_use
 from daq.virtual_rig.child_processes import free_udp_port
 from daq.virtual_rig.layout import (
-    CAMERA_READOUT_S,
     FORCE_FILTER_S,
     FRAMES,
     PATIENCE_S,
     REST_TOOL,
     SPECIMEN,
-    STREAM_PATIENCE_S,
     T_FLANGE_TOOL,
     TOOL,
     Addresses,
 )
-from daq.virtual_rig.operator import BOARD, Jog
+from daq.virtual_rig.operator import Jog
 from daq.virtual_rig.pace import Pace, lateness
 from daq.virtual_rig.physics.phantom import PhantomModel, PhantomSolver, PhantomState
 from daq.virtual_rig.physics.world import SimulatedTissue, SimulatedTransducer
-from daq.virtual_rig.rendering.board_scene import BoardScene
-from daq.virtual_rig.rendering.scene import Scene, SceneSettings, flea2_above, flea2_pair
-from daq.vision.camera_model import PinholeCamera
 from estimator.errors import SolverError
 from robot_drivers.abb.emulator.controller import ControllerEmulator
 from robot_drivers.abb.emulator.settings import ArmSettings
 from robot_drivers.abb.emulator.settings import EmulatorSettings as ControllerSettings
 from robot_drivers.ati.emulator import EmulatorSettings as SensorSettings
 from robot_drivers.ati.emulator import NetFTEmulator
-from robot_drivers.cameras.emulator import BusClock, CameraEmulator, CameraEmulatorSettings, ImageSource
-from robot_drivers.clock import host_time_ns, living_on
+from robot_drivers.cameras.emulator import BusClock
+from robot_drivers.clock import living_on
 from robot_drivers.laboratory_clock import ClockKeeper
 from robot_drivers.protocols import Pose
 from robot_drivers.real_time import give_way, prefer_this_process, shorten_turns
 
 _BURST_S = 0.005
-_BUFFERED = 5
 _STEPS_BEHIND = 5
 # By how much each may be late before the laboratory's clock waits: no more than leaves the recording as it is. In that
 # time the gripper goes no further than the last solutions continue as well as another one would.
@@ -69,6 +63,7 @@ class VirtualRigSettings:
     seed : of all noise
     force_rate_hz : of the force sensor's stream
     cameras : 2 for the stereo pair, 1 for one that looks straight down
+    depth : whether the only camera is a depth camera
     frames_per_s : of all cameras
     sensor_offset : (6,) what an unbiased sensor reads without load, N and N·m
     clock_ppm : how much faster than the host's the force sensor's clock runs
@@ -78,6 +73,7 @@ class VirtualRigSettings:
     phantom: PhantomModel
     seed: int = 0
     cameras: Literal[1, 2] = 2
+    depth: bool = False
     force_rate_hz: int = 1000
     frames_per_s: float = 5.0
     sensor_offset: tuple[float, float, float, float, float, float] = (4.0, -7.0, 12.0, 0.3, -0.2, 0.1)
@@ -163,9 +159,17 @@ def run_emulators(
             )
         )
         force_clock = BusClock(sensor.epoch_ns, drift=settings.clock_ppm * 1e-6)
-        bus = BusClock(host_time_ns(), offset_s=17.0, drift=-20e-6)
         held: list[Pose] = []
-        cameras = [stack.enter_context(camera) for camera in _cameras(tissue, settings, held, bus)]
+        in_use = CamerasInUse(
+            pair=settings.cameras > 1,
+            depth=settings.depth,
+            frames_per_s=settings.frames_per_s,
+            delay_s=settings.camera_delay_s,
+            seed=settings.seed,
+        )
+        cameras = cameras_in_use(in_use, tissue.beads, held)
+        for camera in cameras.emulators:
+            stack.enter_context(camera)
         if pace is not None:
             pace.follow(
                 [
@@ -173,10 +177,10 @@ def run_emulators(
                     tissue.room_s,
                     lateness(lambda: controller.behind_s, _SIGNALS_BEHIND_S),
                     lateness(lambda: sensor.behind_s, _SIGNALS_BEHIND_S),
-                    *(lateness(partial(_behind_s, camera), _IMAGE_BEHIND_S) for camera in cameras),
+                    *(lateness(partial(_behind_s, camera), _IMAGE_BEHIND_S) for camera in cameras.emulators),
                 ]
             )
-        control.send(DeviceClocks(force_clock, BusClock(controller.epoch_ns), bus))
+        control.send(DeviceClocks(force_clock, BusClock(controller.epoch_ns), cameras.clock))
         control.send(
             Addresses(
                 rdt_port=sensor.rdt_port,
@@ -185,7 +189,8 @@ def run_emulators(
                 robot_command_port=controller.command_port,
                 robot_state_port=controller.state_port,
                 egm_port=egm_port,
-                camera_urls=tuple(camera.url for camera in cameras),
+                camera_urls=cameras.urls,
+                depth_camera=cameras.depth_camera,
             )
         )
         _obey(control, tissue.ended, controller, held)
@@ -199,52 +204,8 @@ def _waiting_clock(path: Path) -> Iterator[Pace]:
         yield pace
 
 
-def _behind_s(camera: CameraEmulator) -> float:
+def _behind_s(camera: AnyCamera) -> float:
     return camera.behind_s
-
-
-def _camera_models(settings: VirtualRigSettings) -> tuple[PinholeCamera, ...]:
-    """Return where the cameras stand and how they see."""
-    if settings.cameras == 1:
-        return (flea2_above(),)
-    pair = flea2_pair()
-    return (pair.left, pair.right)
-
-
-def _cameras(
-    tissue: SimulatedTissue, settings: VirtualRigSettings, held: list[Pose], bus: BusClock
-) -> list[CameraEmulator]:
-    """Return the cameras; they see the board while ``held`` has its pose, else the phantom."""
-    models = _camera_models(settings)
-    delay_ns = round(settings.camera_delay_s * 1e9)
-    scene_settings = SceneSettings(phantom_size=SPECIMEN.phantom.size_m)
-    scenes = [
-        Scene(camera, scene_settings, seed=2 * settings.seed + side) for side, camera in enumerate(models)
-    ]
-
-    boards = [BoardScene(camera, BOARD) for camera in models]
-
-    def image_source(scene: Scene, board: BoardScene) -> ImageSource:
-        def expose(time_s: float) -> NDArray[np.uint8]:
-            exposure = round(time_s * settings.frames_per_s)
-            for T_tissue_board in held[:]:
-                return board.render(T_tissue_board, exposure)
-            return scene.render(tissue.beads(bus.host_time_ns(time_s) - delay_ns), exposure)
-
-        return expose
-
-    emulated = CameraEmulatorSettings(
-        models[0].width,
-        models[0].height,
-        settings.frames_per_s,
-        _BUFFERED,
-        CAMERA_READOUT_S,
-        send_timeout_s=STREAM_PATIENCE_S,
-    )
-    return [
-        CameraEmulator(image_source(scene, board), emulated, bus)
-        for scene, board in zip(scenes, boards, strict=True)
-    ]
 
 
 def _obey(control: Connection, ended: Connection, controller: ControllerEmulator, held: list[Pose]) -> None:

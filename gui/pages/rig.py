@@ -229,6 +229,8 @@ def _cameras_in_words(rig: Rig) -> str:
         return f"{len(rig.cameras)} cameras, the first two a stereo pair"
     if len(rig.cameras) == 2:
         return "two cameras, a stereo pair"
+    if rig.depth_view is not None:
+        return "one depth camera, which measures beads in space"
     if rig.planar_view is None:
         return "one camera, which measures no beads: the rig file has no [planar_view]"
     return "one camera, which measures beads in two dimensions"

@@ -98,9 +98,14 @@ class BeadViewer:
         rig = calibrations_in_force(self._rig, self._serials).apply(self._rig)
         if len(rig.cameras) > 1:
             return partial(self._in_two, rig.stereo())
+        design = rig.specimen.fiducials_m
+        if rig.depth_view is not None:
+            # to name the beads their usual height will do: only what is recorded is measured with its depth
+            usual_m = float(np.mean([height for _, _, height in design])) if design else 0.0
+            return partial(self._on_face, rig.depth_view.camera(), usual_m)
         if rig.planar_view is None:
             return self._in_image
-        return partial(self._on_face, rig.planar_view.camera(), face_height_m(rig.specimen.fiducials_m))
+        return partial(self._on_face, rig.planar_view.camera(), face_height_m(design))
 
     def _in_two(self, stereo: StereoCalibration, seen: Seen) -> BeadView:
         """Look at the images of a stereo pair."""

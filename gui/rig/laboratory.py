@@ -59,11 +59,13 @@ class Wanted:
     mounted : ``STANDARD``, or for a kind of calibration
     beside_real_devices : whether its devices are used beside real ones, for which its time cannot wait
     cameras : 2 for a stereo pair, 1 for an only camera
+    depth : whether that is a depth camera
     """
 
     mounted: str = STANDARD
     beside_real_devices: bool = False
     cameras: Literal[1, 2] = 2
+    depth: bool = False
 
 
 RunEmulators = Callable[[Wanted], AbstractContextManager[Running]]
@@ -136,7 +138,8 @@ class Laboratory(QObject):
         if self.own is None:
             return Wanted(mounted)
         beside_real_devices = not self.emulated >= set(roles(self.own))
-        return Wanted(mounted, beside_real_devices, 2 if len(self.own.cameras) > 1 else 1)
+        only = len(self.own.cameras) == 1
+        return Wanted(mounted, beside_real_devices, 1 if only else 2, self.own.depth_view is not None)
 
     def _with_calibrations(self, rig: Rig) -> Rig:
         return replace(rig, calibration=rig.calibration or self._calibrations)
@@ -159,9 +162,9 @@ def mixed(own: Rig | None, virtual: Rig, emulated: frozenset[str]) -> Rig:
     """Return a rig with some devices of the emulated laboratory, or all; its cameras are called as the real ones.
 
     An emulated robot stands in the emulated laboratory, so frames, tool, limits and specimen are those of the latter;
-    emulated cameras bring their own calibration. The emulated laboratory has a stereo pair, or one camera where the rig
-    has one: of further cameras those that are to be emulated are left out. The name tells what is emulated, so that no
-    calibration of the real rig is taken for the mixed one.
+    emulated cameras bring their own calibration. The emulated laboratory has a stereo pair, or one camera, with depth
+    or without, where the rig has one such: of further cameras those that are to be emulated are left out. The name
+    tells what is emulated, so that no calibration of the real rig is taken for the mixed one.
     """
     if own is None:
         return virtual
@@ -190,6 +193,7 @@ def mixed(own: Rig | None, virtual: Rig, emulated: frozenset[str]) -> Rig:
             rig,
             stereo_calibration=virtual.stereo_calibration,
             planar_view=virtual.planar_view,
+            depth_view=virtual.depth_view,
             vision=virtual.vision,
         )
     return replace(rig, cameras=tuple(cameras))

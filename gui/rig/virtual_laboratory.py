@@ -21,7 +21,7 @@ def run_emulators(wanted: Wanted) -> Iterator[VirtualRig]:
         Its processes did not start.
     """
     mounted = standard_settings() if wanted.mounted == STANDARD else calibration_settings(wanted.mounted)
-    settings = replace(mounted, cameras=wanted.cameras)
+    settings = replace(mounted, cameras=wanted.cameras, depth=wanted.depth)
     with (
         tempfile.TemporaryDirectory(prefix="virtual-rig-") as folder,
         virtual_rig(Path(folder), settings, wanted.beside_real_devices) as running,

@@ -15,7 +15,7 @@ from robot_drivers.cameras.embedded_info import (
 )
 from robot_drivers.cameras.pixel_formats import PixelFormat
 from robot_drivers.errors import DeviceError
-from robot_drivers.protocols import Frame, StreamStatistics
+from robot_drivers.protocols import DepthImage, Frame, StreamStatistics
 
 
 class FrameBuffer:
@@ -63,9 +63,10 @@ class FrameBuffer:
         host_time_ns: int,
         counter: int | None,
         device_time_s: float | None,
+        depth: DepthImage | None = None,
     ) -> Frame:
         """Keep an image, in place of the oldest where there is no room: that one counts as lost."""
-        frame = Frame(counter, device_time_s, host_time_ns, self._pixel_format, pixels)
+        frame = Frame(counter, device_time_s, host_time_ns, self._pixel_format, pixels, depth)
         with self._changed:
             self._received += 1
             if not self._has_room():

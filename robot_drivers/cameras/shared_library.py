@@ -38,15 +38,26 @@ class SharedLibrary:
     def __init__(self, name: str, need: Need, signatures: Mapping[str, Signature]) -> None:
         try:
             self._library = ctypes.CDLL(name)
+        except OSError as error:
+            raise _missing(need, error) from error
+        self.declare(signatures, need)
+
+    def declare(self, signatures: Mapping[str, Signature], need: Need) -> None:
+        """Declare further functions that are called; raises ConfigurationError where the library lacks one of them."""
+        try:
             for function, (result, arguments) in signatures.items():
                 declared = getattr(self._library, function)
                 declared.restype, declared.argtypes = result, arguments
-        except (OSError, AttributeError) as error:
-            raise ConfigurationError(
-                f"the {need.driver} camera driver needs {need.library}, which cannot be loaded ({error}): install it "
-                f"(Debian: sudo apt install {need.package}), or set library to where it is"
-            ) from error
+        except AttributeError as error:
+            raise _missing(need, error) from error
 
     def plain(self, function: str, *arguments: Any) -> Any:
         """Call a function, and return what it returns."""
         return getattr(self._library, function)(*arguments)
+
+
+def _missing(need: Need, error: Exception) -> ConfigurationError:
+    return ConfigurationError(
+        f"the {need.driver} camera driver needs {need.library}, which cannot be loaded ({error}): install it "
+        f"(Debian: sudo apt install {need.package}), or set library to where it is"
+    )

@@ -3,14 +3,21 @@
 import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robot_drivers.cameras.emulator import CameraEmulator, CameraEmulatorSettings, CameraFaults
 from robot_drivers.emulators.kind import EmulatorKind, Running
-from robot_drivers.genicam.emulator import GigECameraEmulator, GigECameraSettings, GigEFaults
+from robot_drivers.genicam.emulator import (
+    GigECameraEmulator,
+    GigECameraSettings,
+    GigEDepthSettings,
+    GigEFaults,
+)
+
+_RANGE_COUNTS, _NOISE_COUNTS = 20_000, 5.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +50,27 @@ def _gige(settings: GigECameraSettings, scene: Scene, faults: GigEFaults) -> Ite
         yield Running(
             f"GigE Vision camera on {settings.host}: {settings.width}x{settings.height}, {settings.fps:g}/s, "
             f"{settings.pixel_format}"
+        )
+
+
+@contextmanager
+def _gige_depth(
+    settings: GigECameraSettings, depth: GigEDepthSettings, scene: Scene, faults: GigEFaults
+) -> Iterator[Running]:
+    with_depth, image = replace(settings, depth=depth), _beads(settings, scene)
+    random = np.random.default_rng(scene.image_seed)
+
+    def plane(time_s: float) -> NDArray[np.uint16] | NDArray[np.float32]:
+        counts = random.normal(_RANGE_COUNTS, _NOISE_COUNTS, (settings.height, settings.width))
+        if depth.depth_format == "Coord3D_C32f":
+            return counts.astype(np.float32)
+        return np.rint(counts).astype(np.uint16)
+
+    with GigECameraEmulator(image, with_depth, scene.image_seed, plane) as camera:
+        camera.inject(faults)
+        yield Running(
+            f"GigE Vision camera with depth on {settings.host}: {settings.width}x{settings.height}, "
+            f"{settings.fps:g}/s, {settings.pixel_format} and {depth.depth_format}"
         )
 
 
@@ -82,5 +110,11 @@ CAMERAS: Mapping[str, EmulatorKind] = {
         {"camera": GigECameraSettings, "scene": Scene, "faults": GigEFaults},
         _gige,
         example="--host 127.0.0.2 --fps 15 --packet-loss 0.05",
+    ),
+    "gige_depth": EmulatorKind(
+        "a GigE Vision camera that sends with each image one of depth, of a plane, on UDP port 3956",
+        {"camera": GigECameraSettings, "depth": GigEDepthSettings, "scene": Scene, "faults": GigEFaults},
+        _gige_depth,
+        example="--host 127.0.0.3 --fps 5 --mode RectifiedC",
     ),
 }

@@ -1,6 +1,6 @@
 """All fuzzed parsers, in the order in which chunks go to them."""
 
-from robot_drivers.fuzzing import cameras, egm, open_abb, rapid, rtde
+from robot_drivers.fuzzing import cameras, egm, genicam, open_abb, rapid, rtde
 from robot_drivers.fuzzing.force_sensors import axia, bota, can_bus, net_ft, serial_ft
 from robot_drivers.fuzzing.target import Target
 
@@ -15,4 +15,5 @@ TARGETS: tuple[Target, ...] = (
     *open_abb.TARGETS,
     *rtde.TARGETS,
     *cameras.TARGETS,
+    *genicam.TARGETS,
 )

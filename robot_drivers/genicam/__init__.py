@@ -11,7 +11,9 @@ __all__ = ["DRIVER", "GenICamCamera", "GenICamSettings"]
 
 def _specification(settings: GenICamSettings) -> CameraSpecification:
     return CameraSpecification(
-        host=settings.camera if is_address(settings.camera) else "", frames_per_s=settings.fps
+        host=settings.camera if is_address(settings.camera) else "",
+        frames_per_s=settings.fps,
+        depth=settings.depth,
     )
 
 

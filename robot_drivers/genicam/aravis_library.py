@@ -1,7 +1,7 @@
 """Aravis through ctypes: the functions that the driver uses, with its errors as exceptions.
 
 Arguments are those of the public headers of Aravis 0.8 (``arvcamera.h``, ``arvstream.h``, ``arvbuffer.h``,
-``arvchunkparser.h``), which all 0.8.x share.
+``arvchunkparser.h``), which all 0.8.x share; those of images in parts came with 0.8.26.
 """
 
 import ctypes
@@ -37,6 +37,14 @@ _PLAIN: dict[str, Signature] = {
     "arv_stream_push_buffer": (None, (c_void_p, c_void_p)),
     "arv_stream_timeout_pop_buffer": (c_void_p, (c_void_p, c_uint64)),
 }
+_OF_PARTS: dict[str, Signature] = {
+    "arv_buffer_get_n_parts": (c_uint32, (c_void_p,)),
+    "arv_buffer_get_part_component_id": (c_uint32, (c_void_p, c_uint32)),
+    "arv_buffer_get_part_pixel_format": (c_uint32, (c_void_p, c_uint32)),
+    "arv_buffer_get_part_width": (c_int, (c_void_p, c_uint32)),
+    "arv_buffer_get_part_height": (c_int, (c_void_p, c_uint32)),
+    "arv_buffer_get_part_data": (c_void_p, (c_void_p, c_uint32, POINTER(c_size_t))),
+}
 _CHECKED: dict[str, Signature] = {
     "arv_camera_new": (c_void_p, (c_char_p,)),
     "arv_camera_get_vendor_name": (c_char_p, (c_void_p,)),
@@ -50,6 +58,8 @@ _CHECKED: dict[str, Signature] = {
     "arv_camera_set_boolean": (None, (c_void_p, c_char_p, c_int)),
     "arv_camera_get_boolean": (c_int, (c_void_p, c_char_p)),
     "arv_camera_get_string": (c_char_p, (c_void_p, c_char_p)),
+    "arv_camera_set_string": (None, (c_void_p, c_char_p, c_char_p)),
+    "arv_camera_get_float": (c_double, (c_void_p, c_char_p)),
     "arv_camera_set_chunks": (None, (c_void_p, c_char_p)),
     "arv_camera_gv_set_packet_size": (None, (c_void_p, c_int)),
     "arv_camera_create_stream": (c_void_p, (c_void_p, c_void_p, c_void_p)),
@@ -62,6 +72,7 @@ _OF_GOBJECT: dict[str, Signature] = {
     "g_error_free": (None, (_ERROR,)),
 }
 _NEED = Need("GenICam", "Aravis 0.8", "libaravis-0.8-0")
+_NEED_OF_PARTS = Need("GenICam", "Aravis 0.8.26 or newer for depth", "libaravis-0.8-0")
 
 
 class AravisLibrary(SharedLibrary):
@@ -70,19 +81,22 @@ class AravisLibrary(SharedLibrary):
     Parameters
     ----------
     name : of the shared library, or its path
+    parts : whether images in parts are to be read
 
     Raises
     ------
     ConfigurationError
-        There is no such library.
+        There is no such library, or it is too old.
     """
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, *, parts: bool = False) -> None:
         checked = {
             function: (result, (*arguments, POINTER(_ERROR)))
             for function, (result, arguments) in _CHECKED.items()
         }
         super().__init__(name, _NEED, _PLAIN | checked)
+        if parts:
+            self.declare(_OF_PARTS, _NEED_OF_PARTS)
         self._gobject = SharedLibrary(_GOBJECT, _NEED, _OF_GOBJECT)
 
     def call(self, function: str, *arguments: Any) -> Any:

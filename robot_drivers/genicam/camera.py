@@ -52,7 +52,8 @@ class GenICamCamera(StreamedCamera[Device]):
 
     def _open(self) -> Device:
         self._numbers = FrameNumbers()
-        return Device(AravisLibrary(self._settings.library), self._settings)
+        library = AravisLibrary(self._settings.library, parts=self._settings.depth)
+        return Device(library, self._settings)
 
     def _begin(self, source: Device) -> DeviceIdentity:
         self._await_first(source)
@@ -73,6 +74,8 @@ class GenICamCamera(StreamedCamera[Device]):
             details["fps"] = f"{device.fps:g}"
         if device.ptp:
             details["PTP"] = device.ptp
+        if device.depth is not None:
+            details |= device.depth.details()
         return DeviceIdentity(
             kind="camera",
             model=device.model,
@@ -118,5 +121,7 @@ class GenICamCamera(StreamedCamera[Device]):
         if not isinstance(image, Image):
             return False
         self._buffer.miss(max(0, self._numbers.step(image.number) - 1))
-        self._buffer.add(image.pixels, image.host_time_ns, self._numbers.counter, image.device_time_s)
+        self._buffer.add(
+            image.pixels, image.host_time_ns, self._numbers.counter, image.device_time_s, image.depth
+        )
         return True

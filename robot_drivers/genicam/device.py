@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_drivers.clock import host_time_ns, wall_to_monotonic_offset_ns
+from robot_drivers.clock import host_time_ns, host_times_ns, wall_to_monotonic_offset_ns
 from robot_drivers.errors import (
     ConfigurationError,
     DeviceFaultError,
@@ -18,7 +18,10 @@ from robot_drivers.errors import (
     DeviceUnreachableError,
 )
 from robot_drivers.genicam.aravis_library import BUFFER_SUCCESS, AravisLibrary
+from robot_drivers.genicam.depth import DepthComponent, parts_of
+from robot_drivers.genicam.parts import image_and_depth
 from robot_drivers.genicam.settings import PIXEL_FORMATS, GenICamSettings
+from robot_drivers.protocols import DepthImage
 
 _CHUNK, _CHUNK_TIMESTAMP = b"Timestamp", b"ChunkTimestamp"
 _PTP = (("PtpEnable", "PtpStatus"), ("GevIEEE1588", "GevIEEE1588Status"))
@@ -36,12 +39,14 @@ class Image:
     Attributes
     ----------
     pixels : (height, width)
+    depth : of the same pixels; None where none was asked for
     number : the camera's, 1..65535 and again from 1; or of 64 bits
     device_time_s : the camera's clock at the exposure
     host_time_ns : receive stamp of its first packet, on the host clock
     """
 
     pixels: NDArray[np.uint8]
+    depth: DepthImage | None
     number: int
     device_time_s: float
     host_time_ns: int
@@ -62,6 +67,7 @@ class Device:
     model, serial : who it is
     width, height : of its images, px
     fps : images a second, as it tells; None where it does not
+    depth : what it tells of its depth images; None where none were asked for
     ptp : what its clock is to the network's: "Slave", "Master"; empty where PTP was not asked for
 
     Raises
@@ -86,6 +92,9 @@ class Device:
             vendor = library.text("arv_camera_get_vendor_name", self._camera)
             self.model = f"{vendor} {library.text('arv_camera_get_model_name', self._camera)}".strip()
             self.serial = library.text("arv_camera_get_device_serial_number", self._camera)
+            self.depth = (
+                DepthComponent.switched_on(library, self._camera, settings.camera) if settings.depth else None
+            )
             self._check_images()
             self.ptp = self._follow_network_time() if settings.ptp else ""
             if settings.chunk_timestamps:
@@ -104,7 +113,7 @@ class Device:
         Raises
         ------
         DeviceProtocolError
-            It is of another size than the camera told, or without the time that was asked for.
+            It is of another size than the camera told, or without the time or the depth that was asked for.
         """
         buffer = self._library.plain(
             "arv_stream_timeout_pop_buffer", self._stream, max(0, round(timeout_s * 1e6))
@@ -216,22 +225,38 @@ class Device:
         number = int(library.plain("arv_buffer_get_frame_id", buffer))
         if library.plain("arv_buffer_get_status", buffer) != BUFFER_SUCCESS:
             return DamagedImage(number)
-        width = library.plain("arv_buffer_get_image_width", buffer)
-        height = library.plain("arv_buffer_get_image_height", buffer)
         size = c_size_t()
         data = library.plain("arv_buffer_get_data", buffer, byref(size))
-        if (width, height) != (self.width, self.height) or size.value < width * height:
-            raise DeviceProtocolError(
-                f"camera {self._settings.camera} sent {width}x{height} px in {size.value} bytes instead of "
-                f"{self.width}x{self.height}"
-            )
-        pixels = np.ctypeslib.as_array(ctypes.cast(data, ctypes.POINTER(ctypes.c_uint8)), (height, width))
+        content = np.ctypeslib.as_array(ctypes.cast(data, ctypes.POINTER(ctypes.c_uint8)), (size.value,))
         now_ns = host_time_ns()
-        stamp_ns = library.plain("arv_buffer_get_system_timestamp", buffer) + wall_to_monotonic_offset_ns()
+        stamp_ns = self._arrived_ns(buffer)
         plausible = 0 <= now_ns - stamp_ns <= _PLAUSIBLE_AGE_NS
         return Image(
-            pixels.copy(), number, self._device_time_ns(buffer) * 1e-9, stamp_ns if plausible else now_ns
+            *self._pixels(buffer, content),
+            number,
+            self._device_time_ns(buffer) * 1e-9,
+            stamp_ns if plausible else now_ns,
         )
+
+    def _arrived_ns(self, buffer: int) -> int:
+        """Return when the first packet came, host clock."""
+        wall_ns = self._library.plain("arv_buffer_get_system_timestamp", buffer)
+        return int(host_times_ns(np.array([wall_ns + wall_to_monotonic_offset_ns()]))[0])
+
+    def _pixels(self, buffer: int, content: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], DepthImage | None]:
+        """Return copies of the image, and of that of depth, in the bytes of a buffer."""
+        if self.depth is not None:
+            parts = parts_of(self._library, buffer)
+            pixels, counts = image_and_depth(content, parts, (self.width, self.height))
+            return pixels, DepthImage(counts, self.depth.scale)
+        width = self._library.plain("arv_buffer_get_image_width", buffer)
+        height = self._library.plain("arv_buffer_get_image_height", buffer)
+        if (width, height) != (self.width, self.height) or content.size < width * height:
+            raise DeviceProtocolError(
+                f"camera {self._settings.camera} sent {width}x{height} px in {content.size} bytes instead of "
+                f"{self.width}x{self.height}"
+            )
+        return content[: width * height].reshape(height, width).copy(), None
 
     def _device_time_ns(self, buffer: int) -> int:
         if not self._parser:

@@ -23,13 +23,16 @@ class GenICamSettings:
     """How to reach one camera, and what it has to deliver.
 
     The camera keeps its own settings (region, exposure, gain, trigger), which its maker's program saves in it; what is
-    stated here and differs is refused. Only ``chunk_timestamps``, ``ptp`` and ``packet_size`` change anything in it.
+    stated here and differs is refused. Only ``depth``, ``chunk_timestamps``, ``ptp`` and ``packet_size`` change
+    anything in it.
 
     Attributes
     ----------
     camera : its IPv4 address, serial number or name
     pixel_format : mono8 or a Bayer mosaic; images come through bit for bit, (height, width)
     width, height, fps : what they have to be, px and 1/s; None takes any
+    depth : take with each image one of depth, of the same pixels (GenICam's components Intensity and Range, the latter
+        as Coord3D_C16). Both, and their transfer as parts of one block, are switched on
     chunk_timestamps : take the times from the chunk that the camera appends to each image, which is switched on;
         otherwise those of the stream
     ptp : let its clock follow that of the network (IEEE 1588), which is switched on, so that several cameras have one
@@ -47,6 +50,7 @@ class GenICamSettings:
     width: int | None = None
     height: int | None = None
     fps: float | None = None
+    depth: bool = False
     chunk_timestamps: bool = False
     ptp: bool = False
     ptp_timeout_s: float = 20.0
@@ -62,6 +66,10 @@ class GenICamSettings:
         if self.pixel_format not in PIXEL_FORMATS:
             raise ConfigurationError(
                 f"pixel_format {self.pixel_format!r}: use one of {', '.join(PIXEL_FORMATS)}"
+            )
+        if self.depth and self.chunk_timestamps:
+            raise ConfigurationError(
+                "chunk_timestamps: of a camera that sends depth the times are those of the stream; leave it out"
             )
         check_positive(self, "camera", "fps", "ptp_timeout_s", "open_timeout_s", "silence_s")
         for name in ("width", "height", "buffer_frames"):

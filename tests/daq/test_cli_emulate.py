@@ -21,6 +21,7 @@ from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
 from robot_drivers.ati.digital_ft import DigitalFT, DigitalFTSettings
 from robot_drivers.ati.netft import NetFT, NetFTSettings
 from robot_drivers.bota import BotaSerial, BotaSettings
+from robot_drivers.cameras.depth import depth_m
 from robot_drivers.cameras.opencv import OpenCVCamera
 from robot_drivers.cameras.opencv_capture import OpenCVCameraSettings
 from robot_drivers.emulators import KINDS
@@ -208,6 +209,19 @@ def test_a_gige_camera_is_found_at_its_address() -> None:
             camera.connect()
             assert camera.identity.details["PTP"] == "Slave"
             assert camera.read(5.0)[0].image.shape == (60, 80)
+
+
+@posix
+def test_a_gige_camera_with_depth_tells_what_it_counts_in() -> None:
+    need_aravis()
+    host = address()
+    with emulated("gige_depth", "--host", host, "--scale", "0.1", "--offset", "100", "--mode", "RectifiedC"):
+        settings = GenICamSettings(camera=host, depth=True, open_timeout_s=20.0)
+        with closing(GenICamCamera(settings)) as camera:
+            camera.connect()
+            depth = camera.read(5.0)[0].depth
+            assert depth is not None
+            assert np.median(depth_m(depth.counts, depth.scale)) == pytest.approx(2.1, abs=1e-3)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -1,9 +1,18 @@
+import io
 import threading
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.typing import NDArray
+from PIL import Image
 
+from daq.errors import RecordingError
 from daq.recording.folder import SessionInfo, write_info
 from daq.recording.mcap import schemas
 from daq.recording.mcap.log import McapLog
@@ -14,7 +23,7 @@ from daq.recording.messages.rows import FrameRows, camera_info_row
 from daq.recording.reader import Recording
 from daq.recording.scanning.scan import scan
 from daq.virtual_rig.rendering.scene import flea2_pair
-from robot_drivers.protocols import Frame
+from robot_drivers.protocols import DepthImage, DepthScale, Frame
 
 
 def frame(number: int, pixel_format: str = "mono8", shape: tuple[int, ...] = (6, 8)) -> Frame:
@@ -54,6 +63,38 @@ def recorded(folder: Path, images: list[EncodedImage]) -> Recording:
         for number, image in enumerate(images):
             log.append(rows.pack(image, number, backlog=number))
     return Recording(folder)
+
+
+@given(
+    arrays(np.uint16, st.tuples(st.integers(1, 9), st.integers(1, 9))),
+    st.sampled_from([codec.compressed_depth, codec.raw_depth]),
+)
+def test_depth_comes_back_count_for_count(
+    tmp_path_factory: pytest.TempPathFactory,
+    counts: NDArray[np.uint16],
+    store: Callable[[Frame], EncodedImage],
+) -> None:
+    original = replace(frame(0), depth=DepthImage(counts, DepthScale(1e-4)))
+    depth = recorded(tmp_path_factory.mktemp("depth"), [store(original)]).images("left")
+    np.testing.assert_array_equal(depth.depth(0), counts)
+    assert depth.pixel_format(0) == "mono16"
+
+
+def test_an_image_is_not_taken_for_depth_nor_depth_for_an_image(tmp_path: Path) -> None:
+    with_depth = replace(frame(0), depth=DepthImage(np.ones((6, 8), np.uint16), DepthScale(1e-4)))
+    stored = [codec.compressed(with_depth), codec.compressed_depth(with_depth)]
+    found = recorded(tmp_path, stored).images("left")
+    with pytest.raises(RecordingError, match="depth image 0"):
+        found.depth(0)
+    with pytest.raises(RecordingError, match="image 1"):
+        found.image(1)
+
+
+def test_depth_is_a_png_that_other_programs_read() -> None:
+    counts = np.arange(60_000, 60_012, dtype=np.uint16).reshape(3, 4)
+    stored = codec.compressed_depth(replace(frame(0), depth=DepthImage(counts, DepthScale(1e-4))))
+    opened = Image.open(io.BytesIO(stored.data))
+    np.testing.assert_array_equal(np.asarray(opened), counts)
 
 
 def test_compressed_and_raw_images_are_read_in_their_order(tmp_path: Path) -> None:

@@ -18,17 +18,20 @@ from daq.calibration_files.keeping import keep
 from daq.calibration_files.outcome import Outcome
 from daq.rig import Rig
 from daq.virtual_rig.layout import Addresses, rig_description
+from daq.virtual_rig.rendering.depth_scene import depth_above
 from daq.virtual_rig.rendering.scene import flea2_above, flea2_pair
 from gui.app import Desk
 from gui.pages.acquire import AcquirePage
 from gui.pages.calibrate import CalibratePage
 from gui.pages.rig import RigPage
 from gui.rig.bead_marks import BeadView, BeadViewer
+from gui.rig.laboratory import mixed
 from gui.widgets.plots.coverage_map import CoverageMap
 from gui.widgets.video.camera_preview import CameraPreview
 from gui.window import Window
 
 CAMERA = flea2_above()
+DEPTH_CAMERA = depth_above()
 NOW = datetime(2026, 5, 4, 12, 0, tzinfo=UTC)
 
 
@@ -76,6 +79,32 @@ def test_the_window_tells_which_cameras_the_rig_has(
     assert told in told_on(window.page(RigPage))
     (preview,) = window.page(AcquirePage).findChildren(CameraPreview)
     assert len(preview.panes) == cameras
+
+
+def rig_with_depth(folder: Path) -> Rig:
+    """A rig of one depth camera."""
+    DEPTH_CAMERA.save(folder / "depth.toml")
+    return rig_description(Addresses(1, 2, 3, 4, 5, 6, (), "127.0.0.9"), folder / "depth.toml")
+
+
+def test_a_depth_camera_is_told_calibrated_and_shown_as_one(
+    window_over: Callable[[Rig], Window], tmp_path: Path
+) -> None:
+    rig = rig_with_depth(tmp_path)
+    window = window_over(rig)
+    assert "one depth camera, which measures beads in space" in told_on(window.page(RigPage))
+    page = window.page(CalibratePage)
+    assert tuple(page.kinds.item(row).text() for row in range(page.kinds.count())) == kinds_of(rig)
+    assert "It will not be in force" not in told_on(page)
+    (preview,) = window.page(AcquirePage).findChildren(CameraPreview)
+    assert len(preview.panes) == 1
+
+
+def test_the_emulated_camera_of_a_rig_with_depth_has_depth(tmp_path: Path) -> None:
+    own, virtual = replace(rig_with_depth(tmp_path), name="own"), rig_with_depth(tmp_path)
+    mixed_rig = mixed(own, virtual, frozenset({"camera above"}))
+    assert mixed_rig.depth_view == virtual.depth_view
+    assert mixed_rig.with_depth == {"above"}
 
 
 @pytest.mark.parametrize(("cameras", "maps"), [(1, ["above"]), (2, ["left", "right"])])
@@ -135,6 +164,13 @@ def test_every_bead_in_its_image_is_named(tmp_path: Path) -> None:
     (marks,) = view.marks
     assert sorted(marks.names[marks.names >= 0].tolist()) == list(range(beads))
     assert view.epipolar_px.size == 0
+
+
+def test_every_bead_in_the_image_of_a_depth_camera_is_named(tmp_path: Path) -> None:
+    rig = rig_with_depth(tmp_path)
+    image = rendered_scene(DEPTH_CAMERA, 0).render(np.asarray(rig.specimen.fiducials_m), 0)
+    view = BeadViewer(rig, {})(Seen({"above": image}, "mono8", 0))
+    assert (view.named, view.words) == (len(rig.specimen.fiducials_m), "")
 
 
 def test_they_are_named_by_the_calibration_in_force_and_not_by_the_rig_files(tmp_path: Path) -> None:

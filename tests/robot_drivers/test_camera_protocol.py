@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from dc1394_bus import emulated_library, fresh_bus
-from gige_cameras import gige_camera, need_aravis
+from gige_cameras import depth_camera, gige_camera, need_aravis
 from new_threads import new_threads
 
 from robot_drivers.cameras.dc1394 import DC1394Camera, DC1394CameraSettings
@@ -76,25 +76,42 @@ def firewire_bench():
 @contextmanager
 def gige_bench():
     need_aravis()
-    with gige_camera() as emulator:
-        settings = GenICamSettings(
-            camera=emulator.settings.host,
-            chunk_timestamps=True,
-            buffer_frames=BUFFER,
-            silence_s=SILENCE_S,
-            open_timeout_s=PATIENCE_S,
+    with gige_camera() as emulator, gige_driver_bench(emulator, chunk_timestamps=True) as bench:
+        yield bench
+
+
+@contextmanager
+def depth_bench():
+    need_aravis()
+    with depth_camera() as emulator, gige_driver_bench(emulator, depth=True) as bench:
+        yield bench
+
+
+@contextmanager
+def gige_driver_bench(emulator, **wanted):
+    settings = GenICamSettings(
+        camera=emulator.settings.host,
+        **wanted,
+        buffer_frames=BUFFER,
+        silence_s=SILENCE_S,
+        open_timeout_s=PATIENCE_S,
+    )
+    with closing(GenICamCamera(settings)) as camera:
+        yield Bench(
+            camera,
+            BUFFER,
+            emulator.drop,
+            lambda: emulator.inject(GigEFaults(stalled=True)),
+            lambda: emulator.inject(GigEFaults()),
         )
-        with closing(GenICamCamera(settings)) as camera:
-            yield Bench(
-                camera,
-                BUFFER,
-                emulator.drop,
-                lambda: emulator.inject(GigEFaults(stalled=True)),
-                lambda: emulator.inject(GigEFaults()),
-            )
 
 
-BENCHES = {"OpenCV, stream": stream_bench, "FireWire": firewire_bench, "GenICam, GigE": gige_bench}
+BENCHES = {
+    "OpenCV, stream": stream_bench,
+    "FireWire": firewire_bench,
+    "GenICam, GigE": gige_bench,
+    "GenICam, depth": depth_bench,
+}
 
 
 @pytest.fixture(params=[*BENCHES, pytest.param("real", marks=pytest.mark.hardware)])
@@ -161,6 +178,16 @@ def test_a_frame_is_an_image_of_the_stated_size_and_format(camera):
     assert frame.image.shape[:2] == (int(details["height"]), int(details["width"]))
     assert frame.image.dtype == np.uint8
     assert frame.image.ndim == (3 if frame.pixel_format == "bgr8" else 2)
+
+
+def test_depth_is_of_the_same_pixels(camera):
+    frame = collect(camera, 1)[0]
+    if frame.depth is None:
+        assert "depth" not in camera.identity.details
+        return
+    assert frame.depth.counts.shape == frame.image.shape[:2]
+    assert frame.depth.counts.dtype == np.uint16
+    assert frame.depth.scale.scale_m > 0
 
 
 def test_counters_and_clock_go_on_from_frame_to_frame(camera):

@@ -2,7 +2,7 @@
 
 import argparse
 import time
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import datetime
 from pathlib import Path
 
@@ -21,13 +21,19 @@ from estimator.report.estimation.findings import Truth, summary_text
 from estimator.report.estimation.writing import write_report
 
 _EXAMPLES = """  retract demo
-  retract demo --output runs/demo --seed 7"""
+  retract demo --output runs/demo --seed 7
+  retract demo --depth-camera                one depth camera in the place of the stereo pair"""
 
 
 def add_parser(verbs: Verbs) -> None:
     """Add the verb."""
     parser = add_verb(
         verbs, "demo", "record a retraction of a virtual laboratory and estimate its phantom", _EXAMPLES, run
+    )
+    parser.add_argument(
+        "--depth-camera",
+        action="store_true",
+        help="watch the beads by one depth camera, read through Aravis, instead of a stereo pair",
     )
     parser.add_argument("--output", type=Path, metavar="DIR", help="a new folder (default: runs/demo_DATE)")
     parser.add_argument(
@@ -43,7 +49,10 @@ def run(options: argparse.Namespace) -> Result:
     rig_folder.mkdir(parents=True)
     with progress() as tell:
         tell("starting the virtual laboratory, which compiles its solver the first time", 0, 1)
-        with virtual_rig(rig_folder, standard_settings(options.seed)) as running:
+        settings = standard_settings(options.seed)
+        if options.depth_camera:
+            settings = replace(settings, cameras=1, depth=True)
+        with virtual_rig(rig_folder, settings) as running:
             rig = read_rig(running.rig_path)
             with Acquisition(rig) as acquisition:
                 acquisition.record(PULL.trajectory(), session, Label("pull"), tell)

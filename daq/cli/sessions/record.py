@@ -159,7 +159,10 @@ def _result(recorded: dict[Path, SessionInfo], note: str = "") -> Result:
 
 def _describe(folder: Path, info: SessionInfo) -> str:
     samples = f"{info.samples['/force/wrench']} force samples"
-    images = sum(count for topic, count in info.samples.items() if topic.endswith(("/image", "/image_raw")))
+    ends = ("/image", "/image_raw")
+    images = sum(
+        count for topic, count in info.samples.items() if topic.endswith(ends) and "/depth/" not in topic
+    )
     lines = [f"recorded {samples} and {images} images in {folder}"]
     lines += [f"  {line}" for line in read_report(folder).lines()]
     return "\n".join(lines + [f"  problem: {problem}" for problem in info.problems])

@@ -5,7 +5,7 @@ import threading
 from collections.abc import Callable, Sequence
 
 from daq.recording.messages import codec
-from daq.recording.messages.codec import EncodedImage
+from daq.recording.messages.codec import EncodedImage, Encoding
 from robot_drivers.protocols import Frame
 
 RAW_FROM_BACKLOG = 4
@@ -21,6 +21,7 @@ class ImageEncoder:
         waited behind it; from ``RAW_FROM_BACKLOG`` on they are passed on raw, unless the disk is what is slow
     drop : called with the number of images that found ``MOST_WAITING`` waiting, and were dropped
     disk_is_slow : tells whether raw images would make matters worse
+    encoding : which images of the frames are encoded, and how
     """
 
     def __init__(
@@ -29,7 +30,9 @@ class ImageEncoder:
         deliver: Callable[[EncodedImage, int, int], None],
         drop: Callable[[int], None],
         disk_is_slow: Callable[[], bool],
+        encoding: Encoding = codec.IMAGES,
     ) -> None:
+        self._encoding = encoding
         self._deliver = deliver
         self._drop = drop
         self._disk_is_slow = disk_is_slow
@@ -59,5 +62,6 @@ class ImageEncoder:
         while (frame := self._waiting.get()) is not None:
             backlog = self._waiting.qsize()
             behind = backlog >= RAW_FROM_BACKLOG and not self._disk_is_slow()
-            self._deliver(codec.raw(frame) if behind else codec.compressed(frame), sequence, backlog)
+            encode = self._encoding.raw if behind else self._encoding.compressed
+            self._deliver(encode(frame), sequence, backlog)
             sequence += 1

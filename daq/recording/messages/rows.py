@@ -148,9 +148,9 @@ class FrameRows:
             np.array([True]),
         )
         if encoded.compression is None:
-            height, width = frame.image.shape[:2]
+            height, width = encoded.pixels.shape[:2]
             rows["image_body"]["height"], rows["image_body"]["width"] = height, width
-            rows["image_body"]["step"] = frame.image.nbytes // height
+            rows["image_body"]["step"] = encoded.pixels.nbytes // height
         rows["image_body"]["size"] = encoded.data.nbytes
         rows["image_record"]["length"] += encoded.data.nbytes
         records = placed(rows)
@@ -159,9 +159,9 @@ class FrameRows:
     def _template(self, encoded: EncodedImage) -> NDArray[np.void]:
         stamp = (self._stamp_channel, stamp_layout(self._frame_id))
         if encoded.compression is None:
-            layout = raw_image_layout(self._frame_id, encoded.frame.pixel_format)
+            layout = raw_image_layout(self._frame_id, encoded.pixel_format)
             return _row(stamp=stamp, image=(self._raw_channel, layout))
-        image_format = f"{encoded.frame.pixel_format}; {encoded.compression}"
+        image_format = f"{encoded.pixel_format}; {encoded.compression}"
         return _row(stamp=stamp, image=(self._image_channel, image_layout(self._frame_id, image_format)))
 
 

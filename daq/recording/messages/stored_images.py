@@ -32,6 +32,15 @@ class StoredImage:
             return codec.decoded(data, self.compression)
         return data.reshape(self.shape).copy() if data.size == math.prod(self.shape) else None
 
+    def counts(self) -> NDArray[np.uint16] | None:
+        """Return an image of depth, None where the data are damaged."""
+        data = np.frombuffer(self.data, np.uint8)
+        if self.compression is not None:
+            return codec.decoded_depth(data)
+        if data.size != 2 * math.prod(self.shape):
+            return None
+        return data.view("<u2").reshape(self.shape).astype(np.uint16)
+
 
 def sequence_of(record: memoryview) -> int:
     """Return the sequence number of a message record."""
@@ -48,8 +57,8 @@ def stored_image(record: memoryview, compressed: bool) -> StoredImage:
         return StoredImage(pixel_format, compression, fields.data())
     height, width = fields.uint32(), fields.uint32()
     pixel_format = fields.string()
-    fields.position += 1  # big-endian or not, which single bytes are not
-    channels = fields.uint32() // width
+    fields.position += 1  # big-endian or not: single bytes are neither, and counts of depth are not
+    channels = fields.uint32() // (2 * width if pixel_format == codec.DEPTH_FORMAT else width)
     shape = (height, width) if channels == 1 else (height, width, channels)
     return StoredImage(pixel_format, None, fields.data(), shape)
 

@@ -28,7 +28,8 @@ _LENGTH_COUNTS_FROM = 9
 _NO_SIZES: Mapping[int, str] = {}
 _ENCODING = re.compile(r"(mono|bgr|rgb|bayer_)\w+(; png compressed( planes)?)?")
 _TOPIC = re.compile(
-    r"/events|/force/(wrench|device)|/robot/(pose|joints|device)|/camera/[^/]+/(image|image_raw|device|camera_info)"
+    r"/events|/force/(wrench|device)|/robot/(pose|joints|device)"
+    r"|/camera/[^/]+(/depth)?/(image|image_raw|device|camera_info)"
 )
 _SCHEMAS_BY_END: Mapping[str, Schema] = {
     "events": schemas.EVENT,

@@ -18,7 +18,7 @@ from daq.recording.messages.rows import RECORD
 from daq.recording.scanning.segments import Damage, Scan
 from robot_drivers.protocols import IntArray
 
-_CAMERA = re.compile(r"/camera/(?P<name>[^/]+)/(image|image_raw|device)")
+_CAMERA = re.compile(r"/camera/(?P<name>[^/]+(/depth)?)/(image|image_raw|device)")
 _SINGLE = {
     "/force/wrench": "force",
     "/force/device": "force",

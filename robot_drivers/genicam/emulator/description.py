@@ -1,11 +1,28 @@
 """The GenICam description of the emulated camera: standard features (SFNC) upon its registers."""
 
-from robot_drivers.genicam.emulator.settings import PIXEL_FORMATS, GigECameraSettings
+from robot_drivers.genicam.emulator.settings import (
+    DEPTH_MODES,
+    DEPTH_UNITS,
+    PIXEL_FORMATS,
+    GigECameraSettings,
+    GigEDepthSettings,
+)
 
 WIDTH, HEIGHT, PIXEL_FORMAT, PAYLOAD_SIZE = 0x8000, 0x8004, 0x8008, 0x800C
 ACQUISITION_MODE, ACQUISITION_START, ACQUISITION_STOP = 0x8010, 0x8014, 0x8018
 CHUNK_MODE, CHUNK_SELECTOR, CHUNK_ENABLE = 0x801C, 0x8020, 0x8024
 PTP_ENABLE, PTP_STATUS, PTP_OFFSET, FRAME_RATE = 0x8028, 0x802C, 0x8030, 0x8038
+COMPONENT_SELECTOR, COMPONENT_ENABLE, EXTENDED_IDS = 0x8040, 0x8044, 0x8048
+DEPTH_MODE, DEPTH_UNIT, COORDINATE_SELECTOR, INVALID_FLAG = 0x8080, 0x8084, 0x8088, 0x808C
+_NUMBERS = {
+    "Scan3dCoordinateScale": 0x8090,
+    "Scan3dCoordinateOffset": 0x8098,
+    "Scan3dInvalidDataValue": 0x80A0,
+    "Scan3dFocalLength": 0x80A8,
+    "Scan3dPrincipalPointU": 0x80B0,
+    "Scan3dPrincipalPointV": 0x80B8,
+}
+COMPONENTS = {"Intensity": 1, "Range": 4}
 TIMESTAMP_CHUNK = 0x00000102
 IMAGE_CHUNK = 0x00000001
 PTP_STATES = (
@@ -63,9 +80,48 @@ def description(settings: GigECameraSettings) -> bytes:
                 + _register("PtpOffsetReg", PTP_OFFSET, "RO", 8, sign="Signed")
             ),
         }
+    if settings.depth is not None:
+        nodes |= _depth_nodes()
     features = "".join(f"<pFeature>{name}</pFeature>" for name in nodes)
     head = _HEAD.format(vendor=settings.vendor, model=settings.model, features=features)
     return "\n".join([head, *nodes.values(), '<Port Name="Device"/>', "</RegisterDescription>"]).encode()
+
+
+def depth_registers(depth: GigEDepthSettings) -> dict[int, int]:
+    """Return what the registers of 32 bits hold that tell of depth, by address."""
+    return {
+        COMPONENT_SELECTOR: COMPONENTS["Intensity"],
+        EXTENDED_IDS: depth.extended_ids,
+        DEPTH_MODE: DEPTH_MODES.index(depth.mode),
+        DEPTH_UNIT: DEPTH_UNITS.index(depth.unit),
+        COORDINATE_SELECTOR: 0,
+        INVALID_FLAG: depth.invalid is not None,
+    }
+
+
+def depth_numbers(depth: GigEDepthSettings) -> dict[int, float]:
+    """Return the numbers of 64 bits that tell of depth, by address."""
+    values = (depth.scale, depth.offset, depth.invalid or 0, depth.focal_length_px, *depth.principal_point_px)
+    return dict(zip(_NUMBERS.values(), map(float, values), strict=True))
+
+
+def _depth_nodes() -> dict[str, str]:
+    modes, units = (
+        {name: number for number, name in enumerate(names)} for names in (DEPTH_MODES, DEPTH_UNITS)
+    )
+    axes = {"CoordinateA": 1, "CoordinateB": 2, "CoordinateC": 0}
+    return {
+        "ComponentSelector": _enumeration("ComponentSelector", COMPONENT_SELECTOR, COMPONENTS, "RW"),
+        "ComponentEnable": _boolean("ComponentEnable", COMPONENT_ENABLE),
+        "GevGVSPExtendedIDMode": _enumeration(
+            "GevGVSPExtendedIDMode", EXTENDED_IDS, {"Off": 0, "On": 1}, "RW"
+        ),
+        "Scan3dOutputMode": _enumeration("Scan3dOutputMode", DEPTH_MODE, modes, "RO"),
+        "Scan3dDistanceUnit": _enumeration("Scan3dDistanceUnit", DEPTH_UNIT, units, "RO"),
+        "Scan3dCoordinateSelector": _enumeration("Scan3dCoordinateSelector", COORDINATE_SELECTOR, axes, "RW"),
+        "Scan3dInvalidDataFlag": _boolean("Scan3dInvalidDataFlag", INVALID_FLAG),
+        **{name: _float(name, address) for name, address in _NUMBERS.items()},
+    }
 
 
 def _register(

@@ -10,6 +10,7 @@ from robot_drivers.genicam.emulator.settings import PIXEL_FORMATS, GigECameraSet
 DISCOVERY_BYTES = 0xF8
 HEARTBEAT_TIMEOUT, CONTROL_PRIVILEGE = 0x938, 0xA00
 STREAM_PORT, STREAM_PACKET_SIZE, STREAM_ADDRESS = 0xD00, 0xD04, 0xD18
+STREAM_CAPABILITY, STREAM_CONFIGURATION, MULTIPART = 0xD20, 0xD24, 0x40
 _DEFAULT_PACKET_BYTES = 1500
 _DEFAULT_HEARTBEAT_MS = 3000
 _XML_ADDRESS = 0x10000
@@ -59,7 +60,17 @@ class Registers:
             (0x200, f"Local:camera.xml;{_XML_ADDRESS:X};{len(xml):X}"),
         ):
             self._memory[address : address + len(text)] = text.encode()
-        self._memory[of.FRAME_RATE : of.FRAME_RATE + 8] = struct.pack(">d", settings.fps)
+        numbers = {of.FRAME_RATE: settings.fps}
+        if settings.depth is not None:
+            self.write(STREAM_CAPABILITY, MULTIPART)
+            registers, numbers = (
+                of.depth_registers(settings.depth),
+                numbers | of.depth_numbers(settings.depth),
+            )
+            for address, value in registers.items():
+                self.write(address, value)
+        for address, number in numbers.items():
+            self._memory[address : address + 8] = struct.pack(">d", number)
 
     def read(self, address: int) -> int:
         """Return a register of 32 bits; raises IndexError where there is none."""
