@@ -79,6 +79,12 @@ class PaintedPatch(Box):
         )
         return (near & painting.nearest_has(self.value, flat)).reshape(coordinates.shape[:-1])
 
+    def distance(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Return how far each of the points (..., 3) lies from the nearest painted one, m."""
+        coordinates = np.asarray(points, dtype=np.float64)
+        painting = read_painting(self.file, self.scalar, self.unit)
+        return painting.distance(self.value, coordinates.reshape(-1, 3)).reshape(coordinates.shape[:-1])
+
     def overlaps_within(self, other: Box, body: Box) -> bool:
         """Tell that it does not: a patch has no volume, and a painting one value in each place."""
         return False

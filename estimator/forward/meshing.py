@@ -7,23 +7,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.errors import InputError
-from estimator.experiment import Box, Experiment, PaintedPatch, Phantom, TissueRegion
+from estimator.experiment import Box, Experiment, PaintedPatch, Phantom
 from estimator.experiment.holds import AXES, Axis, along
 from estimator.experiment.support import stays_flat, thin_axis
-from estimator.fem.assembly.body import Body, with_modulus
+from estimator.fem.boundary.patch import on_patch
 from estimator.fem.boundary.problem import HeldNodes, RetractionProblem, retraction_problem
 from estimator.fem.discretisation.block_mesh import Grading, block_mesh, snapped_to_block
 from estimator.fem.discretisation.elements import ElementKind
 from estimator.fem.discretisation.mesh import Mesh
-from estimator.fem.discretisation.quadrature import points_of_parts
 from estimator.forward.coarseness import thin_tissue_note
 from estimator.forward.prescribed import prescribed_motion
+from estimator.forward.regions import with_regions
 from estimator.geometry.grading import EdgeLengths
 from estimator.geometry.holds import Painted, Region
 from estimator.geometry.mesh_cache import tissue_mesh
 from estimator.geometry.quality import quality_warnings
 from estimator.geometry.tetrahedralise import TissueMesh, envelope_m
-from estimator.surfaces.queries import inside
 from estimator.surfaces.reading import read_surface
 from estimator.surfaces.surface import Surface
 
@@ -233,7 +232,9 @@ def surface_problem(
         prescribed_motion(experiment, tissue.mesh.points),
     )
     beads = experiment.fiducials_rest
-    gripped = tissue.rigid.get(_GRASP, experiment.grasp.box).contains(beads) & _moves_rigidly(experiment)
+    core = tissue.rigid.get(_GRASP)
+    gripped = core.contains(beads) if core else on_patch(tissue.mesh, tissue.held[_GRASP], beads)
+    gripped &= _moves_rigidly(experiment)
     anchored = np.zeros(len(beads), dtype=bool)
     for name, box in tissue.rigid.items():
         anchored |= box.contains(beads) & (name != _GRASP)
@@ -245,12 +246,13 @@ def surface_problem(
         gripped | anchored,
     )
     # Beads in rigid tissue have no place in the mesh. Those that an anchor holds then follow no node: they stay.
-    return replace(
+    posed = replace(
         problem,
-        body=_with_regions(problem.body, experiment.phantom.regions),
         fiducials_gripped=gripped,
         specific_weight=experiment.specific_weight,
+        grips_patch=core is None,
     )
+    return with_regions(posed, experiment.phantom.regions)
 
 
 def _check_sliding_on_faces(experiment: Experiment, tissue: TissueMesh) -> None:
@@ -260,23 +262,6 @@ def _check_sliding_on_faces(experiment: Experiment, tissue: TissueMesh) -> None:
                 f"{name} holds some directions only, and its box reaches into the tissue; give it a flat box on a flat "
                 "part of the surface, or a painted patch"
             )
-
-
-def _with_regions(body: Body, regions: Sequence[TissueRegion]) -> Body:
-    """Return the body with each region as stiff as it says, by how much of an integration point's part lies in it."""
-    if not regions:
-        return body
-    points = points_of_parts(body.mesh)
-    log_factor = np.zeros(body.volume.shape)
-    for region in regions:
-        surface = read_surface(region.surface, region.unit).surface
-        share = inside(surface, points.reshape(-1, 3)).reshape(points.shape[:-1]).mean(axis=2)
-        if not share.any():
-            raise InputError(
-                f"{region.surface}: region {region.name} holds no tissue; is it in the same frame?"
-            )
-        log_factor += np.log(region.modulus_ratio) * share
-    return with_modulus(body, np.exp(log_factor))
 
 
 def _inside(points: FloatArray, corners: FloatArray) -> BoolArray:

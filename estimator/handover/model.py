@@ -20,7 +20,6 @@ from estimator.effects.effect import Effect, Readings
 from estimator.effects.shared.sensor_steps import SensorStep, sensor_steps_of
 from estimator.errors import InputError
 from estimator.experiment import Experiment
-from estimator.fem.assembly.body import build_body
 from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.discretisation.block_mesh import Grading
@@ -161,7 +160,7 @@ def hand_over(
                 _sensor_steps(truth, experiment),
             )
         )
-    plain = build_body(changed.body.mesh).volume
+    plain = changed.body.rest_volume
     return HandedOver(
         changed,
         truth.material(),

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from estimator.errors import InputError
 from estimator.fem.assembly.body import Body, build_body
+from estimator.fem.assembly.regions import StifferRegion
 from estimator.fem.assembly.tangent import TangentPattern, shared_pattern
 from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.boundary.pins import pinned
@@ -44,6 +45,8 @@ class RetractionProblem:
     rolling : (n, 3) bool, along which axes nodes stand still whatever else holds them; none where None
     grips_along : (3,) bool, along which axes gripped nodes move with the gripper; along the others they slide on it
     prescribed : of a part of the boundary whose motion was measured; it goes before what else holds it
+    grips_patch : whether a patch of the surface is gripped, and no tissue below it
+    regions : of the tissue that are stiffer or softer than the rest; the body has them already
     """
 
     body: Body
@@ -61,6 +64,8 @@ class RetractionProblem:
     rolling: BoolArray | None = None
     grips_along: BoolArray = field(default_factory=lambda: np.ones(3, dtype=bool))
     prescribed: PrescribedMotion | None = None
+    grips_patch: bool = False
+    regions: tuple[StifferRegion, ...] = ()
 
     @property
     def grips_rigidly(self) -> bool:

@@ -8,7 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from estimator.experiment import Box
 from estimator.fem.assembly.body import build_body
+from estimator.fem.assembly.regions import with_regions_in_place
 from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.patch import from_patch, on_patch
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.discretisation.mesh import interpolation_rows
 from estimator.fem.equilibrium.newton import EquilibriumSolver
@@ -89,8 +91,11 @@ def beads_from_grasp(problem: RetractionProblem) -> FloatArray:
     """Return how far the tissue that each bead sits on is from the grasp, (m,), m; 0 for gripped tissue."""
     points = problem.body.mesh.points[problem.fiducial_nodes]
     places = np.einsum("mk,mkx->mx", problem.fiducial_weights, points)
-    lower, upper = grasp_box(problem)
-    away = Box(tuple(lower), tuple(upper)).distance(places)
+    if problem.grips_patch:
+        away = from_patch(problem.body.mesh, problem.gripped, places)
+    else:
+        lower, upper = grasp_box(problem)
+        away = Box(tuple(lower), tuple(upper)).distance(places)
     return np.where(problem.fiducials_gripped, 0.0, away)
 
 
@@ -103,14 +108,18 @@ def tapers(problem: RetractionProblem) -> tuple[Taper, Taper]:
 
 
 def with_points(problem: RetractionProblem, points: FloatArray) -> RetractionProblem:
-    """Return the problem with other rest positions (n, 3) of its nodes, m; beads stay with their elements."""
-    return replace(problem, body=build_body(replace(problem.body.mesh, points=points)))
+    """Return the problem with other rest positions (n, 3) of its nodes, m.
+
+    Beads, and regions of another stiffness, stay with their elements.
+    """
+    mesh = replace(problem.body.mesh, points=points)
+    return replace(problem, body=build_body(mesh, problem.body.modulus))
 
 
 def with_grasp_moved(problem: RetractionProblem, shift_m: FloatArray, turn_rad: float) -> RetractionProblem:
     """Return the problem whose grasped region lies elsewhere: shifted (2,) and turned about z at the grasp's centre.
 
-    The outline of the phantom, the anchors and the beads stay where they are.
+    The outline of a block, the anchors, the beads and regions of another stiffness stay where they are.
     """
     first, second = tapers(problem)
 
@@ -130,10 +139,11 @@ def with_grasp_moved(problem: RetractionProblem, shift_m: FloatArray, turn_rad: 
         return moved
 
     moved = _with_motion(problem, motion(problem.body.mesh.points))
+    moved = replace(moved, body=with_regions_in_place(moved.body, problem.body, problem.regions))
     origins = problem.fiducials_rest.copy()
     for _ in range(8):
         origins = problem.fiducials_rest - motion(origins)
-    return _with_beads_located(moved, _in_box(origins, grasp_box(problem)))
+    return _with_beads_located(moved, _in_grasp(problem, origins))
 
 
 def with_grasp_drawn(problem: RetractionProblem, way_m: FloatArray) -> RetractionProblem:
@@ -191,7 +201,7 @@ def with_beads_at(problem: RetractionProblem, positions: FloatArray) -> Retracti
     outside = _BEAD_TOLERANCE_M / 2
     placed = replace(problem, fiducials_rest=np.clip(positions, first - outside, last + outside))
     # One a little above the surface of gripped tissue sits on that.
-    return _with_beads_located(placed, _in_box(np.clip(positions, first, last), grasp_box(problem)))
+    return _with_beads_located(placed, _in_grasp(problem, np.clip(positions, first, last)))
 
 
 def _with_motion(problem: RetractionProblem, motion: FloatArray) -> RetractionProblem:
@@ -212,5 +222,9 @@ def _with_beads_located(problem: RetractionProblem, gripped: NDArray[np.bool_]) 
     )
 
 
-def _in_box(points: FloatArray, corners: FloatArray) -> NDArray[np.bool_]:
+def _in_grasp(problem: RetractionProblem, points: FloatArray) -> NDArray[np.bool_]:
+    """Tell of points (m, 3), m, whether they lie in gripped tissue, or on the gripped patch."""
+    if problem.grips_patch:
+        return on_patch(problem.body.mesh, problem.gripped, points)
+    corners = grasp_box(problem)
     return np.asarray(np.all((points >= corners[0] - _RIM_M) & (points <= corners[1] + _RIM_M), axis=1))
