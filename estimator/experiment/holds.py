@@ -6,6 +6,7 @@ from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
 
 from estimator.surfaces.formats.painting import read_painting
 from estimator.surfaces.units import Unit
@@ -68,6 +69,20 @@ class PaintedPatch(Box):
     file: Path = field(compare=False)
     unit: Unit | None = None
 
+    @property
+    def corners(self) -> FloatArray:
+        """The painted points (n, 3) that have the value, m."""
+        painting = read_painting(self.file, self.scalar, self.unit)
+        return painting.points[painting.has(self.value)]
+
+    @property
+    def spacing(self) -> float:
+        """How far these are from one another, m: the largest distance of one to the next."""
+        corners = self.corners
+        if len(corners) < 2:
+            return 0.0
+        return float(cKDTree(corners).query(corners, k=2)[0][:, 1].max())
+
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Tell for each of the points (..., 3) of the surface whether it lies on the patch."""
         coordinates = np.asarray(points, dtype=np.float64)
@@ -82,8 +97,8 @@ class PaintedPatch(Box):
     def distance(self, points: ArrayLike) -> NDArray[np.float64]:
         """Return how far each of the points (..., 3) lies from the nearest painted one, m."""
         coordinates = np.asarray(points, dtype=np.float64)
-        painting = read_painting(self.file, self.scalar, self.unit)
-        return painting.distance(self.value, coordinates.reshape(-1, 3)).reshape(coordinates.shape[:-1])
+        away, _ = cKDTree(self.corners).query(coordinates.reshape(-1, 3))
+        return np.asarray(away).reshape(coordinates.shape[:-1])
 
     def overlaps_within(self, other: Box, body: Box) -> bool:
         """Tell that it does not: a patch has no volume, and a painting one value in each place."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.errors import InputError
-from estimator.experiment import Box, Experiment, PaintedPatch, Phantom
+from estimator.experiment import Box, Experiment, PaintedPatch, Phantom, TissueRegion
 from estimator.experiment.holds import AXES, Axis, along
 from estimator.experiment.support import stays_flat, thin_axis
 from estimator.fem.boundary.patch import on_patch
@@ -17,7 +17,7 @@ from estimator.fem.discretisation.elements import ElementKind
 from estimator.fem.discretisation.mesh import Mesh
 from estimator.forward.coarseness import thin_tissue_note
 from estimator.forward.prescribed import prescribed_motion
-from estimator.forward.regions import with_regions
+from estimator.forward.regions import ball_around, with_regions
 from estimator.geometry.grading import EdgeLengths
 from estimator.geometry.holds import Painted, Region
 from estimator.geometry.mesh_cache import tissue_mesh
@@ -170,13 +170,25 @@ def _region(held: Box, surface: Surface) -> Region:
     return held
 
 
-def edge_lengths(surface: Surface, regions: Iterable[str], grading: Grading) -> EdgeLengths:
-    """Return the edge lengths of tetrahedra that go with a block's grading."""
+def edge_lengths(
+    surface: Surface, regions: Iterable[str], grading: Grading, stiffer: Sequence[TissueRegion] = ()
+) -> EdgeLengths:
+    """Return the edge lengths of tetrahedra that go with a block's grading.
+
+    Parameters
+    ----------
+    surface : of the tissue
+    regions : names of the held ones
+    grading : of a block
+    stiffer : regions of another stiffness, in which the edges are short enough for their size
+    """
     scale = (surface.volume_m3 / _BLOCK_VOLUME_M3) ** (1 / 3)
     largest = grading.largest_m * grading.layers**_TETRAHEDRON_BY_LAYERS
     at_grasp, at_anchor = _TETRAHEDRON_AT_GRASP * grading.grasp_m, _TETRAHEDRON_AT_ANCHOR * grading.anchor_m
     rims = {name: scale * (at_grasp if name == _GRASP else at_anchor) for name in regions}
-    return EdgeLengths(scale * largest, rims, _TETRAHEDRON_GROWTH * (grading.growth - 1.0))
+    coarser = largest / DEFAULT_GRADING.largest_m
+    balls = tuple(dict.fromkeys(ball_around(region, coarser) for region in stiffer))
+    return EdgeLengths(scale * largest, rims, _TETRAHEDRON_GROWTH * (grading.growth - 1.0), balls)
 
 
 def surface_notes(experiment: Experiment, grading: Grading = DEFAULT_GRADING) -> list[str]:
@@ -191,7 +203,7 @@ def surface_notes(experiment: Experiment, grading: Grading = DEFAULT_GRADING) ->
         return []
     read = read_surface(experiment.phantom.surface, experiment.phantom.unit)
     regions = held_regions(experiment, read.surface)
-    lengths = edge_lengths(read.surface, regions, grading)
+    lengths = edge_lengths(read.surface, regions, grading, experiment.phantom.regions)
     tissue = tissue_mesh(read.surface, regions, lengths)
     notes = [
         *read.repairs,
@@ -217,7 +229,8 @@ def surface_problem(
         Grasp or anchors hold no tissue, the surface cannot be meshed, or a fiducial lies off the tissue.
     """
     regions = held_regions(experiment, surface)
-    tissue = tissue_mesh(surface, regions, edge_lengths(surface, regions, grading))
+    lengths = edge_lengths(surface, regions, grading, experiment.phantom.regions)
+    tissue = tissue_mesh(surface, regions, lengths)
     _check_sliding_on_faces(experiment, tissue)
     anchors = [nodes for name, nodes in tissue.held.items() if name.startswith(_ANCHOR)]
     rollers = [

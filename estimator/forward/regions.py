@@ -12,6 +12,7 @@ from estimator.fem.assembly.body import with_modulus
 from estimator.fem.assembly.regions import StifferRegion
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.discretisation.quadrature import points_of_parts
+from estimator.geometry.grading import Ball
 from estimator.surfaces.queries import inside, nearest
 from estimator.surfaces.reading import read_surface
 from estimator.surfaces.surface import Surface
@@ -20,6 +21,8 @@ FloatArray = NDArray[np.float64]
 
 # Points of a region's grid along its longest edge, and rows of them around it.
 _ALONG, _AROUND = 32, 2
+# Of the cube root of a region's volume, the edges in it on a default mesh.
+_EDGE = 1 / 3
 
 
 def with_regions(problem: RetractionProblem, regions: Sequence[TissueRegion]) -> RetractionProblem:
@@ -49,6 +52,19 @@ def with_regions(problem: RetractionProblem, regions: Sequence[TissueRegion]) ->
         log_factor += log_ratio * share
         found.append(_on_grid(surface, log_ratio))
     return replace(problem, body=with_modulus(problem.body, np.exp(log_factor)), regions=tuple(found))
+
+
+def ball_around(region: TissueRegion, coarser: float) -> Ball:
+    """Return the ball around a region, with the edges wanted in it on a mesh so many times coarser than the default.
+
+    Raises
+    ------
+    InputError
+        Its file cannot be read.
+    """
+    surface = read_surface(region.surface, region.unit).surface
+    x, y, z = surface.bounds.mean(axis=0).tolist()
+    return Ball((x, y, z), surface.diagonal_m / 2, _EDGE * coarser * surface.volume_m3 ** (1 / 3))
 
 
 def _on_grid(surface: Surface, log_ratio: float) -> StifferRegion:

@@ -1,6 +1,5 @@
 """Organs that tests share: with a cavity, a stiffer region, and where they are held painted on their surface."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import meshio
@@ -86,16 +85,11 @@ def organ(folder: Path, subdivisions: int = 3) -> Experiment:
         time=np.array([0.0, 1.0]),
         phase=("hold", "ramp"),
         step=np.array([0, 1]),
-        position=np.array([rest, rest + (0.006, 0.0, 0.0)]),
+        position=np.array([rest, rest + np.array([0.006, 0.0, 0.0])]),
         quaternion_wxyz=np.tile([1.0, 0.0, 0.0, 0.0], (2, 1)),
         wrench=np.zeros((2, 6)),
         fiducials=np.stack([beads, beads]),
     )
-
-
-def without_regions(experiment: Experiment) -> Experiment:
-    """The same of tissue that is the same everywhere."""
-    return replace(experiment, phantom=replace(experiment.phantom, regions=()))
 
 
 def _patch(surface: Surface, painted: NDArray[np.int32], value: int, file: Path) -> PaintedPatch:

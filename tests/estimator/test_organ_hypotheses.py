@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from organ_cases import RATIO, TUMOUR, organ, without_regions
+from organ_cases import RATIO, TUMOUR, organ
 
 from estimator.diagnosis.model.free_parameters import free_parameters
 from estimator.diagnosis.model.grip_load import GripLoad
@@ -19,7 +19,7 @@ from estimator.diagnosis.settings import DiagnosisSettings, SolverSettings
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect
 from estimator.experiment import Experiment
-from estimator.fem.assembly.body import Body
+from estimator.fem.assembly.body import Body, build_body
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.discretisation.quadrature import quadrature_points
@@ -100,12 +100,13 @@ def test_a_region_is_as_stiff_beside_an_effect(
     assert with_effect.modulus.max() == pytest.approx(RATIO)
 
 
-def test_what_else_is_stiffer_multiplies(pull: Experiment, problem: RetractionProblem) -> None:
+def test_what_else_is_stiffer_multiplies(problem: RetractionProblem) -> None:
     lump = with_one(
         "inhomogeneity:sphere", log_stiffness_ratio=0.7, centre_x=0.01, centre_y=0.0, radius=0.015
     )
     of_both = lump.problem(problem).body.modulus
-    alone = lump.problem(mesh_experiment(without_regions(pull), COARSE)).body.modulus
+    plain = replace(problem, body=build_body(problem.body.mesh), regions=())
+    alone = lump.problem(plain).body.modulus
     assert of_both == pytest.approx(alone * problem.body.modulus)
 
 
@@ -146,7 +147,7 @@ def test_beads_on_a_painted_patch_are_gripped_and_those_below_and_beside_it_are_
     below = on.mean(axis=0)
     lower, upper = np.array(pull.grasp.box.lower), np.array(pull.grasp.box.upper)
     assert ((below > lower) & (below < upper)).all()
-    beads = np.array([on[0], below, pull.fiducials_rest[0]])
+    beads = np.array([on[np.argmax(on[:, 0])], below, pull.fiducials_rest[0]])
     with_others = mesh_experiment(replace(pull, fiducials_rest=beads), COARSE)
     assert with_others.fiducials_gripped.tolist() == [True, False, False]
     again = with_beads_at(with_others, beads)

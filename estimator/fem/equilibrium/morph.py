@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
 from estimator.experiment import Box
@@ -81,6 +82,35 @@ class Taper:
         return np.clip(weight, 0.0, 1.0)
 
 
+@dataclass(frozen=True, eq=False)
+class OffAnchors:
+    """One, falling linearly to zero at the anchors: those of a block lie on its border, where tapers end anyway.
+
+    Attributes
+    ----------
+    anchored : of the nodes of an organ's anchors; None for a block
+    reach : from which distance on it is one, m
+    """
+
+    anchored: KDTree | None
+    reach: float
+
+    @classmethod
+    def of(cls, problem: RetractionProblem) -> "OffAnchors":
+        """Return that of a problem: it is one in all of its grasp."""
+        mesh = problem.body.mesh
+        if not mesh.kind.startswith("tet") or not problem.anchored.any():
+            return cls(None, 0.0)
+        anchored = KDTree(mesh.points[problem.anchored])
+        return cls(anchored, float(anchored.query(mesh.points[problem.gripped])[0].min()))
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        """Return the weight (n,) of a motion at points (n, 3)."""
+        if self.anchored is None or not self.reach:
+            return np.ones(len(points))
+        return np.clip(self.anchored.query(points)[0] / self.reach, 0.0, 1.0)
+
+
 def grasp_box(problem: RetractionProblem) -> FloatArray:
     """Return the corners (2, 3) of the smallest box around the gripped nodes, m."""
     gripped = problem.body.mesh.points[problem.gripped]
@@ -122,6 +152,7 @@ def with_grasp_moved(problem: RetractionProblem, shift_m: FloatArray, turn_rad: 
     The outline of a block, the anchors, the beads and regions of another stiffness stay where they are.
     """
     first, second = tapers(problem)
+    off_anchors = OffAnchors.of(problem)
 
     def motion(points: FloatArray) -> FloatArray:
         arms = points[:, :2] - problem.grasp_centre[:2]
@@ -136,7 +167,7 @@ def with_grasp_moved(problem: RetractionProblem, shift_m: FloatArray, turn_rad: 
         moved: FloatArray = np.zeros_like(points)
         moved[:, 0] = across_x * (along_y * rigid[:, 0] + slide_x)
         moved[:, 1] = across_y * (along_x * rigid[:, 1] + slide_y)
-        return moved
+        return moved * off_anchors(points)[:, None]
 
     moved = _with_motion(problem, motion(problem.body.mesh.points))
     moved = replace(moved, body=with_regions_in_place(moved.body, problem.body, problem.regions))
@@ -152,10 +183,12 @@ def with_grasp_drawn(problem: RetractionProblem, way_m: FloatArray) -> Retractio
     Beads are carried along.
     """
     first, second = tapers(problem)
+    off_anchors = OffAnchors.of(problem)
     way = np.array([*way_m, 0.0])
 
     def motion(points: FloatArray) -> FloatArray:
-        return np.asarray((first.along(points[:, 0]) * second.along(points[:, 1]))[:, None] * way)
+        weight = first.along(points[:, 0]) * second.along(points[:, 1]) * off_anchors(points)
+        return np.asarray(weight[:, None] * way)
 
     drawn = _with_motion(problem, motion(problem.body.mesh.points))
     return replace(drawn, fiducials_rest=problem.fiducials_rest + motion(problem.fiducials_rest))

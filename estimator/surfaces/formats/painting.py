@@ -47,11 +47,6 @@ class Painting:
         _, nearest = cKDTree(self.points).query(positions)
         return self.has(value)[nearest]
 
-    def distance(self, value: float, positions: FloatArray) -> FloatArray:
-        """Return how far positions (m, 3) are from the nearest point that has a value, (m,), m."""
-        away, _ = cKDTree(self.points[self.has(value)]).query(positions)
-        return np.asarray(away)
-
 
 def read_painting(file: Path | str, scalar: str, unit: Unit | None = None) -> Painting:
     """Read the numbers of a name on a surface; as long as the file stays as it is, it is read once.
