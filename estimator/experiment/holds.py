@@ -81,7 +81,8 @@ class PaintedPatch(Box):
         corners = self.corners
         if len(corners) < 2:
             return 0.0
-        return float(cKDTree(corners).query(corners, k=2)[0][:, 1].max())
+        away, _ = cKDTree(corners).query(corners, k=2)
+        return float(np.max(away, initial=0.0))
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Tell for each of the points (..., 3) of the surface whether it lies on the patch."""

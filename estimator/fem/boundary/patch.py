@@ -19,7 +19,7 @@ def on_patch(mesh: Mesh, held: BoolArray, points: FloatArray) -> BoolArray:
     pieces = facets(boundary_faces(mesh))
     triangle, foot = nearest(mesh.points[pieces], points)
     near = np.linalg.norm(points - foot, axis=1) <= _BELOW_M
-    return np.asarray(near & held[pieces].all(axis=1)[triangle])
+    return np.asarray(near & held[pieces[triangle]].all(axis=1))
 
 
 def from_patch(mesh: Mesh, held: BoolArray, points: FloatArray) -> FloatArray:

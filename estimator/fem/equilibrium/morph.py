@@ -102,7 +102,8 @@ class OffAnchors:
         if not mesh.kind.startswith("tet") or not problem.anchored.any():
             return cls(None, 0.0)
         anchored = KDTree(mesh.points[problem.anchored])
-        return cls(anchored, float(anchored.query(mesh.points[problem.gripped])[0].min()))
+        away, _ = anchored.query(mesh.points[problem.gripped])
+        return cls(anchored, float(np.min(away)))
 
     def __call__(self, points: FloatArray) -> FloatArray:
         """Return the weight (n,) of a motion at points (n, 3)."""

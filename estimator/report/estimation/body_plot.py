@@ -1,6 +1,6 @@
 """The deformed body at the farthest state, with what holds it, what pulls it and what was seen of it."""
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -21,7 +21,7 @@ from estimator.report.drawing.rounding import round_figure
 from estimator.report.drawing.scene import MM, box_edges, farthest_row, gripped_surface, held_pieces
 from estimator.report.drawing.stretch import largest_stretch
 from estimator.report.drawing.view import View
-from estimator.report.drawing.within import carried, contour, facing, shells_within
+from estimator.report.drawing.within import Kind, carried, contour, facing, shells_within
 from estimator.report.theme import ANCHOR, GRASP, INK, MEASURED, MUTED, PREDICTED
 
 FloatArray = NDArray[np.float64]
@@ -32,10 +32,9 @@ _COLOUR_MAP = "YlGnBu"
 _SCALE_PERCENTILE = 99.0
 _SMALLEST_SCALE = 0.01
 _ELEMENT_RIM = (0.0, 0.0, 0.0, 0.3)
-# Of what lies within the body and shines through it.
-_OPACITY = {"cavity": 0.55, "region": 0.3}
-_FILLED = {"cavity": "white", "region": INK}
-_LINE = {"cavity": "--", "region": "-"}
+# Of what lies within the body and shines through it: colour and opacity, and the line around it.
+_FILLED: dict[Kind, tuple[str, float]] = {"cavity": ("white", 0.55), "region": (INK, 0.3)}
+_LINE: dict[Kind, Literal["--", "-"]] = {"cavity": "--", "region": "-"}
 # The arrows of the axes are about this share of the body long.
 _TRIAD_SHARE = 0.2
 
@@ -106,13 +105,15 @@ def _shining_through(axes: Axes, mesh: Mesh, fit: ExperimentFit) -> list[Patch]:
         shell, points = one.shell, MM * one.points(fit.displacement)
         triangles = shell.surface.triangles
         seen, flat = facing(points, triangles, _VIEW), _VIEW.project(points)
-        fill = {"facecolors": [to_rgba(_FILLED[shell.kind], _OPACITY[shell.kind])], "edgecolors": "none"}
-        axes.add_collection(PolyCollection(flat[triangles[seen]], antialiased=False, zorder=3, **fill))
-        line = {"colors": INK, "linewidths": 1.3, "linestyles": _LINE[shell.kind]}
-        axes.add_collection(LineCollection(flat[contour(triangles, seen)], zorder=3, **line))
-        found[shell.label] = Patch(
-            facecolor=fill["facecolors"][0], edgecolor=INK, linestyle=_LINE[shell.kind], label=shell.label
+        fill, line = to_rgba(*_FILLED[shell.kind]), _LINE[shell.kind]
+        axes.add_collection(
+            PolyCollection(
+                list(flat[triangles[seen]]), facecolors=[fill], edgecolors="none", antialiased=False, zorder=3
+            )
         )
+        outline = list(flat[contour(triangles, seen)])
+        axes.add_collection(LineCollection(outline, colors=INK, linewidths=1.3, linestyles=line, zorder=3))
+        found[shell.label] = Patch(facecolor=fill, edgecolor=INK, linestyle=line, label=shell.label)
     return list(found.values())
 
 
