@@ -221,7 +221,9 @@ def _body(setup: Setup) -> str:
 def _parts(setup: Setup) -> dict[str, Any]:
     """Return volumes, m³, of the parts of a body, and a region's ratio of moduli; where they lie the case states."""
     outline, told = setup.mechanics.outline, dict[str, Any]()
-    for part in setup.mechanics.parts if outline else ():
+    if outline is None:
+        return told
+    for part in setup.mechanics.parts:
         told[f"{part.kind}_m3"] = round(closed_surface(*part.surface(outline), part.kind).volume_m3, 12)
         if part.kind == "region":
             told["region_modulus_ratio"] = part.modulus_ratio
