@@ -85,7 +85,7 @@ def with_surface_files(
         write_stl(_surface(outline, parts), file)
         regions = []
         for number, part in enumerate((one for one in parts if one.kind == "region"), start=1):
-            region = TissueRegion(f"region_{number}", Path(folder) / f"{number}.stl", part.modulus_ratio)
+            region = TissueRegion(f"part_{number}", Path(folder) / f"{number}.stl", part.modulus_ratio)
             write_stl(closed_surface(*part.surface(outline), region.name), region.surface)
             regions.append(region)
         yield tuple(
