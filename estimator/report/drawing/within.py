@@ -88,6 +88,19 @@ def shells_within(phantom: Phantom) -> tuple[Shell, ...]:
     return (*(Shell("cavity", "cavity", "cavity", _as_shown(one)) for one in _cavities(body)), *regions)
 
 
+def skin_of(phantom: Phantom) -> Surface | None:
+    """Return the surface of a phantom's tissue, m, no finer than it is shown; None of a block.
+
+    Raises
+    ------
+    InputError
+        Its file cannot be read.
+    """
+    if phantom.surface is None:
+        return None
+    return _as_shown(read_surface(phantom.surface, phantom.unit).surface)
+
+
 def carried(shells: tuple[Shell, ...], mesh: Mesh) -> tuple[CarriedShell, ...]:
     """Return the shells with their places in a mesh."""
     return tuple(
