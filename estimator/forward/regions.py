@@ -22,7 +22,7 @@ FloatArray = NDArray[np.float64]
 # Points of a region's grid along its longest edge, and rows of them around it.
 _ALONG, _AROUND = 32, 2
 # Of the cube root of a region's volume, the edges in it on a default mesh.
-_EDGE = 1 / 3
+_EDGE = 0.4
 
 
 def with_regions(problem: RetractionProblem, regions: Sequence[TissueRegion]) -> RetractionProblem:
@@ -55,7 +55,7 @@ def with_regions(problem: RetractionProblem, regions: Sequence[TissueRegion]) ->
 
 
 def ball_around(region: TissueRegion, coarser: float) -> Ball:
-    """Return the ball around a region, with the edges wanted in it on a mesh so many times coarser than the default.
+    """Return a ball as wide as a region, with the edges wanted in it on a mesh so many times coarser than the default.
 
     Raises
     ------
@@ -64,7 +64,8 @@ def ball_around(region: TissueRegion, coarser: float) -> Ball:
     """
     surface = read_surface(region.surface, region.unit).surface
     x, y, z = surface.bounds.mean(axis=0).tolist()
-    return Ball((x, y, z), surface.diagonal_m / 2, _EDGE * coarser * surface.volume_m3 ** (1 / 3))
+    radius = float(np.ptp(surface.bounds, axis=0).max()) / 2
+    return Ball((x, y, z), radius, _EDGE * coarser * surface.volume_m3 ** (1 / 3))
 
 
 def _on_grid(surface: Surface, log_ratio: float) -> StifferRegion:
