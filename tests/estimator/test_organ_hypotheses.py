@@ -117,7 +117,8 @@ def solved(pull: Experiment, problem: RetractionProblem, hypothesis: Hypothesis)
 
 
 def read(mechanics: list[Mechanics], hypothesis: Hypothesis) -> FloatArray:
-    return channels(predicted_readings(mechanics[0], hypothesis, ZERO)) / DEVIATION
+    """The wrench; a bead beside the edge of an element follows another one once the mesh is moved."""
+    return (channels(predicted_readings(mechanics[0], hypothesis, ZERO)) / DEVIATION)[:, :6]
 
 
 @pytest.mark.parametrize(
@@ -130,7 +131,7 @@ def test_derivatives_are_those_of_the_organ_with_its_region(
     amplitude = next(one for one in free_parameters(null) if one.effect == 0)
     step = Perturbation(amplitude.name, amplitude.put(null, amplitude.step), effect, amplitude.step)
     baseline = solved(pull, problem, BASE)
-    predicted = derivatives(baseline, null, [step], [ZERO])[0][:, :, 0] / DEVIATION
+    predicted = derivatives(baseline, null, [step], [ZERO])[0][:, :6, 0] / DEVIATION[:6]
     size = 0.02 * amplitude.prior_scale
     slopes = []
     for value in (size, size / 2):

@@ -81,9 +81,8 @@ class Preparation:
 
 def grading_of(experiment: Experiment) -> Grading:
     """Return the grading of the mesh on which hypotheses about an experiment's phantom are solved."""
-    if experiment.phantom.surface is None:
-        return GRADING
-    return replace(GRADING, largest_m=_LARGEST_IN_SURFACE_M)
+    of_block = experiment.phantom.surface is None
+    return replace(GRADING, largest_m=GRADING.largest_m if of_block else _LARGEST_IN_SURFACE_M)
 
 
 def _measuring_grading(experiment: Experiment) -> Grading:
