@@ -57,8 +57,7 @@ class Resolution:
 
 # Cubic elements: 0.05 % in force and 10 µm in fiducials from the converged solution on the paper's block.
 TRUTH_GRADING = Grading(grasp_m=1e-3, anchor_m=3e-3, largest_m=15e-3, growth=2.5, layers=1)
-# Tetrahedra of second order: somewhat finer than those of an estimate, as far as memory allows, for each state keeps its
-# factor.
+# Tetrahedra of second order: finer than those of an estimate, as far as memory allows, for each state keeps its factor.
 _SURFACE_TRUTH_GRADING = Grading(grasp_m=1e-3, anchor_m=3e-3, largest_m=10e-3, growth=2.0, layers=1)
 TRUE_RESOLUTION = Resolution(TRUTH_GRADING, "hex64", _SURFACE_TRUTH_GRADING)
 
