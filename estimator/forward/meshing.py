@@ -11,7 +11,12 @@ from estimator.experiment import Box, Experiment, PaintedPatch, Phantom, TissueR
 from estimator.experiment.holds import AXES, Axis, along
 from estimator.experiment.support import stays_flat, thin_axis
 from estimator.fem.boundary.patch import on_patch
-from estimator.fem.boundary.problem import HeldNodes, RetractionProblem, retraction_problem
+from estimator.fem.boundary.problem import (
+    FIDUCIAL_TOLERANCE_M,
+    HeldNodes,
+    RetractionProblem,
+    retraction_problem,
+)
 from estimator.fem.discretisation.block_mesh import Grading, block_mesh, snapped_to_block
 from estimator.fem.discretisation.elements import ElementKind
 from estimator.fem.discretisation.mesh import Mesh
@@ -246,7 +251,9 @@ def surface_problem(
     )
     beads = experiment.fiducials_rest
     core = tissue.rigid.get(_GRASP)
-    gripped = core.contains(beads) if core else on_patch(tissue.mesh, tissue.held[_GRASP], beads)
+    # a bead on the surface lies off a coarse mesh of it by as much as that does
+    off_mesh_m = FIDUCIAL_TOLERANCE_M + tissue.quality.deviation_m
+    gripped = core.contains(beads) if core else on_patch(tissue.mesh, tissue.held[_GRASP], beads, off_mesh_m)
     gripped &= _moves_rigidly(experiment)
     anchored = np.zeros(len(beads), dtype=bool)
     for name, box in tissue.rigid.items():
@@ -257,6 +264,7 @@ def surface_problem(
         np.asarray(experiment.grasp.centre),
         beads,
         gripped | anchored,
+        off_mesh_m,
     )
     # Beads in rigid tissue have no place in the mesh. Those that an anchor holds then follow no node: they stay.
     posed = replace(

@@ -10,15 +10,12 @@ from estimator.surfaces.queries import nearest
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-# A bead this deep below a held patch moves with it, m: it is as large as that.
-_BELOW_M = 1e-3
 
-
-def on_patch(mesh: Mesh, held: BoolArray, points: FloatArray) -> BoolArray:
-    """Tell of points (m, 3), m, at the surface whether they lie on the patch whose nodes (n,) are held."""
+def on_patch(mesh: Mesh, held: BoolArray, points: FloatArray, within_m: float) -> BoolArray:
+    """Tell of points (m, 3), m, whether they lie on the patch whose nodes (n,) are held, or so near to it."""
     pieces = facets(boundary_faces(mesh))
     triangle, foot = nearest(mesh.points[pieces], points)
-    near = np.linalg.norm(points - foot, axis=1) <= _BELOW_M
+    near = np.linalg.norm(points - foot, axis=1) <= within_m
     return np.asarray(near & held[pieces[triangle]].all(axis=1))
 
 

@@ -23,7 +23,8 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
-_FIDUCIAL_TOLERANCE_M = 1e-3
+FIDUCIAL_TOLERANCE_M = 1e-3
+"""How far a fiducial may lie off the tissue, m."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,7 @@ class RetractionProblem:
     prescribed : of a part of the boundary whose motion was measured; it goes before what else holds it
     grips_patch : whether a patch of the surface is gripped, and no tissue below it
     regions : of the tissue that are stiffer or softer than the rest; the body has them already
+    off_mesh_m : how far fiducials may lie off the mesh, m
     """
 
     body: Body
@@ -66,6 +68,7 @@ class RetractionProblem:
     prescribed: PrescribedMotion | None = None
     grips_patch: bool = False
     regions: tuple[StifferRegion, ...] = ()
+    off_mesh_m: float = FIDUCIAL_TOLERANCE_M
 
     @property
     def grips_rigidly(self) -> bool:
@@ -172,8 +175,11 @@ def retraction_problem(
     grasp_centre: FloatArray,
     fiducials_rest: FloatArray,
     fiducials_gripped: BoolArray,
+    off_mesh_m: float = FIDUCIAL_TOLERANCE_M,
 ) -> RetractionProblem:
     """Pose a retraction on a mesh, of tissue without weight; gripped nodes that are anchored as well count as gripped.
+
+    Fiducials may lie off the mesh by ``off_mesh_m``.
 
     Raises
     ------
@@ -191,7 +197,7 @@ def retraction_problem(
     nodes = np.zeros((len(fiducials_rest), count), dtype=np.int64)
     weights = np.zeros((len(fiducials_rest), count))
     loose = ~fiducials_gripped
-    nodes[loose], weights[loose] = interpolation_rows(mesh, fiducials_rest[loose], _FIDUCIAL_TOLERANCE_M)
+    nodes[loose], weights[loose] = interpolation_rows(mesh, fiducials_rest[loose], off_mesh_m)
     return RetractionProblem(
         build_body(mesh),
         held.fixed,
@@ -207,4 +213,5 @@ def retraction_problem(
         rolling=held.rolling,
         grips_along=held.grips_along,
         prescribed=held.prescribed,
+        off_mesh_m=off_mesh_m,
     )

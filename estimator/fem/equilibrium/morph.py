@@ -23,8 +23,8 @@ FloatArray = NDArray[np.float64]
 
 # Grasp and border this close (as a share of the phantom's length) are one.
 _TOUCHING = 0.02
-# How far a bead may lie off the faceted surface, m.
-_BEAD_TOLERANCE_M = 2e-3
+# How much farther than at first a bead may lie off the faceted surface, m.
+_FARTHER_M = 1e-3
 _SOFT_TISSUE = Material(NeoHookean(), 1e4, 0.45)
 # A bead on the rim of the grasp counts as gripped, m.
 _RIM_M = 1e-9
@@ -232,7 +232,7 @@ def with_beads_before(
 def with_beads_at(problem: RetractionProblem, positions: FloatArray) -> RetractionProblem:
     """Return the problem with its beads at other rest positions (m, 3), m; any outside the tissue near its surface."""
     first, last = problem.body.mesh.points.min(axis=0), problem.body.mesh.points.max(axis=0)
-    outside = _BEAD_TOLERANCE_M / 2
+    outside = _FARTHER_M
     placed = replace(problem, fiducials_rest=np.clip(positions, first - outside, last + outside))
     # One a little above the surface of gripped tissue sits on that.
     return _with_beads_located(placed, _in_grasp(problem, np.clip(positions, first, last)))
@@ -250,7 +250,9 @@ def _with_beads_located(problem: RetractionProblem, gripped: NDArray[np.bool_]) 
     loose = ~(gripped | in_anchor)
     weights[gripped] = 0.0
     beads = problem.fiducials_rest[loose]
-    nodes[loose], weights[loose] = interpolation_rows(problem.body.mesh, beads, _BEAD_TOLERANCE_M)
+    nodes[loose], weights[loose] = interpolation_rows(
+        problem.body.mesh, beads, problem.off_mesh_m + _FARTHER_M
+    )
     return replace(
         problem, fiducials_gripped=gripped & ~in_anchor, fiducial_nodes=nodes, fiducial_weights=weights
     )
@@ -259,6 +261,6 @@ def _with_beads_located(problem: RetractionProblem, gripped: NDArray[np.bool_]) 
 def _in_grasp(problem: RetractionProblem, points: FloatArray) -> NDArray[np.bool_]:
     """Tell of points (m, 3), m, whether they lie in gripped tissue, or on the gripped patch."""
     if problem.grips_patch:
-        return on_patch(problem.body.mesh, problem.gripped, points)
+        return on_patch(problem.body.mesh, problem.gripped, points, problem.off_mesh_m)
     corners = grasp_box(problem)
     return np.asarray(np.all((points >= corners[0] - _RIM_M) & (points <= corners[1] + _RIM_M), axis=1))

@@ -8,7 +8,12 @@ from numpy.typing import NDArray
 
 from estimator.experiment import Box, Experiment, Grasp, Phantom
 from estimator.fem.boundary.patch import on_patch
-from estimator.fem.boundary.problem import HeldNodes, RetractionProblem, retraction_problem
+from estimator.fem.boundary.problem import (
+    FIDUCIAL_TOLERANCE_M,
+    HeldNodes,
+    RetractionProblem,
+    retraction_problem,
+)
 from estimator.fem.discretisation.mesh import Mesh
 from estimator.forward.meshing import FINE_GRADING, held_regions, surface_problem
 from estimator.forward.regions import with_regions
@@ -99,9 +104,10 @@ def linear_problem(experiment: Experiment, surface: Surface, edge_m: float) -> R
     fixed = np.any([nodes for name, nodes in held.items() if name != "grasp"], axis=0)
     beads = experiment.fiducials_rest
     core = tissue.rigid.get("grasp")
-    gripped = core.contains(beads) if core else on_patch(mesh, held["grasp"], beads)
+    off_mesh_m = FIDUCIAL_TOLERANCE_M + tissue.quality.deviation_m
+    gripped = core.contains(beads) if core else on_patch(mesh, held["grasp"], beads, off_mesh_m)
     problem = retraction_problem(
-        mesh, HeldNodes(fixed, held["grasp"]), np.asarray(experiment.grasp.centre), beads, gripped
+        mesh, HeldNodes(fixed, held["grasp"]), np.asarray(experiment.grasp.centre), beads, gripped, off_mesh_m
     )
     return with_regions(problem, experiment.phantom.regions)
 
