@@ -272,6 +272,7 @@ def surface_problem(
         fiducials_gripped=gripped,
         specific_weight=experiment.specific_weight,
         grips_patch=core is None,
+        grip_core=np.array([core.lower, core.upper]) if core else None,
     )
     return with_regions(posed, experiment.phantom.regions)
 

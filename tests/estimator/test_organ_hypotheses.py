@@ -18,7 +18,7 @@ from estimator.diagnosis.sensitivity.readings import channels, derivatives, pred
 from estimator.diagnosis.settings import DiagnosisSettings, SolverSettings
 from estimator.effects.catalogue import CATALOGUE
 from estimator.effects.effect import Effect
-from estimator.experiment import Experiment
+from estimator.experiment import Box, Experiment, Grasp
 from estimator.fem.assembly.body import Body, build_body
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.discretisation.block_mesh import Grading
@@ -167,3 +167,16 @@ def test_a_painted_patch_is_as_far_as_its_nearest_corner(pull: Experiment) -> No
     assert patch.distance(np.array([[0.08, 0.0, 0.0], [-0.05, 0.0, 0.0]])) == pytest.approx(
         [0.0, 0.11], abs=0.015
     )
+
+
+def test_a_bead_on_the_tip_that_a_box_grips_stays_in_the_grip_when_the_jaws_lie_elsewhere(
+    pull: Experiment,
+) -> None:
+    tip = Box((0.058, -0.03, -0.03), (0.09, 0.03, 0.03))
+    beads = np.array([[0.0785, 0.0, -0.006], pull.fiducials_rest[0]])
+    boxed = replace(pull, grasp=Grasp(tip, pull.grasp.centre), fiducials_rest=beads)
+    with_tip = mesh_experiment(boxed, COARSE)
+    assert with_tip.fiducials_gripped.tolist() == [True, False]
+    for shift in ({"shift_x": 1e-5}, {"shift_x": 0.004}, {"shift_y": -0.003}):
+        moved = with_one("grasp_misplacement:jaws", **shift).problem(with_tip)
+        assert moved.fiducials_gripped.tolist() == [True, False]

@@ -49,6 +49,7 @@ class RetractionProblem:
     grips_patch : whether a patch of the surface is gripped, and no tissue below it
     regions : of the tissue that are stiffer or softer than the rest; the body has them already
     off_mesh_m : how far fiducials may lie off the mesh, m
+    grip_core : (2, 3) corners of the box whose tissue is gripped and left out of the mesh of a surface, m; else None
     """
 
     body: Body
@@ -69,6 +70,7 @@ class RetractionProblem:
     grips_patch: bool = False
     regions: tuple[StifferRegion, ...] = ()
     off_mesh_m: float = FIDUCIAL_TOLERANCE_M
+    grip_core: FloatArray | None = None
 
     @property
     def grips_rigidly(self) -> bool:

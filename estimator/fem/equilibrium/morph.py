@@ -262,5 +262,10 @@ def _in_grasp(problem: RetractionProblem, points: FloatArray) -> NDArray[np.bool
     """Tell of points (m, 3), m, whether they lie in gripped tissue, or on the gripped patch."""
     if problem.grips_patch:
         return on_patch(problem.body.mesh, problem.gripped, points, problem.off_mesh_m)
-    corners = grasp_box(problem)
+    found = _in_box(points, grasp_box(problem))
+    # walls of a lobe's tip end within the tissue: the box of their nodes does not hold all of the tip
+    return found if problem.grip_core is None else found | _in_box(points, problem.grip_core)
+
+
+def _in_box(points: FloatArray, corners: FloatArray) -> NDArray[np.bool_]:
     return np.asarray(np.all((points >= corners[0] - _RIM_M) & (points <= corners[1] + _RIM_M), axis=1))
