@@ -250,9 +250,10 @@ def _with_beads_located(problem: RetractionProblem, gripped: NDArray[np.bool_]) 
     loose = ~(gripped | in_anchor)
     weights[gripped] = 0.0
     beads = problem.fiducials_rest[loose]
-    nodes[loose], weights[loose] = interpolation_rows(
-        problem.body.mesh, beads, problem.off_mesh_m + _FARTHER_M
-    )
+    mesh = problem.body.mesh
+    # One that would come from beside an organ's curved skin sits on that: no box tells where it is.
+    farthest = np.inf if mesh.kind.startswith("tet") else problem.off_mesh_m + _FARTHER_M
+    nodes[loose], weights[loose] = interpolation_rows(mesh, beads, farthest)
     return replace(
         problem, fiducials_gripped=gripped & ~in_anchor, fiducial_nodes=nodes, fiducial_weights=weights
     )
