@@ -24,6 +24,7 @@ from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.discretisation.quadrature import quadrature_points
 from estimator.fem.equilibrium.morph import beads_from_grasp, with_beads_at
+from estimator.fem.terms.steady import NodalSprings
 from estimator.forward.meshing import mesh_experiment
 
 FloatArray = NDArray[np.float64]
@@ -180,3 +181,16 @@ def test_a_bead_on_the_tip_that_a_box_grips_stays_in_the_grip_when_the_jaws_lie_
     for shift in ({"shift_x": 1e-5}, {"shift_x": 0.004}, {"shift_y": -0.003}):
         moved = with_one("grasp_misplacement:jaws", **shift).problem(with_tip)
         assert moved.fiducials_gripped.tolist() == [True, False]
+
+
+@pytest.mark.parametrize("share", [0.15, 0.4])
+def test_a_patch_that_has_come_off_in_part_is_held_by_finite_springs(
+    pull: Experiment, problem: RetractionProblem, share: float
+) -> None:
+    off = with_one("anchor_debonding:throughout", share=share)
+    changed = off.problem(problem)
+    assert np.count_nonzero(changed.fixed) < np.count_nonzero(problem.fixed)
+    for term in off.terms(changed, pull):
+        assert isinstance(term, NodalSprings)
+        assert np.isfinite(term.springs).all()
+        assert (np.trace(term.springs, axis1=1, axis2=2) >= 0).all()
