@@ -7,7 +7,7 @@ from typing import Any
 from daq.versions import package_versions
 from estimator.diagnosis.conclusions.as_json import as_json
 from estimator.diagnosis.result import Diagnosis
-from estimator.diagnosis.search.baseline import GRADING
+from estimator.diagnosis.search.baseline import grading_of
 from estimator.experiment import Experiment
 from estimator.fit.settings import FitSettings
 from estimator.forward.meshing import surface_notes
@@ -21,7 +21,7 @@ def data_of(found: Diagnosis, experiments: Sequence[Experiment], material: FitSe
     return {
         **as_json(found),
         "law": material.law.name,
-        "surface": surface_notes(experiments[0], GRADING),
+        "surface": surface_notes(experiments[0], grading_of(experiments[0])),
     }
 
 

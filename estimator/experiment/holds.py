@@ -6,6 +6,7 @@ from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
 
 from estimator.surfaces.formats.painting import read_painting
 from estimator.surfaces.units import Unit
@@ -68,6 +69,21 @@ class PaintedPatch(Box):
     file: Path = field(compare=False)
     unit: Unit | None = None
 
+    @property
+    def corners(self) -> FloatArray:
+        """The painted points (n, 3) that have the value, m."""
+        painting = read_painting(self.file, self.scalar, self.unit)
+        return painting.points[painting.has(self.value)]
+
+    @property
+    def spacing(self) -> float:
+        """How far these are from one another, m: the largest distance of one to the next."""
+        corners = self.corners
+        if len(corners) < 2:
+            return 0.0
+        away, _ = cKDTree(corners).query(corners, k=2)
+        return float(np.max(away, initial=0.0))
+
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Tell for each of the points (..., 3) of the surface whether it lies on the patch."""
         coordinates = np.asarray(points, dtype=np.float64)
@@ -78,6 +94,12 @@ class PaintedPatch(Box):
             (flat >= np.array(self.lower) - margin) & (flat <= np.array(self.upper) + margin), axis=1
         )
         return (near & painting.nearest_has(self.value, flat)).reshape(coordinates.shape[:-1])
+
+    def distance(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Return how far each of the points (..., 3) lies from the nearest painted one, m."""
+        coordinates = np.asarray(points, dtype=np.float64)
+        away, _ = cKDTree(self.corners).query(coordinates.reshape(-1, 3))
+        return np.asarray(away).reshape(coordinates.shape[:-1])
 
     def overlaps_within(self, other: Box, body: Box) -> bool:
         """Tell that it does not: a patch has no volume, and a painting one value in each place."""

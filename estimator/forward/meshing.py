@@ -10,20 +10,24 @@ from estimator.errors import InputError
 from estimator.experiment import Box, Experiment, PaintedPatch, Phantom, TissueRegion
 from estimator.experiment.holds import AXES, Axis, along
 from estimator.experiment.support import stays_flat, thin_axis
-from estimator.fem.assembly.body import Body, with_modulus
-from estimator.fem.boundary.problem import HeldNodes, RetractionProblem, retraction_problem
+from estimator.fem.boundary.patch import on_patch
+from estimator.fem.boundary.problem import (
+    FIDUCIAL_TOLERANCE_M,
+    HeldNodes,
+    RetractionProblem,
+    retraction_problem,
+)
 from estimator.fem.discretisation.block_mesh import Grading, block_mesh, snapped_to_block
 from estimator.fem.discretisation.elements import ElementKind
 from estimator.fem.discretisation.mesh import Mesh
-from estimator.fem.discretisation.quadrature import points_of_parts
 from estimator.forward.coarseness import thin_tissue_note
 from estimator.forward.prescribed import prescribed_motion
+from estimator.forward.regions import ball_around, with_regions
 from estimator.geometry.grading import EdgeLengths
 from estimator.geometry.holds import Painted, Region
 from estimator.geometry.mesh_cache import tissue_mesh
 from estimator.geometry.quality import quality_warnings
 from estimator.geometry.tetrahedralise import TissueMesh, envelope_m
-from estimator.surfaces.queries import inside
 from estimator.surfaces.reading import read_surface
 from estimator.surfaces.surface import Surface
 
@@ -171,13 +175,25 @@ def _region(held: Box, surface: Surface) -> Region:
     return held
 
 
-def edge_lengths(surface: Surface, regions: Iterable[str], grading: Grading) -> EdgeLengths:
-    """Return the edge lengths of tetrahedra that go with a block's grading."""
+def edge_lengths(
+    surface: Surface, regions: Iterable[str], grading: Grading, stiffer: Sequence[TissueRegion] = ()
+) -> EdgeLengths:
+    """Return the edge lengths of tetrahedra that go with a block's grading.
+
+    Parameters
+    ----------
+    surface : of the tissue
+    regions : names of the held ones
+    grading : of a block
+    stiffer : regions of another stiffness, in which the edges are short enough for their size
+    """
     scale = (surface.volume_m3 / _BLOCK_VOLUME_M3) ** (1 / 3)
     largest = grading.largest_m * grading.layers**_TETRAHEDRON_BY_LAYERS
     at_grasp, at_anchor = _TETRAHEDRON_AT_GRASP * grading.grasp_m, _TETRAHEDRON_AT_ANCHOR * grading.anchor_m
     rims = {name: scale * (at_grasp if name == _GRASP else at_anchor) for name in regions}
-    return EdgeLengths(scale * largest, rims, _TETRAHEDRON_GROWTH * (grading.growth - 1.0))
+    coarser = largest / DEFAULT_GRADING.largest_m
+    balls = tuple(dict.fromkeys(ball_around(region, coarser) for region in stiffer))
+    return EdgeLengths(scale * largest, rims, _TETRAHEDRON_GROWTH * (grading.growth - 1.0), balls)
 
 
 def surface_notes(experiment: Experiment, grading: Grading = DEFAULT_GRADING) -> list[str]:
@@ -192,7 +208,7 @@ def surface_notes(experiment: Experiment, grading: Grading = DEFAULT_GRADING) ->
         return []
     read = read_surface(experiment.phantom.surface, experiment.phantom.unit)
     regions = held_regions(experiment, read.surface)
-    lengths = edge_lengths(read.surface, regions, grading)
+    lengths = edge_lengths(read.surface, regions, grading, experiment.phantom.regions)
     tissue = tissue_mesh(read.surface, regions, lengths)
     notes = [
         *read.repairs,
@@ -218,7 +234,8 @@ def surface_problem(
         Grasp or anchors hold no tissue, the surface cannot be meshed, or a fiducial lies off the tissue.
     """
     regions = held_regions(experiment, surface)
-    tissue = tissue_mesh(surface, regions, edge_lengths(surface, regions, grading))
+    lengths = edge_lengths(surface, regions, grading, experiment.phantom.regions)
+    tissue = tissue_mesh(surface, regions, lengths)
     _check_sliding_on_faces(experiment, tissue)
     anchors = [nodes for name, nodes in tissue.held.items() if name.startswith(_ANCHOR)]
     rollers = [
@@ -233,7 +250,11 @@ def surface_problem(
         prescribed_motion(experiment, tissue.mesh.points),
     )
     beads = experiment.fiducials_rest
-    gripped = tissue.rigid.get(_GRASP, experiment.grasp.box).contains(beads) & _moves_rigidly(experiment)
+    core = tissue.rigid.get(_GRASP)
+    # a bead on the surface lies off a coarse mesh of it by as much as that does
+    off_mesh_m = FIDUCIAL_TOLERANCE_M + tissue.quality.deviation_m
+    gripped = core.contains(beads) if core else on_patch(tissue.mesh, tissue.held[_GRASP], beads, off_mesh_m)
+    gripped &= _moves_rigidly(experiment)
     anchored = np.zeros(len(beads), dtype=bool)
     for name, box in tissue.rigid.items():
         anchored |= box.contains(beads) & (name != _GRASP)
@@ -243,14 +264,17 @@ def surface_problem(
         np.asarray(experiment.grasp.centre),
         beads,
         gripped | anchored,
+        off_mesh_m,
     )
     # Beads in rigid tissue have no place in the mesh. Those that an anchor holds then follow no node: they stay.
-    return replace(
+    posed = replace(
         problem,
-        body=_with_regions(problem.body, experiment.phantom.regions),
         fiducials_gripped=gripped,
         specific_weight=experiment.specific_weight,
+        grips_patch=core is None,
+        grip_core=np.array([core.lower, core.upper]) if core else None,
     )
+    return with_regions(posed, experiment.phantom.regions)
 
 
 def _check_sliding_on_faces(experiment: Experiment, tissue: TissueMesh) -> None:
@@ -260,23 +284,6 @@ def _check_sliding_on_faces(experiment: Experiment, tissue: TissueMesh) -> None:
                 f"{name} holds some directions only, and its box reaches into the tissue; give it a flat box on a flat "
                 "part of the surface, or a painted patch"
             )
-
-
-def _with_regions(body: Body, regions: Sequence[TissueRegion]) -> Body:
-    """Return the body with each region as stiff as it says, by how much of an integration point's part lies in it."""
-    if not regions:
-        return body
-    points = points_of_parts(body.mesh)
-    log_factor = np.zeros(body.volume.shape)
-    for region in regions:
-        surface = read_surface(region.surface, region.unit).surface
-        share = inside(surface, points.reshape(-1, 3)).reshape(points.shape[:-1]).mean(axis=2)
-        if not share.any():
-            raise InputError(
-                f"{region.surface}: region {region.name} holds no tissue; is it in the same frame?"
-            )
-        log_factor += np.log(region.modulus_ratio) * share
-    return with_modulus(body, np.exp(log_factor))
 
 
 def _inside(points: FloatArray, corners: FloatArray) -> BoolArray:

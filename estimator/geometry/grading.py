@@ -18,6 +18,15 @@ _SAMPLES_AN_EDGE_LENGTH = 2.0
 
 
 @dataclass(frozen=True, slots=True)
+class Ball:
+    """A place within which edges should be as short, m, as what lies in it asks for."""
+
+    centre: tuple[float, float, float]
+    radius_m: float
+    edge_m: float
+
+
+@dataclass(frozen=True, slots=True)
 class EdgeLengths:
     """How long edges should be.
 
@@ -26,11 +35,13 @@ class EdgeLengths:
     largest_m : anywhere
     rims_m : on the rim of each region; a region that is not named is not graded
     growth : by which they lengthen from there, m per m of distance
+    balls : within which they are shorter; they lengthen from there as well
     """
 
     largest_m: float
     rims_m: Mapping[str, float] = field(default_factory=dict)
     growth: float = 0.5
+    balls: tuple[Ball, ...] = ()
 
 
 class EdgeLengthField:
@@ -55,6 +66,9 @@ class EdgeLengthField:
         wanted = np.full(len(positions), self._lengths.largest_m)
         for length, rim in self._rims:
             wanted = np.minimum(wanted, length + self._lengths.growth * rim.query(positions)[0])
+        for ball in self._lengths.balls:
+            beyond = np.linalg.norm(positions - ball.centre, axis=1) - ball.radius_m
+            wanted = np.minimum(wanted, ball.edge_m + self._lengths.growth * np.maximum(beyond, 0.0))
         return wanted
 
 

@@ -8,7 +8,7 @@ gripper slips or yields, what is left of the motion is prescribed, not the law o
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -137,6 +137,10 @@ def hand_over(
             "matter"
         )
     causes, left_out = _expressed(found.verdict.causes, engine, material, problem, experiments)
+    if problem.regions and not engine.regions:
+        # out of our own model as well, so that the two are of the same body
+        problem = replace(problem, body=build_body(problem.body.mesh), regions=())
+        left_out["phantom.region"] = f"{engine.name} gets one stiffness for the whole body"
     truth = truth_of(material, [ActingEffect(cause.effect, cause.values) for cause in causes])
     solutions = solve_truth(
         problem, experiments, truth, lambda done, total: tell("our own model", done, total)
@@ -161,7 +165,7 @@ def hand_over(
                 _sensor_steps(truth, experiment),
             )
         )
-    plain = build_body(changed.body.mesh).volume
+    plain = changed.body.rest_volume
     return HandedOver(
         changed,
         truth.material(),

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.result import DeformedMesh, Place, Trace
 from estimator.effects.blocks import Block
-from estimator.experiment import Box, Experiment
+from estimator.experiment import Experiment
 from estimator.fem.discretisation.mesh import Mesh, interpolation_rows
 from estimator.fem.discretisation.surface import boundary_faces, facets, outlines
 from estimator.fit.result import ExperimentFit
 from estimator.report.drawing.rounding import round_figure, round_figure_above
-from estimator.report.drawing.scene import MM, gripped_surface
+from estimator.report.drawing.scene import MM, gripped_surface, held_pieces
+from estimator.report.drawing.within import Shell, carried, shells_within
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -72,6 +73,8 @@ class Film:
     captions : n lines that tell the instant
     place : centres (n, 3) of a local cause, which moves with the tissue, and its radius
     marked : (f,) bool, the pieces where a cause sits that has no such place
+    within : cavities, and regions of another stiffness
+    within_at : returns the corners (p, 3) of each of these at an instant
     """
 
     surface: Surface
@@ -84,6 +87,8 @@ class Film:
     captions: tuple[str, ...]
     place: tuple[FloatArray, float] | None
     marked: NDArray[np.bool_]
+    within: tuple[Shell, ...]
+    within_at: Callable[[int], tuple[FloatArray, ...]]
 
     def __len__(self) -> int:
         return len(self.captions)
@@ -156,17 +161,10 @@ def _with_grasp(body: Surface, gripped: FloatArray) -> Surface:
 
 def _surface(points_m: FloatArray, pieces: IntArray, rims: IntArray, experiment: Experiment) -> Surface:
     parts = np.full(len(pieces), "tissue")
-    held = np.any([_near(anchor).contains(points_m) for anchor in experiment.anchors], axis=0)
-    if np.ndim(held):
-        parts[held[pieces].all(axis=1)] = "anchor"
-    parts[_near(experiment.grasp.box).contains(points_m)[pieces].all(axis=1)] = "grasp"
+    for anchor in experiment.anchors:
+        parts[held_pieces(anchor, points_m, pieces)] = "anchor"
+    parts[held_pieces(experiment.grasp.box, points_m, pieces)] = "grasp"
     return Surface(MM * points_m, pieces, rims, parts)
-
-
-def _near(box: Box) -> Box:
-    lower = np.array(box.lower) - _ON_THE_FACE_M
-    upper = np.array(box.upper) + _ON_THE_FACE_M
-    return Box((lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2]))
 
 
 def _film(
@@ -186,6 +184,13 @@ def _film(
     size = float(np.ptp(surface.points, axis=0).max())
     magnified = max(1.0, round_figure(_LONGEST_ARROW * size / longest)) if longest > 0 else 1.0
     middles = surface.points[surface.pieces].mean(axis=1)
+    shells = shells_within(experiment.phantom)
+    in_mesh = carried(shells, body.mesh)
+
+    def within_at(row: int) -> tuple[FloatArray, ...]:
+        displacement = body.displacements[body.state_of_row[row]]
+        return tuple(MM * one.points(displacement) for one in in_mesh)
+
     return Film(
         surface,
         points_at,
@@ -200,6 +205,8 @@ def _film(
         ),
         None if place is None else (_carried(body, place), MM * place.radius),
         _where_it_sits(surface, block),
+        shells,
+        within_at,
     )
 
 

@@ -20,13 +20,14 @@ from estimator.blind.making.scenes.outline import Cylinder, Organ
 from estimator.blind.making.scenes.retraction import KINDS, Manner, rows_of
 from estimator.blind.making.scenes.scene import Scene
 from estimator.blind.making.scenes.setup import SENSOR, Setup, draw_setup
-from estimator.blind.making.scenes.simulate import TRIAL, carry_out
+from estimator.blind.making.scenes.simulate import TRIAL, carry_out, held_body
 from estimator.blind.making.scenes.sizing import Pilot, sized
 from estimator.blind.making.scenes.stated import experiments_of
-from estimator.blind.making.scenes.wide_setup import draw_wide_setup
+from estimator.blind.making.scenes.wide_setup import WITH_PARTS, draw_wide_setup
 from estimator.errors import InputError
 from estimator.experiment import read_case
 from estimator.experiment.model import TrajectoryKind
+from estimator.surfaces.reading import read_surface
 from estimator.workers import worker_pool
 
 BRIEF = Manner(long_hold=(5.0,), steps=0.2)
@@ -94,15 +95,51 @@ def test_wide_setups_are_of_every_kind_and_suit_the_forms() -> None:
         assert len(setup.beads) == setup.mechanics.beads >= 2
 
 
-@pytest.mark.parametrize("seed", [1, 4, 5], ids=["cylinder", "force alone", "organ"])
-def test_any_phantom_can_be_carried_out_written_and_read(seed: int, tmp_path: Path) -> None:
-    setup = replace(draw_wide_setup(np.random.default_rng(seed), ()), order=("pull",))
+@pytest.mark.parametrize("seed", range(8))
+def test_organs_with_parts_are_drawn_where_the_forms_allow_them(seed: int) -> None:
+    setup = draw_wide_setup(np.random.default_rng(seed), (), WITH_PARTS)
+    assert isinstance(setup.mechanics.outline, Organ)
+    assert [part.kind for part in setup.mechanics.parts] == ["cavity", "region"]
+    on_block = draw_wide_setup(
+        np.random.default_rng(seed), (form_named("support_friction", "patches"),), WITH_PARTS
+    )
+    assert on_block.mechanics.parts == ()
+
+
+def test_a_set_is_limited_to_organs_with_parts() -> None:
+    assert {case.body for case in plan(1, 5, body=WITH_PARTS)} == {WITH_PARTS}
+    with pytest.raises(InputError, match="the forms of the catalogue are on blocks alone"):
+        plan(1, 5, form_set="catalogue", body=WITH_PARTS)
+    with pytest.raises(InputError, match="'heart' is no body; choose from organ_with_parts"):
+        plan(1, 5, body="heart")
+
+
+@pytest.mark.parametrize(
+    ("seed", "body"),
+    [(1, ""), (4, ""), (5, ""), (2, WITH_PARTS)],
+    ids=["cylinder", "force alone", "organ", "organ with parts"],
+)
+def test_any_phantom_can_be_carried_out_written_and_read(seed: int, body: str, tmp_path: Path) -> None:
+    setup = replace(draw_wide_setup(np.random.default_rng(seed), (), body), order=("pull",))
     scene, outline = Scene(setup.mechanics), setup.mechanics.outline
     carried = carry_out(scene.mechanics, setup.experiments, setup.beads, TRIAL)
     experiments = experiments_of(setup, scene, carried.readings, np.random.default_rng(1))
-    write_case(Made(experiments, {}, outline), tmp_path / "case", tmp_path / "key.toml")
+    made = Made(experiments, {}, outline, setup.mechanics.parts)
+    write_case(made, tmp_path / "case", tmp_path / "key.toml")
     (found,) = read_case(tmp_path / "case")
     assert found.phantom.shape == ("block" if outline is None else "surface")
+    assert len(found.phantom.regions) == bool(body)
+    if found.phantom.surface is None:
+        return
+    held = held_body(setup.mechanics, TRIAL)
+    volumes, stiffness = held.body.quadrature.volumes, held.material.stiffness
+    assert volumes.min() > 0
+    assert volumes.sum() == pytest.approx(read_surface(found.phantom.surface).surface.volume_m3, rel=0.02)
+    for region in found.phantom.regions:
+        stiffer = stiffness == region.modulus_ratio
+        stated = read_surface(region.surface).surface.volume_m3
+        assert volumes.ravel()[stiffer].sum() == pytest.approx(stated, rel=0.05)
+    assert set(stiffness) == {1.0, *(region.modulus_ratio for region in found.phantom.regions)}
     assert found.fiducials.shape[1] == setup.mechanics.beads
     assert found.wrench[:, 0].min() < -0.1
 

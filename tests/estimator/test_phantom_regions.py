@@ -99,11 +99,9 @@ def experiment(
 
 def test_a_region_is_as_much_stiffer_as_it_says_in_as_much_of_the_tissue(folder: Path) -> None:
     lump = TissueRegion("lump", folder / "lump.ply", 3.0)
-    plain = mesh_experiment(experiment(folder), COARSE)
     stiffer = mesh_experiment(experiment(folder, (lump,)), COARSE)
-    assert np.array_equal(plain.body.mesh.points, stiffer.body.mesh.points)
-    log_factor = np.log(stiffer.body.volume / plain.body.volume) / np.log(3.0)
-    assert (log_factor * plain.body.volume).sum() == pytest.approx(8e-6, rel=0.05)
+    log_factor = np.log(stiffer.body.modulus) / np.log(3.0)
+    assert (log_factor * stiffer.body.rest_volume).sum() == pytest.approx(8e-6, rel=0.05)
     assert log_factor.min() >= -1e-12
     assert log_factor.max() <= 1 + 1e-12
     (note,) = surface_notes(experiment(folder, (lump,)), COARSE)

@@ -13,7 +13,9 @@ from synthetic_estimates import PULL_M, block, pull_fit
 
 from estimator.effects import blocks
 from estimator.fit.result import ExperimentFit
+from estimator.geometry.shapes import sphere_surface
 from estimator.report.drawing.scene import farthest_row
+from estimator.report.drawing.within import Kind, Shell
 from gui.analysis.films import Film, film_of_fit, film_of_trace, spread
 from gui.inks import ramp
 from gui.theme import DARK, LIGHT, Theme
@@ -21,6 +23,7 @@ from gui.widgets.view_3d.film_player import FilmPlayer
 from gui.widgets.view_3d.mesh_view import MeshView
 
 FIT = pull_fit(noise=1.0)
+KINDS: tuple[Kind, ...] = ("cavity", "region")
 
 
 @pytest.fixture(scope="module")
@@ -218,3 +221,18 @@ def test_without_a_film_nothing_can_be_played(qtbot: QtBot) -> None:
     qtbot.addWidget(player)
     assert not player.play.isEnabled()
     assert not player.grab().isNull()
+
+
+def test_what_lies_within_the_body_shines_through_it(view: MeshView, film: Film) -> None:
+    before = pixels(view)
+    ball = sphere_surface(0.004, 2)
+    shells = tuple(Shell(kind, kind, kind, ball) for kind in KINDS)
+    apart = ([-15.0, 0.0, 0.0], [15.0, 0.0, 0.0])
+    places = tuple(1e3 * ball.vertices + place for place in apart)
+    view.show_film(replace(film, within=shells, within_at=lambda instant: places))
+    changed = (pixels(view) != before).any(axis=2)
+    columns = np.flatnonzero(changed.any(axis=0))
+    # two places, with nothing between them
+    assert np.diff(columns).max() > 5
+    view.show_film(film)
+    assert (pixels(view) == before).all()

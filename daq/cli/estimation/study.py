@@ -16,6 +16,7 @@ from estimator.experiment import Experiment, read_case, read_experiment
 from estimator.studies.paper_tables.catalogue import ALL, DRAWS, STUDIES, studies_named
 from estimator.studies.phantom_tables.bench import BenchTest, read_bench
 from estimator.studies.phantom_tables.layout import layout_text
+from estimator.studies.phantom_tables.own_surface import own_surface
 from estimator.studies.phantom_tables.recorded import found_of, recorded, recorded_cases
 from estimator.studies.phantom_tables.report import phantom_blocks, write_curves
 from estimator.studies.published_gap.diagnosis import diagnose_gap
@@ -37,6 +38,7 @@ _EXAMPLES = """  retract study table1
   retract study table3 --draws 5 --workers 2
   retract study all --scheduler tcp://192.168.0.5:8786
   retract study sessions/* --bench "P07=36210±2620" --bench P08=tests/p08.csv   tables VI to VIII of your phantoms
+  retract study phantoms/liver/phantom.toml        the liver's table for a surface of your own
   retract study gap                                which effects would have made the paper's estimator report its tables
   retract study gap published.toml --output runs/gap   the same for anybody's table of E and nu by condition"""
 
@@ -49,8 +51,9 @@ def add_parser(verbs: Verbs) -> None:
     parser.add_argument(
         "what",
         nargs="+",
-        metavar="STUDY|SESSION|EXPERIMENT",
-        help=f"{', '.join(STUDIES)} or {ALL}; or recorded sessions, experiments or folders of experiments; "
+        metavar="STUDY|SESSION|EXPERIMENT|PHANTOM",
+        help=f"{', '.join(STUDIES)} or {ALL}; or recorded sessions, experiments or folders of experiments; or a "
+        "phantom.toml, of which the liver's study is made; "
         f"or {GAP}, with a published TABLE.toml or TABLE.csv, else the paper's tables VI and VII",
     )
     parser.add_argument(
@@ -132,6 +135,11 @@ def _studies(options: argparse.Namespace, tell: Progress) -> list[Study]:
     named = [what for what in options.what if what in (*STUDIES, ALL)]
     if len(named) == len(options.what):
         return studies_named(named, options.draws)
+    phantoms = [Path(what) for what in options.what if Path(what).suffix == ".toml" and Path(what).is_file()]
+    if phantoms:
+        if len(phantoms) != len(options.what):
+            raise InputError(f"'{phantoms[0]}' states a phantom; give such files alone, or none")
+        return [own_surface(file) for file in phantoms]
     folders = [Path(what) for what in options.what if what not in named]
     if missing := [folder for folder in folders if not folder.is_dir()]:
         raise InputError(

@@ -15,14 +15,16 @@ import numpy as np
 from estimator.blind.making.effects.catalogue import UNKNOWN, form_named
 from estimator.blind.making.plan import Planned
 from estimator.blind.making.scenes.outline import Outline
+from estimator.blind.making.scenes.parts import Part
 from estimator.blind.making.scenes.scene import Drawn, Form, Scene
 from estimator.blind.making.scenes.setup import SENSOR, Setup, draw_setup
 from estimator.blind.making.scenes.simulate import FINE, PILOT, TRIAL, Carried, carry_out, read
 from estimator.blind.making.scenes.sizing import LEVELS, Pilot, Sized, sized
-from estimator.blind.making.scenes.stated import experiments_of, surface_file
-from estimator.blind.making.scenes.wide_setup import draw_wide_setup
+from estimator.blind.making.scenes.stated import experiments_of, with_surface_files
+from estimator.blind.making.scenes.wide_setup import WITH_PARTS, draw_wide_setup
 from estimator.errors import SolverError
 from estimator.experiment import Experiment, write_experiment
+from estimator.surfaces.repair import closed_surface
 
 _DRAWS = 6
 # A level counts as reached within this factor of its limits.
@@ -31,11 +33,12 @@ _SLACK = 1.25
 
 @dataclass(frozen=True)
 class Made:
-    """A case in memory: its experiments and its answer; the outline of a phantom that is no block."""
+    """A case in memory: its experiments and its answer; outline and parts of a phantom that is no block."""
 
     experiments: tuple[Experiment, ...]
     truth: dict[str, Any]
     outline: Outline | None = None
+    parts: tuple[Part, ...] = ()
 
 
 def make_case(
@@ -70,7 +73,8 @@ def make_case(
         readings = read(scene, carried)
         truth = _truth(planned, setup, effects, carried)
         truth["generator"]["seconds"] = round(time.process_time() - started, 1)
-        return Made(experiments_of(setup, scene, readings, random), truth, setup.mechanics.outline)
+        experiments = experiments_of(setup, scene, readings, random)
+        return Made(experiments, truth, setup.mechanics.outline, setup.mechanics.parts)
     raise SolverError(f"{planned.name}: none of {_DRAWS} draws could be made ({failure}); use another seed")
 
 
@@ -101,7 +105,7 @@ _Drawn = tuple[Setup, Scene, list[Sized], Pilot | None, np.random.Generator]
 def _drawn_hidden(planned: Planned, forms: tuple[Form, ...], attempt: int, quick: bool) -> _Drawn | None:
     """Return a draw of a case and the generator after it; None where no size reaches its level, but for the last."""
     random = np.random.default_rng([*planned.seed, attempt])
-    setup = (draw_wide_setup if planned.wide else draw_setup)(random, forms)
+    setup = draw_wide_setup(random, forms, planned.body) if planned.wide else draw_setup(random, forms)
     pilot = Pilot(setup, TRIAL if quick else PILOT) if forms else None
     effects = _sized_effects(forms, planned.levels, setup, pilot, random) if pilot else []
     if attempt < _DRAWS - 1 and not all(map(_reached, forms, effects, planned.levels)):
@@ -122,10 +126,9 @@ def write_case(made: Made, folder: Path, key: Path) -> None:
     staged = folder.with_name(f".{folder.name}.partial")
     if staged.exists():
         shutil.rmtree(staged)
-    with surface_file(made.outline) as surface:
-        for experiment in made.experiments:
-            phantom = replace(experiment.phantom, surface=surface)
-            write_experiment(replace(experiment, phantom=phantom), staged / experiment.name)
+    with with_surface_files(made.experiments, made.outline, made.parts) as experiments:
+        for experiment in experiments:
+            write_experiment(experiment, staged / experiment.name)
     text = _toml(made.truth)
     if not (key.exists() and _states(key, text)):
         key.write_text(text, encoding="utf-8")
@@ -198,7 +201,8 @@ def _truth(planned: Planned, setup: Setup, effects: list[Sized], carried: Carrie
             "size": [round(effect.size, 4) for effect in effects],
             "noise": setup.noise,
             "noise_factor": round(setup.sensor.force_std / SENSOR.force_std, 3),
-            "body": type(setup.mechanics.outline).__name__.lower() if setup.mechanics.outline else "block",
+            "body": _body(setup),
+            **_parts(setup),
             "beads": setup.mechanics.beads,
             "anchors": "two" if setup.mechanics.two_sides else "one",
             "seed": list(planned.seed),
@@ -206,6 +210,24 @@ def _truth(planned: Planned, setup: Setup, effects: list[Sized], carried: Carrie
             "free_dof": carried.unknowns,
         },
     }
+
+
+def _body(setup: Setup) -> str:
+    if setup.mechanics.parts:
+        return WITH_PARTS
+    return type(setup.mechanics.outline).__name__.lower() if setup.mechanics.outline else "block"
+
+
+def _parts(setup: Setup) -> dict[str, Any]:
+    """Return volumes, m³, of the parts of a body, and a region's ratio of moduli; where they lie the case states."""
+    outline, told = setup.mechanics.outline, dict[str, Any]()
+    if outline is None:
+        return told
+    for part in setup.mechanics.parts:
+        told[f"{part.kind}_m3"] = round(closed_surface(*part.surface(outline), part.kind).volume_m3, 12)
+        if part.kind == "region":
+            told["region_modulus_ratio"] = part.modulus_ratio
+    return told
 
 
 def _toml(truth: dict[str, Any]) -> str:

@@ -17,10 +17,14 @@ from estimator.blind.making.effects.catalogue import (
 )
 from estimator.blind.making.scenes.scene import Form
 from estimator.blind.making.scenes.sizing import LEVELS
+from estimator.blind.making.scenes.wide_setup import WITH_PARTS
 from estimator.errors import InputError
 
 NONE = "none"
 DOUBLE = "double"
+BODIES: tuple[str, ...] = (WITH_PARTS,)
+"""Phantoms that a set may be limited to."""
+
 CHOICES: tuple[str, ...] = (NONE, UNKNOWN, DOUBLE, *FORMS)
 
 # A laboratory's cause may have a form that the catalogue has, or any other; the score tells them apart.
@@ -47,6 +51,7 @@ class Planned:
     levels : one for each label, of ``LEVELS``
     seed : of everything that is drawn for it
     wide : whether its phantom, channels, speeds and noise are drawn as other laboratories have them
+    body : which phantom it then has, wherever its effects allow it; empty: any
     """
 
     name: str
@@ -55,6 +60,7 @@ class Planned:
     levels: tuple[str, ...]
     seed: tuple[int, int]
     wide: bool = False
+    body: str = ""
 
 
 def deck_size() -> int:
@@ -68,6 +74,7 @@ def plan(
     only: Sequence[str] = (),
     levels: Sequence[str] = (),
     form_set: FormSet = DEFAULT_FORM_SET,
+    body: str = "",
 ) -> tuple[Planned, ...]:
     """Plan a set of ``count`` cases, numbered at random.
 
@@ -76,11 +83,13 @@ def plan(
     only : labels, "none", "unknown" or "double", to which the cases are limited
     levels : to which the sizes are limited; empty: all
     form_set : whose forms the effects have; that of the catalogue has the usual phantoms, any other has all kinds
+    body : of the phantoms, of ``BODIES``; empty: all kinds
 
     Raises
     ------
     InputError
-        ``count`` is not positive, or a name in ``only``, ``levels`` or ``form_set`` is unknown.
+        ``count`` is not positive, a name in ``only``, ``levels``, ``form_set`` or ``body`` is unknown, or the forms of
+        the catalogue have no such body.
     """
     if count < 1:
         raise InputError(f"{count} cases: nothing to make; ask for at least one")
@@ -92,6 +101,10 @@ def plan(
             raise InputError(f"'{name}' is no level; choose from {', '.join(LEVELS)}")
     if form_set not in FORM_SETS:
         raise InputError(f"'{form_set}' is no set of forms; choose from {', '.join(FORM_SETS)}")
+    if body and body not in BODIES:
+        raise InputError(f"'{body}' is no body; choose from {', '.join(BODIES)}")
+    if body and form_set == "catalogue":
+        raise InputError(f"the forms of the catalogue are on blocks alone; for {body} take --forms mixed")
     random = np.random.default_rng([seed, 0])
     chosen: list[_Entry] = []
     deck_number = 0
@@ -107,7 +120,7 @@ def plan(
     for number, (labels, forms) in enumerate(chosen[:count], start=1):
         drawn = tuple(str(random.choice(allowed, p=weights / weights.sum())) for _ in labels)
         name, wide = f"case{number:03d}", form_set != "catalogue"
-        cases.append(Planned(name, labels, forms, drawn, (seed, number), wide))
+        cases.append(Planned(name, labels, forms, drawn, (seed, number), wide, body))
     return tuple(cases)
 
 

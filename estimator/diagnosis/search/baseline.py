@@ -45,7 +45,7 @@ from estimator.experiment.as_modelled import as_modelled
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.equilibrium.morph import beads_from_grasp
 from estimator.fit.settings import FitSettings
-from estimator.forward.meshing import FINE_GRADING, mesh_experiment
+from estimator.forward.meshing import DEFAULT_GRADING, FINE_GRADING, mesh_experiment
 from estimator.inference.channels import measured_rows
 from estimator.inference.material_parameters import POISSON_RATIO
 
@@ -53,6 +53,8 @@ FloatArray = NDArray[np.float64]
 
 # A third of the default's cost; what it misses is corrected for at the fitted baseline.
 GRADING = Grading(grasp_m=2e-3, anchor_m=6e-3, largest_m=15e-3, growth=2.5, layers=1)
+# Tetrahedra follow a curved skin by small elements, so that an organ has ten times the nodes of a block.
+_LARGEST_IN_SURFACE_M = 22e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +77,17 @@ class Preparation:
     at_grasp: tuple[FloatArray, ...]
     corrected_at: Hypothesis
     cases: CaseLeaving
+
+
+def grading_of(experiment: Experiment) -> Grading:
+    """Return the grading of the mesh on which hypotheses about an experiment's phantom are solved."""
+    of_block = experiment.phantom.surface is None
+    return replace(GRADING, largest_m=GRADING.largest_m if of_block else _LARGEST_IN_SURFACE_M)
+
+
+def _measuring_grading(experiment: Experiment) -> Grading:
+    """Return that of the mesh on which the error of the former is measured."""
+    return FINE_GRADING if experiment.phantom.surface is None else DEFAULT_GRADING
 
 
 def prepare(
@@ -102,7 +115,7 @@ def prepare(
             channels_at,
             experiment,
             rough,
-            FINE_GRADING,
+            _measuring_grading(experiment),
             few_poses(experiment, settings.noise.corrected_states),
         )
         for experiment in ordered
@@ -160,7 +173,7 @@ def corrected_at(preparation: Preparation, fit: Linearisation, executor: Executo
                 grading,
                 poses_at_rest_and_few(mechanics, settings.corrected_states),
             )
-            for grading in (GRADING, FINE_GRADING)
+            for grading in (grading_of(experiment), _measuring_grading(experiment))
         ]
         for experiment, mechanics in zip(case.experiments, fit.mechanics, strict=True)
     ]
@@ -261,7 +274,7 @@ def _uncorrected(
     experiments: tuple[Experiment, ...], settings: DiagnosisSettings, hypothesis: Hypothesis
 ) -> tuple[Case, list[Mechanics]]:
     """Set up a case whose discretisation error is not known yet, and its mechanics under a hypothesis."""
-    problem = mesh_experiment(experiments[0], GRADING)
+    problem = mesh_experiment(experiments[0], grading_of(experiments[0]))
     zeros = tuple(np.zeros((len(e.time), 6 + 3 * len(e.fiducials_rest))) for e in experiments)
     loads = tuple(GripLoad.none(len(e.time)) for e in experiments)
     setup = Setup(experiments, problem, loads, settings=settings)

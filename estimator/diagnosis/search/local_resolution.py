@@ -11,7 +11,7 @@ import numpy as np
 from estimator.diagnosis.fitting.case import Case
 from estimator.diagnosis.fitting.parallel import solved_by
 from estimator.diagnosis.fitting.refit import refit
-from estimator.diagnosis.search.baseline import GRADING
+from estimator.diagnosis.search.baseline import grading_of
 from estimator.diagnosis.search.candidate import Candidate, candidate_of
 from estimator.diagnosis.search.context import Context
 from estimator.errors import SolverError
@@ -39,7 +39,7 @@ def resolved(context: Context, winner: Candidate) -> tuple[Case, Candidate]:
 def _on_finer_mesh(context: Context, winner: Candidate) -> tuple[Case, Candidate]:
     case, hypothesis, settings = context.case, winner.fit.hypothesis, context.settings.search
     solve = solved_by(context.executor)
-    grading = replace(GRADING, largest_m=settings.resolving_m)
+    grading = replace(grading_of(case.experiments[0]), largest_m=settings.resolving_m)
     finer = replace(case, problem=mesh_experiment(case.experiments[0], grading))
     plain = solve(finer, context.baseline.hypothesis, None)
     changes = zip(case.corrections, context.baseline.predicted, plain.predicted, strict=True)

@@ -70,7 +70,7 @@ class Cut(Effect):
         points = points_of_parts(problem.body.mesh)
         arms = points[..., :2] - [values["centre_x"], values["centre_y"]]
         cos, sin = np.cos(values[_NORMAL.name]), np.sin(values[_NORMAL.name])
-        spacing_m = np.cbrt(problem.body.volume)[..., None]
+        spacing_m = np.cbrt(problem.body.rest_volume)[..., None]
         across = _between(arms @ [cos, sin], _HALF_WIDTH_M, spacing_m)
         along = _between(arms @ [-sin, cos], values[_HALF_LENGTH.name], spacing_m)
         return np.asarray(-log_softness * (across * along).mean(axis=2))

@@ -74,7 +74,7 @@ class Inhomogeneity(Effect):
         if not log_ratio:
             return None
         points = points_of_parts(problem.body.mesh)
-        spacing_m = np.cbrt(problem.body.volume)[..., None]
+        spacing_m = np.cbrt(problem.body.rest_volume)[..., None]
         return np.asarray(log_ratio * self._inside(points, spacing_m, values).mean(axis=2))
 
     def _inside(self, points: FloatArray, spacing_m: FloatArray, values: Values) -> FloatArray:

@@ -33,14 +33,21 @@ class Body:
     ----------
     mesh : Mesh
     gradient : (e, q, k, 3) float64, derivatives of the shape functions by the rest position, 1/m
-    volume : (e, q) float64, quadrature weight times reference volume, m³
+    volume : (e, q) float64, quadrature weight times reference volume times ``modulus``, m³
     basis : (e, q, r) float64, functions of the projected dilatation, orthonormal in each element, m^−3/2
+    modulus : (e, q) float64, how many times as stiff as its material says the tissue is
     """
 
     mesh: Mesh
     gradient: FloatArray
     volume: FloatArray
     basis: FloatArray
+    modulus: FloatArray
+
+    @property
+    def rest_volume(self) -> FloatArray:
+        """The volume (e, q) that an integration point stands for at rest, however stiff it is, m³."""
+        return self.volume / self.modulus
 
 
 @dataclass(frozen=True)
@@ -85,8 +92,13 @@ class AddedEnergy:
         return AddedEnergy(self.slope + other.slope, self.curvature + other.curvature, self.bulk + other.bulk)
 
 
-def build_body(mesh: Mesh) -> Body:
+def build_body(mesh: Mesh, modulus: FloatArray | None = None) -> Body:
     """Precompute the integration data of a mesh.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    modulus : (e, q) how many times as stiff as its material says the tissue is; 1 everywhere where None
 
     Raises
     ------
@@ -102,8 +114,10 @@ def build_body(mesh: Mesh) -> Body:
         raise SolverError(f"element {bad} of the mesh has a negative volume; reorder its nodes or mesh again")
     gradient = np.einsum("qkr,eqrx->eqkx", element.gradient, np.linalg.inv(jacobian), optimize=True)
     # In one layout always: the loops are compiled for each.
-    volume = np.ascontiguousarray(determinant * element.weights)
-    return Body(mesh, np.ascontiguousarray(gradient), volume, _orthonormal(element.dilatation_basis, volume))
+    factor = np.ones_like(determinant) if modulus is None else modulus
+    volume = np.ascontiguousarray(determinant * element.weights * factor)
+    basis = _orthonormal(element.dilatation_basis, volume)
+    return Body(mesh, np.ascontiguousarray(gradient), volume, basis, factor)
 
 
 def respond(body: Body, material: Material, displacement: FloatArray) -> Response:
@@ -158,12 +172,12 @@ def stress_of(F: FloatArray, slope: FloatArray) -> FloatArray:
 def with_modulus(body: Body, factor: FloatArray) -> Body:
     """Return the body with its stiffness multiplied by ``factor`` (e, q) > 0 at every integration point.
 
-    μ and λ scale together. The dilatation is projected in the norm that the stiffness weighs, which keeps the
-    formulation symmetric; the factor may jump within an element.
+    Factors of one body after the other multiply. μ and λ scale together. The dilatation is projected in the norm that
+    the stiffness weighs, which keeps the formulation symmetric; the factor may jump within an element.
     """
     volume = body.volume * factor
     functions = reference_element(body.mesh.kind).dilatation_basis
-    return Body(body.mesh, body.gradient, volume, _orthonormal(functions, volume))
+    return Body(body.mesh, body.gradient, volume, _orthonormal(functions, volume), body.modulus * factor)
 
 
 def slopes_by_parameter(material: Material, response: Response) -> dict[str, FloatArray]:

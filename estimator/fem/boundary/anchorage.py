@@ -30,7 +30,8 @@ def anchored_areas(problem: RetractionProblem) -> tuple[FloatArray, FloatArray]:
     faces = boundary_faces(problem.body.mesh)
     held = (anchored | problem.gripped)[faces].all(axis=1) & anchored[faces].any(axis=1)
     area, normals = nodal_areas(problem.body.mesh, faces[held])
-    return np.where(anchored, area, 0.0), np.where(anchored[:, None, None], normals, 0.0)
+    # corners of quadratic triangles have none, but for rounding
+    return np.where(anchored, np.maximum(area, 0.0), 0.0), np.where(anchored[:, None, None], normals, 0.0)
 
 
 def set_free(

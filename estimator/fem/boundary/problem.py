@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from estimator.errors import InputError
 from estimator.fem.assembly.body import Body, build_body
+from estimator.fem.assembly.regions import StifferRegion
 from estimator.fem.assembly.tangent import TangentPattern, shared_pattern
 from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.boundary.pins import pinned
@@ -22,7 +23,8 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
-_FIDUCIAL_TOLERANCE_M = 1e-3
+FIDUCIAL_TOLERANCE_M = 1e-3
+"""How far a fiducial may lie off the tissue, m."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,10 @@ class RetractionProblem:
     rolling : (n, 3) bool, along which axes nodes stand still whatever else holds them; none where None
     grips_along : (3,) bool, along which axes gripped nodes move with the gripper; along the others they slide on it
     prescribed : of a part of the boundary whose motion was measured; it goes before what else holds it
+    grips_patch : whether a patch of the surface is gripped, and no tissue below it
+    regions : of the tissue that are stiffer or softer than the rest; the body has them already
+    off_mesh_m : how far fiducials may lie off the mesh, m
+    grip_core : (2, 3) corners of the box whose tissue is gripped and left out of the mesh of a surface, m; else None
     """
 
     body: Body
@@ -61,6 +67,10 @@ class RetractionProblem:
     rolling: BoolArray | None = None
     grips_along: BoolArray = field(default_factory=lambda: np.ones(3, dtype=bool))
     prescribed: PrescribedMotion | None = None
+    grips_patch: bool = False
+    regions: tuple[StifferRegion, ...] = ()
+    off_mesh_m: float = FIDUCIAL_TOLERANCE_M
+    grip_core: FloatArray | None = None
 
     @property
     def grips_rigidly(self) -> bool:
@@ -167,8 +177,11 @@ def retraction_problem(
     grasp_centre: FloatArray,
     fiducials_rest: FloatArray,
     fiducials_gripped: BoolArray,
+    off_mesh_m: float = FIDUCIAL_TOLERANCE_M,
 ) -> RetractionProblem:
     """Pose a retraction on a mesh, of tissue without weight; gripped nodes that are anchored as well count as gripped.
+
+    Fiducials may lie off the mesh by ``off_mesh_m``.
 
     Raises
     ------
@@ -186,7 +199,7 @@ def retraction_problem(
     nodes = np.zeros((len(fiducials_rest), count), dtype=np.int64)
     weights = np.zeros((len(fiducials_rest), count))
     loose = ~fiducials_gripped
-    nodes[loose], weights[loose] = interpolation_rows(mesh, fiducials_rest[loose], _FIDUCIAL_TOLERANCE_M)
+    nodes[loose], weights[loose] = interpolation_rows(mesh, fiducials_rest[loose], off_mesh_m)
     return RetractionProblem(
         build_body(mesh),
         held.fixed,
@@ -202,4 +215,5 @@ def retraction_problem(
         rolling=held.rolling,
         grips_along=held.grips_along,
         prescribed=held.prescribed,
+        off_mesh_m=off_mesh_m,
     )

@@ -4,11 +4,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
 from estimator.experiment import Box
 from estimator.fem.assembly.body import build_body
+from estimator.fem.assembly.regions import with_regions_in_place
 from estimator.fem.boundary.motion import GripperPose
+from estimator.fem.boundary.patch import from_patch, on_patch
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.discretisation.mesh import interpolation_rows
 from estimator.fem.equilibrium.newton import EquilibriumSolver
@@ -20,8 +23,8 @@ FloatArray = NDArray[np.float64]
 
 # Grasp and border this close (as a share of the phantom's length) are one.
 _TOUCHING = 0.02
-# How far a bead may lie off the faceted surface, m.
-_BEAD_TOLERANCE_M = 2e-3
+# How much farther than at first a bead may lie off the faceted surface, m.
+_FARTHER_M = 1e-3
 _SOFT_TISSUE = Material(NeoHookean(), 1e4, 0.45)
 # A bead on the rim of the grasp counts as gripped, m.
 _RIM_M = 1e-9
@@ -79,6 +82,36 @@ class Taper:
         return np.clip(weight, 0.0, 1.0)
 
 
+@dataclass(frozen=True, eq=False)
+class OffAnchors:
+    """One, falling linearly to zero at the anchors: those of a block lie on its border, where tapers end anyway.
+
+    Attributes
+    ----------
+    anchored : of the nodes of an organ's anchors; None for a block
+    reach : from which distance on it is one, m
+    """
+
+    anchored: KDTree | None
+    reach: float
+
+    @classmethod
+    def of(cls, problem: RetractionProblem) -> "OffAnchors":
+        """Return that of a problem: it is one in all of its grasp."""
+        mesh = problem.body.mesh
+        if not mesh.kind.startswith("tet") or not problem.anchored.any():
+            return cls(None, 0.0)
+        anchored = KDTree(mesh.points[problem.anchored])
+        away, _ = anchored.query(mesh.points[problem.gripped])
+        return cls(anchored, float(np.min(away)))
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        """Return the weight (n,) of a motion at points (n, 3)."""
+        if self.anchored is None or not self.reach:
+            return np.ones(len(points))
+        return np.clip(self.anchored.query(points)[0] / self.reach, 0.0, 1.0)
+
+
 def grasp_box(problem: RetractionProblem) -> FloatArray:
     """Return the corners (2, 3) of the smallest box around the gripped nodes, m."""
     gripped = problem.body.mesh.points[problem.gripped]
@@ -89,8 +122,11 @@ def beads_from_grasp(problem: RetractionProblem) -> FloatArray:
     """Return how far the tissue that each bead sits on is from the grasp, (m,), m; 0 for gripped tissue."""
     points = problem.body.mesh.points[problem.fiducial_nodes]
     places = np.einsum("mk,mkx->mx", problem.fiducial_weights, points)
-    lower, upper = grasp_box(problem)
-    away = Box(tuple(lower), tuple(upper)).distance(places)
+    if problem.grips_patch:
+        away = from_patch(problem.body.mesh, problem.gripped, places)
+    else:
+        lower, upper = grasp_box(problem)
+        away = Box(tuple(lower), tuple(upper)).distance(places)
     return np.where(problem.fiducials_gripped, 0.0, away)
 
 
@@ -103,16 +139,21 @@ def tapers(problem: RetractionProblem) -> tuple[Taper, Taper]:
 
 
 def with_points(problem: RetractionProblem, points: FloatArray) -> RetractionProblem:
-    """Return the problem with other rest positions (n, 3) of its nodes, m; beads stay with their elements."""
-    return replace(problem, body=build_body(replace(problem.body.mesh, points=points)))
+    """Return the problem with other rest positions (n, 3) of its nodes, m.
+
+    Beads, and regions of another stiffness, stay with their elements.
+    """
+    mesh = replace(problem.body.mesh, points=points)
+    return replace(problem, body=build_body(mesh, problem.body.modulus))
 
 
 def with_grasp_moved(problem: RetractionProblem, shift_m: FloatArray, turn_rad: float) -> RetractionProblem:
     """Return the problem whose grasped region lies elsewhere: shifted (2,) and turned about z at the grasp's centre.
 
-    The outline of the phantom, the anchors and the beads stay where they are.
+    The outline of a block, the anchors, the beads and regions of another stiffness stay where they are.
     """
     first, second = tapers(problem)
+    off_anchors = OffAnchors.of(problem)
 
     def motion(points: FloatArray) -> FloatArray:
         arms = points[:, :2] - problem.grasp_centre[:2]
@@ -127,13 +168,14 @@ def with_grasp_moved(problem: RetractionProblem, shift_m: FloatArray, turn_rad: 
         moved: FloatArray = np.zeros_like(points)
         moved[:, 0] = across_x * (along_y * rigid[:, 0] + slide_x)
         moved[:, 1] = across_y * (along_x * rigid[:, 1] + slide_y)
-        return moved
+        return moved * off_anchors(points)[:, None]
 
     moved = _with_motion(problem, motion(problem.body.mesh.points))
+    moved = replace(moved, body=with_regions_in_place(moved.body, problem.body, problem.regions))
     origins = problem.fiducials_rest.copy()
     for _ in range(8):
         origins = problem.fiducials_rest - motion(origins)
-    return _with_beads_located(moved, _in_box(origins, grasp_box(problem)))
+    return _with_beads_located(moved, _in_grasp(problem, origins))
 
 
 def with_grasp_drawn(problem: RetractionProblem, way_m: FloatArray) -> RetractionProblem:
@@ -142,10 +184,12 @@ def with_grasp_drawn(problem: RetractionProblem, way_m: FloatArray) -> Retractio
     Beads are carried along.
     """
     first, second = tapers(problem)
+    off_anchors = OffAnchors.of(problem)
     way = np.array([*way_m, 0.0])
 
     def motion(points: FloatArray) -> FloatArray:
-        return np.asarray((first.along(points[:, 0]) * second.along(points[:, 1]))[:, None] * way)
+        weight = first.along(points[:, 0]) * second.along(points[:, 1]) * off_anchors(points)
+        return np.asarray(weight[:, None] * way)
 
     drawn = _with_motion(problem, motion(problem.body.mesh.points))
     return replace(drawn, fiducials_rest=problem.fiducials_rest + motion(problem.fiducials_rest))
@@ -188,10 +232,10 @@ def with_beads_before(
 def with_beads_at(problem: RetractionProblem, positions: FloatArray) -> RetractionProblem:
     """Return the problem with its beads at other rest positions (m, 3), m; any outside the tissue near its surface."""
     first, last = problem.body.mesh.points.min(axis=0), problem.body.mesh.points.max(axis=0)
-    outside = _BEAD_TOLERANCE_M / 2
+    outside = _FARTHER_M
     placed = replace(problem, fiducials_rest=np.clip(positions, first - outside, last + outside))
     # One a little above the surface of gripped tissue sits on that.
-    return _with_beads_located(placed, _in_box(np.clip(positions, first, last), grasp_box(problem)))
+    return _with_beads_located(placed, _in_grasp(problem, np.clip(positions, first, last)))
 
 
 def _with_motion(problem: RetractionProblem, motion: FloatArray) -> RetractionProblem:
@@ -206,10 +250,22 @@ def _with_beads_located(problem: RetractionProblem, gripped: NDArray[np.bool_]) 
     loose = ~(gripped | in_anchor)
     weights[gripped] = 0.0
     beads = problem.fiducials_rest[loose]
-    nodes[loose], weights[loose] = interpolation_rows(problem.body.mesh, beads, _BEAD_TOLERANCE_M)
+    mesh = problem.body.mesh
+    # One that would come from beside an organ's curved skin sits on that: no box tells where it is.
+    farthest = np.inf if mesh.kind.startswith("tet") else problem.off_mesh_m + _FARTHER_M
+    nodes[loose], weights[loose] = interpolation_rows(mesh, beads, farthest)
     return replace(
         problem, fiducials_gripped=gripped & ~in_anchor, fiducial_nodes=nodes, fiducial_weights=weights
     )
+
+
+def _in_grasp(problem: RetractionProblem, points: FloatArray) -> NDArray[np.bool_]:
+    """Tell of points (m, 3), m, whether they lie in gripped tissue, or on the gripped patch."""
+    if problem.grips_patch:
+        return on_patch(problem.body.mesh, problem.gripped, points, problem.off_mesh_m)
+    found = _in_box(points, grasp_box(problem))
+    # walls of a lobe's tip end within the tissue: the box of their nodes does not hold all of the tip
+    return found if problem.grip_core is None else found | _in_box(points, problem.grip_core)
 
 
 def _in_box(points: FloatArray, corners: FloatArray) -> NDArray[np.bool_]:

@@ -6,15 +6,17 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Ellipse, Patch, Rectangle
+from matplotlib.patches import Circle, Ellipse, Patch, Polygon
 from numpy.typing import NDArray
 
 from estimator.diagnosis.result import Diagnosis, Trace, Where
 from estimator.effects import blocks
+from estimator.experiment import Box, PaintedPatch
 from estimator.report.diagnosis.quantities import percent
 from estimator.report.diagnosis.residuals import farthest_fiducials_mm
 from estimator.report.drawing.rounding import round_figure
-from estimator.report.drawing.scene import MM, within_mm
+from estimator.report.drawing.scene import MM, around, from_above, rectangle, within_mm
+from estimator.report.drawing.within import shells_within
 from estimator.report.theme import ANCHOR, GRASP, INK, MEASURED, MUTED, PREDICTED, TRUTH
 
 FloatArray = NDArray[np.float64]
@@ -57,14 +59,20 @@ def draw_map(sheet: Figure, diagnosis: Diagnosis, trace: Trace) -> None:
 
 
 def _surroundings(axes: Axes, trace: Trace, where: Where) -> None:
-    """Draw phantom, anchors and grasp at rest, with the probability that the cause sits there."""
+    """Draw phantom, anchors and grasp at rest, with the probability that the cause sits there.
+
+    And cavities and regions of another stiffness, which the model has.
+    """
     experiment = trace.experiment
     half = MM * np.array(experiment.phantom.size_m) / 2
     whole = np.stack([-half, half])
-    _rectangle(axes, whole, MUTED, "", 0.0)
+    _outline(axes, rectangle(whole), MUTED, "", 0.0)
     for anchor in experiment.anchors:
-        _rectangle(axes, _at_least(within_mm(anchor, whole), half), ANCHOR, _block(blocks.ANCHOR, where), 0.4)
-    _rectangle(axes, within_mm(experiment.grasp.box, whole), GRASP, _block(blocks.GRASP, where), 0.3)
+        _outline(axes, _anchored(anchor, whole), ANCHOR, _block(blocks.ANCHOR, where), 0.4)
+    _outline(axes, from_above(experiment.grasp.box, whole), GRASP, _block(blocks.GRASP, where), 0.3)
+    for shell in shells_within(experiment.phantom):
+        inside = 0.12 if shell.kind == "region" else 0.0
+        _outline(axes, around(MM * shell.surface.vertices[:, :2]), MUTED, shell.name, inside)
     interior = _block(blocks.INTERIOR, where)
     axes.annotate(
         interior, (0.0, -half[1]), (0, 5), textcoords="offset points", ha="center", color=MUTED, fontsize=9
@@ -79,6 +87,12 @@ def _block(block: blocks.Block, where: Where) -> str:
     return f"{block.name} {percent(probability)}" if math.isfinite(probability) else ""
 
 
+def _anchored(anchor: Box, whole: FloatArray) -> FloatArray:
+    if isinstance(anchor, PaintedPatch):
+        return from_above(anchor, whole)
+    return rectangle(_at_least(within_mm(anchor, whole), whole[1]))
+
+
 def _at_least(box: FloatArray, half: FloatArray) -> FloatArray:
     """Return a box, thickened outwards where it is a mere face, so that it can be seen."""
     least = 0.03 * half.max()
@@ -90,14 +104,10 @@ def _at_least(box: FloatArray, half: FloatArray) -> FloatArray:
     return thick
 
 
-def _rectangle(axes: Axes, box: FloatArray, colour: str, text: str, opacity: float) -> None:
-    (x, y, _), (width, depth, _) = box[0], box[1] - box[0]
-    axes.add_patch(
-        Rectangle((x, y), width, depth, edgecolor="none", facecolor=colour, alpha=opacity, zorder=1)
-    )
-    axes.add_patch(
-        Rectangle((x, y), width, depth, edgecolor=colour, facecolor="none", linewidth=1.4, zorder=1)
-    )
+def _outline(axes: Axes, corners: FloatArray, colour: str, text: str, opacity: float) -> None:
+    (x, y), (width, depth) = corners.min(axis=0), np.ptp(corners, axis=0)
+    axes.add_patch(Polygon(corners, edgecolor="none", facecolor=colour, alpha=opacity, zorder=1))
+    axes.add_patch(Polygon(corners, edgecolor=colour, facecolor="none", linewidth=1.4, zorder=1))
     upright = depth > 3 * width
     axes.annotate(
         text,

@@ -4,14 +4,16 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.transform import Rotation
 
-from estimator.experiment import Box, Experiment
+from estimator.experiment import Box, Experiment, PaintedPatch
 
 FloatArray = NDArray[np.float64]
 
 MM = 1e3
 _GRASP_PIECES = (8, 8, 8)
+_ON_THE_FACE_M = 1e-4
 
 
 def farthest_row(experiment: Experiment) -> int:
@@ -22,6 +24,42 @@ def farthest_row(experiment: Experiment) -> int:
 def within_mm(box: Box, extent: FloatArray) -> FloatArray:
     """Return the corners (2, 3) of the part of a box that lies within an extent (2, 3)."""
     return np.clip(MM * np.array([box.lower, box.upper]), extent[0], extent[1])
+
+
+def from_above(box: Box, extent: FloatArray) -> FloatArray:
+    """Return the outline (k, 2) from above, anticlockwise, of the part of a box within an extent (2, 3).
+
+    Of a painted patch it is the convex one around its corners.
+    """
+    if isinstance(box, PaintedPatch):
+        return around(MM * box.corners[:, :2])
+    return rectangle(within_mm(box, extent))
+
+
+def rectangle(box: FloatArray) -> FloatArray:
+    """Return the outline (4, 2) of a box (2, 3) from above, anticlockwise."""
+    (x0, y0), (x1, y1) = box[:, :2]
+    return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+
+
+def around(points: FloatArray) -> FloatArray:
+    """Return the convex outline (k, 2) of points (n, 2), anticlockwise; that of their bounding box if it is flat."""
+    try:
+        return np.asarray(points[ConvexHull(points).vertices])
+    except QhullError:
+        return rectangle(np.stack([points.min(axis=0), points.max(axis=0)]))
+
+
+def held_pieces(box: Box, points_m: FloatArray, pieces: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Tell which pieces (f, k) of a body's skin, with corners of (n, 3) m at rest, a box or a patch holds."""
+    if isinstance(box, PaintedPatch):
+        middles = points_m[pieces].mean(axis=1)
+        size = np.ptp(points_m[pieces], axis=1).max(axis=1)
+        # what lies behind the patch is nearest to it, too: the wall of a cavity
+        return np.asarray(box.contains(middles) & (box.distance(middles) <= size + box.spacing))
+    lower, upper = np.array(box.lower) - _ON_THE_FACE_M, np.array(box.upper) + _ON_THE_FACE_M
+    inside = np.all((points_m > lower) & (points_m < upper), axis=1)
+    return np.asarray(inside[pieces].all(axis=1))
 
 
 def box_surface(box: FloatArray, pieces: tuple[int, int, int]) -> FloatArray:
@@ -50,10 +88,14 @@ def box_edges(box: FloatArray) -> FloatArray:
 def gripped_surface(experiment: Experiment, extent: FloatArray, row: int) -> FloatArray:
     """Return where the outer faces of the gripped tissue are at a row, as quadrilaterals (f, 4, 3).
 
+    A painted patch holds no tissue but its own surface: none.
+
     Parameters
     ----------
     extent : (2, 3) of the body at rest; faces of the grasp within it are not outer ones
     """
+    if isinstance(experiment.grasp.box, PaintedPatch):
+        return np.zeros((0, 4, 3))
     quads = box_surface(within_mm(experiment.grasp.box, extent), _GRASP_PIECES)
     quads = quads[((quads == extent[0]) | (quads == extent[1])).all(axis=1).any(axis=1)]
     turn = Rotation.from_quat(experiment.quaternion_wxyz[row], scalar_first=True).as_matrix()

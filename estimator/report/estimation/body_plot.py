@@ -1,11 +1,11 @@
 """The deformed body at the farthest state, with what holds it, what pulls it and what was seen of it."""
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize, to_rgba
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -13,16 +13,16 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from estimator.experiment import Box
 from estimator.fem.discretisation.mesh import Mesh
 from estimator.fem.discretisation.surface import boundary_faces, facets, outlines
 from estimator.fit.result import ExperimentFit
 from estimator.report.drawing.painter import Face, paint
 from estimator.report.drawing.rounding import round_figure
-from estimator.report.drawing.scene import MM, box_edges, farthest_row, gripped_surface
+from estimator.report.drawing.scene import MM, box_edges, farthest_row, gripped_surface, held_pieces
 from estimator.report.drawing.stretch import largest_stretch
 from estimator.report.drawing.view import View
-from estimator.report.theme import ANCHOR, GRASP, MEASURED, MUTED, PREDICTED
+from estimator.report.drawing.within import Kind, carried, contour, facing, shells_within
+from estimator.report.theme import ANCHOR, GRASP, INK, MEASURED, MUTED, PREDICTED
 
 FloatArray = NDArray[np.float64]
 
@@ -32,19 +32,25 @@ _COLOUR_MAP = "YlGnBu"
 _SCALE_PERCENTILE = 99.0
 _SMALLEST_SCALE = 0.01
 _ELEMENT_RIM = (0.0, 0.0, 0.0, 0.3)
-_ON_THE_GRASP_M = 1e-4
+# Of what lies within the body and shines through it: colour and opacity, and the line around it.
+_FILLED: dict[Kind, tuple[str, float]] = {"cavity": ("white", 0.55), "region": (INK, 0.3)}
+_LINE: dict[Kind, Literal["--", "-"]] = {"cavity": "--", "region": "-"}
 # The arrows of the axes are about this share of the body long.
 _TRIAD_SHARE = 0.2
 
 
 def draw_body(sheet: Figure, mesh: Mesh, fit: ExperimentFit) -> None:
-    """Draw the surface, coloured by the largest principal stretch, with grasp, anchors and fiducials."""
+    """Draw the surface, coloured by the largest principal stretch, with grasp, anchors and fiducials.
+
+    Cavities and regions of another stiffness shine through it.
+    """
     axes = sheet.add_axes((0.01, 0.01, 0.88, 0.9))
     rest = MM * np.stack([mesh.points.min(axis=0), mesh.points.max(axis=0)])
     row = farthest_row(fit.experiment)
     scale, faces = _surface(mesh, fit)
     faces += [_gripped_face(corners) for corners in gripped_surface(fit.experiment, rest, row)]
     paint(axes, _VIEW, faces)
+    within = _shining_through(axes, mesh, fit)
     axes.add_collection(
         LineCollection(list(_VIEW.project(box_edges(rest))), colors=MUTED, linewidths=0.9, linestyles="--")
     )
@@ -60,8 +66,11 @@ def draw_body(sheet: Figure, mesh: Mesh, fit: ExperimentFit) -> None:
         Patch(color=GRASP, label="gripped"),
         Patch(color=ANCHOR, label="anchored"),
         Line2D([], [], color=MUTED, linestyle="--", linewidth=0.9, label="outline at rest"),
+        *within,
     ]
-    sheet.legend(handles=handles, loc="upper right", ncols=len(handles), borderaxespad=0.2)
+    sheet.legend(
+        handles=handles, loc="upper right", ncols=-(-len(handles) // (1 + bool(within))), borderaxespad=0.2
+    )
 
 
 def _surface(mesh: Mesh, fit: ExperimentFit) -> tuple[ScalarMappable, list[Face]]:
@@ -74,7 +83,7 @@ def _surface(mesh: Mesh, fit: ExperimentFit) -> tuple[ScalarMappable, list[Face]
     scale = ScalarMappable(Normalize(1.0, top), _COLOUR_MAP)
     colours = scale.to_rgba(values)
     colours[(fit.displacement == 0)[pieces].all(axis=(1, 2))] = to_rgba(ANCHOR)
-    colours[_on_box(fit.experiment.grasp.box, mesh.points)[pieces].all(axis=1)] = to_rgba(GRASP)
+    colours[held_pieces(fit.experiment.grasp.box, mesh.points, pieces)] = to_rgba(GRASP)
     parts = zip(
         points[outlines(faces)[:, :-1]],
         points[pieces].reshape(len(faces), -1, pieces.shape[1], 3),
@@ -89,9 +98,23 @@ def _gripped_face(corners: FloatArray) -> Face:
     return Face(corners, corners[None], np.array([colour]), colour)
 
 
-def _on_box(box: Box, points: FloatArray) -> NDArray[np.bool_]:
-    low, high = np.array(box.lower) - _ON_THE_GRASP_M, np.array(box.upper) + _ON_THE_GRASP_M
-    return np.all((points > low) & (points < high), axis=1)
+def _shining_through(axes: Axes, mesh: Mesh, fit: ExperimentFit) -> list[Patch]:
+    """Draw what lies within the body; return what tells of it."""
+    found = {}
+    for one in carried(shells_within(fit.experiment.phantom), mesh):
+        shell, points = one.shell, MM * one.points(fit.displacement)
+        triangles = shell.surface.triangles
+        seen, flat = facing(points, triangles, _VIEW), _VIEW.project(points)
+        fill, line = to_rgba(*_FILLED[shell.kind]), _LINE[shell.kind]
+        axes.add_collection(
+            PolyCollection(
+                list(flat[triangles[seen]]), facecolors=[fill], edgecolors="none", antialiased=False, zorder=3
+            )
+        )
+        outline = list(flat[contour(triangles, seen)])
+        axes.add_collection(LineCollection(outline, colors=INK, linewidths=1.3, linestyles=line, zorder=3))
+        found[shell.label] = Patch(facecolor=fill, edgecolor=INK, linestyle=line, label=shell.label)
+    return list(found.values())
 
 
 def _fiducials(axes: Axes, measured: FloatArray, predicted: FloatArray) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
 from estimator.experiment import Experiment
@@ -12,7 +12,8 @@ from estimator.fit.result import ExperimentFit
 from estimator.report.channels import fiducial_residual, root_mean_square
 from estimator.report.drawing.marks import plot_measured, shade_phases
 from estimator.report.drawing.rounding import round_figure
-from estimator.report.drawing.scene import MM, farthest_row, within_mm
+from estimator.report.drawing.scene import MM, around, farthest_row, from_above, rectangle
+from estimator.report.drawing.within import shells_within
 from estimator.report.page import SWITCHED
 from estimator.report.theme import ANCHOR, GRASP, INK, MUTED, PREDICTED
 
@@ -104,19 +105,23 @@ def _names(axes: Axes, places: FloatArray) -> None:
 
 
 def _surroundings(axes: Axes, experiment: Experiment) -> None:
-    """Draw the phantom, the grasp and the anchors at rest, from above."""
+    """Draw the phantom, the grasp and the anchors at rest, from above, and what lies within the phantom."""
     half = MM * np.array(experiment.phantom.size_m) / 2
     whole = np.stack([-half, half])
-    _rectangle(axes, whole, MUTED, 0.0)
+    _outline(axes, rectangle(whole), MUTED, 0.0)
     for anchor in experiment.anchors:
-        _rectangle(axes, within_mm(anchor, whole), ANCHOR, 0.3)
-    _rectangle(axes, within_mm(experiment.grasp.box, whole), GRASP, 0.3)
+        _outline(axes, from_above(anchor, whole), ANCHOR, 0.3)
+    _outline(axes, from_above(experiment.grasp.box, whole), GRASP, 0.3)
+    for shell in shells_within(experiment.phantom):
+        inside = 0.12 if shell.kind == "region" else 0.0
+        _outline(axes, around(MM * shell.surface.vertices[:, :2]), MUTED, inside)
+        place = MM * shell.surface.bounds.mean(axis=0)[:2]
+        axes.annotate(shell.name, place, ha="center", va="center", color=MUTED, fontsize=8)
 
 
-def _rectangle(axes: Axes, box: FloatArray, colour: str, opacity: float) -> None:
-    (x, y, _), (width, depth, _) = box[0], box[1] - box[0]
-    axes.add_patch(Rectangle((x, y), width, depth, edgecolor="none", facecolor=colour, alpha=opacity))
-    axes.add_patch(Rectangle((x, y), width, depth, edgecolor=colour, facecolor="none", linewidth=1.5))
+def _outline(axes: Axes, corners: FloatArray, colour: str, opacity: float) -> None:
+    axes.add_patch(Polygon(corners, edgecolor="none", facecolor=colour, alpha=opacity))
+    axes.add_patch(Polygon(corners, edgecolor=colour, facecolor="none", linewidth=1.5))
 
 
 def _residual_in_time(axes: Axes, fit: ExperimentFit) -> None:

@@ -7,9 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.experiment import Box, Experiment, Grasp, Phantom
-from estimator.fem.boundary.problem import HeldNodes, RetractionProblem, retraction_problem
+from estimator.fem.boundary.patch import on_patch
+from estimator.fem.boundary.problem import (
+    FIDUCIAL_TOLERANCE_M,
+    HeldNodes,
+    RetractionProblem,
+    retraction_problem,
+)
 from estimator.fem.discretisation.mesh import Mesh
 from estimator.forward.meshing import FINE_GRADING, held_regions, surface_problem
+from estimator.forward.regions import with_regions
 from estimator.geometry.grading import EdgeLengths
 from estimator.geometry.mesh_cache import tissue_mesh
 from estimator.geometry.organ import organ_surface
@@ -57,16 +64,27 @@ class Liver(Parametric):
     def run(self) -> Row:
         """Retract on a finer mesh and estimate on a coarser one."""
         surface = organ_surface(self.seed, LENGTH_M, self.subdivisions)
-        planned = liver_experiment(surface, LIVER_MOTIONS[self.motion][1])
-        truth = Material(NeoHookean(), YOUNGS_MODULUS, POISSON_RATIO)
-        if self.way == "ours":
-            seen = measured(planned, surface_problem(planned, surface, FINE_GRADING), truth)
-            model = surface_problem(planned, surface)
-            return row_of(fitted(model, [seen]), remark=_remark(seen, model))
-        seen = measured(planned, linear_problem(planned, surface, _DATA_EDGE_M), truth)
-        model = linear_problem(planned, surface, _MODEL_EDGE_M)
-        found = estimate_by_paper([solve_response(model, planned, _RATIOS)], [seen])
-        return found.row(remark=_remark(seen, model))
+        return retracted(liver_experiment(surface, LIVER_MOTIONS[self.motion][1]), surface, self.way)
+
+
+def retracted(planned: Experiment, surface: Surface, way: Way) -> Row:
+    """Retract a surface on a finer mesh and estimate on a coarser one, the paper's way or ours.
+
+    Raises
+    ------
+    EstimatorError
+        There is no estimate.
+    """
+    truth = Material(NeoHookean(), YOUNGS_MODULUS, POISSON_RATIO)
+    if way == "ours":
+        seen = measured(planned, surface_problem(planned, surface, FINE_GRADING), truth)
+        model = surface_problem(planned, surface)
+        return row_of(fitted(model, [seen]), remark=_remark(seen, model))
+    larger = float(np.ptp(surface.bounds, axis=0).max()) / LENGTH_M
+    seen = measured(planned, linear_problem(planned, surface, larger * _DATA_EDGE_M), truth)
+    model = linear_problem(planned, surface, larger * _MODEL_EDGE_M)
+    found = estimate_by_paper([solve_response(model, planned, _RATIOS)], [seen])
+    return found.row(remark=_remark(seen, model))
 
 
 def _remark(seen: Experiment, model: RetractionProblem) -> str:
@@ -85,10 +103,13 @@ def linear_problem(experiment: Experiment, surface: Surface, edge_m: float) -> R
     held = {name: nodes[corners] for name, nodes in tissue.held.items()}
     fixed = np.any([nodes for name, nodes in held.items() if name != "grasp"], axis=0)
     beads = experiment.fiducials_rest
-    gripped = tissue.rigid.get("grasp", experiment.grasp.box).contains(beads)
-    return retraction_problem(
-        mesh, HeldNodes(fixed, held["grasp"]), np.asarray(experiment.grasp.centre), beads, gripped
+    core = tissue.rigid.get("grasp")
+    off_mesh_m = FIDUCIAL_TOLERANCE_M + tissue.quality.deviation_m
+    gripped = core.contains(beads) if core else on_patch(mesh, held["grasp"], beads, off_mesh_m)
+    problem = retraction_problem(
+        mesh, HeldNodes(fixed, held["grasp"]), np.asarray(experiment.grasp.centre), beads, gripped, off_mesh_m
     )
+    return with_regions(problem, experiment.phantom.regions)
 
 
 def liver_experiment(surface: Surface, motion: Motion) -> Experiment:

@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from hashlib import sha256
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimator.experiment import Experiment
+from estimator.experiment import Experiment, PaintedPatch
 from estimator.fit.estimate import estimate
 from estimator.studies.paper_tables.fitting import row_of
 from estimator.studies.running.arrays import as_text, from_text
@@ -34,8 +35,8 @@ class RecordedRetraction:
         one = self.experiment
         stated = (one.phantom, one.anchors, one.grasp, one.sensor)
         data = sha256(repr(stated).encode())
-        if one.phantom.surface is not None:
-            data.update(one.phantom.surface.read_bytes())
+        for file in files_of(one):
+            data.update(file.read_bytes())
         for table in (one.fiducials_rest, one.position, one.quaternion_wxyz, one.wrench, one.fiducials):
             data.update(table.tobytes())
         return f"recorded retraction and its prediction {data.hexdigest()}"
@@ -67,6 +68,15 @@ class RecordedRetraction:
         """Which motion, in words."""
         one = self.experiment
         return (one.trajectory_kind if one.trajectory_kind != "other" else one.name).replace("_", " ")
+
+
+def files_of(experiment: Experiment) -> list[Path]:
+    """Return the files that say what the phantom is and where it is held: surfaces and paintings."""
+    phantom = experiment.phantom
+    held = (*experiment.anchors, *(one.box for one in experiment.directed), experiment.grasp.box)
+    painted = [box.file for box in held if isinstance(box, PaintedPatch)]
+    surface = [] if phantom.surface is None else [phantom.surface]
+    return [*surface, *(region.surface for region in phantom.regions), *painted]
 
 
 def recorded(experiments: Sequence[Experiment]) -> Study:

@@ -1,4 +1,4 @@
-"""The phantom from above: outline, anchors, grasp; paths of the beads, or arrows at them."""
+"""The phantom from above: outline, anchors, grasp, what lies within; paths of the beads, or arrows at them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,8 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from estimator.experiment import Experiment
 from estimator.report.drawing.rounding import round_figure
-from estimator.report.drawing.scene import MM, within_mm
+from estimator.report.drawing.scene import MM, around, from_above, rectangle
+from estimator.report.drawing.within import shells_within
 from gui.inks import Ink
 from gui.widgets.plots.legend import Legend
 from gui.widgets.plots.plot_sheet import PlotSheet, Stroke
@@ -78,11 +79,13 @@ class PlanView(QWidget):
         self.sheet.empty()
         half = MM * np.array(experiment.phantom.size_m) / 2
         whole = np.stack([-half, half])
-        self._box(whole, "muted", 0.0)
+        self._outline(rectangle(whole), "muted", 0.0)
         for anchor in experiment.anchors:
-            self._box(within_mm(anchor, whole), "anchor", 0.3)
-        self._box(within_mm(experiment.grasp.box, whole), "grasp", 0.3)
+            self._outline(from_above(anchor, whole), "anchor", 0.3)
+        self._outline(from_above(experiment.grasp.box, whole), "grasp", 0.3)
+        for shell in shells_within(experiment.phantom):
+            opacity = 0.12 if shell.kind == "region" else 0.0
+            self._outline(around(MM * shell.surface.vertices[:, :2]), "muted", opacity)
 
-    def _box(self, box: FloatArray, ink: Ink, opacity: float) -> None:
-        (x0, y0), (x1, y1) = box[:, :2]
-        self.sheet.outline(self._plot, np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]), ink, opacity)
+    def _outline(self, corners: FloatArray, ink: Ink, opacity: float) -> None:
+        self.sheet.outline(self._plot, corners, ink, opacity)

@@ -24,6 +24,7 @@ from gui.analysis.films import Film, Surface
 from gui.inks import colour, ramp
 from gui.theme import theme_of
 from gui.widgets.view_3d.colour_bar import ROOM, paint_colour_bar
+from gui.widgets.view_3d.shells import paint_within
 from gui.widgets.view_3d.strokes import arrow, polygon
 
 FloatArray = NDArray[np.float64]
@@ -156,6 +157,7 @@ class MeshView(QWidget):
 
         self._paint_surface(painter, film, on_screen(film.points_at(self._instant)))
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        paint_within(painter, film, self._instant, self.view, on_screen, theme_of(self))
         self._paint_marked(painter, film, on_screen)
         if film.place is not None:
             centres, radius = film.place

@@ -1,12 +1,18 @@
 """The planned way of the gripper over the phantom, in three dimensions; turned by mouse or arrow keys."""
 
 import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QSize, Qt
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy, QWidget
 from scipy.spatial.transform import Rotation
 
 from daq.rig import Specimen
+from estimator.errors import InputError
+from estimator.experiment import Phantom
+from estimator.report.drawing.view import normals
+from estimator.report.drawing.within import contour, shells_within, skin_of
+from estimator.surfaces.surface import Surface
 from gui.recording.motion_profile import MotionProfile
 from gui.theme import Theme, theme_of
 from robot_drivers.protocols import FloatArray
@@ -23,11 +29,15 @@ _MARGIN_PX = 16
 
 
 class PathView(QWidget):
-    """Draws the phantom's box, its beads, and the gripper's frame along its way."""
+    """Draws the phantom, its beads, and the gripper's frame along its way.
+
+    Of a block its box is drawn; of a surface its skin, with the outlines of cavities (dashed) and regions in it.
+    """
 
     def __init__(self, specimen: Specimen, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._specimen = specimen
+        self._skin, self._within = _surfaces(specimen.phantom)
         self._profile: MotionProfile | None = None
         self._azimuth, self._elevation = -68.0, 30.0
         self._pressed: QPointF | None = None
@@ -82,7 +92,11 @@ class PathView(QWidget):
         project = self._projection(scene)
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        self._paint_phantom(painter, theme, project(corners), project(beads))
+        if self._skin is None:
+            self._paint_box(painter, theme, project(corners))
+        else:
+            self._paint_skin(painter, theme, self._skin, project)
+        self._paint_beads(painter, theme, project(beads))
         self._paint_path(painter, theme, project(path), project(axes.reshape(-1, 3)))
         painter.end()
 
@@ -102,9 +116,27 @@ class PathView(QWidget):
         turn = Rotation.from_euler("zx", [-self._azimuth - 90.0, self._elevation - 90.0], degrees=True)
         return _Projection(turn.as_matrix(), scene, self.width(), self.height())
 
-    def _paint_phantom(
-        self, painter: QPainter, theme: Theme, corners: list[QPointF], beads: list[QPointF]
-    ) -> None:
+    def _paint_skin(self, painter: QPainter, theme: Theme, skin: Surface, project: "_Projection") -> None:
+        seen = project.faces(skin)
+        fill, rim = QColor(theme.accent), QColor(theme.muted)
+        fill.setAlpha(28)
+        rim.setAlpha(70)
+        painter.setBrush(fill)
+        painter.setPen(QPen(rim, 0.6))
+        corners = project(skin.vertices)
+        for triangle in skin.triangles[seen].tolist():
+            painter.drawConvexPolygon(QPolygonF([corners[node] for node in triangle]))
+        self._paint_outline(painter, skin, project, QPen(QColor(theme.muted), 1.0))
+        for shell, line in self._within:
+            self._paint_outline(painter, shell, project, QPen(QColor(theme.text), 1.2, line))
+
+    def _paint_outline(self, painter: QPainter, surface: Surface, project: "_Projection", pen: QPen) -> None:
+        painter.setPen(pen)
+        corners = project(surface.vertices)
+        for a, b in contour(surface.triangles, project.faces(surface)).tolist():
+            painter.drawLine(corners[a], corners[b])
+
+    def _paint_box(self, painter: QPainter, theme: Theme, corners: list[QPointF]) -> None:
         fill = QColor(theme.accent)
         fill.setAlpha(28)
         painter.setBrush(fill)
@@ -113,6 +145,8 @@ class PathView(QWidget):
         painter.setPen(QPen(QColor(theme.muted), 1.0))
         for a, b in _EDGES:
             painter.drawLine(corners[a], corners[b])
+
+    def _paint_beads(self, painter: QPainter, theme: Theme, beads: list[QPointF]) -> None:
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(QColor(theme.muted))
         for bead in beads:
@@ -145,6 +179,22 @@ class _Projection:
         """Return where points (n, 3) are drawn."""
         flat = ((points @ self._turn.T)[:, :2] - self._middle) * self._scale
         return [QPointF(x, y) for x, y in (self._centre + flat * (1.0, -1.0)).tolist()]
+
+    def faces(self, surface: Surface) -> NDArray[np.bool_]:
+        """Tell which triangles (t,) of a surface turn to the reader."""
+        return np.asarray((normals(surface.corners) @ self._turn.T)[:, 2] > 0)
+
+
+def _surfaces(phantom: Phantom) -> tuple[Surface | None, list[tuple[Surface, Qt.PenStyle]]]:
+    """Return the skin of a phantom, and what lies within it with the line to draw it by.
+
+    Without its files, which a rig may name before they are made, there is nothing but its box.
+    """
+    lines = {"cavity": Qt.PenStyle.DashLine, "region": Qt.PenStyle.SolidLine}
+    try:
+        return skin_of(phantom), [(one.surface, lines[one.kind]) for one in shells_within(phantom)]
+    except InputError:
+        return None, []
 
 
 def _corners(size_m: tuple[float, float, float]) -> FloatArray:

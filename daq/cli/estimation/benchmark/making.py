@@ -7,13 +7,14 @@ from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.cli.workers import add_scheduler_option, workers_of
 from estimator.blind.making.effects.catalogue import FORM_SETS
 from estimator.blind.making.making import make_cases
-from estimator.blind.making.plan import CHOICES, DEFAULT_FORM_SET, deck_size, plan
+from estimator.blind.making.plan import BODIES, CHOICES, DEFAULT_FORM_SET, deck_size, plan
 from estimator.blind.making.scenes.sizing import LEVELS
 from estimator.blind.sealing.secret_seed import SEED_FILE, secret_seed
 
 _MAKE_EXAMPLES = """  retract benchmark make --seed 7 --out sealed/cases --keys sealed/keys
   retract benchmark make --seed 8 --out trial --cases 3 --only none viscoelasticity --quick
   retract benchmark make --seed 50 --forms catalogue --out again
+  retract benchmark make --seed 9 --body organ_with_parts --out organs
   retract benchmark make --seed secret --out challenge/cases --keys challenge/keys"""
 _SECRET = "secret"
 
@@ -52,6 +53,13 @@ def add_make(actions: Verbs) -> None:
         "phantoms, as all seeds to 52 have them; those of the literature, on phantoms, beads, channels, speeds, "
         "holds and noise of all kinds; or both in turn, on such (default: %(default)s)",
     )
+    parser.add_argument(
+        "--body",
+        choices=BODIES,
+        default="",
+        help="limit the phantoms to organs with a cavity and a stiffer region, both stated, wherever the effects allow "
+        "one; the key tells (default: blocks, organs and cylinders)",
+    )
     parser.add_argument("--processes", type=int, metavar="N", help="cases at a time (default: one a core)")
     add_scheduler_option(parser)
     parser.add_argument("--quick", action="store_true", help="on a coarse mesh, for trials")
@@ -62,7 +70,7 @@ def run_make(options: argparse.Namespace) -> Result:
     keys = options.keys or options.out.with_name(f"{options.out.name}-keys")
     workers = workers_of(options.scheduler, options.processes, "--processes")
     seed = secret_seed(keys) if options.seed == _SECRET else options.seed
-    cases = plan(seed, options.cases, options.only, options.level, options.forms)
+    cases = plan(seed, options.cases, options.only, options.level, options.forms, options.body)
     with progress() as tell:
         done = make_cases(cases, options.out, keys, workers=workers, quick=options.quick, progress=tell)
     lines = [

@@ -81,6 +81,11 @@ class BrickMesh:
     points: FloatArray
     cells: IntArray
 
+    def without(self, cells: NDArray[np.bool_]) -> "BrickMesh":
+        """Return the mesh without some of its cells (e,), and without the nodes that no other has."""
+        used, renumbered = np.unique(self.cells[~cells], return_inverse=True)
+        return BrickMesh(self.grid[used], self.points[used], renumbered.reshape(-1, self.cells.shape[1]))
+
     def quadrature(self) -> Quadrature:
         """Integrate over the cells by the rule that stress is evaluated by."""
         return self._integrate(_CELL_RULE)

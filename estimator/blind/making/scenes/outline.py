@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Vector = tuple[float, float, float]
 
 _HALF = 0.05
 # Cells of the surface that is written, along x, y and z.
@@ -64,6 +65,12 @@ class Organ:
         bulge = _bulge(x, y)
         return (0.01 + self.dome * bulge) / 2 + self._lifted(bulge)
 
+    def flat(self, points: FloatArray) -> FloatArray:
+        """Return where points (n, 3) of the body, within 35 mm of its middle along y, lie in the block, m."""
+        x, y, z = points.T
+        bulge = _bulge(x, y)
+        return np.column_stack([x, y, 0.01 * (z - self._lifted(bulge)) / (0.01 + self.dome * bulge)])
+
     def _lifted(self, bulge: FloatArray) -> FloatArray:
         return (self.dome / 2 + self.hollow) * bulge
 
@@ -117,7 +124,14 @@ class Uneven:
 
 def surface_of(outline: Outline) -> tuple[FloatArray, IntArray]:
     """Return the closed triangulated surface of a body: vertices (v, 3) m and triangles (t, 3), outward."""
-    lines = [np.linspace(-half, half, n + 1) for half, n in zip((_HALF, _HALF, 0.005), _CELLS, strict=True)]
+    upper = (_HALF, _HALF, 0.005)
+    grid, triangles = brick_surface((-_HALF, -_HALF, -0.005), upper, _CELLS)
+    return outline.shaped(grid), triangles
+
+
+def brick_surface(lower: Vector, upper: Vector, cells: tuple[int, int, int]) -> tuple[FloatArray, IntArray]:
+    """Return the surface of a brick in so many cells along each axis: vertices (v, 3) and triangles (t, 3), outward."""
+    lines = [np.linspace(low, high, n + 1) for low, high, n in zip(lower, upper, cells, strict=True)]
     number: dict[tuple[int, int, int], int] = {}
     triangles: list[tuple[int, int, int]] = []
 
@@ -126,14 +140,14 @@ def surface_of(outline: Outline) -> tuple[FloatArray, IntArray]:
 
     for axis in range(3):
         one, other = (axis + 1) % 3, (axis + 2) % 3
-        for side in (0, _CELLS[axis]):
-            for a in pairwise(range(_CELLS[one] + 1)):
-                for b in pairwise(range(_CELLS[other] + 1)):
+        for side in (0, cells[axis]):
+            for a in pairwise(range(cells[one] + 1)):
+                for b in pairwise(range(cells[other] + 1)):
                     around = ((a[0], b[0]), (a[1], b[0]), (a[1], b[1]), (a[0], b[1]))
                     p, q, r, s = (vertex(_placed(axis, side, i, j)) for i, j in around)
                     triangles += [(p, q, r), (p, r, s)] if side else [(p, r, q), (p, s, r)]
     grid = np.array([[lines[k][place[k]] for k in range(3)] for place in number])
-    return outline.shaped(grid), np.array(triangles, dtype=np.int64)
+    return grid, np.array(triangles, dtype=np.int64)
 
 
 def _placed(axis: int, side: int, i: int, j: int) -> tuple[int, int, int]:

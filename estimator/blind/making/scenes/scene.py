@@ -14,6 +14,7 @@ from estimator.blind.making.mechanics.laws import Addition, Fibres, Law, Term
 from estimator.blind.making.mechanics.response import Instant, PermanentSet, Relaxation, Softening
 from estimator.blind.making.mechanics.surfaces import Traction
 from estimator.blind.making.scenes.outline import Outline
+from estimator.blind.making.scenes.parts import Part
 from estimator.blind.making.scenes.retraction import Rows
 
 FloatArray = NDArray[np.float64]
@@ -37,6 +38,7 @@ class Mechanics:
     two_sides : anchored at y = +0.05 too, not at x = −0.05 alone
     thickness : true one, m
     outline : of a body that is no block, nor flat; None: it is
+    parts : cavities and regions of such a body, which are stated; ``stiffness`` has the regions' moduli
     beads : how many the tissue carries
     grasp_x, grasp_y : where the jaws end along x and y on the block, m
     grasp_shift, grasp_yaw : of the grasped region against the stated one, m and rad
@@ -60,6 +62,7 @@ class Mechanics:
     two_sides: bool = False
     thickness: float = SIZE[2]
     outline: Outline | None = None
+    parts: tuple[Part, ...] = ()
     beads: int = BEADS
     grasp_x: tuple[float, float] = GRASP_X
     grasp_y: tuple[float, float] = GRASP_Y

@@ -218,15 +218,26 @@ def _mesh(mechanics: Mechanics, resolution: Resolution) -> BrickMesh:
     x = [Break(-half_x, resolution.anchor), *grasp_x, *mechanics.breaks[0]]
     y = [Break(-half_y, 2 * resolution.anchor), *grasp_y, Break(half_y, beside), *mechanics.breaks[1]]
     floor = min(resolution.grasp, SIZE[2])
-    finest = [Break(b.at, max(b.edge, floor)) for b in x], [Break(b.at, max(b.edge, floor)) for b in y]
-    return brick_mesh(
+    around = [
+        [b for part in mechanics.parts for b in part.breaks(axis, resolution.region / 2)] for axis in range(3)
+    ]
+    finest = [
+        [Break(b.at, max(b.edge, floor)) for b in (*own, *parts)]
+        for own, parts in zip((x, y), around[:2], strict=True)
+    ]
+    mesh = brick_mesh(
         (SIZE[0], SIZE[1], mechanics.thickness),
-        (*finest, ()),
+        (finest[0], finest[1], around[2]),
         resolution.region if mechanics.has_region else resolution.largest,
         resolution.growth,
         resolution.layers * (mechanics.outline.layers if mechanics.outline else 1),
         _reshape(mechanics),
     )
+    cavities = [part for part in mechanics.parts if part.kind == "cavity"]
+    if not cavities:
+        return mesh
+    middles = mesh.grid[mesh.cells].mean(axis=1)
+    return mesh.without(np.any([part.holds(middles) for part in cavities], axis=0))
 
 
 def _reshape(mechanics: Mechanics) -> Callable[[FloatArray], FloatArray] | None:

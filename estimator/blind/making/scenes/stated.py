@@ -1,8 +1,9 @@
 """What a case's folders state: the phantom, how it is held, rest positions, and readings with their noise."""
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +11,11 @@ from numpy.typing import NDArray
 
 from estimator.blind.making.scenes.noise import with_noise
 from estimator.blind.making.scenes.outline import Outline, surface_of
+from estimator.blind.making.scenes.parts import Part
 from estimator.blind.making.scenes.scene import SIZE, Mechanics, Readings, Scene
 from estimator.blind.making.scenes.setup import Setup
 from estimator.blind.making.scenes.sizing import stated_rest
-from estimator.experiment import Box, Environment, Experiment, Grasp, Phantom
+from estimator.experiment import Box, Environment, Experiment, Grasp, Phantom, TissueRegion
 from estimator.surfaces.repair import closed_surface
 from estimator.surfaces.surface import Surface
 from estimator.surfaces.writing import write_stl
@@ -71,20 +73,39 @@ def stated_mounting(mechanics: Mechanics) -> tuple[Phantom, tuple[Box, ...], Gra
 
 
 @contextmanager
-def surface_file(outline: Outline | None) -> Iterator[Path | None]:
-    """Give an STL file of a body's surface for as long as it is needed; None for a block."""
+def with_surface_files(
+    experiments: Sequence[Experiment], outline: Outline | None, parts: Sequence[Part] = ()
+) -> Iterator[tuple[Experiment, ...]]:
+    """Give experiments whose phantom has STL files of its surface and its regions, for as long as they are needed."""
     if outline is None:
-        yield None
+        yield tuple(experiments)
         return
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "phantom.stl"
-        write_stl(_surface(outline), file)
-        yield file
+        write_stl(_surface(outline, parts), file)
+        regions = []
+        for number, part in enumerate((one for one in parts if one.kind == "region"), start=1):
+            region = TissueRegion(f"part_{number}", Path(folder) / f"{number}.stl", part.modulus_ratio)
+            write_stl(closed_surface(*part.surface(outline), region.name), region.surface)
+            regions.append(region)
+        yield tuple(
+            replace(one, phantom=replace(one.phantom, surface=file, regions=tuple(regions)))
+            for one in experiments
+        )
 
 
-def _surface(outline: Outline) -> Surface:
-    vertices, triangles = surface_of(outline)
-    return closed_surface(vertices, triangles, "phantom")
+def _surface(outline: Outline, parts: Sequence[Part] = ()) -> Surface:
+    shells = [surface_of(outline)]
+    for part in parts:
+        if part.kind == "cavity":
+            vertices, triangles = part.surface(outline)
+            shells.append((vertices, triangles[:, ::-1]))
+    starts = np.cumsum([0, *(len(vertices) for vertices, _ in shells)])
+    return closed_surface(
+        np.concatenate([vertices for vertices, _ in shells]),
+        np.concatenate([triangles + n for (_, triangles), n in zip(shells, starts[:-1], strict=True)]),
+        "phantom",
+    )
 
 
 def _phantom(mechanics: Mechanics) -> Phantom:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from estimator.blind.making.mechanics.laws import Law
 from estimator.blind.making.scenes.noise import NOISE_KINDS
 from estimator.blind.making.scenes.outline import Cylinder, Organ, Outline
+from estimator.blind.making.scenes.parts import drawn_parts, stiffness_of
 from estimator.blind.making.scenes.retraction import KINDS, Manner
 from estimator.blind.making.scenes.scene import GRASP_Y, Form, Mechanics
 from estimator.blind.making.scenes.setup import MODULUS_PA, POISSON, SENSOR, Setup
@@ -17,6 +18,9 @@ from estimator.experiment import SensorNoise
 
 FloatArray = NDArray[np.float64]
 T = TypeVar("T")
+
+WITH_PARTS = "organ_with_parts"
+"""An organ with a cavity and a region of another modulus, both stated."""
 
 # How often each is drawn.
 _BODIES = {"block": 0.8, "organ": 0.12, "cylinder": 0.08}
@@ -28,18 +32,27 @@ _NOISE = (0.2, 5.0)
 _JITTER_M = 1e-3
 
 
-def draw_wide_setup(random: np.random.Generator, forms: tuple[Form, ...]) -> Setup:
-    """Draw a case that suits the forms of effects it is to have."""
+def draw_wide_setup(random: np.random.Generator, forms: tuple[Form, ...], wanted: str = "") -> Setup:
+    """Draw a case that suits the forms of effects it is to have.
+
+    ``wanted`` is :data:`WITH_PARTS` for an organ with a cavity and a region, wherever the forms allow one; empty for
+    any body.
+    """
     least = max((MODULUS_PA[0], *(form.least_modulus for form in forms)))
     modulus = float(np.exp(random.uniform(np.log(least), np.log(MODULUS_PA[1]))))
     body = _drawn(random, _BODIES, lambda name: name == "block" or not any(form.block for form in forms))
+    if wanted and not any(form.block for form in forms):
+        body = wanted
     beads = _drawn(random, _BEADS, lambda count: all(count >= form.beads for form in forms))
     two_sides = bool(random.random() < _TWO_SIDES) and all(form.two_sides for form in forms)
     outline = _outline(body, random)
+    parts = drawn_parts(random) if body == WITH_PARTS else ()
     mechanics = Mechanics(
         Law(modulus, float(random.uniform(*POISSON))),
         two_sides=two_sides and body != "cylinder",
         outline=outline,
+        parts=parts,
+        stiffness=(stiffness_of(parts, outline),) if parts and isinstance(outline, Organ) else (),
         beads=beads,
         grasp_y=(-0.05, 0.05) if body == "cylinder" else GRASP_Y,
     )
@@ -71,7 +84,7 @@ def _drawn(random: np.random.Generator, weights: dict[T, float], suits: Callable
 
 
 def _outline(body: str, random: np.random.Generator) -> Outline | None:
-    if body == "organ":
+    if body in ("organ", WITH_PARTS):
         return Organ(
             dome=float(random.uniform(0.004, 0.010)),
             hollow=float(random.uniform(0.0, 0.003)),
