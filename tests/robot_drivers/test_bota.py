@@ -93,7 +93,7 @@ def test_a_changed_bit_costs_one_frame(place, bit):
 
 
 def times_of(decoder, *pieces):
-    return np.concatenate([decoder.feed(piece).time_us for piece in pieces]).tolist()
+    return np.concatenate([decoder.feed(piece).time_us for piece in (b"", *pieces)]).tolist()
 
 
 def one_by_one(data):

@@ -285,7 +285,8 @@ def test_a_stream_that_cannot_be_understood_is_begun_anew():
     with streaming(lambda _: np.zeros(6), quiet, silence_s=0.2) as (emulator, sensor):
         sensor.read(1.0)
         emulator.inject(LineFaults(insertion=0.5))
-        read_for(sensor, 0.4)
+        for _ in range(8):
+            sensor.read(0.05)
         emulator.inject(LineFaults())
         read_until(sensor, lambda: sensor.statistics().restarts >= 1)
         block = sensor.read(1.0)
