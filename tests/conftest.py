@@ -12,6 +12,7 @@ from pathlib import Path
 
 import hypothesis
 import pytest
+from hypothesis.internal.conjecture import providers
 from xdist import is_xdist_worker
 from xdist.scheduler import LoadScopeScheduling
 from xdist.workermanage import WorkerController
@@ -49,7 +50,9 @@ _IN_REAL_TIME = _DRIVERS, _SESSIONS = "drivers and window", "sessions and comman
 # threads that wait for each other keep a processor busy.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-# The same examples at every run, however busy the machine.
+# The same examples at every run, however busy the machine. Hypothesis would also try constants that it finds in whatever
+# modules of the project are imported by then, which depends on the tests that the process was given before.
+pytest.MonkeyPatch().setattr(providers, "_get_local_constants", providers.Constants)
 hypothesis.settings.register_profile(
     "repeatable",
     deadline=None,
