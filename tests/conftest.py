@@ -50,8 +50,8 @@ _IN_REAL_TIME = _DRIVERS, _SESSIONS = "drivers and window", "sessions and comman
 # threads that wait for each other keep a processor busy.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-# The same examples at every run, however busy the machine. Hypothesis would also try constants that it finds in whatever
-# modules of the project are imported by then, which depends on the tests that the process was given before.
+# The same examples at every run, however busy the machine. Hypothesis would also try constants that it finds in those
+# modules of the project that are imported by then, which depends on the tests that the process was given before.
 pytest.MonkeyPatch().setattr(providers, "_get_local_constants", providers.Constants)
 hypothesis.settings.register_profile(
     "repeatable",
