@@ -183,7 +183,10 @@ def wait_until_ended(process_id: int, timeout_s: float = 60.0) -> None:
 
 @pytest.mark.parametrize(
     ("kind", "told"),
-    [(signal.SIGKILL, "the controlling program is gone"), (signal.SIGSTOP, "has been silent for 0.8")],
+    [
+        (signal.SIGKILL, "the controlling program is gone"),
+        (signal.SIGSTOP, "the controlling program has been silent for "),
+    ],
     ids=["killed", "frozen"],
 )
 def test_the_end_of_the_controlling_program_holds_the_robot(
