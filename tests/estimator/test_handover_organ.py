@@ -26,7 +26,9 @@ def pull(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Experiment]:
 def test_calculix_gets_the_region(pull: Experiment) -> None:
     handed = handed_to(CalculiX(), experiments=[pull], grading=COARSE)
     assert handed.left_out == {}
-    assert handed.stiffness.max() == pytest.approx(RATIO)
+    # two meshes differ, and none need have an element that lies in the region as a whole
+    assert 0.5 * (1.0 + RATIO) < handed.stiffness.max() < RATIO * (1.0 + 1e-9)
+    assert np.median(handed.stiffness) == pytest.approx(1.0)
     assert "TISSUE2" in deck_of(handed, handed.runs[0])
 
 

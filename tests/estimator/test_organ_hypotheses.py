@@ -98,7 +98,7 @@ def test_a_region_is_as_stiff_beside_an_effect(
 ) -> None:
     with_effect = with_one(name, **values).problem(problem).body
     assert np.array_equal(with_effect.modulus, problem.body.modulus)
-    assert with_effect.modulus.max() == pytest.approx(RATIO)
+    assert 0.5 * (1.0 + RATIO) < with_effect.modulus.max() < RATIO * (1.0 + 1e-9)
 
 
 def test_what_else_is_stiffer_multiplies(problem: RetractionProblem) -> None:

@@ -52,7 +52,8 @@ def test_the_papers_elements_have_the_region_and_hold_the_painted_patches(folder
     assert surface is not None
     problem = linear_problem(planned, read_surface(surface).surface, 0.02)
     assert problem.body.mesh.kind == "tet4"
-    assert problem.body.modulus.max() == pytest.approx(RATIO)
+    # two meshes differ, and none need have an element that lies in the region as a whole
+    assert 0.5 * (1.0 + RATIO) < problem.body.modulus.max() < RATIO * (1.0 + 1e-9)
     assert problem.body.mesh.points[problem.gripped, 0].min() > 0.045
     assert problem.body.mesh.points[problem.fixed, 0].max() < -0.045
 
