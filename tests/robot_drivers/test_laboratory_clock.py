@@ -1,6 +1,7 @@
 """The clock of an emulated laboratory: right in every process, never back, and standing while it is held."""
 
 import multiprocessing
+import socket
 import subprocess
 import sys
 import time
@@ -17,7 +18,7 @@ from robot_drivers.abb.emulator.controller import ControllerEmulator
 from robot_drivers.abb.emulator.settings import EmulatorSettings
 from robot_drivers.abb.irb140 import IRB140, IRB140Settings
 from robot_drivers.clock import host_time_ns, host_times_ns, living_on, monotonic_time_ns, wait_until
-from robot_drivers.errors import ConfigurationError
+from robot_drivers.errors import ConfigurationError, DeviceUnreachableError
 from robot_drivers.laboratory_clock import ClockKeeper, LaboratoryClock
 
 MS = 1_000_000
@@ -296,3 +297,23 @@ def test_an_emulated_controller_waits_for_the_heartbeat_of_its_client(tmp_path: 
             # of a heartbeat ten times a second
             assert min(behind_s) < 0.1
             assert keeper.readers_behind_s() == 0.0
+
+
+def test_time_waits_for_the_client_of_a_controller_from_before_it_connects(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    keeper = ClockKeeper(tmp_path / "clock")
+    behind_s = []
+
+    def connect_late(*_: object, **__: object) -> socket.socket:
+        time.sleep(0.05)
+        behind_s.append(keeper.readers_behind_s())
+        raise OSError("nobody there")
+
+    monkeypatch.setattr(socket, "create_connection", connect_late)
+    with living_on(keeper):
+        keeper.grant(60 * SECOND_NS)
+        with pytest.raises(DeviceUnreachableError):
+            IRB140(IRB140Settings("127.0.0.1", 1, 2, egm=None)).connect()
+        assert behind_s[0] >= 0.05
+        assert keeper.readers_behind_s() == 0.0

@@ -116,11 +116,14 @@ class CommandConnection:
         self._newest_reply: Reply | None = None
         self._lost: DeviceError | None = None
         self._closing, self._wake = socket.socketpair()
+        # the controller of an emulated laboratory stops where no heartbeat comes: its time waits for it from here on
+        beating = new_reader()
         try:
             self._socket = socket.create_connection(
                 (settings.host, settings.port), timeout=settings.connect_timeout_s
             )
         except OSError as error:
+            beating.close()
             self._closing.close()
             self._wake.close()
             raise DeviceUnreachableError(
@@ -129,7 +132,7 @@ class CommandConnection:
             ) from error
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._socket.settimeout(settings.silence_limit_s)
-        self._thread = threading.Thread(target=self._run, name="abb-command", daemon=True)
+        self._thread = threading.Thread(target=self._run, args=(beating,), name="abb-command", daemon=True)
         self._thread.start()
 
     @property
@@ -210,9 +213,7 @@ class CommandConnection:
             raise self._connection_lost(error) from error
         return exchange
 
-    def _run(self) -> None:
-        # the controller of an emulated laboratory stops where no heartbeat comes: its time waits for this thread
-        beating = new_reader()
+    def _run(self, beating: Reader) -> None:
         try:
             self._serve(beating)
         except DeviceError as error:
