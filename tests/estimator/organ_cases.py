@@ -1,9 +1,12 @@
 """Organs that tests share: with a cavity, a stiffer region, and where they are held painted on their surface."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import meshio
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from estimator.experiment import (
@@ -90,6 +93,14 @@ def organ(folder: Path, subdivisions: int = 3) -> Experiment:
         wrench=np.zeros((2, 6)),
         fiducials=np.stack([beads, beads]),
     )
+
+
+@contextmanager
+def organ_meshed_anew(folders: pytest.TempPathFactory, subdivisions: int = 3) -> Iterator[Experiment]:
+    """The organ, with a cache of meshes of its own meanwhile."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("RETRACT_CACHE", str(folders.mktemp("cache")))
+        yield organ(folders.mktemp("organ"), subdivisions)
 
 
 def _patch(surface: Surface, painted: NDArray[np.int32], value: int, file: Path) -> PaintedPatch:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from handover_cases import handed_to
-from organ_cases import RATIO, organ
+from organ_cases import RATIO, organ_meshed_anew
 
 from estimator.experiment import Experiment
 from estimator.fem.discretisation.block_mesh import Grading
@@ -18,9 +18,8 @@ COARSE = Grading(grasp_m=8e-3, anchor_m=12e-3, largest_m=24e-3, growth=3.0, laye
 
 @pytest.fixture(scope="module")
 def pull(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Experiment]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("RETRACT_CACHE", str(tmp_path_factory.mktemp("cache")))
-        yield organ(tmp_path_factory.mktemp("organ"), 2)
+    with organ_meshed_anew(tmp_path_factory, 2) as planned:
+        yield planned
 
 
 def test_calculix_gets_the_region(pull: Experiment) -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from organ_cases import RATIO, TUMOUR, organ
+from organ_cases import RATIO, TUMOUR, organ_meshed_anew
 
 from estimator.diagnosis.model.free_parameters import free_parameters
 from estimator.diagnosis.model.grip_load import GripLoad
@@ -37,9 +37,8 @@ DEVIATION = np.concatenate([[0.02] * 3, [5e-4] * 3, [5e-5] * 24])
 
 @pytest.fixture(scope="module")
 def pull(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Experiment]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("RETRACT_CACHE", str(tmp_path_factory.mktemp("cache")))
-        yield organ(tmp_path_factory.mktemp("organ"))
+    with organ_meshed_anew(tmp_path_factory) as planned:
+        yield planned
 
 
 @pytest.fixture(scope="module")

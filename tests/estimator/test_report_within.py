@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from organ_cases import CYST, RATIO, TUMOUR, organ
+from organ_cases import CYST, RATIO, TUMOUR, organ_meshed_anew
 
 from estimator.experiment import Experiment
 from estimator.fem.boundary.problem import RetractionProblem
@@ -21,9 +21,8 @@ EXTENT = np.array([[-200.0] * 3, [200.0] * 3])
 
 @pytest.fixture(scope="module")
 def pull(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Experiment]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("RETRACT_CACHE", str(tmp_path_factory.mktemp("cache")))
-        yield organ(tmp_path_factory.mktemp("organ"))
+    with organ_meshed_anew(tmp_path_factory) as planned:
+        yield planned
 
 
 @pytest.fixture(scope="module")
