@@ -4,8 +4,9 @@ import contextlib
 import multiprocessing
 import os
 import signal
+import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import (
     BrokenExecutor,
     Executor,
@@ -16,6 +17,7 @@ from concurrent.futures import (
 )
 from contextlib import AbstractContextManager, contextmanager
 from multiprocessing.connection import Connection
+from multiprocessing.context import BaseContext
 from typing import TypeAlias, TypeVar
 
 from threadpoolctl import threadpool_limits
@@ -24,6 +26,8 @@ from estimator.errors import WorkersLostError
 
 # Starts workers, and ends them where the block is left.
 Workers: TypeAlias = Callable[[], AbstractContextManager[Executor]]
+
+_PACKAGE = __name__.partition(".")[0]
 
 _Item = TypeVar("_Item")
 _Result = TypeVar("_Result")
@@ -70,15 +74,20 @@ def worker_pool(processes: int | None = None) -> Iterator[Executor]:
     What waits is given up where the block is left early, and where it is interrupted what is under way too. The workers
     end with the process that made them, also where that is killed. A process that may have no children, as the workers
     of a cluster may not, works by itself.
+
+    On Linux workers are copies of one process that has imported what this one had when its first workers began: only
+    that one spends the seconds, and the copies share its memory.
     """
     if multiprocessing.current_process().daemon:
         with threadpool_limits(1), ThreadPoolExecutor(1) as alone:
             yield alone
         return
     count = processes or os.cpu_count() or 1
-    context = multiprocessing.get_context("spawn")
+    context = _context()
     watched, lifeline = context.Pipe(duplex=False)
-    pool = ProcessPoolExecutor(count, mp_context=context, initializer=_begin, initargs=(watched,))
+    # what they are copies of has the environment of when it began
+    initial = (watched, dict(os.environ))
+    pool = ProcessPoolExecutor(count, mp_context=context, initializer=_begin, initargs=initial)
     try:
         with threadpool_limits(1):
             yield pool
@@ -91,7 +100,18 @@ def worker_pool(processes: int | None = None) -> Iterator[Executor]:
         watched.close()
 
 
-def _begin(lifeline: Connection) -> None:
+def _context() -> BaseContext:
+    """Return how workers begin; a copy of this process itself might wait for locks that its threads hold."""
+    if sys.platform != "linux":
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload([name for name in sys.modules if name.startswith(f"{_PACKAGE}.")])
+    return context
+
+
+def _begin(lifeline: Connection, environment: Mapping[str, str]) -> None:
+    os.environ.clear()
+    os.environ.update(environment)
     # Ctrl-C ends a worker at once and without a word: the parent tells what happened.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     threadpool_limits(1)
