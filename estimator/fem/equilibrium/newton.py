@@ -14,7 +14,7 @@ from estimator.fem.assembly.tangent import Tangent, TangentAssembler
 from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.state import EquilibriumState, Waypoint, curvature, linear_change, rigid_modes
-from estimator.fem.terms.term import Term, summed_stiffness
+from estimator.fem.terms.term import Term, TermStiffness, summed_stiffness
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
@@ -135,8 +135,9 @@ class EquilibriumSolver:
         size_at_tangent = size if tangent is None else 0.0
         for iteration in range(self.settings.iterations + 1):
             if size <= self._smallest_residual(trial):
-                near = size_at_tangent <= self.settings.tangent_reuse * self._reaction(trial)
-                return self._finish(trial, pose, iteration, tangent if near else None)
+                if size_at_tangent > self.settings.tangent_reuse * self._reaction(trial):
+                    tangent = None  # let go of, so that the solution's takes its memory
+                return self._finish(trial, pose, iteration, tangent)
             if tangent is None:
                 tangent, size_at_tangent = self._assemble(trial), size
                 if not (tangent.positive_definite or accept_unstable):
@@ -212,11 +213,15 @@ class EquilibriumSolver:
 
     def _assemble(self, trial: _Trial) -> Tangent:
         of_terms = summed_stiffness(trial.terms, trial.displacement, trial.response)
+        # No name is kept for the elements' matrices: they are the most memory beside the factor, which comes next.
+        return self._assembler.assemble(self._element_stiffness(trial, of_terms), of_terms.nodes)
+
+    def _element_stiffness(self, trial: _Trial, of_terms: TermStiffness) -> FloatArray:
         body, response = self.problem.body, trial.response
         elements = stiffness(body, trial.material, response, trial.pressure, of_terms.energy)
         if of_terms.elements is not None:
             elements += of_terms.elements
-        return self._assembler.assemble(elements, of_terms.nodes)
+        return elements
 
     def _finish(
         self, trial: _Trial, pose: GripperPose, iterations: int, tangent: Tangent | None = None
