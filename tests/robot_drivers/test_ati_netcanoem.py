@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sensor_blocks import first_block, read_for
+from sensor_blocks import first_block, read_for, read_until
 
 from robot_drivers.ati.emulator.can.netcanoem import BoardFaults, BoardSettings, NetCANOEMEmulator
 from robot_drivers.ati.netcanoem import NetCANOEM, NetCANOEMSettings, frames
@@ -184,11 +184,11 @@ def test_a_board_that_does_not_select_its_calibration_again_is_told_by_the_next_
 
 @pytest.mark.parametrize("missing", ["silence", "halving", "cutting"])
 def test_a_request_without_a_whole_answer_is_one_lost_sample(missing):
-    with connected(answer_timeout_s=0.1) as (emulator, sensor):
+    with connected(answer_timeout_s=0.5) as (emulator, sensor):
         emulator.faults = BoardFaults(**{missing: 0.1})
         emulator.counts.requests = 0
         sensor.start()
-        blocks = read_for(sensor, 0.5)
+        blocks = read_until(sensor, lambda: emulator.counts.unanswered >= 2)
         sensor.stop()
         blocks.append(sensor.read(0.0))
         statistics, counts = sensor.statistics(), emulator.counts

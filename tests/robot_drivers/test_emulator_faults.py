@@ -82,7 +82,7 @@ def test_the_driver_lives_through_bus_off():
     channel = next(_channels)
     with NetCANOEMEmulator(lambda _: LOAD, BoardSettings(channel=channel)) as emulator:
         settings = NetCANOEMSettings(
-            channel=channel, interface="virtual", rate_hz=100.0, answer_timeout_s=0.02
+            channel=channel, interface="virtual", rate_hz=100.0, answer_timeout_s=0.2
         )
         with closing(NetCANOEM(settings)) as sensor:
             sensor.connect()

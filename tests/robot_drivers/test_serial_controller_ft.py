@@ -8,7 +8,7 @@ import pytest
 import serial
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sensor_blocks import ANSWER_TIMEOUT_S, gathered, read_for
+from sensor_blocks import ANSWER_TIMEOUT_S, gathered, read_for, read_until
 
 from robot_drivers.ati.controller_ft import ControllerFT, ControllerFTSettings
 from robot_drivers.ati.controller_ft.records import AsciiDecoder, BinaryDecoder, ascii_counts
@@ -318,14 +318,14 @@ def test_a_cable_that_comes_back_costs_the_records_meanwhile():
     with streaming() as (emulator, sensor):
         blocks = read_for(sensor, 0.1)
         emulator.inject(LineFaults(unplug_at_s=0.0, unplug_for_s=0.3))
-        blocks += read_for(sensor, 0.8)
+        blocks += read_until(sensor, lambda: sensor.statistics().lost > 0)
         statistics = sensor.statistics()
     assert statistics.lost == pytest.approx(emulator.counts.unplugged / 45, abs=0.02 * 256 + 1)
     assert (np.diff(gathered(blocks, "counter")) > 50).sum() == 1
 
 
 def test_a_controller_that_lost_power_is_set_up_and_started_again():
-    with streaming(silence_s=0.2, answer_timeout_s=0.05, record_format="binary") as (emulator, sensor):
+    with streaming(silence_s=0.2, record_format="binary") as (emulator, sensor):
         sensor.read(1.0)
         emulator.inject(LineFaults(restart_at_s=0.0, restart_for_s=0.3))
         end = time.monotonic() + 60.0

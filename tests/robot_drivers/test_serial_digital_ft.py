@@ -267,7 +267,7 @@ def test_a_cable_that_comes_back_costs_the_samples_meanwhile():
 
 
 def test_a_transducer_that_lost_power_is_set_up_and_started_again():
-    with streaming(silence_s=0.2, answer_timeout_s=0.05) as (emulator, sensor):
+    with streaming(silence_s=0.2) as (emulator, sensor):
         sensor.read(1.0)
         emulator.inject(LineFaults(restart_at_s=0.0, restart_for_s=0.3))
         read_until(sensor, lambda: sensor.statistics().restarts == 1)
