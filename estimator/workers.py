@@ -4,9 +4,8 @@ import contextlib
 import multiprocessing
 import os
 import signal
-import sys
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import (
     BrokenExecutor,
     Executor,
@@ -17,7 +16,6 @@ from concurrent.futures import (
 )
 from contextlib import AbstractContextManager, contextmanager
 from multiprocessing.connection import Connection
-from multiprocessing.context import BaseContext
 from typing import TypeAlias, TypeVar
 
 from threadpoolctl import threadpool_limits
@@ -26,8 +24,6 @@ from estimator.errors import WorkersLostError
 
 # Starts workers, and ends them where the block is left.
 Workers: TypeAlias = Callable[[], AbstractContextManager[Executor]]
-
-_PACKAGE = __name__.partition(".")[0]
 
 _Item = TypeVar("_Item")
 _Result = TypeVar("_Result")
@@ -74,20 +70,15 @@ def worker_pool(processes: int | None = None) -> Iterator[Executor]:
     What waits is given up where the block is left early, and where it is interrupted what is under way too. The workers
     end with the process that made them, also where that is killed. A process that may have no children, as the workers
     of a cluster may not, works by itself.
-
-    On Linux workers are copies of one process that has imported what this one had when its first workers began: only
-    that one spends the seconds, and the copies share its memory.
     """
     if multiprocessing.current_process().daemon:
         with threadpool_limits(1), ThreadPoolExecutor(1) as alone:
             yield alone
         return
     count = processes or os.cpu_count() or 1
-    context = _context()
+    context = multiprocessing.get_context("spawn")
     watched, lifeline = context.Pipe(duplex=False)
-    # what they are copies of has the environment of when it began
-    initial = (watched, dict(os.environ))
-    pool = ProcessPoolExecutor(count, mp_context=context, initializer=_begin, initargs=initial)
+    pool = ProcessPoolExecutor(count, mp_context=context, initializer=_begin, initargs=(watched,))
     try:
         with threadpool_limits(1):
             yield pool
@@ -100,18 +91,7 @@ def worker_pool(processes: int | None = None) -> Iterator[Executor]:
         watched.close()
 
 
-def _context() -> BaseContext:
-    """Return how workers begin; a copy of this process itself might wait for locks that its threads hold."""
-    if sys.platform != "linux":
-        return multiprocessing.get_context("spawn")
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload([name for name in sys.modules if name.startswith(f"{_PACKAGE}.")])
-    return context
-
-
-def _begin(lifeline: Connection, environment: Mapping[str, str]) -> None:
-    os.environ.clear()
-    os.environ.update(environment)
+def _begin(lifeline: Connection) -> None:
     # Ctrl-C ends a worker at once and without a word: the parent tells what happened.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     threadpool_limits(1)

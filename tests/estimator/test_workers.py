@@ -8,8 +8,6 @@ import time
 
 import pytest
 
-from estimator.workers import worker_pool
-
 _PARENT = """
 import os, time
 from estimator.workers import worker_pool
@@ -43,20 +41,3 @@ def test_workers_end_with_a_parent_that_is_killed(tmp_path) -> None:
     while is_alive(worker) and time.monotonic() < deadline:
         time.sleep(0.05)
     assert not is_alive(worker)
-
-
-def test_workers_see_the_environment_of_when_they_were_asked_for(monkeypatch) -> None:
-    """Not that of when the process began of which they are copies."""
-    for value in ("one", "another"):
-        monkeypatch.setenv("WORKERS_ARE_TOLD", value)
-        with worker_pool(1) as pool:
-            assert pool.submit(os.getenv, "WORKERS_ARE_TOLD").result() == value
-
-
-def test_workers_are_where_they_were_asked_for(monkeypatch, tmp_path) -> None:
-    for name in ("one", "another"):
-        folder = tmp_path / name
-        folder.mkdir()
-        monkeypatch.chdir(folder)
-        with worker_pool(1) as pool:
-            assert pool.submit(os.getcwd).result() == str(folder)
