@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # al-dic 1.0.3 (pyALDIC, digital image correlation): the Eulerian-Almansi strain is another quantity
 #
-# Expected: `strain_type=1` is E = (I - F^-T F^-1) / 2, as its docstring says ("Eulerian-Almansi" in the window and in
-# the report): below the engineering strain in tension, and 0 for a specimen that only turns.
+# Expected: `strain_type=1` is E = (I - F^-T F^-1) / 2, as its docstring says ("Eulerian-Almansi" in the window, too):
+# below the engineering strain in tension, and 0 for a specimen that only turns.
 # What happens: it is u' / (1 - u') for each component of the displacement gradient, without the quadratic terms. In
 # tension it lies above the engineering strain, even above Green-Lagrange's, and a turn of 10 deg is a contraction of
 # 1.5 % in every direction. The fields dudx to dvdy hold that number, too, not the gradient. Types 0 and 2 are right.
