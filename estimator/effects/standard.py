@@ -58,9 +58,7 @@ from estimator.effects.vision.camera_rotation import CAMERA_ROTATION
 from estimator.effects.vision.camera_scale import CAMERA_SCALE
 from estimator.effects.vision.fiducial_mislabel import (
     FiducialMislabel,
-    FiducialMislabelFromShare,
-    FiducialMislabelInEach,
-    FiducialMislabelWithin,
+    FiducialMislabelWhereTurned,
 )
 from estimator.effects.vision.fiducial_misread import (
     FiducialMisread,
@@ -145,9 +143,7 @@ _VISION: tuple[Effect, ...] = (
     FiducialMisreadWithin(),
     FiducialMisreadFrom(),
     FiducialMislabel(),
-    FiducialMislabelWithin(),
-    FiducialMislabelInEach(),
-    FiducialMislabelFromShare(),
+    FiducialMislabelWhereTurned(),
 )
 
 EFFECTS: tuple[Effect, ...] = (*_TISSUE, *_MOUNTING, *_SURROUNDINGS, *_MOTION, *_FORCE, *_VISION)
