@@ -63,6 +63,7 @@ from estimator.effects.vision.fiducial_mislabel import (
 from estimator.effects.vision.fiducial_misread import (
     FiducialMisread,
     FiducialMisreadFrom,
+    FiducialMisreadInPart,
     FiducialMisreadWithin,
 )
 
@@ -142,6 +143,7 @@ _VISION: tuple[Effect, ...] = (
     FiducialMisread(),
     FiducialMisreadWithin(),
     FiducialMisreadFrom(),
+    FiducialMisreadInPart(),
     FiducialMislabel(),
     FiducialMislabelWhereTurned(),
 )

@@ -24,6 +24,7 @@ from estimator.effects.vision.fiducial_mislabel import (
 from estimator.effects.vision.fiducial_misread import (
     FiducialMisread,
     FiducialMisreadFrom,
+    FiducialMisreadInPart,
     FiducialMisreadWithin,
 )
 
@@ -313,6 +314,20 @@ def test_rows_in_which_two_beads_are_exchanged_show_by_themselves(rows_of_each):
         assert_array_equal(np.flatnonzero(inside), rows)
 
 
+def test_an_exchanged_bead_shows_where_the_other_is_not_seen():
+    effect, pair, rows = (
+        FiducialMislabelWhereTurned(),
+        {"first": 5.0, "second": 6.0, "exchanged": 1.0},
+        [3, 20],
+    )
+    readings = three_experiments()[0]
+    seen = exchanged_in(readings, rows, 5, 6)
+    hidden = seen.experiment.fiducials.copy()
+    hidden[:10, 5] = np.nan
+    changed = effect.readings(measured(readings, hidden), pair).fiducials
+    assert_array_equal(np.flatnonzero((changed != readings.fiducials).any(axis=(1, 2))), rows)
+
+
 def test_beads_that_are_nowhere_exchanged_stay_as_they_are_read():
     effect = FiducialMislabelWhereTurned()
     for readings in [exchanged_in(each, [], 5, 6) for each in three_experiments()]:
@@ -357,6 +372,17 @@ def test_a_bead_that_is_read_at_a_false_place_in_one_experiment_alone_is_found_w
         assert_array_equal(moved, [9] if readings.experiment.order == 2 else [])
         baseline.append(measured(readings, seen + noise.normal(0, 5e-5, seen.shape)))
     assert effect.starts(baseline)[0] == constants
+
+
+def test_a_bead_that_follows_its_tissue_in_part_is_found():
+    noise = np.random.default_rng(4)
+    effect, baseline = FiducialMisreadInPart(), []
+    for readings in three_experiments():
+        seen = effect.readings(readings, {"bead": 9.0, "share_behind": 0.05}).fiducials
+        way = readings.fiducials[:, 9] - readings.experiment.fiducials_rest[9]
+        assert_allclose(seen[:, 9] - readings.fiducials[:, 9], -0.05 * way, atol=1e-15)
+        baseline.append(measured(readings, seen + noise.normal(0, 5e-5, seen.shape)))
+    assert effect.starts(baseline)[0] == {"bead": 9.0}
 
 
 def test_an_unseen_bead_does_not_hide_the_misread_one():

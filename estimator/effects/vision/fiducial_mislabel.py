@@ -114,18 +114,24 @@ class FiducialMislabelWhereTurned(FiducialMislabel):
 
 
 def _turned_round(experiment: Experiment) -> BoolArray:
-    """Tell of each row and pair of beads whether the way between them is turned round, (n, m, m)."""
-    rest = experiment.fiducials_rest
-    at_rest, now = rest[:, None] - rest, experiment.fiducials[:, :, None] - experiment.fiducials[:, None]
-    return np.asarray(np.einsum("nabi,abi->nab", np.nan_to_num(now), at_rest) < 0.0)
+    """Tell of each row and pair of beads whether the way between them is turned round, (n, m, m).
+
+    Then they lie nearer to each other's rest positions; of one that is seen alone the same is asked.
+    """
+    return _saved(experiment.fiducials, experiment.fiducials_rest[None]) > 0.0
 
 
 def _gain(readings: Readings) -> FloatArray:
     """Return by how much exchanging beads a and b lowers the sum of squares of a row, (n, m, m), m²."""
-    apart = readings.experiment.fiducials[:, :, None] - readings.fiducials[:, None]
+    return _saved(readings.experiment.fiducials, readings.fiducials)
+
+
+def _saved(seen: FloatArray, expected: FloatArray) -> FloatArray:
+    """Return the same of beads seen (n, m, 3) where others are expected; one that is not seen counts for nothing."""
+    apart = seen[:, :, None] - expected[:, None]
     squares = np.nan_to_num(apart**2, nan=0.0).sum(axis=-1)
     own = np.einsum("naa->na", squares)
-    return own[:, :, None] + own[:, None] - squares - squares.transpose(0, 2, 1)
+    return np.asarray(own[:, :, None] + own[:, None] - squares - squares.transpose(0, 2, 1))
 
 
 def _largest(gain: FloatArray) -> tuple[int, float, float]:
