@@ -58,13 +58,12 @@ from estimator.effects.vision.camera_rotation import CAMERA_ROTATION
 from estimator.effects.vision.camera_scale import CAMERA_SCALE
 from estimator.effects.vision.fiducial_mislabel import (
     FiducialMislabel,
-    FiducialMislabelFromShare,
-    FiducialMislabelInEach,
-    FiducialMislabelWithin,
+    FiducialMislabelWhereTurned,
 )
 from estimator.effects.vision.fiducial_misread import (
     FiducialMisread,
     FiducialMisreadFrom,
+    FiducialMisreadInPart,
     FiducialMisreadWithin,
 )
 
@@ -144,10 +143,9 @@ _VISION: tuple[Effect, ...] = (
     FiducialMisread(),
     FiducialMisreadWithin(),
     FiducialMisreadFrom(),
+    FiducialMisreadInPart(),
     FiducialMislabel(),
-    FiducialMislabelWithin(),
-    FiducialMislabelInEach(),
-    FiducialMislabelFromShare(),
+    FiducialMislabelWhereTurned(),
 )
 
 EFFECTS: tuple[Effect, ...] = (*_TISSUE, *_MOUNTING, *_SURROUNDINGS, *_MOTION, *_FORCE, *_VISION)

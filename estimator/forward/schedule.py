@@ -2,6 +2,9 @@
 
 The reported pose carries noise of a known size, and a retraction returns to poses where it has been. Rows whose
 poses agree within that noise share one state, at their mean pose: its error is smaller than that of any single row.
+That holds where states stand clear of each other. Where the noise is as large as the way between two poses, rows that
+happen to lie near each other would be taken for one, and their mean for better than it is: then poses have to agree
+the better, in the end every row by itself. So it is where less noise is there than is stated, too.
 """
 
 from dataclasses import dataclass
@@ -9,6 +12,8 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial.transform import Rotation
 
 from estimator.experiment import Experiment
@@ -19,6 +24,10 @@ IntArray = NDArray[np.int64]
 
 # Two readings of one pose differ by less than this many standard deviations of a coordinate, 999 times in 1000.
 _AGREEMENT = 6.0
+# States are clear of each other from this many times the distance on within which rows are one.
+_CLEAR = 1.5
+# So often that distance is halved at the most: what is left then agrees but for rounding.
+_HALVINGS = 20
 # A rotation counts as the motion that it gives a point at this distance from the gripper frame's origin, m.
 _LEVER_M = 0.01
 
@@ -53,23 +62,70 @@ def _schedule(positions: bytes, quaternions_wxyz: bytes, position_std: float) ->
     position = np.frombuffer(positions).reshape(-1, 3)
     rotation = Rotation.from_quat(np.frombuffer(quaternions_wxyz).reshape(-1, 4), scalar_first=True)
     quaternion = rotation.as_quat()
-    tolerance = _tolerance(position, quaternion, position_std)
-    leaders: list[int] = []
+    state_of_row = _states(position, quaternion, _AGREEMENT * position_std)
+    poses = []
+    for state in range(state_of_row.max(initial=-1) + 1):
+        rows = np.flatnonzero(state_of_row == state)
+        poses.append(GripperPose(position[rows].mean(axis=0), rotation[rows].mean()))
+    return PoseSchedule(tuple(poses), state_of_row, np.bincount(state_of_row, minlength=len(poses)))
+
+
+def _states(position: FloatArray, quaternion: FloatArray, noise: float, halved: int = 0) -> IntArray:
+    """Return the state (n,) of each row, in the order of their first rows.
+
+    Rows are one within the distance ``noise``. Those of states that are not clear of each other are parted anew by half
+    of it, where they are one only if they scatter by as little: if less noise is there than is stated.
+    """
+    state_of_row, first = _within(position, quaternion, noise)
+    doubtful = _not_clear(position[first], quaternion[first], _CLEAR * noise)
+    if halved:
+        wide = np.flatnonzero(_AGREEMENT * _scatter(position, state_of_row) > noise)
+        doubtful += [np.array([state]) for state in wide if not any(state in group for group in doubtful)]
+    for alike in doubtful if halved < _HALVINGS else ():
+        rows = np.flatnonzero(np.isin(state_of_row, alike))
+        parted = _states(position[rows], quaternion[rows], noise / 2, halved + 1)
+        state_of_row[rows] = len(position) * (1 + rows[0]) + parted
+    _, begin, number = np.unique(state_of_row, return_index=True, return_inverse=True)
+    return np.argsort(np.argsort(begin))[number]
+
+
+def _scatter(position: FloatArray, state_of_row: IntArray) -> FloatArray:
+    """Return the standard deviation (s,) of a coordinate about the mean of its state, m; 0 of a single row."""
+    rows = np.bincount(state_of_row)
+    mean = np.stack([np.bincount(state_of_row, one) for one in position.T], axis=1) / rows[:, None]
+    squares = np.bincount(state_of_row, np.sum((position - mean[state_of_row]) ** 2, axis=1))
+    return np.asarray(np.sqrt(squares / (3.0 * np.maximum(rows - 1, 1))))
+
+
+def _within(position: FloatArray, quaternion: FloatArray, tolerance: float) -> tuple[IntArray, list[int]]:
+    """Return the state (n,) of each row, the nearest within the tolerance or a new one, and the first row of each."""
+    first: list[int] = []
     state_of_row = np.empty(len(position), dtype=np.int64)
     for row in range(len(position)):
-        if leaders:
-            distances = _distance(position[leaders], quaternion[leaders], position[row], quaternion[row])
+        if first:
+            distances = _distance(position[first], quaternion[first], position[row], quaternion[row])
             nearest = int(np.argmin(distances))
             if distances[nearest] <= tolerance:
                 state_of_row[row] = nearest
                 continue
-        state_of_row[row] = len(leaders)
-        leaders.append(row)
-    poses = []
-    for state in range(len(leaders)):
-        rows = np.flatnonzero(state_of_row == state)
-        poses.append(GripperPose(position[rows].mean(axis=0), rotation[rows].mean()))
-    return PoseSchedule(tuple(poses), state_of_row, np.bincount(state_of_row, minlength=len(leaders)))
+        state_of_row[row] = len(first)
+        first.append(row)
+    return state_of_row, first
+
+
+def _not_clear(position: FloatArray, quaternion: FloatArray, distance: float) -> list[IntArray]:
+    """Return the groups, of two and more, of poses that are joined by steps shorter than the distance."""
+    near = [
+        np.flatnonzero(_distance(position[:n], quaternion[:n], position[n], quaternion[n]) < distance)
+        for n in range(len(position))
+    ]
+    later, earlier = (
+        np.repeat(np.arange(len(near)), [len(each) for each in near]),
+        np.concatenate([*near, []]),
+    )
+    joined = coo_array((np.ones(len(later)), (later, earlier.astype(np.int64))), shape=(len(near),) * 2)
+    count, group = connected_components(joined, directed=False)
+    return [np.flatnonzero(group == n) for n in range(count) if np.count_nonzero(group == n) > 1]
 
 
 def spread_states(schedule: PoseSchedule, count: int) -> list[int]:
@@ -83,13 +139,6 @@ def travel(schedule: PoseSchedule) -> FloatArray:
     """Return how far each state lies from the first, m; rotations count by their lever."""
     origin = schedule.poses[0]
     return np.array([_length(origin.increment_to(pose)) for pose in schedule.poses])
-
-
-def _tolerance(position: FloatArray, quaternion: FloatArray, position_std: float) -> float:
-    steps = _distance(position[1:], quaternion[1:], position[:-1], quaternion[:-1])
-    noise = _AGREEMENT * position_std
-    moved = steps[steps > noise]
-    return min(noise, 0.3 * float(np.median(moved))) if len(moved) else noise
 
 
 def _distance(position: FloatArray, quaternion: FloatArray, at: FloatArray, turned: FloatArray) -> FloatArray:

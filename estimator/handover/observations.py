@@ -178,6 +178,12 @@ def _bead_aside(seen: Observations, step: Step) -> Observations:
     return replace(seen, beads=beads)
 
 
+def _bead_behind(seen: Observations, step: Step) -> Observations:
+    number, beads = step["bead"], seen.beads.copy()
+    beads[:, number] -= step["share"] * (beads[:, number] - seen.stated_rest[number])
+    return replace(seen, beads=beads)
+
+
 def _beads_exchanged(seen: Observations, step: Step) -> Observations:
     rows, (first, second) = _during(seen, step), step["beads"]
     beads = seen.beads.copy()
@@ -199,5 +205,6 @@ _KINDS: dict[str, Callable[[Observations, Step], Observations]] = {
     "camera_frame": _camera_frame,
     "zero_of_beads": _zero_of_beads,
     "bead_aside": _bead_aside,
+    "bead_behind": _bead_behind,
     "beads_exchanged": _beads_exchanged,
 }

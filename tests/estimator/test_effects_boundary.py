@@ -41,7 +41,7 @@ ALL: tuple[Effect, ...] = (
     *GRAVITY_SAG,
     *SUPPORT_FRICTION,
 )
-GRIPPER, JAWS, TURNED, ORIGIN = GRASP_MISPLACEMENT
+GRIPPER, JAWS, TURNED, EXTENT, ORIGIN = GRASP_MISPLACEMENT
 
 
 def observed(problem: RetractionProblem, poses: Sequence[GripperPose]) -> list[Observation]:
@@ -133,6 +133,22 @@ def test_a_misplaced_grasp_answers_like_a_phantom_meshed_for_that_grasp(shift: t
     assert np.abs(seen.wrench - expected.wrench)[:3].max() < 0.05 * effect
     np.testing.assert_allclose(seen.fiducials, expected.fiducials, atol=1e-4)
     assert np.abs(expected.fiducials - plain.fiducials).max() > 1e-3
+
+
+@pytest.mark.parametrize("wider", [(0.003, 0.002), (-0.002, 0.004), (-0.003, -0.003)])
+def test_a_larger_or_smaller_grasp_answers_like_a_phantom_meshed_for_it(wider: tuple[float, float]) -> None:
+    grading = Grading(grasp_m=3e-3, anchor_m=8e-3, largest_m=15e-3, growth=2, layers=1)
+    stated = mesh_experiment(REFERENCE_BLOCK, grading)
+    grasp, out = REFERENCE_BLOCK.grasp, np.array([*wider, 0.0])
+    lower, upper = np.array(grasp.box.lower) - out, np.array(grasp.box.upper) + out
+    upper[0] = 0.05  # the block ends there
+    truly = replace(REFERENCE_BLOCK, grasp=Grasp(Box(tuple(lower), tuple(upper)), grasp.centre))
+    poses = pulled_from(stated.grasp_centre)
+    (plain,), (expected,) = observed(stated, poses), observed(mesh_experiment(truly, grading), poses)
+    (seen,) = observed(EXTENT.problem(stated, dict(zip(("wider_x", "wider_y"), wider, strict=True))), poses)
+    effect = np.abs(expected.wrench - plain.wrench)[:3].max()
+    assert np.abs(seen.wrench - expected.wrench)[:3].max() < 0.05 * effect
+    np.testing.assert_allclose(seen.fiducials, expected.fiducials, atol=1e-4)
 
 
 @pytest.mark.parametrize("effect", GRASP_MISPLACEMENT, ids=lambda effect: effect.name)

@@ -21,6 +21,7 @@ from estimator.diagnosis.evidence.marginal_likelihood import evidence_of_unknown
 from estimator.diagnosis.evidence.noise_floor import white_floor
 from estimator.diagnosis.evidence.posterior import log_priors
 from estimator.diagnosis.evidence.signatures import Signature
+from estimator.diagnosis.model.hypothesis import negligible_effects
 from estimator.diagnosis.model.labels import NONE, UNKNOWN
 from estimator.diagnosis.search.candidate import Candidate
 from estimator.diagnosis.search.context import Context
@@ -126,14 +127,16 @@ class ModelTable:
         """Tell whether two causes are believed, or why not.
 
         Any two explain a part of what no effect alone does: they must leave no more than noise, or less beyond it than
-        the second one explains, and where the unknown leads, less than they explain beyond that.
+        the second one explains, and where the unknown leads, less than they explain beyond that. A second one smaller
+        than anybody would care for is none.
         """
         settings = self.context.settings
         ahead, gain = pair.log_evidence - self.unknown, pair.log_evidence - one.log_evidence
         left = 0.5 * self.beyond_noise(pair)
         little = left < gain + settings.search.shared and (not unknown_leads or left < ahead)
+        negligible = any(effect.label not in one.labels for effect in negligible_effects(pair.fit.hypothesis))
         found: Standing = "believed"
-        if gain < self._asked_beside(one, pair):
+        if negligible or gain < self._asked_beside(one, pair):
             found = "explains too little"
         elif lost_on_held_out(pair.fit, self.context.baseline, settings.evidence):
             found = "foretells worse"

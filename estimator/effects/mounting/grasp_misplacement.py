@@ -21,13 +21,13 @@ class GraspMisplacement(Effect):
 
     It stood elsewhere over the tissue than registered, so that its frame's origin is shifted as well and the reported
     positions are off by as much; or the jaws alone hold another patch, shifted or turned, and the frame is where it is
-    said to be; or the patch is the stated one, and the frame's origin lies elsewhere on the jaws, which shows in turns
-    and torques.
+    said to be, or a larger or smaller patch; or the patch is the stated one, and the frame's origin lies elsewhere on
+    the jaws, which shows in turns and torques.
 
     Parameters
     ----------
     form : its name
-    amplitudes : shift and turn
+    amplitudes : shift, turn, and by how much each edge lies farther out
     patch_moves, centre_shifts : what is shifted by them, the grasped patch and the frame's origin
     """
 
@@ -47,27 +47,31 @@ class GraspMisplacement(Effect):
 
     def problem(self, problem: RetractionProblem, values: Values) -> RetractionProblem:
         """Move the grasped region in the tissue, and the origin."""
-        shift, turn = _shift(values), values.get("yaw", 0.0)
-        if not (shift.any() or turn):
+        shift, wider, turn = _along("shift", values), _along("wider", values), values.get("yaw", 0.0)
+        if not (shift.any() or wider.any() or turn):
             return problem
-        moved = with_grasp_moved(problem, shift[:2], turn) if self._patch_moves else problem
+        moved = with_grasp_moved(problem, shift[:2], turn, wider[:2]) if self._patch_moves else problem
         return replace(moved, grasp_centre=problem.grasp_centre + shift) if self._centre_shifts else moved
 
     def motion(self, motion: Motion, values: Values) -> Motion:
         """Shift the gripper frame where its origin lies elsewhere."""
-        shift = _shift(values)
+        shift = _along("shift", values)
         if not (self._centre_shifts and shift.any()):
             return motion
         return motion.moved(motion.position + shift)
 
 
-def _shift(values: Values) -> FloatArray:
-    return np.array([values.get("shift_x", 0.0), values.get("shift_y", 0.0), 0.0])
+def _along(name: str, values: Values) -> FloatArray:
+    return np.array([values.get(f"{name}_x", 0.0), values.get(f"{name}_y", 0.0), 0.0])
 
 
 _SHIFT = (
     Amplitude("shift_x", "m", scale=3e-3, smallest=2e-4, lower=-0.012, upper=0.012),
     Amplitude("shift_y", "m", scale=3e-3, smallest=2e-4, lower=-0.012, upper=0.012),
+)
+_WIDER = (
+    Amplitude("wider_x", "m", scale=1e-3, smallest=1e-4, lower=-0.004, upper=0.008),
+    Amplitude("wider_y", "m", scale=1e-3, smallest=1e-4, lower=-0.004, upper=0.008),
 )
 _YAW = Amplitude("yaw", "rad", scale=0.1, smallest=0.01, lower=-0.5, upper=0.5)
 # Where the edges of the grasp may lie while the gripper is where it is said to be.
@@ -75,5 +79,6 @@ GRASP_EDGES = (GraspMisplacement("jaws", *_SHIFT), GraspMisplacement("turned", _
 GRASP_MISPLACEMENT = (
     GraspMisplacement("gripper", *_SHIFT, centre_shifts=True),
     *GRASP_EDGES,
+    GraspMisplacement("extent", *_WIDER),
     GraspMisplacement("origin", *_SHIFT, patch_moves=False, centre_shifts=True),
 )

@@ -13,7 +13,6 @@ BoolArray = NDArray[np.bool_]
 
 ORDER = Constant("order", "1", (), 1.0, np.inf, fixed=True)
 TIME = Constant("time", "s", (), 0.0, np.inf, fixed=True)
-SHARE_OF_TIME = Constant("share_of_time", "1", (), 0.0, 1.0, fixed=True)
 
 
 def bead_constant(name: str) -> Constant:

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from estimator.effects.effect import Amplitude, Constant, Effect, Readings, Values
 from estimator.effects.shared.instants import (
     ORDER,
-    SHARE_OF_TIME,
     TIME,
     after,
     bead,
@@ -70,81 +69,69 @@ class FiducialMislabel(Effect):
 
     def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
         """Return the two beads, and the rows in which they are exchanged."""
-        return (
-            {
-                "kind": "beads_exchanged",
-                "beads": [bead(values, "first"), bead(values, "second")],
-                "share": values["exchanged"],
-                "seconds": seconds_of(experiment, self._exchanged(experiment, values)),
-            },
-        )
+        return (self._step(values, seconds_of(experiment, self._exchanged(experiment, values))),)
+
+    def _step(self, values: Values, seconds: list[float] | None) -> SensorStep:
+        return {
+            "kind": "beads_exchanged",
+            "beads": [bead(values, "first"), bead(values, "second")],
+            "share": values["exchanged"],
+            "seconds": seconds,
+        }
 
     def _exchanged(self, experiment: Experiment, values: Values) -> BoolArray:
         return after(experiment, values)
 
 
-class FiducialMislabelWithin(FiducialMislabel):
-    """Only in the experiment in which it begins: the next starts with the beads named anew."""
+class FiducialMislabelWhereTurned(FiducialMislabel):
+    """In every row in which the measured way from one bead to the other is turned round against that at rest.
 
-    form = "within_an_experiment"
+    No tissue between two beads turns by more than a quarter of a turn in a retraction: such a row shows by itself that
+    they are exchanged, in whatever rows that is so, once or now and then.
+    """
 
-    def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
-        """Return the pair and the instant whose exchange takes most off the misfit of one experiment."""
-        gains = [sums_to_the_end(_gain(each)) for each in baseline]
-        best = int(np.argmax([gain.max() for gain in gains]))
-        row, first, second = _largest(gains[best])
-        return [{"first": first, "second": second, **start_of_row([baseline[best]], row)}]
-
-    def _exchanged(self, experiment: Experiment, values: Values) -> BoolArray:
-        return after(experiment, values) & (experiment.order == round(values["order"]))
-
-
-class FiducialMislabelInEach(FiducialMislabel):
-    """In every experiment from the same time on."""
-
-    form = "in_each_experiment"
-    constants = (bead_constant("first"), bead_constant("second"), TIME)
+    form = "wherever_they_are_turned_round"
+    constants = (bead_constant("first"), bead_constant("second"))
 
     def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
-        """Return the pair and the instant whose exchange takes most off the misfit."""
-        courses = [self._course(each.experiment) for each in baseline]
-        instants = np.unique(np.concatenate(courses))
-        gain = np.zeros((len(instants), *_gain(baseline[0]).shape[1:]))
-        for course, each in zip(courses, baseline, strict=True):
-            np.add.at(gain, np.searchsorted(instants, course), _gain(each))
-        row, first, second = _largest(sums_to_the_end(gain))
-        start = 0.5 * (instants[row] + instants[row - 1]) if row else instants[0]
-        return [{"first": first, "second": second, self._instant: float(start)}]
+        """Return the pair whose exchange in such rows takes most off the misfit."""
+        gains = [(_turned_round(each.experiment) * _gain(each)).sum(axis=0) for each in baseline]
+        _, first, second = _largest(np.sum(gains, axis=0)[None])
+        return [{"first": first, "second": second}]
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the two beads once for each run of rows in which they are exchanged."""
+        exchanged = self._exchanged(experiment, values)
+        runs = np.split(np.arange(len(exchanged)), np.flatnonzero(np.diff(exchanged)) + 1)
+        return tuple(
+            self._step(values, [float(one) for one in experiment.time[run[[0, -1]]]])
+            for run in runs
+            if exchanged[run].any()
+        )
 
     def _exchanged(self, experiment: Experiment, values: Values) -> BoolArray:
-        return self._course(experiment) >= values[self._instant]
-
-    @property
-    def _instant(self) -> str:
-        return self.constants[-1].name
-
-    def _course(self, experiment: Experiment) -> FloatArray:
-        """Return (n,) in what the instant is counted."""
-        return experiment.time
+        return np.asarray(_turned_round(experiment)[:, bead(values, "first"), bead(values, "second")])
 
 
-class FiducialMislabelFromShare(FiducialMislabelInEach):
-    """In every experiment from the same share of its duration on: slow ones and quick ones are gone through alike."""
+def _turned_round(experiment: Experiment) -> BoolArray:
+    """Tell of each row and pair of beads whether the way between them is turned round, (n, m, m).
 
-    form = "from_a_share_of_each_experiment"
-    constants = (bead_constant("first"), bead_constant("second"), SHARE_OF_TIME)
-
-    def _course(self, experiment: Experiment) -> FloatArray:
-        begin, end = experiment.time[[0, -1]]
-        return (experiment.time - begin) / (end - begin)
+    Then they lie nearer to each other's rest positions; of one that is seen alone the same is asked.
+    """
+    return _saved(experiment.fiducials, experiment.fiducials_rest[None]) > 0.0
 
 
 def _gain(readings: Readings) -> FloatArray:
     """Return by how much exchanging beads a and b lowers the sum of squares of a row, (n, m, m), m²."""
-    apart = readings.experiment.fiducials[:, :, None] - readings.fiducials[:, None]
+    return _saved(readings.experiment.fiducials, readings.fiducials)
+
+
+def _saved(seen: FloatArray, expected: FloatArray) -> FloatArray:
+    """Return the same of beads seen (n, m, 3) where others are expected; one that is not seen counts for nothing."""
+    apart = seen[:, :, None] - expected[:, None]
     squares = np.nan_to_num(apart**2, nan=0.0).sum(axis=-1)
     own = np.einsum("naa->na", squares)
-    return own[:, :, None] + own[:, None] - squares - squares.transpose(0, 2, 1)
+    return np.asarray(own[:, :, None] + own[:, None] - squares - squares.transpose(0, 2, 1))
 
 
 def _largest(gain: FloatArray) -> tuple[int, float, float]:

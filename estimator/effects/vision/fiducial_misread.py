@@ -124,3 +124,32 @@ class FiducialMisreadFrom(FiducialMisread):
 
     def _misread(self, experiment: Experiment, values: Values) -> BoolArray:
         return after(experiment, values)
+
+
+class FiducialMisreadInPart(FiducialMisread):
+    """It follows its tissue in part: it slides on the skin, or the tracker clings to where it was."""
+
+    form = "follows_in_part"
+    words = "One fiducial follows the tissue only in part."
+    amplitudes = (Amplitude("share_behind", "1", scale=0.1, smallest=0.01, lower=-1.0, upper=1.0),)
+
+    def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
+        """Return the beads whose misfit shrinks most where they lag by a share of their way."""
+        along, squares = np.zeros((2, number_of_beads([each.experiment for each in baseline])))
+        for each in baseline:
+            way = each.fiducials - each.experiment.fiducials_rest
+            along += np.einsum("nbi,nbi->b", fiducial_misfit(each), way)
+            squares += np.einsum("nbi,nbi->b", way, way)
+        gain = along**2 / np.maximum(squares, np.finfo(float).tiny)
+        return [{"bead": float(number)} for number in np.argsort(-gain)[:_TRIED_BEADS]]
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Leave the bead behind."""
+        number, fiducials = bead(values, "bead"), readings.fiducials.copy()
+        way = fiducials[:, number] - readings.experiment.fiducials_rest[number]
+        fiducials[:, number] -= values["share_behind"] * way
+        return readings.with_fiducials(fiducials)
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the share of its way by which the bead is behind."""
+        return ({"kind": "bead_behind", "bead": bead(values, "bead"), "share": values["share_behind"]},)

@@ -147,15 +147,20 @@ def with_points(problem: RetractionProblem, points: FloatArray) -> RetractionPro
     return replace(problem, body=build_body(mesh, problem.body.modulus))
 
 
-def with_grasp_moved(problem: RetractionProblem, shift_m: FloatArray, turn_rad: float) -> RetractionProblem:
+def with_grasp_moved(
+    problem: RetractionProblem, shift_m: FloatArray, turn_rad: float, wider_m: FloatArray
+) -> RetractionProblem:
     """Return the problem whose grasped region lies elsewhere: shifted (2,) and turned about z at the grasp's centre.
 
-    The outline of a block, the anchors, the beads and regions of another stiffness stay where they are.
+    Each of its edges may lie farther out than stated besides, by ``wider_m`` (2,) along x and along y. The outline of a
+    block, the anchors, the beads and regions of another stiffness stay where they are.
     """
     first, second = tapers(problem)
     off_anchors = OffAnchors.of(problem)
+    lower, upper = grasp_box(problem)[:, :2]
 
     def motion(points: FloatArray) -> FloatArray:
+        outward = wider_m * np.clip((2.0 * points[:, :2] - lower - upper) / (upper - lower), -1.0, 1.0)
         arms = points[:, :2] - problem.grasp_centre[:2]
         cosine, sine = np.cos(turn_rad), np.sin(turn_rad)
         rigid = shift_m + arms @ (np.array([[cosine, sine], [-sine, cosine]]) - np.eye(2))
@@ -166,8 +171,8 @@ def with_grasp_moved(problem: RetractionProblem, shift_m: FloatArray, turn_rad: 
         slide_x = np.tan(turn_rad) * (along_y - across_y) * rigid[:, 1]
         slide_y = -np.tan(turn_rad) * (along_x - across_x) * rigid[:, 0]
         moved: FloatArray = np.zeros_like(points)
-        moved[:, 0] = across_x * (along_y * rigid[:, 0] + slide_x)
-        moved[:, 1] = across_y * (along_x * rigid[:, 1] + slide_y)
+        moved[:, 0] = across_x * (along_y * (rigid[:, 0] + outward[:, 0]) + slide_x)
+        moved[:, 1] = across_y * (along_x * (rigid[:, 1] + outward[:, 1]) + slide_y)
         return moved * off_anchors(points)[:, None]
 
     moved = _with_motion(problem, motion(problem.body.mesh.points))

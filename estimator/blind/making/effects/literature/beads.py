@@ -83,9 +83,9 @@ def _stuck(random: Random, size: float, base: Mechanics) -> Drawn:
 
 FORMS: dict[str, tuple[Form, ...]] = {
     "fiducial_mislabel": (
-        Form("for_a_while", _mixed_up("for_a_while"), (1.0, 1.0), family="far", beads=2),
+        Form("for_a_while", _mixed_up("for_a_while"), (1.0, 1.0), family="exact", beads=2),
         Form("three_in_a_ring", _mixed_up("three_in_a_ring"), (1.0, 1.0), family="far", beads=3),
-        Form("now_and_then", _mixed_up("now_and_then"), (1.0, 1.0), family="far", beads=2),
+        Form("now_and_then", _mixed_up("now_and_then"), (1.0, 1.0), family="exact", beads=2),
         Form(
             "from_a_later_experiment_on",
             _mixed_up("from_a_later_experiment_on"),
@@ -99,6 +99,6 @@ FORMS: dict[str, tuple[Form, ...]] = {
         Form("with_the_pull", _misread("with_the_pull"), (0.05, 6.0), family="far", beads=2),
         Form("towards_another", _misread("towards_another"), (0.05, 8.0), family="near", beads=2),
         Form("two_beads", _misread("two_beads"), (0.05, 6.0), family="far", beads=2),
-        Form("follows_in_part", _stuck, (0.05, 8.0), family="far", beads=1),
+        Form("follows_in_part", _stuck, (0.05, 8.0), family="exact", beads=1),
     ),
 }

@@ -202,7 +202,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
         Form("tilting", _flexing("tilting"), (0.02, 5.0), family="exact"),
     ),
     "grasp_misplacement": (
-        Form("other_extent", _other_extent, (0.1, 3.0), family="far", block=True),
+        Form("other_extent", _other_extent, (0.1, 3.0), family="exact", block=True),
         Form("wrong_origin", _wrong_origin, (0.02, 6.0), family="exact"),
         Form("one_side", _corner, (0.1, 2.3), family="near", block=True),
     ),
