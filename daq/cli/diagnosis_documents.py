@@ -6,8 +6,8 @@ from typing import Any
 
 from daq.versions import package_versions
 from estimator.diagnosis.conclusions.as_json import as_json
+from estimator.diagnosis.noise.refinement import grading_of
 from estimator.diagnosis.result import Diagnosis
-from estimator.diagnosis.search.baseline import grading_of
 from estimator.experiment import Experiment
 from estimator.fit.settings import FitSettings
 from estimator.forward.meshing import surface_notes

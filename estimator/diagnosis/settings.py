@@ -74,18 +74,18 @@ class NoiseSettings:
         0.7, "1", "the scatter of a row, known from few beads, counts beyond noise from this share on"
     )
     mesh_share_apart: float = calibrated(
-        0.2, "1", "of the mesh's correction left for each channel apart, at the most"
+        0.2, "1", "of the mesh's correction left for each channel of a block apart, at the most"
     )
     mesh_share_together: float = calibrated(
-        0.3, "1", "of the mesh's correction left for all channels of a kind, at the most"
+        0.3, "1", "of the mesh's correction left for all channels of a kind of a block, at the most"
     )
     mesh_share_beside_rim: float = calibrated(
-        0.5, "1", "of the largest correction of a bead beside the rim of the grasp, at the most"
+        0.5, "1", "of the largest correction of a block's bead beside the rim of the grasp, at the most"
     )
-    beside_rim_m: float = calibrated(6e-3, "m", "from the grasp: beads so near feel its singular rim")
+    beside_rim: float = calibrated(3.0, "elements", "from the grasp: beads so near feel its singular rim")
     waves_beside_rim: int = budget(4, "1", "shapes along the gripper's way of what meshes leave there")
-    edge_shift_m: float = calibrated(
-        2e-6, "m", "times 1 / (1 - 2 nu): by what a mesh shifts the edges of the grasp"
+    edge_shift: float = calibrated(
+        0.004, "elements", "times 1 / (1 - 2 nu): by what the finer mesh shifts the edges of the grasp"
     )
     largest_ratio_of_edges: float = calibrated(0.48, "1", "no clean case was nearer to incompressible")
     from_rest: float = definition(0.1, "1", "share of the way from which on a bead may stand aside in full")

@@ -1,6 +1,6 @@
 """The mesh of an experiment, coarse or fine, and which of its nodes are held."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -33,6 +33,7 @@ from estimator.surfaces.surface import Surface
 
 BoolArray = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]
+Mesher = Callable[[Surface, Mapping[str, Region], EdgeLengths], TissueMesh]
 
 # On the paper's block, force within 0.2 % and fiducials within 20 µm of the converged solution.
 DEFAULT_GRADING = Grading(grasp_m=1e-3, anchor_m=3e-3, largest_m=12e-3, growth=2.0, layers=1)
@@ -224,7 +225,10 @@ def surface_notes(experiment: Experiment, grading: Grading = DEFAULT_GRADING) ->
 
 
 def surface_problem(
-    experiment: Experiment, surface: Surface, grading: Grading = DEFAULT_GRADING
+    experiment: Experiment,
+    surface: Surface,
+    grading: Grading = DEFAULT_GRADING,
+    meshed: Mesher = tissue_mesh,
 ) -> RetractionProblem:
     """Mesh a surface with tetrahedra and pose the retraction that an experiment states.
 
@@ -235,7 +239,7 @@ def surface_problem(
     """
     regions = held_regions(experiment, surface)
     lengths = edge_lengths(surface, regions, grading, experiment.phantom.regions)
-    tissue = tissue_mesh(surface, regions, lengths)
+    tissue = meshed(surface, regions, lengths)
     _check_sliding_on_faces(experiment, tissue)
     anchors = [nodes for name, nodes in tissue.held.items() if name.startswith(_ANCHOR)]
     rollers = [

@@ -19,6 +19,7 @@ from estimator.geometry.fitting import fitted
 from estimator.geometry.grading import EdgeLengthField, EdgeLengths
 from estimator.geometry.holds import HeldSurface, Region, hold_regions
 from estimator.geometry.quality import MeshQuality, check_quality, measure_quality
+from estimator.geometry.subdivision import halved_cells
 from estimator.geometry.tetwild import ENVELOPE, tetrahedra_around
 from estimator.surfaces.decimation import collapsed
 from estimator.surfaces.queries import inside, nearest
@@ -76,6 +77,32 @@ def tetrahedralise(surface: Surface, regions: Mapping[str, Region], lengths: Edg
     points, cells = _compressed(points, cells[_in_tissue(body, points[cells].mean(axis=1))])
     _, held = _boundary(body, points, cells)
     points, cells = refine(points, cells, EdgeLengthField(points, held, lengths))
+    return _on_body(points, cells, body, surface, lengths)
+
+
+def halved(
+    tissue: TissueMesh, surface: Surface, regions: Mapping[str, Region], lengths: EdgeLengths
+) -> TissueMesh:
+    """Return a mesh of tetrahedra of half the size, within those of a mesh but for the skin, which they follow closer.
+
+    Parameters
+    ----------
+    tissue : the mesh that was made of the others, as :func:`tetrahedralise` does
+
+    Raises
+    ------
+    InputError
+        The result is bad.
+    """
+    body = hold_regions(surface, regions, reach_m=lengths.largest_m)
+    points = tissue.mesh.points
+    return _on_body(points, halved_cells(points, tissue.mesh.cells), body, surface, lengths)
+
+
+def _on_body(
+    points: FloatArray, cells: IntArray, body: HeldSurface, surface: Surface, lengths: EdgeLengths
+) -> TissueMesh:
+    """Move the boundary onto the body, judge the mesh, and raise it to second order."""
     free, held = _boundary(body, points, cells)
     points = fitted(points, cells, free, held, body)
     quality = measure_quality(points, cells, free, held, body, _SPACING * lengths.largest_m)

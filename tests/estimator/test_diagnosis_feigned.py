@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from bare_contexts import bare_context, no_error_in
 from numpy.typing import NDArray
+from retraction_cases import SMALL_BLOCK
 
 from estimator.diagnosis.evidence.discrepancy import Discrepancy
 from estimator.diagnosis.evidence.feigned import feigned_evidence
@@ -51,7 +52,7 @@ def measured_with(
     white = Whitening(seen, deviation, np.zeros(CHANNELS), np.zeros((seen.size, 0)), np.zeros(0))
     none = typing.cast(RetractionProblem, None)
     left_of_meshes = replace(AT_MOST, elsewhere=left)
-    case = Case((), none, (), (correction,), (white,), errors_left=left_of_meshes)
+    case = Case((SMALL_BLOCK,), none, (), (correction,), (white,), errors_left=left_of_meshes)
     base = Linearisation(
         MATERIAL,
         free_parameters(MATERIAL),

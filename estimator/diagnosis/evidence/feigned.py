@@ -30,6 +30,7 @@ from estimator.diagnosis.evidence.discrepancy import ModelError, forgiven, momen
 from estimator.diagnosis.evidence.floors import log_evidence
 from estimator.diagnosis.evidence.marginal_likelihood import priors_within_a_step
 from estimator.diagnosis.fitting.case import Case, Linearisation
+from estimator.diagnosis.noise.refinement import refinement_of
 from estimator.effects.effect import Effect
 from estimator.inference.free_parameter import prior_information
 from estimator.inference.laplace import log_mean
@@ -93,7 +94,8 @@ def _raised(base: Linearisation, gram: FloatArray, variance: float) -> float:
 def _variance_along(case: Case, change: Sequence[FloatArray]) -> float:
     """Return the variance of what meshes may have left along a whitened change (r, 1) of each experiment."""
     settings = case.settings.noise
-    share = settings.mesh_share_apart * case.errors_left.elsewhere / np.sqrt(settings.waves_beside_rim)
+    apart = refinement_of(case.experiments[0]).share_left(settings.mesh_share_apart)
+    share = apart * case.errors_left.elsewhere / np.sqrt(settings.waves_beside_rim)
     sources = _sources(case.corrections[0].shape[1])
     left, seen = np.zeros((2, sources.max() + 1))
     for whitening, correction, columns in zip(case.whitenings, case.corrections, change, strict=True):

@@ -65,7 +65,7 @@ def most_probable_noise(cases: CaseLeaving, case: Case, fit: Linearisation) -> C
 
     beads = len(case.experiments[0].fiducials_rest)
     likely = at_rest(ErrorsLeft(usual, (usual,) * beads, usual))
-    beside = [beads_beside_rim(experiment, settings.beside_rim_m) for experiment in case.experiments]
+    beside = [beads_beside_rim(experiment, settings) for experiment in case.experiments]
     for bead in sorted(set().union(*beside)):
         before, after = likely.beside_rim[:bead], likely.beside_rim[bead + 1 :]
         likely = max(

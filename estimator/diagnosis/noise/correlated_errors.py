@@ -19,6 +19,7 @@ from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import Mechanics
 from estimator.diagnosis.noise.errors_left import AT_MOST, ErrorsLeft
 from estimator.diagnosis.noise.estimation import Noise
+from estimator.diagnosis.noise.refinement import Refinement, refinement_of
 from estimator.diagnosis.sensitivity.perturbation import Perturbation
 from estimator.diagnosis.sensitivity.readings import derivatives, derivatives_by_pose
 from estimator.diagnosis.settings import NoiseSettings
@@ -121,7 +122,9 @@ def correlated_errors_of(
         always.append(at_grasp)
     # The correction's course is not that of what is left of it: a bead may stand aside throughout. At rest it stands
     # where it is on every mesh, but its stated place may be off by what is usual for the beads.
-    aside = np.where(by_wrench, 0.0, settings.mesh_share_apart * np.sqrt(np.mean(correction**2, axis=0)))
+    refinement = refinement_of(experiment)
+    apart = refinement.share_left(settings.mesh_share_apart)
+    aside = np.where(by_wrench, 0.0, apart * np.sqrt(np.mean(correction**2, axis=0)))
     usual = float(np.median(aside[6:])) if count > 6 else 0.0
     from_rest = np.where(by_wrench, 0.0, np.minimum(aside, usual))
     under_way = np.minimum(share_of_way(experiment) / settings.from_rest, 1.0)
@@ -129,8 +132,8 @@ def correlated_errors_of(
     elsewhere = among_values(
         in_all_rows(from_rest),
         under_way[:, None, None] * np.diag(np.sqrt(aside**2 - from_rest**2)),
-        settings.mesh_share_apart * correction[:, :, None] * np.eye(count),
-        settings.mesh_share_together * together,
+        apart * correction[:, :, None] * np.eye(count),
+        refinement.share_left(settings.mesh_share_together) * together,
     )
     at_rest = among_values(in_all_rows(np.where(by_wrench, 0.0, noise.rest_deviation * deviation)))
     beside_rim = {
@@ -149,10 +152,15 @@ def share_of_way(experiment: Experiment) -> FloatArray:
     return np.asarray(way / max(float(way.max()), np.finfo(float).tiny))
 
 
-def beads_beside_rim(experiment: Experiment, near_m: float) -> list[int]:
-    """Return the numbers of the beads that are nearer to the grasp than ``near_m``: its rim tells on them."""
+def beside_rim_m(experiment: Experiment, settings: NoiseSettings) -> float:
+    """Return how near to the grasp, m, beads feel its singular rim: within so many elements of the mesh."""
+    return settings.beside_rim * refinement_of(experiment).rim_m
+
+
+def beads_beside_rim(experiment: Experiment, settings: NoiseSettings) -> list[int]:
+    """Return the numbers of the beads that are so near to the grasp that its rim tells on them."""
     distance = experiment.grasp.box.distance(experiment.fiducials_rest)
-    return [int(bead) for bead in np.flatnonzero(distance < near_m)]
+    return [int(bead) for bead in np.flatnonzero(distance < beside_rim_m(experiment, settings))]
 
 
 def left_beside_rim(
@@ -169,10 +177,11 @@ def left_beside_rim(
     back = np.maximum.accumulate(share) - share
     waves = np.column_stack([waves / np.sqrt(settings.waves_beside_rim), back])
     rows, count = correction.shape
+    of_largest = refinement_of(experiment).share_left(settings.mesh_share_beside_rim)
     found = {}
-    for bead in beads_beside_rim(experiment, settings.beside_rim_m):
+    for bead in beads_beside_rim(experiment, settings):
         own = slice(6 + 3 * bead, 9 + 3 * bead)
-        size = settings.mesh_share_beside_rim * np.linalg.norm(correction[:, own], axis=1).max()
+        size = of_largest * np.linalg.norm(correction[:, own], axis=1).max()
         directions = np.zeros((rows, count, 3, waves.shape[1]))
         directions[:, own] = size * np.eye(3)[None, :, :, None] * waves[:, None, None, :]
         found[bead] = directions.reshape(rows, count, -1)
@@ -192,7 +201,8 @@ def left_at_grasp(
     mechanics : of each experiment, solved under the hypothesis
     corrections : of the discretisation, (n, c) each
     """
-    aside = edge_deviation(hypothesis, settings)
+    experiment = mechanics[0].solution.load_steps.experiment
+    aside = edge_deviation(hypothesis, refinement_of(experiment), settings)
     steps, units = [], []
     for form in GRASP_EDGES:
         null = hypothesis.with_effect(form, {amplitude.name: 0.0 for amplitude in form.amplitudes})
@@ -216,11 +226,11 @@ def edge_lever(grasp: Box) -> float:
     return float(np.mean([along_x, along_y]) / np.sqrt(12.0))
 
 
-def edge_deviation(hypothesis: Hypothesis, settings: NoiseSettings) -> float:
+def edge_deviation(hypothesis: Hypothesis, refinement: Refinement, settings: NoiseSettings) -> float:
     """Return by how much meshes act as if the edges of the grasp lay aside, one standard deviation in m.
 
     Strains are singular there, the more so the less the tissue can be compressed. Where something is amiss the
     baseline's ν may be far off.
     """
     ratio = min(hypothesis.poisson_ratio, settings.largest_ratio_of_edges)
-    return settings.edge_shift_m / (1.0 - 2.0 * ratio)
+    return settings.edge_shift * refinement.finer_rim_m / (1.0 - 2.0 * ratio)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +12,11 @@ from estimator.diagnosis.model.load_steps import load_steps_of
 from estimator.diagnosis.model.solution import Mechanics
 from estimator.experiment import Experiment
 from estimator.fem.boundary.motion import GripperPose
-from estimator.fem.discretisation.block_mesh import Grading
+from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.newton import EquilibriumSolver
 from estimator.fem.equilibrium.observation import observe
 from estimator.fem.equilibrium.settling import settled
 from estimator.fem.terms.term import Memoryless
-from estimator.forward.meshing import mesh_experiment
 from estimator.forward.schedule import schedule_poses, spread_states
 from estimator.inference.channels import predicted_channels
 from estimator.inference.discretisation import NEWTON_ON_FINER_MESH, change_along, smooth
@@ -54,13 +53,16 @@ def poses_at_rest_and_few(mechanics: Mechanics, count: int) -> dict[int, Gripper
 
 
 def channels_at(
-    experiment: Experiment, hypothesis: Hypothesis, grading: Grading, poses: Mapping[int, GripperPose]
+    experiment: Experiment,
+    hypothesis: Hypothesis,
+    meshed: Callable[[Experiment], RetractionProblem],
+    poses: Mapping[int, GripperPose],
 ) -> dict[int, FloatArray]:
     """Return the channels (c,), N, N·m and m, of states at their poses on a mesh, under all that does not remember.
 
     Parameters
     ----------
-    grading : of the mesh
+    meshed : poses the retraction of the experiment on a mesh
     poses : by the numbers of the states, in the order in which they are solved
 
     Raises
@@ -68,7 +70,7 @@ def channels_at(
     SolverError
         A pose has no equilibrium.
     """
-    problem, material = hypothesis.problem(mesh_experiment(experiment, grading)), hypothesis.material()
+    problem, material = hypothesis.problem(meshed(experiment)), hypothesis.material()
     terms = tuple(term for term in hypothesis.terms(problem, experiment) if isinstance(term, Memoryless))
     solver = EquilibriumSolver(problem, NEWTON_ON_FINER_MESH)
     found, state = {}, settled(solver, material)

@@ -20,6 +20,7 @@ from estimator.diagnosis.model.setup import Setup
 from estimator.diagnosis.model.solution import Mechanics, mechanics_of, solve_case
 from estimator.diagnosis.noise.correlated_errors import (
     CorrelatedErrors,
+    beside_rim_m,
     correlated_errors_of,
     edge_deviation,
     left_at_grasp,
@@ -35,6 +36,7 @@ from estimator.diagnosis.noise.discretisation import (
 from estimator.diagnosis.noise.errors_left import AT_MOST
 from estimator.diagnosis.noise.estimation import Noise, noise_of, with_offsets_of
 from estimator.diagnosis.noise.outliers import without_outliers
+from estimator.diagnosis.noise.refinement import measured_on, refinement_of, solved_on
 from estimator.diagnosis.search.candidate import Candidate
 from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.search.rough_fit import rough_fit
@@ -42,19 +44,12 @@ from estimator.diagnosis.settings import DiagnosisSettings, NoiseSettings
 from estimator.errors import SolverError
 from estimator.experiment import Experiment, check_same_mounting
 from estimator.experiment.as_modelled import as_modelled
-from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.equilibrium.morph import beads_from_grasp
 from estimator.fit.settings import FitSettings
-from estimator.forward.meshing import DEFAULT_GRADING, FINE_GRADING, mesh_experiment
 from estimator.inference.channels import measured_rows
 from estimator.inference.material_parameters import POISSON_RATIO
 
 FloatArray = NDArray[np.float64]
-
-# A third of the default's cost; what it misses is corrected for at the fitted baseline.
-GRADING = Grading(grasp_m=2e-3, anchor_m=6e-3, largest_m=15e-3, growth=2.5, layers=1)
-# Tetrahedra follow a curved skin by small elements, so that an organ has ten times the nodes of a block.
-_LARGEST_IN_SURFACE_M = 22e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,17 +72,6 @@ class Preparation:
     at_grasp: tuple[FloatArray, ...]
     corrected_at: Hypothesis
     cases: CaseLeaving
-
-
-def grading_of(experiment: Experiment) -> Grading:
-    """Return the grading of the mesh on which hypotheses about an experiment's phantom are solved."""
-    of_block = experiment.phantom.surface is None
-    return replace(GRADING, largest_m=GRADING.largest_m if of_block else _LARGEST_IN_SURFACE_M)
-
-
-def _measuring_grading(experiment: Experiment) -> Grading:
-    """Return that of the mesh on which the error of the former is measured."""
-    return FINE_GRADING if experiment.phantom.surface is None else DEFAULT_GRADING
 
 
 def prepare(
@@ -115,7 +99,7 @@ def prepare(
             channels_at,
             experiment,
             rough,
-            _measuring_grading(experiment),
+            measured_on,
             few_poses(experiment, settings.noise.corrected_states),
         )
         for experiment in ordered
@@ -170,10 +154,10 @@ def corrected_at(preparation: Preparation, fit: Linearisation, executor: Executo
                 channels_at,
                 experiment,
                 hypothesis,
-                grading,
+                meshed,
                 poses_at_rest_and_few(mechanics, settings.corrected_states),
             )
-            for grading in (grading_of(experiment), _measuring_grading(experiment))
+            for meshed in (solved_on, measured_on)
         ]
         for experiment, mechanics in zip(case.experiments, fit.mechanics, strict=True)
     ]
@@ -185,7 +169,11 @@ def corrected_at(preparation: Preparation, fit: Linearisation, executor: Executo
         correction_along(one, coarse, fine)
         for one, (coarse, fine) in zip(case.experiments, solved, strict=True)
     )
-    grown = edge_deviation(hypothesis, settings) / edge_deviation(preparation.corrected_at, settings)
+    refinement = refinement_of(case.experiments[0])
+    now, before = (
+        edge_deviation(one, refinement, settings) for one in (hypothesis, preparation.corrected_at)
+    )
+    grown = now / before
     at_grasp = tuple(grown * one for one in preparation.at_grasp)
     shared = _shared(preparation.mechanics, corrections, preparation.noise, at_grasp, settings)
     corrected = replace(case, corrections=corrections)
@@ -228,9 +216,9 @@ def _is_far(preparation: Preparation, hypothesis: Hypothesis) -> bool:
 
 def _moves_beads_at_rim(preparation: Preparation, hypothesis: Hypothesis) -> bool:
     known, settings = preparation.corrected_at, preparation.case.settings.noise
-    problem = preparation.case.problem
+    problem, experiment = preparation.case.problem, preparation.case.experiments[0]
     there, here = (beads_from_grasp(one.problem(problem)) for one in (known, hypothesis))
-    beside = np.minimum(here, there) < settings.beside_rim_m
+    beside = np.minimum(here, there) < beside_rim_m(experiment, settings)
     # Tissue 0.4 mm from the rim that had been taken for gripped left 0.2 mm, and a bead misread.
     return bool(np.any(np.abs(here - there)[beside] > settings.far_at_rim_m))
 
@@ -274,7 +262,7 @@ def _uncorrected(
     experiments: tuple[Experiment, ...], settings: DiagnosisSettings, hypothesis: Hypothesis
 ) -> tuple[Case, list[Mechanics]]:
     """Set up a case whose discretisation error is not known yet, and its mechanics under a hypothesis."""
-    problem = mesh_experiment(experiments[0], grading_of(experiments[0]))
+    problem = solved_on(experiments[0])
     zeros = tuple(np.zeros((len(e.time), 6 + 3 * len(e.fiducials_rest))) for e in experiments)
     loads = tuple(GripLoad.none(len(e.time)) for e in experiments)
     setup = Setup(experiments, problem, loads, settings=settings)

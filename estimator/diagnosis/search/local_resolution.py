@@ -11,7 +11,7 @@ import numpy as np
 from estimator.diagnosis.fitting.case import Case
 from estimator.diagnosis.fitting.parallel import solved_by
 from estimator.diagnosis.fitting.refit import refit
-from estimator.diagnosis.search.baseline import grading_of
+from estimator.diagnosis.noise.refinement import grading_of
 from estimator.diagnosis.search.candidate import Candidate, candidate_of
 from estimator.diagnosis.search.context import Context
 from estimator.errors import SolverError

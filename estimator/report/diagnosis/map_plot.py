@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Ellipse, Patch, Polygon
@@ -11,11 +12,12 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.result import Diagnosis, Trace, Where
 from estimator.effects import blocks
-from estimator.experiment import Box, PaintedPatch
+from estimator.experiment import Box, Phantom
 from estimator.report.diagnosis.quantities import percent
 from estimator.report.diagnosis.residuals import farthest_fiducials_mm
 from estimator.report.drawing.rounding import round_figure
-from estimator.report.drawing.scene import MM, around, from_above, rectangle, within_mm
+from estimator.report.drawing.scene import MM, around, rectangle, within_mm
+from estimator.report.drawing.silhouette import extent_mm, held_from_above, silhouette
 from estimator.report.drawing.within import shells_within
 from estimator.report.theme import ANCHOR, GRASP, INK, MEASURED, MUTED, PREDICTED, TRUTH
 
@@ -64,22 +66,31 @@ def _surroundings(axes: Axes, trace: Trace, where: Where) -> None:
     And cavities and regions of another stiffness, which the model has.
     """
     experiment = trace.experiment
-    half = MM * np.array(experiment.phantom.size_m) / 2
-    whole = np.stack([-half, half])
-    _outline(axes, rectangle(whole), MUTED, "", 0.0)
+    whole = extent_mm(experiment.phantom)
+    pieces = list(silhouette(experiment.phantom))
+    axes.add_collection(LineCollection(pieces, colors=MUTED, linewidths=1.4, zorder=1))
     for anchor in experiment.anchors:
-        _outline(axes, _anchored(anchor, whole), ANCHOR, _block(blocks.ANCHOR, where), 0.4)
-    _outline(axes, from_above(experiment.grasp.box, whole), GRASP, _block(blocks.GRASP, where), 0.3)
+        _outline(
+            axes, _anchored(anchor, experiment.phantom, whole), ANCHOR, _block(blocks.ANCHOR, where), 0.4
+        )
+    grasped = held_from_above(experiment.grasp.box, experiment.phantom)
+    _outline(axes, grasped, GRASP, _block(blocks.GRASP, where), 0.3)
     for shell in shells_within(experiment.phantom):
         inside = 0.12 if shell.kind == "region" else 0.0
         _outline(axes, around(MM * shell.surface.vertices[:, :2]), MUTED, shell.name, inside)
     interior = _block(blocks.INTERIOR, where)
     axes.annotate(
-        interior, (0.0, -half[1]), (0, 5), textcoords="offset points", ha="center", color=MUTED, fontsize=9
+        interior,
+        (float(whole[:, 0].mean()), float(whole[0, 1])),
+        (0, 5),
+        textcoords="offset points",
+        ha="center",
+        color=MUTED,
+        fontsize=9,
     )
-    margin = _MARGIN * half[:2]
-    axes.set_xlim(-half[0] - margin[0], half[0] + margin[0])
-    axes.set_ylim(-half[1] - margin[1], half[1] + margin[1])
+    low, high = whole + np.outer([-1, 1], _MARGIN * np.ptp(whole, axis=0) / 2)
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
 
 
 def _block(block: blocks.Block, where: Where) -> str:
@@ -87,9 +98,9 @@ def _block(block: blocks.Block, where: Where) -> str:
     return f"{block.name} {percent(probability)}" if math.isfinite(probability) else ""
 
 
-def _anchored(anchor: Box, whole: FloatArray) -> FloatArray:
-    if isinstance(anchor, PaintedPatch):
-        return from_above(anchor, whole)
+def _anchored(anchor: Box, phantom: Phantom, whole: FloatArray) -> FloatArray:
+    if phantom.surface is not None:
+        return held_from_above(anchor, phantom)
     return rectangle(_at_least(within_mm(anchor, whole), whole[1]))
 
 

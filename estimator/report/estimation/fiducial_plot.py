@@ -2,6 +2,7 @@
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
@@ -12,7 +13,8 @@ from estimator.fit.result import ExperimentFit
 from estimator.report.channels import fiducial_residual, root_mean_square
 from estimator.report.drawing.marks import plot_measured, shade_phases
 from estimator.report.drawing.rounding import round_figure
-from estimator.report.drawing.scene import MM, around, farthest_row, from_above, rectangle
+from estimator.report.drawing.scene import MM, around, farthest_row
+from estimator.report.drawing.silhouette import held_from_above, silhouette
 from estimator.report.drawing.within import shells_within
 from estimator.report.page import SWITCHED
 from estimator.report.theme import ANCHOR, GRASP, INK, MUTED, PREDICTED
@@ -106,12 +108,10 @@ def _names(axes: Axes, places: FloatArray) -> None:
 
 def _surroundings(axes: Axes, experiment: Experiment) -> None:
     """Draw the phantom, the grasp and the anchors at rest, from above, and what lies within the phantom."""
-    half = MM * np.array(experiment.phantom.size_m) / 2
-    whole = np.stack([-half, half])
-    _outline(axes, rectangle(whole), MUTED, 0.0)
+    axes.add_collection(LineCollection(list(silhouette(experiment.phantom)), colors=MUTED, linewidths=1.5))
     for anchor in experiment.anchors:
-        _outline(axes, from_above(anchor, whole), ANCHOR, 0.3)
-    _outline(axes, from_above(experiment.grasp.box, whole), GRASP, 0.3)
+        _outline(axes, held_from_above(anchor, experiment.phantom), ANCHOR, 0.3)
+    _outline(axes, held_from_above(experiment.grasp.box, experiment.phantom), GRASP, 0.3)
     for shell in shells_within(experiment.phantom):
         inside = 0.12 if shell.kind == "region" else 0.0
         _outline(axes, around(MM * shell.surface.vertices[:, :2]), MUTED, inside)

@@ -9,7 +9,8 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from estimator.experiment import Experiment
 from estimator.report.drawing.rounding import round_figure
-from estimator.report.drawing.scene import MM, around, from_above, rectangle
+from estimator.report.drawing.scene import MM, around
+from estimator.report.drawing.silhouette import held_from_above, silhouette
 from estimator.report.drawing.within import shells_within
 from gui.inks import Ink
 from gui.widgets.plots.legend import Legend
@@ -77,12 +78,10 @@ class PlanView(QWidget):
 
     def _surroundings(self, experiment: Experiment) -> None:
         self.sheet.empty()
-        half = MM * np.array(experiment.phantom.size_m) / 2
-        whole = np.stack([-half, half])
-        self._outline(rectangle(whole), "muted", 0.0)
+        self.sheet.pieces(self._plot, silhouette(experiment.phantom), Stroke("muted", 1.4))
         for anchor in experiment.anchors:
-            self._outline(from_above(anchor, whole), "anchor", 0.3)
-        self._outline(from_above(experiment.grasp.box, whole), "grasp", 0.3)
+            self._outline(held_from_above(anchor, experiment.phantom), "anchor", 0.3)
+        self._outline(held_from_above(experiment.grasp.box, experiment.phantom), "grasp", 0.3)
         for shell in shells_within(experiment.phantom):
             opacity = 0.12 if shell.kind == "region" else 0.0
             self._outline(around(MM * shell.surface.vertices[:, :2]), "muted", opacity)

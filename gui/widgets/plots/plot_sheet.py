@@ -76,6 +76,11 @@ class PlotSheet(pg.GraphicsLayoutWidget):  # type: ignore[misc]  # pyqtgraph has
         pen = pg.mkPen(self.ink(stroke.ink), width=stroke.width)
         plot.addItem(pg.PlotDataItem(parts, pen=pen, connect="pairs", antialias=True))
 
+    def pieces(self, plot: Any, pieces: FloatArray, stroke: Stroke) -> None:
+        """Draw straight pieces (k, 2, 2), in the units of the axes."""
+        pen = pg.mkPen(self.ink(stroke.ink), width=stroke.width)
+        plot.addItem(pg.PlotDataItem(pieces.reshape(-1, 2), pen=pen, connect="pairs", antialias=True))
+
     def outline(self, plot: Any, corners: FloatArray, ink: Ink, opacity: float = 0.0) -> None:
         """Draw a closed polygon (k, 2), filled so far."""
         fill = self.ink(ink)
