@@ -131,7 +131,7 @@ class FiducialMisreadInPart(FiducialMisread):
 
     form = "follows_in_part"
     words = "One fiducial follows the tissue only in part."
-    amplitudes = (Amplitude("share_behind", "1", scale=0.1, smallest=0.01, lower=-1.0, upper=1.0),)
+    amplitudes = (Amplitude("share_behind", "1", scale=0.1, smallest=0.005, lower=-1.0, upper=1.0),)
 
     def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
         """Return the beads whose misfit shrinks most where they lag by a share of their way."""
