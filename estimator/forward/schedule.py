@@ -28,6 +28,9 @@ _AGREEMENT = 6.0
 _CLEAR = 1.5
 # So often that distance is halved at the most: what is left then agrees but for rounding.
 _HALVINGS = 20
+# So many rows are parted at the most, for each may be a state that has to be solved: a motion that was recorded while
+# it went on, in thousands of rows, is followed in steps of the noise.
+_MOST_PARTED = 200
 # A rotation counts as the motion that it gives a point at this distance from the gripper frame's origin, m.
 _LEVER_M = 0.01
 
@@ -74,15 +77,17 @@ def _states(position: FloatArray, quaternion: FloatArray, noise: float, halved: 
     """Return the state (n,) of each row, in the order of their first rows.
 
     Rows are one within the distance ``noise``. Those of states that are not clear of each other are parted anew by half
-    of it, where they are one only if they scatter by as little: if less noise is there than is stated.
+    of it, where they are one only if they scatter by as little: if less noise is there than is stated. Where that would
+    be too many rows they stay as they are.
     """
     state_of_row, first = _within(position, quaternion, noise)
     doubtful = _not_clear(position[first], quaternion[first], _CLEAR * noise)
     if halved:
         wide = np.flatnonzero(_AGREEMENT * _scatter(position, state_of_row) > noise)
         doubtful += [np.array([state]) for state in wide if not any(state in group for group in doubtful)]
-    for alike in doubtful if halved < _HALVINGS else ():
-        rows = np.flatnonzero(np.isin(state_of_row, alike))
+    rows_of_groups = [np.flatnonzero(np.isin(state_of_row, alike)) for alike in doubtful]
+    few = sum(map(len, rows_of_groups)) <= _MOST_PARTED
+    for rows in rows_of_groups if few and halved < _HALVINGS else ():
         parted = _states(position[rows], quaternion[rows], noise / 2, halved + 1)
         state_of_row[rows] = len(position) * (1 + rows[0]) + parted
     _, begin, number = np.unique(state_of_row, return_index=True, return_inverse=True)

@@ -69,3 +69,10 @@ def test_states_are_numbered_by_their_first_rows(share_of_step: float, seed: int
     assert (np.diff(first) > 0).all()
     assert schedule.rows_per_state.sum() == len(TRUE_POSE)
     assert len(schedule.poses) == schedule.state_of_row.max() + 1
+
+
+def test_a_motion_in_thousands_of_rows_is_followed_in_steps_of_the_noise() -> None:
+    poses = [REST, *straight_pull(SMALL_BLOCK, 10 * STEP_M, 3000)]
+    exact = with_rows(SMALL_BLOCK, poses, np.zeros((len(poses), 6)), np.zeros((len(poses), 9, 3)))
+    schedule = schedule_poses(replace(exact, sensor=replace(exact.sensor, position_std=0.03e-3)))
+    assert 30 < len(schedule.poses) < 80
