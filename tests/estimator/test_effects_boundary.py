@@ -151,6 +151,23 @@ def test_a_larger_or_smaller_grasp_answers_like_a_phantom_meshed_for_it(wider: t
     np.testing.assert_allclose(seen.fiducials, expected.fiducials, atol=1e-4)
 
 
+def test_a_grasp_that_is_a_face_grows_along_the_face_alone() -> None:
+    grading = Grading(grasp_m=3e-3, anchor_m=8e-3, largest_m=15e-3, growth=2, layers=1)
+
+    def end_face(wider_y: float) -> RetractionProblem:
+        (_, *low), (_, *high) = REFERENCE_BLOCK.grasp.box.lower, REFERENCE_BLOCK.grasp.box.upper
+        box = Box((0.05, low[0] - wider_y, low[1]), (0.05, high[0] + wider_y, high[1]))
+        grasp = Grasp(box, (0.05, *REFERENCE_BLOCK.grasp.centre[1:]))
+        return mesh_experiment(replace(REFERENCE_BLOCK, grasp=grasp), grading)
+
+    stated = end_face(0.0)
+    poses = pulled_from(stated.grasp_centre)
+    (plain,), (expected,) = observed(stated, poses), observed(end_face(0.002), poses)
+    (seen,) = observed(EXTENT.problem(stated, {"wider_x": 0.003, "wider_y": 0.002}), poses)
+    effect = np.abs(expected.wrench - plain.wrench)[:3].max()
+    assert np.abs(seen.wrench - expected.wrench)[:3].max() < 0.05 * effect
+
+
 @pytest.mark.parametrize("effect", GRASP_MISPLACEMENT, ids=lambda effect: effect.name)
 def test_beads_rest_where_they_were_seen_when_the_mesh_is_moved(effect: Effect) -> None:
     values = {amplitude.name: 1.5 * amplitude.scale for amplitude in effect.amplitudes}

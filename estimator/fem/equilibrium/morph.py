@@ -158,9 +158,11 @@ def with_grasp_moved(
     first, second = tapers(problem)
     off_anchors = OffAnchors.of(problem)
     lower, upper = grasp_box(problem)[:, :2]
+    # A grasp that is a face has no edges along its normal: nothing of it lies farther out there.
+    extent = np.where(upper > lower, upper - lower, np.inf)
 
     def motion(points: FloatArray) -> FloatArray:
-        outward = wider_m * np.clip((2.0 * points[:, :2] - lower - upper) / (upper - lower), -1.0, 1.0)
+        outward = wider_m * np.clip((2.0 * points[:, :2] - lower - upper) / extent, -1.0, 1.0)
         arms = points[:, :2] - problem.grasp_centre[:2]
         cosine, sine = np.cos(turn_rad), np.sin(turn_rad)
         rigid = shift_m + arms @ (np.array([[cosine, sine], [-sine, cosine]]) - np.eye(2))
