@@ -12,8 +12,9 @@ from published_gaps import BENCH_OFF, NARROWER, SOFTER, KnownMap, planted
 from estimator.errors import InputError
 from estimator.studies.published_gap.candidate import Candidate, Size
 from estimator.studies.published_gap.candidates import CANDIDATES
+from estimator.studies.published_gap.composition import Part, in_turn, together
 from estimator.studies.published_gap.diagnosis import GapDiagnosis, Ranking, Withheld, withheld_parts
-from estimator.studies.published_gap.learning import Check, ResponseMap, together
+from estimator.studies.published_gap.learning import Check, ResponseMap
 from estimator.studies.published_gap.paper_estimator import Readings
 from estimator.studies.published_gap.pattern import PatternModel
 from estimator.studies.published_gap.pattern_fit import PatternFit, PatternResult
@@ -244,6 +245,21 @@ def test_the_learnt_map_holds_at_a_size_that_it_was_not_learnt_from() -> None:
     assert np.all(ratio < 0.499)
     thick, _ = response.estimates([(thicker, np.array([[0.1]]))])
     np.testing.assert_allclose(thick[0] / gain, 1.1, rtol=0.03)
+
+
+@pytest.mark.parametrize("compliances", [(0.3, 1.2), (1.2, 0.3), (0.0, 2.0)])
+@pytest.mark.parametrize("thicker", [0.6, 1.0, 1.5])
+def test_springs_in_series_with_a_thicker_tissue_leave_the_force_that_they_leave(
+    compliances: tuple[float, float], thicker: float
+) -> None:
+    base = Readings(np.ones((1, 2, 4, 3)), np.ones((1, 2, 3)))
+
+    def spring(compliance: float) -> Part:
+        return Part(lambda stiffer: base.times(1 / (1 + compliance * stiffer) - 1), True)
+
+    parts = [*map(spring, compliances), Part(lambda _: base.times(np.array([thicker - 1])), False)]
+    left = thicker / (1 + thicker * sum(compliances))
+    np.testing.assert_allclose(in_turn(base, parts).force, left, rtol=1e-12)
 
 
 def test_a_size_means_the_same_in_every_tissue() -> None:

@@ -19,11 +19,12 @@ from estimator.studies.phantom_tables.layout import layout_text
 from estimator.studies.phantom_tables.own_surface import own_surface
 from estimator.studies.phantom_tables.recorded import found_of, recorded, recorded_cases
 from estimator.studies.phantom_tables.report import phantom_blocks, write_curves
+from estimator.studies.published_gap.checking.chosen import causes_named, check_map
 from estimator.studies.published_gap.diagnosis import diagnose_gap
 from estimator.studies.published_gap.published import paper_table, read_table
 from estimator.studies.published_gap.redone import redo_experiments, redone_json, redone_text
 from estimator.studies.published_gap.reporting.report import write_gap
-from estimator.studies.published_gap.reporting.telling import gap_json, gap_text
+from estimator.studies.published_gap.reporting.telling import checks_json, checks_text, gap_json, gap_text
 from estimator.studies.running.campaign import run_cases
 from estimator.studies.running.store import OutcomeStore
 from estimator.studies.tables.report import write_studies
@@ -79,6 +80,14 @@ def add_parser(verbs: Verbs) -> None:
         help=f"with {GAP}: redo the table's experiments with the leading model acting, estimated its way and ours",
     )
     parser.add_argument(
+        "--check",
+        action="append",
+        default=[],
+        metavar="CAUSE|A+B",
+        help=f"with {GAP}: simulate what the map of this cause, or of two together, is learnt from and checked on, and "
+        "tell how far it is off; repeat for several",
+    )
+    parser.add_argument(
         "--draws", type=int, default=DRAWS, metavar="N", help="of what is drawn (default: %(default)s)"
     )
 
@@ -87,6 +96,8 @@ def run(options: argparse.Namespace) -> Result:
     """Carry out the studies, and tell their tables."""
     workers = workers_of(options.scheduler, options.workers, "--workers")
     store = OutcomeStore(options.output / "cases")
+    if options.check and GAP not in options.what:
+        raise InputError(f"--check belongs to {GAP}; write retract study {GAP} --check {options.check[0]}")
     if GAP in options.what:
         return _gap(options, store, workers)
     bench = {test.phantom: test for test in map(read_bench, options.bench)}
@@ -112,6 +123,10 @@ def _gap(options: argparse.Namespace, store: OutcomeStore, workers: Workers) -> 
     if len(tables) > 1 or len(options.what) - len(tables) > 1:
         raise InputError(f"{GAP} takes one published table; name one .toml or .csv file, or none")
     table = read_table(Path(tables[0])) if tables else paper_table()
+    if chosen := causes_named(options.check):
+        with progress() as tell:
+            checks = check_map(table.set_up, chosen, (store, workers, tell))
+        return Result(checks_text(checks), {"checks": checks_json(checks)})
     with progress() as tell:
         diagnosis = diagnose_gap(table, store, workers, tell)
         redone = redo_experiments(diagnosis, store, workers, tell) if options.redo else []

@@ -25,6 +25,7 @@ class Size:
     deviation : of its prior, in its own unit; unused where ``between`` is given
     grows_with : power of E by which it is larger at the reference modulus in softer tissue's stead: 1 of a compliance,
         −1 of a force, 0 of what has no stiffness
+    at_reference_alone : whether its prior is that of what does the same at the reference modulus, in whatever tissue
     one_sided : whether it has a positive sign alone
     between : of a threshold, at whose zero no effect vanishes: the ends of its prior, even in its logarithm
     """
@@ -36,6 +37,7 @@ class Size:
     grows_with: int = 0
     one_sided: bool = True
     between: tuple[float, float] | None = None
+    at_reference_alone: bool = False
 
     def of_quantile(self, share: FloatArray) -> FloatArray:
         """Return sizes at shares (...,) of the prior's probability."""
@@ -48,13 +50,17 @@ class Size:
 
     def at_reference(self, size: FloatArray, modulus: FloatArray) -> FloatArray:
         """Return the size at the reference modulus that does the same as ``size`` in tissue of ``modulus``, Pa."""
-        scaled = size * (modulus / REFERENCE_PA) ** self.grows_with
+        scaled = size * (modulus / REFERENCE_PA) ** self._prior_grows_with
         lower = self.nodes[0] if self.between is not None else min(0.0, self.nodes[0])
         return np.clip(scaled, lower, self.nodes[-1])
 
     def in_tissue(self, at_reference: FloatArray, modulus: float) -> FloatArray:
         """Return the size in tissue of a modulus, Pa, that does what another does at the reference modulus."""
-        return np.asarray(at_reference * (modulus / REFERENCE_PA) ** -self.grows_with)
+        return np.asarray(at_reference * (modulus / REFERENCE_PA) ** -self._prior_grows_with)
+
+    @property
+    def _prior_grows_with(self) -> int:
+        return 0 if self.at_reference_alone else self.grows_with
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,14 @@ CANDIDATES: tuple[Candidate, ...] = (
         "tissue slides in the gripper beyond a force",
         "gripper_slip:gradual",
         (
-            Size("slip_per_force", "m/N at 5 kPa", (4e-3, 9e-3, 1.2e-2, 1.5e-2), 8e-3),
+            Size(
+                "slip_per_force",
+                "m/N at 5 kPa",
+                (4e-3, 9e-3, 1.2e-2, 1.5e-2),
+                8e-3,
+                1,
+                at_reference_alone=True,
+            ),
             Size("threshold", "N", (0.02, 0.06, 0.12, 0.25, 0.5), 0.0, -1, between=(0.03, 3.0)),
         ),
         direct_check="mark the tissue at the jaws and measure the mark's way against the gripper's",

@@ -16,6 +16,7 @@ from scipy.interpolate import PchipInterpolator
 
 from estimator.errors import StudyError
 from estimator.studies.published_gap.candidate import Candidate
+from estimator.studies.published_gap.composition import Part, in_turn
 from estimator.studies.published_gap.paper_estimator import (
     DEFAULT_REGION,
     LOW_DENSITY_CELLS,
@@ -34,27 +35,6 @@ FloatArray = NDArray[np.float64]
 
 # Thresholds between the simulated ones, by monotone cubics; between these, linear.
 _ALONG_THRESHOLD = 33
-
-
-def together(base: Readings, changes: Sequence[Readings]) -> Readings:
-    """Return what several changes do at once.
-
-    The part k of a change that is proportional to what is seen without any acts on all of the rest as well:
-    (1 + k₁)(1 + k₂) r + (1 + k₂) d₁ + (1 + k₁) d₂, where kᵢ r + dᵢ are the changes of r. Two causes that each take a
-    share of the force leave the product of what they leave, not the difference of what they take.
-    """
-    moved = _together(base.moved, [change.moved for change in changes])
-    return Readings(moved, _together(base.force, [change.force for change in changes]))
-
-
-def _together(base: FloatArray, changes: Sequence[FloatArray]) -> FloatArray:
-    axes = tuple(range(1, base.ndim))
-    total, scale = base, np.ones((len(base), *[1] * (base.ndim - 1)))
-    for change in changes:
-        along = np.sum(change * base, axis=axes, keepdims=True) / np.sum(base**2, axis=axes, keepdims=True)
-        total = (1 + along) * total + scale * (change - along * base)
-        scale = scale * (1 + along)
-    return total
 
 
 @dataclass(frozen=True)
@@ -158,7 +138,7 @@ class ResponseMap:
         seen = []
         for condition, alone in enumerate(free):
             base = alone.times(np.ones(count))
-            seen.append(together(base, [change.at(condition, sizes) for change, sizes in changes]))
+            seen.append(in_turn(base, [change.part(condition, sizes) for change, sizes in changes]))
         modulus, ratio = estimates(self.tables, seen, self.region)
         return modulus / REFERENCE_PA, ratio
 
@@ -232,6 +212,7 @@ class _Changes:
     axes: tuple[FloatArray, ...]
     moved: tuple[FloatArray, ...]
     force: tuple[FloatArray, ...]
+    powers: FloatArray
 
     @staticmethod
     def of(
@@ -259,8 +240,15 @@ class _Changes:
                 return grid
             return np.asarray(PchipInterpolator(np.log(axes[1]), grid, axis=1)(np.log(fine[1])))
 
-        return _Changes(
-            tuple(fine), tuple(laid(one.moved) for one in stacks), tuple(laid(one.force) for one in stacks)
+        moved, force = (
+            tuple(map(laid, each)) for each in ([s.moved for s in stacks], [s.force for s in stacks])
+        )
+        return _Changes(tuple(fine), moved, force, np.array([size.grows_with for size in candidate.sizes]))
+
+    def part(self, condition: int, sizes: FloatArray) -> Part:
+        """Return what it changes under a condition at sizes (n, s), in tissue that is so many times as stiff, (n,)."""
+        return Part(
+            lambda stiffer: self.at(condition, sizes * stiffer[:, None] ** self.powers), any(self.powers)
         )
 
     def at(self, condition: int, sizes: FloatArray) -> Readings:

@@ -49,7 +49,7 @@ def write_gap(
             if redone
             else []
         ),
-        page.table("the learnt map, checked", telling.CHECK_HEAD, telling.check_rows(diagnosis)),
+        page.table("the learnt map, checked", telling.CHECK_HEAD, telling.check_rows(diagnosis.checks)),
         page.heading("What the laboratory should do"),
         *(page.note(line) for line in proposals(diagnosis)),
         page.warnings([f"not simulated: {line}" for line in diagnosis.response.missing]),

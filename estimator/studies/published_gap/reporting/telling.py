@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from estimator.studies.published_gap.diagnosis import GapDiagnosis, Ranking, Withheld
+from estimator.studies.published_gap.learning import Check
 from estimator.studies.published_gap.pattern_fit import PatternResult
 from estimator.studies.published_gap.proposals import proposals
 from estimator.studies.published_gap.simulations import CONDITIONS
@@ -158,7 +159,7 @@ def log_density(result: PatternResult, part: Withheld) -> float:
     return float(np.logaddexp.reduce(level) - np.log(len(level)))
 
 
-def check_rows(diagnosis: GapDiagnosis) -> Rows:
+def check_rows(checks: Sequence[Check]) -> Rows:
     """Return how far the learnt map is off simulations that it was not learnt from."""
     return [
         [
@@ -167,7 +168,7 @@ def check_rows(diagnosis: GapDiagnosis) -> Rows:
             f"{100 * check.modulus_off:.2f}",
             f"{check.ratio_off:.4f}",
         ]
-        for check in diagnosis.checks
+        for check in checks
     ]
 
 
@@ -196,7 +197,7 @@ def gap_text(diagnosis: GapDiagnosis) -> str:
     add("where causes sit", PLACE_HEAD, place_rows(diagnosis.ranking))
     add("published and predicted", PATTERN_HEAD, pattern_rows(diagnosis))
     add("withheld parts", WITHHELD_HEAD, withheld_rows(diagnosis.withheld))
-    add("the learnt map beside simulations it was not learnt from", CHECK_HEAD, check_rows(diagnosis))
+    add("the learnt map beside simulations it was not learnt from", CHECK_HEAD, check_rows(diagnosis.checks))
     lines += ["", "what the laboratory should do", *(f"  {line}" for line in proposals(diagnosis))]
     lines += [f"not simulated: {line}" for line in diagnosis.response.missing]
     return "\n".join(lines)
@@ -220,7 +221,7 @@ def gap_json(diagnosis: GapDiagnosis) -> dict[str, Any]:
         "causes": ranking.by_cause,
         "places": ranking.by_place,
         "withheld": [dict(zip(WITHHELD_HEAD, row, strict=True)) for row in withheld_rows(diagnosis.withheld)],
-        "checks": [dict(zip(CHECK_HEAD, row, strict=True)) for row in check_rows(diagnosis)],
+        "checks": checks_json(diagnosis.checks),
         "proposals": proposals(diagnosis),
         "not_simulated": diagnosis.response.missing,
     }
@@ -228,3 +229,13 @@ def gap_json(diagnosis: GapDiagnosis) -> dict[str, Any]:
 
 def _share(share: tuple[float, float, float]) -> str:
     return f"{100 * share[0]:.0f} % ({100 * share[1]:.0f} to {100 * share[2]:.0f})"
+
+
+def checks_json(checks: Sequence[Check]) -> list[dict[str, str]]:
+    """Return the checks of the map for a program."""
+    return [dict(zip(CHECK_HEAD, row, strict=True)) for row in check_rows(checks)]
+
+
+def checks_text(checks: Sequence[Check]) -> str:
+    """Return the checks of the map as an aligned table."""
+    return "\n".join(aligned([list(CHECK_HEAD), *check_rows(checks)]))

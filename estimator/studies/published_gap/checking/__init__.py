@@ -1,0 +1,1 @@
+"""The learnt map held against simulations that it was not learnt from."""
