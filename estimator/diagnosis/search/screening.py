@@ -69,9 +69,13 @@ def _descending(trial: Trial) -> float:
 
 
 def can_show(effect: Effect, context: Context) -> bool:
-    """Tell whether what an effect acts on is there: the anchors, and as many beads as were seen."""
-    held = effect.group != "anchor" or bool(context.case.problem.anchored.any())
-    return held and context.beads_seen >= max(effect.fewest_beads, 1 if effect.group == "vision" else 0)
+    """Tell whether what an effect acts on is there: the anchors, a table below, and as many beads as were seen."""
+    case = context.case
+    held = effect.group != "anchor" or bool(case.problem.anchored.any())
+    lies = not effect.needs_table or case.experiments[0].environment.surface_below == "table"
+    return (
+        held and lies and context.beads_seen >= max(effect.fewest_beads, 1 if effect.group == "vision" else 0)
+    )
 
 
 def labels_without_signature(context: Context, trials: Sequence[Trial]) -> tuple[str, ...]:

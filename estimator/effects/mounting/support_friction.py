@@ -47,6 +47,7 @@ class SupportFriction(Effect):
     # left 0.0033 to a time offset.
     inexactness: ClassVar[float] = 3.5e-3
     group: ClassVar[Group] = "environment"
+    needs_table: ClassVar[bool] = True
     stage: ClassVar[Stage] = "surroundings"
     acts_on: ClassVar[tuple[Hook, ...]] = ("terms",)
     words: ClassVar[str] = "The tissue rubs on the table below it."

@@ -24,6 +24,7 @@ class OnTable(Effect):
     """An effect whose constants ``centre_x``, ``centre_y`` and ``radius``, m, are those of a circle on the table."""
 
     within_elements: ClassVar[bool] = True
+    needs_table: ClassVar[bool] = True
 
     def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
         """Return the grid, spread over the phantom's edges, without the places inside the grasp."""

@@ -17,6 +17,9 @@ from estimator.studies.published_gap.paper_estimator import Readings
 
 FloatArray = NDArray[np.float64]
 
+COMPOSED = "in turn"
+"""How causes act together, by which stored fits of pairs are told from those of another way."""
+
 
 @dataclass(frozen=True)
 class Part:

@@ -16,7 +16,7 @@ from scipy.interpolate import PchipInterpolator
 
 from estimator.errors import StudyError
 from estimator.studies.published_gap.candidate import Candidate
-from estimator.studies.published_gap.composition import Part, in_turn
+from estimator.studies.published_gap.composition import COMPOSED, Part, in_turn
 from estimator.studies.published_gap.paper_estimator import (
     DEFAULT_REGION,
     LOW_DENSITY_CELLS,
@@ -86,7 +86,7 @@ class ResponseMap:
         self.set_up = set_up
         self.region = region
         learnt = {name: outcome.row for name, outcome in outcomes.items()}
-        self._digest = sha256(repr((sorted(learnt.items()), region)).encode()).hexdigest()
+        self._digest = sha256(repr((sorted(learnt.items()), region, COMPOSED)).encode()).hexdigest()
         self._outcomes = outcomes
         self.tables: list[ResponseTable] = []
         for anchoring, motion in CONDITIONS:
@@ -105,7 +105,7 @@ class ResponseMap:
 
     @property
     def digest(self) -> str:
-        """Everything that it was learnt from, in short."""
+        """Everything that it was learnt from, and how causes act together, in short."""
         return self._digest
 
     @property
