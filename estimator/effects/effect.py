@@ -3,8 +3,7 @@
 An effect may act in six places, each a method that by default changes nothing: the tissue's material, the boundary
 value problem (geometry, anchors), the field of its stiffness, further forces on the tissue, the gripper's true motion,
 and what the sensors make of the truth. All amplitudes at their null, every method must return what it was given.
-Several usual forms (two laws, two frames) are several instances with the same label; a constant that is no amplitude
-(a relaxation time, a place) states a grid of values from which a refit starts.
+Several usual forms are several instances with one label; a constant states a grid from which a refit starts.
 """
 
 from __future__ import annotations
@@ -94,10 +93,8 @@ class Motion:
     experiment : as it was recorded
     position : (n, 3) origin of the gripper frame, tissue frame, m
     rotation : n rotations of the gripper frame, identity at rest
-    load : (n, 6) wrench of the tissue on the gripper, the mean over rows of one pose, zero in the first row: what
-        drives compliance
-    trial : (n, 6) wrench of the baseline at the reported poses with the present modulus: what would act had nothing
-        given way
+    load : (n, 6) wrench of the tissue on the gripper, which drives compliance: mean over a pose, zero in the first row
+    trial : (n, 6) wrench of the baseline at the reported poses with the present modulus, had nothing given way
     time : (n,) s
     """
 
@@ -166,7 +163,7 @@ class Effect:
     of_single_beads : whether it befalls single beads in the tissue, which no marker or board is taken for
     rate_dependent : whether the tissue changes while the gripper stands
     elaborates : form of the same label of which this one is a refinement, looked at only where that one leads
-    accident : whether it happens at one instant; such a one is looked at as well where something unknown leads
+    accident : whether it happens at one instant; it is looked at as well where something unknown leads
     mistaken_for : labels of the catalogue in whose place one without a label is looked at; none for one that always is
     terms_alike : whether it is a sum of terms that may change places: none is where a single one fits best
     keeps_pattern : whether :meth:`problem` leaves free and held nodes as they are
