@@ -9,8 +9,8 @@ import pytest
 
 from estimator.diagnosis import diagnose as diagnosing
 from estimator.diagnosis.diagnose import diagnose
+from estimator.diagnosis.noise import refinement
 from estimator.diagnosis.result import Diagnosis
-from estimator.diagnosis.search import baseline
 from estimator.effects.catalogue import Catalogue
 from estimator.errors import EstimatorError
 from estimator.experiment import Experiment
@@ -40,6 +40,6 @@ def diagnosed_at_once(
     """The diagnosis among a catalogue's causes; its discretisation error is what two gradings differ by."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(diagnosing, "worker_pool", at_once)
-        patch.setattr(baseline, "GRADING", coarse)
-        patch.setattr(baseline, "FINE_GRADING", fine)
+        patch.setattr(refinement, "GRADING", coarse)
+        patch.setattr(refinement, "FINE_GRADING", fine)
         return diagnose(experiments, catalogue=catalogue)
