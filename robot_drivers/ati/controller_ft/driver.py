@@ -163,13 +163,21 @@ class _Device:
             self._command(command)
 
     def _command(self, command: str) -> None:
-        """Send a command and wait for the prompt; what stands between echo and prompt is not documented."""
+        """Send a command and wait for its echo and the prompt; what stands between them is not documented.
+
+        What comes before the echo, a prompt among it, is left of a stream whose end came late.
+        """
         self._line.write(command.encode() + b"\r")
         reply = b""
-        while not reply.endswith(_PROMPT):
-            reply += self._line.read_exactly(1, self._settings.answer_timeout_s)
-        if command.encode() not in reply:
-            raise DeviceProtocolError(f"the controller answered {reply!r} to {command!r}, without its echo")
+        while not (reply.endswith(_PROMPT) and command.encode() in reply):
+            try:
+                reply += self._line.read_exactly(1, self._settings.answer_timeout_s)
+            except DeviceTimeoutError:
+                if not reply.endswith(_PROMPT):
+                    raise
+                raise DeviceProtocolError(
+                    f"the controller answered {reply!r} to {command!r}, without its echo"
+                ) from None
 
     def _measure_bits(self) -> int:
         """Find the size of a count from one record: it fills what lies between echo and prompt."""
