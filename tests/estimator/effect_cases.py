@@ -12,6 +12,8 @@ from estimator.effects.effect import Effect, Motion, Readings
 
 FloatArray = NDArray[np.float64]
 
+ROLL = (np.pi / 4, 0.0, 0.0)
+YAW = (0.0, 0.0, np.pi / 6)
 STIFFNESS = 100.0  # N/m, of the tissue in every motion here
 
 
@@ -45,6 +47,11 @@ def felt(motion: Motion, wrench: FloatArray | None = None) -> Readings:
     beads = motion.experiment.fiducials
     where = motion.position
     return Readings(motion.experiment, where, motion.rotation, where, load, beads, load[0], beads[0])
+
+
+def three_experiments() -> list[Readings]:
+    """The same way out and back three times, the gripper turned about z and about x in the later ones."""
+    return [felt(there_and_back(1)), felt(there_and_back(2, YAW)), felt(there_and_back(3, ROLL))]
 
 
 def measured(readings: Readings, fiducials: FloatArray) -> Readings:

@@ -348,13 +348,13 @@ def cylinder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Experiment]:
 def test_a_cylinder_between_smooth_platens_is_in_the_uniaxial_state(cylinder: Experiment) -> None:
     check_experiment(with_two_rows(cylinder))
     material, stretch = Material(NeoHookean(), 20e3, 0.45), 0.85
-    problem = mesh_experiment(cylinder, Grading(20e-3, 20e-3, 40e-3, 3.0, 1))
+    # Larger elements may leave the side so far, and in no two runs alike, that it is no cylinder within the tolerance.
+    problem = mesh_experiment(cylinder, Grading(10e-3, 10e-3, 10e-3, 3.0, 1))
     pose = GripperPose(np.array([0.0, 0.0, 0.01 - (1 - stretch) * 0.02]), Rotation.identity())
     (state,) = follow(problem, material, [pose])
     stretches, stress = homogeneous(material, 2, stretch, ())
     area = float(problem.body.volume.sum()) / 0.02
-    # The mesh follows the round side within its envelope, in no two runs alike, so that it is no perfect cylinder.
-    assert observe(problem, state).wrench[2] == pytest.approx(-stress * area, rel=5e-4)
+    assert observe(problem, state).wrench[2] == pytest.approx(-stress * area, rel=1e-4)
     middle = (problem.body.mesh.points + state.displacement).mean(axis=0) - problem.body.mesh.points.mean(
         axis=0
     )

@@ -1,6 +1,8 @@
 """The stand-alone F/T Controller: its records, its emulator, and the driver in the face of faults."""
 
+import os
 import time
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager
 
 import numpy as np
@@ -322,6 +324,39 @@ def test_a_cable_that_comes_back_costs_the_records_meanwhile():
         statistics = sensor.statistics()
     assert statistics.lost == pytest.approx(emulator.counts.unplugged / 45, abs=0.02 * 256 + 1)
     assert (np.diff(gathered(blocks, "counter")) > 50).sum() == 1
+
+
+def test_the_late_end_of_a_stream_is_no_answer_to_the_next_command():
+    far, near = os.openpty()
+    heard = []
+
+    def answer():
+        """Echo and prompt for each command; before the first echo, what was left of a stream."""
+        while (letters := os.read(far, 1)) and letters != b"\0":
+            while not letters.endswith(b"\r"):
+                letters += os.read(far, 1)
+            heard.append(letters[:-1])
+            left = ASCII_RECORD + AFTER_STREAM if letters == b"CL 1\r" else b""
+            os.write(far, left + letters[:-1] + b"\r\n>")
+
+    with ThreadPoolExecutor(1) as controller:
+        done = controller.submit(answer)
+        settings = ControllerFTSettings(
+            port=os.ttyname(near),
+            record_bits=16,
+            record_rate_hz=256.0,
+            answer_timeout_s=ANSWER_TIMEOUT_S,
+            **FAST,
+        )
+        try:
+            with closing(ControllerFT(settings)) as sensor:
+                sensor.connect()
+        finally:
+            os.write(near, b"\0")
+        done.result(60.0)
+    os.close(near)
+    os.close(far)
+    assert heard[1:3] == [b"CL 1", b"CD R"]
 
 
 def test_a_controller_that_lost_power_is_set_up_and_started_again():

@@ -125,7 +125,7 @@ def _gap(options: argparse.Namespace, store: OutcomeStore, workers: Workers) -> 
     table = read_table(Path(tables[0])) if tables else paper_table()
     if chosen := causes_named(options.check):
         with progress() as tell:
-            checks = check_map(table.set_up, chosen, (store, workers, tell))
+            checks = check_map(table.set_up, chosen, store, workers, tell)
         return Result(checks_text(checks), {"checks": checks_json(checks)})
     with progress() as tell:
         diagnosis = diagnose_gap(table, store, workers, tell)

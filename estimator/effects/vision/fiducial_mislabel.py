@@ -91,6 +91,7 @@ class FiducialMislabelWhereTurned(FiducialMislabel):
     """
 
     form = "wherever_they_are_turned_round"
+    words = "Two fiducials are mistaken for each other in some rows."
     constants = (bead_constant("first"), bead_constant("second"))
 
     def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:

@@ -42,7 +42,9 @@ def causes_named(names: Sequence[str], candidates: Sequence[Candidate] = CANDIDA
 def check_map(
     set_up: SetUp,
     chosen: Sequence[Causes],
-    run: tuple[OutcomeStore, Workers, Progress],
+    store: OutcomeStore,
+    workers: Workers,
+    progress: Progress,
     cells: tuple[int, int, int] = LOW_DENSITY_CELLS,
 ) -> list[Check]:
     """Learn the map of chosen causes, and hold it against further simulations; what is stored is not done again.
@@ -51,7 +53,7 @@ def check_map(
     ----------
     set_up : of the retractions
     chosen : a cause alone is checked at each of its ``checks``, two together at the first of each
-    run : store, workers and what is told of progress
+    store, workers, progress : where outcomes are kept, who computes them, what hears of it
     cells : of the estimator's mesh
 
     Raises
@@ -67,7 +69,7 @@ def check_map(
         *learning_cases(set_up, candidates, cells),
         *(one for both in together for one in both),
     ]
-    outcomes = run_cases(cases, *run)
+    outcomes = run_cases(cases, store, workers, progress)
     known = {case.identity: outcome for case, outcome in zip(cases, outcomes, strict=True)}
     response = ResponseMap(set_up, candidates, known, cells=cells)
     found = [check for causes in chosen if len(causes) == 1 for check in response.checks(causes[0])]
