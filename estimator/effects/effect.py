@@ -159,6 +159,7 @@ class Effect:
     amplitudes, constants : its parameters
     words : what a report says of it, one sentence
     fewest_beads : how many beads must have been seen for it to show; for any of the cameras one at least
+    fewest_experiments : how many experiments there must be for it to show
     needs_table : whether it is there only where the phantom lies on a table
     of_single_beads : whether it befalls single beads in the tissue, which no marker or board is taken for
     rate_dependent : whether the tissue changes while the gripper stands
@@ -199,6 +200,7 @@ class Effect:
     laws: ClassVar[tuple[str, ...]] = ()
     linear: ClassVar[bool] = False
     fewest_beads: ClassVar[int] = 0
+    fewest_experiments: ClassVar[int] = 1
     needs_table: ClassVar[bool] = False
     of_single_beads: ClassVar[bool] = False
     rate_dependent: ClassVar[bool] = False
@@ -243,6 +245,10 @@ class Effect:
         names = [constant.name for constant in self.constants]
         grid = itertools.product(*(constant.grid for constant in self.constants))
         return [dict(zip(names, point, strict=True)) for point in grid]
+
+    def looked_for_in(self, experiments: Sequence[Experiment]) -> Effect:
+        """Return the effect as it is looked for in these experiments: one with a size for each has as many sizes."""
+        return self
 
     def looked_for_at(self, centre: FloatArray, radius_m: float) -> Effect:
         """Return the effect as it is looked for where one that it is mistaken for lies, centre (3,) and radius in m."""
