@@ -31,12 +31,22 @@ from estimator.diagnosis.evidence.floors import log_evidence
 from estimator.diagnosis.evidence.marginal_likelihood import priors_within_a_step
 from estimator.diagnosis.fitting.case import Case, Linearisation
 from estimator.diagnosis.noise.refinement import refinement_of
+from estimator.effects.effect import Effect
 from estimator.inference.free_parameter import prior_information
 from estimator.inference.laplace import log_mean
 
 FloatArray = NDArray[np.float64]
 
 _FORCES, _WRENCH, _AXES = 3, 6, 3
+
+
+def may_be_feigned(effect: Effect) -> bool:
+    """Tell whether a mesh could do what an effect does: what moves tissue, or where cameras see it.
+
+    Beads that a mesh has a few micrometres aside look like cameras whose scale is off. No mesh makes a sensor's axes
+    leak, or its clock late.
+    """
+    return effect.acts_on_tissue or "seen" in effect.acts_on
 
 
 def feigned_evidence(

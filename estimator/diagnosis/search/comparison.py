@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from estimator.diagnosis.evidence.feigned import feigned_evidence
+from estimator.diagnosis.evidence.feigned import feigned_evidence, may_be_feigned
 from estimator.diagnosis.evidence.marginal_likelihood import (
     error_borne_out,
     evidence_of_unknown,
@@ -86,14 +86,16 @@ class Comparison:
     def feigned(self) -> float:
         """By how much the log evidence of none rises for what the model's own error could feign of one label or other.
 
-        Along each label's best change it may have erred, along one as likely as along another.
+        Along each label's best change of the tissue, or of where it is seen, it may have erred, along one as likely as
+        along another.
         """
         context, behind = self.context, 0.0
         found = dict.fromkeys((*context.catalogue.labels, UNKNOWN), 0.0)
         for one in self.candidates:
-            if len(one.labels) == 1:
+            (effect, *others), label = one.fit.hypothesis.effects, one.labels[0]
+            if may_be_feigned(effect) and not others:
                 by_mesh = feigned_evidence(context.case, context.baseline, context.error, one.fit.predicted)
-                found[one.labels[0]] = max(found[one.labels[0]], by_mesh)
+                found[label] = max(found[label], by_mesh)
         if any(found.values()):
             # None may be more probable where the noise was chosen for it than in that which suits another answer.
             behind = first_order_evidence(context.case, context.baseline, context.error) - self.none

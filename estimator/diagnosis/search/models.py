@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 
 from estimator.diagnosis.evidence.cross_validation import lost_on_held_out
-from estimator.diagnosis.evidence.feigned import feigned_evidence
+from estimator.diagnosis.evidence.feigned import feigned_evidence, may_be_feigned
 from estimator.diagnosis.evidence.lack_of_fit import rough_remainder
 from estimator.diagnosis.evidence.marginal_likelihood import evidence_of_unknown
 from estimator.diagnosis.evidence.noise_floor import white_floor
@@ -176,8 +176,11 @@ class ModelTable:
     def _asked_beside(self, one: Candidate, pair: Candidate) -> float:
         """Return what a refitted pair must gain over one of its causes: what the mesh's own error could feign added."""
         context = self.context
-        by_mesh = feigned_evidence(context.case, one.fit, context.error, pair.fit.predicted)
-        return self.asked_of_two(one, pair.labels) + by_mesh
+        further = [effect for effect in pair.fit.hypothesis.effects if effect.label not in one.labels]
+        asked = self.asked_of_two(one, pair.labels)
+        if any(map(may_be_feigned, further)):
+            asked += feigned_evidence(context.case, one.fit, context.error, pair.fit.predicted)
+        return asked
 
     def asked(self, two: Model) -> float:
         """Return by how much a model of two causes was asked to raise the log evidence."""
