@@ -11,7 +11,7 @@
 #   - `inertiagrouprange` is not heeded: geoms that are only drawn have mass.
 # Documented: "Parse the MJCF file given in input"; that anything is left out is not said. Nothing warns.
 # Why it matters: gravity compensation takes the weight of arm and tool off a measured force, and kinematics place the
-# tool. Models that come from URDF have eulerseq="XYZ"; gripper and arm are usually joined with `<include>`.
+# tool. "XYZ" is how MJCF spells the roll, pitch and yaw of URDF; arm and gripper are often joined with `<include>`.
 # Instead: give it files without these: includes pasted in, frames worked into the bodies, quaternions for angles, an
 # <inertial> in every body. Compare number of joints, mass and tool pose with MuJoCo before use.
 #
