@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 from estimator.effects.blocks import GROUPS, Group
-from estimator.effects.effect import HOOKS, OUTSIDE, STAGES, Effect
+from estimator.effects.effect import OUTSIDE, Effect
+from estimator.effects.stages import HOOKS, STAGES
 from estimator.effects.standard import EFFECTS as _STANDARD
 from estimator.effects.standard import OUTSIDERS as _STANDARD_OUTSIDERS
 from estimator.errors import InputError

@@ -11,13 +11,14 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal, get_args
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from estimator.effects.blocks import GROUPS, Block, Group
+from estimator.effects.stages import Hook, Stage
 from estimator.experiment import Experiment
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.terms.term import Term
@@ -26,13 +27,6 @@ from estimator.materials.material import Material
 FloatArray = NDArray[np.float64]
 Values = Mapping[str, float]
 
-# Where an effect comes between the tissue and the recording: effects act in this order.
-Stage = Literal["tissue", "mounting", "surroundings", "motion", "force", "vision"]
-STAGES: tuple[Stage, ...] = get_args(Stage)
-
-# The places where an effect may act: the methods that it may override.
-Hook = Literal["material", "problem", "beads", "log_modulus", "terms", "motion", "seen", "readings"]
-HOOKS: tuple[Hook, ...] = get_args(Hook)
 _HOOKS_OF_MECHANICS: frozenset[Hook] = frozenset(("material", "problem", "log_modulus", "terms", "motion"))
 
 # Label of an effect outside the catalogue, whose labels others read: a form by which something unknown is recognised.
@@ -158,7 +152,7 @@ class Effect:
     form : tells instances with one label apart; empty where there is one
     amplitudes, constants : its parameters
     words : what a report says of it, one sentence
-    fewest_beads : how many beads must have been seen for it to show; for any of the cameras one at least
+    fewest_beads, fewest_experiments : how many there must be for it to show; for any of the cameras one bead at least
     needs_table : whether it is there only where the phantom lies on a table
     of_single_beads : whether it befalls single beads in the tissue, which no marker or board is taken for
     rate_dependent : whether the tissue changes while the gripper stands
@@ -199,6 +193,7 @@ class Effect:
     laws: ClassVar[tuple[str, ...]] = ()
     linear: ClassVar[bool] = False
     fewest_beads: ClassVar[int] = 0
+    fewest_experiments: ClassVar[int] = 1
     needs_table: ClassVar[bool] = False
     of_single_beads: ClassVar[bool] = False
     rate_dependent: ClassVar[bool] = False
@@ -226,7 +221,7 @@ class Effect:
 
     @property
     def acts_on_tissue(self) -> bool:
-        """Whether it changes the mechanics or where beads sit in them, not only what the sensors make of them."""
+        """Whether it changes the mechanics or where beads sit in them."""
         return self.misreads_rest or not _HOOKS_OF_MECHANICS.isdisjoint(self.acts_on)
 
     @property
@@ -243,6 +238,10 @@ class Effect:
         names = [constant.name for constant in self.constants]
         grid = itertools.product(*(constant.grid for constant in self.constants))
         return [dict(zip(names, point, strict=True)) for point in grid]
+
+    def looked_for_in(self, experiments: Sequence[Experiment]) -> Effect:
+        """Return the effect as it is looked for in these experiments: one with a size for each has as many sizes."""
+        return self
 
     def looked_for_at(self, centre: FloatArray, radius_m: float) -> Effect:
         """Return the effect as it is looked for where one that it is mistaken for lies, centre (3,) and radius in m."""

@@ -1,7 +1,7 @@
 """The effects of this project, in the order in which they act from the tissue to the recording, and its outsiders."""
 
 from estimator.effects.effect import Effect
-from estimator.effects.force.force_axis_gain import ForceAxisGain, ForceGains
+from estimator.effects.force.force_axis_gain import ForceAxisGain, ForceAxisGainOfEach, ForceGains
 from estimator.effects.force.force_bias import ForceBias, ForceBiasInOne
 from estimator.effects.force.force_crosstalk import (
     ForceCrosstalk,
@@ -9,10 +9,10 @@ from estimator.effects.force.force_crosstalk import (
     ForcePairCrosstalk,
 )
 from estimator.effects.force.force_drift import ForceDrift
-from estimator.effects.force.force_frame_rotation import ForceFrameRotation
-from estimator.effects.force.time_offset import Filtered, TimeOffset
-from estimator.effects.force.tool_weight import ToolWeight, ToolWeightAndCentre
-from estimator.effects.force.torque_centre import TorqueCentre
+from estimator.effects.force.force_frame_rotation import ForceFrameRotation, ForceFrameRotationOfEach
+from estimator.effects.force.time_offset import Filtered, TimeOffset, TimeOffsetOfEach
+from estimator.effects.force.tool_weight import ToolWeight, ToolWeightAndCentre, ToolWeightOfEach
+from estimator.effects.force.torque_centre import TorqueCentre, TorqueCentreOfEach
 from estimator.effects.motion.gripper_compliance import (
     AxisAndRotationCompliance,
     AxisCompliance,
@@ -20,8 +20,8 @@ from estimator.effects.motion.gripper_compliance import (
     RotationCompliance,
 )
 from estimator.effects.motion.gripper_slip import CreepingSlip, GripperJump, GripperSlip, SlipByAxis
-from estimator.effects.motion.motion_direction import MotionDirection, PoseDirection
-from estimator.effects.motion.motion_scale import AxisScale, MotionScale, PoseScale
+from estimator.effects.motion.motion_direction import MotionDirection, MotionDirectionOfEach, PoseDirection
+from estimator.effects.motion.motion_scale import AxisScale, MotionScale, MotionScaleOfEach, PoseScale
 from estimator.effects.motion.robot_backlash import AxisBacklash, RobotBacklash
 from estimator.effects.mounting.anchor_compliance import ANCHOR_COMPLIANCE
 from estimator.effects.mounting.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
@@ -87,8 +87,10 @@ _MOTION: tuple[Effect, ...] = (
     MotionScale(),
     PoseScale(),
     AxisScale(),
+    MotionScaleOfEach(MotionScale()),
     MotionDirection(),
     PoseDirection(),
+    MotionDirectionOfEach(MotionDirection()),
     RobotBacklash("translation", "taken_up"),
     RobotBacklash("translation", "centred"),
     RobotBacklash("rotation", "taken_up"),
@@ -110,16 +112,20 @@ _MOTION: tuple[Effect, ...] = (
 _FORCE: tuple[Effect, ...] = (
     ToolWeight(),
     ToolWeightAndCentre(),
+    ToolWeightOfEach(ToolWeight()),
     TorqueCentre("gripper"),
     TorqueCentre("tissue"),
+    TorqueCentreOfEach(TorqueCentre("gripper")),
     ForceFrameRotation(),
     ForceFrameRotation("tissue"),
+    ForceFrameRotationOfEach(ForceFrameRotation()),
     ForceCrosstalk(),
     ForceCrosstalkInTissue(),
     ForcePairCrosstalk(),
     *(ForceAxisGain(channel) for channel in WRENCH_CHANNELS),
     ForceGains("sensor"),
     ForceGains("tissue"),
+    *(ForceAxisGainOfEach(ForceAxisGain(channel)) for channel in WRENCH_CHANNELS),
     ForceBias("sensor"),
     ForceBias("tissue"),
     *(ForceBias("sensor", channel) for channel in WRENCH_CHANNELS),
@@ -134,6 +140,8 @@ _FORCE: tuple[Effect, ...] = (
     TimeOffset("lag"),
     TimeOffset("lead"),
     Filtered(),
+    TimeOffsetOfEach(TimeOffset("lag")),
+    TimeOffsetOfEach(TimeOffset("lead")),
 )
 
 # From the beads to their recorded positions: the cameras' frame, then the tracks.

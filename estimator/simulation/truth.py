@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.effects.catalogue import default_catalogue
-from estimator.effects.effect import STAGES
+from estimator.effects.stages import STAGES
 from estimator.materials import NEO_HOOKEAN
 from estimator.materials.material import Material
 from estimator.simulation.acting import ActingEffect

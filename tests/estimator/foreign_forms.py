@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from estimator.effects.blocks import Group
-from estimator.effects.effect import Amplitude, Effect, Hook, Motion, Readings, Stage, Values
+from estimator.effects.effect import Amplitude, Effect, Motion, Readings, Values
 from estimator.effects.shared.on_table import area_on_table
+from estimator.effects.stages import Hook, Stage
 from estimator.experiment import Experiment
 from estimator.fem.assembly.body import Body, Response, forces_of_stress, nodal_forces, stiffness
 from estimator.fem.assembly.stress_kernels import first_piola, second_piola

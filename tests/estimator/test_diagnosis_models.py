@@ -1,12 +1,14 @@
 """The table of models: what two causes, or something unknown beside them, must explain to be believed."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from bare_contexts import bare_case, bare_context
 
 from estimator.diagnosis.fitting.case import Linearisation
+from estimator.diagnosis.model.free_parameters import free_parameters
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.search.candidate import Candidate
 from estimator.diagnosis.search.models import ModelTable
@@ -83,6 +85,36 @@ def test_two_causes_that_leave_more_than_they_explain_are_not_believed(
     one, pair = refitted(GRIP, evidence=100.0), refitted(GRIP, CAMERA, evidence=200.0)
     (both,) = table().with_two(one, [pair], unknown_leads=False)
     assert (both.verdict, both.explains_more) == (verdict, True)
+
+
+@pytest.mark.parametrize(
+    ("none", "first", "both", "verdict"),
+    [
+        (40.0, 20.0, 10.0, "believed"),
+        (40.0, 20.0, 21.0, "foretells worse"),  # better than no cause, yet worse than the first alone
+        (20.0, 40.0, 21.0, "foretells worse"),  # better than the first alone, yet worse than no cause
+    ],
+)
+def test_two_causes_foretell_what_is_left_out_no_worse_than_one_or_none(
+    none: float, first: float, both: float, verdict: str, told: dict[str, float]
+) -> None:
+    def seen_twice(one: Candidate, misfit: float) -> Candidate:
+        of_material, aside = np.eye(30)[:, :2], misfit * np.eye(30)[:, 2]
+        fit = replace(
+            one.fit,
+            free_parameters=free_parameters(Hypothesis(1e4, 0.45)),
+            residual=(aside, aside),
+            jacobian=(of_material, of_material),
+        )
+        return replace(one, fit=fit)
+
+    baseline = seen_twice(refitted(evidence=0.0), none)
+    one, pair = refitted(GRIP, evidence=100.0), refitted(GRIP, CAMERA, evidence=200.0)
+    context = bare_context(baseline.fit, bare_case((), (WHITE, WHITE)))
+    (model,) = ModelTable(context, 0.0, -5.0).with_two(
+        seen_twice(one, first), [seen_twice(pair, both)], unknown_leads=False
+    )
+    assert model.verdict == verdict
 
 
 def test_two_causes_that_something_unknown_comes_near_are_not_believed(told: dict[str, float]) -> None:

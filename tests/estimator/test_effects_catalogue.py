@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from estimator.effects import standard
 from estimator.effects.blocks import GROUPS, Group
 from estimator.effects.catalogue import Catalogue, default_catalogue, with_plugins
-from estimator.effects.effect import HOOKS, OUTSIDE, STAGES, Amplitude, Effect, Hook, Readings, Stage
+from estimator.effects.effect import OUTSIDE, Amplitude, Effect, Readings
 from estimator.effects.effect import Values as EffectValues
+from estimator.effects.stages import HOOKS, STAGES, Hook, Stage
 from estimator.errors import InputError
 from estimator.materials import LAWS
 from estimator.plugins import Plugin, loaded
@@ -62,7 +63,8 @@ def test_the_project_s_own_effects_come_in_the_order_in_which_they_act() -> None
     assert OWN.labels[:3] == ("strain_stiffening", "second_invariant", "viscoelasticity")
     assert OWN.labels[-2:] == ("fiducial_misread", "fiducial_mislabel")
     assert len(OWN.labels) == 32
-    assert [effect.form for effect in OWN.forms("time_offset")] == ["lag", "lead", "filtered"]
+    plain = ["lag", "lead", "filtered", "lag_of_each_experiment", "lead_of_each_experiment"]
+    assert [effect.form for effect in OWN.forms("time_offset")] == plain
     assert OWN.groups["gripper_slip"] == "grasp"
 
 

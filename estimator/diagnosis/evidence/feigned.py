@@ -41,8 +41,12 @@ _FORCES, _WRENCH, _AXES = 3, 6, 3
 
 
 def may_be_feigned(effect: Effect) -> bool:
-    """Tell whether a mesh could do what an effect does: what acts on the mechanics, not what a sensor makes of them."""
-    return effect.acts_on_tissue and not effect.misreads_rest
+    """Tell whether a mesh could do what an effect does: what moves tissue, or where cameras see it.
+
+    Beads that a mesh has a few micrometres aside look like cameras whose scale is off. No mesh makes a sensor's axes
+    leak, or its clock late.
+    """
+    return effect.acts_on_tissue or "seen" in effect.acts_on
 
 
 def feigned_evidence(

@@ -86,8 +86,8 @@ class Comparison:
     def feigned(self) -> float:
         """By how much the log evidence of none rises for what the model's own error could feign of one label or other.
 
-        Along each label's best change of the mechanics it may have erred, along one as likely as along another; a
-        sensor's own errors no mesh feigns.
+        Along each label's best change of the tissue, or of where it is seen, it may have erred, along one as likely as
+        along another.
         """
         context, behind = self.context, 0.0
         found = dict.fromkeys((*context.catalogue.labels, UNKNOWN), 0.0)

@@ -127,8 +127,8 @@ class ModelTable:
         """Tell whether two causes are believed, or why not.
 
         Any two explain a part of what no effect alone does: they must leave no more than noise, or less beyond it than
-        the second one explains, and where the unknown leads, less than they explain beyond that. A second one smaller
-        than anybody would care for is none.
+        the second one explains, and where the unknown leads, less than they explain beyond that. Experiments left
+        out are to be foretold no worse than by one alone. A second one smaller than anybody would care for is none.
         """
         settings = self.context.settings
         ahead, gain = pair.log_evidence - self.unknown, pair.log_evidence - one.log_evidence
@@ -138,7 +138,9 @@ class ModelTable:
         found: Standing = "believed"
         if negligible or gain < self._asked_beside(one, pair):
             found = "explains too little"
-        elif lost_on_held_out(pair.fit, self.context.baseline, settings.evidence):
+        elif any(
+            lost_on_held_out(pair.fit, fit, settings.evidence) for fit in (self.context.baseline, one.fit)
+        ):
             found = "foretells worse"
         elif not (ahead > settings.search.decisive and (little or self.is_whole(pair))):
             found = "leaves too much"

@@ -52,7 +52,8 @@ class Trial:
 
 def screen(context: Context, effects: Sequence[Effect]) -> list[Trial]:
     """Return the trials of all effects that can show at all their starts, the most probable first."""
-    effects = [effect for effect in effects if can_show(effect, context)]
+    experiments = context.case.experiments
+    effects = [effect.looked_for_in(experiments) for effect in effects if can_show(effect, context)]
     jobs = [
         context.executor.submit(_signatures, context.case, context.baseline, share)
         for share in _shares(effects, context.settings.search)
@@ -69,13 +70,12 @@ def _descending(trial: Trial) -> float:
 
 
 def can_show(effect: Effect, context: Context) -> bool:
-    """Tell whether what an effect acts on is there: the anchors, a table below, and as many beads as were seen."""
+    """Tell whether what an effect acts on is there: the anchors, a table below, beads and experiments enough."""
     case = context.case
+    enough = context.beads_seen >= max(effect.fewest_beads, 1 if effect.group == "vision" else 0)
     held = effect.group != "anchor" or bool(case.problem.anchored.any())
     lies = not effect.needs_table or case.experiments[0].environment.surface_below == "table"
-    return (
-        held and lies and context.beads_seen >= max(effect.fewest_beads, 1 if effect.group == "vision" else 0)
-    )
+    return held and lies and enough and len(case.experiments) >= effect.fewest_experiments
 
 
 def labels_without_signature(context: Context, trials: Sequence[Trial]) -> tuple[str, ...]:

@@ -4,6 +4,7 @@ import numpy as np
 
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 from estimator.effects.shared.axes import WRENCH_CHANNELS, Frame, changed_in
+from estimator.effects.shared.of_each_experiment import ReadingsOfEachExperiment
 from estimator.effects.shared.sensor_steps import SensorStep, linear_wrench
 from estimator.experiment import Experiment
 
@@ -66,3 +67,7 @@ class ForceGains(ForceAxisGain):
         """Return the gains."""
         gains = np.diag([1.0 + values[amplitude.name] for amplitude in self.amplitudes])
         return (linear_wrench(self._frame, gains),)
+
+
+class ForceAxisGainOfEach(ReadingsOfEachExperiment, ForceAxisGain):
+    """The gain goes with the temperature of the day."""

@@ -5,6 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 from estimator.effects.shared.axes import AXES, Frame, in_gripper_axes, in_tissue_axes, turned
+from estimator.effects.shared.of_each_experiment import ReadingsOfEachExperiment
 from estimator.effects.shared.sensor_steps import SensorStep, linear_wrench
 from estimator.experiment import Experiment
 
@@ -51,3 +52,7 @@ class ForceFrameRotation(Effect):
         mounting = Rotation.from_rotvec(np.array([values[amplitude.name] for amplitude in self.amplitudes]))
         frame: Frame = "sensor" if self._turns else "tissue"
         return (linear_wrench(frame, np.kron(np.eye(2), mounting.inv().as_matrix())),)
+
+
+class ForceFrameRotationOfEach(ReadingsOfEachExperiment, ForceFrameRotation):
+    """The sensor was fixed anew before each experiment."""

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 from estimator.effects.shared.axes import in_gripper_axes, in_tissue_axes
 from estimator.effects.shared.instants import at_other_times
+from estimator.effects.shared.of_each_experiment import ReadingsOfEachExperiment
 from estimator.effects.shared.sensor_steps import SensorStep, delay, filter_of_wrench
 from estimator.experiment import Experiment
 
@@ -72,6 +73,10 @@ class Filtered(TimeOffset):
     def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
         """Return the filter."""
         return (filter_of_wrench(values["filter_time"]),)
+
+
+class TimeOffsetOfEach(ReadingsOfEachExperiment, TimeOffset):
+    """The clocks were set against each other before each experiment, by another amount."""
 
 
 def _behind(time: FloatArray, rows: FloatArray, filter_time: float) -> FloatArray:

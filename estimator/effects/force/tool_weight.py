@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 from estimator.effects.shared.axes import AXES, in_tissue_axes
+from estimator.effects.shared.of_each_experiment import ReadingsOfEachExperiment
 from estimator.effects.shared.sensor_steps import SensorStep
 from estimator.experiment import Experiment
 
@@ -72,3 +73,7 @@ class ToolWeightAndCentre(ToolWeight):
     def _moment_error(self, mass: float, centre: FloatArray, mass_error: float, values: Values) -> FloatArray:
         centre_error = np.array([values[f"centre_error_{axis}"] for axis in AXES])
         return mass_error * centre + (mass + mass_error) * centre_error
+
+
+class ToolWeightOfEach(ReadingsOfEachExperiment, ToolWeight):
+    """Something was put on the tool, or taken off it, between experiments."""

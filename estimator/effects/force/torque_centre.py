@@ -6,6 +6,7 @@ import numpy as np
 
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 from estimator.effects.shared.axes import AXES
+from estimator.effects.shared.of_each_experiment import ReadingsOfEachExperiment
 from estimator.effects.shared.sensor_steps import SensorStep, linear_wrench
 from estimator.experiment import Experiment
 
@@ -50,3 +51,7 @@ class TorqueCentre(Effect):
         matrix = np.eye(6)
         matrix[3:, :3] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
         return (linear_wrench("sensor" if self._turns else "tissue", matrix),)
+
+
+class TorqueCentreOfEach(ReadingsOfEachExperiment, TorqueCentre):
+    """The sensor was fixed anew before each experiment."""

@@ -5,6 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Motion, Values
 from estimator.effects.shared.axes import AXES
+from estimator.effects.shared.of_each_experiment import MotionOfEachExperiment
 
 
 class MotionDirection(Effect):
@@ -45,3 +46,7 @@ class PoseDirection(MotionDirection):
         """Turn displacement and axis of rotation."""
         moved, turn = super().motion(motion, values), self._turn(values)
         return moved.moved(moved.position, turn * motion.rotation * turn.inv())
+
+
+class MotionDirectionOfEach(MotionOfEachExperiment, MotionDirection):
+    """The robot was registered anew before each experiment, or its base was knocked."""

@@ -5,6 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Motion, Values
 from estimator.effects.shared.axes import AXES
+from estimator.effects.shared.of_each_experiment import MotionOfEachExperiment
 
 
 class MotionScale(Effect):
@@ -55,3 +56,7 @@ class AxisScale(MotionScale):
         displacement = motion.position - np.asarray(motion.experiment.grasp.centre)
         errors = np.array([values[amplitude.name] for amplitude in self.amplitudes])
         return motion.moved(motion.position + errors * displacement)
+
+
+class MotionScaleOfEach(MotionOfEachExperiment, MotionScale):
+    """The robot was calibrated anew before each experiment."""

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.blocks import Group
-from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Readings, Stage, Values
+from estimator.effects.effect import Amplitude, Constant, Effect, Readings, Values
 from estimator.effects.shared.instants import ORDER, in_order, start_of_row
 from estimator.effects.shared.misfit import fiducial_misfit
+from estimator.effects.stages import Hook, Stage
 from estimator.experiment import Experiment
 from estimator.fem.boundary.anchorage import anchored_areas, rim_of, set_free, springs_of_partly_attached
 from estimator.fem.boundary.peeling import PeelingAnchor

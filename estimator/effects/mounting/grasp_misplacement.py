@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.blocks import Group
-from estimator.effects.effect import Amplitude, Effect, Hook, Motion, Stage, Values
+from estimator.effects.effect import Amplitude, Effect, Motion, Values
+from estimator.effects.stages import Hook, Stage
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.morph import with_grasp_moved
 

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from estimator.effects.blocks import Group
-from estimator.effects.effect import Amplitude, Effect, Hook, Readings, Stage, Values
+from estimator.effects.effect import Amplitude, Effect, Readings, Values
 from estimator.effects.shared.sensor_steps import SensorStep, zero_of_beads, zero_of_wrench
 from estimator.effects.shared.zeroing import with_fiducials_zeroed, with_wrench_zeroed
+from estimator.effects.stages import Hook, Stage
 from estimator.experiment import Experiment
 from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.boundary.problem import RetractionProblem

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from estimator.effects.blocks import Group
-from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Readings, Stage, Values
+from estimator.effects.effect import Amplitude, Constant, Effect, Readings, Values
 from estimator.effects.shared.on_table import area_on_table
 from estimator.effects.shared.zeroing import with_wrench_zeroed
+from estimator.effects.stages import Hook, Stage
 from estimator.experiment import Experiment
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.discretisation.shares import nodal_volumes

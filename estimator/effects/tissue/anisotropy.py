@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.blocks import Group
-from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Stage, Values
+from estimator.effects.effect import Amplitude, Constant, Effect, Values
+from estimator.effects.stages import Hook, Stage
 from estimator.experiment import Experiment
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.terms.fibres import BucklingFibres, Fibres

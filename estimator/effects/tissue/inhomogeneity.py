@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.blocks import Group
-from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Readings, Stage, Values
+from estimator.effects.effect import Amplitude, Constant, Effect, Readings, Values
 from estimator.effects.shared.places import CENTRE, belonging, places_of
+from estimator.effects.stages import Hook, Stage
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.discretisation.quadrature import points_of_parts
 

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.blocks import Group
-from estimator.effects.effect import Amplitude, Effect, Hook, Stage, Values
+from estimator.effects.effect import Amplitude, Effect, Values
+from estimator.effects.stages import Hook, Stage
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.discretisation.mesh import Mesh
 from estimator.fem.discretisation.quadrature import quadrature_points

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import ClassVar
 
 from estimator.effects.blocks import Group
-from estimator.effects.effect import Amplitude, Effect, Hook, Readings, Stage, Values
+from estimator.effects.effect import Amplitude, Effect, Readings, Values
 from estimator.effects.shared.zeroing import with_wrench_zeroed
+from estimator.effects.stages import Hook, Stage
 from estimator.experiment import Experiment
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.terms.residual_strain import ResidualStrain

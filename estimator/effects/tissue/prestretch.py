@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.blocks import Group
-from estimator.effects.effect import Amplitude, Effect, Hook, Motion, Readings, Stage, Values
+from estimator.effects.effect import Amplitude, Effect, Motion, Readings, Values
 from estimator.effects.shared.sensor_steps import SensorStep, zero_of_beads, zero_of_wrench
 from estimator.effects.shared.zeroing import ZeroAxes, with_fiducials_zeroed, with_wrench_zeroed
+from estimator.effects.stages import Hook, Stage
 from estimator.experiment import Experiment
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.morph import with_beads_before_drawing, with_grasp_drawn

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import ClassVar
 
 from estimator.effects.blocks import Group
-from estimator.effects.effect import Amplitude, Effect, Hook, Stage, Values
+from estimator.effects.effect import Amplitude, Effect, Values
+from estimator.effects.stages import Hook, Stage
 from estimator.materials import IsochoricMooneyRivlin, Law, MooneyRivlin
 from estimator.materials.material import Material
 from estimator.materials.superposed import departing

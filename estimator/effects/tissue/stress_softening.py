@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 from estimator.effects.blocks import Group
-from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Readings, Stage, Values
+from estimator.effects.effect import Amplitude, Constant, Effect, Readings, Values
+from estimator.effects.stages import Hook, Stage
 from estimator.experiment import Experiment
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.terms.softening import (

@@ -8,7 +8,8 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from estimator.effects.blocks import Group
-from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Hook, Stage, Values
+from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Values
+from estimator.effects.stages import Hook, Stage
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.morph import with_points
 

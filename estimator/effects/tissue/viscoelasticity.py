@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.blocks import Group
-from estimator.effects.effect import Amplitude, Constant, Effect, Hook, Readings, Stage, Values
+from estimator.effects.effect import Amplitude, Constant, Effect, Readings, Values
+from estimator.effects.stages import Hook, Stage
 from estimator.experiment import Experiment
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.terms.relaxation import Relaxation, RelaxingPart

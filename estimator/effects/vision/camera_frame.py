@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.blocks import Group
-from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Hook, Readings, Stage, Values
+from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 from estimator.effects.shared.axes import AXES
 from estimator.effects.shared.sensor_steps import SensorStep, camera_frame
+from estimator.effects.stages import Hook, Stage
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]

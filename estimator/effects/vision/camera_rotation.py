@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from estimator.effects.effect import Amplitude, Values
 from estimator.effects.shared.axes import AXES
+from estimator.effects.shared.of_each_experiment import SeenOfEachExperiment
 from estimator.effects.vision.camera_frame import CameraFrame
 
 FloatArray = NDArray[np.float64]
@@ -28,10 +29,15 @@ class CameraRotation(CameraFrame):
         return np.asarray(rotation.as_matrix() - np.eye(3))
 
 
+class CameraRotationOfEach(SeenOfEachExperiment, CameraRotation):
+    """The cameras were knocked between experiments, or turned back."""
+
+
 CAMERA_ROTATION = (
     CameraRotation("of_positions"),
     CameraRotation("of_the_motion", "motion"),
     CameraRotation("about_any_point", "readings", "anywhere"),
     CameraRotation("rest_measured_too", "both", "anywhere"),
     CameraRotation("of_rest_alone", "rest", "anywhere"),
+    CameraRotationOfEach(CameraRotation("about_any_point", "readings", "anywhere")),
 )

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.effect import Amplitude, Values
+from estimator.effects.shared.of_each_experiment import SeenOfEachExperiment
 from estimator.effects.vision.camera_frame import CameraFrame, Measured, Origin
 
 FloatArray = NDArray[np.float64]
@@ -54,6 +55,10 @@ class CameraScaleAndDepth(CameraScale):
         return np.diag([values["scale_error"], values["scale_error"], values["depth_error"]])
 
 
+class CameraScaleOfEach(SeenOfEachExperiment, CameraScale):
+    """The cameras were focused, or their pair set up, anew before each experiment."""
+
+
 CAMERA_SCALE = (
     CameraScale(),
     CameraScaleInPlane("in_the_plane"),
@@ -61,4 +66,5 @@ CAMERA_SCALE = (
     CameraScaleAndDepth("about_any_point", "readings", "anywhere"),
     CameraScaleAndDepth("rest_measured_too", "both", "anywhere"),
     CameraScaleAndDepth("of_rest_alone", "rest", "anywhere"),
+    CameraScaleOfEach(CameraScaleAndDepth("about_any_point", "readings", "anywhere")),
 )

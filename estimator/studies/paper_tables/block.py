@@ -78,7 +78,6 @@ MOTIONS = {
     "twist_20": _twist(20.0),
     "twist_90": _twist(90.0),
 }
-USUAL_MOTIONS = ("pull", "gradual_tangent_pull", "twist_and_pull")
 
 
 def grasp_at(shift_m: tuple[float, float]) -> Grasp:
