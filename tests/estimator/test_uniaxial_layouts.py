@@ -346,6 +346,33 @@ def test_totals_below_a_table_are_no_rows_of_it(totals: str, tmp_path: Path) -> 
     assert any("no row of it" in sentence for sentence in record.left_out)
 
 
+@pytest.mark.parametrize(
+    ("names", "wanted"),
+    [
+        ("Green strain,Stress (kPa)", r"only Green strain .*sqrt\(1 \+ 2 Green strain\) - 1"),
+        ("Lagrangian strain E11,Stress (kPa)", "only Green strain"),
+        ("Almansi strain (-),Stress (kPa)", "only Almansi strain"),
+        ("Natural strain,Stress (kPa)", r"only true strain .*exp\(true strain\) - 1"),
+        ("Strain (-),2nd Piola-Kirchhoff stress (kPa)", r"only second Piola-Kirchhoff stress .*times \(1 \+"),
+        ("Strain (-),PK2 stress (kPa)", "only second Piola-Kirchhoff stress"),
+        ("Strain (-),Kirchhoff stress (kPa)", "only Kirchhoff stress"),
+    ],
+)
+def test_other_measures_of_strain_and_stress_are_refused_with_their_conversion(
+    names: str, wanted: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=f"line 1: {wanted}"):
+        read(tmp_path, table(names, PULLED.strain, PULLED.stress), Stated(mode="tension"))
+
+
+@pytest.mark.parametrize(
+    "name", ["1st Piola-Kirchhoff stress (kPa)", "First PK stress (kPa)", "PK1 stress (kPa)"]
+)
+def test_the_first_piola_kirchhoff_stress_is_the_engineering_one(name: str, tmp_path: Path) -> None:
+    record = read(tmp_path, table(f"Strain (-),{name}", PULLED.strain, PULLED.stress), Stated(mode="tension"))
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=1e-3)
+
+
 @pytest.mark.parametrize("dead", [0.0, 1e-3])
 def test_a_channel_that_stands_still_is_not_taken(dead: float, tmp_path: Path) -> None:
     still = dead * np.sin(PULLED.time_s)

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from estimator.uniaxial.reading.language.units import dimension_of, spelt
 from estimator.uniaxial.reading.language.vocabulary import (
     COLUMN_WORDS,
+    MEASURE_WORDS,
     MODE_WORDS,
     NOMINAL_WORDS,
-    TRUE_WORDS,
     UNITS,
     Dimension,
+    Measure,
     Quantity,
 )
 from estimator.uniaxial.reading.language.words import has_word
@@ -42,7 +43,8 @@ class Title:
     quantity : of the column; None where no word is known
     unit : in the vocabulary's spelling; None where none is stated
     unknown_unit : what stands in the place of a unit and is none
-    true, nominal : per current, per initial size, where the title says so
+    measure : of strain or stress, where the title names another than the engineering one
+    nominal : whether the title says that it is per initial size
     mode : of loading, where the title says so
     """
 
@@ -50,7 +52,7 @@ class Title:
     quantity: Quantity | None
     unit: str | None
     unknown_unit: str | None
-    true: bool
+    measure: Measure | None
     nominal: bool
     mode: Mode | None
 
@@ -78,7 +80,7 @@ def understood(text: str, unit_below: str = "") -> Title:
         quantity=quantity,
         unit=unit,
         unknown_unit=unknown,
-        true=has_word(short, TRUE_WORDS),
+        measure=_measure_in(short, quantity),
         nominal=has_word(short, NOMINAL_WORDS),
         mode=mode_in(short),
     )
@@ -90,6 +92,14 @@ def mode_in(text: str) -> Mode | None:
     if pushed == pulled:
         return None
     return "compression" if pushed else "tension"
+
+
+def _measure_in(text: str, quantity: Quantity | None) -> Measure | None:
+    if quantity not in MEASURE_WORDS or has_word(text, NOMINAL_WORDS):
+        return None
+    return next(
+        (measure for measure, words in MEASURE_WORDS[quantity].items() if has_word(text, words)), None
+    )
 
 
 def _quantity_of(text: str) -> Quantity | None:

@@ -12,6 +12,7 @@ from typing import Literal, TypeAlias
 Quantity: TypeAlias = Literal["other", "time", "strain", "stress", "force", "extension", "position", "height"]
 Size: TypeAlias = Literal["gauge_length", "width", "thickness", "diameter", "area"]
 Dimension: TypeAlias = Literal["strain", "stress", "force", "length", "area", "time"]
+Measure: TypeAlias = Literal["true", "Green", "Almansi", "second Piola-Kirchhoff", "Kirchhoff"]
 
 COLUMN_WORDS: Mapping[Quantity, tuple[str, ...]] = MappingProxyType(
     {
@@ -61,19 +62,38 @@ COLUMN_WORDS: Mapping[Quantity, tuple[str, ...]] = MappingProxyType(
 )  # fmt: skip
 """Kinds of columns, in the order in which a title is looked up."""
 
-TRUE_WORDS = (
-    "true", "wahre", "wahr", "vraie", "verdadera", "verdadero", "vera", "log", "logarithmic", "hencky", "cauchy",
+_TRUE_WORDS = (
+    "true", "wahre", "wahr", "vraie", "verdadera", "verdadero", "vera", "log", "logarithmic", "logarithmische*", "ln",
+    "natural", "hencky", "cauchy",
 )  # fmt: skip
+MEASURE_WORDS: Mapping[Quantity, Mapping[Measure, tuple[str, ...]]] = MappingProxyType(
+    {
+        "strain": MappingProxyType(
+            {
+                "true": _TRUE_WORDS,
+                "Green": ("green", "lagrange", "lagrangian"),
+                "Almansi": ("almansi", "eulerian"),
+            }
+        ),
+        "stress": MappingProxyType(
+            {
+                "true": _TRUE_WORDS,
+                "second Piola-Kirchhoff": (
+                    "pk2", "2pk", "2nd piola-kirchhoff", "second piola-kirchhoff", "2nd piola kirchhoff",
+                    "second piola kirchhoff", "2nd piola", "second piola", "2nd pk", "second pk", "2. piola-kirchhoff*",
+                ),
+                "Kirchhoff": ("kirchhoff",),
+            }
+        ),
+    }
+)  # fmt: skip
+"""Measures of strain and stress that refer to something else than the initial size of the specimen."""
+
 NOMINAL_WORDS = (
-    "engineering",
-    "nominal",
-    "technische",
-    "conventionnelle",
-    "ingenieril",
-    "nenn*",
-    "eng",
-    "eng.strain",
-)
+    "engineering", "nominal", "technische", "conventionnelle", "ingenieril", "nenn*", "eng", "eng.strain",
+    "pk1", "1pk", "1st piola-kirchhoff", "first piola-kirchhoff", "1st piola kirchhoff", "first piola kirchhoff",
+    "1st piola", "first piola", "1st pk", "first pk",
+)  # fmt: skip
 CROSSHEAD_WORDS = (
     "crosshead",
     "extension",

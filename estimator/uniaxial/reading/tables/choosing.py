@@ -1,18 +1,29 @@
 """Which columns of a table are used: engineering before true, stress and strain before load and travel."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from estimator.errors import InputError
 from estimator.uniaxial.reading.cells.numbers import rough_number
 from estimator.uniaxial.reading.language.titles import Title
-from estimator.uniaxial.reading.language.vocabulary import Quantity
+from estimator.uniaxial.reading.language.vocabulary import Measure, Quantity
 from estimator.uniaxial.reading.tables.blocks import Block
 
 ABSCISSAE: tuple[Quantity, ...] = ("strain", "extension", "height", "position")
 ORDINATES: tuple[Quantity, ...] = ("stress", "force")
 
+_CONVERSIONS: Mapping[tuple[Quantity, Measure], str] = MappingProxyType(
+    {
+        ("strain", "true"): "exp(true strain) - 1",
+        ("strain", "Green"): "sqrt(1 + 2 Green strain) - 1",
+        ("strain", "Almansi"): "1 / sqrt(1 - 2 Almansi strain) - 1",
+        ("stress", "true"): "true stress / (1 + engineering strain)",
+        ("stress", "Kirchhoff"): "Kirchhoff stress / (1 + engineering strain)",
+        ("stress", "second Piola-Kirchhoff"): "it times (1 + engineering strain)",
+    }
+)
 _STANDS_STILL = 0.01  # range, of that of another column of the same kind
 
 
@@ -37,22 +48,27 @@ def choose(block: Block, kinds: Sequence[Quantity]) -> Choice:
     Raises
     ------
     InputError
-        There is only true stress or strain.
+        There is only true stress or strain, or another measure of them.
     """
     for kind in kinds:
         found = column_of(block, kind)
         if found is not None:
             return found
     where, kind = block.grid.place(block.header_line), kinds[0]
-    raise InputError(f"{where}: only true {kind}; give engineering {kind} (per initial size)")
+    other = next(title for title in block.titles.values() if title.quantity == kind)
+    assert other.measure is not None  # since no other column has one
+    how = f": {_CONVERSIONS[kind, other.measure]}" if (kind, other.measure) in _CONVERSIONS else ""
+    raise InputError(
+        f"{where}: only {other.measure} {kind} ({other.text!r}); give engineering {kind} (per initial size){how}"
+    )
 
 
-def column_of(block: Block, kind: Quantity, *, true: bool = False) -> Choice | None:
-    """Return the column of a kind, engineering or true, that changes; None where the table has none."""
+def column_of(block: Block, kind: Quantity, measure: Measure | None = None) -> Choice | None:
+    """Return the column of a kind and measure that changes, the engineering one; None where the table has none."""
     candidates = [
         (column, title)
         for column, title in block.titles.items()
-        if title.quantity == kind and title.true == true
+        if title.quantity == kind and title.measure == measure
     ]
     if not candidates:
         return None

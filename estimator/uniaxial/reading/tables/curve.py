@@ -191,7 +191,7 @@ def _over_area(table: Table, specimen: Specimen) -> FloatArray | None:
 
 def _from_true_strain(table: Table) -> FloatArray | None:
     """Return engineering strain from a column of true strain whose unit is none or a fraction."""
-    true = column_of(table.block, "strain", true=True)
+    true = column_of(table.block, "strain", "true")
     values = None if true is None else table.numbers_or_none(true.column)
     if true is None or values is None or true.title.unit == "%" or np.abs(values).max(initial=0.0) > 5:
         return None
