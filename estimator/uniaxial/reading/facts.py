@@ -71,6 +71,12 @@ def mode_of_facts(rows: Sequence[Row]) -> tuple[Mode, str] | None:
     return next(iter(told.items())) if len(told) == 1 else None
 
 
+def speaks_of_test(row: Row) -> bool:
+    """Tell whether a line above the table speaks of the kind of test."""
+    text = " ".join(row.filled)
+    return len(words_of(text)) <= 2 * _MOST_WORDS and has_word(text, TEST_KIND_WORDS)
+
+
 def _standard_in(text: str) -> Mode | None:
     modes: tuple[Mode, ...] = ("compression", "tension")
     found = [mode for mode in modes if has_word(text.replace("EN ", ""), MODE_STANDARDS[mode])]

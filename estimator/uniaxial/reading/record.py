@@ -16,6 +16,7 @@ from estimator.uniaxial.reading.language.titles import Title, mode_in
 from estimator.uniaxial.reading.language.vocabulary import LENGTHENING_WORDS
 from estimator.uniaxial.reading.language.words import has_word, words_of
 from estimator.uniaxial.reading.mode import Evidence, decide_mode
+from estimator.uniaxial.reading.other_tests import ToldOtherwise, other_test, refuse_other_test
 from estimator.uniaxial.reading.specimen import Specimen
 from estimator.uniaxial.reading.stated import NOTHING_STATED, Stated
 from estimator.uniaxial.reading.tables.blocks import Block, chosen_block, find_blocks, listed, unknown_names
@@ -24,6 +25,7 @@ from estimator.uniaxial.reading.tables.columns import Table, table_of
 from estimator.uniaxial.reading.tables.curve import LARGEST_STRAIN, Curve, curve_of
 from estimator.uniaxial.records import DEFAULT_STRAIN_FIT, Mode, UniaxialRecord
 
+_READ_ELSEWHERE = " (`retract diagnose` reads simple shear)"
 _FEWEST_ROWS = 6
 _SHORT_LINE = 4
 _MODULUS_RANGE = (100.0, 1e9)  # Pa, secant at the largest strain: jelly to hard plastic
@@ -100,6 +102,7 @@ def read_record(path: Path | str, stated: Stated = NOTHING_STATED) -> UniaxialRe
     """
     read = opened(path, stated)
     file, curve = read.file, read.curve
+    refuse_other_test(other_test_in(read, stated), str(file), _READ_ELSEWHERE)
     _check_strain(file, curve)
     course = course_of(curve.strain, curve.stress, curve.lines, curve.time, keep_zero=stated.keep_zero)
     if len(course.strain) < _FEWEST_ROWS:
@@ -139,6 +142,14 @@ def _rows_above(grids: Sequence[Grid], blocks: Sequence[Block], block: Block) ->
         if grid.name not in with_table:
             rows = [*rows, Row(0, ()), *grid.rows]
     return rows
+
+
+def other_test_in(read: Opened, stated: Stated) -> ToldOtherwise | None:
+    """Return what tells that a test neither pulls nor pushes; a stated mode outranks all but the columns' titles."""
+    titles = [read.curve.abscissa.title.text, read.curve.ordinate.title.text]
+    return (
+        other_test(titles, read.above, read.file.stem) if stated.mode is None else other_test(titles, (), "")
+    )
 
 
 def evidence_of(read: Opened, stated: Stated, course: Course) -> Evidence:

@@ -95,7 +95,7 @@ def mode_in(text: str) -> Mode | None:
 
 
 def _measure_in(text: str, quantity: Quantity | None) -> Measure | None:
-    if quantity not in MEASURE_WORDS or has_word(text, NOMINAL_WORDS):
+    if quantity is None or quantity not in MEASURE_WORDS or has_word(text, NOMINAL_WORDS):
         return None
     return next(
         (measure for measure, words in MEASURE_WORDS[quantity].items() if has_word(text, words)), None

@@ -12,6 +12,9 @@ from typing import Literal, TypeAlias
 Quantity: TypeAlias = Literal["other", "time", "strain", "stress", "force", "extension", "position", "height"]
 Size: TypeAlias = Literal["gauge_length", "width", "thickness", "diameter", "area"]
 Dimension: TypeAlias = Literal["strain", "stress", "force", "length", "area", "time"]
+OtherTest: TypeAlias = Literal[
+    "shear", "bending", "torsion", "biaxial", "planar", "volumetric", "indentation"
+]
 Measure: TypeAlias = Literal["true", "Green", "Almansi", "second Piola-Kirchhoff", "Kirchhoff"]
 
 COLUMN_WORDS: Mapping[Quantity, tuple[str, ...]] = MappingProxyType(
@@ -124,6 +127,22 @@ MODE_WORDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
     }
 )  # fmt: skip
+OTHER_TEST_WORDS: Mapping[OtherTest, tuple[str, ...]] = MappingProxyType(
+    {
+        "shear": ("shear", "scher*", "schub*", "cisaillement", "cizalladura", "taglio", "lap-shear"),
+        "bending": (
+            "bending", "bend", "flexure", "flexural", "biege*", "flexion", "flessione", "3-point", "three-point",
+            "4-point", "four-point",
+        ),
+        "torsion": ("torsion", "torsional"),
+        "biaxial": ("biaxial", "equibiaxial", "equi-biaxial", "bulge", "inflation"),
+        "planar": ("planar",),
+        "volumetric": ("volumetric", "hydrostatic", "confined", "oedometer", "oedometric"),
+        "indentation": ("indentation", "indent", "indenter", "nanoindentation"),
+    }
+)  # fmt: skip
+"""Tests that neither pull nor push a specimen whose sides are free."""
+
 MODE_STANDARDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "compression": (
