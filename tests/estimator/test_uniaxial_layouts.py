@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from gel_records import PULLED, modulus, read, table
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -17,29 +18,9 @@ from daq.bad_input.samples.machine_exports import (
     zwick_testxpert,
 )
 from estimator.errors import InputError
-from estimator.materials import LAWS
-from estimator.uniaxial import Stated, UniaxialRecord, fit_record, read_record
+from estimator.uniaxial import Stated
 
 MODES = ("tension", "compression")
-PULLED = gel_test()
-
-
-def read(
-    folder: Path, content: str | bytes, stated: Stated | None = None, name: str = "test.csv"
-) -> UniaxialRecord:
-    file = folder / name
-    file.write_bytes(content.encode() if isinstance(content, str) else content)
-    return read_record(file, stated or Stated())
-
-
-def modulus(record: UniaxialRecord) -> float:
-    return fit_record(record, [LAWS["neo_hookean"]]).best.fit.youngs_modulus.value
-
-
-def table(names: str, *columns: object, separator: str = ",", decimal: str = ".", digits: int = 6) -> str:
-    rows = zip(*columns, strict=True)  # type: ignore[arg-type]
-    lines = [separator.join(f"{value:.{digits}f}".replace(".", decimal) for value in row) for row in rows]
-    return "\n".join([names, *lines, ""])
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0], ids=["positive", "negative"])

@@ -82,7 +82,8 @@ def opened(path: Path | str, stated: Stated) -> Opened:
     if len(table.rows) < _FEWEST_ROWS:
         raise InputError(f"{file}: {len(table.rows)} rows; at least {_FEWEST_ROWS} are needed")
     above = _rows_above(grids, blocks, block)
-    specimen = Specimen(stated, sizes_of(block.grid, above, table.style, place))
+    columns = range(min(block.titles), max(block.titles) + 1)
+    specimen = Specimen(stated, sizes_of(block.grid, above, table.style, place, columns))
     curve = curve_of(table, specimen)
     return Opened(file, blocks, block, place, table, above, specimen, curve)
 

@@ -10,6 +10,7 @@ from estimator.uniaxial.course import course_of
 from estimator.uniaxial.diagnosis.bench_test import BenchMode, BenchTest
 from estimator.uniaxial.loading import first_loading, lines_told, runs_backwards
 from estimator.uniaxial.reading.language.units import factor_of
+from estimator.uniaxial.reading.language.vocabulary import EXTENSOMETER_WORDS
 from estimator.uniaxial.reading.language.words import has_word
 from estimator.uniaxial.reading.mode import decide_mode
 from estimator.uniaxial.reading.other_tests import refuse_other_test
@@ -18,7 +19,6 @@ from estimator.uniaxial.reading.stated import NOTHING_STATED, Stated
 from estimator.uniaxial.reading.tables.choosing import column_of
 from estimator.uniaxial.records import FloatArray
 
-_ON_SPECIMEN = ("extensometer", "dic", "video", "videoextensometer", "optical", "marks")
 _FEWEST_ROWS = 12
 _GONE_BACK = 0.9  # of the strain at which load begins to fall
 _RESTING = 0.05  # of the range of strain
@@ -70,7 +70,7 @@ def read_bench_test(path: Path | str, stated: Stated = NOTHING_STATED, *, shear:
         shape_factor=read.specimen.shape_factor,
         gauge_length=None if read.specimen.gauge_length is None else read.specimen.gauge_length.value,
         area=None if read.specimen.area is None else read.specimen.area.value,
-        strain_on_specimen=has_word(curve.abscissa.title.text, _ON_SPECIMEN),
+        strain_on_specimen=has_word(curve.abscissa.title.text, EXTENSOMETER_WORDS),
         path=read.file,
         found=read.found,
         assumed=tuple(assumed),

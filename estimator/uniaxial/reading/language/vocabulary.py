@@ -10,7 +10,10 @@ from types import MappingProxyType
 from typing import Literal, TypeAlias
 
 Quantity: TypeAlias = Literal["other", "time", "strain", "stress", "force", "extension", "position", "height"]
-Size: TypeAlias = Literal["gauge_length", "width", "thickness", "diameter", "area"]
+Size: TypeAlias = Literal[
+    "extensometer_length", "gauge_length", "grip_separation", "width", "wall", "thickness", "inner_diameter",
+    "diameter", "area",
+]  # fmt: skip
 Dimension: TypeAlias = Literal["strain", "stress", "force", "length", "area", "time"]
 OtherTest: TypeAlias = Literal[
     "shear", "bending", "torsion", "biaxial", "planar", "volumetric", "indentation"
@@ -107,6 +110,12 @@ CROSSHEAD_WORDS = (
     "displacement",
     "position",
 )
+EXTENSOMETER_WORDS = (
+    "extensometer", "videoextensometer", "extensometre", "feindehnung*", "ansatzaufnehmer*", "dic", "video", "optical",
+    "marks",
+)  # fmt: skip
+"""What measures on the specimen itself."""
+
 LENGTHENING_WORDS = ("extension", "elongation", "verlangerung", "allongement", "alargamiento", "allungamento")
 """An extension that grows is said to lengthen, unless something tells otherwise."""
 
@@ -166,9 +175,18 @@ TEST_KIND_WORDS = (
 
 SIZE_WORDS: Mapping[Size, tuple[str, ...]] = MappingProxyType(
     {
+        "extensometer_length": (
+            "extensometer gauge length", "extensometer gage length", "gauge length extensometer",
+            "gage length extensometer", "extensometer length", "extensometer", "messlange extensometer",
+            "extensometer messlange", "ansatzaufnehmer*", "feindehnungsaufnehmer*", "extensometre",
+        ),
+        "grip_separation": (
+            "grip separation", "grip to grip separation", "grip-to-grip separation", "distance between grips",
+            "jaw separation", "einspannlange", "einspannlaenge", "entre mors", "distance entre mors",
+        ),
         "gauge_length": (
             "gauge length", "gage length", "messlange", "messlaenge", "anfangsmesslange", "l0", "lo",
-            "initial length", "anfangslange", "einspannlange", "grip separation", "initial height", "probenhohe",
+            "initial length", "anfangslange", "initial height", "probenhohe",
             "specimen height", "specimen length", "probenlange", "longueur initiale", "longitud inicial",
             "height", "hohe", "hoehe", "h0", "hauteur", "altura", "altezza", "length", "lange", "laenge", "longueur",
             "longitud", "lunghezza", "comprimento", "meetlengte", "lengte", "langd", "længde", "lengde", "dlugosc",
@@ -179,18 +197,23 @@ SIZE_WORDS: Mapping[Size, tuple[str, ...]] = MappingProxyType(
             "section", "seccion", "sezione", "flache", "secao", "oppervlak*", "przekroj", "prurez", "площадь", "面积",
             "断面積", "단면적",
         ),
+        "wall": ("wall thickness", "wall", "wandstarke", "wanddicke"),
+        "inner_diameter": (
+            "inner diameter", "inside diameter", "internal diameter", "innendurchmesser", "diametre interieur",
+            "diametro interno", "diametro interior",
+        ),
         "width": ("width", "breite", "probenbreite", "b0", "largeur", "ancho", "larghezza", "largura", "breedte",
             "bredd", "bredde", "szerokosc", "sirka", "ширина", "宽度", "幅", "폭"),
         "thickness": ("thickness", "dicke", "probendicke", "a0", "epaisseur", "espesor", "spessore", "espessura",
             "dikte", "tjocklek", "tykkelse", "grubosc", "tloustka", "толщина", "厚度", "厚さ", "두께"),
-        "diameter": ("diameter", "durchmesser", "probendurchmesser", "d0", "diametre", "diametro", "srednica",
-            "prumer", "диаметр", "直径", "지름", "⌀", "ø"),
+        "diameter": ("diameter", "durchmesser", "probendurchmesser", "aussendurchmesser", "d0", "diametre", "diametro",
+            "srednica", "prumer", "диаметр", "直径", "지름", "⌀", "ø"),
     }
 )  # fmt: skip
 """Names of a specimen's sizes; of several that a file states, the one that stands first here is taken."""
 
 NOT_SIZE_WORDS = (
-    "limit", "speed", "rate", "final", "failure", "break", "bruch", "end", "table", "data", "number", "inner",
+    "limit", "speed", "rate", "final", "failure", "break", "bruch", "end", "table", "data", "number",
     "cell", "wave*", "cable", "focal", "stroke",
 )  # fmt: skip
 SPECIMEN_WORDS = ("specimen", "sample", "probe", "proben", "eprouvette", "probeta", "provino")
@@ -210,15 +233,16 @@ UNITS: Mapping[Dimension, Mapping[str, float]] = MappingProxyType(
              "gf/mm2": 9806.65, "g/mm2": 9806.65, "dyn/cm2": 0.1, "pascal": 1.0, "МПа": 1e6, "кПа": 1e3, "Па": 1.0}
         ),
         "force": MappingProxyType(
-            {"N": 1.0, "mN": 1e-3, "µN": 1e-6, "kN": 1e3, "KN": 1e3, "MN": 1e6, "cN": 1e-2, "daN": 10.0,
+            {"N": 1.0, "mN": 1e-3, "µN": 1e-6, "uN": 1e-6, "kN": 1e3, "KN": 1e3, "MN": 1e6, "cN": 1e-2, "daN": 10.0,
              "lbf": 4.4482216152605, "lb": 4.4482216152605, "lbs": 4.4482216152605, "kgf": 9.80665, "kg": 9.80665,
+             "ozf": 0.27801385095378125, "oz": 0.27801385095378125,
              "gf": 9.80665e-3,
              "g": 9.80665e-3, "kp": 9.80665, "newton": 1.0, "newtons": 1.0, "kilonewton": 1e3, "millinewton": 1e-3,
              "Н": 1.0, "кН": 1e3}
         ),
         "length": MappingProxyType(
             {"mm": 1e-3, "MM": 1e-3, "cm": 1e-2, "m": 1.0, "µm": 1e-6, "um": 1e-6, "nm": 1e-9, "in": 25.4e-3,
-             "inch": 25.4e-3, "inches": 25.4e-3, "mil": 25.4e-6, "millimeter": 1e-3, "millimetre": 1e-3,
+             "inch": 25.4e-3, "inches": 25.4e-3, '"': 25.4e-3, "mil": 25.4e-6, "millimeter": 1e-3, "millimetre": 1e-3,
              "millimeters": 1e-3, "micron": 1e-6, "microns": 1e-6, "мм": 1e-3}
         ),
         "area": MappingProxyType({"mm2": 1e-6, "cm2": 1e-4, "m2": 1.0, "in2": 645.16e-6, "µm2": 1e-12}),

@@ -267,9 +267,9 @@ def _side_by_side(block: Block) -> list[Block]:
 
 
 def _label_at(above: Sequence[Row], column: int) -> str:
-    """Return what stands right above a column, where specimens stand beside each other."""
-    filled = [row for row in above if row.filled]
-    return filled[-1].text(column) if filled else ""
+    """Return what stands above a column, where specimens stand beside each other; a row with a number is of sizes."""
+    labels = [row for row in above if row.filled and not any(map(looks_like_number, row.filled))]
+    return labels[-1].text(column) if labels else ""
 
 
 def _label_above(above: Sequence[Row]) -> str:

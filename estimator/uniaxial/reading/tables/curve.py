@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from estimator.errors import InputError
 from estimator.uniaxial.reading.language.units import factor_of
-from estimator.uniaxial.reading.language.vocabulary import CROSSHEAD_WORDS
+from estimator.uniaxial.reading.language.vocabulary import CROSSHEAD_WORDS, EXTENSOMETER_WORDS
 from estimator.uniaxial.reading.language.words import has_word
 from estimator.uniaxial.reading.specimen import Specimen
 from estimator.uniaxial.reading.tables.choosing import ABSCISSAE, ORDINATES, Choice, choose, column_of
@@ -107,9 +107,11 @@ def _strain(table: Table, specimen: Specimen, choice: Choice) -> _Axis:
         gauge = specimen.gauge_length
         if gauge is None and lengths[0] > 0:
             return _Axis(lengths / lengths[0] - 1, f"{told}, over its first value")
-        gauge = gauge or specimen.require_gauge_length(table.block.grid.where)
+        gauge = gauge or specimen.require_length(table.block.grid.where, extensometer=False)
         return _Axis(lengths / gauge.value - 1, f"{told}, over {gauge.source}")
-    gauge = specimen.require_gauge_length(table.block.grid.place(table.block.header_line))
+    gauge = specimen.require_length(
+        table.block.grid.place(table.block.header_line), extensometer=_by_extensometer(choice)
+    )
     told = f"{told}, over {gauge.source}"
     if choice.quantity == "position" and lengths[0] != 0:
         reason = (
@@ -172,11 +174,17 @@ def _stress(table: Table, specimen: Specimen, choice: Choice) -> _Axis:
 def _over_length(table: Table, specimen: Specimen) -> FloatArray | None:
     """Return strain from a column of travel, where all that it needs is stated."""
     travel = column_of(table.block, "extension")
-    gauge = specimen.gauge_length
-    values = None if travel is None else table.numbers_or_none(travel.column)
-    if travel is None or gauge is None or values is None or travel.title.unit is None:
+    if travel is None:
+        return None
+    gauge = specimen.extensometer_length if _by_extensometer(travel) else specimen.crosshead_length
+    values = table.numbers_or_none(travel.column)
+    if gauge is None or values is None or travel.title.unit is None:
         return None
     return values * factor_of(travel.title.unit, "length", travel.title.text) / gauge.value
+
+
+def _by_extensometer(choice: Choice) -> bool:
+    return has_word(choice.title.text, EXTENSOMETER_WORDS)
 
 
 def _over_area(table: Table, specimen: Specimen) -> FloatArray | None:
