@@ -24,12 +24,14 @@ COLUMN_WORDS: Mapping[Quantity, tuple[str, ...]] = MappingProxyType(
     {
         "other": (
             "rate", "*rate", "speed", "velocity", "*geschwindigkeit", "vitesse", "velocidad", "modulus", "*modul",
-            "energy", "energie", "work", "arbeit", "lateral", "transverse", "querdehnung", "cycle", "zyklus", "*number",
+            "energy", "energie", "work", "arbeit", "lateral", "transverse", "transversal", "querdehnung", "querkontraktion", "width", "breiten*",
+            "thickness", "cycle", "zyklus", "*number",
             "poisson", "temperature", "temperatur", "torque", "angle", "maximum", "max", "max.", "fmax", "minimum",
             "peak", "mean", "at", "break", "bruch", "yield", "offset",
         ),
         "strain": (
-            "strain", "*strain", "*dehnung", "stauchung", "epsilon", "ε", "e1", "eyy", "eng.strain", "engstrain",
+            "strain", "*strain", "*dehnung", "stauchung", "epsilon", "ε", "e1", "exx", "eyy",
+            "ezz", "εxx", "εyy", "εzz", "eng.strain", "engstrain",
             "deformation unitaire", "deformacion unitaria", "deformacao", "rek", "tojning", "tøjning", "tøyning",
             "odksztalcenie", "odkształcenie", "pomerna deformace", "относительная деформация", "변형률",
             "应变", "ひずみ",
@@ -41,6 +43,7 @@ COLUMN_WORDS: Mapping[Quantity, tuple[str, ...]] = MappingProxyType(
         ),
         "force": (
             "force", "*force", "load", "*load", "*kraft", "fuerza", "carga", "forza", "carico", "charge", "f",
+            "fx", "fy", "fz",
             "loadcell", "力", "試験力", "荷重", "forca", "kracht", "sila", "siła", "obciazenie", "сила", "нагрузка",
             "усилие", "하중", "시험력", "kuvvet",
         ),
@@ -60,7 +63,7 @@ COLUMN_WORDS: Mapping[Quantity, tuple[str, ...]] = MappingProxyType(
             "traversa"),
         "height": (
             "height", "gap", "hohe", "hoehe", "probenhohe", "spalt", "hauteur", "entrefer", "altura", "altezza",
-            "length", "lange", "laenge", "hoogte", "hojd", "wysokosc", "vyska", "высота",
+            "length", "lange", "laenge", "size", "hoogte", "hojd", "wysokosc", "vyska", "высота",
         ),
         "time": ("time", "*time", "*zeit", "zeit", "temps", "tiempo", "tempo", "t", "时间", "時間", "tijd", "tid",
             "czas", "cas", "время", "시간", "zaman"),

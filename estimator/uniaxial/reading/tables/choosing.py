@@ -1,4 +1,7 @@
-"""Which columns of a table are used: engineering before true, stress and strain before load and travel."""
+"""Which columns of a table are used: engineering before true, stress and strain before load and travel.
+
+Of channels of several axes it is the one with the largest range.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -9,6 +12,7 @@ from estimator.errors import InputError
 from estimator.uniaxial.reading.cells.numbers import rough_number
 from estimator.uniaxial.reading.language.titles import Title
 from estimator.uniaxial.reading.language.vocabulary import Measure, Quantity
+from estimator.uniaxial.reading.tables.axes import of_several_axes
 from estimator.uniaxial.reading.tables.blocks import Block
 
 ABSCISSAE: tuple[Quantity, ...] = ("strain", "extension", "height", "position")
@@ -24,6 +28,7 @@ _CONVERSIONS: Mapping[tuple[Quantity, Measure], str] = MappingProxyType(
         ("stress", "second Piola-Kirchhoff"): "it times (1 + engineering strain)",
     }
 )
+_LOADED_TOO = 0.2  # of the largest load: more than a sensor's cross-talk and a skew grip give
 _STANDS_STILL = 0.01  # range, of that of another column of the same kind
 
 
@@ -48,11 +53,13 @@ def choose(block: Block, kinds: Sequence[Quantity]) -> Choice:
     Raises
     ------
     InputError
-        There is only true stress or strain, or another measure of them.
+        There is only true stress or strain, or another measure of them, or loads along two axes.
     """
     for kind in kinds:
         found = column_of(block, kind)
         if found is not None:
+            if kind in ORDINATES:
+                _refuse_two_loads(block, found)
             return found
     where, kind = block.grid.place(block.header_line), kinds[0]
     other = next(title for title in block.titles.values() if title.quantity == kind)
@@ -73,8 +80,34 @@ def column_of(block: Block, kind: Quantity, measure: Measure | None = None) -> C
     if not candidates:
         return None
     live = _live(block, candidates)
-    column, title = next(((c, t) for c, t in live if t.nominal), live[0])
+    first = next(((c, t) for c, t in live if t.nominal), live[0])
+    column, title = max(_of_its_axes(first, live), key=lambda one: _range(block, one[0]))
     return Choice(column, title, tuple(t.text for c, t in candidates if c != column))
+
+
+def _of_its_axes(
+    first: tuple[int, Title], candidates: Sequence[tuple[int, Title]]
+) -> Sequence[tuple[int, Title]]:
+    """Return a column and those in the same unit that are the same along other axes."""
+    alike = [first, *(one for one in candidates if one != first and one[1].unit == first[1].unit)]
+    return [alike[place] for place in of_several_axes([title.text for _, title in alike])]
+
+
+def _refuse_two_loads(block: Block, choice: Choice) -> None:
+    """Refuse loads along two axes, as those of a biaxial test."""
+    used = (choice.column, choice.title)
+    others = [
+        one for one in block.titles.items() if one[1].quantity == choice.quantity and one[0] != choice.column
+    ]
+    largest = _range(block, choice.column)
+    for column, title in _of_its_axes(used, others)[1:]:
+        share = _range(block, column) / largest if largest > 0 else 0.0
+        if share >= _LOADED_TOO:
+            raise InputError(
+                f"{block.grid.place(block.header_line)}: {title.text!r} bears {100 * share:.0f} % of what "
+                f"{choice.title.text!r} does, so that the specimen is loaded along two axes; a uniaxial test has one, "
+                "delete the column if it is another specimen's"
+            )
 
 
 def _live(block: Block, candidates: Sequence[tuple[int, Title]]) -> Sequence[tuple[int, Title]]:

@@ -11,7 +11,7 @@ from estimator.errors import InputError
 from estimator.uniaxial.reading.language.units import factor_of
 from estimator.uniaxial.reading.language.vocabulary import CROSSHEAD_WORDS, EXTENSOMETER_WORDS
 from estimator.uniaxial.reading.language.words import has_word
-from estimator.uniaxial.reading.specimen import Specimen
+from estimator.uniaxial.reading.specimen import Measure, Specimen
 from estimator.uniaxial.reading.tables.choosing import ABSCISSAE, ORDINATES, Choice, choose, column_of
 from estimator.uniaxial.reading.tables.column_units import missing_unit, required_factor, unit_of
 from estimator.uniaxial.reading.tables.columns import Table
@@ -109,7 +109,7 @@ def _strain(table: Table, specimen: Specimen, choice: Choice) -> _Axis:
             return _Axis(lengths / lengths[0] - 1, f"{told}, over its first value")
         gauge = gauge or specimen.require_length(table.block.grid.where, extensometer=False)
         return _Axis(lengths / gauge.value - 1, f"{told}, over {gauge.source}")
-    gauge = specimen.require_length(
+    gauge = _first_height(table, specimen) or specimen.require_length(
         table.block.grid.place(table.block.header_line), extensometer=_by_extensometer(choice)
     )
     told = f"{told}, over {gauge.source}"
@@ -119,6 +119,16 @@ def _strain(table: Table, specimen: Specimen, choice: Choice) -> _Axis:
         )
         return _Axis((lengths - lengths[0]) / gauge.value, told, (reason,))
     return _Axis(lengths / gauge.value, told)
+
+
+def _first_height(table: Table, specimen: Specimen) -> Measure | None:
+    """Return the first value of a column of the specimen's height, where no length is stated."""
+    height = None if specimen.gauge_length is not None else column_of(table.block, "height")
+    values = None if height is None else table.numbers_or_none(height.column)
+    if height is None or values is None or height.title.unit is None or values[0] <= 0:
+        return None
+    first = float(values[0]) * factor_of(height.title.unit, "length", height.title.text)
+    return Measure(first, f"the first value of {height.title.text!r}, {values[0]:g} {height.title.unit}")
 
 
 def _strain_as_such(table: Table, specimen: Specimen, choice: Choice, values: FloatArray) -> _Axis:
