@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from estimator.uniaxial.instrument import of_the_instrument
 from estimator.uniaxial.loading import IndexArray, first_loading, lines_told, runs_backwards
 from estimator.uniaxial.records import FloatArray, Mode
 from estimator.uniaxial.zero import find_preload, find_slack, find_start
@@ -42,6 +43,9 @@ def course_of(
     keep_zero : leave strain and stress as they are written
     """
     assumed: tuple[str, ...] = ()
+    odd, odd_told = of_the_instrument(strain, stress, lines)
+    strain, stress, lines = strain[~odd], stress[~odd], lines[~odd]
+    time = None if time is None else time[~odd]
     if runs_backwards(strain, stress, time):
         strain, stress, lines = strain[::-1], stress[::-1], lines[::-1]
         why = "time falls" if time is not None else "strain and stress fall from the first row to the last"
@@ -55,7 +59,7 @@ def course_of(
         lines[loading.rows],
         *signs,
         assumed,
-        loading.left_out,
+        (*odd_told, *loading.left_out),
     )
     if keep_zero or not len(loading.rows):
         return course

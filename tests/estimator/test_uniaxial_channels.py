@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from gel_records import PULLED, modulus, read, table
 
@@ -49,3 +50,55 @@ def test_a_test_that_loads_two_axes_is_no_uniaxial_one(share: float, tmp_path: P
     text = table(names, PULLED.travel_mm, PULLED.travel_mm, PULLED.load_N, share * PULLED.load_N)
     with pytest.raises(InputError, match=r"line 1: .* loaded along two axes; a uniaxial test has one"):
         read(tmp_path, text, BAR)
+
+
+@pytest.mark.parametrize("names", ["Strain *1000,Stress (kPa)", "Strain (x10^-3),Stress (kPa)"])
+def test_a_multiple_in_the_name_of_a_strain_is_refused(names: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"line 1: the unit of .*10.* is none of -, %.*convert it"):
+        read(tmp_path, table(names, 1e3 * PULLED.strain, PULLED.stress), BAR)
+
+
+@pytest.mark.parametrize(
+    "name", ["Load (N) x10", "Load x 10 (N)", "Load [N x 10⁻¹]", "Load (N)/10", "Load (N × 1e-3)"]
+)
+def test_a_multiple_in_the_name_of_a_load_is_refused(name: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"line 1: the unit of .*convert it"):
+        read(tmp_path, table(f"Strain (-),{name}", PULLED.strain, PULLED.load_N), BAR)
+
+
+NOISE = 2e-3 * np.random.default_rng(3).normal(size=len(PULLED.stress))
+
+
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+@pytest.mark.parametrize("reading", [0.0, 19.0, -9.9])
+@pytest.mark.parametrize("rows", [(20,), (10, 30, 35)])
+@pytest.mark.parametrize("column", ["strain", "stress"])
+def test_single_readings_far_from_those_beside_them_are_left_out_and_told(
+    column: str, rows: tuple[int, ...], reading: float, noise: float, tmp_path: Path
+) -> None:
+    strain, stress = PULLED.strain.copy(), PULLED.stress + noise * NOISE * PULLED.stress.max()
+    {"strain": strain, "stress": stress}[column][list(rows)] = reading
+    record = read(tmp_path, table("Strain (-),Stress (kPa)", strain, stress), BAR)
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=2e-2 if noise else 1e-3)
+    assert len(record.strain) == len(strain) - len(rows)
+    assert record.left_out[0].startswith(f"line {rows[0] + 2}")
+    assert record.left_out[0].endswith("a single reading far from those beside it")
+
+
+@pytest.mark.parametrize("limit", [0.3, 0.5, 0.8])
+def test_what_a_load_cell_reads_at_its_limit_is_left_out_and_told(limit: float, tmp_path: Path) -> None:
+    clipped = np.minimum(PULLED.stress, limit * PULLED.stress.max())
+    record = read(tmp_path, table("Strain (-),Stress (kPa)", PULLED.strain, clipped), BAR)
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=1e-3)
+    assert "the load cell is at its limit" in record.left_out[0]
+
+
+@pytest.mark.parametrize("digits", [1, 2])
+@pytest.mark.parametrize("repeated", [1, 5])
+def test_coarse_and_repeated_readings_are_neither_odd_nor_at_a_limit(
+    digits: int, repeated: int, tmp_path: Path
+) -> None:
+    strain, stress = (np.repeat(column, repeated) for column in (PULLED.strain, PULLED.stress))
+    record = read(tmp_path, table("Strain (-),Stress (kPa)", strain, np.round(stress, digits)), BAR)
+    assert record.left_out == ()
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=0.02)

@@ -20,6 +20,9 @@ from estimator.uniaxial.records import Mode
 _BRACKETS = re.compile(r"[(\[{]([^()\[\]{}]*)[)\]}]")
 _BEHIND = re.compile(r"^(.*?\S)(?:\s+in\s+|\s*/\s*|[\s_,:]\s*)([^\s_,:]+)$")
 _PER_LENGTH = re.compile(r"[\s_]mm[\s_]mm$", re.IGNORECASE)
+_MULTIPLE = re.compile(
+    r"[x×*·/]\s*1(?:0*[eE][+-]?\d+|0\s*(?:\^|\*\*)\s*[-+\u2212]?\d+|0[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+|0+)(?!\d)"
+)
 _LONGEST_UNIT = 6
 _LONGEST_TITLE = 200
 # what a column is where its unit says more than its word
@@ -61,7 +64,7 @@ def understood(text: str, unit_below: str = "") -> Title:
     """Understand a title, with what stands below it in a row of units."""
     short = text[:_LONGEST_TITLE]
     unit, unknown = _unit_in(short)
-    if unit_below.strip():
+    if unit_below.strip() and not _MULTIPLE.search(short):
         below = spelt(unit_below)
         if dimension_of(below) is None:
             unknown = unknown or below
@@ -113,6 +116,9 @@ def _quantity_of(text: str) -> Quantity | None:
 
 def _unit_in(text: str) -> tuple[str | None, str | None]:
     """Return the unit in a title, and what stands in brackets and could be an unknown one."""
+    multiple = _MULTIPLE.search(text)
+    if multiple:
+        return None, multiple[0]  # which way it is meant, nobody can tell
     inner = [spelt(found) for found in _BRACKETS.findall(text)]
     known = [unit for unit in inner if dimension_of(unit) is not None]
     if known:

@@ -24,7 +24,8 @@ COLUMN_WORDS: Mapping[Quantity, tuple[str, ...]] = MappingProxyType(
     {
         "other": (
             "rate", "*rate", "speed", "velocity", "*geschwindigkeit", "vitesse", "velocidad", "modulus", "*modul",
-            "energy", "energie", "work", "arbeit", "lateral", "transverse", "transversal", "querdehnung", "querkontraktion", "width", "breiten*",
+            "energy", "energie", "work", "arbeit", "lateral", "transverse", "transversal",
+            "querdehnung", "querkontraktion", "width", "breiten*",
             "thickness", "cycle", "zyklus", "*number",
             "poisson", "temperature", "temperatur", "torque", "angle", "maximum", "max", "max.", "fmax", "minimum",
             "peak", "mean", "at", "break", "bruch", "yield", "offset",
