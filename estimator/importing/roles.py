@@ -72,7 +72,7 @@ def role_of(column: Column) -> Role:
         return Role("force", _axis_at_end(bare), "", _of("force", unit))
     if title.quantity in ("extension", "position", "height") and not _axis_at_end(bare):
         return Role("position", "", "", _of("position", unit))
-    if title.quantity in ("strain", "stress") and not title.true:
+    if title.quantity in ("strain", "stress") and title.measure is None:
         # with the gauge length as the unit of strain, and the section's load as that of stress
         return Role("position" if title.quantity == "strain" else "force")
     match = _POINT.fullmatch(bare)
