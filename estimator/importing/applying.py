@@ -15,7 +15,7 @@ from estimator.importing.bodies import body_of, box_of, centre_of
 from estimator.importing.clocks import at, times_of
 from estimator.importing.course import kept_rows, phases_of, rows_at_rest, steps_of
 from estimator.importing.frames import SourceFrame
-from estimator.importing.mapping import POSITIONS, QUATERNION, TURNS, ImportMapping
+from estimator.importing.mapping import POSITIONS, QUATERNION, ROTATION_VECTOR, TURNS, ImportMapping
 from estimator.importing.poses import along_tissue_axes, pose_of_points, quaternions_between, relative_turns
 from estimator.importing.table import FloatArray, Source, Table
 from estimator.importing.units import Quantity, factor_of
@@ -94,6 +94,13 @@ def _mean_at_rest(wrench: FloatArray, rows: int) -> FloatArray:
     return np.asarray(total / np.maximum(known.sum(axis=0), 1))
 
 
+def _of_angles(angles: FloatArray, form: str) -> Rotation:
+    """Return the turns of angles (n, 3) about x, y and z, rad: a rotation vector, or one after the other."""
+    if form == ROTATION_VECTOR:
+        return Rotation.from_rotvec(angles)
+    return Rotation.from_euler(form, angles[:, ["xyz".index(axis) for axis in form.lower()]])
+
+
 def _turned(turns: Rotation, vectors: FloatArray) -> FloatArray:
     """Return vectors (n, 3) along the axes that the turns are stated in; NaN where a component is not known."""
     known = np.isfinite(vectors).all(axis=1, keepdims=True)
@@ -158,7 +165,7 @@ class _Reading:
         own = np.stack([self._of_table(table, name, quantity) for name in names], axis=1)
         if names is TURNS:
             known = np.isfinite(own).all(axis=1, keepdims=True)
-            turns = Rotation.from_rotvec(np.where(known, own, 0.0)).as_quat(scalar_first=True)
+            turns = _of_angles(np.where(known, own, 0.0), self._mapping.turn_form).as_quat(scalar_first=True)
             own = np.where(known, turns, np.nan)
         length = np.linalg.norm(own, axis=1, keepdims=True)
         own = np.where(length > _LEAST_LENGTH, own, np.nan)

@@ -116,3 +116,48 @@ def test_a_first_row_without_orientation_is_refused(tmp_path: Path) -> None:
         InputError, match=r"\[rows\] first: place or orientation .* is not known in the first row"
     ):
         import_experiment(tmp_path / "pose.csv", tmp_path / "pull")
+
+
+def of_names(form: str) -> dict[str, np.ndarray]:
+    scalar_first = TURNS.as_quat(scalar_first=True)
+    values, names = {
+        "numbered": (scalar_first, ("q0", "q1", "q2", "q3")),
+        "of a topic": (scalar_first, tuple(f"/pose/pose/orientation/{axis}" for axis in "wxyz")),
+        "of a message": (scalar_first, tuple(f"field.pose.orientation.{axis}" for axis in "wxyz")),
+        "roll, pitch, yaw": (TURNS.as_euler("xyz", degrees=True), ("roll (deg)", "pitch (deg)", "yaw (deg)")),
+        "xyz": (TURNS.as_euler("xyz", degrees=True), ("rx (deg)", "ry (deg)", "rz (deg)")),
+        "ZYX": (TURNS.as_euler("ZYX", degrees=True)[:, ::-1], ("rx (deg)", "ry (deg)", "rz (deg)")),
+        "rotation vector": (TURNS.as_rotvec(), ("rx (rad)", "ry (rad)", "rz (rad)")),
+    }[form]
+    return dict(zip(names, values.T, strict=True))
+
+
+def motion() -> dict[str, np.ndarray]:
+    way = 100 * ANGLE
+    return {"Time (s)": TIME, "px (mm)": way, "Fx (N)": 0.3 * way}
+
+
+@pytest.mark.parametrize(
+    "form",
+    ["numbered", "of a topic", "of a message", "roll, pitch, yaw", "xyz", "ZYX", "rotation vector"],
+)
+def test_an_orientation_is_understood_or_asked_for(form: str, tmp_path: Path) -> None:
+    written(tmp_path / "pose.csv", {**motion(), **of_names(form)})
+    mapping = import_experiment(tmp_path / "pose.csv", tmp_path / "pull").mapping
+    asked = completed(mapping, {**ANSWERS, "[turn] angles": f'"{form}"'})
+    assert ("[turn] angles" in asked) == (form in ("xyz", "ZYX"))
+    import_experiment(tmp_path / "pose.csv", tmp_path / "pull")
+    found = read_experiment(tmp_path / "pull")
+    turned = Rotation.from_quat(found.quaternion_wxyz, scalar_first=True).as_rotvec()
+    assert turned[:, 1] == pytest.approx(0.03 * np.clip(found.time - 1.0, 0.0, None), abs=1e-6)
+    assert turned[:, [0, 2]] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_quaternion_numbered_from_one_is_asked_for_and_joints_are_none(tmp_path: Path) -> None:
+    values = dict(zip(("q1", "q2", "q3", "q4"), TURNS.as_quat(scalar_first=True).T, strict=True))
+    written(tmp_path / "pose.csv", {**motion(), **values})
+    opened = [key for _, key in import_experiment(tmp_path / "pose.csv", tmp_path / "pull").open_lines]
+    assert opened[:4] == ["[columns] qw", "[columns] qx", "[columns] qy", "[columns] qz"]
+    written(tmp_path / "joints.csv", {**motion(), **values, "q5": 0.2 * TIME, "q6": 0.1 * TIME})
+    opened = [key for _, key in import_experiment(tmp_path / "joints.csv", tmp_path / "joints").open_lines]
+    assert not any(key.startswith("[columns] q") for key in opened)
