@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import openpyxl
 import pytest
 from gel_records import PULLED, modulus, read, table
 from hypothesis import given, settings
@@ -18,7 +19,7 @@ from daq.bad_input.samples.machine_exports import (
     zwick_testxpert,
 )
 from estimator.errors import InputError
-from estimator.uniaxial import Stated
+from estimator.uniaxial import Stated, read_record
 
 MODES = ("tension", "compression")
 
@@ -396,3 +397,31 @@ def test_a_channel_that_stands_still_is_not_taken(dead: float, tmp_path: Path) -
     record = read(tmp_path, text, Stated(gauge_length=0.02, area=2e-5))
     assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=1e-3)
     assert any("(not 'Force X (N)')" in sentence for sentence in record.found)
+
+
+@pytest.mark.parametrize("results", ["1,0.36,12\n2,0.37,13\n", "1,0.36,12\n"])
+def test_a_table_of_results_is_no_specimen(results: str, tmp_path: Path) -> None:
+    text = table("Tensile strain (-),Stress (kPa)", PULLED.strain, PULLED.stress)
+    record = read(tmp_path, f"Results\n,Load (N),Extension (mm)\n{results}\n\n{text}")
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=1e-3)
+    assert not any("specimen" in sentence for sentence in record.found)
+
+
+def test_formulas_without_values_are_named(tmp_path: Path) -> None:
+    book = openpyxl.Workbook()
+    sheet = book.active
+    sheet.append(["Extension (mm)", "Load (N)", "Strain (-)", "Stress (kPa)"])
+    for row, (travel, load) in enumerate(zip(PULLED.travel_mm, PULLED.load_N, strict=True), start=2):
+        sheet.append([float(travel), float(load), f"=A{row}/20", f"=B{row}/0.02"])
+    book.save(tmp_path / "test.xlsx")
+    with pytest.raises(
+        InputError, match=r"row 1: 'Strain \(-\)' holds nothing; if it has formulas, save the file"
+    ):
+        read_record(tmp_path / "test.xlsx")
+
+
+def test_a_file_of_old_office_programs_is_named(tmp_path: Path) -> None:
+    with pytest.raises(
+        InputError, match=r"is an \.xls file or another of old office programs; save it as \.xlsx"
+    ):
+        read(tmp_path, bytes.fromhex("d0cf11e0a1b11ae1") + bytes(4096), name="test.xls")

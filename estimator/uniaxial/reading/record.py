@@ -19,14 +19,20 @@ from estimator.uniaxial.reading.mode import Evidence, decide_mode
 from estimator.uniaxial.reading.other_tests import ToldOtherwise, other_test, refuse_other_test
 from estimator.uniaxial.reading.specimen import Specimen
 from estimator.uniaxial.reading.stated import NOTHING_STATED, Stated
-from estimator.uniaxial.reading.tables.blocks import Block, chosen_block, find_blocks, listed, unknown_names
+from estimator.uniaxial.reading.tables.blocks import (
+    FEWEST_ROWS,
+    Block,
+    chosen_block,
+    find_blocks,
+    listed,
+    unknown_names,
+)
 from estimator.uniaxial.reading.tables.choosing import ABSCISSAE, ORDINATES, choose
 from estimator.uniaxial.reading.tables.columns import Table, table_of
 from estimator.uniaxial.reading.tables.curve import LARGEST_STRAIN, Curve, curve_of
 from estimator.uniaxial.records import DEFAULT_STRAIN_FIT, Mode, UniaxialRecord
 
 _READ_ELSEWHERE = " (`retract diagnose` reads simple shear)"
-_FEWEST_ROWS = 6
 _SHORT_LINE = 4
 _MODULUS_RANGE = (100.0, 1e9)  # Pa, secant at the largest strain: jelly to hard plastic
 
@@ -79,8 +85,8 @@ def opened(path: Path | str, stated: Stated) -> Opened:
         )
     block, place = chosen_block(blocks, stated.specimen, str(file))
     table = table_of(block, [choose(block, kinds).column for kinds in (ABSCISSAE, ORDINATES)], stated)
-    if len(table.rows) < _FEWEST_ROWS:
-        raise InputError(f"{file}: {len(table.rows)} rows; at least {_FEWEST_ROWS} are needed")
+    if len(table.rows) < FEWEST_ROWS:
+        raise InputError(f"{file}: {len(table.rows)} rows; at least {FEWEST_ROWS} are needed")
     above = _rows_above(grids, blocks, block)
     columns = range(min(block.titles), max(block.titles) + 1)
     specimen = Specimen(stated, sizes_of(block.grid, above, table.style, place, columns))
@@ -106,7 +112,7 @@ def read_record(path: Path | str, stated: Stated = NOTHING_STATED) -> UniaxialRe
     refuse_other_test(other_test_in(read, stated), str(file), _READ_ELSEWHERE)
     _check_strain(file, curve)
     course = course_of(curve.strain, curve.stress, curve.lines, curve.time, keep_zero=stated.keep_zero)
-    if len(course.strain) < _FEWEST_ROWS:
+    if len(course.strain) < FEWEST_ROWS:
         raise InputError(_too_short(file, course))
     decision = decide_mode(evidence_of(read, stated, course), str(file))
     if not stated.keep_zero:
@@ -205,7 +211,7 @@ def _check_strain(file: Path, curve: Curve) -> None:
 def _too_short(file: Path, course: Course) -> str:
     why = f" ({'; '.join(course.left_out)})" if course.left_out else ""
     return (
-        f"{file}: the first loading has {len(course.strain)} rows of at least {_FEWEST_ROWS}{why}; "
+        f"{file}: the first loading has {len(course.strain)} rows of at least {FEWEST_ROWS}{why}; "
         "cut the file to the loading that you mean"
     )
 
