@@ -111,7 +111,14 @@ def read_record(path: Path | str, stated: Stated = NOTHING_STATED) -> UniaxialRe
     file, curve = read.file, read.curve
     refuse_other_test(other_test_in(read, stated), str(file), _READ_ELSEWHERE)
     _check_strain(file, curve)
-    course = course_of(curve.strain, curve.stress, curve.lines, curve.time, keep_zero=stated.keep_zero)
+    course = course_of(
+        curve.strain,
+        curve.stress,
+        curve.lines,
+        curve.time,
+        keep_zero=stated.keep_zero,
+        over_first=curve.over_first,
+    )
     if len(course.strain) < FEWEST_ROWS:
         raise InputError(_too_short(file, course))
     decision = decide_mode(evidence_of(read, stated, course), str(file))

@@ -40,6 +40,7 @@ class Curve:
     time : (n,) where there is such a column
     height_grows : whether a column of the specimen's height grows or falls; None without such a column
     from_crosshead : whether strain is the machine's travel
+    over_first : whether strain is over the first value of the specimen's height, which nothing else states
     abscissa, ordinate : the columns used
     found, assumed : a sentence each
     """
@@ -50,6 +51,7 @@ class Curve:
     time: FloatArray | None
     height_grows: bool | None
     from_crosshead: bool
+    over_first: bool
     abscissa: Choice
     ordinate: Choice
     found: tuple[str, ...]
@@ -63,6 +65,7 @@ class _Axis:
     values: FloatArray
     told: str
     assumed: tuple[str, ...] = ()
+    over_first: bool = False
 
 
 def curve_of(table: Table, specimen: Specimen) -> Curve:
@@ -90,6 +93,7 @@ def curve_of(table: Table, specimen: Specimen) -> Curve:
         height_grows=None if heights is None else _grows(heights),
         from_crosshead=abscissa.quantity in ("extension", "position")
         or has_word(abscissa.title.text, CROSSHEAD_WORDS),
+        over_first=strain.over_first,
         abscissa=abscissa,
         ordinate=ordinate,
         found=(strain.told, stress.told),
@@ -106,19 +110,22 @@ def _strain(table: Table, specimen: Specimen, choice: Choice) -> _Axis:
     if choice.quantity == "height":
         gauge = specimen.gauge_length
         if gauge is None and lengths[0] > 0:
-            return _Axis(lengths / lengths[0] - 1, f"{told}, over its first value")
+            return _Axis(lengths / lengths[0] - 1, f"{told}, over its first value", over_first=True)
         gauge = gauge or specimen.require_length(table.block.grid.where, extensometer=False)
         return _Axis(lengths / gauge.value - 1, f"{told}, over {gauge.source}")
-    gauge = _first_height(table, specimen) or specimen.require_length(
+    first = _first_height(table, specimen)
+    gauge = first or specimen.require_length(
         table.block.grid.place(table.block.header_line), extensometer=_by_extensometer(choice)
     )
     told = f"{told}, over {gauge.source}"
+    reasons: tuple[str, ...] = ()
     if choice.quantity == "position" and lengths[0] != 0:
-        reason = (
-            f"{choice.title.text!r} is a position: travel counts from its first value, {values[0]:g} {unit}"
+        where = f"its first value, {values[0]:g} {unit}"
+        lengths, reasons = (
+            lengths - lengths[0],
+            (f"{choice.title.text!r} is a position: travel counts from {where}",),
         )
-        return _Axis((lengths - lengths[0]) / gauge.value, told, (reason,))
-    return _Axis(lengths / gauge.value, told)
+    return _Axis(lengths / gauge.value, told, reasons, over_first=first is not None)
 
 
 def _first_height(table: Table, specimen: Specimen) -> Measure | None:
