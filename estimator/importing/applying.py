@@ -13,10 +13,16 @@ from estimator.experiment.model import Environment, Experiment, SurfaceBelow, Tr
 from estimator.experiment.observations import WRENCH_COLUMNS
 from estimator.importing.bodies import body_of, box_of, centre_of
 from estimator.importing.clocks import at, times_of
-from estimator.importing.course import kept_rows, phases_of, rows_at_rest, steps_of
+from estimator.importing.course import kept_rows, phases_of, rows_at_rest, steps_of, zero_at_rest
 from estimator.importing.frames import SourceFrame
-from estimator.importing.mapping import POSITIONS, QUATERNION, ROTATION_VECTOR, TURNS, ImportMapping
-from estimator.importing.poses import along_tissue_axes, pose_of_points, quaternions_between, relative_turns
+from estimator.importing.mapping import POSITIONS, QUATERNION, TURNS, ImportMapping
+from estimator.importing.poses import (
+    along_tissue_axes,
+    pose_of_points,
+    quaternions_between,
+    relative_turns,
+    turns_of_angles,
+)
 from estimator.importing.table import FloatArray, Source, Table
 from estimator.importing.units import Quantity, factor_of
 
@@ -60,7 +66,7 @@ def experiment_of(source: Source, mapping: ImportMapping, scratch: Path) -> Expe
     position = np.array(centre) + moved[keep]
     readings = wrench[keep]
     if mapping.zeroed:
-        readings = readings - _mean_at_rest(wrench, rows_at_rest([distance]))
+        readings = readings - zero_at_rest(wrench, rows_at_rest([distance]), mapping.rows[0], mapping.file)
     return Experiment(
         name=mapping.name,
         phantom_id=mapping.phantom_id,
@@ -85,20 +91,6 @@ def experiment_of(source: Source, mapping: ImportMapping, scratch: Path) -> Expe
 
 BoolArray = NDArray[np.bool_]
 _LEAST_LENGTH = 0.5  # of a quaternion; a shorter one is none
-
-
-def _mean_at_rest(wrench: FloatArray, rows: int) -> FloatArray:
-    """Return the mean of each component over the first rows, 0 where there is none, (6,)."""
-    known = np.isfinite(wrench[:rows])
-    total = np.where(known, wrench[:rows], 0.0).sum(axis=0)
-    return np.asarray(total / np.maximum(known.sum(axis=0), 1))
-
-
-def _of_angles(angles: FloatArray, form: str) -> Rotation:
-    """Return the turns of angles (n, 3) about x, y and z, rad: a rotation vector, or one after the other."""
-    if form == ROTATION_VECTOR:
-        return Rotation.from_rotvec(angles)
-    return Rotation.from_euler(form, angles[:, ["xyz".index(axis) for axis in form.lower()]])
 
 
 def _turned(turns: Rotation, vectors: FloatArray) -> FloatArray:
@@ -165,7 +157,9 @@ class _Reading:
         own = np.stack([self._of_table(table, name, quantity) for name in names], axis=1)
         if names is TURNS:
             known = np.isfinite(own).all(axis=1, keepdims=True)
-            turns = _of_angles(np.where(known, own, 0.0), self._mapping.turn_form).as_quat(scalar_first=True)
+            turns = turns_of_angles(np.where(known, own, 0.0), self._mapping.turn_form).as_quat(
+                scalar_first=True
+            )
             own = np.where(known, turns, np.nan)
         length = np.linalg.norm(own, axis=1, keepdims=True)
         own = np.where(length > _LEAST_LENGTH, own, np.nan)

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from estimator.errors import InputError
+from estimator.importing.mapping import ROTATION_VECTOR
 from estimator.importing.table import FloatArray
 
 _LEAST_FOR_A_TURN = 3
@@ -47,6 +48,13 @@ def pose_of_points(points: FloatArray, where: str) -> tuple[FloatArray, Rotation
         ]
         turns = Rotation.concatenate(each)
     return middle, turns, ~seen
+
+
+def turns_of_angles(angles: FloatArray, form: str) -> Rotation:
+    """Return the turns of angles (n, 3) about x, y and z, rad: a rotation vector, or one after the other."""
+    if form == ROTATION_VECTOR:
+        return Rotation.from_rotvec(angles)
+    return Rotation.from_euler(form, angles[:, ["xyz".index(axis) for axis in form.lower()]])
 
 
 def quaternions_between(own: FloatArray, quaternions: FloatArray, wanted: FloatArray) -> FloatArray:

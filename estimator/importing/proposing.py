@@ -15,6 +15,7 @@ from estimator.uniaxial.reading.language.units import spelt
 
 MOST_BEADS = 30
 _FEWEST_AT_REST = 8
+_RIGHT_BEFORE = 5  # rows at rest that tell a force's zero
 _LETTER: dict[Kind, str] = {"position": "p", "force": "f", "torque": "t", "turn": "r", "quaternion": "q"}
 
 
@@ -160,13 +161,16 @@ def _force_of(channels: dict[str, Proposed], times: dict[str, Proposed]) -> str 
         if one is None or other is None or read is None:
             continue
         values, place = read, other.column.values * _factor(other)
-        values = (values - _first(values)) * _factor(one)
+        # a sensor may be zeroed while the test rests
+        before = values[: rows_at_rest([place])][-_RIGHT_BEFORE:]
+        known = before[np.isfinite(before)]
+        values = (values - (np.median(known) if len(known) else _first(values))) * _factor(one)
         end = int(np.nanargmax(np.abs(place - _first(place)))) + 1
         step = np.diff(place[:end])
         mean = (values[1:end] + values[: end - 1]) / 2
-        known = np.isfinite(step) & np.isfinite(mean)
-        work -= float(np.sum(mean[known] * step[known]))
-        effort += float(np.sum(np.abs(mean[known] * step[known])))
+        both = np.isfinite(step) & np.isfinite(mean)
+        work -= float(np.sum(mean[both] * step[both]))
+        effort += float(np.sum(np.abs(mean[both] * step[both])))
     if effort == 0 or abs(work) < 0.5 * effort:
         return None
     return "tissue on gripper" if work > 0 else "gripper on tissue"
