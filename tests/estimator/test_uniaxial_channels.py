@@ -102,3 +102,37 @@ def test_coarse_and_repeated_readings_are_neither_odd_nor_at_a_limit(
     record = read(tmp_path, table("Strain (-),Stress (kPa)", strain, np.round(stress, digits)), BAR)
     assert record.left_out == ()
     assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=0.02)
+
+
+SET = {
+    "Strain setpoint (-),Strain (-),Stress (kPa)": (1.2, 1.0),
+    "Target position (mm),Position (mm),Load (N)": (24.0, 20.0),
+    "Commanded displacement (mm),Actual displacement (mm),Load (N)": (24.0, 20.0),
+    "Sollwert Weg (mm),Weg (mm),Kraft (N)": (24.0, 20.0),
+    "Strain std (-),Strain (-),Stress (kPa)": (0.1, 1.0),
+    "Displacement (mm),Corrected displacement (mm),Load (N)": (24.0, 20.0),
+}
+
+
+@pytest.mark.parametrize("names", SET)
+def test_what_was_measured_is_read_and_not_what_was_asked_for_or_its_scatter(
+    names: str, tmp_path: Path
+) -> None:
+    first, second = SET[names]
+    load = PULLED.load_N if "(N)" in names else PULLED.stress
+    record = read(tmp_path, table(names, first * PULLED.strain, second * PULLED.strain, load), BAR)
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=1e-3)
+
+
+def test_the_scatter_of_a_mean_curve_is_no_stress(tmp_path: Path) -> None:
+    text = table(
+        "Strain (-),Mean stress (kPa),SD stress (kPa)", PULLED.strain, PULLED.stress, PULLED.stress / 100
+    )
+    with pytest.raises(InputError, match="or none as stress or load"):
+        read(tmp_path, text, BAR)
+
+
+@pytest.mark.parametrize("raw", ["Force (V)", "Raw force (counts)"])
+def test_a_force_is_read_and_not_the_signal_beside_it(raw: str, tmp_path: Path) -> None:
+    text = table(f"Extension (mm),{raw},Force (N)", PULLED.travel_mm, 300 * PULLED.load_N, PULLED.load_N)
+    assert modulus(read(tmp_path, text, BAR)) == pytest.approx(YOUNGS_MODULUS, rel=1e-3)

@@ -360,6 +360,7 @@ NOT_UNIAXIAL = {
     "bending": ("Flexure strain (-),Flexure stress (kPa)", "Method,3-point bending", "gel_bend_2"),
     "biaxial": ("Strain (-),Equibiaxial stress (kPa)", "Test,Biaxial tension", "biaxial"),
     "planar": ("Planar strain (-),Stress (kPa)", "Test type,Planar tension", "planar_tension"),
+    "oscillation": ("Oscillation strain (-),Oscillation stress (kPa)", "Mode,Oscillation", "oscillation_3"),
     "volumetric": ("Volumetric strain (-),Stress (kPa)", "Test,Confined compression", "confined"),
 }
 

@@ -16,7 +16,7 @@ Size: TypeAlias = Literal[
 ]  # fmt: skip
 Dimension: TypeAlias = Literal["strain", "stress", "force", "length", "area", "time"]
 OtherTest: TypeAlias = Literal[
-    "shear", "bending", "torsion", "biaxial", "planar", "volumetric", "indentation"
+    "shear", "bending", "torsion", "oscillation", "biaxial", "planar", "volumetric", "indentation"
 ]
 Measure: TypeAlias = Literal["true", "Green", "Almansi", "second Piola-Kirchhoff", "Kirchhoff"]
 
@@ -29,6 +29,10 @@ COLUMN_WORDS: Mapping[Quantity, tuple[str, ...]] = MappingProxyType(
             "thickness", "cycle", "zyklus", "*number",
             "poisson", "temperature", "temperatur", "torque", "angle", "maximum", "max", "max.", "fmax", "minimum",
             "peak", "mean", "at", "break", "bruch", "yield", "offset",
+            "setpoint", "set-point", "*setpoint", "target", "command", "commanded", "demand", "demanded", "programmed",
+            "sollwert*", "soll", "*sollwert", "consigne",
+            "std", "sd", "stdev", "std.", "deviation", "sem", "error", "err", "variance", "standardabweichung",
+            "streuung", "upper", "lower", "ci", "confidence",
         ),
         "strain": (
             "strain", "*strain", "*dehnung", "stauchung", "epsilon", "ε", "e1", "exx", "eyy",
@@ -104,6 +108,17 @@ NOMINAL_WORDS = (
     "pk1", "1pk", "1st piola-kirchhoff", "first piola-kirchhoff", "1st piola kirchhoff", "first piola kirchhoff",
     "1st piola", "first piola", "1st pk", "first pk",
 )  # fmt: skip
+CORRECTED_WORDS = (
+    "corrected",
+    "compensated",
+    "korrigiert",
+    "korrigierte",
+    "corrige",
+    "corregida",
+    "corretto",
+)
+"""Of a column that is to be taken rather than the one that it corrects."""
+
 CROSSHEAD_WORDS = (
     "crosshead",
     "extension",
@@ -148,6 +163,7 @@ OTHER_TEST_WORDS: Mapping[OtherTest, tuple[str, ...]] = MappingProxyType(
             "4-point", "four-point",
         ),
         "torsion": ("torsion", "torsional"),
+        "oscillation": ("oscillation", "oscillatory", "oszillation", "amplitude"),
         "biaxial": ("biaxial", "equibiaxial", "equi-biaxial", "bulge", "inflation"),
         "planar": ("planar",),
         "volumetric": ("volumetric", "hydrostatic", "confined", "oedometer", "oedometric"),

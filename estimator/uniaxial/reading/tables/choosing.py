@@ -11,7 +11,8 @@ from types import MappingProxyType
 from estimator.errors import InputError
 from estimator.uniaxial.reading.cells.numbers import rough_number
 from estimator.uniaxial.reading.language.titles import Title
-from estimator.uniaxial.reading.language.vocabulary import Measure, Quantity
+from estimator.uniaxial.reading.language.vocabulary import CORRECTED_WORDS, Measure, Quantity
+from estimator.uniaxial.reading.language.words import has_word
 from estimator.uniaxial.reading.tables.axes import of_several_axes
 from estimator.uniaxial.reading.tables.blocks import Block
 
@@ -79,8 +80,11 @@ def column_of(block: Block, kind: Quantity, measure: Measure | None = None) -> C
     ]
     if not candidates:
         return None
-    live = _live(block, candidates)
-    first = next(((c, t) for c, t in live if t.nominal), live[0])
+    # a raw signal in volts or counts beside one in newtons
+    live = _live(block, [one for one in candidates if one[1].unknown_unit is None] or candidates)
+    first = next((one for one in live if one[1].nominal), None) or next(
+        (one for one in live if has_word(one[1].text, CORRECTED_WORDS)), live[0]
+    )
     column, title = max(_of_its_axes(first, live), key=lambda one: _range(block, one[0]))
     return Choice(column, title, tuple(t.text for c, t in candidates if c != column))
 
