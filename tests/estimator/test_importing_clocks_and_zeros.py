@@ -1,5 +1,7 @@
 """Sensors that are zeroed late, and streams whose clocks have nothing in common: one line, and no wrong force."""
 
+from collections.abc import Callable
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -77,3 +79,38 @@ def test_torques_are_understood_in_every_unit(unit: str, per_Nm: float, tmp_path
     written(tmp_path / "pull.csv", **{"Time (s)": TIME, "px (mm)": WAY, "Fx (N)": 0.3 * WAY, **torque})
     found = imported(tmp_path / "pull.csv", tmp_path / "pull")
     assert found.wrench[-1, 5] == pytest.approx(-0.01 * WAY[-1], rel=1e-4)
+
+
+STAMPS: dict[str, Callable[[datetime], str]] = {
+    "ISO 8601": lambda moment: moment.isoformat(),
+    "with a zone": lambda moment: moment.isoformat() + "+01:00",
+    "with a space": lambda moment: moment.isoformat(sep=" "),
+    "a clock": lambda moment: moment.strftime("%H:%M:%S.%f"),
+    "decimal comma": lambda moment: moment.strftime("%H:%M:%S,%f"),
+    "another date": lambda moment: moment.strftime("%d.%m.%Y %H:%M:%S.%f"),
+}
+
+
+@pytest.mark.parametrize("form", STAMPS)
+@pytest.mark.parametrize("begin", ["2024-03-01T09:59:58.250000", "2024-03-01T23:59:57.750000"])
+def test_stamps_of_a_clock_are_seconds(form: str, begin: str, tmp_path: Path) -> None:
+    if form == "another date" and "23:59" in begin:
+        begin = "2024-03-01T11:59:57.750000"
+    start = datetime.fromisoformat(begin)
+    stamps = [STAMPS[form](start + timedelta(seconds=float(now))) for now in TIME]
+    lines = ["timestamp;px (mm);Fx (N)"]
+    lines += [f"{stamp};{x:.6f};{0.3 * x:.6f}" for stamp, x in zip(stamps, WAY, strict=True)]
+    (tmp_path / "pull.csv").write_text("\n".join(lines), encoding="utf-8")
+    assert 'time = { column = "timestamp", unit = "s" }' in (
+        import_experiment(tmp_path / "pull.csv", tmp_path / "first").mapping.read_text(encoding="utf-8")
+    )
+    found = imported(tmp_path / "pull.csv", tmp_path / "pull")
+    assert found.time == pytest.approx(TIME, abs=1e-6)
+
+
+@pytest.mark.parametrize("cell", ["stretch", "1-2-3", "10:61:00", "2024-13-01T00:00:00"])
+def test_words_are_no_stamps(cell: str, tmp_path: Path) -> None:
+    rows = "".join(f"{cell},{x:.3f},{0.3 * x:.3f}\n" for x in WAY)
+    (tmp_path / "pull.csv").write_text("timestamp,px (mm),Fx (N)\n" + rows, encoding="utf-8")
+    opened = [key for _, key in import_experiment(tmp_path / "pull.csv", tmp_path / "pull").open_lines]
+    assert "[[clock]] rate_hz" in opened

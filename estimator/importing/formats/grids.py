@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from estimator.errors import InputError
+from estimator.importing.formats.clock_times import seconds_of_stamps
 from estimator.importing.formats.grouped_names import grouped_names
 from estimator.importing.table import Column, Source, Table, require_tables
 from estimator.importing.units import quantity_of
@@ -70,6 +71,8 @@ def table_of_grid(grid: Grid) -> Table:
         values = np.array([_number(row, place, style) for row in data])
         if name and np.isnan(values).mean() <= _MOST_EMPTY:
             columns.append(Column(name, values, units.get(place)))
+        elif name and (seconds := seconds_of_stamps([row.text(place) for row in data])) is not None:
+            columns.append(Column(name, seconds, "s"))
     return Table(grid.name or "table", tuple(columns), None, _facts(grid.rows[: header or 0]))
 
 
