@@ -16,7 +16,7 @@ _LONGEST = 64
 
 
 def seconds_of_stamps(cells: Sequence[str]) -> FloatArray | None:
-    """Return seconds since the first stamp, NaN where a cell is none; None where the cells are no stamps, or all the same.
+    """Return seconds since the first stamp, NaN where a cell is none; None where they are no stamps or all the same.
 
     Dates are those of ISO 8601; of another date, which may be read in two ways, only the clock is used, and only where
     all rows are of one day. A clock without a date runs on past midnight.
