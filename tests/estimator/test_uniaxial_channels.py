@@ -52,6 +52,15 @@ def test_a_test_that_loads_two_axes_is_no_uniaxial_one(share: float, tmp_path: P
         read(tmp_path, text, BAR)
 
 
+def test_noise_along_the_other_axes_is_no_load(tmp_path: Path) -> None:
+    rng = np.random.default_rng(4)
+    noise = 0.08 * PULLED.load_N.max() * rng.normal(size=(3, len(PULLED.load_N)))
+    text = table(
+        "Extension (mm),Fx (N),Fy (N),Fz (N)", PULLED.travel_mm, *noise[:2], PULLED.load_N + noise[2]
+    )
+    assert modulus(read(tmp_path, text, BAR)) == pytest.approx(YOUNGS_MODULUS, rel=0.1)
+
+
 @pytest.mark.parametrize("names", ["Strain *1000,Stress (kPa)", "Strain (x10^-3),Stress (kPa)"])
 def test_a_multiple_in_the_name_of_a_strain_is_refused(names: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"line 1: the unit of .*10.* is none of -, %.*convert it"):

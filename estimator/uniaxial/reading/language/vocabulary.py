@@ -32,7 +32,7 @@ COLUMN_WORDS: Mapping[Quantity, tuple[str, ...]] = MappingProxyType(
             "setpoint", "set-point", "*setpoint", "target", "command", "commanded", "demand", "demanded", "programmed",
             "sollwert*", "soll", "*sollwert", "consigne",
             "std", "sd", "stdev", "std.", "deviation", "sem", "error", "err", "variance", "standardabweichung",
-            "streuung", "upper", "lower", "ci", "confidence",
+            "streuung", "ci", "confidence",
         ),
         "strain": (
             "strain", "*strain", "*dehnung", "stauchung", "epsilon", "ε", "e1", "exx", "eyy",

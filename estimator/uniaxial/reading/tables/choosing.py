@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
+import numpy as np
+
 from estimator.errors import InputError
 from estimator.uniaxial.reading.cells.numbers import rough_number
 from estimator.uniaxial.reading.language.titles import Title
@@ -103,9 +105,8 @@ def _refuse_two_loads(block: Block, choice: Choice) -> None:
     others = [
         one for one in block.titles.items() if one[1].quantity == choice.quantity and one[0] != choice.column
     ]
-    largest = _range(block, choice.column)
     for column, title in _of_its_axes(used, others)[1:]:
-        share = _range(block, column) / largest if largest > 0 else 0.0
+        share = _share_of(block, choice.column, column)
         if share >= _LOADED_TOO:
             raise InputError(
                 f"{block.grid.place(block.header_line)}: {title.text!r} bears {100 * share:.0f} % of what "
@@ -126,6 +127,16 @@ def _live(block: Block, candidates: Sequence[tuple[int, Title]]) -> Sequence[tup
         >= _STANDS_STILL
         * max(r for (_, title), r in zip(candidates, ranges, strict=True) if title.unit == one[1].unit)
     ]
+
+
+def _share_of(block: Block, main: int, other: int) -> float:
+    """Return which share of a column another follows: the slope of its regression, on which noise has no say."""
+    pairs = np.array([[rough_number(row.text(column)) for column in (main, other)] for row in block.data])
+    known = pairs[np.isfinite(pairs).all(axis=1)]
+    if len(known) < 2 or np.ptp(known[:, 0]) == 0:
+        return 0.0
+    x, y = (known - known.mean(axis=0)).T
+    return abs(float(x @ y) / float(x @ x))
 
 
 def _range(block: Block, column: int) -> float:
