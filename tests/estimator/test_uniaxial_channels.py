@@ -145,3 +145,12 @@ def test_the_scatter_of_a_mean_curve_is_no_stress(tmp_path: Path) -> None:
 def test_a_force_is_read_and_not_the_signal_beside_it(raw: str, tmp_path: Path) -> None:
     text = table(f"Extension (mm),{raw},Force (N)", PULLED.travel_mm, 300 * PULLED.load_N, PULLED.load_N)
     assert modulus(read(tmp_path, text, BAR)) == pytest.approx(YOUNGS_MODULUS, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "names",
+    ["Wegaufnehmer (mm);Kraftaufnehmer (N)", "Carrera (mm);Fuerza (N)", "Traversenposition (mm);Kraft (N)"],
+)
+def test_other_words_for_travel_and_load_are_known(names: str, tmp_path: Path) -> None:
+    text = table(names, PULLED.travel_mm, PULLED.load_N, separator=";")
+    assert modulus(read(tmp_path, text, BAR)) == pytest.approx(YOUNGS_MODULUS, rel=1e-3)

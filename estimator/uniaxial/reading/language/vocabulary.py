@@ -48,13 +48,13 @@ COLUMN_WORDS: Mapping[Quantity, tuple[str, ...]] = MappingProxyType(
         ),
         "force": (
             "force", "*force", "load", "*load", "*kraft", "fuerza", "carga", "forza", "carico", "charge", "f",
-            "fx", "fy", "fz",
+            "fx", "fy", "fz", "kraftaufnehmer", "kraftmessdose",
             "loadcell", "力", "試験力", "荷重", "forca", "kracht", "sila", "siła", "obciazenie", "сила", "нагрузка",
             "усилие", "하중", "시험력", "kuvvet",
         ),
         "extension": (
             "extension", "extensometer", "elongation", "displacement", "disp", "disp.", "stroke", "travel", "*weg",
-            "distance", "abstand",
+            "distance", "abstand", "wegaufnehmer", "carrera", "corsa", "hub",
             "verlangerung", "langenanderung", "verformung", "deformation", "deformacion", "deformazione",
             "deplacement", "allongement", "course",
             "desplazamiento", "alargamiento", "elongacion", "spostamento", "allungamento", "deflection",
@@ -64,7 +64,7 @@ COLUMN_WORDS: Mapping[Quantity, tuple[str, ...]] = MappingProxyType(
             "forlangning", "przemieszczenie", "wydluzenie", "wydłużenie", "posunuti", "prodlouzeni", "deformace",
             "перемещение", "удлинение", "변위", "신율", "uzama",
         ),
-        "position": ("position", "crosshead", "crossheadposition", "actuator", "*traverse", "querhaupt",
+        "position": ("position", "*position", "crosshead", "crossheadposition", "actuator", "*traverse", "querhaupt",
             "traversa"),
         "height": (
             "height", "gap", "hohe", "hoehe", "probenhohe", "spalt", "hauteur", "entrefer", "altura", "altezza",
