@@ -34,7 +34,8 @@ _SHORT: tuple[tuple[re.Pattern[str], Kind], ...] = (
         "position",
     ),
 )
-_NAMED_TURNS = {"roll": "x", "pitch": "y", "yaw": "z"}
+# A, B and C are an arm's turns about z, y and x
+_NAMED_TURNS = {"roll": "x", "pitch": "y", "yaw": "z", "a": "z", "b": "y", "c": "x"}
 _POINT = re.compile(r"(.*?\S)?[ _.:\-]*([xyz])", re.IGNORECASE)
 _TIMES = {"time", "t", "timestamp", "zeit", "seconds", "elapsed time", "time stamp"}
 _LONGEST = 200
@@ -81,7 +82,7 @@ def role_of(column: Column) -> Role:
         match = pattern.fullmatch(".".join(parts[-2:])) or pattern.fullmatch(parts[-1])
         if match and (kind == "quaternion" or unit is None or quantity_of(unit) == QUANTITY_OF[kind]):
             return Role(kind, match[1], "", None if kind == "quaternion" else unit)
-    if parts[-1] in _NAMED_TURNS:
+    if parts[-1] in _NAMED_TURNS and (len(parts[-1]) > 1 or quantity_of(unit) == "angle"):
         return Role("turn", _NAMED_TURNS[parts[-1]], "", _of("turn", unit))
     if title.quantity == "force":
         return Role("force", _axis_at_end(bare), "", _of("force", unit))
