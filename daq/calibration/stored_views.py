@@ -91,10 +91,18 @@ def _png_names(folder: Path) -> list[str]:
 
 
 def _image(path: Path) -> NDArray[np.uint8]:
-    found = cv2.imdecode(np.frombuffer(_whole(path), np.uint8), cv2.IMREAD_GRAYSCALE)
+    found = cv2.imdecode(np.frombuffer(_whole(path), np.uint8), cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH)
     if found is None:
         raise CalibrationError(f"{path}: cannot be decoded; take the view again, or remove the file")
-    return np.asarray(found, dtype=np.uint8)
+    return _in_bytes(np.asarray(found))
+
+
+def _in_bytes(image: NDArray[np.generic]) -> NDArray[np.uint8]:
+    """Return an image of 16 bits in 8: of a camera's 10, 12 or 14 bits the lower ones of the file may be used alone."""
+    if image.dtype == np.uint8:
+        return np.asarray(image, dtype=np.uint8)
+    grey = np.asarray(image, dtype=np.float64)
+    return np.asarray(np.round(grey * (255.0 / max(float(grey.max()), 1.0))), dtype=np.uint8)
 
 
 def _whole(path: Path) -> bytes:

@@ -32,7 +32,7 @@ def add_what_a_file_may_leave_open(parser: argparse.ArgumentParser, modes: Seque
         group.add_argument(
             f"--{option}",
             metavar=metavar,
-            help="of the specimen, with its unit, as in '20 mm'; outranks the file",
+            help=f"of the specimen, with its unit, as in '20 {'mm2' if option == 'area' else 'mm'}'; outranks the file",
         )
     group.add_argument("--specimen", metavar="WHICH", help="number or label of one of several in a file")
     group.add_argument("--decimal", choices=("point", "comma"), help="mark of the numbers")

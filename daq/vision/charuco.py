@@ -14,6 +14,7 @@ from daq.vision.errors import VisionError
 FloatArray = NDArray[np.float64]
 
 _FEWEST_CORNERS = 8
+_SMALLEST_SQUARE_M, _LARGEST_SQUARE_M = 5e-4, 1.0
 _FEWEST_BEYOND = 3  # markers that the board cannot have: one alone may be read wrong
 
 
@@ -40,6 +41,11 @@ class CharucoBoard:
     def __post_init__(self) -> None:
         if not 0.0 < self.marker_m < self.square_m or min(self.columns, self.rows) < 3:
             raise ValueError("a board needs 3 x 3 squares or more, and markers smaller than its squares")
+        if not _SMALLEST_SQUARE_M <= self.square_m <= _LARGEST_SQUARE_M:
+            raise ValueError(
+                f"a square of {1e3 * self.square_m:g} mm is on no board, which have 0.5 mm to 1 m; "
+                "state millimetres as measured on the print"
+            )
         if not self.dictionary.startswith("DICT_") or not hasattr(cv2.aruco, self.dictionary):
             raise ValueError(f"dictionary {self.dictionary!r} is none of OpenCV's, such as 'DICT_4X4_100'")
         if self.columns * self.rows // 2 > self.markers_in_dictionary:

@@ -13,10 +13,16 @@ from estimator.experiment.model import Environment, Experiment, SurfaceBelow, Tr
 from estimator.experiment.observations import WRENCH_COLUMNS
 from estimator.importing.bodies import body_of, box_of, centre_of
 from estimator.importing.clocks import at, times_of
-from estimator.importing.course import kept_rows, phases_of, rows_at_rest, steps_of
+from estimator.importing.course import kept_rows, phases_of, rows_at_rest, steps_of, zero_at_rest
 from estimator.importing.frames import SourceFrame
 from estimator.importing.mapping import POSITIONS, QUATERNION, TURNS, ImportMapping
-from estimator.importing.poses import along_tissue_axes, pose_of_points, relative_turns
+from estimator.importing.poses import (
+    along_tissue_axes,
+    pose_of_points,
+    quaternions_between,
+    relative_turns,
+    turns_of_angles,
+)
 from estimator.importing.table import FloatArray, Source, Table
 from estimator.importing.units import Quantity, factor_of
 
@@ -60,7 +66,7 @@ def experiment_of(source: Source, mapping: ImportMapping, scratch: Path) -> Expe
     position = np.array(centre) + moved[keep]
     readings = wrench[keep]
     if mapping.zeroed:
-        readings = readings - _mean_at_rest(wrench, rows_at_rest([distance]))
+        readings = readings - zero_at_rest(wrench, rows_at_rest([distance]), mapping.rows[0], mapping.file)
     return Experiment(
         name=mapping.name,
         phantom_id=mapping.phantom_id,
@@ -84,13 +90,7 @@ def experiment_of(source: Source, mapping: ImportMapping, scratch: Path) -> Expe
 
 
 BoolArray = NDArray[np.bool_]
-
-
-def _mean_at_rest(wrench: FloatArray, rows: int) -> FloatArray:
-    """Return the mean of each component over the first rows, 0 where there is none, (6,)."""
-    known = np.isfinite(wrench[:rows])
-    total = np.where(known, wrench[:rows], 0.0).sum(axis=0)
-    return np.asarray(total / np.maximum(known.sum(axis=0), 1))
+_LEAST_LENGTH = 0.5  # of a quaternion; a shorter one is none
 
 
 def _turned(turns: Rotation, vectors: FloatArray) -> FloatArray:
@@ -134,16 +134,65 @@ class _Reading:
                 f"{mapping.file}: neither [columns] px, py, pz nor [gripper] columns tells how the gripper moves; "
                 "add one"
             )
-        turns = Rotation.identity(len(places))
-        if all(name in mapping.channels for name in QUATERNION):
-            values = np.stack([self._channel(name, None, 0.0) for name in QUATERNION], axis=1)
-            values[~np.isfinite(values).all(axis=1) | (np.linalg.norm(values, axis=1) < 0.5)] = [1, 0, 0, 0]
-            turns = Rotation.from_quat(values, scalar_first=True)
-        elif any(name in mapping.channels for name in TURNS):
-            turns = Rotation.from_rotvec(
-                np.nan_to_num(np.stack([self._channel(name, "angle", 0.0) for name in TURNS], axis=1))
+        turns, unknown = self._turns()
+        lost = np.asarray(~np.isfinite(places).all(axis=1) | unknown)
+        if lost[0]:
+            raise InputError(
+                f"{mapping.file}: [rows] first: place or orientation of the gripper is not known in the first row; "
+                "begin at another row"
             )
-        return places, turns, np.asarray(~np.isfinite(places).all(axis=1))
+        return places, turns, lost
+
+    def _turns(self) -> tuple[Rotation, BoolArray]:
+        """Return the gripper's turns in the source's axes, and in which rows they are named and not known."""
+        named = self._mapping.channels
+        nothing = Rotation.identity(len(self.time)), np.zeros(len(self.time), dtype=bool)
+        names = QUATERNION if all(name in named for name in QUATERNION) else TURNS
+        given = [name for name in names if name in named]
+        if not given:
+            return nothing
+        where = f"{self._mapping.file}: [columns] {given[0]}"
+        table, _ = self._source.find(named[given[0]].column, where)
+        quantity: Quantity | None = None if names is QUATERNION else "angle"
+        own = np.stack([self._of_table(table, name, quantity) for name in names], axis=1)
+        if names is TURNS:
+            known = np.isfinite(own).all(axis=1, keepdims=True)
+            turns = turns_of_angles(np.where(known, own, 0.0), self._mapping.turn_form).as_quat(
+                scalar_first=True
+            )
+            own = np.where(known, turns, np.nan)
+        length = np.linalg.norm(own, axis=1, keepdims=True)
+        own = np.where(length > _LEAST_LENGTH, own, np.nan)
+        if not np.isfinite(own).any():
+            return nothing  # a quaternion that nobody has set
+        if table.name != self._base.name and table.name in self._times:
+            own = quaternions_between(self._times[table.name], own, self._all_times())
+        rows = own[self._rows]
+        unknown = np.asarray(~np.isfinite(rows).all(axis=1))
+        return Rotation.from_quat(
+            np.where(unknown[:, None], [1.0, 0, 0, 0], rows), scalar_first=True
+        ), unknown
+
+    def _of_table(self, table: Table, name: str, quantity: Quantity | None) -> FloatArray:
+        """Return a channel of an orientation in the rows of its table, 0 where it is not named.
+
+        Raises
+        ------
+        InputError
+            It stands in another table than the others.
+        """
+        channel = self._mapping.channels.get(name)
+        if channel is None:
+            return np.zeros(table.rows)
+        where = f"{self._mapping.file}: [columns] {name}"
+        owner, column = self._source.find(channel.column, where)
+        if owner.name != table.name:
+            raise InputError(
+                f"{where}: is of the table {owner.name!r}, and others of the orientation of {table.name!r}; "
+                "name columns of one table"
+            )
+        factor = 1.0 if quantity is None else factor_of(channel.unit, quantity, where)
+        return np.asarray(channel.sign * factor * column.values)
 
     def wrench(self, frame: SourceFrame, turns: Rotation) -> FloatArray:
         """Return force and torque of the tissue on the gripper along the tissue axes, (n, 6).

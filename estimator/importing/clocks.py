@@ -40,7 +40,7 @@ def at(
     Raises
     ------
     InputError
-        There is no such column, or its table has no clock and another number of rows.
+        There is no such column, its table has no clock and another number of rows, or no moment in common.
     """
     table, column = source.find(name, where)
     if table.name == base.name:
@@ -56,6 +56,13 @@ def at(
     if known.sum() < 2:
         return np.full(len(wanted), np.nan)
     order = np.argsort(own[known], kind="stable")
+    first, last = own[known][order][[0, -1]]
+    if not np.any((wanted >= first) & (wanted <= last)):
+        raise InputError(
+            f"{where}: the table {table.name!r} runs from {first:.6g} to {last:.6g} s and {base.name!r} "
+            f"from {np.nanmin(wanted):.6g} to {np.nanmax(wanted):.6g} s, so that they have no moment in common; "
+            "state offset_s of their [[clock]]"
+        )
     return np.interp(wanted, own[known][order], values[known][order], left=np.nan, right=np.nan)
 
 

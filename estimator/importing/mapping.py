@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping as MappingOf
 from dataclasses import dataclass
+from itertools import permutations
 from pathlib import Path
 from typing import Literal, cast
 
@@ -25,6 +26,10 @@ TURNS = ("rx", "ry", "rz")
 ALONG = ("p", "f")
 """Travel and force of a machine that has one axis."""
 TARGETS: tuple[str, ...] = (*POSITIONS, *QUATERNION, *TURNS, *WRENCH_COLUMNS, *ALONG)
+
+ROTATION_VECTOR = "rotation vector"
+ORDERS = tuple("".join(order) for axes in ("xyz", "XYZ") for order in permutations(axes))
+"""Turns about three axes one after the other: fixed ones in small letters, in capitals those that turn along."""
 
 ForceOf = Literal["tissue on gripper", "gripper on tissue"]
 ForceAlong = Literal["source", "gripper"]
@@ -93,6 +98,7 @@ class ImportMapping:
     clocks: tuple[Clock, ...]
     rows: tuple[int, int | None, int]
     channels: MappingOf[str, Channel]
+    turn_form: str
     machine_axis: FloatArray | None
     gripper_points: tuple[tuple[str, str, str], ...]
     gripper_unit: str
@@ -177,6 +183,7 @@ def read_mapping(file: Path) -> ImportMapping:
         channels={
             key: _channel(root.table("columns").table(key)) for key in TARGETS if key in root.table("columns")
         },
+        turn_form=root.table("turn").choice("angles", (ROTATION_VECTOR, *ORDERS), ROTATION_VECTOR),
         machine_axis=_machine_axis(root, columns),
         gripper_points=_points(plain, "gripper", file),
         gripper_unit=gripper.text("unit", "mm"),

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from estimator.errors import InputError
+from estimator.importing.mapping import ROTATION_VECTOR
 from estimator.importing.table import FloatArray
 
 _LEAST_FOR_A_TURN = 3
@@ -47,6 +48,42 @@ def pose_of_points(points: FloatArray, where: str) -> tuple[FloatArray, Rotation
         ]
         turns = Rotation.concatenate(each)
     return middle, turns, ~seen
+
+
+def turns_of_angles(angles: FloatArray, form: str) -> Rotation:
+    """Return the turns of angles (n, 3) about x, y and z, rad: a rotation vector, or one after the other."""
+    if form == ROTATION_VECTOR:
+        return Rotation.from_rotvec(angles)
+    return Rotation.from_euler(form, angles[:, ["xyz".index(axis) for axis in form.lower()]])
+
+
+def quaternions_between(own: FloatArray, quaternions: FloatArray, wanted: FloatArray) -> FloatArray:
+    """Return orientations at the wanted times by the shorter way between those beside them; NaN beyond the ends.
+
+    A quaternion and its negative are one orientation, and files go from one to the other between two rows.
+
+    Parameters
+    ----------
+    own : (k,) times, s
+    quaternions : (k, 4), NaN where there is none
+    wanted : (n,) times, s
+
+    Examples
+    --------
+    >>> half = quaternions_between(np.array([0.0, 1.0]), np.array([[1.0, 0, 0, 0], [-1.0, 0, 0, 0]]), np.array([0.5]))
+    >>> np.abs(half).tolist()
+    [[1.0, 0.0, 0.0, 0.0]]
+    """
+    known = np.flatnonzero(np.isfinite(quaternions).all(axis=1) & np.isfinite(own))
+    known = known[np.argsort(own[known], kind="stable")]
+    if len(known) < 2:
+        return np.full((len(wanted), 4), np.nan)
+    kept = quaternions[known]
+    turned = np.sum(kept[1:] * kept[:-1], axis=1) < 0
+    kept = kept * np.concatenate([[1.0], np.where(np.cumsum(turned) % 2, -1.0, 1.0)])[:, None]
+    read = [np.interp(wanted, own[known], one, left=np.nan, right=np.nan) for one in kept.T]
+    found = np.stack(read, axis=1)
+    return np.asarray(found / np.linalg.norm(found, axis=1, keepdims=True))
 
 
 def relative_turns(turns: Rotation) -> Rotation:

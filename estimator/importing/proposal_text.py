@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from estimator.importing.mapping import FORMAT, POSITIONS
+from estimator.importing.mapping import FORMAT, POSITIONS, QUATERNION, TURNS
 from estimator.importing.points import Point
 from estimator.importing.proposing import Proposal, Proposed
 from estimator.importing.table import Table
@@ -85,6 +85,17 @@ def _columns(proposal: Proposal) -> Iterator[str]:
         yield f"{target} = {_channel(proposed)}{_hint(proposed)}"
     if not _has_motion(proposal):
         yield f'px = {{ column = {_OPEN}, unit = "mm" }}   # what tells how the gripper moves; or [gripper] columns'
+    if proposal.loose_quaternion:
+        shown = ", ".join(proposal.loose_quaternion)
+        yield f"# the scalar of {shown} is the first or the last; the others follow it in their order"
+        for target in QUATERNION:
+            yield f"{target} = {{ column = {_OPEN} }}"
+    if any(target in channels for target in TURNS):
+        told = _OPEN if proposal.turn_form is None else _text(proposal.turn_form)
+        yield ""
+        yield "[turn]"
+        yield f'angles = {told}   # "rotation vector", or the order of turns about x, y, z: "xyz" about fixed axes'
+        yield '#   (roll, pitch, yaw), "ZYX" in capitals about axes that turn along'
     if "p" in channels or "f" in channels:
         yield ""
         yield "[machine]"

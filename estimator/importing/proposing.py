@@ -1,19 +1,21 @@
 """What the columns of a source may be in an experiment: as much as names, units and physics tell."""
 
+import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from estimator.importing.course import rows_at_rest
 from estimator.importing.points import Point, points_of, spread
-from estimator.importing.roles import QUANTITY_OF, Kind, Role, role_of
+from estimator.importing.roles import QUANTITY_OF, Kind, Role, numbered_quaternion, role_of
 from estimator.importing.table import Column, FloatArray, Source, Table
 from estimator.importing.units import UNITS
 from estimator.uniaxial.reading.language.units import spelt
 
 MOST_BEADS = 30
 _FEWEST_AT_REST = 8
+_RIGHT_BEFORE = 5  # rows at rest that tell a force's zero
 _LETTER: dict[Kind, str] = {"position": "p", "force": "f", "torque": "t", "turn": "r", "quaternion": "q"}
 
 
@@ -42,6 +44,8 @@ class Proposal:
     all_points : how many there are
     force_of : what the force is exerted by, where the work that it does tells
     force_frame : that the file states the force in, where that is another than the motion's; empty otherwise
+    turn_form : what three angles of the gripper are, None where that is open
+    loose_quaternion : columns of one whose components are numbered so that nothing tells which is the scalar
     axes : the tissue's x, y, z in the source's axes
     noise : standard deviations that rows at rest show, by name, in SI units
     """
@@ -54,6 +58,8 @@ class Proposal:
     all_points: int
     force_of: str | None
     force_frame: str
+    turn_form: str | None
+    loose_quaternion: tuple[str, ...]
     axes: tuple[str, str, str]
     noise: dict[str, float]
 
@@ -70,7 +76,7 @@ def propose(source: Source) -> Proposal:
             elif role.kind in _LETTER:
                 target = f"{_LETTER[role.kind]}{role.axis}"
                 channels.setdefault(target, _proposed(target, source, table, column, role))
-    channels = _consistent(channels)
+    channels, loose = _with_numbered(_consistent(channels), source)
     points = points_of(source)
     has_motion = any(target in channels for target in ("p", "px", "py", "pz"))
     gripper = tuple(point for point in points if point.on_gripper) if not has_motion else ()
@@ -84,6 +90,8 @@ def propose(source: Source) -> Proposal:
         all_points=len(others),
         force_of=_force_of(channels, times),
         force_frame=_frame_of_its_own(channels),
+        turn_form=_turn_form(channels),
+        loose_quaternion=loose,
         axes=_axes(source),
         noise=_noise(channels, others, times),
     )
@@ -101,9 +109,43 @@ def _consistent(channels: dict[str, Proposed]) -> dict[str, Proposed]:
         if any(f"{letter}{axis}" in kept for axis in "xyz"):
             kept.pop(letter, None)
     if not all(f"q{axis}" in kept for axis in "wxyz"):
-        for axis in "wxyz":
-            kept.pop(f"q{axis}", None)
+        parts = {axis: kept.pop(f"q{axis}") for axis in "wxyz" if f"q{axis}" in kept}
+        if set(parts) == set("xyz") and not any(f"r{axis}" in kept for axis in "xyz"):
+            # an orientation of three numbers is of angles
+            kept |= {
+                f"r{axis}": replace(one, target=f"r{axis}", needs_unit=True) for axis, one in parts.items()
+            }
     return kept
+
+
+def _with_numbered(
+    channels: dict[str, Proposed], source: Source
+) -> tuple[dict[str, Proposed], tuple[str, ...]]:
+    """Add a quaternion whose components are numbered; return those names, too, whose order nothing tells."""
+    if any(f"{letter}{axis}" in channels for letter in "qr" for axis in "wxyz"):
+        return channels, ()
+    for table in source.tables:
+        found = numbered_quaternion(table)
+        if found is not None and found.from_zero:
+            targets = zip(("qw", "qx", "qy", "qz"), found.columns, strict=True)
+            added = {
+                one: _proposed(one, source, table, column, Role("quaternion")) for one, column in targets
+            }
+            return channels | added, ()
+        if found is not None:
+            return channels, tuple(source.name_of(table, column) for column in found.columns)
+    return channels, ()
+
+
+def _turn_form(channels: dict[str, Proposed]) -> str | None:
+    """Return what three angles are, as a mapping states it; None where that is open.
+
+    Roll, pitch and yaw turn about fixed axes. A rotation vector is stated in radians; degrees may be of any order.
+    """
+    turns = [channels[name] for name in ("rx", "ry", "rz") if name in channels]
+    if any(re.search("roll|pitch|yaw", one.column.name, re.IGNORECASE) for one in turns):
+        return "xyz"
+    return "rotation vector" if all(one.unit == "rad" for one in turns) else None
 
 
 def _force_of(channels: dict[str, Proposed], times: dict[str, Proposed]) -> str | None:
@@ -119,13 +161,16 @@ def _force_of(channels: dict[str, Proposed], times: dict[str, Proposed]) -> str 
         if one is None or other is None or read is None:
             continue
         values, place = read, other.column.values * _factor(other)
-        values = (values - _first(values)) * _factor(one)
+        # a sensor may be zeroed while the test rests
+        before = values[: rows_at_rest([place])][-_RIGHT_BEFORE:]
+        known = before[np.isfinite(before)]
+        values = (values - (np.median(known) if len(known) else _first(values))) * _factor(one)
         end = int(np.nanargmax(np.abs(place - _first(place)))) + 1
         step = np.diff(place[:end])
         mean = (values[1:end] + values[: end - 1]) / 2
-        known = np.isfinite(step) & np.isfinite(mean)
-        work -= float(np.sum(mean[known] * step[known]))
-        effort += float(np.sum(np.abs(mean[known] * step[known])))
+        both = np.isfinite(step) & np.isfinite(mean)
+        work -= float(np.sum(mean[both] * step[both]))
+        effort += float(np.sum(np.abs(mean[both] * step[both])))
     if effort == 0 or abs(work) < 0.5 * effort:
         return None
     return "tissue on gripper" if work > 0 else "gripper on tissue"

@@ -22,7 +22,9 @@ UNITS: Mapping[Quantity, Mapping[str, float]] = MappingProxyType(
         "force": MACHINE_UNITS["force"],
         "torque": {
             "N·m": 1.0, "Nm": 1.0, "N*m": 1.0, "N.m": 1.0, "N·mm": 1e-3, "Nmm": 1e-3, "N*mm": 1e-3, "N.mm": 1e-3,
-            "mNm": 1e-3, "mN·m": 1e-3, "mN*m": 1e-3, "Ncm": 1e-2, "N·cm": 1e-2,
+            "mNm": 1e-3, "mN·m": 1e-3, "mN*m": 1e-3, "Ncm": 1e-2, "N·cm": 1e-2, "N-m": 1.0, "N-mm": 1e-3,
+            "lbf-in": 0.1129848290276167, "lb-in": 0.1129848290276167, "in-lbf": 0.1129848290276167,
+            "in-lb": 0.1129848290276167, "lbf·in": 0.1129848290276167, "lbf*in": 0.1129848290276167,
         },
         "angle": {"rad": 1.0, "deg": np.pi / 180, "°": np.pi / 180, "degree": np.pi / 180, "degrees": np.pi / 180},
     }

@@ -16,7 +16,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-# A body of less than this share of the largest one is noise of a segmentation.
+# A body of less than this share of the largest one, or of the shell around its cavities, is no tissue: noise of a
+# segmentation, or the gap between two copies of one surface.
 _ISLAND = 1e-3
 # A shell encloses nothing below this share of the cubed size of the surface.
 _NOTHING = 1e-12
@@ -184,6 +185,12 @@ def _kept(
     kept = cavities.copy()
     kept[main] = True
     remarks = []
+    left = solid - volumes[cavities].sum()
+    if left <= _ISLAND * solid:
+        raise InputError(
+            f"{source}: the surface stands twice, one shell close within the other: between them is {_cm3(left)} of "
+            f"{_cm3(solid)}; keep one of the two where the surface was made"
+        )
     if cavities.any():
         word = "cavity" if np.count_nonzero(cavities) == 1 else "cavities"
         remarks.append(f"left {np.count_nonzero(cavities)} {word} of {_cm3(volumes[cavities].sum())} empty")

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from estimator.uniaxial.instrument import of_the_instrument
 from estimator.uniaxial.loading import IndexArray, first_loading, lines_told, runs_backwards
 from estimator.uniaxial.records import FloatArray, Mode
 from estimator.uniaxial.zero import find_preload, find_slack, find_start
@@ -31,7 +32,13 @@ class Course:
 
 
 def course_of(
-    strain: FloatArray, stress: FloatArray, lines: IndexArray, time: FloatArray | None, *, keep_zero: bool
+    strain: FloatArray,
+    stress: FloatArray,
+    lines: IndexArray,
+    time: FloatArray | None,
+    *,
+    keep_zero: bool,
+    over_first: bool = False,
 ) -> Course:
     """Return the first loading, without slack unless zeros are kept.
 
@@ -40,8 +47,12 @@ def course_of(
     strain, stress : (n,) with the signs of the file
     time : (n,) where it is known
     keep_zero : leave strain and stress as they are written
+    over_first : strain is over the length at its zero; without slack, over that at the end of the slack
     """
     assumed: tuple[str, ...] = ()
+    odd, odd_told = of_the_instrument(strain, stress, lines)
+    strain, stress, lines = strain[~odd], stress[~odd], lines[~odd]
+    time = None if time is None else time[~odd]
     if runs_backwards(strain, stress, time):
         strain, stress, lines = strain[::-1], stress[::-1], lines[::-1]
         why = "time falls" if time is not None else "strain and stress fall from the first row to the last"
@@ -55,11 +66,11 @@ def course_of(
         lines[loading.rows],
         *signs,
         assumed,
-        loading.left_out,
+        (*odd_told, *loading.left_out),
     )
     if keep_zero or not len(loading.rows):
         return course
-    return _without_slack(course, signs[0] * strain[before], signs[1] * stress[before])
+    return _without_slack(course, signs[0] * strain[before], signs[1] * stress[before], over_first=over_first)
 
 
 def without_preload(course: Course, mode: Mode, reach: float) -> Course:
@@ -80,7 +91,7 @@ def without_preload(course: Course, mode: Mode, reach: float) -> Course:
     return replace(course, stress=course.stress - preload.stress, assumed=(*course.assumed, told))
 
 
-def _without_slack(course: Course, strain: FloatArray, stress: FloatArray) -> Course:
+def _without_slack(course: Course, strain: FloatArray, stress: FloatArray, *, over_first: bool) -> Course:
     slack = find_slack(strain, stress)
     if slack is None:
         return _from_its_start(course)
@@ -90,11 +101,14 @@ def _without_slack(course: Course, strain: FloatArray, stress: FloatArray) -> Co
     if slack.toe:
         told = f"{told}, and the bend behind it"
     moved = f"zero strain lies where the specimen takes load, at {end} of the file"
+    length = 1 + course.strain_sign * slack.strain if over_first else 1.0
+    if over_first:
+        moved = f"{moved}, and is over the height there"
     offset = slack.stress if abs(slack.stress) > _least_offset(stress) else 0.0
     zero = f"; stress counts from the {offset / 1e3:.3g} kPa that are read before" if offset else ""
     return replace(
         course,
-        strain=course.strain[~loose] - slack.strain,
+        strain=(course.strain[~loose] - slack.strain) / length,
         stress=course.stress[~loose] - offset,
         lines=course.lines[~loose],
         assumed=(*course.assumed, moved + zero),

@@ -151,5 +151,10 @@ def test_what_cannot_be_calibrated_is_refused() -> None:
         calibrate([pair] * 12, BOARD, SIZE, reference=12, T_tissue_board=FLAT)
     with pytest.raises(ValueError, match="DICT_4X4_100"):
         CharucoBoard(dictionary="DICT_9X9")
+    for metres in (0.008e-3, 8.0):
+        with pytest.raises(
+            ValueError, match=r"mm is on no board, .*; state millimetres as measured on the print"
+        ):
+            CharucoBoard(square_m=metres, marker_m=0.75 * metres)
     with pytest.raises(ValueError, match="smaller than its squares"):
         CharucoBoard(square_m=0.006, marker_m=0.008)

@@ -229,6 +229,21 @@ def test_a_shell_within_is_a_cavity_however_it_is_turned(
     assert inside(found.surface, points).tolist() == [False, True, False]
 
 
+@pytest.mark.parametrize("apart", [1e-7, 1e-6, 1e-5])
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_surface_that_stands_twice_is_no_body_around_a_cavity(apart: float, turned: bool) -> None:
+    """As of scans that were smoothed, rounded or thickened by nothing."""
+    inner = sphere(0.05 - apart)
+    assert "the surface stands twice, one shell close within the other" in complaint(
+        sphere(0.05), inner[:, ::-1] if turned else inner
+    )
+
+
+def test_a_thin_wall_around_a_cavity_is_a_body() -> None:
+    found = of_corners(sphere(0.05), sphere(0.0495))
+    assert found.surface.volume_m3 == pytest.approx(volume(0.05) - volume(0.0495))
+
+
 def test_several_cavities_are_left_empty() -> None:
     inner = [sphere(0.01, (x, 0.0, 0.0)) for x in (-0.025, 0.0, 0.025)]
     found = of_corners(sphere(0.05), *inner)

@@ -156,13 +156,14 @@ def test_a_record_that_begins_later_keeps_its_strain(noise: tuple[float, float],
     assert record.assumed == ()
 
 
+@pytest.mark.parametrize("height", [0.02, None])
 @pytest.mark.parametrize("gap", [0.05, 0.2])
-def test_plates_that_come_to_a_specimen_of_known_height_bear_nothing_before(
-    gap: float, tmp_path: Path
+def test_plates_that_come_to_a_specimen_bear_nothing_before_and_meet_at_its_height(
+    gap: float, height: float | None, tmp_path: Path
 ) -> None:
     strain = ramp(-gap, 0.4, 150)
     load = neo_hookean_kPa(np.maximum(strain, 0.0), "compression") * 0.5
-    stated = Stated(area=5e-4, gauge_length=0.02)
+    stated = Stated(area=5e-4, gauge_length=height)
     record = read(tmp_path, 20 * (1 - strain), load, (0.002, 0.0), "Gap (mm),Load (N)", stated)
     assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=0.02)
     assert np.abs(record.strain).min() < 0.02

@@ -3,7 +3,9 @@
 from pathlib import Path
 
 import numpy as np
+import openpyxl
 import pytest
+from gel_records import PULLED, modulus, read, table
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -17,29 +19,9 @@ from daq.bad_input.samples.machine_exports import (
     zwick_testxpert,
 )
 from estimator.errors import InputError
-from estimator.materials import LAWS
-from estimator.uniaxial import Stated, UniaxialRecord, fit_record, read_record
+from estimator.uniaxial import Stated, read_record
 
 MODES = ("tension", "compression")
-PULLED = gel_test()
-
-
-def read(
-    folder: Path, content: str | bytes, stated: Stated | None = None, name: str = "test.csv"
-) -> UniaxialRecord:
-    file = folder / name
-    file.write_bytes(content.encode() if isinstance(content, str) else content)
-    return read_record(file, stated or Stated())
-
-
-def modulus(record: UniaxialRecord) -> float:
-    return fit_record(record, [LAWS["neo_hookean"]]).best.fit.youngs_modulus.value
-
-
-def table(names: str, *columns: object, separator: str = ",", decimal: str = ".", digits: int = 6) -> str:
-    rows = zip(*columns, strict=True)  # type: ignore[arg-type]
-    lines = [separator.join(f"{value:.{digits}f}".replace(".", decimal) for value in row) for row in rows]
-    return "\n".join([names, *lines, ""])
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0], ids=["positive", "negative"])
@@ -346,6 +328,69 @@ def test_totals_below_a_table_are_no_rows_of_it(totals: str, tmp_path: Path) -> 
     assert any("no row of it" in sentence for sentence in record.left_out)
 
 
+@pytest.mark.parametrize(
+    ("names", "wanted"),
+    [
+        ("Green strain,Stress (kPa)", r"only Green strain .*sqrt\(1 \+ 2 Green strain\) - 1"),
+        ("Lagrangian strain E11,Stress (kPa)", "only Green strain"),
+        ("Almansi strain (-),Stress (kPa)", "only Almansi strain"),
+        ("Natural strain,Stress (kPa)", r"only true strain .*exp\(true strain\) - 1"),
+        ("Strain (-),2nd Piola-Kirchhoff stress (kPa)", r"only second Piola-Kirchhoff stress .*times \(1 \+"),
+        ("Strain (-),PK2 stress (kPa)", "only second Piola-Kirchhoff stress"),
+        ("Strain (-),Kirchhoff stress (kPa)", "only Kirchhoff stress"),
+    ],
+)
+def test_other_measures_of_strain_and_stress_are_refused_with_their_conversion(
+    names: str, wanted: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=f"line 1: {wanted}"):
+        read(tmp_path, table(names, PULLED.strain, PULLED.stress), Stated(mode="tension"))
+
+
+@pytest.mark.parametrize(
+    "name", ["1st Piola-Kirchhoff stress (kPa)", "First PK stress (kPa)", "PK1 stress (kPa)"]
+)
+def test_the_first_piola_kirchhoff_stress_is_the_engineering_one(name: str, tmp_path: Path) -> None:
+    record = read(tmp_path, table(f"Strain (-),{name}", PULLED.strain, PULLED.stress), Stated(mode="tension"))
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=1e-3)
+
+
+NOT_UNIAXIAL = {
+    "shear": ("Shear strain (-),Shear stress (kPa)", "Test type,Simple shear", "gel_shear_1"),
+    "bending": ("Flexure strain (-),Flexure stress (kPa)", "Method,3-point bending", "gel_bend_2"),
+    "biaxial": ("Strain (-),Equibiaxial stress (kPa)", "Test,Biaxial tension", "biaxial"),
+    "planar": ("Planar strain (-),Stress (kPa)", "Test type,Planar tension", "planar_tension"),
+    "oscillation": ("Oscillation strain (-),Oscillation stress (kPa)", "Mode,Oscillation", "oscillation_3"),
+    "volumetric": ("Volumetric strain (-),Stress (kPa)", "Test,Confined compression", "confined"),
+}
+
+
+@pytest.mark.parametrize("kind", NOT_UNIAXIAL)
+def test_a_test_that_neither_pulls_nor_pushes_is_refused_with_what_tells_it(
+    kind: str, tmp_path: Path
+) -> None:
+    titles, line, name = NOT_UNIAXIAL[kind]
+    numbers = table("", PULLED.strain, PULLED.stress)
+    plain = f"Strain (-),Stress (kPa){numbers}"
+    with pytest.raises(InputError, match=rf"the line .* tells a {kind} test.*add --mode"):
+        read(tmp_path, f"{line}\n\n{plain}")
+    with pytest.raises(InputError, match=rf"the name '{name}' tells a {kind} test"):
+        read(tmp_path, plain, name=f"{name}.csv")
+    for stated in (Stated(), Stated(mode="tension")):
+        with pytest.raises(
+            InputError, match=rf"the column .* tells a {kind} test.*name the column otherwise"
+        ):
+            read(tmp_path, titles + numbers, stated)
+    outranked = read(tmp_path, f"{line}\n\n{plain}", Stated(mode="tension"), name=f"{name}.csv")
+    assert modulus(outranked) == pytest.approx(YOUNGS_MODULUS, rel=1e-3)
+
+
+@pytest.mark.parametrize("fact", ["Shear modulus,10,kPa", "Test,Unconfined tension", "Number of bends,0"])
+def test_words_of_other_tests_that_are_not_of_this_one_are_passed_over(fact: str, tmp_path: Path) -> None:
+    text = f"{fact}\n\n" + table("Strain (-),Stress (kPa)", PULLED.strain, PULLED.stress)
+    assert modulus(read(tmp_path, text)) == pytest.approx(YOUNGS_MODULUS, rel=1e-3)
+
+
 @pytest.mark.parametrize("dead", [0.0, 1e-3])
 def test_a_channel_that_stands_still_is_not_taken(dead: float, tmp_path: Path) -> None:
     still = dead * np.sin(PULLED.time_s)
@@ -353,3 +398,31 @@ def test_a_channel_that_stands_still_is_not_taken(dead: float, tmp_path: Path) -
     record = read(tmp_path, text, Stated(gauge_length=0.02, area=2e-5))
     assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=1e-3)
     assert any("(not 'Force X (N)')" in sentence for sentence in record.found)
+
+
+@pytest.mark.parametrize("results", ["1,0.36,12\n2,0.37,13\n", "1,0.36,12\n"])
+def test_a_table_of_results_is_no_specimen(results: str, tmp_path: Path) -> None:
+    text = table("Tensile strain (-),Stress (kPa)", PULLED.strain, PULLED.stress)
+    record = read(tmp_path, f"Results\n,Load (N),Extension (mm)\n{results}\n\n{text}")
+    assert modulus(record) == pytest.approx(YOUNGS_MODULUS, rel=1e-3)
+    assert not any("specimen" in sentence for sentence in record.found)
+
+
+def test_formulas_without_values_are_named(tmp_path: Path) -> None:
+    book = openpyxl.Workbook()
+    sheet = book.active
+    sheet.append(["Extension (mm)", "Load (N)", "Strain (-)", "Stress (kPa)"])
+    for row, (travel, load) in enumerate(zip(PULLED.travel_mm, PULLED.load_N, strict=True), start=2):
+        sheet.append([float(travel), float(load), f"=A{row}/20", f"=B{row}/0.02"])
+    book.save(tmp_path / "test.xlsx")
+    with pytest.raises(
+        InputError, match=r"row 1: 'Strain \(-\)' holds nothing; if it has formulas, save the file"
+    ):
+        read_record(tmp_path / "test.xlsx")
+
+
+def test_a_file_of_old_office_programs_is_named(tmp_path: Path) -> None:
+    with pytest.raises(
+        InputError, match=r"is an \.xls file or another of old office programs; save it as \.xlsx"
+    ):
+        read(tmp_path, bytes.fromhex("d0cf11e0a1b11ae1") + bytes(4096), name="test.xls")

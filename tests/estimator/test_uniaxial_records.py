@@ -89,7 +89,10 @@ def test_only_the_first_loading_is_kept(file: Path) -> None:
             TABLE.replace("(kPa)", "(fur)"),
             r"line 1: the unit of 'stress \(fur\)' \(fur\) is none of Pa, kPa, MPa",
         ),
-        (TABLE.replace("stress", "true stress"), r"line 1: only true stress; give engineering stress"),
+        (
+            TABLE.replace("stress", "true stress"),
+            r"line 1: only true stress \('true stress \(kPa\)'\); give engineering stress",
+        ),
         (TABLE.replace("0.3,12", "0.3,twelve"), r"line 4, field 2: 'twelve' is no number"),
         (TABLE.replace("0.3,12", "0.3,nan"), r"line 4, field 2: 'nan' is no number"),
         (TABLE.replace("0.3,12", "0.3"), r"line 4: field 2 \(stress \(kPa\)\) is empty; complete the row"),

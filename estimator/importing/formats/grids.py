@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from estimator.errors import InputError
+from estimator.importing.formats.clock_times import seconds_of_stamps
+from estimator.importing.formats.grouped_names import grouped_names
 from estimator.importing.table import Column, Source, Table, require_tables
 from estimator.importing.units import quantity_of
 from estimator.uniaxial.reading.cells.grid import Cell, Grid, Row
@@ -62,13 +64,15 @@ def table_of_grid(grid: Grid) -> Table:
             f"{grid.place(1)}: no line of names stands above rows of numbers; write the names of the columns above them"
         )
     width = max(len(row.cells) for row in data)
-    names = [f"column {place + 1}" for place in range(width)] if header is None else _names(grid.rows[header])
+    names = [f"column {place + 1}" for place in range(width)] if header is None else _names(grid.rows, header)
     style = settle(_numbers(grid, data), grid.separator)
     columns = []
     for place, name in enumerate(names):
         values = np.array([_number(row, place, style) for row in data])
         if name and np.isnan(values).mean() <= _MOST_EMPTY:
             columns.append(Column(name, values, units.get(place)))
+        elif name and (seconds := seconds_of_stamps([row.text(place) for row in data])) is not None:
+            columns.append(Column(name, seconds, "s"))
     return Table(grid.name or "table", tuple(columns), None, _facts(grid.rows[: header or 0]))
 
 
@@ -137,15 +141,13 @@ def _is_units(row: Row) -> bool:
     return bool(cells) and 2 * known >= len(cells)
 
 
-def _names(row: Row) -> list[str]:
+def _names(rows: tuple[Row, ...], header: int) -> list[str]:
     """Return the names of the columns; one that stands there again gets the number of its place."""
+    row = rows[header]
+    found = [row.text(place).strip().strip('"') for place in range(len(row.cells))]
+    found[0] = found[0].lstrip(_COMMENT).strip()
     names: list[str] = []
-    for place in range(len(row.cells)):
-        name = (
-            row.text(place).strip().strip('"').lstrip(_COMMENT).strip()
-            if place == 0
-            else row.text(place).strip().strip('"')
-        )
+    for place, name in enumerate(grouped_names(found, rows[:header])):
         names.append(f"{name} ({place + 1})" if name in names else name)
     return names
 

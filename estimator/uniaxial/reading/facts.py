@@ -23,8 +23,9 @@ from estimator.uniaxial.records import Mode
 
 _NO_FACTS = ("parameter", "parameters", "name", "key word", "keyword")
 _BRACKETS = re.compile(r"[(\[]([^()\[\]]*)[)\]]")
-_NUMBER_AND_UNIT = re.compile(r"([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s*(\S*)")
+_NUMBER_AND_UNIT = re.compile(r"([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s*(\S?.*)")
 _ROWS_BELOW = 3
+_THOUSAND = 3
 _MOST_WORDS = 9
 
 
@@ -71,32 +72,45 @@ def mode_of_facts(rows: Sequence[Row]) -> tuple[Mode, str] | None:
     return next(iter(told.items())) if len(told) == 1 else None
 
 
+def speaks_of_test(row: Row) -> bool:
+    """Tell whether a line above the table speaks of the kind of test."""
+    text = " ".join(row.filled)
+    return len(words_of(text)) <= 2 * _MOST_WORDS and has_word(text, TEST_KIND_WORDS)
+
+
 def _standard_in(text: str) -> Mode | None:
     modes: tuple[Mode, ...] = ("compression", "tension")
     found = [mode for mode in modes if has_word(text.replace("EN ", ""), MODE_STANDARDS[mode])]
     return found[0] if len(found) == 1 else None
 
 
-def sizes_of(grid: Grid, rows: Sequence[Row], style: NumberStyle, specimen: int) -> Mapping[Size, SizeFact]:
+def sizes_of(
+    grid: Grid, rows: Sequence[Row], style: NumberStyle, specimen: int, columns: range
+) -> Mapping[Size, SizeFact]:
     """Return the specimen's sizes.
 
     Parameters
     ----------
-    specimen : place among the specimens of the file, where a table of sizes has a row for each
+    specimen : place among the specimens of the file, where sizes have a row or a column for each
+    columns : of the specimen's table; what stands above them goes first
 
     Raises
     ------
     InputError
         A size is stated as something that is no positive number.
     """
-    best: dict[Size, SizeFact] = {}
-    for fact in _size_facts(grid, rows, style, specimen):
-        if fact.size not in best or fact.rank < best[fact.size].rank:
-            best[fact.size] = fact
-    return best
+    best: dict[Size, tuple[bool, int, SizeFact]] = {}
+    for column, fact in _size_facts(grid, rows, style, specimen):
+        found = (column not in columns, fact.rank, fact)
+        if fact.size not in best or found[:2] < best[fact.size][:2]:
+            best[fact.size] = found
+    return {size: fact for size, (_, _, fact) in best.items()}
 
 
-def _size_facts(grid: Grid, rows: Sequence[Row], style: NumberStyle, specimen: int) -> Iterator[SizeFact]:
+def _size_facts(
+    grid: Grid, rows: Sequence[Row], style: NumberStyle, specimen: int
+) -> Iterator[tuple[int, SizeFact]]:
+    """Yield the column and the size of every cell that names one."""
     for place, row in enumerate(rows):
         for column in range(len(row.cells)):
             key, inside = _key_of(row.text(column))
@@ -105,18 +119,22 @@ def _size_facts(grid: Grid, rows: Sequence[Row], style: NumberStyle, specimen: i
                 continue
             size, rank = named
             in_key = next((u for u in _BRACKETS.findall(key) if _measures(u, size)), None)
-            found = _value_of(inside) or _value_of(row.text(column + 1))
-            unit = row.text(column + 2) if inside == "" else row.text(column + 1)
+            found, unit = _value_of(inside), row.text(column + 1)
+            if found is None:
+                found, unit = _beside(row, column + 1, specimen)
             if found is None:
                 found, unit = _below(rows[place + 1 : place + 2 + _ROWS_BELOW + specimen], column, specimen)
             if found is None:
                 continue
             number, own_unit = found
-            yield SizeFact(
-                size,
-                rank,
-                f"{key.strip()} {number} {own_unit or in_key or unit}".strip(),
-                _in_si(grid.place(row.line), key, number, [own_unit, in_key or "", unit], size, style),
+            yield (
+                column,
+                SizeFact(
+                    size,
+                    rank,
+                    f"{key.strip()} {number} {own_unit or in_key or unit}".strip(),
+                    _in_si(grid.place(row.line), key, number, [own_unit, in_key or "", unit], size, style),
+                ),
             )
 
 
@@ -141,6 +159,20 @@ def _value_of(text: str) -> tuple[str, str] | None:
     if match is None or not looks_like_number(match[1]):
         return None
     return (match[1], match[2]) if not match[2] or dimension_of(match[2]) else None
+
+
+def _beside(row: Row, begin: int, specimen: int) -> tuple[tuple[str, str] | None, str]:
+    """Return the value right of a name, one of several where there is one for each specimen, and the unit there."""
+    unit, values = "", []
+    for text in map(row.text, range(begin, len(row.cells))):
+        if found := _value_of(text):
+            values.append(found)
+        elif not unit and dimension_of(text):
+            unit = text
+        else:
+            break
+    following = row.text(begin + 1) if len(values) == 1 and not unit else unit
+    return (values[min(specimen, len(values) - 1)] if values else None), following
 
 
 def _below(rows: Sequence[Row], column: int, specimen: int) -> tuple[tuple[str, str] | None, str]:
@@ -172,12 +204,26 @@ def _in_si(
     if foreign is not None:
         wanted = shown("area" if size == "area" else "length")
         raise InputError(f"{where}: {foreign!r} is no unit of {key.strip()!r}; write {wanted}")
+    if _either(number, style):
+        raise InputError(
+            f"{where}: {number!r} of {key.strip()!r} may have a decimal mark or one between thousands; "
+            "write it without the one between thousands"
+        )
     value = _number(number, style)
     if value is None or value < 0:
         raise InputError(f"{where}: {number!r} is no size for {key.strip()!r}; correct it")
     if value == 0 or unit is None:
         return None  # programs write 0 for a size that nobody entered
     return value * UNITS["area" if size == "area" else "length"][spelt(unit)]
+
+
+def _either(text: str, style: NumberStyle) -> bool:
+    """Tell whether a size may be a thousand times another: three digits behind a mark that the table has not."""
+    other = "," if style.mark == "point" else "."
+    whole, mark, rest = text.partition(other)
+    return (
+        bool(mark) and len(rest) == _THOUSAND and rest.isdigit() and 1 <= len(whole.lstrip("+0")) <= _THOUSAND
+    )
 
 
 def _number(text: str, style: NumberStyle) -> float | None:

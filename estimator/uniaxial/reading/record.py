@@ -16,15 +16,23 @@ from estimator.uniaxial.reading.language.titles import Title, mode_in
 from estimator.uniaxial.reading.language.vocabulary import LENGTHENING_WORDS
 from estimator.uniaxial.reading.language.words import has_word, words_of
 from estimator.uniaxial.reading.mode import Evidence, decide_mode
+from estimator.uniaxial.reading.other_tests import ToldOtherwise, other_test, refuse_other_test
 from estimator.uniaxial.reading.specimen import Specimen
 from estimator.uniaxial.reading.stated import NOTHING_STATED, Stated
-from estimator.uniaxial.reading.tables.blocks import Block, chosen_block, find_blocks, listed, unknown_names
+from estimator.uniaxial.reading.tables.blocks import (
+    FEWEST_ROWS,
+    Block,
+    chosen_block,
+    find_blocks,
+    listed,
+    unknown_names,
+)
 from estimator.uniaxial.reading.tables.choosing import ABSCISSAE, ORDINATES, choose
 from estimator.uniaxial.reading.tables.columns import Table, table_of
 from estimator.uniaxial.reading.tables.curve import LARGEST_STRAIN, Curve, curve_of
 from estimator.uniaxial.records import DEFAULT_STRAIN_FIT, Mode, UniaxialRecord
 
-_FEWEST_ROWS = 6
+_READ_ELSEWHERE = " (`retract diagnose` reads simple shear)"
 _SHORT_LINE = 4
 _MODULUS_RANGE = (100.0, 1e9)  # Pa, secant at the largest strain: jelly to hard plastic
 
@@ -77,10 +85,11 @@ def opened(path: Path | str, stated: Stated) -> Opened:
         )
     block, place = chosen_block(blocks, stated.specimen, str(file))
     table = table_of(block, [choose(block, kinds).column for kinds in (ABSCISSAE, ORDINATES)], stated)
-    if len(table.rows) < _FEWEST_ROWS:
-        raise InputError(f"{file}: {len(table.rows)} rows; at least {_FEWEST_ROWS} are needed")
+    if len(table.rows) < FEWEST_ROWS:
+        raise InputError(f"{file}: {len(table.rows)} rows; at least {FEWEST_ROWS} are needed")
     above = _rows_above(grids, blocks, block)
-    specimen = Specimen(stated, sizes_of(block.grid, above, table.style, place))
+    columns = range(min(block.titles), max(block.titles) + 1)
+    specimen = Specimen(stated, sizes_of(block.grid, above, table.style, place, columns))
     curve = curve_of(table, specimen)
     return Opened(file, blocks, block, place, table, above, specimen, curve)
 
@@ -100,9 +109,17 @@ def read_record(path: Path | str, stated: Stated = NOTHING_STATED) -> UniaxialRe
     """
     read = opened(path, stated)
     file, curve = read.file, read.curve
+    refuse_other_test(other_test_in(read, stated), str(file), _READ_ELSEWHERE)
     _check_strain(file, curve)
-    course = course_of(curve.strain, curve.stress, curve.lines, curve.time, keep_zero=stated.keep_zero)
-    if len(course.strain) < _FEWEST_ROWS:
+    course = course_of(
+        curve.strain,
+        curve.stress,
+        curve.lines,
+        curve.time,
+        keep_zero=stated.keep_zero,
+        over_first=curve.over_first,
+    )
+    if len(course.strain) < FEWEST_ROWS:
         raise InputError(_too_short(file, course))
     decision = decide_mode(evidence_of(read, stated, course), str(file))
     if not stated.keep_zero:
@@ -139,6 +156,14 @@ def _rows_above(grids: Sequence[Grid], blocks: Sequence[Block], block: Block) ->
         if grid.name not in with_table:
             rows = [*rows, Row(0, ()), *grid.rows]
     return rows
+
+
+def other_test_in(read: Opened, stated: Stated) -> ToldOtherwise | None:
+    """Return what tells that a test neither pulls nor pushes; a stated mode outranks all but the columns' titles."""
+    titles = [read.curve.abscissa.title.text, read.curve.ordinate.title.text]
+    return (
+        other_test(titles, read.above, read.file.stem) if stated.mode is None else other_test(titles, (), "")
+    )
 
 
 def evidence_of(read: Opened, stated: Stated, course: Course) -> Evidence:
@@ -193,7 +218,7 @@ def _check_strain(file: Path, curve: Curve) -> None:
 def _too_short(file: Path, course: Course) -> str:
     why = f" ({'; '.join(course.left_out)})" if course.left_out else ""
     return (
-        f"{file}: the first loading has {len(course.strain)} rows of at least {_FEWEST_ROWS}{why}; "
+        f"{file}: the first loading has {len(course.strain)} rows of at least {FEWEST_ROWS}{why}; "
         "cut the file to the loading that you mean"
     )
 

@@ -35,8 +35,19 @@ class Specimen:
 
     @property
     def gauge_length(self) -> Measure | None:
-        """Length that strain refers to, m."""
-        return self._size("gauge_length")
+        """Length of the specimen that is loaded, m."""
+        return self._size("gauge_length") or self._size("grip_separation")
+
+    @property
+    def crosshead_length(self) -> Measure | None:
+        """Length that the crosshead's travel is spread over, m; None where two are stated that differ."""
+        return None if self._two_lengths() else self.gauge_length
+
+    @property
+    def extensometer_length(self) -> Measure | None:
+        """Length that an extensometer's travel is spread over, m."""
+        stated = self.stated.gauge_length is not None
+        return self.gauge_length if stated else self._size("extensometer_length") or self.gauge_length
 
     @property
     def area(self) -> Measure | None:
@@ -52,17 +63,24 @@ class Specimen:
     def shape_factor(self) -> float | None:
         """Loaded over free area of a cylinder, diameter / (4 height)."""
         diameter, height = self._size("diameter"), self.gauge_length
-        return None if diameter is None or height is None else diameter.value / (4 * height.value)
+        if diameter is None or height is None or self._bore() is not None:
+            return None
+        return diameter.value / (4 * height.value)
 
-    def require_gauge_length(self, where: str) -> Measure:
-        """Return the gauge length.
+    def require_length(self, where: str, *, extensometer: bool) -> Measure:
+        """Return the length that travel is spread over.
 
         Raises
         ------
         InputError
-            Nobody states it, or the file does so without a unit.
+            Nobody states it, the file does so without a unit, or it states two that may be meant.
         """
-        found = self.gauge_length
+        found = self.extensometer_length if extensometer else self.crosshead_length
+        if found is None and (two := self._two_lengths()):
+            raise InputError(
+                f"{where}: the crosshead's travel may be spread over {two[0].source} or {two[1].source}; "
+                "add --gauge-length with the right one"
+            )
         if found is None:
             raise InputError(
                 f"{where}: strain from travel needs the gauge length{self._half_stated('gauge_length')}; "
@@ -92,22 +110,41 @@ class Specimen:
             )
         return found
 
+    def _two_lengths(self) -> tuple[Measure, Measure] | None:
+        """Return gauge length and grip separation where the file states both and they differ."""
+        gauge, grips = self._size("gauge_length"), self._size("grip_separation")
+        if self.stated.gauge_length is not None or gauge is None or grips is None:
+            return None
+        return (gauge, grips) if abs(gauge.value / grips.value - 1) > _AGREE else None
+
     def _size(self, size: Size) -> Measure | None:
-        stated: float | None = getattr(self.stated, size)
+        stated: float | None = getattr(self.stated, size, None)
         if stated is not None:
             return Measure(stated, "--" + size.replace("_", "-"))
         fact = self.facts.get(size)
         return None if fact is None or fact.value is None else Measure(fact.value, f"'{fact.text}'")
 
     def _rectangular(self) -> Measure | None:
-        width, thickness = self._size("width"), self._size("thickness")
+        width, thickness = self._size("width"), self._size("thickness") or self._size("wall")
         if width is None or thickness is None:
             return None
         return Measure(width.value * thickness.value, f"{width.source} and {thickness.source}")
 
     def _round(self) -> Measure | None:
-        diameter = self._size("diameter")
-        return None if diameter is None else Measure(math.pi / 4 * diameter.value**2, diameter.source)
+        diameter, bore = self._size("diameter"), self._bore()
+        if diameter is None:
+            return None
+        full = math.pi / 4 * diameter.value**2
+        if bore is None or not 0 < bore.value < diameter.value:
+            return Measure(full, diameter.source)
+        return Measure(full - math.pi / 4 * bore.value**2, f"{diameter.source} and {bore.source}")
+
+    def _bore(self) -> Measure | None:
+        """Return the inner diameter of a tube."""
+        diameter, inner, wall = (self._size(size) for size in ("diameter", "inner_diameter", "wall"))
+        if inner is not None or wall is None or diameter is None:
+            return inner
+        return Measure(diameter.value - 2 * wall.value, wall.source)
 
     def _half_stated(self, size: Size) -> str:
         fact = self.facts.get(size)

@@ -10,15 +10,15 @@ from estimator.uniaxial.course import course_of
 from estimator.uniaxial.diagnosis.bench_test import BenchMode, BenchTest
 from estimator.uniaxial.loading import first_loading, lines_told, runs_backwards
 from estimator.uniaxial.reading.language.units import factor_of
+from estimator.uniaxial.reading.language.vocabulary import EXTENSOMETER_WORDS
 from estimator.uniaxial.reading.language.words import has_word
 from estimator.uniaxial.reading.mode import decide_mode
-from estimator.uniaxial.reading.record import Opened, evidence_of, opened
+from estimator.uniaxial.reading.other_tests import refuse_other_test
+from estimator.uniaxial.reading.record import Opened, evidence_of, opened, other_test_in
 from estimator.uniaxial.reading.stated import NOTHING_STATED, Stated
 from estimator.uniaxial.reading.tables.choosing import column_of
 from estimator.uniaxial.records import FloatArray
 
-_SHEAR_WORDS = ("shear", "scher*", "schub*", "cisaillement", "cizalladura", "taglio", "lap-shear")
-_ON_SPECIMEN = ("extensometer", "dic", "video", "videoextensometer", "optical", "marks")
 _FEWEST_ROWS = 12
 _GONE_BACK = 0.9  # of the strain at which load begins to fall
 _RESTING = 0.05  # of the range of strain
@@ -70,7 +70,7 @@ def read_bench_test(path: Path | str, stated: Stated = NOTHING_STATED, *, shear:
         shape_factor=read.specimen.shape_factor,
         gauge_length=None if read.specimen.gauge_length is None else read.specimen.gauge_length.value,
         area=None if read.specimen.area is None else read.specimen.area.value,
-        strain_on_specimen=has_word(curve.abscissa.title.text, _ON_SPECIMEN),
+        strain_on_specimen=has_word(curve.abscissa.title.text, EXTENSOMETER_WORDS),
         path=read.file,
         found=read.found,
         assumed=tuple(assumed),
@@ -117,12 +117,10 @@ def _mode(
 ) -> tuple[BenchMode, tuple[str, ...]]:
     if stated_shear:
         return "shear", ()
-    titles = " ".join(title.text for title in read.block.titles.values())
-    facts = " ".join(" ".join(row.filled) for row in read.above)
-    if stated_mode is None and has_word(f"{titles} {facts}", _SHEAR_WORDS):
-        return "shear", ()
-    if stated_mode is None and has_word(read.file.stem.replace("_", " "), _SHEAR_WORDS):
-        return "shear", ("simple shear, from the name of the file",)
+    other = None if stated_mode is not None else other_test_in(read, stated)
+    if other is not None and other.kind == "shear":
+        return "shear", (f"simple shear, from {other.reason}",)
+    refuse_other_test(other, str(read.file))
     curve = read.curve
     course = course_of(curve.strain, curve.stress, curve.lines, curve.time, keep_zero=stated.keep_zero)
     if not len(course.strain):

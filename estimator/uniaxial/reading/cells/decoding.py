@@ -40,6 +40,7 @@ _KNOWN_WORDS = (
 )
 _FOREIGN_WORD = re.compile(r"[^\W\d_]*[^\x00-\x7f]\S*")
 _END_OF_FILE = b"\x1a"  # that DOS programs write
+_OLD_OFFICE = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 _SAMPLE = 4000
 _MOST_WORDS = 100
 _ZEROS_IN_UTF16 = 0.4  # of the bytes, in the texts of machines
@@ -57,6 +58,10 @@ def decoded(file: Path) -> tuple[str, str]:
         It cannot be read, or is no text.
     """
     content = read_input(file, MOST_TEXT_BYTES).rstrip(_END_OF_FILE)
+    if content.startswith(_OLD_OFFICE):
+        raise InputError(
+            f"{file}: is an .xls file or another of old office programs; save it as .xlsx or CSV"
+        )
     encoding, name = _encoding(content)
     try:
         text = content.decode(encoding)

@@ -17,7 +17,7 @@ from estimator.uniaxial.reading.cells.grid import Cell
 
 DecimalMark = Literal["point", "comma"]
 _MARKS: dict[DecimalMark, str] = {"point": ".", "comma": ","}
-_GAPS = " \u00a0\u202f'\u2019"
+_GAPS = " \u00a0\u2007\u2009\u202f'\u2019"
 _LOOKS = re.compile(rf"[+\-\u2212]?(\d[\d.,{_GAPS}]*|[.,]\d+)([eEdD][+-]?\d+)?\s?%?")
 _NO_VALUE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 _PARTS = re.compile(r"([+-]?)([^eEdD]*)((?:[eEdD].*)?)", re.DOTALL)

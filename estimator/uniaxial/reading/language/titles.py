@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from estimator.uniaxial.reading.language.units import dimension_of, spelt
 from estimator.uniaxial.reading.language.vocabulary import (
     COLUMN_WORDS,
+    MEASURE_WORDS,
     MODE_WORDS,
     NOMINAL_WORDS,
-    TRUE_WORDS,
     UNITS,
     Dimension,
+    Measure,
     Quantity,
 )
 from estimator.uniaxial.reading.language.words import has_word
@@ -19,6 +20,9 @@ from estimator.uniaxial.records import Mode
 _BRACKETS = re.compile(r"[(\[{]([^()\[\]{}]*)[)\]}]")
 _BEHIND = re.compile(r"^(.*?\S)(?:\s+in\s+|\s*/\s*|[\s_,:]\s*)([^\s_,:]+)$")
 _PER_LENGTH = re.compile(r"[\s_]mm[\s_]mm$", re.IGNORECASE)
+_MULTIPLE = re.compile(
+    r"[x×*·/]\s*1(?:0*[eE][+-]?\d+|0\s*(?:\^|\*\*)\s*[-+\u2212]?\d+|0[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+|0+)(?!\d)"
+)
 _LONGEST_UNIT = 6
 _LONGEST_TITLE = 200
 # what a column is where its unit says more than its word
@@ -42,7 +46,8 @@ class Title:
     quantity : of the column; None where no word is known
     unit : in the vocabulary's spelling; None where none is stated
     unknown_unit : what stands in the place of a unit and is none
-    true, nominal : per current, per initial size, where the title says so
+    measure : of strain or stress, where the title names another than the engineering one
+    nominal : whether the title says that it is per initial size
     mode : of loading, where the title says so
     """
 
@@ -50,7 +55,7 @@ class Title:
     quantity: Quantity | None
     unit: str | None
     unknown_unit: str | None
-    true: bool
+    measure: Measure | None
     nominal: bool
     mode: Mode | None
 
@@ -59,7 +64,7 @@ def understood(text: str, unit_below: str = "") -> Title:
     """Understand a title, with what stands below it in a row of units."""
     short = text[:_LONGEST_TITLE]
     unit, unknown = _unit_in(short)
-    if unit_below.strip():
+    if unit_below.strip() and not _MULTIPLE.search(short):
         below = spelt(unit_below)
         if dimension_of(below) is None:
             unknown = unknown or below
@@ -78,7 +83,7 @@ def understood(text: str, unit_below: str = "") -> Title:
         quantity=quantity,
         unit=unit,
         unknown_unit=unknown,
-        true=has_word(short, TRUE_WORDS),
+        measure=_measure_in(short, quantity),
         nominal=has_word(short, NOMINAL_WORDS),
         mode=mode_in(short),
     )
@@ -92,6 +97,14 @@ def mode_in(text: str) -> Mode | None:
     return "compression" if pushed else "tension"
 
 
+def _measure_in(text: str, quantity: Quantity | None) -> Measure | None:
+    if quantity is None or quantity not in MEASURE_WORDS or has_word(text, NOMINAL_WORDS):
+        return None
+    return next(
+        (measure for measure, words in MEASURE_WORDS[quantity].items() if has_word(text, words)), None
+    )
+
+
 def _quantity_of(text: str) -> Quantity | None:
     outside = _BRACKETS.sub(" ", text)
     for said in (outside, text):
@@ -103,6 +116,9 @@ def _quantity_of(text: str) -> Quantity | None:
 
 def _unit_in(text: str) -> tuple[str | None, str | None]:
     """Return the unit in a title, and what stands in brackets and could be an unknown one."""
+    multiple = _MULTIPLE.search(text)
+    if multiple:
+        return None, multiple[0]  # which way it is meant, nobody can tell
     inner = [spelt(found) for found in _BRACKETS.findall(text)]
     known = [unit for unit in inner if dimension_of(unit) is not None]
     if known:

@@ -7,6 +7,9 @@ from estimator.input_file import parse_number
 from estimator.uniaxial.reading.language.vocabulary import UNITS, Dimension
 
 _BRACKETED = re.compile(r"^\s*[(\[{<]\s*(.*?)\s*[)\]}>]\s*$")
+_SQUARE = re.compile(
+    r"^sq(?:uare)?[.\s]\s*(in)(?:ch|ches)?\.?$|^sq(?:uare)?[.\s]\s*([cmµ]?m)$", re.IGNORECASE
+)
 _QUANTITY = re.compile(r"\s*([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*")
 
 
@@ -15,7 +18,8 @@ def spelt(text: str) -> str:
     inner = _BRACKETED.match(text)
     bare = inner[1] if inner else text.strip()
     bare = bare.replace("²", "2").replace("^2", "2").replace("**2", "2").replace("\u03bc", "µ")
-    name = re.sub(r"\s+", "", bare).replace("sq.mm", "mm2")
+    bare = _SQUARE.sub(r"\1\g<2>2", bare)
+    name = re.sub(r"\s+", "", bare).removesuffix(".")
     return (
         name if any(name in units for units in UNITS.values()) else _OTHER_CASE.get(_without_case(name), name)
     )

@@ -10,19 +10,33 @@ from types import MappingProxyType
 from typing import Literal, TypeAlias
 
 Quantity: TypeAlias = Literal["other", "time", "strain", "stress", "force", "extension", "position", "height"]
-Size: TypeAlias = Literal["gauge_length", "width", "thickness", "diameter", "area"]
+Size: TypeAlias = Literal[
+    "extensometer_length", "gauge_length", "grip_separation", "width", "wall", "thickness", "inner_diameter",
+    "diameter", "area",
+]  # fmt: skip
 Dimension: TypeAlias = Literal["strain", "stress", "force", "length", "area", "time"]
+OtherTest: TypeAlias = Literal[
+    "shear", "bending", "torsion", "oscillation", "biaxial", "planar", "volumetric", "indentation"
+]
+Measure: TypeAlias = Literal["true", "Green", "Almansi", "second Piola-Kirchhoff", "Kirchhoff"]
 
 COLUMN_WORDS: Mapping[Quantity, tuple[str, ...]] = MappingProxyType(
     {
         "other": (
             "rate", "*rate", "speed", "velocity", "*geschwindigkeit", "vitesse", "velocidad", "modulus", "*modul",
-            "energy", "energie", "work", "arbeit", "lateral", "transverse", "querdehnung", "cycle", "zyklus", "*number",
+            "energy", "energie", "work", "arbeit", "lateral", "transverse", "transversal",
+            "querdehnung", "querkontraktion", "width", "breiten*",
+            "thickness", "cycle", "zyklus", "*number",
             "poisson", "temperature", "temperatur", "torque", "angle", "maximum", "max", "max.", "fmax", "minimum",
             "peak", "mean", "at", "break", "bruch", "yield", "offset",
+            "setpoint", "set-point", "*setpoint", "target", "command", "commanded", "demand", "demanded", "programmed",
+            "sollwert*", "soll", "*sollwert", "consigne",
+            "std", "sd", "stdev", "std.", "deviation", "sem", "error", "err", "variance", "standardabweichung",
+            "streuung", "ci", "confidence",
         ),
         "strain": (
-            "strain", "*strain", "*dehnung", "stauchung", "epsilon", "ε", "e1", "eyy", "eng.strain", "engstrain",
+            "strain", "*strain", "*dehnung", "stauchung", "epsilon", "ε", "e1", "exx", "eyy",
+            "ezz", "εxx", "εyy", "εzz", "eng.strain", "engstrain",
             "deformation unitaire", "deformacion unitaria", "deformacao", "rek", "tojning", "tøjning", "tøyning",
             "odksztalcenie", "odkształcenie", "pomerna deformace", "относительная деформация", "변형률",
             "应变", "ひずみ",
@@ -34,12 +48,13 @@ COLUMN_WORDS: Mapping[Quantity, tuple[str, ...]] = MappingProxyType(
         ),
         "force": (
             "force", "*force", "load", "*load", "*kraft", "fuerza", "carga", "forza", "carico", "charge", "f",
+            "fx", "fy", "fz", "kraftaufnehmer", "kraftmessdose",
             "loadcell", "力", "試験力", "荷重", "forca", "kracht", "sila", "siła", "obciazenie", "сила", "нагрузка",
             "усилие", "하중", "시험력", "kuvvet",
         ),
         "extension": (
             "extension", "extensometer", "elongation", "displacement", "disp", "disp.", "stroke", "travel", "*weg",
-            "distance", "abstand",
+            "distance", "abstand", "wegaufnehmer", "carrera", "corsa", "hub",
             "verlangerung", "langenanderung", "verformung", "deformation", "deformacion", "deformazione",
             "deplacement", "allongement", "course",
             "desplazamiento", "alargamiento", "elongacion", "spostamento", "allungamento", "deflection",
@@ -49,11 +64,11 @@ COLUMN_WORDS: Mapping[Quantity, tuple[str, ...]] = MappingProxyType(
             "forlangning", "przemieszczenie", "wydluzenie", "wydłużenie", "posunuti", "prodlouzeni", "deformace",
             "перемещение", "удлинение", "변위", "신율", "uzama",
         ),
-        "position": ("position", "crosshead", "crossheadposition", "actuator", "*traverse", "querhaupt",
+        "position": ("position", "*position", "crosshead", "crossheadposition", "actuator", "*traverse", "querhaupt",
             "traversa"),
         "height": (
             "height", "gap", "hohe", "hoehe", "probenhohe", "spalt", "hauteur", "entrefer", "altura", "altezza",
-            "length", "lange", "laenge", "hoogte", "hojd", "wysokosc", "vyska", "высота",
+            "length", "lange", "laenge", "size", "hoogte", "hojd", "wysokosc", "vyska", "высота",
         ),
         "time": ("time", "*time", "*zeit", "zeit", "temps", "tiempo", "tempo", "t", "时间", "時間", "tijd", "tid",
             "czas", "cas", "время", "시간", "zaman"),
@@ -61,19 +76,49 @@ COLUMN_WORDS: Mapping[Quantity, tuple[str, ...]] = MappingProxyType(
 )  # fmt: skip
 """Kinds of columns, in the order in which a title is looked up."""
 
-TRUE_WORDS = (
-    "true", "wahre", "wahr", "vraie", "verdadera", "verdadero", "vera", "log", "logarithmic", "hencky", "cauchy",
+_TRUE_WORDS = (
+    "true", "wahre", "wahr", "vraie", "verdadera", "verdadero", "vera", "log", "logarithmic", "logarithmische*", "ln",
+    "natural", "hencky", "cauchy",
 )  # fmt: skip
+MEASURE_WORDS: Mapping[Quantity, Mapping[Measure, tuple[str, ...]]] = MappingProxyType(
+    {
+        "strain": MappingProxyType(
+            {
+                "true": _TRUE_WORDS,
+                "Green": ("green", "lagrange", "lagrangian"),
+                "Almansi": ("almansi", "eulerian"),
+            }
+        ),
+        "stress": MappingProxyType(
+            {
+                "true": _TRUE_WORDS,
+                "second Piola-Kirchhoff": (
+                    "pk2", "2pk", "2nd piola-kirchhoff", "second piola-kirchhoff", "2nd piola kirchhoff",
+                    "second piola kirchhoff", "2nd piola", "second piola", "2nd pk", "second pk", "2. piola-kirchhoff*",
+                ),
+                "Kirchhoff": ("kirchhoff",),
+            }
+        ),
+    }
+)  # fmt: skip
+"""Measures of strain and stress that refer to something else than the initial size of the specimen."""
+
 NOMINAL_WORDS = (
-    "engineering",
-    "nominal",
-    "technische",
-    "conventionnelle",
-    "ingenieril",
-    "nenn*",
-    "eng",
-    "eng.strain",
+    "engineering", "nominal", "technische", "conventionnelle", "ingenieril", "nenn*", "eng", "eng.strain",
+    "pk1", "1pk", "1st piola-kirchhoff", "first piola-kirchhoff", "1st piola kirchhoff", "first piola kirchhoff",
+    "1st piola", "first piola", "1st pk", "first pk",
+)  # fmt: skip
+CORRECTED_WORDS = (
+    "corrected",
+    "compensated",
+    "korrigiert",
+    "korrigierte",
+    "corrige",
+    "corregida",
+    "corretto",
 )
+"""Of a column that is to be taken rather than the one that it corrects."""
+
 CROSSHEAD_WORDS = (
     "crosshead",
     "extension",
@@ -84,6 +129,12 @@ CROSSHEAD_WORDS = (
     "displacement",
     "position",
 )
+EXTENSOMETER_WORDS = (
+    "extensometer", "videoextensometer", "extensometre", "feindehnung*", "ansatzaufnehmer*", "dic", "video", "optical",
+    "marks",
+)  # fmt: skip
+"""What measures on the specimen itself."""
+
 LENGTHENING_WORDS = ("extension", "elongation", "verlangerung", "allongement", "alargamiento", "allungamento")
 """An extension that grows is said to lengthen, unless something tells otherwise."""
 
@@ -104,6 +155,23 @@ MODE_WORDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
     }
 )  # fmt: skip
+OTHER_TEST_WORDS: Mapping[OtherTest, tuple[str, ...]] = MappingProxyType(
+    {
+        "shear": ("shear", "scher*", "schub*", "cisaillement", "cizalladura", "taglio", "lap-shear"),
+        "bending": (
+            "bending", "bend", "flexure", "flexural", "biege*", "flexion", "flessione", "3-point", "three-point",
+            "4-point", "four-point",
+        ),
+        "torsion": ("torsion", "torsional"),
+        "oscillation": ("oscillation", "oscillatory", "oszillation", "amplitude"),
+        "biaxial": ("biaxial", "equibiaxial", "equi-biaxial", "bulge", "inflation"),
+        "planar": ("planar",),
+        "volumetric": ("volumetric", "hydrostatic", "confined", "oedometer", "oedometric"),
+        "indentation": ("indentation", "indent", "indenter", "nanoindentation"),
+    }
+)  # fmt: skip
+"""Tests that neither pull nor push a specimen whose sides are free."""
+
 MODE_STANDARDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "compression": (
@@ -127,9 +195,18 @@ TEST_KIND_WORDS = (
 
 SIZE_WORDS: Mapping[Size, tuple[str, ...]] = MappingProxyType(
     {
+        "extensometer_length": (
+            "extensometer gauge length", "extensometer gage length", "gauge length extensometer",
+            "gage length extensometer", "extensometer length", "extensometer", "messlange extensometer",
+            "extensometer messlange", "ansatzaufnehmer*", "feindehnungsaufnehmer*", "extensometre",
+        ),
+        "grip_separation": (
+            "grip separation", "grip to grip separation", "grip-to-grip separation", "distance between grips",
+            "jaw separation", "einspannlange", "einspannlaenge", "entre mors", "distance entre mors",
+        ),
         "gauge_length": (
             "gauge length", "gage length", "messlange", "messlaenge", "anfangsmesslange", "l0", "lo",
-            "initial length", "anfangslange", "einspannlange", "grip separation", "initial height", "probenhohe",
+            "initial length", "anfangslange", "initial height", "probenhohe",
             "specimen height", "specimen length", "probenlange", "longueur initiale", "longitud inicial",
             "height", "hohe", "hoehe", "h0", "hauteur", "altura", "altezza", "length", "lange", "laenge", "longueur",
             "longitud", "lunghezza", "comprimento", "meetlengte", "lengte", "langd", "længde", "lengde", "dlugosc",
@@ -140,18 +217,23 @@ SIZE_WORDS: Mapping[Size, tuple[str, ...]] = MappingProxyType(
             "section", "seccion", "sezione", "flache", "secao", "oppervlak*", "przekroj", "prurez", "площадь", "面积",
             "断面積", "단면적",
         ),
+        "wall": ("wall thickness", "wall", "wandstarke", "wanddicke"),
+        "inner_diameter": (
+            "inner diameter", "inside diameter", "internal diameter", "innendurchmesser", "diametre interieur",
+            "diametro interno", "diametro interior",
+        ),
         "width": ("width", "breite", "probenbreite", "b0", "largeur", "ancho", "larghezza", "largura", "breedte",
             "bredd", "bredde", "szerokosc", "sirka", "ширина", "宽度", "幅", "폭"),
         "thickness": ("thickness", "dicke", "probendicke", "a0", "epaisseur", "espesor", "spessore", "espessura",
             "dikte", "tjocklek", "tykkelse", "grubosc", "tloustka", "толщина", "厚度", "厚さ", "두께"),
-        "diameter": ("diameter", "durchmesser", "probendurchmesser", "d0", "diametre", "diametro", "srednica",
-            "prumer", "диаметр", "直径", "지름", "⌀", "ø"),
+        "diameter": ("diameter", "durchmesser", "probendurchmesser", "aussendurchmesser", "d0", "diametre", "diametro",
+            "srednica", "prumer", "диаметр", "直径", "지름", "⌀", "ø"),
     }
 )  # fmt: skip
 """Names of a specimen's sizes; of several that a file states, the one that stands first here is taken."""
 
 NOT_SIZE_WORDS = (
-    "limit", "speed", "rate", "final", "failure", "break", "bruch", "end", "table", "data", "number", "inner",
+    "limit", "speed", "rate", "final", "failure", "break", "bruch", "end", "table", "data", "number",
     "cell", "wave*", "cable", "focal", "stroke",
 )  # fmt: skip
 SPECIMEN_WORDS = ("specimen", "sample", "probe", "proben", "eprouvette", "probeta", "provino")
@@ -171,15 +253,16 @@ UNITS: Mapping[Dimension, Mapping[str, float]] = MappingProxyType(
              "gf/mm2": 9806.65, "g/mm2": 9806.65, "dyn/cm2": 0.1, "pascal": 1.0, "МПа": 1e6, "кПа": 1e3, "Па": 1.0}
         ),
         "force": MappingProxyType(
-            {"N": 1.0, "mN": 1e-3, "µN": 1e-6, "kN": 1e3, "KN": 1e3, "MN": 1e6, "cN": 1e-2, "daN": 10.0,
+            {"N": 1.0, "mN": 1e-3, "µN": 1e-6, "uN": 1e-6, "kN": 1e3, "KN": 1e3, "MN": 1e6, "cN": 1e-2, "daN": 10.0,
              "lbf": 4.4482216152605, "lb": 4.4482216152605, "lbs": 4.4482216152605, "kgf": 9.80665, "kg": 9.80665,
+             "ozf": 0.27801385095378125, "oz": 0.27801385095378125,
              "gf": 9.80665e-3,
              "g": 9.80665e-3, "kp": 9.80665, "newton": 1.0, "newtons": 1.0, "kilonewton": 1e3, "millinewton": 1e-3,
              "Н": 1.0, "кН": 1e3}
         ),
         "length": MappingProxyType(
             {"mm": 1e-3, "MM": 1e-3, "cm": 1e-2, "m": 1.0, "µm": 1e-6, "um": 1e-6, "nm": 1e-9, "in": 25.4e-3,
-             "inch": 25.4e-3, "inches": 25.4e-3, "mil": 25.4e-6, "millimeter": 1e-3, "millimetre": 1e-3,
+             "inch": 25.4e-3, "inches": 25.4e-3, '"': 25.4e-3, "mil": 25.4e-6, "millimeter": 1e-3, "millimetre": 1e-3,
              "millimeters": 1e-3, "micron": 1e-6, "microns": 1e-6, "мм": 1e-3}
         ),
         "area": MappingProxyType({"mm2": 1e-6, "cm2": 1e-4, "m2": 1.0, "in2": 645.16e-6, "µm2": 1e-12}),

@@ -17,6 +17,9 @@ from estimator.uniaxial.reading.language.units import dimension_of
 from estimator.uniaxial.reading.language.vocabulary import SPECIMEN_WORDS
 from estimator.uniaxial.reading.language.words import has_word, words_of
 
+FEWEST_ROWS = 6
+"""Of a test."""
+
 _LOADS = ("stress", "force")
 _LENGTHS = ("strain", "extension", "position", "height")
 _ROWS_BETWEEN = 4  # names, a second row of names, units, an empty row
@@ -53,14 +56,16 @@ class Block:
 
 
 def find_blocks(grids: Sequence[Grid]) -> list[Block]:
-    """Return the tables of all grids, in their order.
+    """Return the tables of all grids, in their order; short ones only where there is no other.
 
     Raises
     ------
     InputError
         There is none, or a row of numbers stands above the names.
     """
-    blocks = [block for grid in grids for block in _blocks_in(grid)]
+    found = [block for grid in grids for block in _blocks_in(grid)]
+    # a table of results has a row or two for each specimen
+    blocks = [block for block in found if sum(map(_has_numbers, block.data)) >= FEWEST_ROWS] or found
     if len({block.grid.name for block in blocks}) > 1:
         blocks = [replace(block, label=block.label or block.grid.name) for block in blocks]
     return blocks
@@ -231,6 +236,10 @@ def _end_of_data(rows: Sequence[Row], first: int, following: int, width: int) ->
     return following
 
 
+def _has_numbers(row: Row) -> bool:
+    return sum(map(looks_like_number, row.filled)) > 1
+
+
 def _is_numbers(row: Row) -> bool:
     cells = row.filled
     return len(cells) > 1 and all(looks_like_number(cell) for cell in cells)
@@ -267,9 +276,9 @@ def _side_by_side(block: Block) -> list[Block]:
 
 
 def _label_at(above: Sequence[Row], column: int) -> str:
-    """Return what stands right above a column, where specimens stand beside each other."""
-    filled = [row for row in above if row.filled]
-    return filled[-1].text(column) if filled else ""
+    """Return what stands above a column, where specimens stand beside each other; a row with a number is of sizes."""
+    labels = [row for row in above if row.filled and not any(map(looks_like_number, row.filled))]
+    return labels[-1].text(column) if labels else ""
 
 
 def _label_above(above: Sequence[Row]) -> str:

@@ -84,6 +84,12 @@ def table_of(block: Block, needed: Sequence[int], stated: Stated) -> Table:
             raise InputError(_surplus(block, row))
     filled = [all(row.text(column) for column in needed) for row in rows]
     end = max((i + 1 for i, full in enumerate(filled) if full), default=0)
+    if not end and rows and not block.grid.separator:
+        empty = next(column for column in needed if not any(row.text(column) for row in rows))
+        raise InputError(
+            f"{block.grid.place(block.header_line)}: {block.titles[empty].text!r} holds nothing; if it has formulas, "
+            "save the file with a spreadsheet program, so that it holds their values"
+        )
     if not end and rows:
         raise InputError(
             f"{block.grid.place(block.header_line)}: names {len(block.titles)} columns, and the rows below have "

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from estimator.errors import InputError
 from estimator.uniaxial.reading.language.units import factor_of
-from estimator.uniaxial.reading.language.vocabulary import CROSSHEAD_WORDS
+from estimator.uniaxial.reading.language.vocabulary import CROSSHEAD_WORDS, EXTENSOMETER_WORDS
 from estimator.uniaxial.reading.language.words import has_word
-from estimator.uniaxial.reading.specimen import Specimen
+from estimator.uniaxial.reading.specimen import Measure, Specimen
 from estimator.uniaxial.reading.tables.choosing import ABSCISSAE, ORDINATES, Choice, choose, column_of
 from estimator.uniaxial.reading.tables.column_units import missing_unit, required_factor, unit_of
 from estimator.uniaxial.reading.tables.columns import Table
@@ -40,6 +40,7 @@ class Curve:
     time : (n,) where there is such a column
     height_grows : whether a column of the specimen's height grows or falls; None without such a column
     from_crosshead : whether strain is the machine's travel
+    over_first : whether strain is over the first value of the specimen's height, which nothing else states
     abscissa, ordinate : the columns used
     found, assumed : a sentence each
     """
@@ -50,6 +51,7 @@ class Curve:
     time: FloatArray | None
     height_grows: bool | None
     from_crosshead: bool
+    over_first: bool
     abscissa: Choice
     ordinate: Choice
     found: tuple[str, ...]
@@ -63,6 +65,7 @@ class _Axis:
     values: FloatArray
     told: str
     assumed: tuple[str, ...] = ()
+    over_first: bool = False
 
 
 def curve_of(table: Table, specimen: Specimen) -> Curve:
@@ -90,6 +93,7 @@ def curve_of(table: Table, specimen: Specimen) -> Curve:
         height_grows=None if heights is None else _grows(heights),
         from_crosshead=abscissa.quantity in ("extension", "position")
         or has_word(abscissa.title.text, CROSSHEAD_WORDS),
+        over_first=strain.over_first,
         abscissa=abscissa,
         ordinate=ordinate,
         found=(strain.told, stress.told),
@@ -106,17 +110,32 @@ def _strain(table: Table, specimen: Specimen, choice: Choice) -> _Axis:
     if choice.quantity == "height":
         gauge = specimen.gauge_length
         if gauge is None and lengths[0] > 0:
-            return _Axis(lengths / lengths[0] - 1, f"{told}, over its first value")
-        gauge = gauge or specimen.require_gauge_length(table.block.grid.where)
+            return _Axis(lengths / lengths[0] - 1, f"{told}, over its first value", over_first=True)
+        gauge = gauge or specimen.require_length(table.block.grid.where, extensometer=False)
         return _Axis(lengths / gauge.value - 1, f"{told}, over {gauge.source}")
-    gauge = specimen.require_gauge_length(table.block.grid.place(table.block.header_line))
+    first = _first_height(table, specimen)
+    gauge = first or specimen.require_length(
+        table.block.grid.place(table.block.header_line), extensometer=_by_extensometer(choice)
+    )
     told = f"{told}, over {gauge.source}"
+    reasons: tuple[str, ...] = ()
     if choice.quantity == "position" and lengths[0] != 0:
-        reason = (
-            f"{choice.title.text!r} is a position: travel counts from its first value, {values[0]:g} {unit}"
+        where = f"its first value, {values[0]:g} {unit}"
+        lengths, reasons = (
+            lengths - lengths[0],
+            (f"{choice.title.text!r} is a position: travel counts from {where}",),
         )
-        return _Axis((lengths - lengths[0]) / gauge.value, told, (reason,))
-    return _Axis(lengths / gauge.value, told)
+    return _Axis(lengths / gauge.value, told, reasons, over_first=first is not None)
+
+
+def _first_height(table: Table, specimen: Specimen) -> Measure | None:
+    """Return the first value of a column of the specimen's height, where no length is stated."""
+    height = None if specimen.gauge_length is not None else column_of(table.block, "height")
+    values = None if height is None else table.numbers_or_none(height.column)
+    if height is None or values is None or height.title.unit is None or values[0] <= 0:
+        return None
+    first = float(values[0]) * factor_of(height.title.unit, "length", height.title.text)
+    return Measure(first, f"the first value of {height.title.text!r}, {values[0]:g} {height.title.unit}")
 
 
 def _strain_as_such(table: Table, specimen: Specimen, choice: Choice, values: FloatArray) -> _Axis:
@@ -172,11 +191,17 @@ def _stress(table: Table, specimen: Specimen, choice: Choice) -> _Axis:
 def _over_length(table: Table, specimen: Specimen) -> FloatArray | None:
     """Return strain from a column of travel, where all that it needs is stated."""
     travel = column_of(table.block, "extension")
-    gauge = specimen.gauge_length
-    values = None if travel is None else table.numbers_or_none(travel.column)
-    if travel is None or gauge is None or values is None or travel.title.unit is None:
+    if travel is None:
+        return None
+    gauge = specimen.extensometer_length if _by_extensometer(travel) else specimen.crosshead_length
+    values = table.numbers_or_none(travel.column)
+    if gauge is None or values is None or travel.title.unit is None:
         return None
     return values * factor_of(travel.title.unit, "length", travel.title.text) / gauge.value
+
+
+def _by_extensometer(choice: Choice) -> bool:
+    return has_word(choice.title.text, EXTENSOMETER_WORDS)
 
 
 def _over_area(table: Table, specimen: Specimen) -> FloatArray | None:
@@ -191,7 +216,7 @@ def _over_area(table: Table, specimen: Specimen) -> FloatArray | None:
 
 def _from_true_strain(table: Table) -> FloatArray | None:
     """Return engineering strain from a column of true strain whose unit is none or a fraction."""
-    true = column_of(table.block, "strain", true=True)
+    true = column_of(table.block, "strain", "true")
     values = None if true is None else table.numbers_or_none(true.column)
     if true is None or values is None or true.title.unit == "%" or np.abs(values).max(initial=0.0) > 5:
         return None
