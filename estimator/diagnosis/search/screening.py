@@ -28,6 +28,7 @@ from estimator.diagnosis.model.solution import Mechanics, Solution, at_few_poses
 from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.settings import SearchSettings
 from estimator.effects.effect import Effect
+from estimator.effects.shared.between_platens import is_pressed
 from estimator.errors import SolverError
 from estimator.inference.gauss_newton import step_of_gram
 
@@ -69,12 +70,16 @@ def _descending(trial: Trial) -> float:
 
 
 def can_show(effect: Effect, context: Context) -> bool:
-    """Tell whether what an effect acts on is there: the anchors, a table below, and as many beads as were seen."""
+    """Tell whether what an effect acts on is there: anchors, a table below, plates, and as many beads as were seen."""
     case = context.case
     held = effect.group != "anchor" or bool(case.problem.anchored.any())
     lies = not effect.needs_table or case.experiments[0].environment.surface_below == "table"
+    pressed = not effect.needs_platens or is_pressed(case.problem, case.experiments)
     return (
-        held and lies and context.beads_seen >= max(effect.fewest_beads, 1 if effect.group == "vision" else 0)
+        held
+        and lies
+        and pressed
+        and context.beads_seen >= max(effect.fewest_beads, 1 if effect.group == "vision" else 0)
     )
 
 
