@@ -160,7 +160,7 @@ class Effect:
     words : what a report says of it, one sentence
     fewest_beads : how many beads must have been seen for it to show; for any of the cameras one at least
     needs_table : whether it is there only where the phantom lies on a table
-    needs_platens : whether it is there only where the phantom is pressed between two plates, one of them the gripper's
+    needs_platens : whether it is there only where the phantom is pressed between two plates
     of_single_beads : whether it befalls single beads in the tissue, which no marker or board is taken for
     rate_dependent : whether the tissue changes while the gripper stands
     elaborates : form of the same label of which this one is a refinement, looked at only where that one leads

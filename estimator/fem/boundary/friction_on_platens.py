@@ -118,6 +118,7 @@ class RubbingOnPlatens(BeginsAnew):
         """Return what presses at each node (n,), N, and how its spring is stretched."""
         held = nodal_forces(self.body, response, response.slope)
         pressed = np.maximum(self.platens.pressing @ held.ravel(), 0.0)
-        reach = self.coefficient * pressed / np.maximum(self.spring, np.finfo(float).tiny)
+        reach = np.full(len(pressed), np.inf)
+        np.divide(self.coefficient * pressed, self.spring, out=reach, where=self.spring > 0.0)
         way = displacement - self.carried
-        return pressed, stretched(way[:, self._along], self.slid, np.where(self.spring > 0.0, reach, np.inf))
+        return pressed, stretched(way[:, self._along], self.slid, reach)
