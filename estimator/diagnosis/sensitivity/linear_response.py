@@ -228,8 +228,8 @@ def _along_solutions(
                     loadings[k].put_beads(at_rest + motions[k])
                 without_beads = []
             wrenches, fiducials = response_to(solution.problem, state, loads, motion, rubbing)
-            for column, (k, one) in enumerate(zip(asked, moved, strict=True)):
-                loading, displacement, response = loadings[k], one.displacement, one.response
+            for column, (k, asking) in enumerate(zip(asked, moved, strict=True)):
+                loading, displacement, response = loadings[k], asking.displacement, asking.response
                 if remembers:
                     changed = displacement + motions[column]
                     loading.pass_by(changed, loading.response_to(changed))

@@ -37,6 +37,7 @@ class PlatenFriction(Effect):
     )
     keeps_pattern: ClassVar[bool] = False
     needs_platens: ClassVar[bool] = True
+    at_thresholds: ClassVar[bool] = True
     amplitudes = (Amplitude("slipperiness", "1", scale=2.0, smallest=0.2, lower=0.0, upper=100.0),)
     constants = (Constant("give", "m", (1e-3,), lower=1e-4, upper=1e-2),)
 

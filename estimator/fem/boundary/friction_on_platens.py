@@ -81,7 +81,8 @@ class RubbingOnPlatens(BeginsAnew):
         ] * np.eye(2)
         stiffness[~on.sliding] = np.eye(2)
         blocks: FloatArray = np.zeros((count, 3, 3))
-        blocks[np.ix_(np.arange(count), self._along, self._along)] = self.spring[:, None, None] * stiffness
+        across = np.array(self._along)
+        blocks[:, across[:, None], across] = self.spring[:, None, None] * stiffness
         forces = np.zeros_like(displacement)
         forces[:, self._along] = (self.spring * self._kept(on))[:, None] * on.stretch
         follows = pressed[sliding] > 0.0
