@@ -42,7 +42,7 @@ FloatArray = NDArray[np.float64]
 SIZE = (0.02, 0.03, 0.03)
 CORNER = np.array(SIZE) / 2
 TOP = Box((CORNER[0], -CORNER[1], -CORNER[2]), (CORNER[0], CORNER[1], CORNER[2]))
-SENSOR = SensorNoise(force_std=5e-3, torque_std=1e-4, fiducial_std=3e-5, position_std=1e-6)
+SENSOR = SensorNoise(force_std=0.02, torque_std=5e-4, fiducial_std=5e-5, position_std=1e-5)
 # On the sides that bulge, and within.
 BEADS = 1e-3 * np.array(
     [(x, *side) for x in (-6.0, 0.0, 5.0) for side in ((15, 4), (-15, -6), (3, 15), (-5, -15))]
@@ -61,7 +61,7 @@ def bonded() -> RetractionProblem:
 
 
 def pressed(way_m: float, aside_m: float = 0.0) -> GripperPose:
-    return GripperPose(CENTRE + [-way_m, aside_m, 0.0], Rotation.identity())
+    return GripperPose(CENTRE + np.array([-way_m, aside_m, 0.0]), Rotation.identity())
 
 
 def rubbing(
@@ -71,14 +71,14 @@ def rubbing(
     effect: Effect = BOTH,
     material: Material = TISSUE,
 ) -> tuple[RetractionProblem, EquilibriumState]:
-    """The state at the last of the poses, the sticking points dragged along from each to the next."""
+    """The state at the last of the poses, of a material there; sticking points are dragged along on the way."""
     values = {"slipperiness": slipperiness, "give": 1e-3}
     problem = effect.problem(bonded, values)
-    terms = effect.terms(problem, material, SPECIMEN, values)
+    terms = effect.terms(problem, TISSUE, SPECIMEN, values)
     solver = EquilibriumSolver(problem, EXACT)
-    state = solver.rest(material, terms)
+    state = solver.rest(TISSUE, terms)
     for pose in poses:
-        state = solver.solve(pose, material, state, terms)
+        state = solver.solve(pose, material if pose is poses[-1] else TISSUE, state, terms)
         terms = tuple(
             term.carried_to(pose.position, pose.rotation).after(state.displacement, state.response)
             for term in terms
@@ -137,13 +137,14 @@ def test_what_has_slid_stays_where_it_is_until_it_is_pushed_back(bonded: Retract
 def turned(shift: FloatArray) -> GripperPose:
     """Off a pose at which nothing is symmetric, by (6,)."""
     turn = Rotation.from_rotvec(shift[3:]) * Rotation.from_rotvec([0.02, 0.004, 0.006])
-    return GripperPose(CENTRE + [-2e-3, 5e-4, -2e-4] + shift[:3], turn)
+    return GripperPose(CENTRE + np.array([-2e-3, 5e-4, -2e-4]) + shift[:3], turn)
 
 
 def seen(
     bonded: RetractionProblem, effect: Effect, shift: FloatArray, poisson_ratio: float = 0.47
 ) -> Observation:
-    before = GripperPose(CENTRE + [-1e-3, 3e-4, 0.0], Rotation.from_rotvec([0.01, 0.0, 0.003]))
+    way = CENTRE + np.array([-1e-3, 3e-4, 0.0])
+    before = GripperPose(way, Rotation.from_rotvec([0.01, 0.0, 0.003]))
     material = Material(NeoHookean(), 75e3, poisson_ratio)
     return observe(*rubbing(bonded, [before, turned(shift)], 4.0, effect, material))
 
