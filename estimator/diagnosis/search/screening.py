@@ -74,13 +74,17 @@ def can_show(effect: Effect, context: Context) -> bool:
     case = context.case
     held = effect.group != "anchor" or bool(case.problem.anchored.any())
     lies = not effect.needs_table or case.experiments[0].environment.surface_below == "table"
-    pressed = not effect.needs_platens or is_pressed(case.problem, case.experiments)
     return (
         held
         and lies
-        and pressed
+        and is_of_this_rig(effect, case)
         and context.beads_seen >= max(effect.fewest_beads, 1 if effect.group == "vision" else 0)
     )
+
+
+def is_of_this_rig(effect: Effect, case: Case) -> bool:
+    """Tell whether an effect is asked about at all: what plates do is not where nothing is pressed between two."""
+    return not effect.needs_platens or is_pressed(case.problem, case.experiments)
 
 
 def labels_without_signature(context: Context, trials: Sequence[Trial]) -> tuple[str, ...]:
