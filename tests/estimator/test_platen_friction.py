@@ -1,6 +1,6 @@
 """Tissue that slides on the plates between which it is pressed, as far as Coulomb's friction lets it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -24,18 +24,20 @@ from estimator.diagnosis.settings import DiagnosisSettings, SolverSettings
 from estimator.effects.catalogue import Catalogue, default_catalogue
 from estimator.effects.effect import Effect
 from estimator.effects.mounting.platen_friction import PLATEN_FRICTION
-from estimator.experiment import Box, Experiment, Roller, SensorNoise
+from estimator.experiment import Box, Experiment, Grasp, Phantom, Roller, SensorNoise
 from estimator.fem.boundary.motion import GripperPose
-from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.boundary.problem import HeldNodes, RetractionProblem, retraction_problem
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.equilibrium.newton import EquilibriumSolver, NewtonSettings
 from estimator.fem.equilibrium.observation import Observation, observe
 from estimator.fem.equilibrium.state import EquilibriumState
 from estimator.forward.meshing import mesh_experiment
+from estimator.importing.bodies import cylinder_surface
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
 from estimator.simulation.acting import read_effect
 from estimator.simulation.simulate import Resolution, simulate_case
+from estimator.surfaces.writing import write_stl
 
 FloatArray = NDArray[np.float64]
 
@@ -115,6 +117,43 @@ def test_the_softer_the_hold_the_smaller_the_force_down_to_that_between_rollers(
     forces = [felt(bonded, [pressed(2e-3)], size)[0] for size in (0.0, 1.0, 4.0, 20.0, 1e6)]
     assert np.all(np.diff(forces) < 0)
     assert forces[-1] == pytest.approx(least, rel=1e-5)
+
+
+DIAMETER, HEIGHT = 0.03, 0.02
+
+
+@pytest.fixture(scope="module")
+def cylinder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Experiment]:
+    """A cylinder of a triangulated surface that stands on one plate, below another one."""
+    folder = tmp_path_factory.mktemp("cylinder")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("RETRACT_CACHE", str(folder))
+        file, end = folder / "cylinder.stl", HEIGHT / 2
+        write_stl(cylinder_surface(DIAMETER, HEIGHT, 24), file)
+        low, high = Box((-1, -1, -end), (1, 1, -end)), Box((-1, -1, end), (1, 1, end))
+        rest = block_at_rest((DIAMETER, DIAMETER, HEIGHT), high, SENSOR, np.zeros((0, 3)))
+        phantom = Phantom("surface", (DIAMETER, DIAMETER, HEIGHT), file, unit="m")
+        yield replace(rest, phantom=phantom, anchors=(low,), grasp=Grasp(high, (0.0, 0.0, end)))
+
+
+def test_a_cylinder_on_smooth_plates_is_as_between_rollers_and_a_little_friction_does_what_siebel_says(
+    cylinder: Experiment,
+) -> None:
+    """E. Siebel, Stahl und Eisen 43 (1923) 1295: by μ D/(3 H) λ^(−3/2), where all of both faces slides."""
+    plates = mesh_experiment(cylinder, Grading(10e-3, 10e-3, 10e-3, 3.0, 1))
+    upwards = np.array([False, False, True])
+    held = HeldNodes(np.zeros_like(plates.fixed), plates.gripped, np.outer(plates.anchored, upwards), upwards)
+    nowhere = np.zeros((0, 3)), np.zeros(0, dtype=bool)
+    rolling = retraction_problem(plates.body.mesh, held, plates.grasp_centre, *nowhere)
+    stretch = 0.9
+    down = np.array([0.0, 0.0, HEIGHT * (stretch - 0.5)])
+    pose = GripperPose(down, Rotation.identity())
+    (free,) = follow(rolling, TISSUE, [pose], EXACT)
+    least = observe(rolling, free).wrench[2]
+    forces = [observe(*rubbing(plates, [pose], size)).wrench[2] for size in (1e6, 40.0)]
+    assert forces[0] == pytest.approx(least, rel=1e-5)
+    siebel = DIAMETER / (40.0 * 3 * HEIGHT) * stretch**-1.5
+    assert forces[1] / forces[0] - 1 == pytest.approx(siebel, rel=0.1)
 
 
 @pytest.mark.parametrize("effect", [MOVING, STANDING], ids=lambda effect: effect.name)
