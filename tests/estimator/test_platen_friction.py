@@ -294,4 +294,4 @@ def test_friction_in_a_compression_is_found_and_the_modulus_with_it() -> None:
     assert found.verdict == ("platen_friction",)
     size = found.effects["platen_friction"].parameters["slipperiness"]
     assert abs(size.value - 4.0) < 2.0 * size.std < 2.0
-    assert found.material.youngs_modulus.value == pytest.approx(75e3, rel=0.03)
+    assert found.after.youngs_modulus.value == pytest.approx(75e3, rel=0.03)
