@@ -60,7 +60,8 @@ class PlatenFriction(Effect):
         if not values["slipperiness"] or platens is None:
             return ()
         spring = material.youngs_modulus / (values["slipperiness"] * values["give"]) * platens.area
-        sliding = self._sliding(platens) & ~problem.fixed
+        held = problem.gripped if problem.pressed is None else problem.gripped | problem.pressed.any(axis=1)
+        sliding = self._sliding(platens) & held
         return (
             RubbingOnPlatens.at_rest(
                 problem.body, platens, np.where(sliding, spring, 0.0), 1.0 / values["slipperiness"]

@@ -62,9 +62,7 @@ class RubbingOnPlatens(BeginsAnew):
     def forces(self, displacement: FloatArray, response: Response) -> FloatArray:
         """Return the forces (n, 3), N, with which the springs are stretched."""
         _, on = self._stretched(displacement, response)
-        forces = np.zeros_like(displacement)
-        forces[:, self._along] = (self.spring * self._kept(on))[:, None] * on.stretch
-        return forces
+        return self._forces(on)
 
     def stiffness(self, displacement: FloatArray, response: Response) -> TermStiffness:
         """Return the derivative at constant pressure."""
@@ -74,24 +72,23 @@ class RubbingOnPlatens(BeginsAnew):
         """Return the forces and their derivatives."""
         pressed, on = self._stretched(displacement, response)
         count, sliding = len(displacement), np.flatnonzero(on.sliding)
-        yielding: FloatArray = np.tile(np.eye(2), (count, 1, 1))
-        yielding[sliding] -= on.direction[:, :, None] * on.direction[:, None, :]
-        stiffness = ((1.0 - _LEFT) * on.share)[:, None, None] * yielding + _LEFT * on.sliding[
-            :, None, None
-        ] * np.eye(2)
-        stiffness[~on.sliding] = np.eye(2)
+        across = np.eye(2) - on.direction[:, :, None] * on.direction[:, None, :]
+        stiffness: FloatArray = np.tile(np.eye(2), (count, 1, 1))
+        stiffness[sliding] = (1.0 - _LEFT) * on.share[sliding, None, None] * across + _LEFT * np.eye(2)
         blocks: FloatArray = np.zeros((count, 3, 3))
-        across = np.array(self._along)
-        blocks[:, across[:, None], across] = self.spring[:, None, None] * stiffness
-        forces = np.zeros_like(displacement)
-        forces[:, self._along] = (self.spring * self._kept(on))[:, None] * on.stretch
+        along = np.array(self._along)
+        blocks[:, along[:, None], along] = self.spring[:, None, None] * stiffness
         follows = pressed[sliding] > 0.0
         chosen = sliding[follows]
-        direction = (1.0 - _LEFT) * self.coefficient * on.direction[follows]
-        rows = (3 * chosen[:, None] + np.array(self._along)).ravel()
-        columns = np.repeat(np.arange(len(chosen)), 2)
-        along = csr_array((direction.ravel(), (rows, columns)), shape=(3 * count, len(chosen)))
-        return Rubbing(forces, blocks, along, self.platens.pressing[chosen], self.platens.moving)
+        by_pressing = (1.0 - _LEFT) * self.coefficient * on.direction[follows]
+        rows, columns = (3 * chosen[:, None] + along).ravel(), np.repeat(np.arange(len(chosen)), 2)
+        return Rubbing(
+            self._forces(on),
+            blocks,
+            csr_array((by_pressing.ravel(), (rows, columns)), shape=(3 * count, len(chosen))),
+            self.platens.pressing[chosen],
+            self.platens.moving,
+        )
 
     def starting_after(self, seconds: float) -> RubbingOnPlatens:
         """Return the same plates: they know no rate."""
@@ -110,10 +107,12 @@ class RubbingOnPlatens(BeginsAnew):
     def _along(self) -> list[int]:
         return [axis for axis in range(3) if axis != self.platens.axis]
 
-    @staticmethod
-    def _kept(on: Stretched) -> FloatArray:
-        """Return the share (n,) of the spring's force that is left once it has yielded."""
-        return np.asarray(on.share + _LEFT * (1.0 - on.share))
+    def _forces(self, on: Stretched) -> FloatArray:
+        """Return the forces (n, 3) of springs that are stretched so, N, with what is left once they have yielded."""
+        kept = on.share + _LEFT * (1.0 - on.share)
+        forces = np.zeros((len(kept), 3))
+        forces[:, self._along] = (self.spring * kept)[:, None] * on.stretch
+        return forces
 
     def _stretched(self, displacement: FloatArray, response: Response) -> tuple[FloatArray, Stretched]:
         """Return what presses at each node (n,), N, and how its spring is stretched."""
