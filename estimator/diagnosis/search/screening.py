@@ -262,20 +262,26 @@ def best_trials(trials: Sequence[Trial]) -> Mapping[str, Trial]:
 
 
 def leading_trials(trials: Sequence[Trial], none: float, settings: SearchSettings) -> list[Trial]:
-    """Return the trials worth a refit: near the best, and not many forms of one label."""
-    best = trials[0].log_evidence - none
+    """Return the trials worth a refit: near the best, and not many forms of one label.
+
+    One promising form is among them, however many lead it, of what sets in at thresholds: its derivative at the null
+    does not have what it does beyond them.
+    """
+    least = max(-settings.strong, settings.promising * (trials[0].log_evidence - none))
     chosen: list[Trial] = []
     for trial in trials:
         label = trial.signature.effect.label
         forms = sum(one.signature.effect.label == label for one in chosen)
         gain = trial.log_evidence - none
-        if (
-            gain < max(-settings.strong, settings.promising * best)
-            and len(chosen) >= settings.fewest_candidates
-        ):
+        if gain < least and len(chosen) >= settings.fewest_candidates:
             break
         if forms < settings.forms_of_a_label:
             chosen.append(trial)
         if len(chosen) == settings.candidates:
             break
-    return chosen
+    taken = {one.signature.effect.label for one in chosen}
+    return chosen + [
+        trial
+        for label, trial in best_trials(trials).items()
+        if trial.signature.effect.at_thresholds and label not in taken and trial.log_evidence - none >= least
+    ]
