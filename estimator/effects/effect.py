@@ -167,7 +167,7 @@ class Effect:
     terms_alike : whether it is a sum of terms that may change places: none is where a single one fits best
     keeps_pattern : whether :meth:`problem` leaves free and held nodes as they are
     within_elements : whether it ends within elements, which then have to follow it for its size to be known
-    at_thresholds : whether much of the tissue is near to where it sets in or ends, so that differences need short steps
+    at_thresholds : whether it sets in where something yields: its null tells little, and differences need short steps
     rest_seen : whether the cameras read the beads' stated rest positions once the tissue was mounted
     inexactness : share of what it raises the log evidence by that others seem to explain, its form being inexact
 
