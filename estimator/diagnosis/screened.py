@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
+from dataclasses import replace
 
 from estimator.diagnosis.evidence.marginal_likelihood import (
     error_borne_out,
@@ -16,7 +17,7 @@ from estimator.diagnosis.noise.outliers import number_left_out
 from estimator.diagnosis.search.baseline import Preparation, prepare
 from estimator.diagnosis.search.comparison import Comparison
 from estimator.diagnosis.search.context import Context, Tell
-from estimator.diagnosis.search.screening import screen
+from estimator.diagnosis.search.screening import is_of_this_rig, screen
 from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import Catalogue
 from estimator.experiment import Experiment
@@ -50,6 +51,8 @@ def screened(
     baseline = refitted_anew(baseline, lenient, case)
     error = error_borne_out(case, baseline)
     none, unknown = first_order_evidence(case, baseline, error), evidence_of_unknown(case, baseline, error)
+    asked = tuple(effect for effect in catalogue.effects if is_of_this_rig(effect, case))
+    catalogue = replace(catalogue, effects=asked)
     everything = (*catalogue.effects, *catalogue.outsiders)
     plain = [effect for effect in everything if not (effect.elaborates or effect.mistaken_for)]
     context = Context(case, baseline, error, executor, tell, catalogue)

@@ -142,18 +142,17 @@ class Effect:
 
     Attributes
     ----------
-    label : its name in verdicts and commands
+    label, form : its name in verdicts and commands; forms tell instances with one label apart
     group : what kind it is, which tells the block of the rig where it sits
     stage : where it comes between the tissue and the recording
     acts_on : the methods that it overrides, in the order of ``HOOKS``
     measured_by : what a measurement beside the rig that would tell it from others does; empty where none is known
     laws : names of the material laws whose departure from the Neo-Hookean one it is
     linear : whether what it changes of motion and readings is proportional to its amplitudes
-    form : tells instances with one label apart; empty where there is one
     amplitudes, constants : its parameters
     words : what a report says of it, one sentence
     fewest_beads, fewest_experiments : how many there must be for it to show; for any of the cameras one bead at least
-    needs_table : whether it is there only where the phantom lies on a table
+    needs_table, needs_platens : whether it is there only on a table, or where a body is pressed between two plates
     of_single_beads : whether it befalls single beads in the tissue, which no marker or board is taken for
     rate_dependent : whether the tissue changes while the gripper stands
     elaborates : form of the same label of which this one is a refinement, looked at only where that one leads
@@ -162,6 +161,7 @@ class Effect:
     terms_alike : whether it is a sum of terms that may change places: none is where a single one fits best
     keeps_pattern : whether :meth:`problem` leaves free and held nodes as they are
     within_elements : whether it ends within elements, which then have to follow it for its size to be known
+    at_thresholds : whether it sets in where something yields: its null tells little, and differences need short steps
     rest_seen : whether the cameras read the beads' stated rest positions once the tissue was mounted
     inexactness : share of what it raises the log evidence by that others seem to explain, its form being inexact
 
@@ -195,12 +195,14 @@ class Effect:
     fewest_beads: ClassVar[int] = 0
     fewest_experiments: ClassVar[int] = 1
     needs_table: ClassVar[bool] = False
+    needs_platens: ClassVar[bool] = False
     of_single_beads: ClassVar[bool] = False
     rate_dependent: ClassVar[bool] = False
     keeps_pattern: ClassVar[bool] = True
     terms_alike: ClassVar[bool] = False
     inexactness: ClassVar[float] = 1e-3
     within_elements: ClassVar[bool] = False
+    at_thresholds: ClassVar[bool] = False
     rest_seen: bool = False
     elaborates: str = ""
     accident: ClassVar[bool] = False
@@ -235,9 +237,8 @@ class Effect:
         ``baseline`` holds what the fitted baseline predicts for each experiment, beside what was measured: an effect
         with many places (which bead?) may pick the likely ones.
         """
-        names = [constant.name for constant in self.constants]
-        grid = itertools.product(*(constant.grid for constant in self.constants))
-        return [dict(zip(names, point, strict=True)) for point in grid]
+        grids = [[(constant.name, value) for value in constant.grid] for constant in self.constants]
+        return [dict(point) for point in itertools.product(*grids)]
 
     def looked_for_in(self, experiments: Sequence[Experiment]) -> Effect:
         """Return the effect as it is looked for in these experiments: one with a size for each has as many sizes."""

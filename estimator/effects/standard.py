@@ -27,6 +27,7 @@ from estimator.effects.mounting.anchor_compliance import ANCHOR_COMPLIANCE
 from estimator.effects.mounting.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
 from estimator.effects.mounting.grasp_misplacement import GRASP_MISPLACEMENT
 from estimator.effects.mounting.gravity_sag import GRAVITY_SAG
+from estimator.effects.mounting.platen_friction import PLATEN_FRICTION
 from estimator.effects.mounting.support_friction import SUPPORT_FRICTION
 from estimator.effects.outside.air_pocket import AirPocket
 from estimator.effects.outside.cable import Cable
@@ -79,7 +80,13 @@ _TISSUE: tuple[Effect, ...] = (
     *THICKNESS_ERROR,
     *PRESTRETCH,
 )
-_MOUNTING: tuple[Effect, ...] = (*ANCHOR_COMPLIANCE, ANCHOR_DEBONDING, ANCHOR_PEELING, *GRASP_MISPLACEMENT)
+_MOUNTING: tuple[Effect, ...] = (
+    *ANCHOR_COMPLIANCE,
+    ANCHOR_DEBONDING,
+    ANCHOR_PEELING,
+    *GRASP_MISPLACEMENT,
+    *PLATEN_FRICTION,
+)
 _SURROUNDINGS: tuple[Effect, ...] = (*SUPPORT_FRICTION, *GRAVITY_SAG)
 
 # From the reported pose to the tissue: first what the robot does, then what the gripper does.

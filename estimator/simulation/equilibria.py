@@ -111,5 +111,5 @@ def _field_at_rest(problem: RetractionProblem, experiment: Experiment, truth: Tr
         partly = solver.under_weight(share)
         return partly.refine(near.pose, material, near.displacement, near.response.pressure, terms)
 
-    state = grown(solver.rest(material), under)
+    state = grown(solver.rest(material, truth.terms(changed, experiment)), under)
     return KnownField(state.displacement, state.response.pressure)

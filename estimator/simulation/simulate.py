@@ -16,6 +16,7 @@ from estimator.effects.shared.instants import bead_constant
 from estimator.errors import InputError
 from estimator.experiment import Experiment
 from estimator.experiment.as_modelled import as_modelled
+from estimator.fem.boundary.platens import platens_of
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.discretisation.elements import ElementKind
@@ -89,7 +90,7 @@ def simulate_case(
     Raises
     ------
     InputError
-        The phantom cannot be meshed, or an effect names a fiducial that is not there.
+        The phantom cannot be meshed, or an effect names a fiducial that is not there, or needs plates that are not.
     SolverError
         The motion has no equilibrium, or does not settle under its own load.
     """
@@ -129,6 +130,7 @@ def exact_readings(
     """Return what the sensors of the experiments would have read without noise; as :func:`simulate_case`."""
     _check_beads(planned, acting)
     problem = resolution.problem(planned[0])
+    _check_platens(problem, acting)
     truth = truth_of(material, acting)
     return [_readings(solution, truth) for solution in solve_carrying(problem, planned, truth, progress)]
 
@@ -158,6 +160,15 @@ def _recorded(planned: Experiment, seen: Readings, random: np.random.Generator) 
         fiducials=seen.fiducials + random.normal(0.0, sensor.fiducial_std, seen.fiducials.shape),
         path=None,
     )
+
+
+def _check_platens(problem: RetractionProblem, acting: Sequence[ActingEffect]) -> None:
+    for one in acting:
+        if one.effect.needs_platens and platens_of(problem) is None:
+            raise InputError(
+                f"effect {one.effect.name}: needs a body between two plates; anchor one whole end of the phantom, and "
+                "grasp the other"
+            )
 
 
 def _check_beads(planned: Sequence[Experiment], acting: Sequence[ActingEffect]) -> None:

@@ -6,9 +6,13 @@ import pytest
 from bare_contexts import bare_context
 from retraction_cases import SMALL_BLOCK
 
+from estimator.diagnosis.evidence.signatures import Signature
 from estimator.diagnosis.fitting.case import Case
-from estimator.diagnosis.search.screening import can_show
+from estimator.diagnosis.model.hypothesis import Hypothesis
+from estimator.diagnosis.search.screening import Trial, can_show, leading_trials
+from estimator.diagnosis.settings import DiagnosisSettings
 from estimator.effects.catalogue import default_catalogue
+from estimator.effects.effect import Effect
 from estimator.experiment.model import SurfaceBelow
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.forward.meshing import mesh_experiment
@@ -30,3 +34,22 @@ def test_what_a_table_does_is_looked_for_only_where_there_is_one(part: str) -> N
     assert [name for name in gone if name.startswith(part)]
     assert all(effect.needs_table for effect in CATALOGUE if effect.name in gone)
     assert looked_for("none") < looked_for("table")
+
+
+def trial_of(effect: Effect, log_evidence: float) -> Trial:
+    start = Hypothesis(1e4, 0.45).with_effect(effect, {})
+    return Trial(Signature(effect, {}, (), ()), log_evidence, start)
+
+
+@pytest.mark.parametrize(("gain", "refitted"), [(60.0, True), (20.0, False)])
+def test_what_sets_in_at_thresholds_is_refitted_behind_however_many_if_it_promises_something(
+    gain: float, refitted: bool
+) -> None:
+    first_forms = {effect.label: effect for effect in reversed(CATALOGUE)}
+    sliding = next(effect for effect in first_forms.values() if effect.at_thresholds)
+    others = [effect for effect in first_forms.values() if not effect.at_thresholds][:12]
+    trials = [trial_of(effect, 100.0 - n) for n, effect in enumerate(others)] + [trial_of(sliding, gain)]
+    settings = DiagnosisSettings().search
+    chosen = leading_trials(trials, 0.0, settings)
+    assert (trials[-1] in chosen) == refitted
+    assert [one for one in chosen if one is not trials[-1]] == trials[: settings.candidates]

@@ -105,7 +105,7 @@ class Follower:
         if found is None:
             self._strays += self.beside
             self.beside = self.beside and self._strays <= self.settings.strays
-            start = last or settled(self._following, self._material)
+            start = last or settled(self._following, self._material, terms)
             found = self._following.solve(pose, self._material, start, terms)
         return found
 
@@ -168,8 +168,8 @@ class Path:
             It has no equilibrium.
         """
         elapsed = float(self._time[load_step] - self._time[load_step - 1]) if load_step else 0.0
-        terms = self._history.at(elapsed)
         pose = GripperPose(self._motion.position[load_step], self._motion.rotation[load_step])
+        terms = self._history.at(elapsed, pose)
         last = self._passed[-1][1] if self._passed else None
         # Tissue on which nothing acts that remembers or waits is as it was where the gripper has been before.
         state = self._been.get(_place(pose)) if self._history.steady else None
@@ -198,7 +198,7 @@ class Path:
             pose = GripperPose(self._motion.position[load_step], self._motion.rotation[load_step])
             before, _ = between.sides(np.array([load_step]))
             last, field = states[before[0]], KnownField(*fields[load_step])
-            found[load_step] = follower.state(pose, self._history.at(0.0), field, last)
+            found[load_step] = follower.state(pose, self._history.at(0.0, pose), field, last)
         return [found[step] for step in sorted(found)], between.with_solved(more)
 
     def _expected(self, load_step: int, pose: GripperPose) -> KnownField | None:

@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.experiment import Experiment
 from estimator.fem.assembly.body import Response
+from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.terms.rubbing import Rubs, carried_to
 from estimator.fem.terms.term import BeginsAnew, Memoryless, Term
 
 FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class TermForces:
+    """Nodal forces (n, 3), N, of all terms, and of those that rub on what holds the tissue."""
+
+    total: FloatArray
+    rubbing: FloatArray
 
 
 class TermHistory:
@@ -51,18 +63,24 @@ class TermHistory:
         """Whether a pose that is met again is answered as before: no term remembers, none is timed."""
         return all(isinstance(term, Memoryless) and not term.timed for term in self._terms or ())
 
-    def at(self, elapsed_s: float) -> tuple[Term, ...]:
-        """Return the terms as they stand so long after the last time_point."""
-        self._terms = tuple(term.starting_after(elapsed_s) for term in self._terms or ())
+    def at(self, elapsed_s: float, pose: GripperPose) -> tuple[Term, ...]:
+        """Return the terms as they stand so long after the last time_point, the gripper at a pose."""
+        later = tuple(term.starting_after(elapsed_s) for term in self._terms or ())
+        self._terms = carried_to(pose.position, pose.rotation, later)
         return self._terms
 
     def pass_by(self, displacement: FloatArray, response: Response) -> None:
         """Advance past a time_point with its displacement (n, 3)."""
         self._terms = tuple(term.after(displacement, response) for term in self._terms or ())
 
-    def forces(self, elapsed_s: float, displacement: FloatArray, response: Response) -> FloatArray:
-        """Return the nodal forces (n, 3) at the next time_point; :meth:`pass_by` advances past it."""
-        total = np.zeros_like(displacement)
-        for term in self.at(elapsed_s):
-            total += term.forces(displacement, response)
-        return total
+    def forces(
+        self, elapsed_s: float, pose: GripperPose, displacement: FloatArray, response: Response
+    ) -> TermForces:
+        """Return the forces at the next time_point; :meth:`pass_by` advances past it."""
+        total, rubbing = np.zeros_like(displacement), np.zeros_like(displacement)
+        for term in self.at(elapsed_s, pose):
+            forces = term.forces(displacement, response)
+            total += forces
+            if isinstance(term, Rubs):
+                rubbing += forces
+        return TermForces(total, rubbing)

@@ -16,7 +16,8 @@ from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.newton import EquilibriumSolver
 from estimator.fem.equilibrium.observation import observe
 from estimator.fem.equilibrium.settling import settled
-from estimator.fem.terms.term import Memoryless
+from estimator.fem.terms.rubbing import Rubs, carried_to
+from estimator.fem.terms.term import Memoryless, Term
 from estimator.forward.schedule import schedule_poses, spread_states
 from estimator.inference.channels import predicted_channels
 from estimator.inference.discretisation import NEWTON_ON_FINER_MESH, change_along, smooth
@@ -60,6 +61,8 @@ def channels_at(
 ) -> dict[int, FloatArray]:
     """Return the channels (c,), N, N·m and m, of states at their poses on a mesh, under all that does not remember.
 
+    What rubs on what holds the tissue is part of how it is held: it slides from one of these poses to the next.
+
     Parameters
     ----------
     meshed : poses the retraction of the experiment on a mesh
@@ -71,11 +74,14 @@ def channels_at(
         A pose has no equilibrium.
     """
     problem, material = hypothesis.problem(meshed(experiment)), hypothesis.material()
-    terms = tuple(term for term in hypothesis.terms(problem, experiment) if isinstance(term, Memoryless))
+    acting = hypothesis.terms(problem, experiment)
+    terms: tuple[Term, ...] = tuple(term for term in acting if isinstance(term, Memoryless | Rubs))
     solver = EquilibriumSolver(problem, NEWTON_ON_FINER_MESH)
-    found, state = {}, settled(solver, material)
+    found, state = {}, settled(solver, material, terms)
     for number, pose in poses.items():
         state = solver.solve(pose, material, state, terms)
+        carried = carried_to(pose.position, pose.rotation, terms)
+        terms = tuple(term.after(state.displacement, state.response) for term in carried)
         if number == 0:
             problem = hypothesis.with_beads(problem, state.displacement)
         found[number] = predicted_channels(observe(problem, state))

@@ -28,6 +28,7 @@ from estimator.diagnosis.model.solution import Mechanics, Solution, at_few_poses
 from estimator.diagnosis.search.context import Context
 from estimator.diagnosis.settings import SearchSettings
 from estimator.effects.effect import Effect
+from estimator.effects.shared.between_platens import is_pressed
 from estimator.errors import SolverError
 from estimator.inference.gauss_newton import step_of_gram
 
@@ -70,12 +71,18 @@ def _descending(trial: Trial) -> float:
 
 
 def can_show(effect: Effect, context: Context) -> bool:
-    """Tell whether what an effect acts on is there: the anchors, a table below, beads and experiments enough."""
+    """Tell whether what an effect acts on is there: anchors, a table, plates, beads and experiments enough."""
     case = context.case
     enough = context.beads_seen >= max(effect.fewest_beads, 1 if effect.group == "vision" else 0)
     held = effect.group != "anchor" or bool(case.problem.anchored.any())
     lies = not effect.needs_table or case.experiments[0].environment.surface_below == "table"
-    return held and lies and enough and len(case.experiments) >= effect.fewest_experiments
+    several = len(case.experiments) >= effect.fewest_experiments
+    return held and lies and enough and several and is_of_this_rig(effect, case)
+
+
+def is_of_this_rig(effect: Effect, case: Case) -> bool:
+    """Tell whether an effect is asked about at all: what plates do is not where nothing is pressed between two."""
+    return not effect.needs_platens or is_pressed(case.problem, case.experiments)
 
 
 def labels_without_signature(context: Context, trials: Sequence[Trial]) -> tuple[str, ...]:
@@ -253,20 +260,26 @@ def best_trials(trials: Sequence[Trial]) -> Mapping[str, Trial]:
 
 
 def leading_trials(trials: Sequence[Trial], none: float, settings: SearchSettings) -> list[Trial]:
-    """Return the trials worth a refit: near the best, and not many forms of one label."""
-    best = trials[0].log_evidence - none
+    """Return the trials worth a refit: near the best, and not many forms of one label.
+
+    One promising form is among them, however many lead it, of what sets in at thresholds: its derivative at the null
+    does not have what it does beyond them.
+    """
+    least = max(-settings.strong, settings.promising * (trials[0].log_evidence - none))
     chosen: list[Trial] = []
     for trial in trials:
         label = trial.signature.effect.label
         forms = sum(one.signature.effect.label == label for one in chosen)
         gain = trial.log_evidence - none
-        if (
-            gain < max(-settings.strong, settings.promising * best)
-            and len(chosen) >= settings.fewest_candidates
-        ):
+        if gain < least and len(chosen) >= settings.fewest_candidates:
             break
         if forms < settings.forms_of_a_label:
             chosen.append(trial)
         if len(chosen) == settings.candidates:
             break
-    return chosen
+    taken = {one.signature.effect.label for one in chosen}
+    return chosen + [
+        trial
+        for label, trial in best_trials(trials).items()
+        if trial.signature.effect.at_thresholds and label not in taken and trial.log_evidence - none >= least
+    ]

@@ -1,4 +1,4 @@
-"""Perturbations that set anchored nodes free: the solved states have no equations for these.
+"""Perturbations that set held nodes free, or let them slide: the solved states have no equations for these.
 
 Each takes one Newton step of its own problem from every solved state, on the tissue condensed onto the nodes that any
 of them sets free: one solution with the factor at hand for all, whatever the stretch and the springs that hold it.
@@ -42,7 +42,7 @@ def changes_by_release(
     """
     solved = solutions[0].problem
     problems = [to.problem(solutions[0].baseline) for to in releasing]
-    dofs = _dofs(solved.fixed & ~np.all([problem.fixed for problem in problems], axis=0))
+    dofs = _freed(solved, np.all([problem.held for problem in problems], axis=0))
     steps = [_release(solved, problem, dofs) for problem in problems]
     rate_dependent = any(to.rate_dependent for to in releasing)
     own, histories = TermHistory(hypothesis), [TermHistory(to) for to in releasing]
@@ -95,12 +95,12 @@ class _Release:
 
     Attributes
     ----------
-    fixed : (n,) nodes that it holds
+    still : (n, 3) degrees of freedom that it and the solved problem hold, and that do not move
     dofs : (k,) degrees of freedom that it sets free
     which : (k,) their numbers among those that are condensed
     """
 
-    fixed: NDArray[np.bool_]
+    still: NDArray[np.bool_]
     dofs: IntArray
     which: IntArray
 
@@ -118,7 +118,7 @@ class _Release:
         """
         state = time_point.state
         load = _forces(after, time_point) - _forces(before, time_point)
-        load[self.fixed] = 0.0
+        load[self.still] = 0.0
         force = (state.forces + load).reshape(-1)[self.dofs]
         wrench, fiducials = np.zeros(6), np.zeros((len(solved.fiducials_rest), 3))
         if load.any():
@@ -127,8 +127,13 @@ class _Release:
             force += condensed.follows[:, self.which].T @ load.reshape(-1)[solved.pattern.free]
         springs = _springs(after, time_point) - _springs(before, time_point)
         own = condensed.stiffness[np.ix_(self.which, self.which)]
-        own += _block_diagonal(springs[self.dofs[::3] // 3])
+        own += _between(springs, self.dofs)
         motion = -np.linalg.solve(own, force)
+        if solved.grips_rigidly:  # what begins to slide on the gripper presses elsewhere
+            moved = np.zeros(state.displacement.size)
+            moved[self.dofs] = motion
+            arms = moved.reshape(-1, 3)[solved.gripped]
+            wrench[3:] -= np.cross(arms, state.forces[solved.gripped]).sum(axis=0)
         return (
             wrench + condensed.wrench[:, self.which] @ motion,
             fiducials + condensed.fiducials[:, :, self.which] @ motion,
@@ -136,17 +141,20 @@ class _Release:
 
 
 def _release(solved: RetractionProblem, problem: RetractionProblem, condensed: IntArray) -> _Release:
-    dofs = _dofs(solved.fixed & ~problem.fixed)
-    return _Release(problem.fixed, dofs, np.searchsorted(condensed, dofs))
+    dofs = _freed(solved, problem.held)
+    still = problem.held.copy()
+    still.reshape(-1)[solved.pattern.gripped] = False
+    return _Release(still, dofs, np.searchsorted(condensed, dofs))
 
 
-def _dofs(nodes: NDArray[np.bool_]) -> IntArray:
-    return np.flatnonzero(np.repeat(nodes, 3))
+def _freed(solved: RetractionProblem, held: NDArray[np.bool_]) -> IntArray:
+    """Return the degrees of freedom that a solved problem holds, and that are not among those held (n, 3)."""
+    return np.flatnonzero(solved.held & ~held)
 
 
 def _passing(history: TermHistory, time_point: TimePoint) -> tuple[Term, ...]:
     """Return the terms at a time_point, and advance past it."""
-    terms = history.at(time_point.elapsed_s)
+    terms = history.at(time_point.elapsed_s, time_point.state.pose)
     history.pass_by(time_point.state.displacement, time_point.state.response)
     return terms
 
@@ -165,9 +173,8 @@ def _springs(terms: tuple[Term, ...], time_point: TimePoint) -> FloatArray:
     return np.zeros((len(state.displacement), 3, 3)) if nodes is None else nodes
 
 
-def _block_diagonal(blocks: FloatArray) -> FloatArray:
-    """Return the matrix (3k, 3k) with blocks (k, 3, 3) on its diagonal."""
-    count = len(blocks)
-    whole = np.zeros((count, 3, count, 3))
-    whole[np.arange(count), :, np.arange(count)] = blocks
-    return whole.reshape(3 * count, 3 * count)
+def _between(blocks: FloatArray, dofs: IntArray) -> FloatArray:
+    """Return the matrix (k, k) of the nodes' blocks (n, 3, 3) at degrees of freedom (k,)."""
+    node, axis = np.divmod(dofs, 3)
+    entries = blocks[node[:, None], axis[:, None], axis]
+    return np.where(node[:, None] == node, entries, 0.0)

@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 
 from estimator.diagnosis.model.hypothesis import Hypothesis
 from estimator.diagnosis.model.solution import Mechanics, Solution, displacement_at_rest
-from estimator.diagnosis.model.term_history import TermHistory
+from estimator.diagnosis.model.term_history import TermForces, TermHistory
 from estimator.diagnosis.sensitivity.perturbation import MechanicalChange, Perturbation, filled, no_change
 from estimator.experiment import Experiment
 from estimator.fem.assembly.body import Response, nodal_forces, respond, respond_alike
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.grip import wrench_by_forces, wrench_of
 from estimator.fem.equilibrium.observation import interpolate
+from estimator.fem.equilibrium.rubbing import following, handed_on
 from estimator.fem.equilibrium.state import EquilibriumState
 
 FloatArray = NDArray[np.float64]
@@ -62,6 +63,24 @@ def check_solved_for(solution: Solution, steady: bool) -> None:
     """
     if solution.between is not None and not steady:
         raise ValueError("what remembers is to be followed along a solution of every load step")
+
+
+@dataclass(frozen=True)
+class _Moved:
+    """What a perturbation asks for at a solved field.
+
+    Attributes
+    ----------
+    displacement : (n, 3) with the grip of the changed problem, m
+    response : of the changed tissue
+    load : (n, 3) change of the nodal forces, N
+    rubbing : (n, 3) what of that is of terms that rub on what holds the tissue, N
+    """
+
+    displacement: FloatArray
+    response: Response
+    load: FloatArray
+    rubbing: FloatArray
 
 
 class _Loading:
@@ -113,18 +132,16 @@ class _Loading:
         known = state.response if alike and self._same_deformation else self.response_to(displacement)
         return respond_alike(self.problem.body, self._material, known)
 
-    def at(
-        self, time_point: TimePoint, unperturbed: FloatArray, of_terms: FloatArray | None
-    ) -> tuple[FloatArray, Response, FloatArray]:
-        """Return the displacements (n, 3) with the grip of the changed problem, the response, and the forces' change.
+    def at(self, time_point: TimePoint, unperturbed: FloatArray, of_terms: TermForces | None) -> _Moved:
+        """Return what the changed problem asks for at the unchanged field.
 
         Parameters
         ----------
         unperturbed : (n, 3) nodal forces of the tissue's own stress
-        of_terms : (n, 3) those of the hypothesis' terms; None where no perturbation asks for them
+        of_terms : those of the hypothesis' terms; None where no perturbation asks for them
         """
         displacement, response = time_point.state.displacement, time_point.state.response
-        load = np.zeros_like(displacement)
+        load, rubbing = np.zeros_like(displacement), np.zeros_like(displacement)
         if self._new_shape:
             displacement = self.problem.imposed(displacement, time_point.state.pose)
         if self._new_response:
@@ -132,8 +149,11 @@ class _Loading:
             load += nodal_forces(self.problem.body, response, response.slope) - unperturbed
             load -= self._heavier
         if self.terms_matter and of_terms is not None:
-            load += self._terms.forces(time_point.elapsed_s, displacement, response) - of_terms
-        return displacement, response, load
+            pose = time_point.state.pose
+            changed = self._terms.forces(time_point.elapsed_s, pose, displacement, response)
+            load += changed.total - of_terms.total
+            rubbing += changed.rubbing - of_terms.rubbing
+        return _Moved(displacement, response, load, rubbing)
 
 
 def _is_gripped_alike(one: RetractionProblem, other: RetractionProblem) -> bool:
@@ -193,10 +213,13 @@ def _along_solutions(
             unperturbed = nodal_forces(solution.problem.body, state.response, state.response.slope)
             of_terms = None
             if own_terms is not None:
-                of_terms = own_terms.forces(time_point.elapsed_s, state.displacement, state.response)
+                of_terms = own_terms.forces(
+                    time_point.elapsed_s, state.pose, state.displacement, state.response
+                )
                 own_terms.pass_by(state.displacement, state.response)
             moved = [loadings[k].at(time_point, unperturbed, of_terms) for k in asked]
-            loads = np.column_stack([load.ravel() for _, _, load in moved])
+            loads = np.column_stack([one.load.ravel() for one in moved])
+            rubbing = np.column_stack([one.rubbing.ravel() for one in moved])
             motion = linear_motion(solution.problem, state, loads)
             motions = motion.T.reshape(len(asked), -1, 3)
             if without_beads:
@@ -204,9 +227,9 @@ def _along_solutions(
                 for k in without_beads:
                     loadings[k].put_beads(at_rest + motions[k])
                 without_beads = []
-            wrenches, fiducials = response_to(solution.problem, state, loads, motion)
-            for column, (k, (displacement, response, _)) in enumerate(zip(asked, moved, strict=True)):
-                loading = loadings[k]
+            wrenches, fiducials = response_to(solution.problem, state, loads, motion, rubbing)
+            for column, (k, asking) in enumerate(zip(asked, moved, strict=True)):
+                loading, displacement, response = loadings[k], asking.displacement, asking.response
                 if remembers:
                     changed = displacement + motions[column]
                     loading.pass_by(changed, loading.response_to(changed))
@@ -237,16 +260,30 @@ def _of_the_grip(
 def linear_response(
     problem: RetractionProblem, state: EquilibriumState, loads: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the changes of wrench (6, k) and fiducials (m, 3, k) by changes of the nodal forces (3n, k)."""
-    return response_to(problem, state, loads, linear_motion(problem, state, loads))
+    """Return the changes of wrench (6, k) and fiducials (m, 3, k) by changes of the tissue's nodal forces (3n, k).
+
+    What rubs on what holds the tissue follows them.
+    """
+    rubbing = following(state, loads)
+    loads = loads + rubbing
+    return response_to(problem, state, loads, linear_motion(problem, state, loads), rubbing)
 
 
 def response_to(
-    problem: RetractionProblem, state: EquilibriumState, loads: FloatArray, motion: FloatArray
+    problem: RetractionProblem,
+    state: EquilibriumState,
+    loads: FloatArray,
+    motion: FloatArray,
+    rubbing: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the same where the changes of the nodal displacements (3n, k) are known already."""
-    held = loads[problem.pattern.gripped] + state.tangent.gripped_free @ motion[problem.pattern.free]
-    return wrench_by_forces(problem, state, held, motion), interpolate(problem, motion)
+    """Return the same where the changes of the nodal displacements (3n, k) are known already.
+
+    ``rubbing`` (3n, k) is what of the loads rubs on what holds the tissue.
+    """
+    by_motion = state.tangent.gripped_free @ motion[problem.pattern.free]
+    rubbed = handed_on(problem, state, motion, by_motion, rubbing)
+    held = loads[problem.pattern.gripped] + by_motion
+    return wrench_by_forces(problem, state, held, motion, rubbed), interpolate(problem, motion)
 
 
 def linear_motion(problem: RetractionProblem, state: EquilibriumState, loads: FloatArray) -> FloatArray:

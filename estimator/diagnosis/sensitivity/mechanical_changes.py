@@ -81,7 +81,7 @@ def _mechanical_changes(
 def _releases_nodes(effect: Effect, solution: Solution, to: Hypothesis) -> bool:
     """Tell whether a perturbation sets nodes free that the solved problem holds: its factor has no rows for them."""
     return not effect.keeps_pattern and not np.array_equal(
-        to.problem(solution.baseline).fixed, solution.problem.fixed
+        to.problem(solution.baseline).held, solution.problem.held
     )
 
 

@@ -7,17 +7,18 @@ Small matrices are factorised in CHOLMOD's own order of elimination, a minimum d
 from __future__ import annotations
 
 import weakref
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
 from kvxopt import cholmod, matrix, spmatrix
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csc_array
+from scipy.sparse import coo_array, csc_array, csr_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from estimator.fem.assembly.dissection import nested_dissection
+from estimator.fem.assembly.following import FollowingFactor
 from estimator.fem.assembly.kernels import gather
 from estimator.fem.assembly.sorting import order_by
 from estimator.fem.discretisation.mesh import Mesh
@@ -158,14 +159,21 @@ class Tangent:
     gripped : (ng, ng) block of the gripped nodes
     """
 
-    free: CholeskyFactor | IndefiniteFactor
+    free: CholeskyFactor | IndefiniteFactor | FollowingFactor
     gripped_free: csc_array
     gripped: csc_array
 
     @property
     def positive_definite(self) -> bool:
         """False where the state is no stable equilibrium."""
-        return isinstance(self.free, CholeskyFactor)
+        factor = self.free.base if isinstance(self.free, FollowingFactor) else self.free
+        return isinstance(factor, CholeskyFactor)
+
+    def with_following(self, along: csr_array, by: csr_array) -> Tangent:
+        """Return the tangent with forces along (nf, r) that follow those ``by`` (r, ng) on the gripped nodes."""
+        if isinstance(self.free, FollowingFactor) or not along.shape[1]:
+            return self
+        return replace(self, free=FollowingFactor(self.free, along, csr_array(by @ self.gripped_free)))
 
 
 class TangentAssembler:

@@ -46,6 +46,8 @@ class RetractionProblem:
     rolling : (n, 3) bool, along which axes nodes stand still whatever else holds them; none where None
     grips_along : (3,) bool, along which axes gripped nodes move with the gripper; along the others they slide on it
     prescribed : of a part of the boundary whose motion was measured; it goes before what else holds it
+    pressed : (n, 3) bool, degrees of freedom that stand still under the push of a plate on which the tissue rubs; none
+        where None
     grips_patch : whether a patch of the surface is gripped, and no tissue below it
     regions : of the tissue that are stiffer or softer than the rest; the body has them already
     off_mesh_m : how far fiducials may lie off the mesh, m
@@ -67,6 +69,7 @@ class RetractionProblem:
     rolling: BoolArray | None = None
     grips_along: BoolArray = field(default_factory=lambda: np.ones(3, dtype=bool))
     prescribed: PrescribedMotion | None = None
+    pressed: BoolArray | None = None
     grips_patch: bool = False
     regions: tuple[StifferRegion, ...] = ()
     off_mesh_m: float = FIDUCIAL_TOLERANCE_M
@@ -85,8 +88,18 @@ class RetractionProblem:
     @cached_property
     def pattern(self) -> TangentPattern:
         """Where each element's entries go in the tangent."""
-        held = HeldNodes(self.fixed, self.gripped, self.rolling, self.grips_along, self.prescribed)
-        return held.pattern(self.body.mesh)
+        return self._holding.pattern(self.body.mesh)
+
+    @property
+    def held(self) -> BoolArray:
+        """Which degrees of freedom (n, 3) are held, whether they stand still or move."""
+        return self._holding.held
+
+    @property
+    def _holding(self) -> HeldNodes:
+        return HeldNodes(
+            self.fixed, self.gripped, self.rolling, self.grips_along, self.prescribed, self.pressed
+        )
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what another process needs: it analyses the pattern itself, sooner than it would be sent."""
@@ -137,6 +150,7 @@ class HeldNodes:
     rolling : (n, 3) bool, along which axes nodes stand still whatever else holds them; none where None
     grips_along : (3,) bool, along which axes gripped nodes move with the gripper
     prescribed : of a part of the boundary whose motion was measured
+    pressed : (n, 3) bool, degrees of freedom that a plate holds on which the tissue rubs; none where None
     """
 
     fixed: BoolArray
@@ -144,6 +158,12 @@ class HeldNodes:
     rolling: BoolArray | None = None
     grips_along: BoolArray = field(default_factory=lambda: np.ones(3, dtype=bool))
     prescribed: PrescribedMotion | None = None
+    pressed: BoolArray | None = None
+
+    @property
+    def held(self) -> BoolArray:
+        """Which degrees of freedom (n, 3) stand still or move."""
+        return self._still | self._moved
 
     def pattern(self, mesh: Mesh) -> TangentPattern:
         """Analyse a mesh whose nodes are held so."""
@@ -153,15 +173,20 @@ class HeldNodes:
         """Return the same with pins where a body with these nodes (n, 3) could move as a whole."""
         if self.gripped.any() and self.grips_along.all():
             return self
-        pins = pinned(points, self._still | self._moved)
+        pins = pinned(points, self.held)
         if not pins.any():
             return self
         return replace(self, rolling=pins if self.rolling is None else self.rolling | pins)
 
     @property
     def _moved(self) -> BoolArray:
-        """Which degrees of freedom (n, 3) move as the gripper, or what was measured, has it."""
+        """Which degrees of freedom (n, 3) move as the gripper, or what was measured, has it.
+
+        Those that are pressed go with them, though they stay: what rubs has to know their forces.
+        """
         moved = np.outer(self.gripped, self.grips_along)
+        if self.pressed is not None:
+            moved |= self.pressed
         return moved if self.prescribed is None else moved | self.prescribed.led
 
     @property

@@ -13,7 +13,9 @@ from estimator.fem.assembly.body import Response, nodal_forces, pressure_after, 
 from estimator.fem.assembly.tangent import Tangent, TangentAssembler
 from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.boundary.problem import RetractionProblem
-from estimator.fem.equilibrium.state import EquilibriumState, Waypoint, curvature, linear_change, rigid_modes
+from estimator.fem.equilibrium.rubbing import load_by_pose, with_rubbing
+from estimator.fem.equilibrium.state import EquilibriumState, Waypoint, curvature, linear_change
+from estimator.fem.terms.rubbing import carried_to, summed_rubbing, that_rub
 from estimator.fem.terms.term import Term, TermStiffness, summed_stiffness
 from estimator.materials.material import Material
 
@@ -63,12 +65,14 @@ class EquilibriumSolver:
         other._weight = share * self.problem.weight
         return other
 
-    def rest(self, material: Material) -> EquilibriumState:
-        """Return the unloaded state; no term acts, nor the tissue's weight."""
+    def rest(self, material: Material, terms: tuple[Term, ...] = ()) -> EquilibriumState:
+        """Return the unloaded state; no term acts but by sticking, nor the tissue's weight."""
         pose = GripperPose.from_quaternion(self.problem.grasp_centre, np.array([1.0, 0, 0, 0]))
         body = self.problem.body
         unloaded = self.under_weight(0.0)
-        trial = unloaded._trial(material, (), np.zeros_like(body.mesh.points), np.zeros(body.volume.shape))
+        trial = unloaded._trial(
+            material, that_rub(terms), np.zeros_like(body.mesh.points), np.zeros(body.volume.shape)
+        )
         return unloaded._finish(trial, pose, 0)
 
     def solve(
@@ -125,7 +129,8 @@ class EquilibriumSolver:
         SolverError
             The iteration does not converge from there.
         """
-        trial = self._trial(material, terms, self.problem.imposed(guess, pose), pressure)
+        carried = carried_to(pose.position, pose.rotation, terms)
+        trial = self._trial(material, carried, self.problem.imposed(guess, pose), pressure)
         return self._newton(pose, trial, accept_unstable=False, tangent=tangent)
 
     def _newton(
@@ -158,6 +163,7 @@ class EquilibriumSolver:
         """
         motion = start.pose.increment_to(pose)
         linear = linear_change(self.problem, start, motion)
+        terms = carried_to(pose.position, pose.rotation, terms)
         pressure = pressure_after(self.problem.body, material, start.response, linear)
         curved = linear.copy().reshape(-1)
         curved[self.problem.pattern.free] += curvature(self.problem, start, motion)
@@ -213,8 +219,10 @@ class EquilibriumSolver:
 
     def _assemble(self, trial: _Trial) -> Tangent:
         of_terms = summed_stiffness(trial.terms, trial.displacement, trial.response)
+        rubbing = summed_rubbing(trial.terms, trial.displacement, trial.response)
         # No name is kept for the elements' matrices: they are the most memory beside the factor, which comes next.
-        return self._assembler.assemble(self._element_stiffness(trial, of_terms), of_terms.nodes)
+        tangent = self._assembler.assemble(self._element_stiffness(trial, of_terms), of_terms.nodes)
+        return tangent if rubbing is None else with_rubbing(self.problem, tangent, rubbing)
 
     def _element_stiffness(self, trial: _Trial, of_terms: TermStiffness) -> FloatArray:
         body, response = self.problem.body, trial.response
@@ -228,7 +236,8 @@ class EquilibriumSolver:
     ) -> EquilibriumState:
         if tangent is None:
             tangent = self._assemble(replace(trial, pressure=trial.response.pressure))
-        by_pose = -tangent.free.solve(tangent.gripped_free.T @ rigid_modes(self.problem, pose))
+        rubbing = summed_rubbing(trial.terms, trial.displacement, trial.response)
+        by_pose = -tangent.free.solve(load_by_pose(self.problem, tangent, rubbing, pose))
         return EquilibriumState(
             pose,
             trial.material,
@@ -238,6 +247,7 @@ class EquilibriumSolver:
             tangent,
             by_pose,
             iterations,
+            rubbing=rubbing,
         )
 
 

@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from estimator.fem.assembly.body import nodal_forces, slopes_by_parameter
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.equilibrium.grip import wrench_by_forces, wrench_by_pose, wrench_of
+from estimator.fem.equilibrium.rubbing import following, handed_on
 from estimator.fem.equilibrium.state import EquilibriumState, rigid_modes, turned
 
 FloatArray = NDArray[np.float64]
@@ -51,11 +52,12 @@ def observe(problem: RetractionProblem, state: EquilibriumState) -> Observation:
     free, gripped = problem.pattern.free, problem.pattern.gripped
     loads = {name: nodal_forces(problem.body, state.response, slope) for name, slope in slopes.items()}
     all_loads = np.stack([load.reshape(-1) for load in loads.values()], axis=1)
+    all_loads = all_loads + following(state, all_loads)
     motions = -state.tangent.free.solve(all_loads[free])
     whole = np.zeros_like(all_loads)
     whole[free] = motions
     held = all_loads[gripped] + state.tangent.gripped_free @ motions
-    wrenches = wrench_by_forces(problem, state, held, whole)
+    wrenches = wrench_by_forces(problem, state, held, whole, rubbed=handed_on(problem, state, whole, held))
     fiducials = interpolate(problem, whole)
     return Observation(
         wrench_of(problem, state),

@@ -5,6 +5,8 @@ from collections.abc import Callable
 from estimator.errors import SolverError
 from estimator.fem.equilibrium.newton import EquilibriumSolver
 from estimator.fem.equilibrium.state import EquilibriumState
+from estimator.fem.terms.rubbing import that_rub
+from estimator.fem.terms.term import Term
 from estimator.materials.material import Material
 
 # The share of the loads at rest from which their continuation starts, and below which it gives up.
@@ -13,21 +15,24 @@ _SMALLEST_SHARE = 1e-4
 _GROWTH = 2.0
 
 
-def settled(solver: EquilibriumSolver, material: Material) -> EquilibriumState:
+def settled(solver: EquilibriumSolver, material: Material, terms: tuple[Term, ...] = ()) -> EquilibriumState:
     """Return the state at rest under the tissue's weight; the unloaded one where it has none.
+
+    Of the terms those act alone that rub on what holds the tissue.
 
     Raises
     ------
     SolverError
         The tissue bears no more than a part of its weight.
     """
-    unloaded = solver.rest(material)
+    holding = that_rub(terms)
+    unloaded = solver.rest(material, holding)
     if not solver.problem.heavy:
         return unloaded
 
     def under(share: float, near: EquilibriumState) -> EquilibriumState:
         partly = solver.under_weight(share)
-        return partly.refine(near.pose, material, near.displacement, near.response.pressure)
+        return partly.refine(near.pose, material, near.displacement, near.response.pressure, holding)
 
     return grown(unloaded, under)
 

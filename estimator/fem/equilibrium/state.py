@@ -11,6 +11,7 @@ from estimator.fem.assembly.body import Response
 from estimator.fem.assembly.tangent import Tangent
 from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.boundary.problem import RetractionProblem
+from estimator.fem.terms.rubbing import Rubbing
 from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
@@ -43,6 +44,7 @@ class EquilibriumState:
     by_pose : (nf, 6) derivative of the free displacements by the gripper's translation (m) and rotation (rad)
     iterations : Newton iterations spent on it
     before : the state from which the motion led here; None where that is not known
+    rubbing : what rubs on what holds the tissue; None where nothing does
     """
 
     pose: GripperPose
@@ -54,17 +56,19 @@ class EquilibriumState:
     by_pose: FloatArray
     iterations: int
     before: Waypoint | None = None
+    rubbing: Rubbing | None = None
 
 
 def rigid_modes(problem: RetractionProblem, pose: GripperPose) -> FloatArray:
     """Return the displacement (ng, 6) of what is imposed per unit of the gripper's translation and rotation."""
     gripped = modes_of(problem.gripped_positions(pose) - pose.position)
-    if problem.prescribed is None:
+    if problem.prescribed is None and problem.pressed is None:
         return gripped[:, problem.grips_along].reshape(-1, 6)
     modes = np.zeros((*problem.body.mesh.points.shape, 6))
     modes[problem.gripped] = gripped
-    modes[problem.prescribed.led] = 0.0
-    modes[problem.prescribed.led, :3] = problem.prescribed.by_position(pose.position)
+    if problem.prescribed is not None:
+        modes[problem.prescribed.led] = 0.0
+        modes[problem.prescribed.led, :3] = problem.prescribed.by_position(pose.position)
     return modes.reshape(-1, 6)[problem.pattern.gripped]
 
 

@@ -1,10 +1,10 @@
 """Lying on a flat table: contact that carries the weight and lets the tissue lift off, and dry friction on it.
 
-Each node sticks to a point of the table by a spring that yields at the friction limit and then drags that point
-along: an elastic-plastic return mapping (Wriggers, Computational Contact Mechanics, 2006, section 10.5.2). The limit
-follows the contact pressure of the last solved state, which keeps the tangent symmetric. So does what the limit is
-raised by where a node has hardly slid yet: static friction, which sliding over the length at which it began wears down
-to that of sliding (J. H. Dieterich, J. Geophys. Res. 84 (1979) 2161, without its healing).
+Each node sticks to a point of the table by a spring that yields at the friction limit and then drags that point along
+(`estimator/fem/terms/return_mapping.py`). The limit follows the contact pressure of the last solved state, which keeps
+the tangent symmetric. So does what the limit is raised by where a node has hardly slid yet: static friction, which
+sliding over the length at which it began wears down to that of sliding (J. H. Dieterich, J. Geophys. Res. 84 (1979)
+2161, without its healing).
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.fem.assembly.body import Response
+from estimator.fem.terms.return_mapping import Stretched, stretched
 from estimator.fem.terms.term import BeginsAnew, TermStiffness
 
 FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,18 +77,17 @@ class LyingOnTable:
 
     def forces(self, displacement: FloatArray, response: Response) -> FloatArray:
         """Return the forces (n, 3), N, that the tissue's motion has to overcome."""
-        stretch, share, _ = self._stretch(displacement)
+        on = self._stretched(displacement)
         normal = self.weight - self._normal(displacement)
-        return np.column_stack([(self._spring * share)[:, None] * stretch, normal])
+        return np.column_stack([(self._spring * on.share)[:, None] * on.stretch, normal])
 
     def stiffness(self, displacement: FloatArray, response: Response) -> TermStiffness:
         """Return the derivative: that of the springs, or across the direction of sliding."""
-        stretch, share, sliding = self._stretch(displacement)
+        on = self._stretched(displacement)
         blocks: FloatArray = np.zeros((len(displacement), 3, 3))
         blocks[:, :2, :2] = np.eye(2)
-        unit = stretch[sliding] / np.linalg.norm(stretch[sliding], axis=1, keepdims=True)
-        blocks[sliding, :2, :2] -= unit[:, :, None] * unit[:, None, :]
-        blocks *= (self._spring * share)[:, None, None]
+        blocks[on.sliding, :2, :2] -= on.direction[:, :, None] * on.direction[:, None, :]
+        blocks *= (self._spring * on.share)[:, None, None]
         touching = displacement[:, 2] < self.depth_m
         blocks[:, 2, 2] = np.where(touching, self.weight / self.depth_m, 0.0)
         return TermStiffness(nodes=blocks)
@@ -99,12 +98,11 @@ class LyingOnTable:
 
     def after(self, displacement: FloatArray, response: Response) -> LyingOnTable:
         """Return the contact with the sticking points dragged along, and the pressure of this state."""
-        stretch, share, _ = self._stretch(displacement)
-        sliding = (1.0 - share)[:, None] * stretch
+        slip = self._stretched(displacement).slip
         return replace(
             self,
-            slid=self.slid + sliding,
-            travelled=self.travelled + np.linalg.norm(sliding, axis=1),
+            slid=self.slid + slip,
+            travelled=self.travelled + np.linalg.norm(slip, axis=1),
             pressing=self._normal(displacement),
         )
 
@@ -122,14 +120,8 @@ class LyingOnTable:
         """Return the normal force (n,) of the table, N."""
         return self.weight * (1.0 - np.minimum(displacement[:, 2] / self.depth_m, 1.0))
 
-    def _stretch(self, displacement: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
-        """Return stretches (n, 2) of the springs, the share (n,) that is elastic, and which nodes slide."""
-        stretch = displacement[:, :2] - self.slid
-        length = np.linalg.norm(stretch, axis=1)
-        sliding = length > self.elastic_slip_m
-        share: FloatArray = np.ones(len(length))
-        share[sliding] = self.elastic_slip_m / length[sliding]
-        return stretch, share, sliding
+    def _stretched(self, displacement: FloatArray) -> Stretched:
+        return stretched(displacement[:, :2], self.slid, self.elastic_slip_m)
 
 
 class LaidDownAnew(LyingOnTable, BeginsAnew):
