@@ -24,8 +24,9 @@ from estimator.forward.coarseness import thin_tissue_note
 from estimator.forward.prescribed import prescribed_motion
 from estimator.forward.regions import ball_around, with_regions
 from estimator.geometry.grading import EdgeLengths
-from estimator.geometry.holds import Painted, Region
+from estimator.geometry.holds import Region
 from estimator.geometry.mesh_cache import tissue_mesh
+from estimator.geometry.painted import painted_patch
 from estimator.geometry.quality import quality_warnings
 from estimator.geometry.tetrahedralise import TissueMesh, envelope_m
 from estimator.surfaces.reading import read_surface
@@ -172,7 +173,7 @@ def held_regions(experiment: Experiment, surface: Surface) -> dict[str, Region]:
 
 def _region(held: Box, surface: Surface) -> Region:
     if isinstance(held, PaintedPatch):
-        return Painted(held.contains(surface.corners.mean(axis=1)))
+        return painted_patch(surface, held.contains, held.spacing)
     return held
 
 

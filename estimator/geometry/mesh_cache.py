@@ -79,7 +79,7 @@ def _digest(surface: Surface, regions: Mapping[str, Region], lengths: EdgeLength
     digest.update(surface.vertices.tobytes() + surface.triangles.tobytes())
     for name, region in regions.items():
         digest.update(name.encode())
-        digest.update(str(region).encode() if isinstance(region, Box) else region.triangles.tobytes())
+        digest.update(str(region).encode() if isinstance(region, Box) else region.level.tobytes())
     return digest.hexdigest()
 
 

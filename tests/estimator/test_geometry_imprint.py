@@ -7,7 +7,7 @@ import pytest
 
 from estimator.errors import InputError
 from estimator.experiment import Box
-from estimator.geometry.holds import Painted, hold_regions, painted_vertices
+from estimator.geometry.holds import hold_regions
 from estimator.geometry.imprint import imprint_box, rim, triangles_in_box
 from estimator.geometry.shapes import block_surface, sphere_surface
 from estimator.surfaces.repair import closed_surface
