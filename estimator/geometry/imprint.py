@@ -62,7 +62,7 @@ def imprint_levels(surface: Surface, levels: FloatArray) -> tuple[Surface, BoolA
     patches : (t, k) bool, whether they lie in each patch, where its number is not below zero
     """
     for patch in range(levels.shape[1]):
-        side = _sides(levels[:, patch])
+        side = _sides(levels)[:, patch]
         edges = np.unique(np.sort(directed_edges(surface.triangles), axis=1), axis=0)
         edges = edges[side[edges].prod(axis=1) < 0]
         a, b = levels[edges].transpose(1, 0, 2)
@@ -72,13 +72,13 @@ def imprint_levels(surface: Surface, levels: FloatArray) -> tuple[Surface, BoolA
         p, q = surface.vertices[edges].transpose(1, 0, 2)
         surface, _ = _split_edges(surface, edges, p + share * (q - p))
         levels = np.vstack([levels, between])
-    sides = np.stack([_sides(level) for level in levels.T], axis=1)
-    return surface, np.asarray((sides[surface.triangles] >= 0).all(axis=1))
+    return surface, np.asarray((_sides(levels)[surface.triangles] >= 0).all(axis=1))
 
 
-def _sides(level: FloatArray) -> FloatArray:
-    """Return the sign (n,) of a level, 0 on the rim."""
-    return np.where(np.abs(level) <= _ON_RIM * np.abs(level).max(), 0.0, np.sign(level))
+def _sides(levels: FloatArray) -> FloatArray:
+    """Return the signs (n, k) of levels, 0 on their rims."""
+    size = np.abs(levels)
+    return np.where(size <= _ON_RIM * size.max(axis=0, initial=0.0), 0.0, np.sign(levels))
 
 
 def rim(surface: Surface, patch: BoolArray) -> IntArray:

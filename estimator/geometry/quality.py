@@ -38,7 +38,7 @@ class MeshQuality:
     radius_ratio : the smallest and the mean of three times inradius over circumradius, 1 for a regular tetrahedron
     off_surface_m : largest distance of a free face's corners and centre from the surface
     missed_m : largest distance of the surface from the mesh, at its vertices and points between them
-    covered : for each region, the area that the mesh holds over the area that it should
+    covered : for each region, the area that the mesh holds over the area that it should, of a patch on the surface
     """
 
     volume_m3: float
@@ -79,8 +79,10 @@ def measure_quality(
     outer = points[free]
     skin = points[np.concatenate([free, *held.values()])]
     remaining = body.surface.corners[body.remaining]
+    on_surface = _held_area(points, free, held, body, spacing_m)
     covered = {
-        name: float(triangle_areas(points[held[name]]).sum()) / hold.area_m2
+        name: (on_surface[name] if hold.core is None else float(triangle_areas(points[held[name]]).sum()))
+        / hold.area_m2
         for name, hold in body.holds.items()
     }
     return MeshQuality(
@@ -148,10 +150,24 @@ def _remedy(surface: Surface) -> str:
     )
 
 
+def _held_area(
+    points: FloatArray, free: IntArray, held: Mapping[str, IntArray], body: HeldSurface, spacing_m: float
+) -> dict[str, float]:
+    """Return the area of the surface that lies nearest to faces that each region holds, m².
+
+    The faces themselves are chords, and the smaller the more the surface is curved.
+    """
+    corners = body.surface.corners[body.remaining]
+    centres, areas = _parts(corners, spacing_m)
+    face, _ = nearest(points[np.concatenate([free, *held.values()])], centres)
+    ends = np.cumsum([len(free), *map(len, held.values())])
+    holder = np.searchsorted(ends, face, side="right") - 1
+    return {name: float(areas[holder == number].sum()) for number, name in enumerate(held)}
+
+
 def _samples(corners: FloatArray, spacing_m: float) -> FloatArray:
     """Return points (k, 3) on triangles (t, 3, 3), no farther apart than ``spacing_m``, their corners among them."""
-    edges = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1, initial=0.0)
-    parts = np.ceil(edges / spacing_m).astype(np.int64).clip(1, _MOST_PARTS)
+    parts = _number_of_parts(corners, spacing_m)
     points = []
     for count in np.unique(parts).tolist():
         i, j = np.meshgrid(np.arange(count + 1), np.arange(count + 1), indexing="ij")
@@ -159,6 +175,28 @@ def _samples(corners: FloatArray, spacing_m: float) -> FloatArray:
         shares = np.stack([i[within], j[within], count - i[within] - j[within]], axis=1) / count
         points.append((shares @ corners[parts == count]).reshape(-1, 3))
     return np.concatenate(points)
+
+
+def _number_of_parts(corners: FloatArray, spacing_m: float) -> IntArray:
+    """Return into how many parts the edges of triangles (t, 3, 3) are to be cut, (t,)."""
+    edges = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1, initial=0.0)
+    return np.ceil(edges / spacing_m).astype(np.int64).clip(1, _MOST_PARTS)
+
+
+def _parts(corners: FloatArray, spacing_m: float) -> tuple[FloatArray, FloatArray]:
+    """Cut triangles (t, 3, 3) into equal ones, no longer than ``spacing_m``; return their centres (k, 3) and areas."""
+    parts = _number_of_parts(corners, spacing_m)
+    centres, areas = [], []
+    for count in np.unique(parts).tolist():
+        chosen = corners[parts == count]
+        i, j = np.meshgrid(np.arange(count), np.arange(count), indexing="ij")
+        upright = np.stack([i, j], axis=-1)[i + j < count] + 1 / 3
+        turned = np.stack([i, j], axis=-1)[i + j < count - 1] + 2 / 3
+        two = np.concatenate([upright, turned]) / count
+        shares = np.column_stack([two, 1.0 - two.sum(axis=1)])
+        centres.append((shares @ chosen).reshape(-1, 3))
+        areas.append(np.repeat(triangle_areas(chosen) / count**2, len(shares)))
+    return np.concatenate(centres), np.concatenate(areas)
 
 
 def triangle_areas(corners: FloatArray) -> FloatArray:
