@@ -106,7 +106,10 @@ def hold_regions(surface: Surface, regions: Mapping[str, Region], reach_m: float
             hold = _core(imprinted, patch, cuts[name], reach_m) if core else _patch(imprinted, patch, reach_m)
         if not hold.area_m2 > 0 or (hold.core is None and hold.patch.all()):
             held = "all of the tissue" if hold.patch.all() else "no tissue"
-            raise InputError(f"{name} holds {held}; correct its box, in metres")
+            remedy = (
+                "paint it on this surface, in its frame" if name in patch_of else "correct its box, in metres"
+            )
+            raise InputError(f"{name} holds {held}; {remedy}")
         holds[name] = hold
     return HeldSurface(imprinted, holds)
 

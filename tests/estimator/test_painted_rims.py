@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from estimator.errors import InputError
 from estimator.fem.discretisation.mesh import Mesh
 from estimator.fem.discretisation.surface import boundary_faces
 from estimator.geometry.grading import EdgeLengths
@@ -95,10 +96,16 @@ def test_a_rim_along_an_edge_of_the_body_stays_there(cells: tuple[int, int, int]
     assert surface.corners[hold.patch][:, :, 0] == pytest.approx(size[0] / 2)
 
 
+@pytest.mark.parametrize(("height", "what"), [(0.06, "no tissue"), (-0.06, "all of the tissue")])
+def test_a_painting_that_holds_nothing_or_everything_is_refused(height: float, what: str) -> None:
+    with pytest.raises(InputError, match=f"^anchor holds {what}; paint it on this surface, in its frame"):
+        held(BALL, cap(NORMALS[0], height))
+
+
 @pytest.fixture(scope="module")
 def meshes() -> tuple[TissueMesh, TissueMesh]:
     """A ball held at a cap, and the same halved."""
-    lengths = EdgeLengths(0.03, {"anchor": 0.015}, growth=1.0)
+    lengths = EdgeLengths(0.04, {"anchor": 0.02}, growth=1.0)
     regions = {"anchor": cap(NORMALS[1], 0.02)}
     tissue = tetrahedralise(BALL, regions, lengths)
     return tissue, halved(tissue, BALL, regions, lengths)
