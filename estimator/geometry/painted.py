@@ -1,11 +1,11 @@
 """Where a painted patch of a surface ends: along a smooth line, not along triangles.
 
 A painting has a number at points, and what of a rim is shorter than twice their distance is no shape of it but their
-steps. So the paint is smoothed over the surface, by a Gaussian whose deviation is that distance, which leaves less than
-a hundredth of them; the patch is the level, linear on every triangle, that encloses the area that is painted. A
-straight or a round rim that the points approximate by steps becomes straight or round again, and a mesh of any size can
-follow it. It is a step of the threshold dynamics of B. Merriman, J. Bence and S. Osher, "Diffusion generated motion by
-mean curvature" (1992), with the area kept.
+steps. So the paint is smoothed over the surface, by a Gaussian whose deviation is that distance, which leaves a few
+hundredths of them; the patch is the level, linear on every triangle, that encloses the area that is painted. A straight
+or a round rim that the points approximate by steps becomes straight or round again, and a mesh of any size can follow
+it. It is a step of the threshold dynamics of B. Merriman, J. Bence and S. Osher, "Diffusion generated motion by mean
+curvature" (1992), with the area kept.
 """
 
 from collections.abc import Callable
@@ -48,6 +48,14 @@ def painted_patch(
     surface : Surface
     is_painted : tells for points (m, 3) of the surface, m, whether the painting has them in the patch
     spacing_m : of the points of the painting
+
+    Examples
+    --------
+    >>> from estimator.geometry.shapes import sphere_surface
+    >>> ball = sphere_surface(0.05, 3)
+    >>> cap = painted_patch(ball, lambda points: points[:, 2] > 0.02, 7e-3)
+    >>> bool((cap.level[ball.vertices[:, 2] > 0.03] > 0).all())
+    True
     """
     weight = np.bincount(surface.triangles.ravel(), np.repeat(surface.areas / 3, 3), len(surface.vertices))
     samples = _SAMPLES @ surface.corners
