@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from estimator.errors import InputError
 from estimator.geometry.holds import HeldSurface
 from estimator.surfaces.crossings import crossings
-from estimator.surfaces.queries import nearest
+from estimator.surfaces.queries import inside, nearest
 from estimator.surfaces.shells import near
-from estimator.surfaces.surface import Surface
+from estimator.surfaces.surface import Surface, directed_edges
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -24,6 +24,8 @@ _LEAST_DIHEDRAL_DEG = 2.0
 # leaves it by 36.
 _WARNED_ENVELOPES, _MOST_ENVELOPES = 2.5, 6.0
 _MOST_PARTS = 64
+# Places along an edge of a wall's outline where its distance from the surface is measured.
+_ALONG_EDGE = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +40,7 @@ class MeshQuality:
     radius_ratio : the smallest and the mean of three times inradius over circumradius, 1 for a regular tetrahedron
     off_surface_m : largest distance of a free face's corners and centre from the surface
     missed_m : largest distance of the surface from the mesh, at its vertices and points between them
-    covered : for each region, the area that the mesh holds over the area that it should, of a patch on the surface
+    covered : for each region, the area that the mesh holds over the area that it should, whatever its chords leave out
     """
 
     volume_m3: float
@@ -81,8 +83,7 @@ def measure_quality(
     remaining = body.surface.corners[body.remaining]
     on_surface = _held_area(points, free, held, body, spacing_m)
     covered = {
-        name: (on_surface[name] if hold.core is None else float(triangle_areas(points[held[name]]).sum()))
-        / hold.area_m2
+        name: (on_surface[name] if hold.core is None else _wall_area(points, held[name], body)) / hold.area_m2
         for name, hold in body.holds.items()
     }
     return MeshQuality(
@@ -163,6 +164,33 @@ def _held_area(
     ends = np.cumsum([len(free), *map(len, held.values())])
     holder = np.searchsorted(ends, face, side="right") - 1
     return {name: float(areas[holder == number].sum()) for number, name in enumerate(held)}
+
+
+def _wall_area(points: FloatArray, faces: IntArray, body: HeldSurface) -> float:
+    """Return the area of held walls up to the surface, m²: of the faces, and between their outline and the surface."""
+    directed = directed_edges(faces)
+    _, number, uses = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True)
+    outer = uses[number.ravel()] == 1
+    a, b = points[directed[outer]].transpose(1, 0, 2)
+    share = (np.arange(_ALONG_EDGE) + 0.5) / _ALONG_EDGE
+    along = (a[:, None] + share[:, None] * (b - a)[:, None]).reshape(-1, 3)
+    normals = np.repeat(_normals(points[faces]), 3, axis=0)[outer].repeat(_ALONG_EDGE, axis=0)
+    _, foot = nearest(body.surface.corners, along)
+    away = foot - along
+    within_wall = away - np.einsum("px,px->p", away, normals)[:, None] * normals
+    # along the wall the surface is farther than its nearest point where it is not upright on it
+    square, width = np.sum(away**2, axis=1), np.linalg.norm(within_wall, axis=1)
+    width = np.divide(square, width, out=np.zeros_like(width), where=width > 0)
+    sign = np.where(inside(body.surface, along), 1.0, -1.0)
+    length = np.linalg.norm(b - a, axis=1).repeat(_ALONG_EDGE) / _ALONG_EDGE
+    return float(triangle_areas(points[faces]).sum() + (sign * width * length).sum())
+
+
+def _normals(corners: FloatArray) -> FloatArray:
+    """Return the unit normals (t, 3) of triangles (t, 3, 3)."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    normals = np.cross(b - a, c - a)
+    return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
 
 
 def _samples(corners: FloatArray, spacing_m: float) -> FloatArray:
