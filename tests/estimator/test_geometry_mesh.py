@@ -49,7 +49,12 @@ def block() -> TissueMesh:
 @pytest.fixture(scope="module")
 def sphere() -> TissueMesh:
     surface = sphere_surface(0.05, 3)
-    foot = Painted(-0.035 - surface.vertices[:, 2])
+    # along triangles: above zero where all of those around a vertex are held, zero where some are
+    low = surface.corners[:, :, 2].max(axis=1) < -0.035
+    inner, outer = (
+        np.isin(np.arange(len(surface.vertices)), surface.triangles[~which]) for which in (low, ~low)
+    )
+    foot = Painted(np.where(inner & outer, 0.0, np.where(inner, -1.0, 1.0)))
     return tetrahedralise(surface, {"foot": foot}, EdgeLengths(0.04, {"foot": 0.02}, growth=1.0))
 
 
