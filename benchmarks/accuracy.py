@@ -6,7 +6,8 @@ from benchmarks.pull import PULL, errors, quadratic_tetrahedra, reference, solve
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.discretisation.elements import ElementKind
-from estimator.forward.meshing import DEFAULT_GRADING, FINE_GRADING, mesh_experiment
+from estimator.forward.gradings import DEFAULT_GRADING, FINE_GRADING
+from estimator.forward.meshing import mesh_experiment
 from estimator.studies.paper_tables.densities import CELLS
 from estimator.studies.paper_tables.tetrahedra import block_of_tetrahedra
 

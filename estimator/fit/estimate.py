@@ -27,7 +27,8 @@ from estimator.fit.search import Iterate, Values, determined_step, internal_chan
 from estimator.fit.settings import FitSettings
 from estimator.fit.summary import FitOutcome, Uncertainty, budget, summarise, uncertainty
 from estimator.forward.advice import advising
-from estimator.forward.meshing import measuring_mesh, mesh_experiment
+from estimator.forward.finer import measuring_mesh
+from estimator.forward.meshing import mesh_experiment
 from estimator.forward.model import ForwardModel
 from estimator.forward.schedule import spread_states
 from estimator.inference.discretisation import change_in_another_model

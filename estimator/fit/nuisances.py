@@ -24,8 +24,8 @@ DISCRETISATION = "discretisation"
 # Full-scale accuracy of a six-axis transducer after its factory calibration, a share of the reading.
 GAIN_STD = 0.01
 # What remains of the discretisation error once it is corrected for, as a share of the correction: a third at second
-# order with half the element size, a quarter where it was measured; a half is on the safe side. It is a bias, so no
-# amount of data averages it out.
+# order with half the element size, a quarter where it was measured on blocks, a third on an organ; a half is on the
+# safe side. It is a bias, so no amount of data averages it out.
 REMAINING_ERROR = 0.5
 
 

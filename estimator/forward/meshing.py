@@ -1,13 +1,13 @@
 """The mesh of an experiment, coarse or fine, and which of its nodes are held."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimator.errors import InputError
-from estimator.experiment import Box, Experiment, PaintedPatch, Phantom, TissueRegion
+from estimator.experiment import Box, Experiment, PaintedPatch, Phantom
 from estimator.experiment.holds import AXES, Axis, along
 from estimator.experiment.support import stays_flat, thin_axis
 from estimator.fem.boundary.patch import on_patch
@@ -21,11 +21,13 @@ from estimator.fem.discretisation.block_mesh import Grading, block_mesh, snapped
 from estimator.fem.discretisation.elements import ElementKind
 from estimator.fem.discretisation.mesh import Mesh
 from estimator.forward.coarseness import thin_tissue_note
+from estimator.forward.gradings import DEFAULT_GRADING, GRASP, SURFACE_GRADING, edge_lengths, usual_grading
 from estimator.forward.prescribed import prescribed_motion
-from estimator.forward.regions import ball_around, with_regions
+from estimator.forward.regions import with_regions
 from estimator.geometry.grading import EdgeLengths
-from estimator.geometry.holds import Painted, Region
+from estimator.geometry.holds import Region
 from estimator.geometry.mesh_cache import tissue_mesh
+from estimator.geometry.painted import painted_patch
 from estimator.geometry.quality import quality_warnings
 from estimator.geometry.tetrahedralise import TissueMesh, envelope_m
 from estimator.surfaces.reading import read_surface
@@ -35,35 +37,20 @@ BoolArray = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]
 Mesher = Callable[[Surface, Mapping[str, Region], EdgeLengths], TissueMesh]
 
-# On the paper's block, force within 0.2 % and fiducials within 20 µm of the converged solution.
-DEFAULT_GRADING = Grading(grasp_m=1e-3, anchor_m=3e-3, largest_m=12e-3, growth=2.0, layers=1)
-# About a third of the default's error.
-FINE_GRADING = Grading(grasp_m=0.5e-3, anchor_m=2e-3, largest_m=12e-3, growth=2.0, layers=2)
-# About a fifth of the default's error, in E as in ν, which depends on how the tissue between grasp and anchor is
-# meshed as much as on the rims: it measures the default's.
-_MEASURING_GRADING = Grading(grasp_m=0.5e-3, anchor_m=1.5e-3, largest_m=12e-3, growth=1.6, layers=2)
-
-# Tetrahedra shrink in all three directions towards a rim, hexahedra in one or two, so that the same size costs far
-# more of them; layers of hexahedra refine one direction, for which tetrahedra refine all, but less. With these factors
-# the default grading stays within 1 % in force on the paper's block, whose volume is this; larger phantoms get larger
-# elements.
-_TETRAHEDRON_AT_GRASP, _TETRAHEDRON_AT_ANCHOR, _TETRAHEDRON_GROWTH = 3.0, 2.0, 0.5
-_TETRAHEDRON_BY_LAYERS = -0.5
-_BLOCK_VOLUME_M3 = 1e-4
-_ANCHOR, _ROLLER, _GRASP = "anchor", "roller", "grasp"
+_ANCHOR, _ROLLER = "anchor", "roller"
 # Of a sheet's thickness: nodes this near its middle plane lie in it.
 _IN_MIDDLE = 1e-6
 
 
 def mesh_experiment(
-    experiment: Experiment, grading: Grading = DEFAULT_GRADING, kind: ElementKind = "hex27"
+    experiment: Experiment, grading: Grading | None = None, kind: ElementKind = "hex27"
 ) -> RetractionProblem:
     """Mesh the phantom of an experiment and pose its retraction.
 
     Parameters
     ----------
     experiment : Experiment
-    grading : element sizes of a block; those of a surface follow from them and from the phantom's volume
+    grading : element sizes of a block, from which those of a surface follow; by default an estimate's
     kind : element of a block; a surface is meshed with tet10
 
     Raises
@@ -71,6 +58,7 @@ def mesh_experiment(
     InputError
         Grasp or anchors hold no tissue, the surface cannot be read or meshed, or a fiducial lies off the tissue.
     """
+    grading = grading or usual_grading(experiment)
     if experiment.phantom.surface is not None:
         read = read_surface(experiment.phantom.surface, experiment.phantom.unit)
         return surface_problem(experiment, read.surface, grading)
@@ -143,19 +131,6 @@ def _rolling(count: int, rollers: Sequence[tuple[BoolArray, tuple[Axis, ...]]]) 
     return np.any([np.outer(nodes, along(directions)) for nodes, directions in rollers], axis=0)
 
 
-def measuring_mesh(experiment: Experiment) -> RetractionProblem:
-    """Pose the retraction on the mesh that a fit measures its discretisation error on.
-
-    Raises
-    ------
-    InputError
-        As :func:`mesh_experiment` does.
-    """
-    # Tetrahedra would pay three times the price for its gentler growth.
-    of_block = experiment.phantom.surface is None
-    return mesh_experiment(experiment, _MEASURING_GRADING if of_block else FINE_GRADING)
-
-
 def held_regions(experiment: Experiment, surface: Surface) -> dict[str, Region]:
     """Return where the phantom is held: "anchor 1", "anchor 2", ..., "roller 1", ... and "grasp".
 
@@ -166,38 +141,17 @@ def held_regions(experiment: Experiment, surface: Surface) -> dict[str, Region]:
     """
     anchors = {f"{_ANCHOR} {number}": box for number, box in enumerate(experiment.anchors, start=1)}
     rollers = {f"{_ROLLER} {number}": roller.box for number, roller in enumerate(experiment.rollers, start=1)}
-    held = {**anchors, **rollers, _GRASP: experiment.grasp.box}
+    held = {**anchors, **rollers, GRASP: experiment.grasp.box}
     return {name: _region(box, surface) for name, box in held.items()}
 
 
 def _region(held: Box, surface: Surface) -> Region:
     if isinstance(held, PaintedPatch):
-        return Painted(held.contains(surface.corners.mean(axis=1)))
+        return painted_patch(surface, held.contains, held.spacing)
     return held
 
 
-def edge_lengths(
-    surface: Surface, regions: Iterable[str], grading: Grading, stiffer: Sequence[TissueRegion] = ()
-) -> EdgeLengths:
-    """Return the edge lengths of tetrahedra that go with a block's grading.
-
-    Parameters
-    ----------
-    surface : of the tissue
-    regions : names of the held ones
-    grading : of a block
-    stiffer : regions of another stiffness, in which the edges are short enough for their size
-    """
-    scale = (surface.volume_m3 / _BLOCK_VOLUME_M3) ** (1 / 3)
-    largest = grading.largest_m * grading.layers**_TETRAHEDRON_BY_LAYERS
-    at_grasp, at_anchor = _TETRAHEDRON_AT_GRASP * grading.grasp_m, _TETRAHEDRON_AT_ANCHOR * grading.anchor_m
-    rims = {name: scale * (at_grasp if name == _GRASP else at_anchor) for name in regions}
-    coarser = largest / DEFAULT_GRADING.largest_m
-    balls = tuple(dict.fromkeys(ball_around(region, coarser) for region in stiffer))
-    return EdgeLengths(scale * largest, rims, _TETRAHEDRON_GROWTH * (grading.growth - 1.0), balls)
-
-
-def surface_notes(experiment: Experiment, grading: Grading = DEFAULT_GRADING) -> list[str]:
+def surface_notes(experiment: Experiment, grading: Grading = SURFACE_GRADING) -> list[str]:
     """Return what is to be said of a surface, its mesh and its regions: what was repaired, and what is doubtful.
 
     Raises
@@ -248,20 +202,20 @@ def surface_problem(
     ]
     held = HeldNodes(
         np.any(anchors, axis=0) if anchors else np.zeros(len(tissue.mesh.points), dtype=bool),
-        tissue.held[_GRASP],
+        tissue.held[GRASP],
         _rolling(len(tissue.mesh.points), rollers),
         along(experiment.grasp.directions),
         prescribed_motion(experiment, tissue.mesh.points),
     )
     beads = experiment.fiducials_rest
-    core = tissue.rigid.get(_GRASP)
+    core = tissue.rigid.get(GRASP)
     # a bead on the surface lies off a coarse mesh of it by as much as that does
     off_mesh_m = FIDUCIAL_TOLERANCE_M + tissue.quality.deviation_m
-    gripped = core.contains(beads) if core else on_patch(tissue.mesh, tissue.held[_GRASP], beads, off_mesh_m)
+    gripped = core.contains(beads) if core else on_patch(tissue.mesh, tissue.held[GRASP], beads, off_mesh_m)
     gripped &= _moves_rigidly(experiment)
     anchored = np.zeros(len(beads), dtype=bool)
     for name, box in tissue.rigid.items():
-        anchored |= box.contains(beads) & (name != _GRASP)
+        anchored |= box.contains(beads) & (name != GRASP)
     problem = retraction_problem(
         tissue.mesh,
         held,
@@ -283,7 +237,7 @@ def surface_problem(
 
 def _check_sliding_on_faces(experiment: Experiment, tissue: TissueMesh) -> None:
     for name in tissue.rigid:
-        if name.startswith(_ROLLER) or (name == _GRASP and experiment.grasp.slides):
+        if name.startswith(_ROLLER) or (name == GRASP and experiment.grasp.slides):
             raise InputError(
                 f"{name} holds some directions only, and its box reaches into the tissue; give it a flat box on a flat "
                 "part of the surface, or a painted patch"

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from estimator.errors import InputError
 from estimator.experiment import Box
-from estimator.geometry.imprint import imprint_box, rim, triangles_in_box
+from estimator.geometry.imprint import imprint_box, imprint_levels, rim, triangles_in_box
+from estimator.geometry.painted import Painted
 from estimator.surfaces.queries import inside, nearest
 from estimator.surfaces.surface import Surface
 
@@ -25,13 +26,6 @@ BoolArray = NDArray[np.bool_]
 # tissue holds its surface, and a face of a box that lies no farther below the surface means the surface.
 _TOLERANCE = 2e-3
 _SAMPLES = 16
-
-
-@dataclass(frozen=True, eq=False)
-class Painted:
-    """A patch of a surface given by its triangles, (t,) bool."""
-
-    triangles: BoolArray
 
 
 Region: TypeAlias = Box | Painted
@@ -79,11 +73,6 @@ class HeldSurface:
         return self.surface.volume_m3 - sum(hold.volume_m3 for hold in self.holds.values())
 
 
-def painted_vertices(surface: Surface, labelled: BoolArray) -> Painted:
-    """Return the patch of the triangles whose three vertices carry the label, (n,) bool."""
-    return Painted(np.asarray(labelled[surface.triangles].all(axis=1)))
-
-
 def hold_regions(surface: Surface, regions: Mapping[str, Region], reach_m: float) -> HeldSurface:
     """Imprint regions that do not overlap into a surface.
 
@@ -98,24 +87,29 @@ def hold_regions(surface: Surface, regions: Mapping[str, Region], reach_m: float
     InputError
         A region holds no tissue, or all of it; the message names it.
     """
+    painted = {name: region.level for name, region in regions.items() if isinstance(region, Painted)}
+    levels = np.array(list(painted.values())).reshape(len(painted), len(surface.vertices)).T
+    imprinted, patches = imprint_levels(surface, levels)
+    patch_of = dict(zip(painted, patches.T, strict=True))
     tolerance = _TOLERANCE * surface.diagonal_m
-    cuts = {name: _cut(surface, region, tolerance) for name, region in regions.items()}
-    imprinted, parent = surface, np.arange(len(surface.triangles))
+    cuts = {name: _cut(surface, box, tolerance) for name, box in regions.items() if isinstance(box, Box)}
+    parent = np.arange(len(imprinted.triangles))
     for cut in cuts.values():
-        if isinstance(cut, _Cut):
-            imprinted, origin = imprint_box(imprinted, cut.box, tolerance)
-            parent = parent[origin]
+        imprinted, origin = imprint_box(imprinted, cut.box, tolerance)
+        parent = parent[origin]
     holds = {}
-    for name, cut in cuts.items():
-        if isinstance(cut, Painted):
-            hold = _patch(imprinted, cut.triangles[parent], reach_m)
+    for name in regions:
+        if name in patch_of:
+            hold = _patch(imprinted, patch_of[name][parent], reach_m)
         else:
-            patch = triangles_in_box(imprinted, cut.box)
-            core = cut.faces.any()
-            hold = _core(imprinted, patch, cut, reach_m) if core else _patch(imprinted, patch, reach_m)
+            patch, core = triangles_in_box(imprinted, cuts[name].box), cuts[name].faces.any()
+            hold = _core(imprinted, patch, cuts[name], reach_m) if core else _patch(imprinted, patch, reach_m)
         if not hold.area_m2 > 0 or (hold.core is None and hold.patch.all()):
             held = "all of the tissue" if hold.patch.all() else "no tissue"
-            raise InputError(f"{name} holds {held}; correct its box, in metres")
+            remedy = (
+                "paint it on this surface, in its frame" if name in patch_of else "correct its box, in metres"
+            )
+            raise InputError(f"{name} holds {held}; {remedy}")
         holds[name] = hold
     return HeldSurface(imprinted, holds)
 
@@ -128,10 +122,8 @@ class _Cut:
     faces: BoolArray
 
 
-def _cut(surface: Surface, region: Region, tolerance: float) -> _Cut | Painted:
+def _cut(surface: Surface, region: Box, tolerance: float) -> _Cut:
     """Find the faces of a box that cut through tissue, and move the others out of it."""
-    if isinstance(region, Painted):
-        return region
     corners = np.clip([region.lower, region.upper], *surface.bounds)
     faces = np.zeros((2, 3), dtype=bool)
     for side in range(2):

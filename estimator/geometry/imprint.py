@@ -1,14 +1,14 @@
-"""Imprints the outlines of boxes into a surface: afterwards no triangle lies half in a box.
+"""Imprints the outlines of boxes and patches into a surface: afterwards no triangle lies half in one.
 
-Triangles are split where a face of the box crosses their edges. An edge is split once for all its triangles, so
-the surface stays closed.
+Triangles are split where a face of the box, or the rim of the patch, crosses their edges. An edge is split once for
+all its triangles, so the surface stays closed.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
 from estimator.experiment import Box
-from estimator.surfaces.surface import Surface, directed_edges
+from estimator.surfaces.surface import Surface, directed_edges, used_vertices
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -18,6 +18,8 @@ BoolArray = NDArray[np.bool_]
 _CREASE_COSINE = np.cos(np.radians(30.0))
 # A vertex this close to a plane, as a share of the bounding box's diagonal, lies on it: files in single precision.
 _ON_PLANE = 1e-6
+# One whose level is this share of the highest lies on the rim of its patch.
+_ON_RIM = 1e-6
 
 
 def imprint_box(surface: Surface, box: Box, tolerance_m: float) -> tuple[Surface, IntArray]:
@@ -46,6 +48,39 @@ def triangles_in_box(surface: Surface, box: Box) -> BoolArray:
     return np.asarray(((centres >= lower) & (centres <= upper)).all(axis=1))
 
 
+def imprint_levels(surface: Surface, levels: FloatArray) -> tuple[Surface, BoolArray]:
+    """Split the triangles that the rims of patches cross.
+
+    Parameters
+    ----------
+    surface : Surface
+    levels : (n, k) float64, for each patch a number at every vertex, linear between, that is zero on its rim
+
+    Returns
+    -------
+    surface : with the new triangles
+    patches : (t, k) bool, whether they lie in each patch, where its number is not below zero
+    """
+    for patch in range(levels.shape[1]):
+        side = _sides(levels)[:, patch]
+        edges = np.unique(np.sort(directed_edges(surface.triangles), axis=1), axis=0)
+        edges = edges[side[edges].prod(axis=1) < 0]
+        a, b = levels[edges].transpose(1, 0, 2)
+        share = a[:, patch, None] / (a - b)[:, patch, None]
+        between = a + share * (b - a)
+        between[:, patch] = 0.0
+        p, q = surface.vertices[edges].transpose(1, 0, 2)
+        surface, _ = _split_edges(surface, edges, p + share * (q - p))
+        levels = np.vstack([levels, between])
+    return surface, np.asarray((_sides(levels)[surface.triangles] >= 0).all(axis=1))
+
+
+def _sides(levels: FloatArray) -> FloatArray:
+    """Return the signs (n, k) of levels, 0 on their rims."""
+    size = np.abs(levels)
+    return np.where(size <= _ON_RIM * size.max(axis=0, initial=0.0), 0.0, np.sign(levels))
+
+
 def rim(surface: Surface, patch: BoolArray) -> IntArray:
     """Return the edges (m, 2) between the triangles (t,) of a patch and the others, in the patch's rotation."""
     directed = directed_edges(surface.triangles[patch])
@@ -58,7 +93,8 @@ def _split_by_plane(
 ) -> tuple[Surface, IntArray]:
     offset = surface.vertices[:, axis] - place
     side = np.sign(np.where(np.abs(offset) <= _ON_PLANE * surface.diagonal_m, 0.0, offset))
-    side[_crease_vertices(surface) & (np.abs(offset) <= tolerance_m)] = 0
+    on_crease = used_vertices(crease_edges(surface), len(offset))
+    side[on_crease[np.abs(offset[on_crease]) <= tolerance_m]] = 0
     corners = surface.corners
     near = np.all((corners.max(axis=1) >= box.lower) & (corners.min(axis=1) <= box.upper), axis=1)
     edges = np.unique(np.sort(directed_edges(surface.triangles[near]), axis=1), axis=0)
@@ -100,12 +136,10 @@ def _split_edges(surface: Surface, edges: IntArray, points: FloatArray) -> tuple
     return Surface(np.vstack([surface.vertices, points]), triangles[order]), origin[order]
 
 
-def _crease_vertices(surface: Surface) -> BoolArray:
-    """Tell which vertices (n,) lie on an edge of the body."""
+def crease_edges(surface: Surface) -> IntArray:
+    """Return the edges (m, 2) of the body, where its triangles meet at an angle."""
     normals = surface.area_vectors / surface.areas[:, None]
     directed = np.sort(directed_edges(surface.triangles), axis=1)
     first, second = np.lexsort(directed.T).reshape(-1, 2).T
     sharp = np.einsum("ex,ex->e", normals[first // 3], normals[second // 3]) < _CREASE_COSINE
-    found = np.zeros(len(surface.vertices), dtype=bool)
-    found[directed[first[sharp]]] = True
-    return found
+    return directed[first[sharp]]

@@ -26,7 +26,7 @@ from estimator.geometry.tetrahedralise import TissueMesh, envelope_m, halved, te
 from estimator.surfaces.surface import Surface
 
 # To be raised when the same input shall give another mesh.
-_GENERATION = 1
+_GENERATION = 2
 
 
 def tissue_mesh(surface: Surface, regions: Mapping[str, Region], lengths: EdgeLengths) -> TissueMesh:
@@ -79,7 +79,7 @@ def _digest(surface: Surface, regions: Mapping[str, Region], lengths: EdgeLength
     digest.update(surface.vertices.tobytes() + surface.triangles.tobytes())
     for name, region in regions.items():
         digest.update(name.encode())
-        digest.update(str(region).encode() if isinstance(region, Box) else region.triangles.tobytes())
+        digest.update(str(region).encode() if isinstance(region, Box) else region.level.tobytes())
     return digest.hexdigest()
 
 

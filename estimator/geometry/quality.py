@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from estimator.errors import InputError
 from estimator.geometry.holds import HeldSurface
 from estimator.surfaces.crossings import crossings
-from estimator.surfaces.queries import nearest
+from estimator.surfaces.queries import inside, nearest
 from estimator.surfaces.shells import near
-from estimator.surfaces.surface import Surface
+from estimator.surfaces.surface import Surface, directed_edges
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -24,6 +24,8 @@ _LEAST_DIHEDRAL_DEG = 2.0
 # leaves it by 36.
 _WARNED_ENVELOPES, _MOST_ENVELOPES = 2.5, 6.0
 _MOST_PARTS = 64
+# Places along an edge of a wall's outline where its distance from the surface is measured.
+_ALONG_EDGE = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +40,7 @@ class MeshQuality:
     radius_ratio : the smallest and the mean of three times inradius over circumradius, 1 for a regular tetrahedron
     off_surface_m : largest distance of a free face's corners and centre from the surface
     missed_m : largest distance of the surface from the mesh, at its vertices and points between them
-    covered : for each region, the area that the mesh holds over the area that it should
+    covered : for each region, the area that the mesh holds over the area that it should, whatever its chords leave out
     """
 
     volume_m3: float
@@ -79,8 +81,9 @@ def measure_quality(
     outer = points[free]
     skin = points[np.concatenate([free, *held.values()])]
     remaining = body.surface.corners[body.remaining]
+    on_surface = _held_area(points, free, held, body, spacing_m)
     covered = {
-        name: float(triangle_areas(points[held[name]]).sum()) / hold.area_m2
+        name: (on_surface[name] if hold.core is None else _wall_area(points, held[name], body)) / hold.area_m2
         for name, hold in body.holds.items()
     }
     return MeshQuality(
@@ -148,10 +151,51 @@ def _remedy(surface: Surface) -> str:
     )
 
 
+def _held_area(
+    points: FloatArray, free: IntArray, held: Mapping[str, IntArray], body: HeldSurface, spacing_m: float
+) -> dict[str, float]:
+    """Return the area of the surface that lies nearest to faces that each region holds, m².
+
+    The faces themselves are chords, and the smaller the more the surface is curved.
+    """
+    corners = body.surface.corners[body.remaining]
+    centres, areas = _parts(corners, spacing_m)
+    face, _ = nearest(points[np.concatenate([free, *held.values()])], centres)
+    ends = np.cumsum([len(free), *map(len, held.values())])
+    holder = np.searchsorted(ends, face, side="right") - 1
+    return {name: float(areas[holder == number].sum()) for number, name in enumerate(held)}
+
+
+def _wall_area(points: FloatArray, faces: IntArray, body: HeldSurface) -> float:
+    """Return the area of held walls up to the surface, m²: of the faces, and between their outline and the surface."""
+    directed = directed_edges(faces)
+    _, number, uses = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True)
+    outer = uses[number.ravel()] == 1
+    a, b = points[directed[outer]].transpose(1, 0, 2)
+    share = (np.arange(_ALONG_EDGE) + 0.5) / _ALONG_EDGE
+    along = (a[:, None] + share[:, None] * (b - a)[:, None]).reshape(-1, 3)
+    normals = np.repeat(_normals(points[faces]), 3, axis=0)[outer].repeat(_ALONG_EDGE, axis=0)
+    _, foot = nearest(body.surface.corners, along)
+    away = foot - along
+    within_wall = away - np.einsum("px,px->p", away, normals)[:, None] * normals
+    # along the wall the surface is farther than its nearest point where it is not upright on it
+    square, width = np.sum(away**2, axis=1), np.linalg.norm(within_wall, axis=1)
+    width = np.divide(square, width, out=np.zeros_like(width), where=width > 0)
+    sign = np.where(inside(body.surface, along), 1.0, -1.0)
+    length = np.linalg.norm(b - a, axis=1).repeat(_ALONG_EDGE) / _ALONG_EDGE
+    return float(triangle_areas(points[faces]).sum() + (sign * width * length).sum())
+
+
+def _normals(corners: FloatArray) -> FloatArray:
+    """Return the unit normals (t, 3) of triangles (t, 3, 3)."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    normals = np.cross(b - a, c - a)
+    return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
+
+
 def _samples(corners: FloatArray, spacing_m: float) -> FloatArray:
     """Return points (k, 3) on triangles (t, 3, 3), no farther apart than ``spacing_m``, their corners among them."""
-    edges = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1, initial=0.0)
-    parts = np.ceil(edges / spacing_m).astype(np.int64).clip(1, _MOST_PARTS)
+    parts = _number_of_parts(corners, spacing_m)
     points = []
     for count in np.unique(parts).tolist():
         i, j = np.meshgrid(np.arange(count + 1), np.arange(count + 1), indexing="ij")
@@ -159,6 +203,28 @@ def _samples(corners: FloatArray, spacing_m: float) -> FloatArray:
         shares = np.stack([i[within], j[within], count - i[within] - j[within]], axis=1) / count
         points.append((shares @ corners[parts == count]).reshape(-1, 3))
     return np.concatenate(points)
+
+
+def _number_of_parts(corners: FloatArray, spacing_m: float) -> IntArray:
+    """Return into how many parts the edges of triangles (t, 3, 3) are to be cut, (t,)."""
+    edges = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1, initial=0.0)
+    return np.ceil(edges / spacing_m).astype(np.int64).clip(1, _MOST_PARTS)
+
+
+def _parts(corners: FloatArray, spacing_m: float) -> tuple[FloatArray, FloatArray]:
+    """Cut triangles (t, 3, 3) into equal ones, no longer than ``spacing_m``; return their centres (k, 3) and areas."""
+    parts = _number_of_parts(corners, spacing_m)
+    centres, areas = [], []
+    for count in np.unique(parts).tolist():
+        chosen = corners[parts == count]
+        i, j = np.meshgrid(np.arange(count), np.arange(count), indexing="ij")
+        upright = np.stack([i, j], axis=-1)[i + j < count] + 1 / 3
+        turned = np.stack([i, j], axis=-1)[i + j < count - 1] + 2 / 3
+        two = np.concatenate([upright, turned]) / count
+        shares = np.column_stack([two, 1.0 - two.sum(axis=1)])
+        centres.append((shares @ chosen).reshape(-1, 3))
+        areas.append(np.repeat(triangle_areas(chosen) / count**2, len(shares)))
+    return np.concatenate(centres), np.concatenate(areas)
 
 
 def triangle_areas(corners: FloatArray) -> FloatArray:

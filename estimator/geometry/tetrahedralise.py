@@ -156,17 +156,21 @@ def _in_tissue(body: HeldSurface, points: FloatArray) -> BoolArray:
 def _boundary(body: HeldSurface, points: FloatArray, cells: IntArray) -> tuple[IntArray, dict[str, IntArray]]:
     """Return the boundary faces (f, 3) of the tissue that are free, and those that each region holds.
 
-    A face belongs to what its centre is nearest to: a wall, or a triangle of the surface.
+    A face belongs to what its centre is nearest to: a wall, or a triangle of the surface. Whether it lies on a patch
+    tells its place that is farthest from the rim, for a narrow one along a bent rim has its centre on the other side.
     """
     faces = boundary_faces(Mesh(points, cells, "tet4"))
-    centres = points[faces].mean(axis=1)
+    corners = points[faces]
+    centres = corners.mean(axis=1)
     triangles = np.flatnonzero(body.remaining)
-    nearest_triangle, foot = nearest(body.surface.corners[triangles], centres)
+    surface = body.surface.corners[triangles]
+    _, foot = nearest(surface, centres)
     distance = np.linalg.norm(centres - foot, axis=1)
     holder = np.full(len(faces), _NOBODY)
     for number, hold in enumerate(body.holds.values()):
         if hold.core is None:
-            holder[hold.patch[triangles[nearest_triangle]] & (holder == _NOBODY)] = number
+            triangle, _ = nearest(surface, _farthest_from(hold.walls, corners))
+            holder[hold.patch[triangles[triangle]] & (holder == _NOBODY)] = number
             continue
         _, foot = nearest(hold.walls, centres)
         from_wall = np.linalg.norm(centres - foot, axis=1)
@@ -174,6 +178,16 @@ def _boundary(body: HeldSurface, points: FloatArray, cells: IntArray) -> tuple[I
         distance = np.minimum(distance, from_wall)
     held = {name: faces[holder == number] for number, name in enumerate(body.holds)}
     return faces[holder == _NOBODY], held
+
+
+def _farthest_from(walls: FloatArray, corners: FloatArray) -> FloatArray:
+    """Return of each triangle (f, 3, 3) the corner or the centre that is farthest from the walls, (f, 3)."""
+    places = np.concatenate([corners, corners.mean(axis=1, keepdims=True)], axis=1)
+    if not len(walls):
+        return places[:, -1]
+    _, foot = nearest(walls, places.reshape(-1, 3))
+    away = np.linalg.norm(places.reshape(-1, 3) - foot, axis=1).reshape(-1, 4)
+    return np.take_along_axis(places, away.argmax(axis=1)[:, None, None], axis=1)[:, 0]
 
 
 def _compressed(points: FloatArray, cells: IntArray) -> tuple[FloatArray, IntArray]:

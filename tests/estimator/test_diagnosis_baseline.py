@@ -19,7 +19,8 @@ from estimator.effects.catalogue import CATALOGUE
 from estimator.experiment import Experiment
 from estimator.fem.equilibrium.observation import observe
 from estimator.fit.settings import FitSettings
-from estimator.forward.meshing import FINE_GRADING, mesh_experiment
+from estimator.forward.gradings import FINE_GRADING
+from estimator.forward.meshing import mesh_experiment
 
 SETTINGS = DiagnosisSettings()
 

@@ -13,7 +13,8 @@ from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fem.discretisation.elements import ElementKind
 from estimator.fem.discretisation.mesh import Mesh
 from estimator.fem.equilibrium.observation import observe
-from estimator.forward.meshing import DEFAULT_GRADING, mesh_experiment
+from estimator.forward.gradings import DEFAULT_GRADING
+from estimator.forward.meshing import mesh_experiment
 from estimator.materials import NeoHookean
 from estimator.materials.material import Material
 

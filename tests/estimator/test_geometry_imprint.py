@@ -7,8 +7,9 @@ import pytest
 
 from estimator.errors import InputError
 from estimator.experiment import Box
-from estimator.geometry.holds import Painted, hold_regions, painted_vertices
-from estimator.geometry.imprint import imprint_box, rim, triangles_in_box
+from estimator.geometry.holds import hold_regions
+from estimator.geometry.imprint import imprint_box, imprint_levels, rim, triangles_in_box
+from estimator.geometry.painted import Painted
 from estimator.geometry.shapes import block_surface, sphere_surface
 from estimator.surfaces.repair import closed_surface
 from estimator.surfaces.surface import Surface
@@ -103,17 +104,25 @@ def test_a_box_inside_the_tissue_has_six_walls() -> None:
     assert hold.volume_m3 == pytest.approx(0.02 * 0.02 * 0.015)
 
 
-def test_painted_vertices_hold_the_triangles_between_them() -> None:
-    low = SPHERE.vertices[:, 2] < -0.03
-    painted = painted_vertices(SPHERE, low)
-    assert np.array_equal(painted.triangles, (SPHERE.corners[:, :, 2] < -0.03).all(axis=1))
-
-
 def test_a_painted_patch_survives_the_imprint_of_a_box_across_it() -> None:
-    painted = Painted(SPHERE.corners[:, :, 2].max(axis=1) < -0.02)
+    painted = Painted(-0.02 - SPHERE.vertices[:, 2])
     grasp = Box((0.0, -0.01, -0.03), (0.06, 0.01, 0.0))
+    alone = hold_regions(SPHERE, {"anchor": painted}, 0.01)
     body = hold_regions(SPHERE, {"anchor": painted, "grasp": grasp}, 0.01)
-    assert body.holds["anchor"].area_m2 == pytest.approx(SPHERE.areas[painted.triangles].sum())
+    assert body.holds["anchor"].area_m2 == pytest.approx(alone.holds["anchor"].area_m2)
+
+
+def test_the_rim_of_a_level_is_where_it_is_zero() -> None:
+    levels = np.stack([-0.02 - SPHERE.vertices[:, 2], SPHERE.vertices @ [0.6, 0.8, 0.0] - 0.03], axis=1)
+    imprinted, patches = imprint_levels(SPHERE, levels)
+    assert_closed(imprinted)
+    assert imprinted.volume_m3 == pytest.approx(SPHERE.volume_m3)
+    for patch, normal, place in zip(
+        patches.T, ([0.0, 0.0, -1.0], [0.6, 0.8, 0.0]), (0.02, 0.03), strict=True
+    ):
+        assert imprinted.vertices[rim(imprinted, patch)] @ normal == pytest.approx(place)
+        assert (imprinted.corners[patch] @ normal).min() == pytest.approx(place)
+        assert (imprinted.corners[~patch] @ normal).max() == pytest.approx(place)
 
 
 @pytest.mark.parametrize(

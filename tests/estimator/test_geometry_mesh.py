@@ -20,7 +20,7 @@ from estimator.fem.discretisation.surface import boundary_faces
 from estimator.geometry import mesh_cache
 from estimator.geometry.bisection import refine
 from estimator.geometry.grading import EdgeLengths
-from estimator.geometry.holds import Painted
+from estimator.geometry.painted import Painted
 from estimator.geometry.quality import MeshQuality, check_quality, quality_warnings, tetrahedron_volumes
 from estimator.geometry.shapes import block_surface, sphere_surface
 from estimator.geometry.tetrahedralise import TissueMesh, tetrahedralise
@@ -49,7 +49,12 @@ def block() -> TissueMesh:
 @pytest.fixture(scope="module")
 def sphere() -> TissueMesh:
     surface = sphere_surface(0.05, 3)
-    foot = Painted(surface.corners[:, :, 2].max(axis=1) < -0.035)
+    # along triangles: above zero where all of those around a vertex are held, zero where some are
+    low = surface.corners[:, :, 2].max(axis=1) < -0.035
+    inner, outer = (
+        np.isin(np.arange(len(surface.vertices)), surface.triangles[~which]) for which in (low, ~low)
+    )
+    foot = Painted(np.where(inner & outer, 0.0, np.where(inner, -1.0, 1.0)))
     return tetrahedralise(surface, {"foot": foot}, EdgeLengths(0.04, {"foot": 0.02}, growth=1.0))
 
 

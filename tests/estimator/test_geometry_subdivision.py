@@ -10,8 +10,9 @@ from estimator.experiment import Box
 from estimator.fem.discretisation.mesh import Mesh
 from estimator.fem.discretisation.surface import boundary_faces
 from estimator.geometry.grading import EdgeLengths
+from estimator.geometry.holds import hold_regions
 from estimator.geometry.mesh_cache import halved_mesh, tissue_mesh
-from estimator.geometry.quality import tetrahedron_volumes
+from estimator.geometry.quality import tetrahedron_volumes, triangle_areas
 from estimator.geometry.subdivision import halved_cells
 from estimator.geometry.tetrahedralise import TissueMesh
 
@@ -54,6 +55,19 @@ def test_a_halved_mesh_follows_the_surface_closer(meshes: tuple[TissueMesh, Tiss
     assert len(fine.mesh.cells) == 8 * len(coarse.mesh.cells)
     assert abs(fine.quality.volume_error) < 0.6 * abs(coarse.quality.volume_error)
     assert fine.held["grasp"].sum() > 2.5 * coarse.held["grasp"].sum()
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_a_wall_is_covered_though_its_faces_are_chords(
+    meshes: tuple[TissueMesh, TissueMesh], which: int
+) -> None:
+    tissue = meshes[which]
+    faces = boundary_faces(tissue.mesh)
+    held = faces[tissue.held["grasp"][faces].all(axis=1), :3]
+    wall_m2 = hold_regions(BALL, HELD, LENGTHS.largest_m).holds["grasp"].area_m2
+    of_chords = triangle_areas(tissue.mesh.points[held]).sum() / wall_m2
+    assert tissue.quality.covered["grasp"] == pytest.approx(1.0, abs=0.01)
+    assert abs(tissue.quality.covered["grasp"] - 1.0) < 0.5 * abs(of_chords - 1.0)
 
 
 def test_the_corners_of_a_halved_mesh_are_the_nodes_of_the_mesh(

@@ -11,7 +11,7 @@ from handover_cases import a_pull, handed_to
 
 from estimator.errors import SolverError
 from estimator.fem.discretisation.block_mesh import Grading, structured_mesh
-from estimator.forward.meshing import DEFAULT_GRADING
+from estimator.forward.gradings import DEFAULT_GRADING
 from estimator.handover.calculix.deck import deck_of, lumped, middles, numbering_of
 from estimator.handover.calculix.engine import CalculiX
 from estimator.handover.calculix.law import card_of

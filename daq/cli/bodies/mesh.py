@@ -8,7 +8,8 @@ from pathlib import Path
 from daq.cli.verb import Result, Verbs, add_verb, progress
 from estimator.errors import InputError
 from estimator.experiment import Experiment, read_experiment
-from estimator.forward.meshing import DEFAULT_GRADING, edge_lengths, held_regions
+from estimator.forward.gradings import DEFAULT_GRADING, edge_lengths
+from estimator.forward.meshing import held_regions
 from estimator.geometry.mesh_cache import tissue_mesh
 from estimator.geometry.quality import quality_warnings
 from estimator.geometry.tetrahedralise import TissueMesh, envelope_m

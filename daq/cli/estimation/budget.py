@@ -22,7 +22,7 @@ from estimator.errors import InputError
 from estimator.experiment import Experiment
 from estimator.fit.estimate import estimate
 from estimator.fit.settings import material_of
-from estimator.forward.meshing import DEFAULT_GRADING
+from estimator.forward.gradings import DEFAULT_GRADING
 from estimator.report.estimation.budget import budget_text
 from estimator.report.estimation.writing import write_report
 from estimator.simulation.simulate import Resolution, simulate_exactly

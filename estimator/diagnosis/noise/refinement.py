@@ -9,10 +9,8 @@ on the rim, as the root of the distance from it; forces and beads away from it t
 with less. What is left was learnt on blocks, whose meshes are 4 times as fine on that rim: a share s of 0.3 there goes
 with p = ln(1 + 1 / s) / ln 4 = 1.06. On other meshes the share follows from this p and their r.
 
-A block is meshed anew with hexahedra of other sizes. No two runs of the mesher of surfaces agree, and one that is asked
-for elements of half the size makes them three quarters as large, for they follow the skin: what such a mesh changes
-tells little of what it leaves. So the tetrahedra of the mesh itself are each cut into eight: r is 2 everywhere, and
-what that changes is a refinement and nothing else.
+A block is meshed anew, with hexahedra of other sizes; the tetrahedra of an organ are each cut into eight, and r is 2
+everywhere.
 """
 
 from __future__ import annotations
@@ -25,16 +23,14 @@ import numpy as np
 from estimator.experiment import Experiment
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.discretisation.block_mesh import Grading
-from estimator.forward.meshing import FINE_GRADING, edge_lengths, mesh_experiment, surface_problem
-from estimator.geometry.mesh_cache import halved_mesh
+from estimator.forward.finer import finer_mesh
+from estimator.forward.gradings import FINE_GRADING, GRASP, SURFACE_GRADING, edge_lengths
+from estimator.forward.meshing import mesh_experiment
 from estimator.surfaces.reading import read_surface
 from estimator.surfaces.units import Unit
 
 # A third of the default's cost; what it misses is corrected for at the fitted baseline.
 GRADING = Grading(grasp_m=2e-3, anchor_m=6e-3, largest_m=15e-3, growth=2.5, layers=1)
-# Tetrahedra follow a curved skin by small elements, so that an organ has ten times the nodes of a block.
-_OF_SURFACE = Grading(grasp_m=2e-3, anchor_m=6e-3, largest_m=22e-3, growth=2.5, layers=1)
-_GRASP = "grasp"
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +63,7 @@ OF_BLOCKS = Refinement(GRADING.grasp_m, FINE_GRADING.grasp_m)
 
 def grading_of(experiment: Experiment) -> Grading:
     """Return the grading of the mesh on which hypotheses about an experiment's phantom are solved."""
-    return GRADING if experiment.phantom.surface is None else _OF_SURFACE
+    return GRADING if experiment.phantom.surface is None else SURFACE_GRADING
 
 
 def solved_on(experiment: Experiment) -> RetractionProblem:
@@ -83,8 +79,7 @@ def solved_on(experiment: Experiment) -> RetractionProblem:
 
 def measured_on(experiment: Experiment) -> RetractionProblem:
     """Pose it on the finer mesh, on which the error of the former is measured; errors as there."""
-    file = experiment.phantom.surface
-    return mesh_experiment(experiment, FINE_GRADING) if file is None else _on_halves(experiment, file)
+    return finer_mesh(experiment, grading_of(experiment), FINE_GRADING)
 
 
 def refinement_of(experiment: Experiment) -> Refinement:
@@ -99,11 +94,6 @@ def refinement_of(experiment: Experiment) -> Refinement:
     return OF_BLOCKS if phantom.surface is None else _of_halves(phantom.surface, phantom.unit)
 
 
-def _on_halves(experiment: Experiment, file: Path) -> RetractionProblem:
-    surface = read_surface(file, experiment.phantom.unit).surface
-    return surface_problem(experiment, surface, _OF_SURFACE, halved_mesh)
-
-
 def _of_halves(file: Path, unit: Unit | None) -> Refinement:
-    lengths = edge_lengths(read_surface(file, unit).surface, [_GRASP], _OF_SURFACE)
-    return Refinement(lengths.rims_m[_GRASP], lengths.rims_m[_GRASP] / 2)
+    lengths = edge_lengths(read_surface(file, unit).surface, [GRASP], SURFACE_GRADING)
+    return Refinement(lengths.rims_m[GRASP], lengths.rims_m[GRASP] / 2)

@@ -5,7 +5,8 @@ from typing import Literal
 
 from estimator.fem.discretisation.block_mesh import Grading
 from estimator.fit.settings import Objective
-from estimator.forward.meshing import DEFAULT_GRADING, mesh_experiment
+from estimator.forward.gradings import DEFAULT_GRADING
+from estimator.forward.meshing import mesh_experiment
 from estimator.simulation.simulate import TRUE_RESOLUTION, Resolution
 from estimator.studies.paper_tables.block import MOTIONS, POISSON_RATIO, YOUNGS_MODULUS, block, measured
 from estimator.studies.paper_tables.densities import Density, posed_on, response_on, seen_on

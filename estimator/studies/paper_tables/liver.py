@@ -15,7 +15,8 @@ from estimator.fem.boundary.problem import (
     retraction_problem,
 )
 from estimator.fem.discretisation.mesh import Mesh
-from estimator.forward.meshing import FINE_GRADING, held_regions, surface_problem
+from estimator.forward.gradings import FINE_GRADING
+from estimator.forward.meshing import held_regions, surface_problem
 from estimator.forward.regions import with_regions
 from estimator.geometry.grading import EdgeLengths
 from estimator.geometry.mesh_cache import tissue_mesh
