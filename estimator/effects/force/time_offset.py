@@ -84,7 +84,7 @@ class GrowingOffset(TimeOffset):
     def __init__(self, elaborates: Literal["lag", "lead"]) -> None:
         super().__init__(elaborates)
         self.form, self.elaborates = f"growing_{elaborates}", elaborates
-        self.amplitudes = (Amplitude("rate", "s/s", scale=4e-3, smallest=2.5e-4, lower=0.0, upper=0.5),)
+        self.amplitudes = (Amplitude("rate", "s/s", scale=0.01, smallest=5e-4, lower=0.0, upper=0.5),)
 
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Shift the wrench in time, each row by its own."""
