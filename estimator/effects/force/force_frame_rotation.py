@@ -58,6 +58,7 @@ class ForceFrameThatGives(ForceFrameRotation):
     """The mount gives under the load: the sensor's rotation vector is |F| times one in rad/N, in the gripper's axes."""
 
     form = "in_proportion_to_load"
+    # Looked for where any form of the label leads: the plain one has no name.
     elaborates = "tissue_frame"
     words = "The force sensor's mount gives, so that it turns against the gripper under load."
     amplitudes = tuple(
