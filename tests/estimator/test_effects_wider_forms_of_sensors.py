@@ -1,6 +1,7 @@
 """Forms in which a sensor, a clock or the robot errs that are no line of the load or of time, or of one part alone."""
 
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -95,9 +96,10 @@ def test_gravity_is_turned_by_the_tilt_wherever_it_points(down: tuple[float, flo
     environment = replace(motion.experiment.environment, gravity=down)
     other = replace(motion, experiment=replace(motion.experiment, environment=environment))
     (told,) = TiltedGravity().sensor_steps(other.experiment, {"tilt_x": 0.08, "tilt_y": 0.06})
-    leaning = np.add(down, told["gravity"])
-    angle = np.arccos(leaning @ down / np.linalg.norm(down) ** 2)
-    assert_allclose([np.linalg.norm(leaning), angle], [np.linalg.norm(down), 0.1], rtol=1e-9)
+    stated = np.array(down)
+    leaning, size = stated + np.array(told["gravity"]), float(np.linalg.norm(stated))
+    assert np.linalg.norm(leaning) == pytest.approx(size)
+    assert np.arccos(leaning @ stated / size**2) == pytest.approx(0.1, rel=1e-9)
 
 
 def test_nothing_leans_without_gravity_or_without_a_tool() -> None:
@@ -128,11 +130,12 @@ def test_a_mount_that_gives_is_off_as_a_fixed_one_by_the_load_s_size(
 
 
 @pytest.mark.parametrize(("way", "sign"), [("lag", 1.0), ("lead", -1.0)])
-def test_a_clock_that_runs_slow_or_fast_is_off_by_more_the_longer_it_runs(way: str, sign: float) -> None:
+def test_a_clock_that_runs_slow_or_fast_is_off_by_more_the_longer_it_runs(
+    way: Literal["lag", "lead"], sign: float
+) -> None:
     readings = felt(there_and_back())
     time, per_second = readings.experiment.time, STIFFNESS * 0.02 / 80.0
-    effect = GrowingOffset("lag" if way == "lag" else "lead")
-    change = wrench_change(effect, readings, rate=0.01)[:, 0]
+    change = wrench_change(GrowingOffset(way), readings, rate=0.01)[:, 0]
     assert_allclose(change[:20], sign * 0.01 * time[:20] * per_second, atol=1e-12)
     assert_allclose(change[22:25], 0.0, atol=1e-12)
     assert_allclose(change[26:45], -sign * 0.01 * time[26:45] * per_second, atol=1e-12)

@@ -83,7 +83,7 @@ class ForcePairCrosstalk(ForceCrosstalk):
 
     form = "one_pair"
     amplitudes = (Amplitude("leak", "1", _LEAK_SCALE, _LEAK_SMALLEST),)
-    constants = (
+    constants: tuple[Constant, ...] = (
         Constant("source", "1", (), 0.0, 5.0, fixed=True),
         Constant("target", "1", (), 0.0, 5.0, fixed=True),
     )
