@@ -183,9 +183,7 @@ def _wave_of_wrench(seen: Observations, step: Step) -> Observations:
     phase = begun + 2 * np.pi * (seen.time - seen.time[0]) / step["period"]
     wave = np.outer(np.sin(phase) - np.sin(begun), step["sine"])
     wave += np.outer(np.cos(phase) - np.cos(begun), step["cosine"])
-    return replace(
-        seen, wrench=seen.wrench + (_turned(seen.rotation, wave) if step["axes"] == "gripper" else wave)
-    )
+    return replace(seen, wrench=seen.wrench + _turned(seen.rotation, wave))
 
 
 def _delay_of_beads(seen: Observations, step: Step) -> Observations:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from estimator.effects.effect import Amplitude, Constant, Effect, Readings, Values
 from estimator.effects.shared.axes import WRENCH_CHANNELS, Frame, in_tissue_axes
-from estimator.effects.shared.sensor_steps import SensorStep
+from estimator.effects.shared.sensor_steps import SensorStep, wave_of_wrench
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
@@ -99,8 +99,8 @@ class ForceDrift(Effect):
 class PeriodicDrift(ForceDrift):
     """The zero comes and goes with the air of the room: r' = r + s (sin φ − sin φ₁) + c (cos φ − cos φ₁).
 
-    φ = 2π t/P + 2π n (order − 1): in each experiment the room is further in its course by n periods. The sensor was
-    zeroed at the first row, of phase φ₁.
+    φ = 2π (t − t₁)/P + 2π n (order − 1): in each experiment the room is further in its course by n periods. s and
+    c are constant in the axes of the sensor, which was zeroed at the first row, of time t₁ and phase φ₁.
     """
 
     elaborates = "linear_sensor_frame"
@@ -132,17 +132,8 @@ class PeriodicDrift(ForceDrift):
     def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
         """Return the drift of this experiment."""
         sine, cosine = self._parts(values)
-        begun = float(_phase(experiment, values)[0])
-        return (
-            {
-                "kind": "wave_of_wrench",
-                "axes": "gripper",
-                "sine": sine.tolist(),
-                "cosine": cosine.tolist(),
-                "period": values[_PERIOD.name],
-                "phase_at_first_row": begun,
-            },
-        )
+        begun = _phase(experiment, values)[0]
+        return (wave_of_wrench(sine, cosine, values[_PERIOD.name], begun),)
 
     def _parts(self, values: Values) -> FloatArray:
         """Return the amplitudes of sine and cosine (2, 6)."""

@@ -67,6 +67,20 @@ def filter_of_wrench(seconds: float) -> SensorStep:
     return {"kind": "filter_of_wrench", "seconds": float(seconds)}
 
 
+def wave_of_wrench(sine: ArrayLike, cosine: ArrayLike, period: float, phase: float) -> SensorStep:
+    """Return s (sin φ − sin φ₁) + c (cos φ − cos φ₁), s and c (6,), N and N·m, in the gripper's axes.
+
+    φ begins at the first row with φ₁ = ``phase``, rad, and grows by 2π in each ``period``, s.
+    """
+    return {
+        "kind": "wave_of_wrench",
+        "sine": np.asarray(sine, dtype=float).tolist(),
+        "cosine": np.asarray(cosine, dtype=float).tolist(),
+        "period": float(period),
+        "phase_at_first_row": float(phase),
+    }
+
+
 def slow_clock_of_wrench(rate: float) -> SensorStep:
     """Return a stream that lags by so many seconds more each second from the first row; one that leads has less."""
     return {"kind": "slow_clock_of_wrench", "rate": float(rate)}
