@@ -1,18 +1,33 @@
 """The effects of this project, in the order in which they act from the tissue to the recording, and its outsiders."""
 
 from estimator.effects.effect import Effect
-from estimator.effects.force.force_axis_gain import ForceAxisGain, ForceAxisGainOfEach, ForceGains
+from estimator.effects.force.force_axis_gain import (
+    ForceAxisGain,
+    ForceAxisGainOfEach,
+    ForceBentGain,
+    ForceGains,
+)
 from estimator.effects.force.force_bias import ForceBias, ForceBiasInOne
 from estimator.effects.force.force_crosstalk import (
     ForceCrosstalk,
     ForceCrosstalkInTissue,
     ForcePairCrosstalk,
+    ForcePairCrosstalkThatBends,
 )
-from estimator.effects.force.force_drift import ForceDrift
-from estimator.effects.force.force_frame_rotation import ForceFrameRotation, ForceFrameRotationOfEach
-from estimator.effects.force.time_offset import Filtered, TimeOffset, TimeOffsetOfEach
-from estimator.effects.force.tool_weight import ToolWeight, ToolWeightAndCentre, ToolWeightOfEach
-from estimator.effects.force.torque_centre import TorqueCentre, TorqueCentreOfEach
+from estimator.effects.force.force_drift import ForceDrift, PeriodicDrift
+from estimator.effects.force.force_frame_rotation import (
+    ForceFrameRotation,
+    ForceFrameRotationOfEach,
+    ForceFrameThatGives,
+)
+from estimator.effects.force.time_offset import Filtered, GrowingOffset, TimeOffset, TimeOffsetOfEach
+from estimator.effects.force.tool_weight import (
+    TiltedGravity,
+    ToolWeight,
+    ToolWeightAndCentre,
+    ToolWeightOfEach,
+)
+from estimator.effects.force.torque_centre import TorqueCentre, TorqueCentreOfEach, TorqueCentreThatGives
 from estimator.effects.motion.gripper_compliance import (
     AxisAndRotationCompliance,
     AxisCompliance,
@@ -20,8 +35,19 @@ from estimator.effects.motion.gripper_compliance import (
     RotationCompliance,
 )
 from estimator.effects.motion.gripper_slip import CreepingSlip, GripperJump, GripperSlip, SlipByAxis
-from estimator.effects.motion.motion_direction import MotionDirection, MotionDirectionOfEach, PoseDirection
-from estimator.effects.motion.motion_scale import AxisScale, MotionScale, MotionScaleOfEach, PoseScale
+from estimator.effects.motion.motion_direction import (
+    MotionDirection,
+    MotionDirectionOfEach,
+    PoseDirection,
+    TurnDirection,
+)
+from estimator.effects.motion.motion_scale import (
+    AxisScale,
+    MotionScale,
+    MotionScaleOfEach,
+    PoseScale,
+    TurnScale,
+)
 from estimator.effects.motion.robot_backlash import AxisBacklash, RobotBacklash
 from estimator.effects.mounting.anchor_compliance import ANCHOR_COMPLIANCE
 from estimator.effects.mounting.anchor_debonding import ANCHOR_DEBONDING, ANCHOR_PEELING
@@ -93,10 +119,12 @@ _SURROUNDINGS: tuple[Effect, ...] = (*SUPPORT_FRICTION, *GRAVITY_SAG)
 _MOTION: tuple[Effect, ...] = (
     MotionScale(),
     PoseScale(),
+    TurnScale(),
     AxisScale(),
     MotionScaleOfEach(MotionScale()),
     MotionDirection(),
     PoseDirection(),
+    TurnDirection(),
     MotionDirectionOfEach(MotionDirection()),
     RobotBacklash("translation", "taken_up"),
     RobotBacklash("translation", "centred"),
@@ -119,19 +147,24 @@ _MOTION: tuple[Effect, ...] = (
 _FORCE: tuple[Effect, ...] = (
     ToolWeight(),
     ToolWeightAndCentre(),
+    TiltedGravity(),
     ToolWeightOfEach(ToolWeight()),
     TorqueCentre("gripper"),
     TorqueCentre("tissue"),
+    TorqueCentreThatGives(),
     TorqueCentreOfEach(TorqueCentre("gripper")),
     ForceFrameRotation(),
     ForceFrameRotation("tissue"),
+    ForceFrameThatGives(),
     ForceFrameRotationOfEach(ForceFrameRotation()),
     ForceCrosstalk(),
     ForceCrosstalkInTissue(),
     ForcePairCrosstalk(),
+    ForcePairCrosstalkThatBends(),
     *(ForceAxisGain(channel) for channel in WRENCH_CHANNELS),
     ForceGains("sensor"),
     ForceGains("tissue"),
+    ForceBentGain(),
     *(ForceAxisGainOfEach(ForceAxisGain(channel)) for channel in WRENCH_CHANNELS),
     ForceBias("sensor"),
     ForceBias("tissue"),
@@ -144,9 +177,12 @@ _FORCE: tuple[Effect, ...] = (
     ForceDrift("running_on", "sensor"),
     ForceDrift("zeroed_once", "sensor"),
     ForceDrift("power", "sensor"),
+    PeriodicDrift(),
     TimeOffset("lag"),
     TimeOffset("lead"),
     Filtered(),
+    GrowingOffset("lag"),
+    GrowingOffset("lead"),
     TimeOffsetOfEach(TimeOffset("lag")),
     TimeOffsetOfEach(TimeOffset("lead")),
 )

@@ -123,7 +123,7 @@ def _torque_about_reported_origin(seen: Observations, step: Step) -> Observation
     return replace(seen, wrench=np.hstack([seen.wrench[:, :3], torque]))
 
 
-def _shifted(time: FloatArray, rows: FloatArray, seconds: float) -> FloatArray:
+def _shifted(time: FloatArray, rows: FloatArray, seconds: float | FloatArray) -> FloatArray:
     """Return rows (n, k) as they were so many seconds before; at the ends they stay."""
     return np.column_stack([np.interp(time - seconds, time, column) for column in rows.T])
 
@@ -144,6 +144,46 @@ def _filter_of_wrench(seen: Observations, step: Step) -> Observations:
         behind = felt[n - 1] - read[n - 1]
         read[n] = felt[n] - steady - (behind - steady) * np.exp(-elapsed / constant)
     return replace(seen, wrench=_turned(seen.rotation, read))
+
+
+def _slow_clock_of_wrench(seen: Observations, step: Step) -> Observations:
+    late = step["rate"] * (seen.time - seen.time[0])
+    read = _shifted(seen.time, _in_gripper(seen.rotation, seen.wrench), late)
+    return replace(seen, wrench=_turned(seen.rotation, read))
+
+
+def _power_of_load(seen: Observations, step: Step) -> Observations:
+    read = _in_gripper(seen.rotation, seen.wrench)
+    read[:, step["target"]] += step["factor"] * read[:, step["source"]] ** step["power"]
+    return replace(seen, wrench=_turned(seen.rotation, read))
+
+
+def _rotations(vectors: FloatArray) -> FloatArray:
+    """Return the matrices (n, 3, 3) of rotation vectors (n, 3), rad, by Rodrigues' formula."""
+    angle = np.linalg.norm(vectors, axis=1)[:, None, None]
+    x, y, z = vectors.T
+    none = np.zeros_like(x)
+    cross = np.array([[none, -z, y], [z, none, -x], [-y, x, none]]).transpose(2, 0, 1)
+    # numpy's sinc is sin(πx)/(πx), so that nothing is divided by an angle of zero.
+    half = np.sinc(angle / (2 * np.pi))
+    return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * cross + 0.5 * half**2 * (cross @ cross))
+
+
+def _mount_that_gives(seen: Observations, step: Step) -> Observations:
+    felt = _in_gripper(seen.rotation, seen.wrench)
+    load = np.linalg.norm(felt[:, :3], axis=1)
+    levers = np.outer(load, step["lever_per_force"])
+    about = np.hstack([felt[:, :3], felt[:, 3:] - np.cross(levers, felt[:, :3])])
+    turned_back = _rotations(-np.outer(load, step["rotation_per_force"]))
+    return replace(seen, wrench=_turned(seen.rotation, _turned(turned_back, about)))
+
+
+def _wave_of_wrench(seen: Observations, step: Step) -> Observations:
+    begun = step["phase_at_first_row"]
+    phase = begun + 2 * np.pi * (seen.time - seen.time[0]) / step["period"]
+    wave = np.outer(np.sin(phase) - np.sin(begun), step["sine"])
+    wave += np.outer(np.cos(phase) - np.cos(begun), step["cosine"])
+    return replace(seen, wrench=seen.wrench + _turned(seen.rotation, wave))
 
 
 def _delay_of_beads(seen: Observations, step: Step) -> Observations:
@@ -201,6 +241,10 @@ _KINDS: dict[str, Callable[[Observations, Step], Observations]] = {
     "torque_about_reported_origin": _torque_about_reported_origin,
     "delay_of_wrench": _delay_of_wrench,
     "filter_of_wrench": _filter_of_wrench,
+    "slow_clock_of_wrench": _slow_clock_of_wrench,
+    "power_of_load": _power_of_load,
+    "mount_that_gives": _mount_that_gives,
+    "wave_of_wrench": _wave_of_wrench,
     "delay_of_beads": _delay_of_beads,
     "camera_frame": _camera_frame,
     "zero_of_beads": _zero_of_beads,

@@ -63,8 +63,10 @@ def test_the_project_s_own_effects_come_in_the_order_in_which_they_act() -> None
     assert OWN.labels[:3] == ("strain_stiffening", "second_invariant", "viscoelasticity")
     assert OWN.labels[-2:] == ("fiducial_misread", "fiducial_mislabel")
     assert len(OWN.labels) == 33
-    plain = ["lag", "lead", "filtered", "lag_of_each_experiment", "lead_of_each_experiment"]
-    assert [effect.form for effect in OWN.forms("time_offset")] == plain
+    growing = ["growing_lag", "growing_lead"]
+    of_each = ["lag_of_each_experiment", "lead_of_each_experiment"]
+    forms = [effect.form for effect in OWN.forms("time_offset")]
+    assert forms == ["lag", "lead", "filtered", *growing, *of_each]
     assert OWN.groups["gripper_slip"] == "grasp"
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from estimator.effects.effect import Amplitude, Constant, Effect, Readings, Values
 from estimator.effects.shared.axes import WRENCH_CHANNELS, Frame, in_tissue_axes
-from estimator.effects.shared.sensor_steps import SensorStep
+from estimator.effects.shared.sensor_steps import SensorStep, wave_of_wrench
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
@@ -30,6 +30,9 @@ _CONSTANTS: dict[Course, tuple[Constant, ...]] = {
     "zeroed_once": (_INTERVAL,),
     "power": (_POWER,),
 }
+_PERIOD = Constant("period", "s", (40.0, 80.0, 160.0), 15.0, 1200.0)
+# Whole periods between two experiments do not show.
+_TURNS = Constant("turns_between", "1", (0.0, 0.25, 0.5, 0.75), -0.5, 1.5)
 _FINER: frozenset[Course] = frozenset(("zeroed_once", "power"))
 
 
@@ -93,6 +96,50 @@ class ForceDrift(Effect):
         )
 
 
+class PeriodicDrift(ForceDrift):
+    """The zero comes and goes with the air of the room: r' = r + s (sin φ − sin φ₁) + c (cos φ − cos φ₁).
+
+    φ = 2π (t − t₁)/P + 2π n (order − 1): in each experiment the room is further in its course by n periods. s and
+    c are constant in the axes of the sensor, which was zeroed at the first row, of time t₁ and phase φ₁.
+    """
+
+    elaborates = "linear_sensor_frame"
+    amplitudes = tuple(
+        Amplitude(f"{part}_{channel}", unit, scale, smallest)
+        for part in ("sine", "cosine")
+        for channel, unit, scale, smallest in zip(
+            WRENCH_CHANNELS,
+            3 * ["N"] + 3 * ["N·m"],
+            3 * [0.1] + 3 * [4e-3],
+            3 * [0.01] + 3 * [5e-4],
+            strict=True,
+        )
+    )
+    constants = (_PERIOD, _TURNS)
+
+    def __init__(self) -> None:
+        self.form = "periodic_sensor_frame"
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Add the drift."""
+        experiment, (sine, cosine) = readings.experiment, self._parts(values)
+        phase = _phase(experiment, values)
+        drift = np.outer(np.sin(phase) - np.sin(phase[0]), sine) + np.outer(
+            np.cos(phase) - np.cos(phase[0]), cosine
+        )
+        return readings.with_wrench(readings.wrench + in_tissue_axes(readings.rotation, drift))
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the drift of this experiment."""
+        sine, cosine = self._parts(values)
+        begun = _phase(experiment, values)[0]
+        return (wave_of_wrench(sine, cosine, values[_PERIOD.name], begun),)
+
+    def _parts(self, values: Values) -> FloatArray:
+        """Return the amplitudes of sine and cosine (2, 6)."""
+        return np.array([values[amplitude.name] for amplitude in self.amplitudes]).reshape(2, 6)
+
+
 def _grown(experiment: Experiment, values: Values) -> FloatArray:
     """Return g (n,), s: the drift since the zeroing for a unit rate at first."""
     if _POWER.name in values:
@@ -102,3 +149,11 @@ def _grown(experiment: Experiment, values: Values) -> FloatArray:
     constant = values["time_constant"]
     past = (experiment.order - 1) * values.get("interval", 0.0)
     return -constant * np.exp(-past / constant) * np.expm1(-experiment.time / constant)
+
+
+def _phase(experiment: Experiment, values: Values) -> FloatArray:
+    """Return φ (n,), rad."""
+    elapsed = experiment.time - experiment.time[0]
+    return np.asarray(
+        2 * np.pi * (elapsed / values[_PERIOD.name] + (experiment.order - 1) * values[_TURNS.name])
+    )

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
 from estimator.effects.shared.axes import AXES, Frame, in_gripper_axes, in_tissue_axes, turned
 from estimator.effects.shared.of_each_experiment import ReadingsOfEachExperiment
-from estimator.effects.shared.sensor_steps import SensorStep, linear_wrench
+from estimator.effects.shared.sensor_steps import SensorStep, linear_wrench, mount_that_gives
 from estimator.experiment import Experiment
 
 
@@ -52,6 +52,33 @@ class ForceFrameRotation(Effect):
         mounting = Rotation.from_rotvec(np.array([values[amplitude.name] for amplitude in self.amplitudes]))
         frame: Frame = "sensor" if self._turns else "tissue"
         return (linear_wrench(frame, np.kron(np.eye(2), mounting.inv().as_matrix())),)
+
+
+class ForceFrameThatGives(ForceFrameRotation):
+    """The mount gives under the load: the sensor's rotation vector is |F| times one in rad/N, in the gripper's axes."""
+
+    form = "in_proportion_to_load"
+    # Looked for where any form of the label leads: the plain one has no name.
+    elaborates = "tissue_frame"
+    words = "The force sensor's mount gives, so that it turns against the gripper under load."
+    amplitudes = tuple(
+        Amplitude(f"rotation_per_force_{axis}", "rad/N", scale=0.03, smallest=2.5e-3) for axis in AXES
+    )
+
+    def __init__(self) -> None:
+        pass
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Take the components along the axes that the sensor has under this load."""
+        wrench = in_gripper_axes(readings.rotation, readings.wrench)
+        given = np.array([values[amplitude.name] for amplitude in self.amplitudes])
+        mounting = Rotation.from_rotvec(np.outer(np.linalg.norm(wrench[:, :3], axis=1), given))
+        change = turned(mounting.inv(), wrench) - wrench
+        return readings.with_wrench(readings.wrench + in_tissue_axes(readings.rotation, change))
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the turn per newton."""
+        return (mount_that_gives(rotation=[values[amplitude.name] for amplitude in self.amplitudes]),)
 
 
 class ForceFrameRotationOfEach(ReadingsOfEachExperiment, ForceFrameRotation):

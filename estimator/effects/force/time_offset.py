@@ -9,7 +9,7 @@ from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings
 from estimator.effects.shared.axes import in_gripper_axes, in_tissue_axes
 from estimator.effects.shared.instants import at_other_times
 from estimator.effects.shared.of_each_experiment import ReadingsOfEachExperiment
-from estimator.effects.shared.sensor_steps import SensorStep, delay, filter_of_wrench
+from estimator.effects.shared.sensor_steps import SensorStep, delay, filter_of_wrench, slow_clock_of_wrench
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
@@ -73,6 +73,29 @@ class Filtered(TimeOffset):
     def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
         """Return the filter."""
         return (filter_of_wrench(values["filter_time"]),)
+
+
+class GrowingOffset(TimeOffset):
+    """The force's clock runs slow or fast: the row of time t holds t − r (t − t₁), t₁ being the experiment's first.
+
+    Each experiment begins with clocks that agree. Two forms, as of a constant shift and for its reason.
+    """
+
+    def __init__(self, elaborates: Literal["lag", "lead"]) -> None:
+        super().__init__(elaborates)
+        self.form, self.elaborates = f"growing_{elaborates}", elaborates
+        self.amplitudes = (Amplitude("rate", "s/s", scale=0.01, smallest=5e-4, lower=0.0, upper=0.5),)
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Shift the wrench in time, each row by its own."""
+        time = readings.experiment.time
+        wrench = in_gripper_axes(readings.rotation, readings.wrench)
+        shifted = at_other_times(time, wrench, self._sign * values["rate"] * (time - time[0]))
+        return readings.with_wrench(readings.wrench + in_tissue_axes(readings.rotation, shifted - wrench))
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return how slow the clock is."""
+        return (slow_clock_of_wrench(-self._sign * values["rate"]),)
 
 
 class TimeOffsetOfEach(ReadingsOfEachExperiment, TimeOffset):

@@ -48,5 +48,16 @@ class PoseDirection(MotionDirection):
         return moved.moved(moved.position, turn * motion.rotation * turn.inv())
 
 
+class TurnDirection(MotionDirection):
+    """The axis of the gripper's rotation alone is turned, as by a wrist that was set askew: R becomes Q R Qᵀ."""
+
+    form = "rotation"
+
+    def motion(self, motion: Motion, values: Values) -> Motion:
+        """Turn the axis of rotation; the way is true."""
+        turn = self._turn(values)
+        return motion.moved(motion.position, turn * motion.rotation * turn.inv())
+
+
 class MotionDirectionOfEach(MotionOfEachExperiment, MotionDirection):
     """The robot was registered anew before each experiment, or its base was knocked."""

@@ -38,8 +38,17 @@ class PoseScale(MotionScale):
     def motion(self, motion: Motion, values: Values) -> Motion:
         """Scale displacement and rotation."""
         moved = super().motion(motion, values)
-        surplus = Rotation.from_rotvec(values["scale_error"] * motion.rotation.as_rotvec())
-        return moved.moved(moved.position, surplus * motion.rotation)
+        return moved.moved(moved.position, _surplus(motion, values) * motion.rotation)
+
+
+class TurnScale(MotionScale):
+    """The angle of rotation from rest alone is scaled, as by the last joint: R becomes R^(1 + s); the way is true."""
+
+    form = "rotation"
+
+    def motion(self, motion: Motion, values: Values) -> Motion:
+        """Scale the rotation."""
+        return motion.moved(motion.position, _surplus(motion, values) * motion.rotation)
 
 
 class AxisScale(MotionScale):
@@ -60,3 +69,8 @@ class AxisScale(MotionScale):
 
 class MotionScaleOfEach(MotionOfEachExperiment, MotionScale):
     """The robot was calibrated anew before each experiment."""
+
+
+def _surplus(motion: Motion, values: Values) -> Rotation:
+    """Return the turns (n) beyond the reported ones, about their axes."""
+    return Rotation.from_rotvec(values["scale_error"] * motion.rotation.as_rotvec())

@@ -64,8 +64,8 @@ def start_of_row(readings: Sequence[Readings], row: int) -> dict[str, float]:
     raise IndexError("the experiments have fewer rows")
 
 
-def at_other_times(time: FloatArray, rows: FloatArray, seconds: float) -> FloatArray:
-    """Return rows (n, k) of times (n,), s, as they were so many seconds later, in a straight line between two of them.
+def at_other_times(time: FloatArray, rows: FloatArray, seconds: float | FloatArray) -> FloatArray:
+    """Return rows (n, k) of times (n,), s, as they were so many seconds () or (n,) later, straight between two of them.
 
     Before the first and after the last they stay as they are there.
     """

@@ -67,6 +67,45 @@ def filter_of_wrench(seconds: float) -> SensorStep:
     return {"kind": "filter_of_wrench", "seconds": float(seconds)}
 
 
+def wave_of_wrench(sine: ArrayLike, cosine: ArrayLike, period: float, phase: float) -> SensorStep:
+    """Return s (sin φ − sin φ₁) + c (cos φ − cos φ₁), s and c (6,), N and N·m, in the gripper's axes.
+
+    φ begins at the first row with φ₁ = ``phase``, rad, and grows by 2π in each ``period``, s.
+    """
+    return {
+        "kind": "wave_of_wrench",
+        "sine": np.asarray(sine, dtype=float).tolist(),
+        "cosine": np.asarray(cosine, dtype=float).tolist(),
+        "period": float(period),
+        "phase_at_first_row": float(phase),
+    }
+
+
+def slow_clock_of_wrench(rate: float) -> SensorStep:
+    """Return a stream that lags by so many seconds more each second from the first row; one that leads has less."""
+    return {"kind": "slow_clock_of_wrench", "rate": float(rate)}
+
+
+def power_of_load(source: int, target: int, power: int, factor: float) -> SensorStep:
+    """Return w'_target = w_target + factor · w_source^power, axes from 0 in the sensor's, N and N·m."""
+    return {
+        "kind": "power_of_load",
+        "source": source,
+        "target": target,
+        "power": power,
+        "factor": float(factor),
+    }
+
+
+def mount_that_gives(rotation: ArrayLike = (0, 0, 0), lever: ArrayLike = (0, 0, 0)) -> SensorStep:
+    """Return the sensor's rotation vector, rad/N, and its centre, m/N, per force (N), in the gripper's axes, (3,)."""
+    return {
+        "kind": "mount_that_gives",
+        "rotation_per_force": np.asarray(rotation, dtype=float).tolist(),
+        "lever_per_force": np.asarray(lever, dtype=float).tolist(),
+    }
+
+
 def camera_frame(matrix: ArrayLike, shift: ArrayLike, seen: Literal["positions", "motion"]) -> SensorStep:
     """Return x' = x + M x + t: M (3, 3), t (3,) in m, of the beads' positions or of their motion since rest."""
     return {
