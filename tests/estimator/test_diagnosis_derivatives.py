@@ -37,6 +37,9 @@ DIFFERING_WITHIN = (
     "unknown:cut",
 )
 BASE = Hypothesis(12e3, 0.42)
+# Of a usual size, for the reference; where nodes lift off a bed as it grows a smaller one is nearer to the null.
+SHARE, SHARE_ON_A_BED = 0.02, 0.005
+ON_A_BED = ("gravity_sag:on_soft_bed", "gravity_sag:on_soft_bed_beads_lying")
 ROWS = 6  # of each retraction
 ZEROS = [np.zeros((ROWS, 6 + 48))] * 2
 DEVIATION = np.concatenate([[0.02] * 3, [5e-4] * 3, [5e-5] * 48])
@@ -148,7 +151,7 @@ def error_at_null(effect: Effect, constants: dict[str, float], grading: Grading 
     predicted = np.concatenate(
         [block[:, :, 0] for block in derivatives(baseline(grading), null, [perturbation], ZEROS)]
     )
-    size = 0.02 * coordinate.prior_scale
+    size = (SHARE_ON_A_BED if effect.name in ON_A_BED else SHARE) * coordinate.prior_scale
     slopes = []
     for amplitude in (size, size / 2):
         hypothesis = coordinate.put(null, amplitude)

@@ -57,12 +57,18 @@ def given(effect: Effect, **values: float) -> dict[str, float]:
     return {**{amplitude.name: 0.0 for amplitude in effect.amplitudes}, **values}
 
 
+def log_modulus(effect: Effect, values: Values) -> FloatArray:
+    found = effect.log_modulus(BLOCK, given(effect, **values))
+    assert found is not None
+    return found
+
+
 def changed(effect: Effect, values: Values, problem: RetractionProblem) -> RetractionProblem:
     moved = effect.problem(problem, values)
-    log_modulus = effect.log_modulus(moved, values)
-    if log_modulus is None:
+    logarithm = effect.log_modulus(moved, values)
+    if logarithm is None:
         return moved
-    return replace(moved, body=build_body(moved.body.mesh, np.exp(log_modulus)))
+    return replace(moved, body=build_body(moved.body.mesh, np.exp(logarithm)))
 
 
 def solved(
@@ -179,15 +185,15 @@ def test_one_edge_lies_farther_out_and_the_others_where_they_are_stated(
 def test_a_curved_modulus_is_as_stated_in_the_centre_and_quadratic_from_there() -> None:
     x, y, _ = np.moveaxis(quadrature_points(BLOCK.body.mesh), -1, 0)
     sizes = {"log_modulus_by_y": 2.0, "log_modulus_curvature_x": 200.0, "log_modulus_curvature_y": -100.0}
-    found = CURVED.log_modulus(BLOCK, given(CURVED, **sizes))
+    found = log_modulus(CURVED, sizes)
     np.testing.assert_allclose(found, 2.0 * y + 100.0 * x**2 - 50.0 * y**2, atol=1e-14)
 
 
 def test_a_curved_modulus_without_curvature_is_a_gradient() -> None:
     slopes = {"log_modulus_by_x": 2.0, "log_modulus_by_y": -1.0}
     np.testing.assert_allclose(
-        CURVED.log_modulus(BLOCK, given(CURVED, **slopes)),
-        form(MODULUS_GRADIENT, "in_plane").log_modulus(BLOCK, slopes),
+        log_modulus(CURVED, slopes),
+        log_modulus(form(MODULUS_GRADIENT, "in_plane"), slopes),
         atol=1e-15,
     )
 
