@@ -79,7 +79,6 @@ class GraspEdges(Effect):
     acts_on: ClassVar[tuple[Hook, ...]] = ("problem",)
     words: ClassVar[str] = GraspMisplacement.words
     form = "edges"
-    elaborates = "jaws"
     amplitudes = tuple(_edge(axis, side) for axis in "xy" for side in ("lower", "upper"))
 
     def problem(self, problem: RetractionProblem, values: Values) -> RetractionProblem:
