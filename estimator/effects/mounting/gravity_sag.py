@@ -93,10 +93,6 @@ class SagOnSoftBed(GravitySag):
     needs_table: ClassVar[bool] = True
     constants = (_BED,)
 
-    def __init__(self, form: str, beads: Literal["undeformed", "hanging"], elaborates: str) -> None:
-        super().__init__(form, beads)
-        self.elaborates = elaborates
-
     def terms(
         self, problem: RetractionProblem, material: Material, experiment: Experiment, values: Values
     ) -> tuple[Term, ...]:
@@ -111,6 +107,6 @@ class SagOnSoftBed(GravitySag):
 GRAVITY_SAG = (
     GravitySag("beads_undeformed", "undeformed"),
     GravitySag("beads_hanging", "hanging"),
-    SagOnSoftBed("on_soft_bed", "undeformed", "beads_undeformed"),
-    SagOnSoftBed("on_soft_bed_beads_lying", "hanging", "beads_hanging"),
+    SagOnSoftBed("on_soft_bed", "undeformed"),
+    SagOnSoftBed("on_soft_bed_beads_lying", "hanging"),
 )
