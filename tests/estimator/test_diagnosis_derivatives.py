@@ -30,8 +30,16 @@ FloatArray = NDArray[np.float64]
 TINY = Grading(grasp_m=20e-3, anchor_m=30e-3, largest_m=40e-3, growth=4.0, layers=1)
 # For what differs within an element.
 SMALLER = Grading(grasp_m=6e-3, anchor_m=10e-3, largest_m=30e-3, growth=3.0, layers=1)
-DIFFERING_WITHIN = ("inhomogeneity:cylinder", "modulus_gradient:in_plane", "unknown:cut")
+DIFFERING_WITHIN = (
+    "inhomogeneity:cylinder",
+    "modulus_gradient:in_plane",
+    "modulus_gradient:curved_in_plane",
+    "unknown:cut",
+)
 BASE = Hypothesis(12e3, 0.42)
+# Of a usual size, for the reference; where nodes lift off a bed as it grows a smaller one is nearer to the null.
+SHARE, SHARE_ON_A_BED = 0.02, 0.005
+ON_A_BED = ("gravity_sag:on_soft_bed", "gravity_sag:on_soft_bed_beads_lying")
 ROWS = 6  # of each retraction
 ZEROS = [np.zeros((ROWS, 6 + 48))] * 2
 DEVIATION = np.concatenate([[0.02] * 3, [5e-4] * 3, [5e-5] * 48])
@@ -107,7 +115,13 @@ def present(effect: Effect, constants: dict[str, float]) -> Hypothesis:
 def one_form_of_each_label() -> list[Effect]:
     """And some of which the term or the law is another, or that move the beads to other tissue as they grow."""
     more = (
+        "thickness_error:uneven",
+        "modulus_gradient:curved_in_plane",
+        "grasp_misplacement:edges",
         "gravity_sag:beads_hanging",
+        "gravity_sag:on_soft_bed",
+        "gravity_sag:on_soft_bed_beads_lying",
+        "prestretch:shrunk_in_place",
         "viscoelasticity:spectrum",
         "anisotropy:two_families",
         "support_friction:viscous",
@@ -138,7 +152,7 @@ def error_at_null(effect: Effect, constants: dict[str, float], grading: Grading 
     predicted = np.concatenate(
         [block[:, :, 0] for block in derivatives(baseline(grading), null, [perturbation], ZEROS)]
     )
-    size = 0.02 * coordinate.prior_scale
+    size = (SHARE_ON_A_BED if effect.name in ON_A_BED else SHARE) * coordinate.prior_scale
     slopes = []
     for amplitude in (size, size / 2):
         hypothesis = coordinate.put(null, amplitude)

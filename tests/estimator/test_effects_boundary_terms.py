@@ -270,7 +270,7 @@ def test_the_gripper_and_the_anchors_carry_the_hanging_weight() -> None:
 
 
 def test_beads_that_were_seen_when_the_phantom_hung_sit_on_tissue_that_lies_elsewhere_undeformed() -> None:
-    before, after = GRAVITY_SAG
+    before, after, *_ = GRAVITY_SAG
     weight = {"weight": 0.3}
     (state,) = follow_under(before, weight, [STAY])
     seen = BLOCK.fiducial_positions(state.displacement, STAY)

@@ -17,6 +17,10 @@ from estimator.fem.equilibrium.morph import with_grasp_moved
 FloatArray = NDArray[np.float64]
 
 
+def _edge(axis: str, side: str) -> Amplitude:
+    return Amplitude(f"edge_{axis}_{side}", "m", scale=1.5e-3, smallest=2e-4, lower=-0.006, upper=0.008)
+
+
 class GraspMisplacement(Effect):
     """The gripper took the tissue elsewhere.
 
@@ -62,6 +66,30 @@ class GraspMisplacement(Effect):
         return motion.moved(motion.position + shift)
 
 
+class GraspEdges(Effect):
+    """Each edge of the grasped patch lies elsewhere by a way of its own, as where one jaw reaches further.
+
+    Its sides at x₁ < x₂ lie at x₁ − e₁ and x₂ + e₂, those along y alike: shifted by (e₂ − e₁)/2 and larger by
+    (e₁ + e₂)/2 on either side. The gripper's frame is where it is said to be.
+    """
+
+    label: ClassVar[str] = GraspMisplacement.label
+    group: ClassVar[Group] = GraspMisplacement.group
+    stage: ClassVar[Stage] = GraspMisplacement.stage
+    acts_on: ClassVar[tuple[Hook, ...]] = ("problem",)
+    words: ClassVar[str] = GraspMisplacement.words
+    form = "edges"
+    amplitudes = tuple(_edge(axis, side) for axis in "xy" for side in ("lower", "upper"))
+
+    def problem(self, problem: RetractionProblem, values: Values) -> RetractionProblem:
+        """Move the edges of the grasped region in the tissue."""
+        out = np.array([values[amplitude.name] for amplitude in self.amplitudes])
+        if not out.any():
+            return problem
+        lower, upper = out[::2], out[1::2]
+        return with_grasp_moved(problem, (upper - lower) / 2, 0.0, (lower + upper) / 2)
+
+
 def _along(name: str, values: Values) -> FloatArray:
     return np.array([values.get(f"{name}_x", 0.0), values.get(f"{name}_y", 0.0), 0.0])
 
@@ -82,4 +110,5 @@ GRASP_MISPLACEMENT = (
     *GRASP_EDGES,
     GraspMisplacement("extent", *_WIDER),
     GraspMisplacement("origin", *_SHIFT, patch_moves=False, centre_shifts=True),
+    GraspEdges(),
 )

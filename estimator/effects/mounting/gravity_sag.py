@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from estimator.effects.blocks import Group
-from estimator.effects.effect import Amplitude, Effect, Readings, Values
+from estimator.effects.effect import Amplitude, Constant, Effect, Readings, Values
+from estimator.effects.shared.on_table import area_on_table
 from estimator.effects.shared.sensor_steps import SensorStep, zero_of_beads, zero_of_wrench
 from estimator.effects.shared.zeroing import with_fiducials_zeroed, with_wrench_zeroed
 from estimator.effects.stages import Hook, Stage
@@ -18,6 +19,7 @@ from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.boundary.problem import RetractionProblem
 from estimator.fem.discretisation.shares import nodal_weights
 from estimator.fem.equilibrium.morph import with_beads_before
+from estimator.fem.terms.cushion import Cushion
 from estimator.fem.terms.steady import DeadLoad
 from estimator.fem.terms.term import Term
 from estimator.materials.material import Material
@@ -25,6 +27,9 @@ from estimator.materials.material import Material
 FloatArray = NDArray[np.float64]
 
 _WEIGHT = Amplitude("weight", "1", scale=0.7, smallest=0.02, lower=0.0, upper=1.5)
+# From a film over water to a firm rubber: a layer of modulus E' and height h has about E'/h. A sheet of 10 mm sinks by
+# 10 and by 1 mm.
+_BED = Constant("bed_stiffness", "Pa/m", (1e4, 1e5), lower=1e3, upper=1e7)
 
 
 class GravitySag(Effect):
@@ -77,7 +82,31 @@ class GravitySag(Effect):
         return (zero, zero_of_beads()) if self.rest_seen else (zero,)
 
 
+class SagOnSoftBed(GravitySag):
+    """The tissue lies on a smooth bed that is soft enough for it to sink in: foam, gel, a net.
+
+    The bed pushes the underside up by k per area and depth to which it has sunk below its undeformed place, and never
+    pulls (E. Winkler, "Die Lehre von der Elasticitaet und Festigkeit", 1867, section 195). Its push grows with the
+    share w of the weight, as w k, so that a little weight does little: k is the bed's own where all of the weight acts.
+    """
+
+    needs_table: ClassVar[bool] = True
+    constants = (_BED,)
+
+    def terms(
+        self, problem: RetractionProblem, material: Material, experiment: Experiment, values: Values
+    ) -> tuple[Term, ...]:
+        """Let the weight act on every node, and the bed on those of the underside."""
+        weight = super().terms(problem, material, experiment, values)
+        if not weight:
+            return ()
+        stiffness = values["weight"] * values[_BED.name]
+        return (*weight, Cushion(stiffness * area_on_table(problem), 0.0))
+
+
 GRAVITY_SAG = (
     GravitySag("beads_undeformed", "undeformed"),
     GravitySag("beads_hanging", "hanging"),
+    SagOnSoftBed("on_soft_bed", "undeformed"),
+    SagOnSoftBed("on_soft_bed_beads_lying", "hanging"),
 )

@@ -18,6 +18,8 @@ FloatArray = NDArray[np.float64]
 
 # 30 % across the paper's sheet of 100 mm, and across its thickness of 10 mm.
 _SCALES_PER_M = {"x": 3.0, "y": 3.0, "z": 30.0}
+# 30 % from the middle of that sheet to its sides, 50 mm away.
+_BEND_PER_M2 = 240.0
 
 
 class ModulusGradient(Effect):
@@ -45,14 +47,14 @@ class ModulusGradient(Effect):
 
     def log_modulus(self, problem: RetractionProblem, values: Values) -> FloatArray | None:
         """Return the logarithm of the modulus at the integration points over that in the centre, (e, q)."""
-        slopes = np.array([values[amplitude.name] for amplitude in self.amplitudes])
-        if not slopes.any():
+        sizes = np.array([values[amplitude.name] for amplitude in self.amplitudes])
+        if not sizes.any():
             return None
-        return self._log_profile(problem.body.mesh, slopes)
+        return self._log_profile(problem.body.mesh, sizes)
 
-    def _log_profile(self, mesh: Mesh, slopes: FloatArray) -> FloatArray:
-        """Return the same for slopes (a,) along the axes, 1/m."""
-        return np.asarray(quadrature_points(mesh)[..., self._axes] @ slopes)
+    def _log_profile(self, mesh: Mesh, sizes: FloatArray) -> FloatArray:
+        """Return the same for amplitudes (a,), such as slopes along the axes, 1/m."""
+        return np.asarray(quadrature_points(mesh)[..., self._axes] @ sizes)
 
 
 class LinearModulusGradient(ModulusGradient):
@@ -62,12 +64,32 @@ class LinearModulusGradient(ModulusGradient):
     and a small one does the same as that of a linear logarithm.
     """
 
-    def _log_profile(self, mesh: Mesh, slopes: FloatArray) -> FloatArray:
+    def _log_profile(self, mesh: Mesh, sizes: FloatArray) -> FloatArray:
         nodes = mesh.points[:, self._axes]
         middle, half = (nodes.max(axis=0) + nodes.min(axis=0)) / 2, np.ptp(nodes, axis=0) / 2
-        steepness = np.tanh(slopes * half) / half
+        steepness = np.tanh(sizes * half) / half
         along = quadrature_points(mesh)[..., self._axes] - middle
         return np.asarray(np.sum(np.log((1 + steepness * along) / (1 - steepness * middle)), axis=-1))
+
+
+class CurvedModulusGradient(ModulusGradient):
+    """The logarithm of the modulus is quadratic in the place: its middle is stiffer or softer than its sides.
+
+    It is the sum of s x + ½ c x² over the axes, s the slope in the phantom's centre and c the curvature along an axis,
+    as of tissue that dried or cured from its sides.
+    """
+
+    def __init__(self, form: str, axes: str) -> None:
+        super().__init__(form, axes)
+        self.amplitudes += tuple(
+            Amplitude(f"log_modulus_curvature_{axis}", "1/m2", _BEND_PER_M2, 0.1 * _BEND_PER_M2)
+            for axis in axes
+        )
+
+    def _log_profile(self, mesh: Mesh, sizes: FloatArray) -> FloatArray:
+        slope, curvature = np.split(sizes, 2)
+        along = quadrature_points(mesh)[..., self._axes]
+        return np.asarray(along @ slope + 0.5 * along**2 @ curvature)
 
 
 MODULUS_GRADIENT = (
@@ -75,4 +97,5 @@ MODULUS_GRADIENT = (
     ModulusGradient("through_thickness", "z"),
     LinearModulusGradient("linear_in_plane", "xy"),
     LinearModulusGradient("linear_through_thickness", "z"),
+    CurvedModulusGradient("curved_in_plane", "xy"),
 )

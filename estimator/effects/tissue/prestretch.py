@@ -7,6 +7,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from estimator.effects.blocks import Group
 from estimator.effects.effect import Amplitude, Effect, Motion, Readings, Values
@@ -14,11 +15,18 @@ from estimator.effects.shared.sensor_steps import SensorStep, zero_of_beads, zer
 from estimator.effects.shared.zeroing import ZeroAxes, with_fiducials_zeroed, with_wrench_zeroed
 from estimator.effects.stages import Hook, Stage
 from estimator.experiment import Experiment
+from estimator.fem.boundary.motion import GripperPose
 from estimator.fem.boundary.problem import RetractionProblem
-from estimator.fem.equilibrium.morph import with_beads_before_drawing, with_grasp_drawn
+from estimator.fem.equilibrium.morph import with_beads_before, with_beads_before_drawing, with_grasp_drawn
+from estimator.fem.terms.swelling import Swelling
+from estimator.fem.terms.term import Term
+from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
 Direction = Literal["along", "aside"]
+
+
+_SHRUNK = Amplitude("shrunk", "1", scale=0.015, smallest=1e-3, lower=-0.1, upper=0.1)
 
 
 class _Tension(Effect):
@@ -118,6 +126,43 @@ class DrawnBeforeBeadsWereMeasured(DrawnFromStatedShape):
         return (*zero, zero_of_beads()) if zero else ()
 
 
+class ShrunkInPlace(_Tension):
+    """The tissue has shrunk, or swollen, alike in all directions between anchors and jaws once it was mounted.
+
+    As it dries, cures or cools its natural size changes by the strain: a sheet is drawn in its plane and free to change
+    its thickness. The stated shape is that before; beads were seen, and the sensor was zeroed, after.
+    """
+
+    acts_on = ("beads", "terms", "readings")
+    form = "shrunk_in_place"
+    elaborates = "along"
+    rest_seen = True
+    amplitudes = (_SHRUNK,)
+
+    def terms(
+        self, problem: RetractionProblem, material: Material, experiment: Experiment, values: Values
+    ) -> tuple[Term, ...]:
+        """Change the tissue's natural size."""
+        if not values[_SHRUNK.name]:
+            return ()
+        thrice_bulk_modulus = material.youngs_modulus / (1.0 - 2.0 * material.poisson_ratio)
+        return (Swelling(problem.body, -thrice_bulk_modulus * values[_SHRUNK.name]),)
+
+    def beads(self, problem: RetractionProblem, at_rest: FloatArray, values: Values) -> RetractionProblem:
+        """Put the beads where they were before the tissue shrank."""
+        if not values[_SHRUNK.name]:
+            return problem
+        return with_beads_before(problem, at_rest, GripperPose(problem.grasp_centre, Rotation.identity()))
+
+    def readings(self, readings: Readings, values: Values) -> Readings:
+        """Take the sensor's zero, and the beads' motion from the mounted state."""
+        return with_fiducials_zeroed(with_wrench_zeroed(readings)) if values[_SHRUNK.name] else readings
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return the zeros."""
+        return (zero_of_wrench("gripper"), zero_of_beads()) if values[_SHRUNK.name] else ()
+
+
 def _from_anchors(problem: RetractionProblem) -> FloatArray:
     """Return the direction (2,) in the plane from the middle of the anchored nodes to the grasp.
 
@@ -140,4 +185,5 @@ PRESTRETCH = (
     Prestretch("along_and_aside", ("along", "aside")),
     DrawnFromStatedShape(),
     DrawnBeforeBeadsWereMeasured(),
+    ShrunkInPlace(),
 )
