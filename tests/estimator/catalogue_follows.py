@@ -23,6 +23,7 @@ from estimator.effects.catalogue import default_catalogue
 from estimator.effects.effect import Effect, Motion, Values
 from estimator.effects.effect import Readings as Predicted
 from estimator.experiment import Experiment
+from estimator.inference.free_parameter import IDENTITY, LOGARITHM
 
 FloatArray = NDArray[np.float64]
 Change = Callable[[Values], FloatArray]
@@ -133,8 +134,11 @@ def _least_linear(gap: FloatArray, effect: Effect, change: Change, start: Values
     """Return the length that is left of a gap by the best amplitudes, and the best constants near their start."""
     free = [constant for constant in effect.constants if not constant.fixed]
 
+    scales = [LOGARITHM if one.lower > 0.0 else IDENTITY for one in free]
+
     def misfit(place: FloatArray) -> FloatArray:
-        constants = {**start, **{one.name: float(np.exp(x)) for one, x in zip(free, place, strict=True)}}
+        moved = zip(free, scales, place, strict=True)
+        constants = {**start, **{one.name: scale.value_of(float(x)) for one, scale, x in moved}}
         none = {one.name: 0.0 for one in effect.amplitudes}
         columns = [change({**constants, **none, one.name: one.scale}) for one in effect.amplitudes]
         basis = np.column_stack(columns)
@@ -142,9 +146,12 @@ def _least_linear(gap: FloatArray, effect: Effect, change: Change, start: Values
 
     if not free:
         return float(np.linalg.norm(misfit(np.zeros(0))))
-    at = np.log([start[one.name] for one in free])
-    bounds = np.log([one.lower for one in free]), np.log([one.upper for one in free])
-    return float(np.sqrt(2 * least_squares(misfit, at, bounds=bounds, max_nfev=12).cost))
+    both = list(zip(free, scales, strict=True))
+    at = [scale.internal_of(start[one.name]) for one, scale in both]
+    lower, upper = (
+        [scale.internal_of(getattr(one, end)) for one, scale in both] for end in ("lower", "upper")
+    )
+    return float(np.sqrt(2 * least_squares(misfit, at, bounds=(lower, upper), max_nfev=12).cost))
 
 
 def _least_nonlinear(gap: FloatArray, effect: Effect, change: Change, start: Values) -> float:

@@ -83,6 +83,12 @@ def _gain_drift(random: Random, size: float, base: Mechanics) -> Drawn:
     return _sensed_as({"gain_per_minute": per_minute}, change)
 
 
+def _unloaded(load: FloatArray) -> FloatArray:
+    """Return by how much a load (n,) has fallen from its largest so far: what strain gauges that creep keep of it."""
+    largest = np.maximum.accumulate(np.abs(load))
+    return np.asarray(np.sign(load) * (largest - np.abs(load)))
+
+
 def _gains(kind: str) -> Draw:
     def draw(random: Random, size: float, base: Mechanics) -> Drawn:
         amount = drawn_sign(random) * min(0.12 * size, 0.6)
@@ -102,6 +108,8 @@ def _gains(kind: str) -> Draw:
                 gains[:, axis] += amount * (wrench[:, axis] / load[axis]) ** 2
             elif kind == "one_sign":
                 gains[:, axis] += amount * (np.sign(amount) * wrench[:, axis] < 0)
+            elif kind == "hysteretic":
+                return wrench + amount * np.eye(6)[axis] * _unloaded(wrench[:, axis])[:, None]
             else:
                 gains[:, axis] += amount * course(reading)
             return wrench * gains
@@ -126,7 +134,12 @@ def _leaking(kind: str) -> Draw:
             if kind == "full_matrix" or kind == "in_tissue_axes":
                 return wrench @ matrix.T
             size_of = wrench[:, source]
-            course = np.abs(size_of) if kind == "rectified" else size_of * np.abs(size_of) / load
+            courses_of = {
+                "rectified": np.abs(size_of),
+                "quadratic": size_of * np.abs(size_of) / load,
+                "hysteretic": _unloaded(size_of),
+            }
+            course = courses_of[kind]
             return np.outer(course, np.eye(6)[sink] * leak)
 
         def change(reading: Readings) -> Readings:
@@ -136,7 +149,7 @@ def _leaking(kind: str) -> Draw:
             return reading.with_sensed(sensed + leaked(sensed))
 
         parameters: dict[str, object] = {"kind": kind, "matrix": matrix.tolist()}
-        if kind in ("rectified", "quadratic"):
+        if kind not in ("full_matrix", "in_tissue_axes"):
             parameters = {"kind": kind, "from": _AXES[source], "into": _AXES[sink], "leak": leak}
         return read_as(parameters, change)
 
@@ -190,30 +203,32 @@ FORMS: dict[str, tuple[Form, ...]] = {
         Form("from_a_later_experiment_on", _added("later", 0.08, courses.later), family="near"),
     ),
     "force_drift": (
-        Form("periodic", _added("periodic", 0.08, courses.periodic), (0.02, 8.0), family="far"),
-        Form("root_of_time", _added("root of time", 0.1, courses.root_of_time), (0.02, 8.0), family="near"),
+        Form("periodic", _added("periodic", 0.08, courses.periodic), (0.02, 8.0), family="exact"),
+        Form("root_of_time", _added("root of time", 0.1, courses.root_of_time), (0.02, 8.0), family="exact"),
         Form("random_walk", _added("random walk", 0.08, courses.random_walk), (0.02, 8.0), family="far"),
         Form("of_the_gain", _gain_drift, (0.02, 8.0), family="far"),
-        Form("running_on", _added("running on", 0.08, courses.running_on), (0.02, 6.0), family="near"),
+        Form("running_on", _added("running on", 0.08, courses.running_on), (0.02, 6.0), family="exact"),
         Form("two_rates", _two_rates, (0.02, 8.0), family="near"),
     ),
     "force_axis_gain": (
-        Form("every_axis", _gains("every_axis"), (0.02, 8.0), family="near"),
-        Form("cubic", _gains("cubic"), (0.05, 5.0), family="far"),
-        Form("torques", _gains("torques"), (0.02, 5.0), family="near"),
-        Form("by_order", _gains("by_order"), (0.02, 5.0), family="far"),
-        Form("one_sign", _gains("one_sign"), (0.05, 5.0), family="near"),
+        Form("every_axis", _gains("every_axis"), (0.02, 8.0), family="exact"),
+        Form("cubic", _gains("cubic"), (0.05, 5.0), family="exact"),
+        Form("torques", _gains("torques"), (0.02, 5.0), family="exact"),
+        Form("by_order", _gains("by_order"), (0.02, 5.0), family="exact"),
+        Form("one_sign", _gains("one_sign"), (0.05, 5.0), family="exact"),
+        Form("hysteretic", _gains("hysteretic"), (0.05, 5.0), family="far"),
     ),
     "force_crosstalk": (
         Form("full_matrix", _leaking("full_matrix"), (0.02, 8.0), family="exact"),
-        Form("quadratic", _leaking("quadratic"), (0.02, 8.0), family="near"),
-        Form("in_tissue_axes", _leaking("in_tissue_axes"), (0.02, 8.0), family="near"),
-        Form("rectified", _leaking("rectified"), (0.02, 8.0), family="near"),
+        Form("quadratic", _leaking("quadratic"), (0.02, 8.0), family="exact"),
+        Form("in_tissue_axes", _leaking("in_tissue_axes"), (0.02, 8.0), family="exact"),
+        Form("rectified", _leaking("rectified"), (0.02, 8.0), family="exact"),
+        Form("hysteretic", _leaking("hysteretic"), (0.05, 8.0), family="far"),
     ),
     "force_frame_rotation": (
-        Form("in_tissue_axes", _turned("in_tissue_axes"), (0.02, 6.0), family="near"),
-        Form("by_load", _turned("by_load"), (0.02, 8.0), family="near"),
-        Form("force_alone", _turned("force_alone"), (0.02, 6.0), family="far"),
-        Form("by_order", _turned("by_order"), (0.02, 8.0), family="far"),
+        Form("in_tissue_axes", _turned("in_tissue_axes"), (0.02, 6.0), family="exact"),
+        Form("by_load", _turned("by_load"), (0.02, 8.0), family="exact"),
+        Form("force_alone", _turned("force_alone"), (0.02, 6.0), family="near"),
+        Form("by_order", _turned("by_order"), (0.02, 8.0), family="exact"),
     ),
 }

@@ -204,6 +204,6 @@ FORMS: dict[str, tuple[Form, ...]] = {
     "grasp_misplacement": (
         Form("other_extent", _other_extent, (0.1, 3.0), family="exact", block=True),
         Form("wrong_origin", _wrong_origin, (0.02, 6.0), family="exact"),
-        Form("one_side", _corner, (0.1, 2.3), family="near", block=True),
+        Form("one_side", _corner, (0.1, 2.3), family="exact", block=True),
     ),
 }

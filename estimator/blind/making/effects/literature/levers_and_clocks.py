@@ -140,23 +140,23 @@ def _stretched(random: Random, size: float, base: Mechanics) -> Drawn:
 
 FORMS: dict[str, tuple[Form, ...]] = {
     "torque_centre": (
-        Form("by_load", _about("by_load"), (0.02, 10.0), family="near"),
+        Form("by_load", _about("by_load"), (0.02, 10.0), family="exact"),
         Form("half_way", _about("half_way"), (0.02, 8.0), family="near"),
-        Form("by_order", _about("by_order"), (0.02, 10.0), family="far"),
+        Form("by_order", _about("by_order"), (0.02, 10.0), family="exact"),
     ),
     "tool_weight": (
         Form("centre_alone", _weight("centre_alone"), (0.02, 8.0), family="exact"),
-        Form("tilted_gravity", _weight("tilted_gravity"), (0.02, 6.0), family="far"),
-        Form("by_order", _weight("by_order"), (0.02, 7.0), family="near"),
+        Form("tilted_gravity", _weight("tilted_gravity"), (0.02, 6.0), family="exact"),
+        Form("by_order", _weight("by_order"), (0.02, 7.0), family="exact"),
         Form("loose_mass", _weight("loose_mass"), (0.05, 10.0), family="near"),
     ),
     "time_offset": (
         Form("jitter", _shifted("jitter"), (0.05, 6.0), family="far"),
-        Form("drifting", _shifted("drifting"), (0.05, 5.0), family="far"),
-        Form("low_pass", _filtered, (0.1, 8.0), family="near"),
+        Form("drifting", _shifted("drifting"), (0.05, 5.0), family="exact"),
+        Form("low_pass", _filtered, (0.1, 8.0), family="exact"),
         Form("dropped", _shifted("dropped"), (0.05, 6.0), family="far"),
-        Form("by_order", _shifted("by_order"), (0.05, 5.0), family="near"),
+        Form("by_order", _shifted("by_order"), (0.05, 5.0), family="exact"),
         Form("rate", _stretched, (0.05, 6.0), family="far"),
-        Form("stepwise", _shifted("stepwise"), (0.05, 5.0), family="far"),
+        Form("stepwise", _shifted("stepwise"), (0.05, 5.0), family="near"),
     ),
 }

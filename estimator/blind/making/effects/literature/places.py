@@ -221,7 +221,7 @@ FORMS: dict[str, tuple[Form, ...]] = {
             "parabolic",
             _course("parabolic", (0, 1), lambda s, form: 4 * s**2, 0.4),
             (0.02, 4.0),
-            family="far",
+            family="near",
         ),
         Form("from_the_anchor", _course("exponential", (0,), _from_anchor, 0.5), (0.02, 4.0), family="near"),
         Form("crust", _course("crust", (2,), _crust, 0.6), (0.05, 3.0), family="near"),

@@ -138,13 +138,13 @@ FORMS: dict[str, tuple[Form, ...]] = {
     ),
     "motion_scale": (
         Form("bent", _scaled("bent"), (0.05, 5.0), family="near"),
-        Form("turn_alone", _scaled("turn"), (0.05, 5.0), family="far"),
-        Form("by_order", _scaled("by_order"), (0.05, 5.0), family="far"),
+        Form("turn_alone", _scaled("turn"), (0.05, 5.0), family="exact"),
+        Form("by_order", _scaled("by_order"), (0.05, 5.0), family="exact"),
         Form("periodic", _scaled("periodic"), (0.05, 8.0), family="far"),
     ),
     "motion_direction": (
         Form("arc", _directed("arc"), (0.02, 5.0), family="near"),
-        Form("by_order", _directed("by_order"), (0.02, 6.0), family="far"),
-        Form("turn_axis_alone", _directed("turn_axis_alone"), (0.02, 6.0), family="far"),
+        Form("by_order", _directed("by_order"), (0.02, 6.0), family="exact"),
+        Form("turn_axis_alone", _directed("turn_axis_alone"), (0.02, 6.0), family="exact"),
     ),
 }

@@ -165,27 +165,27 @@ FORMS: dict[str, tuple[Form, ...]] = {
     ),
     "gravity_sag": (
         Form("overhanging", _heavy("overhanging"), (0.005, 1.0), least_modulus=9e3, family="far"),
-        Form("on_foam", _heavy("on_foam"), (0.005, 1.0), least_modulus=9e3, family="far", block=True),
+        Form("on_foam", _heavy("on_foam"), (0.005, 1.0), least_modulus=9e3, family="near", block=True),
         Form("tilted_table", _heavy("tilted_table"), (0.005, 1.0), least_modulus=6e3, family="far"),
     ),
     "thickness_error": (
-        Form("wedge_along_x", _uneven("wedge", lambda x, y: x), (0.05, 5.0), family="far", block=True),
+        Form("wedge_along_x", _uneven("wedge", lambda x, y: x), (0.05, 5.0), family="exact", block=True),
         Form(
             "crowned",
             _uneven("crowned", lambda x, y: 1 - 1.5 * (x**2 + y**2)),
             (0.05, 5.0),
-            family="far",
+            family="near",
             block=True,
         ),
         Form(
             "thicker_edge", _uneven("edge", lambda x, y: 1 + 0.4 * y), (0.05, 4.0), family="near", block=True
         ),
-        Form("wedge_along_y", _uneven("wedge", lambda x, y: y), (0.05, 5.0), family="far", block=True),
+        Form("wedge_along_y", _uneven("wedge", lambda x, y: y), (0.05, 5.0), family="exact", block=True),
     ),
     "prestretch": (
         Form("aside", _drawn_along(vertical=False), (0.05, 6.0), family="exact"),
         Form("twisted", _twisted, (0.02, 5.0), family="far"),
         Form("lifted", _drawn_along(vertical=True), (0.05, 6.0), family="far"),
-        Form("shrunk", _shrunk, (0.02, 4.0), family="far"),
+        Form("shrunk", _shrunk, (0.02, 4.0), family="near"),
     ),
 }
