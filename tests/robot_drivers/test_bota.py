@@ -105,6 +105,8 @@ def plain(**settings):
         BotaEmulator(lambda _: LOAD, BotaEmulatorSettings(**settings)) as emulator,
         serial.Serial(emulator.port, 460800, timeout=30.0) as port,
     ):
+        # opening a port throws away what has come before: the sensor is switched on once more
+        emulator.inject(LineFaults(restart_at_s=0.0))
         yield port
 
 
