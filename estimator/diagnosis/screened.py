@@ -52,7 +52,7 @@ def screened(
     error = error_borne_out(case, baseline)
     none, unknown = first_order_evidence(case, baseline, error), evidence_of_unknown(case, baseline, error)
     asked = tuple(effect for effect in catalogue.effects if is_of_this_rig(effect, case))
-    catalogue = replace(catalogue, effects=asked)
+    catalogue = replace(catalogue, effects=asked).looked_for_in(experiments)
     everything = (*catalogue.effects, *catalogue.outsiders)
     plain = [effect for effect in everything if not (effect.elaborates or effect.mistaken_for)]
     context = Context(case, baseline, error, executor, tell, catalogue)

@@ -54,7 +54,8 @@ def what_if(
     SolverError
         The baseline has no equilibrium.
     """
-    settings, catalogue = DiagnosisSettings(), catalogue or default_catalogue()
+    settings = DiagnosisSettings()
+    catalogue = (catalogue or default_catalogue()).looked_for_in(experiments)
     if label not in catalogue.labels:
         raise InputError(
             f"{label}: is no cause of the catalogue; choose one of {', '.join(catalogue.labels)}"

@@ -5,7 +5,7 @@ point of the group ``retract.effects`` that names an :class:`Effect`, several, o
 several. ``CATALOGUE``, ``OUTSIDERS`` and ``LABELS`` are of the default catalogue.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -15,6 +15,7 @@ from estimator.effects.stages import HOOKS, STAGES
 from estimator.effects.standard import EFFECTS as _STANDARD
 from estimator.effects.standard import OUTSIDERS as _STANDARD_OUTSIDERS
 from estimator.errors import InputError
+from estimator.experiment import Experiment
 from estimator.plugins import Plugin, plugins
 
 ENTRY_POINTS = "retract.effects"
@@ -86,6 +87,14 @@ class Catalogue:
             self,
             effects=(*self.effects, *(effect for effect in more if _label(effect) != OUTSIDE)),
             outsiders=(*self.outsiders, *(effect for effect in more if _label(effect) == OUTSIDE)),
+        )
+
+    def looked_for_in(self, experiments: Sequence[Experiment]) -> "Catalogue":
+        """Return the catalogue as it is looked for in these experiments: what has a size for each has as many."""
+        return replace(
+            self,
+            effects=tuple(effect.looked_for_in(experiments) for effect in self.effects),
+            outsiders=tuple(effect.looked_for_in(experiments) for effect in self.outsiders),
         )
 
     def label_of_law(self, law: str) -> str:

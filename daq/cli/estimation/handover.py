@@ -9,6 +9,7 @@ from daq.cli.verb import Result, Verbs, add_verb, progress
 from daq.progress import Progress
 from estimator.diagnosis.conclusions.as_json import as_json
 from estimator.diagnosis.diagnose import diagnose
+from estimator.effects.catalogue import Catalogue, default_catalogue
 from estimator.errors import InputError
 from estimator.experiment import Experiment, check_same_mounting, read_case
 from estimator.fit.estimate import estimate
@@ -72,15 +73,17 @@ def run(options: argparse.Namespace) -> Result:
         )
     wanted = Wanted(options.to, options.draws, options.seed, options.verify)
     with progress() as tell:
-        found = read_found(options.result) if options.result else _anew(options.anew, experiments, tell)
+        catalogue = default_catalogue().looked_for_in(experiments)
+        told = options.result
+        found = read_found(told, catalogue) if told else _anew(options.anew, experiments, catalogue, tell)
         written = write_handover(found, experiments, wanted, options.output, tell)
     return Result(_text(written), _data(written))
 
 
-def _anew(what: str, experiments: list[Experiment], tell: Progress) -> Found:
+def _anew(what: str, experiments: list[Experiment], catalogue: Catalogue, tell: Progress) -> Found:
     if what == "estimate":
         return found_of(estimate(experiments, tell).as_json())
-    return found_of(as_json(diagnose(experiments, tell)))
+    return found_of(as_json(diagnose(experiments, tell)), catalogue)
 
 
 def _text(written: Written) -> str:

@@ -53,8 +53,7 @@ class Trial:
 
 def screen(context: Context, effects: Sequence[Effect]) -> list[Trial]:
     """Return the trials of all effects that can show at all their starts, the most probable first."""
-    experiments = context.case.experiments
-    effects = [effect.looked_for_in(experiments) for effect in effects if can_show(effect, context)]
+    effects = [effect for effect in effects if can_show(effect, context)]
     jobs = [
         context.executor.submit(_signatures, context.case, context.baseline, share)
         for share in _shares(effects, context.settings.search)
