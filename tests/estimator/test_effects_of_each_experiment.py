@@ -50,7 +50,7 @@ def test_each_experiment_feels_its_own_size_alone(effect: OfEachExperiment) -> N
         motion = there_and_back(order, YAW)
         for amplitude in effect.amplitudes:
             found = change(effect, motion, with_values(effect, {amplitude.name: amplitude.scale}))
-            plain = amplitude.name.rpartition("_")
+            plain = amplitude.name.rpartition("_in_experiment_")
             own = with_values(effect.single, {plain[0]: amplitude.scale})
             expected = change(effect.single, motion, own) if plain[2] == str(order) else 0.0
             assert_allclose(found, expected * np.ones_like(found), atol=1e-15)
@@ -59,7 +59,7 @@ def test_each_experiment_feels_its_own_size_alone(effect: OfEachExperiment) -> N
 @pytest.mark.parametrize("effect", ALL, ids=lambda effect: effect.name)
 def test_sizes_that_are_alike_are_the_plain_form(effect: OfEachExperiment) -> None:
     own = {one.name: one.scale for one in effect.single.amplitudes}
-    alike = {f"{name}_{order}": size for name, size in own.items() for order in (1, 2, 3)}
+    alike = {f"{name}_in_experiment_{order}": size for name, size in own.items() for order in (1, 2, 3)}
     for order in (1, 2, 3):
         motion = there_and_back(order, YAW)
         assert_allclose(change(effect, motion, alike), change(effect.single, motion, own), atol=1e-15)
@@ -77,12 +77,17 @@ def test_it_is_looked_for_with_a_size_for_each_experiment_that_there_is() -> Non
     five = [there_and_back(order).experiment for order in (5, 2, 1, 7, 7)]
     effect = ForceAxisGainOfEach(ForceAxisGain("fy"))
     assert [one.name for one in effect.looked_for_in(experiments).amplitudes] == [
-        "gain_1",
-        "gain_2",
-        "gain_3",
+        "gain_in_experiment_1",
+        "gain_in_experiment_2",
+        "gain_in_experiment_3",
     ]
     names = [one.name for one in effect.looked_for_in(five).amplitudes]
-    assert names == ["gain_1", "gain_2", "gain_5", "gain_7"]
+    assert names == [
+        "gain_in_experiment_1",
+        "gain_in_experiment_2",
+        "gain_in_experiment_5",
+        "gain_in_experiment_7",
+    ]
     assert effect.looked_for_in(five).name == effect.name
     plain = ForceAxisGain("fy")
     assert plain.looked_for_in(five) is plain
@@ -90,7 +95,7 @@ def test_it_is_looked_for_with_a_size_for_each_experiment_that_there_is() -> Non
 
 def test_it_tells_the_steps_of_the_experiment_that_it_is_asked_for() -> None:
     effect, experiment = ForceAxisGainOfEach(ForceAxisGain("fy")), there_and_back(2).experiment
-    given = with_values(effect, {"gain_1": 0.3, "gain_2": 0.1})
+    given = with_values(effect, {"gain_in_experiment_1": 0.3, "gain_in_experiment_2": 0.1})
     assert sensor_steps_of(effect, experiment, given) == sensor_steps_of(
         effect.single, experiment, {"gain": 0.1}
     )

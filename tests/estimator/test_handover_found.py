@@ -142,10 +142,12 @@ def test_both_tables_hold_the_same_draws(tmp_path: Path) -> None:
 
 
 def test_a_cause_with_a_size_for_each_experiment_is_read_for_as_many_as_there_were() -> None:
-    sizes = {f"gain_{order}": quantity(0.1 * order, 0.01) for order in (1, 2, 3, 4, 5)}
+    sizes = {f"gain_in_experiment_{order}": quantity(0.1 * order, 0.01) for order in (1, 2, 3, 4, 5)}
     told = {"force_axis_gain": {"form": "fx_of_each_experiment", "parameters": sizes}}
     five = [replace(Experiment.of_block([(0, 0, 0), (0.002, 0, 0)]), order=order) for order in range(1, 6)]
     catalogue = default_catalogue().looked_for_in(five)
     (cause,) = found_of(a_diagnosis(effects=told), catalogue).verdict.causes
-    assert cause.values == {f"gain_{order}": pytest.approx(0.1 * order) for order in (1, 2, 3, 4, 5)}
+    assert cause.values == {
+        f"gain_in_experiment_{order}": pytest.approx(0.1 * order) for order in (1, 2, 3, 4, 5)
+    }
     assert not found_of(a_diagnosis(effects=told)).verdict.causes  # the usual three do not fit

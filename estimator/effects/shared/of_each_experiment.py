@@ -82,4 +82,4 @@ class MotionOfEachExperiment(OfEachExperiment):
 
 
 def _name(name: str, order: int) -> str:
-    return f"{name}_{order}"
+    return f"{name}_in_experiment_{order}"
