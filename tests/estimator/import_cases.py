@@ -50,6 +50,18 @@ BODY = {
     "[force] is_of": '"gripper on tissue"',
 }
 
+# A body of one's own, whatever was measured of it.
+SMALL_BODY = {
+    "[phantom] shape": '"block"',
+    "[phantom] size": "[0.06, 0.03, 0.01]",
+    "[grasp] box": '"x+ 0.012"',
+    "[[anchor]] box": '"x-"',
+    "[environment] surface_below": '"none"',
+    "[sensor] force_std": "0.01",
+    "[sensor] torque_std": "0.001",
+    "[sensor] fiducial_std": "5e-5",
+}
+
 
 def completed(file: Path, answers: dict[str, str], **instead: str) -> list[str]:
     """Fill in the lines that are open by their keys, replace others by how they begin; return what was open."""

@@ -93,6 +93,15 @@ def test_it_is_looked_for_with_a_size_for_each_experiment_that_there_is() -> Non
     assert plain.looked_for_in(five) is plain
 
 
+def test_readings_are_told_in_steps_by_the_plain_form_too() -> None:
+    class Untold(ForceAxisGain):
+        sensor_steps = None
+
+    assert ForceAxisGainOfEach(ForceAxisGain("fy")).single.name == "force_axis_gain:fy"
+    with pytest.raises(TypeError, match="give it sensor_steps"):
+        ForceAxisGainOfEach(Untold("fy"))
+
+
 def test_it_tells_the_steps_of_the_experiment_that_it_is_asked_for() -> None:
     effect, experiment = ForceAxisGainOfEach(ForceAxisGain("fy")), there_and_back(2).experiment
     given = with_values(effect, {"gain_in_experiment_1": 0.3, "gain_in_experiment_2": 0.1})

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from import_cases import completed
+from import_cases import SMALL_BODY, completed
 
 from estimator.experiment import read_experiment
 from estimator.importing import import_experiment, read_source
@@ -70,14 +70,7 @@ def test_every_marker_of_a_capture_becomes_a_bead_and_the_tool_the_gripper(tmp_p
         {
             **dict.fromkeys(("[columns] px", "[columns] py", "[columns] pz", "[beads] unit"), '"mm"'),
             "[frame] origin": "[0.0, 0.0, 0.0]",
-            "[phantom] shape": '"block"',
-            "[phantom] size": "[0.06, 0.03, 0.01]",
-            "[grasp] box": '"x+ 0.012"',
-            "[[anchor]] box": '"x-"',
-            "[environment] surface_below": '"none"',
-            "[sensor] force_std": "0.01",
-            "[sensor] torque_std": "0.001",
-            "[sensor] fiducial_std": "5e-5",
+            **SMALL_BODY,
         },
     )
     assert import_experiment(file, tmp_path / "pull").refusal == ""

@@ -6,21 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from import_cases import completed
+from import_cases import SMALL_BODY, completed
 
 from estimator.errors import InputError
 from estimator.experiment import Experiment, read_experiment
 from estimator.importing import import_experiment
 
 ANSWERS = {
-    "[phantom] shape": '"block"',
-    "[phantom] size": "[0.06, 0.03, 0.01]",
-    "[grasp] box": '"x+ 0.012"',
-    "[[anchor]] box": '"x-"',
-    "[environment] surface_below": '"none"',
-    "[sensor] force_std": "0.01",
-    "[sensor] torque_std": "0.001",
-    "[sensor] fiducial_std": "5e-5",
+    **SMALL_BODY,
     "[force] is_of": '"gripper on tissue"',
 }
 TIME = np.arange(0.0, 10.0, 0.1)

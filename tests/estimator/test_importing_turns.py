@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from import_cases import completed
+from import_cases import SMALL_BODY, completed
 from scipy.spatial.transform import Rotation
 
 from estimator.errors import InputError
@@ -13,14 +13,8 @@ from estimator.experiment import Experiment, read_experiment
 from estimator.importing import import_experiment
 
 ANSWERS = {
-    "[phantom] shape": '"block"',
-    "[phantom] size": "[0.06, 0.03, 0.01]",
-    "[grasp] box": '"x+ 0.012"',
-    "[[anchor]] box": '"x-"',
+    **SMALL_BODY,
     "[environment] surface_below": '"table"',
-    "[sensor] force_std": "0.01",
-    "[sensor] torque_std": "0.001",
-    "[sensor] fiducial_std": "5e-5",
     "[force] is_of": '"gripper on tissue"',
     "[frame] origin": "[0.0, 0.0, 0.0]",
     "[force] along": '"source"',

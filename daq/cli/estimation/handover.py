@@ -74,8 +74,10 @@ def run(options: argparse.Namespace) -> Result:
     wanted = Wanted(options.to, options.draws, options.seed, options.verify)
     with progress() as tell:
         catalogue = default_catalogue().looked_for_in(experiments)
-        told = options.result
-        found = read_found(told, catalogue) if told else _anew(options.anew, experiments, catalogue, tell)
+        if options.result:
+            found = read_found(options.result, catalogue)
+        else:
+            found = _anew(options.anew, experiments, catalogue, tell)
         written = write_handover(found, experiments, wanted, options.output, tell)
     return Result(_text(written), _data(written))
 

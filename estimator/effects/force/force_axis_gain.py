@@ -85,13 +85,12 @@ class ForceBentGain(ForceAxisGain):
     that axis, so that b is the gain's error there; it is a constant of the search and is told with the result.
     """
 
-    form = "bent"
     elaborates = "fx"
     amplitudes = (_gain("bend"),)
     constants = (Constant("channel", "1", (), 0.0, 5.0, fixed=True), LARGEST_LOAD)
 
     def __init__(self) -> None:
-        pass
+        self.form = "bent"
 
     def starts(self, baseline: Sequence[Readings]) -> list[dict[str, float]]:
         """Return every axis that is loaded, with its largest load."""

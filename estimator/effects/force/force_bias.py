@@ -4,15 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from estimator.effects.effect import HARDLY_INEXACT, Amplitude, Effect, Readings, Values
+from estimator.effects.effect import HARDLY_INEXACT, Effect, Readings, Values
 from estimator.effects.shared.axes import WRENCH_CHANNELS, Frame, in_tissue_axes
 from estimator.effects.shared.instants import ORDER
 from estimator.effects.shared.sensor_steps import SensorStep, linear_wrench
+from estimator.effects.shared.zero_errors import zero_error
 from estimator.experiment import Experiment
-
-_UNITS = 3 * ["N"] + 3 * ["N·m"]
-_SCALES = 3 * [0.1] + 3 * [0.004]
-_SMALLEST = 3 * [0.01] + 3 * [0.0005]
 
 
 class ForceBias(Effect):
@@ -39,10 +36,7 @@ class ForceBias(Effect):
     def __init__(self, frame: Frame, channel: str = "") -> None:
         self.form = f"{frame}_frame_{channel}" if channel else f"{frame}_frame"
         self._channels = [WRENCH_CHANNELS.index(channel)] if channel else list(range(6))
-        self.amplitudes = tuple(
-            Amplitude(f"bias_{WRENCH_CHANNELS[n]}", _UNITS[n], _SCALES[n], _SMALLEST[n])
-            for n in self._channels
-        )
+        self.amplitudes = tuple(zero_error("bias", WRENCH_CHANNELS[n]) for n in self._channels)
         self._turns = frame == "sensor"
 
     def readings(self, readings: Readings, values: Values) -> Readings:

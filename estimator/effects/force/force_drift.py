@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from estimator.effects.effect import Amplitude, Constant, Effect, Readings, Values
 from estimator.effects.shared.axes import WRENCH_CHANNELS, Frame, in_tissue_axes
 from estimator.effects.shared.sensor_steps import SensorStep, wave_of_wrench
+from estimator.effects.shared.zero_errors import zero_error
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
@@ -105,15 +106,7 @@ class PeriodicDrift(ForceDrift):
 
     elaborates = "linear_sensor_frame"
     amplitudes = tuple(
-        Amplitude(f"{part}_{channel}", unit, scale, smallest)
-        for part in ("sine", "cosine")
-        for channel, unit, scale, smallest in zip(
-            WRENCH_CHANNELS,
-            3 * ["N"] + 3 * ["N·m"],
-            3 * [0.1] + 3 * [4e-3],
-            3 * [0.01] + 3 * [5e-4],
-            strict=True,
-        )
+        zero_error(part, channel) for part in ("sine", "cosine") for channel in WRENCH_CHANNELS
     )
     constants = (_PERIOD, _TURNS)
 

@@ -57,7 +57,6 @@ class ForceFrameRotation(Effect):
 class ForceFrameThatGives(ForceFrameRotation):
     """The mount gives under the load: the sensor's rotation vector is |F| times one in rad/N, in the gripper's axes."""
 
-    form = "in_proportion_to_load"
     # Looked for where any form of the label leads: the plain one has no name.
     elaborates = "tissue_frame"
     words = "The force sensor's mount gives, so that it turns against the gripper under load."
@@ -66,7 +65,8 @@ class ForceFrameThatGives(ForceFrameRotation):
     )
 
     def __init__(self) -> None:
-        pass
+        super().__init__("sensor")
+        self.form = "in_proportion_to_load"
 
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Take the components along the axes that the sensor has under this load."""

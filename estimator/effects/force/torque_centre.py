@@ -56,7 +56,6 @@ class TorqueCentre(Effect):
 class TorqueCentreThatGives(TorqueCentre):
     """The point moves with the load, as d = |F| e with e constant in the gripper's axes: T' = T − |F| R e × F."""
 
-    form = "in_proportion_to_load"
     elaborates = "gripper_frame"
     words = "The point that torques are about moves with the load."
     amplitudes = tuple(
@@ -64,7 +63,8 @@ class TorqueCentreThatGives(TorqueCentre):
     )
 
     def __init__(self) -> None:
-        pass
+        super().__init__("gripper")
+        self.form = "in_proportion_to_load"
 
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Move the torques to the point where it is under this load."""

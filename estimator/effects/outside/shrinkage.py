@@ -32,8 +32,7 @@ class Shrinkage(Effect):
         if not values[_STRAIN.name]:
             return ()
         strain = values[_STRAIN.name] * (experiment.order - 1)
-        thrice_bulk_modulus = material.youngs_modulus / (1.0 - 2.0 * material.poisson_ratio)
-        return (Swelling(problem.body, thrice_bulk_modulus * strain),)
+        return (Swelling.by_strain(problem.body, material, strain),)
 
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Take the sensor's zero."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimator.effects.effect import Effect, Motion, Readings, Values
-from estimator.effects.shared.sensor_steps import SensorStep, sensor_steps_of
+from estimator.effects.shared.sensor_steps import SensorStep, ToldInSteps
 from estimator.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
@@ -23,14 +23,20 @@ _STANDARD = (1, 2, 3)
 
 
 class OfEachExperiment(Effect):
-    """The base of both kinds: of what changes readings, and of what changes the gripper's motion.
+    """The base of what changes readings, of what cameras see, and of what changes the gripper's motion.
 
-    A subclass inherits the plain effect's class as well, for its label, group and words.
+    A subclass inherits one of these, and the plain effect's class for its label, group and words.
 
     Parameters
     ----------
     single : the plain form, of one size throughout
     orders : numbers of the experiments, from 1 in the order of time
+
+    Examples
+    --------
+    >>> from estimator.effects.motion.motion_scale import MotionScale, MotionScaleOfEach
+    >>> [one.name for one in MotionScaleOfEach(MotionScale(), (1, 2)).amplitudes]
+    ['scale_error_in_experiment_1', 'scale_error_in_experiment_2']
     """
 
     fewest_experiments = 2
@@ -46,10 +52,6 @@ class OfEachExperiment(Effect):
         """Return the effect with a size for each of these experiments."""
         return type(self)(self.single, sorted({one.order for one in experiments}))
 
-    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
-        """Return those of the plain form with the experiment's own size."""
-        return sensor_steps_of(self.single, experiment, self._own(values, experiment)) or ()
-
     def _own(self, values: Values, experiment: Experiment) -> Mapping[str, float]:
         """Return the size in one experiment; none in one that is not among these."""
         return {
@@ -58,11 +60,27 @@ class OfEachExperiment(Effect):
 
 
 class ReadingsOfEachExperiment(OfEachExperiment):
-    """What the sensors read is off by another size in each experiment."""
+    """What the sensors read is off by another size in each experiment.
+
+    Raises
+    ------
+    TypeError
+        The plain form does not tell what it does to readings in steps.
+    """
+
+    def __init__(self, single: Effect, orders: Sequence[int] = _STANDARD) -> None:
+        super().__init__(single, orders)
+        if not isinstance(single, ToldInSteps):
+            raise TypeError(f"{single.name} does not tell what it does to readings; give it sensor_steps")
+        self._steps = single
 
     def readings(self, readings: Readings, values: Values) -> Readings:
         """Change the readings by the experiment's own size."""
         return self.single.readings(readings, self._own(values, readings.experiment))
+
+    def sensor_steps(self, experiment: Experiment, values: Values) -> tuple[SensorStep, ...]:
+        """Return those of the plain form with the experiment's own size."""
+        return self._steps.sensor_steps(experiment, self._own(values, experiment))
 
 
 class SeenOfEachExperiment(ReadingsOfEachExperiment):

@@ -145,8 +145,7 @@ class ShrunkInPlace(_Tension):
         """Change the tissue's natural size."""
         if not values[_SHRUNK.name]:
             return ()
-        thrice_bulk_modulus = material.youngs_modulus / (1.0 - 2.0 * material.poisson_ratio)
-        return (Swelling(problem.body, -thrice_bulk_modulus * values[_SHRUNK.name]),)
+        return (Swelling.by_strain(problem.body, material, -values[_SHRUNK.name]),)
 
     def beads(self, problem: RetractionProblem, at_rest: FloatArray, values: Values) -> RetractionProblem:
         """Put the beads where they were before the tissue shrank."""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from estimator.fem.assembly.body import AddedEnergy, Body, Response, nodal_forces
 from estimator.fem.terms.term import Memoryless, TermStiffness
+from estimator.materials.material import Material
 
 FloatArray = NDArray[np.float64]
 
@@ -30,6 +31,12 @@ class Swelling(Memoryless):
 
     body: Body
     pressure_pa: float
+
+    @classmethod
+    def by_strain(cls, body: Body, material: Material, strain: float) -> Swelling:
+        """Return what changes the natural size of a material by a linear strain, negative where it shrinks."""
+        thrice_bulk_modulus = material.youngs_modulus / (1.0 - 2.0 * material.poisson_ratio)
+        return cls(body, thrice_bulk_modulus * strain)
 
     def forces(self, displacement: FloatArray, response: Response) -> FloatArray:
         """Return the nodal forces (n, 3), N."""
